@@ -1,0 +1,140 @@
+"""The one checker: turns what a caller gave into a clean array, or says in one sentence what is wrong with it.
+
+Used at public doors only, never in kernels.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, DTypeLike, NDArray
+
+
+def array(name: str, value: ArrayLike, shape: Sequence[int | None], dtype: DTypeLike = float) -> NDArray[Any]:
+    """Return `value` as an array of `dtype`, or say what is wrong with it.
+
+    Parameters
+    ----------
+    name : str
+        What the caller calls it, for the message.
+    value : array_like
+        What the caller gave.
+    shape : sequence of int or None
+        Wanted shape; None stands for any length.
+    dtype : dtype
+        Wanted type; floats must be finite.
+
+    Examples
+    --------
+    >>> array("points", [[0, 0, 1]], (None, 3))
+    array([[0., 0., 1.]])
+    """
+    out = np.asarray(value)
+    wanted = "(" + ", ".join("*" if n is None else str(n) for n in shape) + ("," if len(shape) == 1 else "") + ")"
+    if out.dtype.kind not in "biuf":
+        raise TypeError(f"{name} must be numbers of shape {wanted}, not {type(value).__name__} of {out.dtype}")
+    if out.ndim != len(shape) or any(n not in (None, m) for n, m in zip(shape, out.shape, strict=True)):
+        raise ValueError(f"{name} must have shape {wanted}, not {out.shape}")
+    if not np.can_cast(out.dtype, dtype, "same_kind"):
+        raise TypeError(f"{name} must be {np.dtype(dtype).name}, not {out.dtype}")
+    out = out.astype(dtype, copy=False)
+    if np.dtype(dtype).kind == "f" and not np.isfinite(out).all():
+        bad = np.argwhere(~np.isfinite(out))[0]
+        raise ValueError(f"{name} must be finite; {name}{bad.tolist()} is {out[tuple(bad)]}")
+    return out
+
+
+def indices(name: str, value: ArrayLike, shape: Sequence[int | None], count: int) -> NDArray[np.int64]:
+    """Return `value` as int64 indices into something of `count` rows, or say which one is outside.
+
+    Examples
+    --------
+    >>> indices("faces", [[0, 1, 99]], (None, 3), 3)
+    Traceback (most recent call last):
+    ...
+    ValueError: faces[0, 2] is 99, outside 0..2
+    """
+    out = array(name, value, shape, np.int64)
+    wrong = (out < 0) | (out >= count)
+    if wrong.any():
+        bad = np.argwhere(wrong)[0]
+        raise ValueError(f"{name}{bad.tolist()} is {out[tuple(bad)]}, outside 0..{count - 1}")
+    return out
+
+
+def number(name: str, value: Any, low: float = -math.inf, high: float = math.inf, *, open_low: bool = False) -> float:
+    """Return `value` as a float between `low` and `high`, or say what it was.
+
+    Examples
+    --------
+    >>> number("level", "high")
+    Traceback (most recent call last):
+    ...
+    TypeError: level must be a number, not str
+    """
+    if isinstance(value, bool | str | bytes) or (not np.isscalar(value) and np.ndim(value) != 0):
+        raise TypeError(f"{name} must be a number, not {type(value).__name__}")
+    try:
+        out = float(value)
+    except (TypeError, ValueError):
+        raise TypeError(f"{name} must be a number, not {type(value).__name__}") from None
+    if not math.isfinite(out):
+        raise ValueError(f"{name} must be finite, not {out}")
+    if not low <= out <= high or (open_low and out == low):
+        if high == math.inf:
+            wanted = f"above {low:g}" if open_low else f"at least {low:g}"
+        else:
+            wanted = f"above {low:g} and at most {high:g}" if open_low else f"between {low:g} and {high:g}"
+        raise ValueError(f"{name} must be {wanted}, not {out:g}")
+    return out
+
+
+def integer(name: str, value: Any, low: int, high: int | None = None) -> int:
+    """Return `value` as an int of at least `low` and at most `high`, or say what it was.
+
+    Examples
+    --------
+    >>> integer("vertices", 2, 4)
+    Traceback (most recent call last):
+    ...
+    ValueError: vertices must be at least 4, not 2
+    """
+    if isinstance(value, bool) or not isinstance(value, int | np.integer):
+        raise TypeError(f"{name} must be a whole number, not {type(value).__name__} {value!r}")
+    out = int(value)
+    if out < low:
+        raise ValueError(f"{name} must be at least {low}, not {out}")
+    if high is not None and out > high:
+        raise ValueError(f"{name} must be at most {high}, not {out}")
+    return out
+
+
+def choice(name: str, value: Any, options: Sequence[str]) -> str:
+    """Return `value` if it is one of `options`, or list them.
+
+    Examples
+    --------
+    >>> choice("init", "cube", ["auto", "sphere"])
+    Traceback (most recent call last):
+    ...
+    ValueError: init must be one of 'auto', 'sphere', not 'cube'
+    """
+    if value not in options:
+        raise ValueError(f"{name} must be one of {', '.join(map(repr, options))}, not {value!r}")
+    return str(value)
+
+
+def frozen(values: ArrayLike, dtype: DTypeLike = None) -> NDArray[Any]:
+    """Return a read-only C-contiguous array that owns its numbers: the caller's array is never frozen or shared.
+
+    Examples
+    --------
+    >>> frozen([1, 2]).flags.writeable
+    False
+    """
+    out = np.array(values, dtype=dtype, order="C", copy=True)
+    out.setflags(write=False)
+    return out

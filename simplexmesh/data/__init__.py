@@ -1,0 +1,1 @@
+"""Chapter II, the data: volumes, point clouds, triangulated surfaces, and the files they come in."""

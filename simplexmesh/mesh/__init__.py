@@ -1,0 +1,1 @@
+"""Chapter I, the mesh: connectivity, geometry, duality, shapes."""

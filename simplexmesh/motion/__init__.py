@@ -1,0 +1,1 @@
+"""Chapter III, the motion: forces, targets, the deformable model, reconstruction."""

@@ -1,0 +1,1 @@
+"""Targets: how far along its normal is the data from each vertex."""
