@@ -1,0 +1,101 @@
+"""Kernels of the mesh room: orbits, floods and neighborhoods of the darts. Arrays in, arrays out, no checks."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+
+@njit(cache=True)
+def face_orbits(twin):
+    """Return the face on the left of every dart, the darts face by face in walking order, and where each face starts.
+
+    `twin` (3n,) must be an involution. Faces are numbered by their smallest dart.
+    """
+    count = twin.size
+    face = np.full(count, -1, np.int32)
+    face_darts = np.empty(count, np.int32)
+    offsets = np.empty(count // 3 + 2, np.int32)
+    n_faces = 0
+    at = 0
+    for start in range(count):
+        if face[start] >= 0:
+            continue
+        offsets[n_faces] = at
+        dart = start
+        while face[dart] < 0:
+            face[dart] = n_faces
+            face_darts[at] = dart
+            at += 1
+            back = twin[dart]
+            corner = back % 3
+            dart = back - 1 if corner > 0 else back + 2
+        n_faces += 1
+    offsets[n_faces] = at
+    return face, face_darts, offsets[: n_faces + 1].copy()
+
+
+@njit(cache=True)
+def component_labels(neighbors):
+    """Return the component of every row of `neighbors` (n, k), -1 being no neighbor, numbered by smallest row."""
+    n = neighbors.shape[0]
+    labels = np.full(n, -1, np.int32)
+    stack = np.empty(n, np.int32)
+    n_components = 0
+    for start in range(n):
+        if labels[start] >= 0:
+            continue
+        labels[start] = n_components
+        stack[0] = start
+        top = 1
+        while top > 0:
+            top -= 1
+            row = stack[top]
+            for j in range(neighbors.shape[1]):
+                other = neighbors[row, j]
+                if other >= 0 and labels[other] < 0:
+                    labels[other] = n_components
+                    stack[top] = other
+                    top += 1
+        n_components += 1
+    return labels
+
+
+@njit(cache=True)
+def _ring(neighbors, vertex, size, stamp, queue):
+    """Write the vertices within `size` edges of `vertex` to `queue`, sorted, and return how many there are."""
+    stamp[vertex] = vertex
+    queue[0] = vertex
+    begin, end = 0, 1
+    for _ in range(size):
+        stop = end
+        for at in range(begin, stop):
+            for j in range(3):
+                other = neighbors[queue[at], j]
+                if stamp[other] != vertex:
+                    stamp[other] = vertex
+                    queue[end] = other
+                    end += 1
+        begin = stop
+    queue[:end].sort()
+    return end
+
+
+@njit(cache=True)
+def rings(neighbors, size):
+    """Return `(offsets, vertices)`: for each vertex, all vertices within `size` edges, itself included, sorted."""
+    n = neighbors.shape[0]
+    stamp = np.full(n, -1, np.int32)
+    queue = np.empty(n, np.int32)
+    offsets = np.zeros(n + 1, np.int64)
+    out = np.empty(4 * n, np.int32)
+    for vertex in range(n):
+        count = _ring(neighbors, vertex, size, stamp, queue)
+        start = offsets[vertex]
+        if start + count > out.size:
+            grown = np.empty(2 * (start + count), np.int32)
+            grown[:start] = out[:start]
+            out = grown
+        out[start : start + count] = queue[:count]
+        offsets[vertex + 1] = start + count
+    return offsets, out[: offsets[n]].copy()

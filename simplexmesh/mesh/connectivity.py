@@ -1,0 +1,258 @@
+"""What is glued to what: the darts of a 2-simplex mesh, and everything that follows from them.
+
+Dart `d = 3 * i + j` is the directed edge from vertex `i` to its neighbor number `j`; the three darts of a vertex run
+counter-clockwise seen from outside. `twin[i, j]` is the opposite dart, and that one array is the whole topology.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from simplexmesh import _check
+from simplexmesh.errors import TopologyError
+from simplexmesh.mesh import _kernels
+
+Indices = NDArray[np.int32]
+MOST_VERTICES = 2**31 // 3
+
+
+def _locked(values: NDArray[Any]) -> NDArray[Any]:
+    """Forbid writing to an array that nobody else holds, and return it."""
+    values.setflags(write=False)
+    return values
+
+
+def _checked_twin(twin: ArrayLike) -> Indices:
+    """Return `twin` read-only, or say at which vertex it is not that of a simplex mesh."""
+    given = _check.array("twin", twin, (None, 3), np.int64)
+    n = len(given)
+    if not 4 <= n <= MOST_VERTICES:
+        raise TopologyError(f"twin must have 4 to {MOST_VERTICES} rows, one for each vertex, not {n}")
+    flat = _check.indices("twin", given, (n, 3), 3 * n).ravel()
+    darts = np.arange(3 * n)
+    if (wrong := flat[flat] != darts).any():
+        d = int(wrong.argmax())
+        raise TopologyError(
+            f"twin must be its own inverse; at vertex {d // 3} the twin of dart {d} is {flat[d]}, "
+            f"whose twin is {flat[flat[d]]}"
+        )
+    rows = flat.reshape(-1, 3) // 3
+    if (wrong := (rows == np.arange(n)[:, None]).any(axis=1)).any():
+        raise TopologyError(f"vertex {int(wrong.argmax())} is its own neighbor, which a simplex mesh forbids")
+    a, b, c = rows.T
+    if (wrong := (a == b) | (b == c) | (c == a)).any():
+        i = int(wrong.argmax())
+        raise TopologyError(f"vertex {i} must have three different neighbors, not {rows[i].tolist()}")
+    return _locked(flat.reshape(-1, 3).astype(np.int32))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Connectivity:
+    """The topology of a 2-simplex mesh: computed once, read-only, shared by all meshes that only moved.
+
+    Faces are the orbits of `next(d) = rotate^-1(twin[d])`, the walk with the face on its left, counter-clockwise seen
+    from outside. A hole is a face like any other, with a label: arrays per face hold the holes too, and
+    `face_is_hole` tells them apart; `n_faces` counts the faces of the surface only.
+
+    Parameters
+    ----------
+    twin : (n, 3) array of int
+        `twin[i, j]` is the opposite of dart `3 * i + j`, itself a dart `3 * k + l`. Must be its own inverse and give
+        every vertex three different neighbors, none of them itself.
+    hole_darts : sequence of int
+        Darts whose left face is a hole; kept as the smallest dart of each hole, sorted.
+
+    Raises
+    ------
+    TopologyError
+        Naming the vertex, when `twin` is not that of a simplex mesh.
+
+    References
+    ----------
+    H. Delingette, *Modélisation, déformation et reconnaissance d'objets tridimensionnels à l'aide de maillages
+    simplexes*, thesis, École Centrale de Paris, 1994, chapter 2.
+
+    Examples
+    --------
+    >>> tetrahedron = Connectivity([[3, 6, 9], [0, 11, 7], [1, 5, 10], [2, 8, 4]])
+    >>> tetrahedron.n_edges, tetrahedron.n_faces, tetrahedron.genus
+    (6, 4, 0)
+    >>> tetrahedron.neighbors.tolist()
+    [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]]
+    """
+
+    twin: Indices
+    hole_darts: Indices = ()  # type: ignore[assignment]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "twin", _checked_twin(self.twin))
+        given = np.asarray(self.hole_darts)
+        darts = _check.indices("hole_darts", given if given.size else np.zeros(0, np.int64), (None,), self.twin.size)
+        holes = np.unique(self.face.ravel()[darts]) if len(darts) else darts
+        object.__setattr__(self, "hole_darts", _locked(self.face_darts[self.face_offsets[holes]].copy()))
+
+    @classmethod
+    def from_neighbors(cls, neighbors: ArrayLike, hole_darts: ArrayLike = ()) -> Connectivity:
+        """Return the connectivity with these neighbors, each triple counter-clockwise seen from outside.
+
+        Parameters
+        ----------
+        neighbors : (n, 3) array of int
+            The three neighbors of each vertex.
+        hole_darts : sequence of int
+            Darts whose left face is a hole.
+
+        Raises
+        ------
+        TopologyError
+            Where vertex b is a neighbor of a but a is not one of b.
+
+        Examples
+        --------
+        >>> Connectivity.from_neighbors([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]]).twin.tolist()
+        [[3, 6, 9], [0, 11, 7], [1, 5, 10], [2, 8, 4]]
+        """
+        n = len(np.asarray(neighbors))
+        rows = _check.indices("neighbors", neighbors, (None, 3), n)
+        back = rows[rows] == np.arange(n)[:, None, None]
+        if (wrong := ~back.any(axis=2)).any():
+            i, j = np.argwhere(wrong)[0]
+            raise TopologyError(f"vertex {rows[i, j]} is a neighbor of vertex {i}, but {i} is not one of its neighbors")
+        return cls(3 * rows + back.argmax(axis=2), hole_darts)  # type: ignore[arg-type]
+
+    def __repr__(self) -> str:
+        return f"Connectivity({self.n_vertices} vertices, {self.n_faces} faces, {self.n_holes} holes)"
+
+    @property
+    def n_vertices(self) -> int:
+        """Number of vertices."""
+        return len(self.twin)
+
+    @property
+    def n_edges(self) -> int:
+        """Number of edges, three halves of the number of vertices."""
+        return self.twin.size // 2
+
+    @property
+    def n_faces(self) -> int:
+        """Number of faces of the surface, holes not counted."""
+        return len(self.face_offsets) - 1 - self.n_holes
+
+    @property
+    def n_holes(self) -> int:
+        """Number of hole faces."""
+        return len(self.hole_darts)
+
+    @cached_property
+    def neighbors(self) -> Indices:
+        """(n, 3) the neighbors of each vertex, counter-clockwise seen from outside."""
+        return _locked(self.twin // np.int32(3))
+
+    @cached_property
+    def _orbits(self) -> tuple[Indices, Indices, Indices]:
+        face, darts, offsets = _kernels.face_orbits(self.twin.reshape(-1))
+        return _locked(face.reshape(-1, 3)), _locked(darts), _locked(offsets)
+
+    @property
+    def face(self) -> Indices:
+        """(n, 3) the face on the left of each dart; faces are numbered by their smallest dart, holes included."""
+        return self._orbits[0]
+
+    @property
+    def vertex_faces(self) -> Indices:
+        """(n, 3) the faces around each vertex, number `j` between its neighbors `j` and `j + 1`: the same as `face`."""
+        return self._orbits[0]
+
+    @property
+    def face_darts(self) -> Indices:
+        """(3n,) the darts of each face in walking order; face `f` has those from `face_offsets[f]` on."""
+        return self._orbits[1]
+
+    @property
+    def face_offsets(self) -> Indices:
+        """(f + 1,) where each face, holes included, begins in `face_darts` and `face_vertices`."""
+        return self._orbits[2]
+
+    @cached_property
+    def face_vertices(self) -> Indices:
+        """(3n,) the vertices of each face, counter-clockwise seen from outside."""
+        return _locked(self.face_darts // np.int32(3))
+
+    @cached_property
+    def face_sizes(self) -> Indices:
+        """(f,) the number of vertices of each face."""
+        return _locked(np.diff(self.face_offsets))
+
+    @cached_property
+    def face_is_hole(self) -> NDArray[np.bool_]:
+        """(f,) whether each face is a hole."""
+        out = np.zeros(len(self.face_sizes), bool)
+        out[self.face.ravel()[self.hole_darts]] = True
+        return _locked(out)
+
+    @cached_property
+    def edge_darts(self) -> Indices:
+        """(e, 2) the two darts of each edge, the smaller first."""
+        twin = self.twin.ravel()
+        first = np.flatnonzero(twin > np.arange(twin.size)).astype(np.int32)
+        return _locked(np.stack([first, twin[first]], axis=1))
+
+    @cached_property
+    def edge_vertices(self) -> Indices:
+        """(e, 2) the two ends of each edge, the smaller first."""
+        return _locked(self.edge_darts // np.int32(3))
+
+    @cached_property
+    def edge_faces(self) -> Indices:
+        """(e, 2) the faces on the left and on the right of each edge, walked from its smaller end."""
+        return _locked(self.face.ravel()[self.edge_darts])
+
+    @cached_property
+    def components(self) -> Indices:
+        """(n,) the connected component of each vertex, numbered by smallest vertex."""
+        return _locked(_kernels.component_labels(self.neighbors))
+
+    @cached_property
+    def n_components(self) -> int:
+        """Number of connected components."""
+        return int(self.components.max()) + 1
+
+    @property
+    def euler(self) -> int:
+        """V - E + F with holes counted as faces, as if each were closed by a disk."""
+        return self.n_vertices - self.n_edges + len(self.face_sizes)
+
+    @property
+    def genus(self) -> int:
+        """Number of handles, summed over the components: V - E + F = 2 (components - genus)."""
+        return self.n_components - self.euler // 2
+
+    def rings(self, size: int) -> tuple[NDArray[np.int64], Indices]:
+        """Return the neighborhoods Q^s: for each vertex, the vertices within `size` edges, itself among them.
+
+        Parameters
+        ----------
+        size : int
+            s, the number of edges, at least 0.
+
+        Returns
+        -------
+        offsets : (n + 1,) array of int
+            Where each vertex's neighborhood begins.
+        vertices : (offsets[n],) array of int
+            The neighborhoods one after the other, each sorted.
+
+        Examples
+        --------
+        >>> tetrahedron = Connectivity([[3, 6, 9], [0, 11, 7], [1, 5, 10], [2, 8, 4]])
+        >>> offsets, vertices = tetrahedron.rings(1)
+        >>> vertices[offsets[2] : offsets[3]].tolist()
+        [0, 1, 2, 3]
+        """
+        offsets, vertices = _kernels.rings(self.neighbors, _check.integer("size", size, 0))
+        return _locked(offsets), _locked(vertices)
