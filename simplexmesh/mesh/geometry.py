@@ -1,0 +1,273 @@
+"""The geometry of a simplex mesh at its vertices, in closed form.
+
+Each vertex P is seen from its three neighbors A, B, C, counter-clockwise from outside: they carry a plane with normal
+`n` and a circle with center `C0` and radius `r`; `F` is the foot of P on the plane, `h = (P - F) . n` its height and
+`d = |F - C0|`. Normals point outward, angles are in radians, curvature is positive on a sphere.
+
+The formulas below are those of Delingette (1994, chapter 3) multiplied out until nothing is divided by the area of
+the triangle A, B, C, so that neighbors on one line are an ordinary case: there the normal is zero, and so are the
+height, the angle and the curvature.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from simplexmesh._vec import cross, dot, norm, normalized
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int32]
+
+ON_ONE_LINE = 1e-14
+"""Neighbors are on one line where the sine of their angle at A is below this."""
+
+
+def _seen_from_first(vertices: Array, neighbors: Indices) -> tuple[Array, Array, Array, Array]:
+    """Return `P - A`, `B - A`, `C - A` and `(B - A) x (C - A)`, the last exactly zero for neighbors on one line."""
+    origin = vertices[neighbors[:, 0]]
+    b = vertices[neighbors[:, 1]] - origin
+    c = vertices[neighbors[:, 2]] - origin
+    w = cross(b, c)
+    w[dot(w, w) <= ON_ONE_LINE**2 * dot(b, b) * dot(c, c)] = 0.0
+    return vertices - origin, b, c, w
+
+
+def _divided(numerator: Array, denominator: Array, otherwise: float) -> Array:
+    """Return the quotients, and `otherwise` where the denominator is zero."""
+    out = np.full(np.broadcast_shapes(numerator.shape, denominator.shape), otherwise)
+    return np.divide(numerator, denominator, out=out, where=denominator != 0)
+
+
+def normals(vertices: Array, neighbors: Indices) -> Array:
+    """Return the vertex normals: those of the planes of the neighbors, outward.
+
+    Parameters
+    ----------
+    vertices : (n, 3) array of float
+        Positions.
+    neighbors : (n, 3) array of int
+        Counter-clockwise seen from outside.
+
+    Returns
+    -------
+    (n, 3) array of float
+        Of length one; zero where the neighbors are on one line.
+
+    References
+    ----------
+    H. Delingette, thesis, 1994, equation 3.30.
+
+    Examples
+    --------
+    >>> P = np.array([[0, 0, 1.0], [1, 0, 0], [0, 1, 0], [-1, -1, 0]])
+    >>> normals(P, np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]]))[0]
+    array([0., 0., 1.])
+    """
+    return normalized(_seen_from_first(vertices, neighbors)[3])
+
+
+def height(vertices: Array, neighbors: Indices) -> Array:
+    """Return the height of each vertex above the plane of its neighbors, along the normal, in the unit of `vertices`.
+
+    Parameters
+    ----------
+    vertices : (n, 3) array of float
+        Positions.
+    neighbors : (n, 3) array of int
+        Counter-clockwise seen from outside.
+
+    Returns
+    -------
+    (n,) array of float
+        Positive where the surface is convex; zero where the neighbors are on one line.
+
+    Examples
+    --------
+    >>> P = np.array([[0, 0, 2.0], [1, 0, 0], [0, 1, 0], [-1, -1, 0]])
+    >>> float(height(P, np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]]))[0])
+    2.0
+    """
+    p, _, _, w = _seen_from_first(vertices, neighbors)
+    return dot(p, normalized(w))
+
+
+def circumcircle(vertices: Array, neighbors: Indices) -> tuple[Array, Array]:
+    """Return the center and the radius of the circle through the three neighbors of each vertex.
+
+    Parameters
+    ----------
+    vertices : (n, 3) array of float
+        Positions.
+    neighbors : (n, 3) array of int
+        The neighbors, in any order.
+
+    Returns
+    -------
+    center : (n, 3) array of float
+        C0; NaN where the neighbors are on one line.
+    radius : (n,) array of float
+        r; infinite where the neighbors are on one line.
+
+    Examples
+    --------
+    >>> P = np.array([[5, 5, 5.0], [2, 0, 0], [0, 2, 0], [-2, 0, 0]])
+    >>> center, radius = circumcircle(P, np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]]))
+    >>> center[0].tolist(), round(float(radius[0]), 12)
+    ([0.0, 0.0, 0.0], 2.0)
+    """
+    _, b, c, w = _seen_from_first(vertices, neighbors)
+    ww = dot(w, w)
+    offset = cross(dot(b, b)[:, None] * c - dot(c, c)[:, None] * b, w)
+    center = vertices[neighbors[:, 0]] + _divided(offset, 2 * ww[:, None], np.nan)
+    radius = _divided(norm(b) * norm(c) * norm(b - c), 2 * np.sqrt(ww), np.inf)
+    return center, radius
+
+
+def simplex_angle(vertices: Array, neighbors: Indices) -> Array:
+    """Return the simplex angle: how far, as an angle, each vertex stands out of the plane of its neighbors.
+
+    With the notation of this module, `phi = atan2(2 h r, r^2 - d^2 - h^2)`. It is zero where the four points are
+    coplanar with the foot inside the circle, positive where the surface is convex, the same for all points of one
+    side of a sphere through the neighbors, and changed neither by rigid motion nor by scale. Where the foot is
+    outside the circle the angle is beyond a right angle, and it is +-pi in the plane.
+
+    Parameters
+    ----------
+    vertices : (n, 3) array of float
+        Positions.
+    neighbors : (n, 3) array of int
+        Counter-clockwise seen from outside.
+
+    Returns
+    -------
+    (n,) array of float
+        In radians, in (-pi, pi]; zero where the neighbors are on one line.
+
+    References
+    ----------
+    H. Delingette, thesis, 1994, section 3.3.1; IJCV 32 (1999) 111, section 3.2. Signs as on a convex surface with
+    outward normals.
+
+    Examples
+    --------
+    >>> P = np.array([[0, 0, 1.0], [1, 0, 0], [0, 1, 0], [-1, 0, 0]])
+    >>> float(simplex_angle(P, np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]]))[0]) == np.pi / 2
+    True
+    """
+    p, b, c, w = _seen_from_first(vertices, neighbors)
+    toward_center = cross(dot(b, b)[:, None] * c - dot(c, c)[:, None] * b, w)
+    sine = dot(p, w) * norm(b) * norm(c) * norm(b - c)
+    cosine = dot(p, toward_center) - dot(p, p) * dot(w, w)
+    return np.arctan2(sine, cosine)
+
+
+def mean_curvature(vertices: Array, neighbors: Indices) -> Array:
+    """Return the mean curvature at each vertex: the curvature of the sphere through it and its neighbors.
+
+    `H = sin(phi) / r = 2 h / sqrt(4 h^2 r^2 + (r^2 - d^2 - h^2)^2)`, so that `|H| = 1 / R` with R the radius of that
+    sphere: exact for any vertices on a sphere, of order two in the edge length on a regular mesh of a smooth surface.
+
+    Parameters
+    ----------
+    vertices : (n, 3) array of float
+        Positions.
+    neighbors : (n, 3) array of int
+        Counter-clockwise seen from outside.
+
+    Returns
+    -------
+    (n,) array of float
+        H, in 1 / unit of `vertices`, positive on a convex surface; zero where the four points are coplanar or
+        coincide.
+
+    References
+    ----------
+    H. Delingette, thesis, 1994, section 3.3.
+
+    Examples
+    --------
+    >>> P = np.array([[0, 0, 2.0], [2, 0, 0], [0, 2, 0], [-2, 0, 0]])
+    >>> float(mean_curvature(P, np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]]))[0])
+    0.5
+    """
+    p, b, c, w = _seen_from_first(vertices, neighbors)
+    sphere = dot(p, p)[:, None] * w + dot(b, b)[:, None] * cross(c, p) + dot(c, c)[:, None] * cross(p, b)
+    return _divided(2 * dot(p, w), norm(sphere), 0.0)
+
+
+def metric_parameters(vertices: Array, neighbors: Indices) -> Array:
+    """Return the metric parameters: where the foot of each vertex is among its neighbors, in barycentric coordinates.
+
+    Parameters
+    ----------
+    vertices : (n, 3) array of float
+        Positions.
+    neighbors : (n, 3) array of int
+        Counter-clockwise seen from outside.
+
+    Returns
+    -------
+    (n, 3) array of float
+        e1, e2, e3 with sum 1 and `F = e1 A + e2 B + e3 C`; 1/3 each where the neighbors are on one line.
+
+    References
+    ----------
+    H. Delingette, thesis, 1994, equation 3.49.
+
+    Examples
+    --------
+    >>> P = np.array([[0, 0.25, 7.0], [1, 0, 0], [0, 1, 0], [-1, 0, 0]])
+    >>> metric_parameters(P, np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]]))[0]
+    array([0.375, 0.25 , 0.375])
+    """
+    p, b, c, w = _seen_from_first(vertices, neighbors)
+    ww = dot(w, w)
+    second = _divided(dot(cross(p, c), w), ww, 1 / 3)
+    third = _divided(dot(cross(b, p), w), ww, 1 / 3)
+    return np.stack([1 - second - third, second, third], axis=1)
+
+
+def height_of_angle(radius: ArrayLike, distance: ArrayLike, angle: ArrayLike, *, far: bool = True) -> Array:
+    """Return the height L(r, d, phi) at which a vertex has a given simplex angle.
+
+    For a foot inside the circle, `d <= r`, there is exactly one. For a foot outside, the angle is beyond a right
+    angle and two heights `L` and `(d^2 - r^2) / L` share it: `far` picks the larger, which is the continuation of
+    the other case and the one of the thesis.
+
+    Parameters
+    ----------
+    radius, distance, angle : array_like of float
+        r > 0, d >= 0 and phi in [-pi, pi], broadcast together; the angle in radians.
+    far : bool
+        Which of the two heights to take for a foot outside the circle.
+
+    Returns
+    -------
+    array of float
+        Heights, with the sign of the angle; NaN where there is none, which is where `|d sin(phi)| > r`. For a foot
+        outside the circle and an angle below a right angle, which no vertex has, the angle of the answer is
+        `phi - pi` or `phi + pi`.
+
+    References
+    ----------
+    H. Delingette, thesis, 1994, equations 3.7 and 3.10, in a form without cancellation.
+
+    Examples
+    --------
+    >>> height_of_angle(1.0, 0.0, [0.0, np.pi / 2, -np.pi / 2])
+    array([ 0.,  1., -1.])
+    >>> height_of_angle(1.0, 2.0, [2.8, -2.8]).round(6), height_of_angle(1.0, 2.0, 2.8, far=False).round(6)
+    (array([ 5.028849, -5.028849]), np.float64(0.596558))
+    """
+    r, d, phi = np.broadcast_arrays(*(np.asarray(x, float) for x in (radius, distance, angle)))
+    sine, cosine = np.sin(phi), np.cos(phi)
+    power = (r - d) * (r + d)
+    inside = (r - d * np.abs(sine)) * (r + d * np.abs(sine))
+    q = np.sqrt(np.where(inside >= 0, inside, np.nan))
+    long = q - r * cosine
+    shallow = _divided(power * sine, r * cosine + q, 0.0)
+    steep = _divided(long, sine, np.inf)
+    if not far:
+        steep = np.where(power < 0, _divided(-power * sine, long, 0.0), steep)
+    return np.where(cosine >= 0, shallow, steep)[()]
