@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
+
+Indices = NDArray[np.int32]
 
 
 @njit(cache=True)
-def face_orbits(twin):
+def face_orbits(twin: Indices) -> tuple[Indices, Indices, Indices]:
     """Return the face on the left of every dart, the darts face by face in walking order, and where each face starts.
 
     `twin` (3n,) must be an involution. Faces are numbered by their smallest dart.
@@ -36,7 +39,7 @@ def face_orbits(twin):
 
 
 @njit(cache=True)
-def component_labels(neighbors):
+def component_labels(neighbors: Indices) -> Indices:
     """Return the component of every row of `neighbors` (n, k), -1 being no neighbor, numbered by smallest row."""
     n = neighbors.shape[0]
     labels = np.full(n, -1, np.int32)
@@ -62,7 +65,7 @@ def component_labels(neighbors):
 
 
 @njit(cache=True)
-def _ring(neighbors, vertex, size, stamp, queue):
+def _ring(neighbors: Indices, vertex: int, size: int, stamp: Indices, queue: Indices) -> int:
     """Write the vertices within `size` edges of `vertex` to `queue`, sorted, and return how many there are."""
     stamp[vertex] = vertex
     queue[0] = vertex
@@ -82,7 +85,7 @@ def _ring(neighbors, vertex, size, stamp, queue):
 
 
 @njit(cache=True)
-def rings(neighbors, size):
+def rings(neighbors: Indices, size: int) -> tuple[NDArray[np.int64], Indices]:
     """Return `(offsets, vertices)`: for each vertex, all vertices within `size` edges, itself included, sorted."""
     n = neighbors.shape[0]
     stamp = np.full(n, -1, np.int32)

@@ -1,0 +1,226 @@
+"""The simplex mesh: positions on a connectivity. Thin; the mathematics lives in the modules it forwards to."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from simplexmesh import _check
+from simplexmesh.mesh import face_geometry, geometry
+from simplexmesh.mesh.connectivity import Connectivity
+
+Array = NDArray[np.float64]
+
+
+def _upstairs(module: str) -> Any:
+    """Return a module of a room above this one.
+
+    Imports point downward, but users look for `mesh.save` and `mesh.triangulated` on the mesh; only these methods
+    reach up, by name, when called.
+    """
+    return importlib.import_module(f"simplexmesh.{module}")
+
+
+def _vertex_array(name: str, values: ArrayLike, n: int) -> NDArray[Any]:
+    """Return one named array read-only, or say that it has not one row per vertex."""
+    given = np.asarray(values)
+    shared = not given.flags.writeable and given.flags.owndata  # ours already, on its way to the next mesh
+    out = given if shared else _check.frozen(given)
+    if out.dtype.kind not in "biuf":
+        raise TypeError(f"data {name!r} must be numbers, not {out.dtype}")
+    if out.ndim == 0 or len(out) != n:
+        raise ValueError(f"data {name!r} must have {n} rows, one for each vertex, not shape {out.shape}")
+    return out
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SimplexMesh:
+    """A surface whose vertices have three neighbors each.
+
+    Frozen: arrays are read-only copies, and `moved`, `with_data` return new meshes that share the connectivity.
+
+    Parameters
+    ----------
+    vertices : (n, 3) array of float
+        Positions, finite, in the unit of the data.
+    connectivity : Connectivity
+        What is glued to what; neighbors and faces counter-clockwise seen from outside.
+    data : mapping of str to array, optional
+        Arrays with one row per vertex, by name.
+
+    Examples
+    --------
+    >>> from simplexmesh.mesh.shapes import sphere
+    >>> ball = sphere(6, radius=2.0)
+    >>> ball
+    SimplexMesh(720 vertices, 362 faces, genus 0, 0 holes)
+    >>> bool(np.allclose(ball.mean_curvature, 1 / 2.0))
+    True
+    >>> round(ball.moved(2 * ball.vertices).area / ball.area, 12)
+    4.0
+    """
+
+    vertices: Array
+    connectivity: Connectivity
+    data: Mapping[str, NDArray[Any]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.connectivity, Connectivity):
+            raise TypeError(f"connectivity must be a Connectivity, not {type(self.connectivity).__name__}")
+        n = self.connectivity.n_vertices
+        vertices = _check.array("vertices", self.vertices, (n, 3))
+        data = {str(name): _vertex_array(name, values, n) for name, values in dict(self.data or {}).items()}
+        object.__setattr__(self, "vertices", _check.frozen(vertices, np.float64))
+        object.__setattr__(self, "data", MappingProxyType(data))
+
+    def __repr__(self) -> str:
+        more = "" if self.n_components == 1 else f", {self.n_components} components"
+        counts = f"{self.n_vertices} vertices, {self.n_faces} faces"
+        return f"SimplexMesh({counts}, genus {self.genus}, {self.n_holes} holes{more})"
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle and copy by what was given, without the caches."""
+        return SimplexMesh, (self.vertices, self.connectivity, dict(self.data))
+
+    # ---- topology
+
+    @property
+    def n_vertices(self) -> int:
+        """Number of vertices."""
+        return self.connectivity.n_vertices
+
+    @property
+    def n_faces(self) -> int:
+        """Number of faces of the surface, holes left out."""
+        return self.connectivity.n_faces
+
+    @property
+    def n_holes(self) -> int:
+        """Number of holes."""
+        return self.connectivity.n_holes
+
+    @property
+    def n_components(self) -> int:
+        """Number of connected components."""
+        return self.connectivity.n_components
+
+    @property
+    def genus(self) -> int:
+        """Number of handles."""
+        return self.connectivity.genus
+
+    @property
+    def neighbors(self) -> NDArray[np.int32]:
+        """(n, 3) the neighbors of each vertex, counter-clockwise seen from outside."""
+        return self.connectivity.neighbors
+
+    @cached_property
+    def faces(self) -> tuple[NDArray[np.int32], ...]:
+        """The vertices of each face of the surface, counter-clockwise seen from outside; holes left out."""
+        topology = self.connectivity
+        loops = np.split(topology.face_vertices, topology.face_offsets[1:-1])
+        return tuple(loop for loop, hole in zip(loops, topology.face_is_hole, strict=True) if not hole)
+
+    @property
+    def _faces(self) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+        return self.connectivity.face_vertices, self.connectivity.face_offsets
+
+    # ---- geometry, computed when first asked for
+
+    @cached_property
+    def normals(self) -> Array:
+        """(n, 3) unit normals, outward; see `geometry.normals`."""
+        return _check.frozen(geometry.normals(self.vertices, self.neighbors))
+
+    @cached_property
+    def simplex_angle(self) -> Array:
+        """(n,) simplex angles in radians, positive where convex; see `geometry.simplex_angle`."""
+        return _check.frozen(geometry.simplex_angle(self.vertices, self.neighbors))
+
+    @cached_property
+    def mean_curvature(self) -> Array:
+        """(n,) mean curvatures in 1 / unit, positive where convex; see `geometry.mean_curvature`."""
+        return _check.frozen(geometry.mean_curvature(self.vertices, self.neighbors))
+
+    @cached_property
+    def metric(self) -> Array:
+        """(n, 3) metric parameters, with sum 1; see `geometry.metric_parameters`."""
+        return _check.frozen(geometry.metric_parameters(self.vertices, self.neighbors))
+
+    @cached_property
+    def face_areas(self) -> Array:
+        """(f,) area of each face, holes included; see `face_geometry.face_areas`."""
+        return _check.frozen(face_geometry.face_areas(self.vertices, *self._faces))
+
+    @cached_property
+    def face_gauss(self) -> Array:
+        """(f,) Gaussian measure of each face, holes included; see `face_geometry.face_gauss`."""
+        return _check.frozen(face_geometry.face_gauss(self.normals, *self._faces))
+
+    @cached_property
+    def area(self) -> float:
+        """Area of the surface, holes left out, in the squared unit of the vertices."""
+        return float(self.face_areas[~self.connectivity.face_is_hole].sum())
+
+    @cached_property
+    def volume(self) -> float:
+        """Enclosed volume in the cubed unit of the vertices, each hole closed by a fan."""
+        return face_geometry.enclosed_volume(self.vertices, *self._faces)
+
+    @cached_property
+    def bounds(self) -> Array:
+        """(2, 3) the smallest and the largest coordinates."""
+        return _check.frozen([self.vertices.min(axis=0), self.vertices.max(axis=0)])
+
+    # ---- new objects
+
+    def moved(self, vertices: ArrayLike) -> SimplexMesh:
+        """Return the mesh with its vertices elsewhere, sharing the connectivity and keeping the data."""
+        return SimplexMesh(vertices, self.connectivity, self.data)  # type: ignore[arg-type]
+
+    def with_data(self, **arrays: ArrayLike | None) -> SimplexMesh:
+        """Return the mesh with named arrays, one row per vertex, added or replaced; None drops one.
+
+        Examples
+        --------
+        >>> from simplexmesh.mesh.shapes import sphere
+        >>> list(sphere(2).with_data(rigidity=np.ones(80)).data)
+        ['rigidity']
+        """
+        data = {name: values for name, values in {**self.data, **arrays}.items() if values is not None}
+        return SimplexMesh(self.vertices, self.connectivity, data)  # type: ignore[arg-type]
+
+    def triangulated(self, method: str = "fan") -> Any:
+        """Return a `TriangleMesh` of the surface, holes left open.
+
+        Parameters
+        ----------
+        method : {"fan", "dual"}
+            "fan" divides each face about its centroid and keeps the border exactly; "dual" has a corner for each
+            face and a triangle for each vertex, fewer of both, and underestimates the curvature.
+
+        Examples
+        --------
+        >>> from simplexmesh.mesh.shapes import sphere
+        >>> len(sphere(2).triangulated("dual").faces)
+        80
+        """
+        duality = importlib.import_module("simplexmesh.mesh.duality")
+        make = {"fan": duality.fan, "dual": duality.dual_triangles}
+        return _upstairs("data.triangles").TriangleMesh(*make[_check.choice("method", method, ("fan", "dual"))](self))
+
+    def save(self, path: str | Path) -> None:
+        """Write the mesh to a file, in the format its name ends with; VTP keeps everything."""
+        _upstairs("data.writing").write_mesh(self, path)
+
+    def to_pyvista(self) -> Any:
+        """Return a `pyvista.PolyData` with the polygons of the surface and the data of the vertices."""
+        return _upstairs("data.writing").polydata(self)
