@@ -1,0 +1,221 @@
+"""From triangulations to simplex meshes and back.
+
+A simplex mesh is the dual of a triangulation: a vertex for each triangle, a face for each vertex. At the border of an
+open triangulation each border edge becomes a vertex too, and the border itself a hole face.
+"""
+
+from __future__ import annotations
+
+import warnings
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplexmesh import _check
+from simplexmesh.errors import TopologyError
+from simplexmesh.mesh import face_geometry
+from simplexmesh.mesh.connectivity import Connectivity
+from simplexmesh.mesh.manifold import half_edge_mates, oriented, without_flaws
+from simplexmesh.mesh.simplex_mesh import SimplexMesh
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+
+def _vertices_and_faces(triangles: Any) -> tuple[Array, Indices]:
+    """Return the positions and the corners of whatever has them: a pair, this library's, trimesh's or pyvista's."""
+    if isinstance(triangles, tuple | list) and len(triangles) == 2:
+        vertices, faces = triangles
+    elif hasattr(triangles, "regular_faces"):
+        vertices, faces = triangles.points, triangles.regular_faces
+    elif hasattr(triangles, "vertices") and hasattr(triangles, "faces"):
+        vertices, faces = triangles.vertices, triangles.faces
+    else:
+        raise TypeError(f"triangles must be (vertices, faces) or have both, not {type(triangles).__name__}")
+    vertices = _check.array("triangles.vertices", vertices, (None, 3))
+    faces = _check.array("triangles.faces", faces, (None, 3), np.int64)
+    if not len(faces):
+        raise ValueError("triangles must have at least one face, not none")
+    return vertices, _check.indices("triangles.faces", faces, (None, 3), len(vertices))
+
+
+def dual(triangles: Any, *, outward: bool = True) -> SimplexMesh:
+    """Return the simplex mesh dual to a triangulation, closed or open.
+
+    Vertex `t` is the centroid of triangle `t`, and its dart `j` crosses the triangle's edge from corner `j` to corner
+    `j + 1`. After them comes one vertex for each border edge, at its midpoint, whose neighbors are the triangle, the
+    border edge before and the border edge after; each border is a hole face.
+
+    What can be repaired safely is, with a warning: triangles with a repeated corner and second copies of a triangle
+    are dropped, triangles turned against their neighbors are turned back, and a corner where several sheets touch is
+    split. Corners in no triangle are ignored.
+
+    Parameters
+    ----------
+    triangles : pair of arrays or object
+        `(vertices, faces)` of shapes (v, 3) and (t, 3), or an object with `vertices` and `faces`.
+    outward : bool
+        Turn closed components that are inside out. Without it the orientation given is kept, so that the inner wall
+        of a cavity stays one.
+
+    Returns
+    -------
+    SimplexMesh
+        With `t` vertices and one more for each border edge, after dropping.
+
+    Raises
+    ------
+    TopologyError
+        Where an edge has more than two triangles, or a component has no consistent orientation.
+    ValueError
+        When there is no triangle, or a corner that does not exist.
+
+    References
+    ----------
+    H. Delingette, thesis, 1994, sections 2.2 and 2.3, table 2.2.
+
+    Examples
+    --------
+    >>> octahedron = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]])
+    >>> faces = [[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]]
+    >>> dual((octahedron, faces))
+    SimplexMesh(8 vertices, 6 faces, genus 0, 0 holes)
+    >>> dual((octahedron, faces[:4]))
+    SimplexMesh(8 vertices, 5 faces, genus 0, 1 holes)
+    """
+    vertices, faces = _vertices_and_faces(triangles)
+    faces, repairs = without_flaws(faces)
+    if not len(faces):
+        raise TopologyError("triangles must have a face with three different corners, not none")
+    mates = half_edge_mates(faces)
+    faces, mates, turned = oriented(vertices, faces, mates, outward=outward)
+    connectivity = _dual_connectivity(mates)
+    repairs += turned + _touching(faces, connectivity)
+    if repairs:
+        warnings.warn("triangles repaired: " + ", ".join(repairs), stacklevel=2)
+    return SimplexMesh(_dual_positions(vertices, faces, mates), connectivity)
+
+
+def _dual_connectivity(mates: Indices) -> Connectivity:
+    """Return the darts of the dual from the opposite of each half-edge, -1 on a border."""
+    n = len(mates)
+    twin = mates.ravel()
+    border = np.flatnonzero(twin < 0)
+    if not len(border):
+        return Connectivity(mates)  # type: ignore[arg-type]
+    number = np.full(twin.size, -1)
+    number[border] = np.arange(n, n + len(border))
+    after = number[_next_on_border(twin, border)]
+    here = number[border]
+    twin = np.concatenate([np.where(twin < 0, 3 * number, twin), np.zeros(3 * len(border), np.int64)])
+    twin[3 * here] = border
+    twin[3 * here + 2] = 3 * after + 1
+    twin[3 * after + 1] = 3 * here + 2
+    return Connectivity(twin.reshape(-1, 3), 3 * here + 1)  # type: ignore[arg-type]
+
+
+def _next_on_border(mates: Indices, border: Indices) -> Indices:
+    """Return the border half-edge that follows each one, found by turning about its end through the triangles.
+
+    Turning keeps to one sheet, so that two sheets that touch in a corner have separate borders.
+    """
+    current = border.copy()
+    turning = np.arange(len(border))
+    while len(turning):
+        at = current[turning]
+        step = 3 * (at // 3) + (at + 1) % 3
+        current[turning] = np.where(mates[step] < 0, step, mates[step])
+        turning = turning[mates[step] >= 0]
+    return current
+
+
+def _dual_positions(vertices: Array, faces: Indices, mates: Indices) -> Array:
+    """Return the centroids of the triangles, then the midpoints of the border edges."""
+    border = np.flatnonzero(mates.ravel() < 0)
+    start = faces[border // 3, border % 3]
+    end = faces[border // 3, (border + 1) % 3]
+    return np.concatenate([vertices[faces].mean(axis=1), (vertices[start] + vertices[end]) / 2])
+
+
+def _touching(faces: Indices, connectivity: Connectivity) -> list[str]:
+    """Return a sentence naming the corners where sheets touched: those that became several faces."""
+    around = connectivity.face[: len(faces)].ravel()
+    corners = np.unique(np.stack([np.roll(faces, -1, axis=1).ravel(), around], axis=1), axis=0)[:, 0]
+    split = np.unique(corners[1:][corners[1:] == corners[:-1]])
+    if not len(split):
+        return []
+    return [f"split {len(split)} corners where sheets touch, the first being {split[0]}"]
+
+
+def fan(mesh: SimplexMesh) -> tuple[Array, Indices]:
+    """Return the mesh with each face triangulated as a fan around its centroid, holes left open.
+
+    Parameters
+    ----------
+    mesh : SimplexMesh
+        n vertices and f faces.
+
+    Returns
+    -------
+    vertices : (n + f, 3) array of float
+        The mesh's own vertices, then the centroids of its faces.
+    faces : (t, 3) array of int
+        Counter-clockwise seen from outside, face after face.
+
+    Examples
+    --------
+    >>> from simplexmesh.mesh.shapes import sphere
+    >>> vertices, faces = fan(sphere(1))
+    >>> len(vertices), len(faces)
+    (32, 60)
+    """
+    topology = mesh.connectivity
+    loops = topology.face_vertices, topology.face_offsets
+    solid = ~topology.face_is_hole
+    number = topology.n_vertices + np.cumsum(solid) - 1
+    corners = [loops[0], face_geometry.following(*loops), np.repeat(number, topology.face_sizes)]
+    faces = np.stack(corners, axis=1)[np.repeat(solid, topology.face_sizes)]
+    return np.concatenate([mesh.vertices, face_geometry.face_centroids(mesh.vertices, *loops)[solid]]), faces
+
+
+def dual_triangles(mesh: SimplexMesh) -> tuple[Array, Indices]:
+    """Return the triangulation dual to the mesh: a corner at each face's centroid, a triangle for each vertex.
+
+    Vertices on a hole become border edges and have no triangle. `dual` takes the triangulation back to the same
+    connectivity: darts and all for a closed mesh, and for an open one whose hole vertices come last, as those of
+    `dual` do; otherwise up to the order of the vertices.
+
+    Parameters
+    ----------
+    mesh : SimplexMesh
+        With f faces.
+
+    Returns
+    -------
+    vertices : (f, 3) array of float
+        The centroids of the faces of the surface.
+    faces : (t, 3) array of int
+        Counter-clockwise seen from outside, in the order of the mesh's vertices.
+
+    Raises
+    ------
+    TopologyError
+        When every vertex lies on a hole.
+
+    Examples
+    --------
+    >>> from simplexmesh.mesh.shapes import sphere
+    >>> vertices, faces = dual_triangles(sphere(1))
+    >>> len(vertices), len(faces)
+    (12, 20)
+    """
+    topology = mesh.connectivity
+    solid = ~topology.face_is_hole
+    inner = solid[topology.face].all(axis=1)
+    if not inner.any():
+        raise TopologyError("every vertex lies on a hole, so that no triangle is left in the dual")
+    number = np.cumsum(solid) - 1
+    faces = number[np.roll(topology.face[inner], 1, axis=1)]
+    centroids = face_geometry.face_centroids(mesh.vertices, topology.face_vertices, topology.face_offsets)
+    return centroids[solid], faces

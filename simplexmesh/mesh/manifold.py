@@ -1,0 +1,162 @@
+"""Triangles made fit for a dual: flaws dropped, half-edges matched, orientation made consistent."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplexmesh._vec import cross, dot
+from simplexmesh.errors import TopologyError
+from simplexmesh.mesh import _kernels
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+
+def without_flaws(faces: Indices) -> tuple[Indices, list[str]]:
+    """Return the triangles without those that repeat a corner or another triangle, and what was dropped.
+
+    Examples
+    --------
+    >>> without_flaws(np.array([[0, 1, 2], [2, 2, 3], [1, 0, 2]]))
+    (array([[0, 1, 2]]), ['dropped 1 triangles with a repeated corner', 'dropped 1 copies of a triangle'])
+    """
+    said = []
+    a, b, c = faces.T
+    slim = (a == b) | (b == c) | (c == a)
+    if slim.any():
+        faces = faces[~slim]
+        said.append(f"dropped {int(slim.sum())} triangles with a repeated corner")
+    if len(faces):
+        low, high = faces.min(axis=1), faces.max(axis=1)
+        middle = faces.sum(axis=1) - low - high
+        order = np.lexsort((middle, high, low))
+        corners = np.stack([low, middle, high], axis=1)[order]
+        again = np.zeros(len(faces), bool)
+        again[order[1:]] = (corners[1:] == corners[:-1]).all(axis=1)
+        if again.any():
+            faces = faces[~again]
+            said.append(f"dropped {int(again.sum())} copies of a triangle")
+    return faces, said
+
+
+def half_edge_mates(faces: Indices) -> Indices:
+    """Return for half-edge `j` of each triangle, from corner `j` to corner `j + 1`, the other one on its edge.
+
+    Parameters
+    ----------
+    faces : (t, 3) array of int
+        Corners of triangles.
+
+    Returns
+    -------
+    (t, 3) array of int
+        Half-edge `3 * u + k` of triangle `u`, or -1 on a border.
+
+    Raises
+    ------
+    TopologyError
+        Where more than two triangles share an edge.
+
+    Examples
+    --------
+    >>> half_edge_mates(np.array([[0, 1, 2], [2, 1, 3]]))
+    array([[-1,  3, -1],
+           [ 1, -1, -1]])
+    """
+    start, end = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
+    keys = np.minimum(start, end) * (int(faces.max()) + 1) + np.maximum(start, end)
+    order = np.argsort(keys, kind="stable")
+    same = np.diff(keys[order]) == 0
+    crowded = same[1:] & same[:-1]
+    if crowded.any():
+        edge = int(order[crowded.argmax()])
+        count = int((keys == keys[edge]).sum())
+        raise TopologyError(
+            f"at most two triangles may share an edge; the edge of corners {start[edge]} and {end[edge]} has {count}: "
+            f"{', '.join(str(t) for t in np.flatnonzero(keys == keys[edge])[:4] // 3)}" + (", ..." if count > 4 else "")
+        )
+    first = np.flatnonzero(same)
+    out = np.full(faces.size, -1)
+    out[order[first]] = order[first + 1]
+    out[order[first + 1]] = order[first]
+    return out.reshape(-1, 3)
+
+
+def _to_turn(faces: Indices, mates: Indices) -> NDArray[np.bool_]:
+    """Return which triangles to turn over so that all agree with their neighbors; fewest in each component.
+
+    Each triangle stands twice in a graph, as it is and turned over, linked to those of its neighbors that agree with
+    it; a component of the surface has a consistent orientation exactly when it makes two components of that graph.
+    """
+    n = len(faces)
+    inside = mates >= 0
+    agrees = faces != faces.ravel()[mates]  # the two half-edges of an edge start at different corners
+    if agrees[inside].all():
+        return np.zeros(n, bool)
+    other = mates // 3
+    kept = np.where(inside, np.where(agrees, other, other + n), -1)
+    turned = np.where(inside, np.where(agrees, other + n, other), -1)
+    labels = _kernels.component_labels(np.concatenate([kept, turned]).astype(np.int32))
+    mirrored = labels[:n] == labels[n:]
+    if mirrored.any():
+        t = int(mirrored.argmax())
+        raise TopologyError(
+            f"triangles must have two sides; the surface of triangle {t}, with corners {faces[t].tolist()}, has one"
+        )
+    size = np.bincount(labels[:n], minlength=int(labels.max()) + 1)
+    as_is, over = size[labels[:n]], size[labels[n:]]
+    return (as_is < over) | ((as_is == over) & (labels[:n] > labels[n:]))
+
+
+def _inside_out(vertices: Array, faces: Indices, mates: Indices) -> NDArray[np.bool_]:
+    """Return which triangles belong to a closed component with negative volume."""
+    labels = _kernels.component_labels(np.where(mates >= 0, mates // 3, -1).astype(np.int32))
+    a, b, c = (vertices - vertices[faces].mean(axis=(0, 1)))[faces].transpose(1, 0, 2)
+    volume = np.bincount(labels, dot(a, cross(b, c)))
+    is_open = np.bincount(labels, (mates < 0).any(axis=1)) > 0
+    return ((volume < 0) & ~is_open)[labels]
+
+
+def _turned(faces: Indices, mates: Indices, over: NDArray[np.bool_]) -> tuple[Indices, Indices]:
+    """Return the triangles and half-edges with some turned over, by swapping their last two corners."""
+    faces = faces.copy()
+    faces[over] = faces[over][:, [0, 2, 1]]
+    mates = mates.copy()
+    mates[over] = mates[over][:, [2, 1, 0]]
+    renamed = np.where(over[mates // 3], 3 * (mates // 3) + 2 - mates % 3, mates)
+    return faces, np.where(mates < 0, -1, renamed)
+
+
+def oriented(vertices: Array, faces: Indices, mates: Indices, *, outward: bool) -> tuple[Indices, Indices, list[str]]:
+    """Return triangles that agree with their neighbors, their half-edges, and what was turned.
+
+    Parameters
+    ----------
+    vertices : (v, 3) array of float
+        Positions.
+    faces, mates : (t, 3) arrays of int
+        Triangles, and their half-edges as `half_edge_mates` returns them.
+    outward : bool
+        Also turn closed components that enclose a negative volume.
+
+    Raises
+    ------
+    TopologyError
+        For a surface with one side.
+
+    Examples
+    --------
+    >>> faces = np.array([[0, 1, 2], [1, 2, 3]])
+    >>> oriented(np.eye(4)[:, :3], faces, half_edge_mates(faces), outward=True)[2]
+    ['turned over 1 triangles']
+    """
+    said = []
+    over = _to_turn(faces, mates)
+    if over.any():
+        faces, mates = _turned(faces, mates, over)
+        said.append(f"turned over {int(over.sum())} triangles")
+    if outward and (over := _inside_out(vertices, faces, mates)).any():
+        faces, mates = _turned(faces, mates, over)
+        said.append(f"turned {int(over.sum())} triangles of closed components outward")
+    return faces, mates, said
