@@ -21,3 +21,7 @@ class DivergedError(RuntimeError):
     def __init__(self, message: str, mesh: Any = None) -> None:
         super().__init__(message)
         self.mesh = mesh
+
+
+class SimplexMeshWarning(UserWarning):
+    """The data given had a flaw that was repaired; the message says what and how often."""

@@ -1,0 +1,157 @@
+"""A cloud of points, with or without normals."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from simplexmesh import _check, _vec
+from simplexmesh.errors import SimplexMeshWarning
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PointCloud:
+    """Points measured on a surface.
+
+    Parameters
+    ----------
+    points : (n, 3) array of float
+        Positions, finite, at least four.
+    normals : (n, 3) array of float, optional
+        Directions away from the solid, towards the sensor; brought to length one. None when unknown.
+
+    Raises
+    ------
+    ValueError
+        Wrong shape, fewer than four points, NaN or infinite values, normals of length zero.
+    TypeError
+        Not real numbers.
+
+    Examples
+    --------
+    >>> cloud = PointCloud([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 2]])
+    >>> cloud
+    PointCloud(4 points, without normals, diagonal 2.44949)
+    """
+
+    points: Array
+    normals: Array | None = None
+
+    def __post_init__(self) -> None:
+        points = _finite_rows("points", self.points)
+        if len(points) < 4:
+            raise ValueError(f"points must be at least 4, not {len(points)}")
+        object.__setattr__(self, "points", _kept(points, self.points))
+        if self.normals is None:
+            return
+        normals = _finite_rows("normals", self.normals)
+        if len(normals) != len(points):
+            raise ValueError(f"normals must have shape {points.shape}, not {normals.shape}")
+        zero = int(np.count_nonzero(~normals.any(axis=1)))
+        if zero:
+            raise ValueError(f"normals must have a direction; {zero} of {len(normals)} are zero")
+        object.__setattr__(self, "normals", _check.frozen(_vec.normalized(normals)))
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+    def __repr__(self) -> str:
+        with_normals = "without" if self.normals is None else "with"
+        return f"PointCloud({len(self)} points, {with_normals} normals, diagonal {self.diagonal:g})"
+
+    @cached_property
+    def bounds(self) -> Array:
+        """(2, 3) array of float: lowest and highest coordinates."""
+        return _check.frozen(np.stack([self.points.min(axis=0), self.points.max(axis=0)]))
+
+    @property
+    def diagonal(self) -> float:
+        """Length of the diagonal of the bounding box."""
+        low, high = self.bounds
+        return float(np.linalg.norm(high - low))
+
+    def transformed(self, T_target_source: ArrayLike) -> PointCloud:
+        """Return the cloud in the frame the transform leads to.
+
+        Parameters
+        ----------
+        T_target_source : (4, 4) array of float
+            Affine; normals turn with the inverse transpose and stay outward under reflections too.
+
+        Examples
+        --------
+        >>> cloud = PointCloud(np.eye(4)[:, :3])
+        >>> cloud.transformed(np.diag([2.0, 1.0, 1.0, 1.0])).points[0]
+        array([2., 0., 0.])
+        """
+        T = affine("T_target_source", T_target_source)
+        normals = None if self.normals is None else self.normals @ np.linalg.inv(T[:3, :3])
+        return PointCloud(self.points @ T[:3, :3].T + T[:3, 3], normals)
+
+    def merged(self) -> PointCloud:
+        """Return the cloud with every position once (normals averaged), reporting how many points that merged.
+
+        Warns
+        -----
+        SimplexMeshWarning
+            When there were duplicate points.
+        """
+        unique, first, place = np.unique(self.points, axis=0, return_index=True, return_inverse=True)
+        duplicates = len(self) - len(unique)
+        if not duplicates:
+            return self
+        warnings.warn(f"merged {duplicates:,} duplicate points of {len(self):,}", SimplexMeshWarning, stacklevel=2)
+        order = np.argsort(first)
+        normals = None
+        if self.normals is not None:
+            total = np.zeros_like(unique)
+            np.add.at(total, place.reshape(-1), self.normals)
+            opposed = _vec.norm(total) < 1e-6
+            total[opposed] = self.normals[first[opposed]]
+            normals = total[order]
+        return PointCloud(unique[order], normals)
+
+    @staticmethod
+    def joined(clouds: Sequence[PointCloud]) -> PointCloud:
+        """Return all points of several clouds in one; with normals if all of them have normals."""
+        if not clouds:
+            raise ValueError("clouds must be at least one, not none")
+        normals = [cloud.normals for cloud in clouds if cloud.normals is not None]
+        return PointCloud(
+            np.concatenate([cloud.points for cloud in clouds]),
+            np.concatenate(normals) if len(normals) == len(clouds) else None,
+        )
+
+
+def affine(name: str, value: ArrayLike) -> Array:
+    """Return an invertible (4, 4) affine transform, or say what is wrong with it."""
+    T = _check.array(name, value, (4, 4))
+    if not np.array_equal(T[3], [0, 0, 0, 1]):
+        raise ValueError(f"{name} must have the last row (0, 0, 0, 1), not {tuple(T[3].tolist())}")
+    if abs(np.linalg.det(T[:3, :3])) < 1e-30:
+        raise ValueError(f"{name} must be invertible, it flattens space")
+    return T
+
+
+def _finite_rows(name: str, value: Any) -> Array:
+    out = np.asarray(value)
+    if out.dtype.kind == "f" and out.ndim == 2:
+        bad = len(out) - int(np.count_nonzero(np.isfinite(out).all(axis=1)))
+        if bad:
+            raise ValueError(f"{name} must be finite; {bad} of {len(out)} have NaN or infinite coordinates")
+    return _check.array(name, out, (None, 3))
+
+
+def _kept(points: Array, given: Any) -> Array:
+    """Use a read-only C-contiguous double array as it is, copy any other."""
+    if points is given and not points.flags.writeable and points.flags.c_contiguous:
+        return points
+    return _check.frozen(points)

@@ -1,0 +1,307 @@
+"""A volume: samples on a regular grid with a place in physical space."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from simplexmesh import _check
+
+Array = NDArray[np.float64]
+
+MOST_LABELS = 64
+_LARGEST_LABEL = 1 << 31
+_SLAB = 1 << 22
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Volume:
+    """Samples on a regular grid, with the place of every sample in physical space.
+
+    The sample `values[i, j, k]` stands at ``origin + direction @ (spacing * [i, j, k])``: the center of its voxel.
+
+    Parameters
+    ----------
+    values : (nx, ny, nz) array of int or float
+        The samples, at least two along each axis, all finite. The type is kept (bool becomes uint8, half floats
+        become single). They are stored read-only with the first index running fastest, as in the files; an array
+        that already is so and cannot be written to is used as it is, any other is copied.
+    spacing : (3,) array of float or float
+        Distance between samples along i, j and k, in the unit of length of the data; positive.
+    origin : (3,) array of float
+        Where sample (0, 0, 0) is.
+    direction : (3, 3) array of float, optional
+        Unit vectors of the axes i, j, k as columns, perpendicular to each other; the identity when not given.
+        Left-handed axes (determinant -1) are legal, images have them.
+
+    Raises
+    ------
+    ValueError
+        Wrong shape, fewer than two samples along an axis, NaN or infinite values, spacing not positive, axes not
+        perpendicular.
+    TypeError
+        Samples that are not real numbers.
+
+    Examples
+    --------
+    >>> volume = Volume(np.zeros((4, 5, 6)), spacing=(1, 1, 2.5), origin=(10, 0, 0))
+    >>> volume.to_world([3, 0, 2])
+    array([13.,  0.,  5.])
+    >>> volume
+    Volume(shape=(4, 5, 6), float64, spacing=(1, 1, 2.5), range=(0, 0))
+    """
+
+    values: NDArray[Any]
+    spacing: Array = (1.0, 1.0, 1.0)  # type: ignore[assignment]
+    origin: Array = (0.0, 0.0, 0.0)  # type: ignore[assignment]
+    direction: Array = None  # type: ignore[assignment]
+
+    def __post_init__(self) -> None:
+        spacing = np.full(3, float(self.spacing)) if np.ndim(self.spacing) == 0 else self.spacing
+        spacing = _check.array("spacing", spacing, (3,))
+        if (spacing <= 0).any():
+            raise ValueError(f"spacing must be positive along every axis, not {tuple(spacing.tolist())}")
+        fields = {
+            "values": _samples(self.values),
+            "spacing": _check.frozen(spacing),
+            "origin": _check.frozen(_check.array("origin", self.origin, (3,))),
+            "direction": _axes(self.direction),
+        }
+        for name, value in fields.items():
+            object.__setattr__(self, name, value)
+
+    def __repr__(self) -> str:
+        spacing = ", ".join(f"{s:g}" for s in self.spacing)
+        low, high = self.range
+        return f"Volume(shape={self.shape}, {self.values.dtype}, spacing=({spacing}), range=({low:g}, {high:g}))"
+
+    @property
+    def shape(self) -> tuple[int, int, int]:
+        """Number of samples along i, j and k."""
+        nx, ny, nz = self.values.shape
+        return nx, ny, nz
+
+    @cached_property
+    def range(self) -> tuple[float, float]:
+        """Smallest and largest sample."""
+        return float(self.values.min()), float(self.values.max())
+
+    @cached_property
+    def T_world_index(self) -> Array:
+        """(4, 4) array of float: takes indices (i, j, k, 1) to physical coordinates (x, y, z, 1)."""
+        T = np.eye(4)
+        T[:3, :3] = self.direction * self.spacing
+        T[:3, 3] = self.origin
+        return _check.frozen(T)
+
+    def to_world(self, ijk: ArrayLike) -> Array:
+        """Return the physical coordinates of (..., 3) indices, whole or not."""
+        T = self.T_world_index
+        return np.asarray(ijk, dtype=float) @ T[:3, :3].T + T[:3, 3]
+
+    def to_index(self, xyz: ArrayLike) -> Array:
+        """Return the continuous indices of (..., 3) physical coordinates.
+
+        Examples
+        --------
+        >>> Volume(np.zeros((3, 3, 3)), spacing=2).to_index([4, 0, 1])
+        array([2. , 0. , 0.5])
+        """
+        T = np.linalg.inv(self.T_world_index)
+        return np.asarray(xyz, dtype=float) @ T[:3, :3].T + T[:3, 3]
+
+    @cached_property
+    def bounds(self) -> Array:
+        """(2, 3) array of float: lowest and highest physical coordinates of the samples."""
+        corners = self.to_world(np.stack(np.meshgrid(*[(0, n - 1) for n in self.shape]), axis=-1).reshape(-1, 3))
+        return _check.frozen(np.stack([corners.min(axis=0), corners.max(axis=0)]))
+
+    @property
+    def diagonal(self) -> float:
+        """Length of the diagonal of the grid, first sample to last."""
+        return float(np.linalg.norm(self.spacing * (np.array(self.shape) - 1)))
+
+    @cached_property
+    def is_labels(self) -> bool:
+        """Whether the samples look like labels (names of regions) rather than intensities.
+
+        They do when all are whole numbers, with at most 64 different values, and, beyond two values, more than half
+        of the neighboring pairs outside the background (the most frequent value) are equal: regions are patches.
+        On the frog 69 to 86 % of those pairs are equal, on 8-bit medical images 2 to 13 %.
+        """
+        found = _few_whole_numbers(self.values, MOST_LABELS)
+        if found is None:
+            return False
+        if len(found) <= 2:
+            return True
+        background = max(found, key=lambda label: found[label])
+        equal = pairs = 0
+        for slab in _slabs(self.values):
+            a, b = slab[:-1], slab[1:]
+            outside = (a != background) | (b != background)
+            pairs += int(np.count_nonzero(outside))
+            equal += int(np.count_nonzero((a == b) & outside))
+        return 2 * equal > pairs
+
+    def labels(self) -> list[int]:
+        """Return the labels present, in increasing order.
+
+        Raises
+        ------
+        ValueError
+            The volume holds intensities.
+        """
+        if not self.is_labels:
+            raise ValueError(f"volume must hold labels (whole numbers, at most {MOST_LABELS}, in patches); {self!r}")
+        return sorted(int(label) for label in _few_whole_numbers(self.values, MOST_LABELS) or ())
+
+    def mask(self, label: int) -> Volume:
+        """Return the volume that is 1 where this one equals `label`, 0 elsewhere.
+
+        Raises
+        ------
+        ValueError
+            No sample has that label.
+        """
+        inside = self.values == label
+        if not inside.any():
+            present = f"; present are {self.labels()}" if self.is_labels else ""
+            raise ValueError(f"label must be present in the volume, {label!r} is not{present}")
+        return self._with_values(inside)
+
+    def smoothed(self, sigma: float) -> Volume:
+        """Return the volume filtered by a Gaussian.
+
+        Parameters
+        ----------
+        sigma : float
+            Standard deviation in the unit of length of the data, the same in all physical directions.
+
+        Returns
+        -------
+        Volume
+            Single precision (double when this one is).
+        """
+        from scipy import ndimage
+
+        sigma = _check.number("sigma", sigma, 0.0)
+        out: NDArray[Any] = np.zeros(self.shape, dtype=self._float_type, order="F")
+        ndimage.gaussian_filter(self.values, sigma / self.spacing, output=out, mode="nearest")
+        return self._with_values(out)
+
+    def resampled(self, spacing: ArrayLike) -> Volume:
+        """Return the volume on a grid of another spacing, centered on the same place.
+
+        Where the grid gets coarser a Gaussian of standard deviation (factor - 1) / 2 old samples takes away what the
+        new grid cannot hold; values in between are linear.
+
+        Parameters
+        ----------
+        spacing : float or (3,) array of float
+            The new spacing, in the unit of length of the data.
+
+        Returns
+        -------
+        Volume
+            Same axes, single precision (double when this one is). The grid reaches to the first and last sample of
+            this one, or less than one new spacing beyond.
+        """
+        from scipy import ndimage
+
+        wanted = np.full(3, float(np.asarray(spacing))) if np.ndim(spacing) == 0 else spacing
+        wanted = _check.array("spacing", wanted, (3,))
+        if (wanted <= 0).any():
+            raise ValueError(f"spacing must be positive along every axis, not {tuple(wanted.tolist())}")
+        factor = wanted / self.spacing
+        extent = np.array(self.shape) - 1
+        shape = np.maximum(2, np.ceil(extent / factor - 1e-9).astype(int) + 1)
+        start = (extent - factor * (shape - 1)) / 2
+        fine: NDArray[Any] = self.values.astype(self._float_type, copy=False)
+        if (factor > 1).any():
+            fine = ndimage.gaussian_filter(fine, np.maximum(0, (factor - 1) / 2), mode="nearest")
+        out: NDArray[Any] = np.zeros(shape, dtype=self._float_type, order="F")
+        ndimage.affine_transform(
+            fine, factor, offset=start, output=out, output_shape=tuple(shape), order=1, mode="nearest"
+        )
+        out.setflags(write=False)
+        return replace(self, values=out, spacing=wanted, origin=self.to_world(start))
+
+    @property
+    def _float_type(self) -> type:
+        return np.float64 if self.values.dtype == np.float64 else np.float32
+
+    def _with_values(self, values: NDArray[Any]) -> Volume:
+        values.setflags(write=False)
+        return replace(self, values=values)
+
+
+def _samples(values: ArrayLike) -> NDArray[Any]:
+    out = np.asarray(values)
+    if out.dtype.kind not in "biuf":
+        raise TypeError(
+            f"values must be real numbers of shape (nx, ny, nz), not {type(values).__name__} of {out.dtype}"
+        )
+    if out.ndim != 3:
+        raise ValueError(f"values must have shape (nx, ny, nz), not {out.shape}")
+    if min(out.shape) < 2:
+        raise ValueError(f"values must have at least 2 samples along each axis, not shape {out.shape}")
+    if out.dtype.kind == "f":
+        bad = sum(int(slab.size - np.count_nonzero(np.isfinite(slab))) for slab in _slabs(out))
+        if bad:
+            raise ValueError(f"values must be finite; {bad} of {out.size} are NaN or infinite")
+    if out.dtype == bool:
+        out = out.view(np.uint8)
+    elif out.dtype in (np.float16, np.longdouble):
+        out = out.astype(np.float32 if out.dtype == np.float16 else np.float64)
+    wanted = out.dtype.newbyteorder("=")
+    if out.flags.writeable or not out.flags.f_contiguous or out.dtype != wanted:
+        out = np.array(out, dtype=wanted, order="F", copy=True)
+        out.setflags(write=False)
+    return out
+
+
+def _axes(direction: ArrayLike | None) -> Array:
+    if direction is None:
+        return _check.frozen(np.eye(3))
+    out = _check.array("direction", direction, (3, 3))
+    off = np.abs(out.T @ out - np.eye(3)).max()
+    if off > 1e-3:
+        raise ValueError(f"direction must have perpendicular columns of length one; they are off by {off:.2g}")
+    return _check.frozen(out)
+
+
+def _slabs(values: NDArray[Any]) -> Iterator[NDArray[Any]]:
+    """Cut along the last axis into pieces that fit the cache, so that a pass needs no second volume."""
+    thick = max(1, _SLAB // (values.shape[0] * values.shape[1]))
+    for k in range(0, values.shape[2], thick):
+        yield values[:, :, k : k + thick]
+
+
+def _few_whole_numbers(values: NDArray[Any], most: int) -> dict[int, int] | None:
+    """Return how often each value occurs, or None as soon as one is not whole or there are more than `most`."""
+    found: dict[int, int] = {}
+    for slab in _slabs(values):
+        if slab.dtype.kind == "f" and (slab != np.rint(slab)).any():
+            return None
+        if slab.dtype.kind == "f" and np.abs(slab).max() > _LARGEST_LABEL:
+            return None
+        for value, count in _counts(slab.ravel(order="K")):
+            found[value] = found.get(value, 0) + count
+        if len(found) > most:
+            return None
+    return found
+
+
+def _counts(flat: NDArray[Any]) -> list[tuple[int, int]]:
+    low = int(flat.min())
+    if int(flat.max()) - low < 1 << 16:
+        counts = np.bincount(flat.astype(np.int64) - low)
+        present = np.flatnonzero(counts)
+        return [(int(p) + low, int(counts[p])) for p in present]
+    unique, counts = np.unique(flat, return_counts=True)
+    return [(int(u), int(c)) for u, c in zip(unique, counts, strict=True)]
