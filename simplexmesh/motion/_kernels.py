@@ -1,0 +1,259 @@
+"""One iteration of a simplex mesh, in loops over vertices: frames, averaging passes, steps.
+
+Arrays in, arrays out; nothing is checked here. Every kernel exists for one thread and for all of them: a parallel call
+costs some 30 microseconds, so small meshes take the serial one.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from types import FunctionType
+from typing import Any
+
+import numpy as np
+from numba import njit, prange
+
+FAST = {"nsz", "arcp", "contract", "reassoc"}  # never 'nnan': NaN means "no data here" and must stay visible
+PARALLEL_FROM = 6000
+
+FREE, ORIENTATION, ANGLE, MEAN_CURVATURE, SHAPE, CURVATURE = range(6)
+
+
+class Both:
+    """A kernel compiled twice, for one thread and for all; called through the one that pays at this size."""
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        twin = FunctionType(function.__code__, function.__globals__, function.__name__)
+        twin.__qualname__ = f"{function.__qualname__}_parallel"  # the disk cache knows kernels by name, not by flags
+        self.serial = njit(cache=True, error_model="numpy", fastmath=FAST)(function)
+        self.parallel = njit(cache=True, error_model="numpy", fastmath=FAST, parallel=True)(twin)
+        self.__doc__ = function.__doc__
+
+    def __call__(self, vertices: np.ndarray, *arguments: Any) -> None:
+        """Run on `vertices` and whatever else the kernel takes."""
+        (self.parallel if len(vertices) >= PARALLEL_FROM else self.serial)(vertices, *arguments)
+
+
+@Both
+def frames(vertices, neighbors, normals, inverse_radius, curvature):
+    """Fill, per vertex, the unit normal, 1 / circumradius of the neighbours, and H (Delingette 1994, section 3)."""
+    for i in prange(vertices.shape[0]):
+        a, b, c = neighbors[i, 0], neighbors[i, 1], neighbors[i, 2]
+        ax, ay, az = vertices[a, 0], vertices[a, 1], vertices[a, 2]
+        ux, uy, uz = vertices[b, 0] - ax, vertices[b, 1] - ay, vertices[b, 2] - az
+        vx, vy, vz = vertices[c, 0] - ax, vertices[c, 1] - ay, vertices[c, 2] - az
+        px, py, pz = vertices[i, 0] - ax, vertices[i, 1] - ay, vertices[i, 2] - az
+        nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+        uu, vv, uv = ux * ux + uy * uy + uz * uz, vx * vx + vy * vy + vz * vz, ux * vx + uy * vy + uz * vz
+        nn = nx * nx + ny * ny + nz * nz
+        if nn <= 1e-24 * uu * vv or nn == 0.0:  # collinear neighbours have no normal: such a vertex is flat
+            normals[i, 0] = normals[i, 1] = normals[i, 2] = 0.0
+            inverse_radius[i] = 0.0
+            curvature[i] = 0.0
+            continue
+        inverse = 1.0 / math.sqrt(nn)
+        nx *= inverse
+        ny *= inverse
+        nz *= inverse
+        # the circumcentre, from A, is s u + t v
+        s, t = 0.5 * vv * (uu - uv) / nn, 0.5 * uu * (vv - uv) / nn
+        h = px * nx + py * ny + pz * nz
+        dx, dy, dz = s * ux + t * vx, s * uy + t * vy, s * uz + t * vz
+        rr = dx * dx + dy * dy + dz * dz
+        power = px * px + py * py + pz * pz - 2.0 * (px * dx + py * dy + pz * dz)  # d^2 + h^2 - r^2
+        normals[i, 0], normals[i, 1], normals[i, 2] = nx, ny, nz
+        inverse_radius[i] = 1.0 / math.sqrt(rr)
+        curvature[i] = 2.0 * h / math.sqrt(4.0 * h * h * rr + power * power)
+
+
+@Both
+def angles(vertices, neighbors, normals, inverse_radius, out):
+    """Fill the simplex angle of each vertex, in (-pi, pi], from frames already computed."""
+    for i in prange(vertices.shape[0]):
+        if inverse_radius[i] == 0.0:
+            out[i] = 0.0
+            continue
+        a, b, c = neighbors[i, 0], neighbors[i, 1], neighbors[i, 2]
+        p2 = h = 0.0
+        uu = vv = uv = pu = pv = 0.0
+        for k in range(3):
+            p, u, v = (
+                vertices[i, k] - vertices[a, k],
+                vertices[b, k] - vertices[a, k],
+                vertices[c, k] - vertices[a, k],
+            )
+            p2 += p * p
+            h += p * normals[i, k]
+            uu += u * u
+            vv += v * v
+            uv += u * v
+            pu += p * u
+            pv += p * v
+        nn = uu * vv - uv * uv
+        power = p2 - (vv * (uu - uv) * pu + uu * (vv - uv) * pv) / nn
+        out[i] = math.atan2(2.0 * h / inverse_radius[i], -power)
+
+
+@Both
+def averages(values, neighbors, out):
+    """Fill `out` with the mean of each vertex's value and its three neighbours': a positive kernel on Q^1."""
+    for i in prange(values.shape[0]):
+        out[i] = 0.25 * (values[i] + values[neighbors[i, 0]] + values[neighbors[i, 1]] + values[neighbors[i, 2]])
+
+
+@Both
+def angle_averages(values, neighbors, inverse_radius, out):
+    """Fill `out` with the mean simplex angle of each vertex and its neighbours, each carried to the vertex's circle.
+
+    An angle seen from a circle of radius r_j becomes, on the same sphere, one of sine sin(phi_j) r_i / r_j: equal
+    circles give the plain mean, and unequal ones on one sphere agree, so that spheres rest at any sampling.
+    """
+    for i in prange(values.shape[0]):
+        total = values[i]
+        for k in range(3):
+            j = neighbors[i, k]
+            if inverse_radius[i] > 0.0 and inverse_radius[j] > 0.0:
+                sine = math.sin(values[j]) * inverse_radius[j] / inverse_radius[i]
+                angle = math.asin(min(max(sine, -1.0), 1.0))
+                if abs(values[j]) > 0.5 * math.pi:
+                    angle = math.copysign(math.pi, values[j]) - angle
+                total += angle
+            else:
+                total += values[j]
+        out[i] = 0.25 * total
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _finish(i, vertices, previous, neighbors, normals, force, push, gap, alpha, beta, damping, reach, moves, energy):
+    """Add inertia, `push` and the pull of the data to the internal `force`, cap the step, write it over `previous`."""
+    fx, fy, fz = force
+    energy_i = fx * fx + fy * fy + fz * fz
+    fx *= alpha
+    fy *= alpha
+    fz *= alpha
+    nx, ny, nz = normals[i, 0], normals[i, 1], normals[i, 2]
+    a, b, c = neighbors[i, 0], neighbors[i, 1], neighbors[i, 2]
+    around = (
+        nx * (normals[a, 0] + normals[b, 0] + normals[c, 0])
+        + ny * (normals[a, 1] + normals[b, 1] + normals[c, 1])
+        + nz * (normals[a, 2] + normals[b, 2] + normals[c, 2])
+    )
+    energy_i *= alpha
+    if gap == gap and around > 0.0:  # NaN is "no data"; a folded vertex is not pushed
+        energy_i += beta * gap * gap
+        fx += beta * gap * nx
+        fy += beta * gap * ny
+        fz += beta * gap * nz
+    keep = 1.0 - damping
+    sx = keep * (vertices[i, 0] - previous[i, 0]) + fx + push[0]
+    sy = keep * (vertices[i, 1] - previous[i, 1]) + fy + push[1]
+    sz = keep * (vertices[i, 2] - previous[i, 2]) + fz + push[2]
+    step2 = sx * sx + sy * sy + sz * sz
+    limit = 0.5 * reach
+    if step2 > limit * limit:
+        shrink = limit / math.sqrt(step2)
+        sx *= shrink
+        sy *= shrink
+        sz *= shrink
+        step2 = limit * limit
+    previous[i, 0] = vertices[i, 0] + sx
+    previous[i, 1] = vertices[i, 1] + sy
+    previous[i, 2] = vertices[i, 2] + sz
+    moves[i] = step2
+    energy[i] = 0.5 * energy_i
+
+
+@Both
+def curvature_step(
+    vertices, previous, neighbors, metric, normals, inverse_radius, wanted_curvature, gaps, alpha, beta, damping,
+    moves, energy,
+):  # fmt: skip
+    """Overwrite `previous` with the next positions, all vertices under a wanted mean curvature: the usual case."""
+    for i in prange(vertices.shape[0]):
+        a, b, c = neighbors[i, 0], neighbors[i, 1], neighbors[i, 2]
+        e2, e3 = metric[i, 1], metric[i, 2]
+        ax, ay, az = vertices[a, 0], vertices[a, 1], vertices[a, 2]
+        ux, uy, uz = vertices[b, 0] - ax, vertices[b, 1] - ay, vertices[b, 2] - az
+        vx, vy, vz = vertices[c, 0] - ax, vertices[c, 1] - ay, vertices[c, 2] - az
+        px, py, pz = vertices[i, 0] - ax, vertices[i, 1] - ay, vertices[i, 2] - az
+        uu, vv, uv = ux * ux + uy * uy + uz * uz, vx * vx + vy * vy + vz * vz, ux * vx + uy * vy + uz * vz
+        # the power of the reference point in the circumcircle, r^2 - d*^2, needs only its metric parameters
+        inside = metric[i, 0] * (e2 * uu + e3 * vv) + e2 * e3 * (uu + vv - 2.0 * uv)
+        inside = max(inside, 0.0)
+        wanted = wanted_curvature[i]
+        limit = inverse_radius[i]
+        wanted = min(max(wanted, -limit), limit)
+        sine = wanted / limit if limit > 0.0 else 0.0
+        cosine2 = max(1.0 - sine * sine, 0.0)
+        divisor = math.sqrt(cosine2) + math.sqrt(cosine2 + inside * wanted * wanted)
+        height = inside * wanted / divisor if divisor > 0.0 else 0.0
+        reach = math.sqrt((3.0 * (px * px + py * py + pz * pz) + uu + vv
+                           - 2.0 * (px * (ux + vx) + py * (uy + vy) + pz * (uz + vz))) / 3.0)  # fmt: skip
+        height = min(max(height, -reach), reach)
+        force = (
+            e2 * ux + e3 * vx + height * normals[i, 0] - px,
+            e2 * uy + e3 * vy + height * normals[i, 1] - py,
+            e2 * uz + e3 * vz + height * normals[i, 2] - pz,
+        )
+        _finish(
+            i, vertices, previous, neighbors, normals, force, (0.0, 0.0, 0.0), gaps[i], alpha[i], beta[i], damping[i],
+            reach, moves, energy,
+        )  # fmt: skip
+
+
+@Both
+def constrained_step(
+    vertices, previous, neighbors, metric, normals, inverse_radius, constraint, wanted_curvature, wanted_angle, extra,
+    gaps, alpha, beta, damping, moves, energy,
+):  # fmt: skip
+    """Overwrite `previous` with the next positions, each vertex under its own constraint, plus `extra` moves."""
+    for i in prange(vertices.shape[0]):
+        a, b, c = neighbors[i, 0], neighbors[i, 1], neighbors[i, 2]
+        e1, e2, e3 = metric[i, 0], metric[i, 1], metric[i, 2]
+        uu = vv = uv = pp = pu = pv = h = 0.0
+        for k in range(3):
+            u, v, p = (
+                vertices[b, k] - vertices[a, k],
+                vertices[c, k] - vertices[a, k],
+                vertices[i, k] - vertices[a, k],
+            )
+            uu += u * u
+            vv += v * v
+            uv += u * v
+            pp += p * p
+            pu += p * u
+            pv += p * v
+            h += p * normals[i, k]
+        inside = max(e1 * (e2 * uu + e3 * vv) + e2 * e3 * (uu + vv - 2.0 * uv), 0.0)
+        reach = math.sqrt((3.0 * pp + uu + vv - 2.0 * (pu + pv)) / 3.0)
+        kind = constraint[i]
+        height = 0.0
+        if inverse_radius[i] > 0.0 and kind != ORIENTATION:
+            r = 1.0 / inverse_radius[i]
+            if kind == FREE:
+                power = pp - (vv * (uu - uv) * pu + uu * (vv - uv) * pv) / (uu * vv - uv * uv)
+                size = math.sqrt(4.0 * h * h * r * r + power * power)
+                sine, cosine = (2.0 * h * r / size, -power / size) if size > 0.0 else (0.0, 1.0)
+            elif kind in (ANGLE, SHAPE):
+                sine, cosine = math.sin(wanted_angle[i]), math.cos(wanted_angle[i])
+            else:
+                sine = min(max(r * wanted_curvature[i], -1.0), 1.0)
+                cosine = math.sqrt(max(1.0 - sine * sine, 0.0))
+            q = math.sqrt(r * r * cosine * cosine + inside * sine * sine)
+            if cosine >= 0.0:
+                divisor = r * cosine + q
+                height = inside * sine / divisor if divisor > 0.0 else 0.0
+            else:
+                height = (q - r * cosine) / sine if sine != 0.0 else reach
+        height = min(max(height, -reach), reach)
+        force = (
+            e1 * vertices[a, 0] + e2 * vertices[b, 0] + e3 * vertices[c, 0] + height * normals[i, 0] - vertices[i, 0],
+            e1 * vertices[a, 1] + e2 * vertices[b, 1] + e3 * vertices[c, 1] + height * normals[i, 1] - vertices[i, 1],
+            e1 * vertices[a, 2] + e2 * vertices[b, 2] + e3 * vertices[c, 2] + height * normals[i, 2] - vertices[i, 2],
+        )
+        push = (extra[i, 0], extra[i, 1], extra[i, 2])
+        _finish(
+            i, vertices, previous, neighbors, normals, force, push, gaps[i], alpha[i], beta[i], damping[i],
+            reach, moves, energy,
+        )  # fmt: skip

@@ -1,0 +1,332 @@
+"""The deformable model: a mesh that moves under internal constraints, data and forces of the user's own."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from simplexmesh import _check
+from simplexmesh.errors import DivergedError
+from simplexmesh.mesh.simplex_mesh import SimplexMesh
+from simplexmesh.motion import _kernels
+from simplexmesh.motion.adapt import adapted_metric
+from simplexmesh.motion.forces import CONSTRAINTS, Force, Frame, constraint_codes
+from simplexmesh.motion.rim import Rim
+
+Array = NDArray[np.float64]
+
+
+class Target(Protocol):
+    """What a mesh can be drawn to: anything that answers one question."""
+
+    def gap(self, vertices: Array, normals: Array, reach: float) -> Array:
+        """Return (n,) how far along its normal the data is from each vertex; NaN where nothing is within `reach`."""
+
+
+@dataclass(frozen=True)
+class State:
+    """A moment of the motion, light enough to keep.
+
+    Attributes
+    ----------
+    iteration : int
+        Iterations done since the model was made.
+    energy : float
+        Mean over the vertices of half of ``alpha |P* - P|^2 + beta gap^2``, in squared units.
+    gap : float
+        Mean distance to the data along the normals, in the mesh's unit; NaN when no vertex is within reach.
+    reached : float
+        Share of the vertices that have data within reach.
+    move : float
+        Largest step of any vertex in this iteration, in the mesh's unit.
+    """
+
+    iteration: int
+    energy: float
+    gap: float
+    reached: float
+    move: float
+
+
+class DeformableModel:
+    """A simplex mesh in motion (Delingette 1994, chapters 4 and 5, equations 4.42, 5.2 and 5.3).
+
+    One iteration moves every vertex by ``(1 - damping) (P - P_previous) + alpha (P* - P) + beta gap n``: inertia, the
+    internal constraint, and the data seen along the normal. Three safeguards hold: the height of P* above its
+    neighbours is at most the mean distance to them, a step at most half of that, and a vertex whose normal is reversed
+    against its neighbours' is not pushed along it.
+
+    Parameters
+    ----------
+    mesh : SimplexMesh
+        Where to start. Its arrays `metric`, `rigidity`, `constraint` and `reference_angle` are the defaults here.
+    target : Target, optional
+        What draws the mesh; see `simplexmesh.targets`. Without one only the internal force and `forces` act.
+    rigidity : int or (n,) array of int
+        How many edges far the constraints `angle` and `mean_curvature` average, 1 (fine) to about 10 (stiff).
+    alpha, beta : float or (n,) array of float
+        Weight of the internal force (0 to 0.5) and of the data (0 to 1).
+    damping : float or (n,) array of float
+        1 is no inertia; must be above 0.
+    reach : float, optional
+        Data farther away than this does not draw, in the mesh's unit. Default: 20 % of the mesh's diagonal.
+    constraint : str or (n,) array of str, optional
+        One of `simplexmesh.motion.forces.CONSTRAINTS`; default `mean_curvature`.
+    metric : (n, 3) array of float, optional
+        Reference metric parameters, rows summing to 1; default 1/3 each, which spaces vertices evenly.
+    curvature : float or (n,) array of float, optional
+        The mean curvature wanted by the constraint `curvature`, positive on a sphere.
+    reference : SimplexMesh, optional
+        The shape remembered by the constraint `shape`: same connectivity, any place and size.
+    adaptation : float
+        Every 10 iterations the metric parameters follow curvature with this strength, 0 (never) to 0.25.
+    forces : sequence of callables
+        Each maps a `Frame` to displacements (n, 3), added in every iteration.
+
+    Raises
+    ------
+    ValueError, TypeError
+        For an argument of the wrong shape, type or range.
+
+    Examples
+    --------
+    >>> import numpy as np, simplexmesh as sm
+    >>> ball = sm.sphere(6)
+    >>> rough = ball.moved(ball.vertices + 0.02 * np.random.default_rng(0).normal(size=ball.vertices.shape))
+    >>> model = DeformableModel(rough, rigidity=4)
+    >>> for state in model.run(100):
+    ...     pass
+    >>> bool(model.mesh.mean_curvature.std() < 0.1 * rough.mean_curvature.std())
+    True
+    """
+
+    def __init__(
+        self,
+        mesh: SimplexMesh,
+        target: Target | None = None,
+        *,
+        rigidity: int | ArrayLike | None = None,
+        alpha: float | ArrayLike = 0.4,
+        beta: float | ArrayLike = 0.2,
+        damping: float | ArrayLike = 0.6,
+        reach: float | None = None,
+        constraint: str | ArrayLike | None = None,
+        metric: ArrayLike | None = None,
+        curvature: float | ArrayLike | None = None,
+        reference: SimplexMesh | None = None,
+        adaptation: float = 0.0,
+        forces: Sequence[Force] = (),
+    ) -> None:
+        n = mesh.n_vertices
+        self.target = target
+        self.forces = tuple(forces)
+        self.iteration = 0
+        self._start = mesh
+        self._neighbors = mesh.connectivity.neighbors
+        self._rim = Rim.of(mesh.connectivity)
+        self.rigidity = _per_vertex("rigidity", _default(rigidity, mesh, "rigidity", 1), n, 0, 1000).astype(np.int64)
+        self.alpha = _per_vertex("alpha", alpha, n, 0.0, 0.5)
+        self.beta = _per_vertex("beta", beta, n, 0.0, 1.0)
+        self.damping = _per_vertex("damping", damping, n, 1e-3, 1.0)
+        diagonal = float(np.linalg.norm(np.ptp(mesh.vertices, axis=0)))
+        self.reach = 0.2 * diagonal if reach is None else _check.number("reach", reach, 0.0, open_low=True)
+        self.adaptation = _check.number("adaptation", adaptation, 0.0, 1.0)
+        self.constraint = constraint_codes(_default(constraint, mesh, "constraint", "mean_curvature"), n)
+        self._memory(mesh, reference, metric, curvature)
+        self._buffers(mesh.vertices)
+
+    def _memory(
+        self, mesh: SimplexMesh, reference: SimplexMesh | None, metric: Any, curvature: float | ArrayLike | None
+    ) -> None:
+        """Store what the constraints refer to: metric parameters, simplex angles, curvatures."""
+        n = mesh.n_vertices
+        remembers = self.constraint == CONSTRAINTS.index("shape")
+        wanted = _default(metric, mesh, "metric", None)
+        self.metric = np.full((n, 3), 1 / 3) if wanted is None else _check.array("metric", wanted, (n, 3)).copy()
+        if not np.allclose(self.metric.sum(axis=1), 1, atol=1e-6):
+            row = int(np.abs(self.metric.sum(axis=1) - 1).argmax())
+            raise ValueError(f"metric must have rows that sum to 1; row {row} sums to {self.metric[row].sum():g}")
+        self._reference_angle = np.zeros(n)
+        if reference is not None:
+            if not np.array_equal(reference.connectivity.twin, mesh.connectivity.twin):
+                raise ValueError("reference must have the same connectivity as mesh")
+            self._reference_angle = np.array(reference.simplex_angle)
+            if metric is None:
+                self.metric[remembers] = reference.metric[remembers]
+        elif "reference_angle" in mesh.data:
+            self._reference_angle = _check.array("reference_angle", mesh.data["reference_angle"], (n,)).copy()
+        elif remembers.any():
+            raise ValueError("constraint 'shape' needs a reference mesh, or data['reference_angle'] on the mesh")
+        prescribed = self.constraint == CONSTRAINTS.index("curvature")
+        if curvature is None and prescribed.any():
+            raise ValueError("constraint 'curvature' needs the argument curvature")
+        self._prescribed = _per_vertex("curvature", 0.0 if curvature is None else curvature, n)
+
+    def _buffers(self, vertices: Array) -> None:
+        n = len(vertices)
+        self._vertices, self._previous = vertices.copy(), vertices.copy()
+        self._normals = np.zeros((n, 3))
+        self._inverse_radius, self._curvature, self._moves, self._energy = (np.zeros(n) for _ in range(4))
+        self._scratch = np.zeros((2, n))
+        self._no_gap = np.full(n, np.nan)
+
+    @property
+    def mesh(self) -> SimplexMesh:
+        """The mesh as it is now, its reference metric parameters among its data."""
+        return self._start.moved(self._vertices).with_data(metric=self.metric)
+
+    def run(self, iterations: int, *, every: int = 1, tolerance: float = 0.0) -> Iterator[State]:
+        """Move, yielding a state every so many iterations, so that any loop can watch, draw or stop.
+
+        Parameters
+        ----------
+        iterations : int
+            How many at most.
+        every : int
+            Yield once in so many iterations (and at the last).
+        tolerance : float
+            Stop once no vertex moves by more than this in an iteration, in the mesh's unit; 0 never stops early.
+
+        Yields
+        ------
+        State
+
+        Raises
+        ------
+        DivergedError
+            When a vertex leaves the finite numbers; the error carries the last good mesh.
+        """
+        iterations = _check.integer("iterations", iterations, 0)
+        every = _check.integer("every", every, 1)
+        tolerance = _check.number("tolerance", tolerance, 0.0)
+        for k in range(1, iterations + 1):
+            gaps = self.step()
+            move = float(np.sqrt(self._moves.max()))
+            resting = move <= tolerance and tolerance > 0
+            if k % every == 0 or k == iterations or resting:
+                yield self._state(gaps, move)
+            if resting:
+                return
+
+    def step(self) -> Array:
+        """Do one iteration and return the gaps it saw, (n,), NaN where no data was within reach.
+
+        Raises
+        ------
+        DivergedError
+            When a vertex leaves the finite numbers; the step is not taken.
+        """
+        if self.adaptation and self.iteration and self.iteration % 10 == 0:
+            smooth = self._smoothed(self._curvature, np.full(len(self._curvature), 2))
+            self.metric = adapted_metric(self.metric, smooth, self._neighbors, strength=self.adaptation)
+        _kernels.frames(self._vertices, self._neighbors, self._normals, self._inverse_radius, self._curvature)
+        gaps = self._no_gap if self.target is None else self._seen()
+        rim = self._rim_step(gaps) if self._rim else None
+        self._move(gaps)
+        if rim is not None and self._rim is not None:
+            self._moves[self._rim.vertices] = ((rim - self._vertices[self._rim.vertices]) ** 2).sum(axis=1)
+            self._previous[self._rim.vertices] = rim
+        if not np.isfinite(self._moves.max()):
+            wrong = int(np.argmax(~np.isfinite(self._moves)))
+            raise DivergedError(f"vertex {wrong} left the finite numbers at iteration {self.iteration + 1}", self.mesh)
+        self._vertices, self._previous = self._previous, self._vertices
+        self.iteration += 1
+        return gaps
+
+    def _seen(self) -> Array:
+        """Ask the target, and refuse an answer that is not one number per vertex."""
+        assert self.target is not None
+        gaps = np.asarray(self.target.gap(self._vertices, self._normals, self.reach), dtype=np.float64)
+        if gaps.shape != (len(self._vertices),):
+            raise ValueError(f"target.gap must return shape ({len(self._vertices)},), not {gaps.shape}")
+        return gaps
+
+    def _smoothed(self, values: Array, passes: NDArray[np.int64], *, angles: bool = False) -> Array:
+        """Return `values` after as many one-ring averaging passes as each vertex asks for."""
+        most = int(passes.max(initial=0))
+        uniform = int(passes.min()) == most
+        out = values if uniform else values.copy()
+        for k in range(1, most + 1):
+            into = self._scratch[k % 2]
+            if angles:
+                _kernels.angle_averages(values, self._neighbors, self._inverse_radius, into)
+            else:
+                _kernels.averages(values, self._neighbors, into)
+            values = into
+            if uniform:
+                out = into
+            else:
+                np.copyto(out, into, where=passes == k)
+        return out
+
+    def _move(self, gaps: Array) -> None:
+        """Overwrite the previous positions with the next, by the plain kernel where it suffices."""
+        given = (self._vertices, self._previous, self._neighbors, self.metric, self._normals, self._inverse_radius)
+        weights = (gaps, self.alpha, self.beta, self.damping, self._moves, self._energy)
+        kinds = np.bincount(self.constraint, minlength=len(CONSTRAINTS))
+        curvature_code = CONSTRAINTS.index("mean_curvature")
+        wanted = self._smoothed(self._curvature, self.rigidity) if kinds[curvature_code] else self._prescribed
+        if kinds[curvature_code] == len(gaps) and not self.forces:
+            _kernels.curvature_step(*given, wanted, *weights)
+            return
+        if kinds[CONSTRAINTS.index("curvature")]:
+            wanted = np.where(self.constraint == CONSTRAINTS.index("curvature"), self._prescribed, wanted)
+        angle = self._reference_angle
+        if kinds[CONSTRAINTS.index("angle")]:
+            wanted = wanted.copy()
+            angle = np.zeros(len(gaps))
+            _kernels.angles(self._vertices, self._neighbors, self._normals, self._inverse_radius, angle)
+            average = self._smoothed(angle, self.rigidity, angles=True)
+            angle = np.where(self.constraint == CONSTRAINTS.index("angle"), average, self._reference_angle)
+        extra = self._pushed()
+        _kernels.constrained_step(*given, self.constraint, wanted, angle, extra, *weights)
+
+    def _pushed(self) -> Array:
+        """Return the sum of the user's forces as displacements."""
+        extra = np.zeros_like(self._vertices)
+        if self.forces:
+            views = (self._vertices.view(), self._normals.view(), self._neighbors, self._curvature.view())
+            for view in views:
+                view.setflags(write=False)
+            frame = Frame(*views, iteration=self.iteration)
+            for force in self.forces:
+                extra += _check.array("a force's displacements", force(frame), self._vertices.shape)
+        return extra
+
+    def _rim_step(self, gaps: Array) -> Array:
+        """Return the next positions of the vertices on holes, under the contour's force in place of the surface's."""
+        assert self._rim is not None
+        row = self._rim.vertices
+        here = self._vertices[row]
+        force = self.alpha[row, None] * (self._rim.targets(self._vertices) - here)
+        pull = np.nan_to_num(gaps[row] * self.beta[row])
+        step = (1 - self.damping[row, None]) * (here - self._previous[row]) + force + pull[:, None] * self._normals[row]
+        limit = 0.5 * np.linalg.norm(self._vertices[self._neighbors[row]] - here[:, None], axis=2).mean(axis=1)
+        size = np.linalg.norm(step, axis=1)
+        return here + step * np.minimum(1.0, np.divide(limit, size, out=np.ones_like(size), where=size > 0))[:, None]
+
+    def _state(self, gaps: Array, move: float) -> State:
+        seen = np.isfinite(gaps)
+        reached = float(seen.mean())
+        gap = float(np.abs(gaps[seen]).mean()) if reached else float("nan")
+        return State(self.iteration, float(self._energy.mean()), gap, reached, move)
+
+
+def _default(given: Any, mesh: SimplexMesh, name: str, otherwise: Any) -> Any:
+    """Return what the caller gave, else what the mesh carries under this name, else the library's default."""
+    return given if given is not None else mesh.data.get(name, otherwise)
+
+
+def _per_vertex(name: str, value: Any, count: int, low: float = -np.inf, high: float = np.inf) -> Array:
+    """Return a fresh array of one float per vertex from a number or an array, all within bounds."""
+    if np.ndim(value) == 0:
+        return np.full(count, _check.number(name, value, low, high))
+    out = _check.array(name, value, (count,), float).astype(float)
+    if len(out) and not (low <= out.min() and out.max() <= high):
+        wrong = int(np.argmax((out < low) | (out > high)))
+        raise ValueError(f"{name} must be between {low:g} and {high:g}; {name}[{wrong}] is {out[wrong]:g}")
+    return out

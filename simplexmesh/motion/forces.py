@@ -1,0 +1,130 @@
+"""Internal constraints by name, and forces of the user's own: plain functions from a `Frame` to displacements."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from simplexmesh import _check
+from simplexmesh._vec import norm
+
+Array = NDArray[np.float64]
+
+CONSTRAINTS = ("free", "orientation", "angle", "mean_curvature", "shape", "curvature")
+"""What the internal force of a vertex asks for, by rising order of continuity (Delingette 1994, section 4.3).
+
+==================  =============================================================================================
+``free``            nothing across the surface: normals may break, only vertices even out
+``orientation``     a flat neighbourhood: continuous normals; shrinks closed surfaces
+``angle``           the mean simplex angle of the vertices within `rigidity` edges
+``mean_curvature``  the mean H of the vertices within `rigidity` edges; a sphere is at rest
+``shape``           the simplex angle and metric parameters of a reference mesh: elastic shape memory, at any scale
+``curvature``       a prescribed mean curvature
+==================  =============================================================================================
+"""
+
+
+@dataclass(frozen=True)
+class Frame:
+    """What a force may look at: the moving mesh, as read-only views that hold for this iteration only.
+
+    Attributes
+    ----------
+    vertices, normals : (n, 3) array of float
+    neighbors : (n, 3) array of int
+    mean_curvature : (n,) array of float
+    iteration : int
+    """
+
+    vertices: Array
+    normals: Array
+    neighbors: NDArray[np.int32]
+    mean_curvature: Array
+    iteration: int
+
+
+Force = Callable[[Frame], Array]
+"""A function from a `Frame` to the displacement (n, 3) it adds to every vertex in this iteration."""
+
+
+def constraint_codes(constraint: str | ArrayLike, count: int) -> NDArray[np.int8]:
+    """Return one code per vertex (the place in `CONSTRAINTS`) from a name, names or codes.
+
+    Examples
+    --------
+    >>> constraint_codes(["free", "shape"], 2)
+    array([0, 4], dtype=int8)
+    """
+    names = np.asarray(constraint)
+    if names.dtype.kind in "US":
+        for name in np.unique(names):
+            _check.choice("constraint", str(name), CONSTRAINTS)
+        codes = np.array([CONSTRAINTS.index(str(name)) for name in names.ravel()], dtype=np.int8)
+        codes = np.broadcast_to(codes if names.ndim else codes[0], (count,))
+    else:
+        codes = _check.indices("constraint", names, (count,), len(CONSTRAINTS))
+    return np.array(codes, dtype=np.int8)
+
+
+def pull(point: ArrayLike, *, vertex: int, stiffness: float = 0.2, extent: float) -> Force:
+    """Return an elastic force that draws a vertex and its surroundings to a point (thesis, section 5.3.1).
+
+    Parameters
+    ----------
+    point : (3,) array_like
+        Where to draw, in the mesh's unit.
+    vertex : int
+        The vertex taken hold of.
+    stiffness : float
+        Share of the distance covered in one iteration, 0 to 1.
+    extent : float
+        Distance from the vertex at which the force has fallen to 1/e^(1/2), in the mesh's unit.
+
+    Examples
+    --------
+    >>> import simplexmesh as sm
+    >>> ball = sm.sphere(4)
+    >>> model = sm.DeformableModel(ball, forces=[pull([0, 0, 2], vertex=0, extent=0.3)])
+    """
+    goal = _check.array("point", point, (3,))
+    stiffness = _check.number("stiffness", stiffness, 0, 1)
+    extent = _check.number("extent", extent, 0, open_low=True)
+
+    def force(frame: Frame) -> Array:
+        vertices = frame.vertices
+        weight = np.exp(-0.5 * (norm(vertices - vertices[vertex]) / extent) ** 2)
+        return stiffness * weight[:, None] * (goal - vertices[vertex])
+
+    return force
+
+
+def repulsion(center: ArrayLike, *, radius: float, strength: float = 0.2) -> Force:
+    """Return a force that keeps the surface out of a ball, stronger the deeper a vertex is in it ("virtual hand").
+
+    Parameters
+    ----------
+    center : (3,) array_like
+    radius : float
+        In the mesh's unit.
+    strength : float
+        Share of the depth covered in one iteration, 0 to 1.
+
+    Examples
+    --------
+    >>> import simplexmesh as sm
+    >>> model = sm.DeformableModel(sm.sphere(4), forces=[repulsion([1, 0, 0], radius=0.4)])
+    """
+    middle = _check.array("center", center, (3,))
+    radius = _check.number("radius", radius, 0, open_low=True)
+    strength = _check.number("strength", strength, 0, 1)
+
+    def force(frame: Frame) -> Array:
+        away = frame.vertices - middle
+        distance = norm(away)
+        depth = np.clip(radius - distance, 0.0, None)
+        return strength * away * np.divide(depth, distance, out=np.zeros_like(depth), where=distance > 0)[:, None]
+
+    return force

@@ -1,0 +1,86 @@
+"""A triangulated or CAD surface; libigl's tree stands behind it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import igl
+import numpy as np
+from numpy.typing import NDArray
+
+from simplexmesh._vec import cross, dot, normalized
+from simplexmesh.data.convert import as_triangles
+
+Array = NDArray[np.float64]
+
+
+class Triangles:
+    """A surface of triangles: the closest point of the surface, projected on each vertex's normal.
+
+    A closest point counts when its triangle faces the same way as the vertex (within about 78 degrees), so that the
+    far wall of a thin sheet does not attract; on an edge or a corner, where the triangle found is one of several, the
+    direction to the closest point may speak for it.
+
+    Parameters
+    ----------
+    triangles : TriangleMesh or whatever one can be made of
+        Counter-clockwise seen from outside.
+    oriented : bool
+        False where the triangles' orientation means nothing: both sides attract.
+
+    Examples
+    --------
+    >>> import simplexmesh as sm
+    >>> square = sm.TriangleMesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+    >>> target = Triangles(square)
+    >>> up = np.array([[0.0, 0.0, 1.0], [0.0, 0.0, 1.0]])
+    >>> target.gap(np.array([[0.5, 0.2, -0.1], [0.5, 0.5, 3.0]]), up, reach=1.0)
+    array([0.1, nan])
+    """
+
+    def __init__(self, triangles: Any, *, oriented: bool = True) -> None:
+        mesh = as_triangles(triangles)
+        self.oriented = oriented
+        self.vertices = np.ascontiguousarray(mesh.vertices, dtype=np.float64)
+        self.faces = np.ascontiguousarray(mesh.faces, dtype=np.int64)
+        a, b, c = (self.vertices[self.faces[:, k]] for k in range(3))
+        self._normals = normalized(cross(b - a, c - a))
+        self._tree = igl.AABB()
+        self._tree.init(self.vertices, self.faces)
+
+    def closest(self, points: Array) -> tuple[Array, Array, NDArray[np.int64]]:
+        """Return, for each point, its distance to the surface, the closest point and its triangle."""
+        squared, faces, closest = self._tree.squared_distance(
+            self.vertices, self.faces, np.ascontiguousarray(points, dtype=np.float64)
+        )
+        return np.sqrt(np.asarray(squared).ravel()), np.asarray(closest), np.asarray(faces).ravel()
+
+    def gap(self, vertices: Array, normals: Array, reach: float) -> Array:
+        """Return (n,) the signed distance along each normal, NaN where the closest point is beyond `reach`."""
+        distance, closest, faces = self.closest(vertices)
+        facing = dot(self._normals[faces], normals)
+        # at an edge the face found is an arbitrary one of several: the direction to the closest point decides too
+        toward = closest - vertices
+        along = dot(toward, normals)
+        straight = np.abs(along) > 0.5 * np.maximum(distance, 1e-300)
+        agrees = (facing > 0.2) | (straight & (facing > -0.2))
+        if not self.oriented:
+            agrees = (np.abs(facing) > 0.2) | straight
+        return np.where(agrees & (distance <= reach), along, np.nan)
+
+
+def surface_distance(points: Array, vertices: Array, faces: NDArray[np.int64]) -> Array:
+    """Return (n,) the unsigned distance of points to a triangulated surface.
+
+    Examples
+    --------
+    >>> corners = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
+    >>> surface_distance(np.array([[0.2, 0.2, 0.5]]), corners, np.array([[0, 1, 2]]))
+    array([0.5])
+    """
+    squared, _, _ = igl.point_mesh_squared_distance(
+        np.ascontiguousarray(points, dtype=np.float64),
+        np.ascontiguousarray(vertices, dtype=np.float64),
+        np.ascontiguousarray(faces, dtype=np.int64),
+    )
+    return np.sqrt(np.asarray(squared).ravel())

@@ -1,0 +1,46 @@
+"""Several targets at once: the nearest wins."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+class Union:
+    """The closest of several targets, vertex by vertex: a scan here, a volume there.
+
+    Parameters
+    ----------
+    targets : sequence of targets
+        At least one; each has a method `gap(vertices, normals, reach)`.
+
+    Examples
+    --------
+    >>> import simplexmesh as sm
+    >>> floor = sm.TriangleMesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+    >>> shelf = sm.TriangleMesh(floor.vertices + [0, 0, 1], floor.faces)
+    >>> both = Union([sm.targets.Triangles(floor), sm.targets.Triangles(shelf)])
+    >>> up = np.array([[0.0, 0.0, 1.0]] * 2)
+    >>> both.gap(np.array([[0.5, 0.2, 0.1], [0.5, 0.2, 0.8]]), up, reach=2.0).round(3)
+    array([-0.1,  0.2])
+    """
+
+    def __init__(self, targets: Any) -> None:
+        self.targets = tuple(targets)
+        if not self.targets:
+            raise ValueError("targets must be at least one, not none")
+        for target in self.targets:
+            if not callable(getattr(target, "gap", None)):
+                raise TypeError(
+                    f"targets must have a method gap(vertices, normals, reach), not {type(target).__name__}"
+                )
+
+    def gap(self, vertices: Array, normals: Array, reach: float) -> Array:
+        """Return (n,) the gap of smallest size among the targets, NaN where none has data within `reach`."""
+        gaps = np.stack([target.gap(vertices, normals, reach) for target in self.targets])
+        sizes = np.where(np.isnan(gaps), np.inf, np.abs(gaps))
+        return np.take_along_axis(gaps, sizes.argmin(axis=0)[None], axis=0)[0]
