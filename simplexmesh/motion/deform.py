@@ -13,7 +13,7 @@ from simplexmesh import _check
 from simplexmesh.errors import DivergedError
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion import _kernels
-from simplexmesh.motion.adapt import adapted_metric
+from simplexmesh.motion.adapt import adapted_metric, curvedness
 from simplexmesh.motion.forces import CONSTRAINTS, Force, Frame, constraint_codes
 from simplexmesh.motion.rim import Rim
 
@@ -221,7 +221,8 @@ class DeformableModel:
             When a vertex leaves the finite numbers; the step is not taken.
         """
         if self.adaptation and self.iteration and self.iteration % 10 == 0:
-            smooth = self._smoothed(self._curvature, np.full(len(self._curvature), 2))
+            bend = curvedness(self._vertices, self._normals, self._neighbors)
+            smooth = self._smoothed(bend, np.full(len(bend), 2))
             self.metric = adapted_metric(self.metric, smooth, self._neighbors, strength=self.adaptation)
         _kernels.frames(self._vertices, self._neighbors, self._normals, self._inverse_radius, self._curvature)
         gaps = self._no_gap if self.target is None else self._seen()

@@ -15,7 +15,7 @@ def trilinear(values, strides, shape, x, y, z, outside):
     nx, ny, nz = shape
     if not (x > -1.0 and y > -1.0 and z > -1.0 and x < nx and y < ny and z < nz):
         return outside
-    i, j, k = int(math.floor(x)), int(math.floor(y)), int(math.floor(z))
+    i, j, k = math.floor(x), math.floor(y), math.floor(z)
     u, v, w = x - i, y - j, z - k
     if i >= 0 and j >= 0 and k >= 0 and i < nx - 1 and j < ny - 1 and k < nz - 1:
         at = i * strides[0] + j * strides[1] + k * strides[2]
@@ -61,7 +61,7 @@ def isosurface_gaps(vertices, normals, values, strides, shape, to_index, level, 
         step = pace / fastest if here > 0.0 else -pace / fastest
         near, far = 0.0, 0.0
         f_near = f_far = here
-        steps = int(math.ceil(reach / abs(step)))
+        steps = math.ceil(reach / abs(step))
         found = False
         for k in range(1, steps + 1):
             far = min(k * abs(step), reach) * math.copysign(1.0, step)
