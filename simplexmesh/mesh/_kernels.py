@@ -102,3 +102,40 @@ def rings(neighbors: Indices, size: int) -> tuple[NDArray[np.int64], Indices]:
         out[start : start + count] = queue[:count]
         offsets[vertex + 1] = start + count
     return offsets, out[: offsets[n]].copy()
+
+
+@njit(cache=True)
+def half_edge_mates(faces: NDArray[np.int64]) -> tuple[NDArray[np.int64], int]:
+    """Return for each half-edge of `faces` (t, 3) the other one on its edge, -1 on a border, and a crowded half-edge.
+
+    Half-edge `3 * t + j` runs from corner `j` to corner `j + 1`. The second answer is the first half-edge found on an
+    edge that already has two, or -1. Edges are looked up in a table of open addresses, so that a corner with a
+    million triangles costs no more than a million others.
+    """
+    count = 3 * faces.shape[0]
+    bits = 4
+    while (1 << bits) < 2 * count:
+        bits += 1
+    mask = (1 << bits) - 1
+    table = np.full(1 << bits, -1, np.int32)
+    mates = np.full(count, -1, np.int64)
+    for half in range(count):
+        t, j = half // 3, half % 3
+        a, b = faces[t, j], faces[t, (j + 1) % 3]
+        low, high = min(a, b), max(a, b)
+        at = ((low * 73856093) ^ (high * 19349663)) & mask
+        while table[at] >= 0:
+            u, k = table[at] // 3, table[at] % 3
+            c, d = faces[u, k], faces[u, (k + 1) % 3]
+            if min(c, d) == low and max(c, d) == high:
+                break
+            at = (at + 1) & mask
+        other = table[at]
+        if other < 0:
+            table[at] = half
+        elif mates[other] < 0:
+            mates[other] = half
+            mates[half] = other
+        else:
+            return mates, half
+    return mates, -1

@@ -1,4 +1,4 @@
-"""From triangulations to simplex meshes and back.
+"""From triangulations to simplex meshes; `triangulation` is the way back.
 
 A simplex mesh is the dual of a triangulation: a vertex for each triangle, a face for each vertex. At the border of an
 open triangulation each border edge becomes a vertex too, and the border itself a hole face.
@@ -13,8 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh import _check
-from simplexmesh.errors import TopologyError
-from simplexmesh.mesh import face_geometry
+from simplexmesh.errors import SimplexMeshWarning, TopologyError
 from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.mesh.manifold import half_edge_mates, oriented, without_flaws
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
@@ -71,6 +70,11 @@ def dual(triangles: Any, *, outward: bool = True) -> SimplexMesh:
     ValueError
         When there is no triangle, or a corner that does not exist.
 
+    Warns
+    -----
+    SimplexMeshWarning
+        Saying what was repaired.
+
     References
     ----------
     H. Delingette, thesis, 1994, sections 2.2 and 2.3, table 2.2.
@@ -93,7 +97,7 @@ def dual(triangles: Any, *, outward: bool = True) -> SimplexMesh:
     connectivity = _dual_connectivity(mates)
     repairs += turned + _touching(faces, connectivity)
     if repairs:
-        warnings.warn("triangles repaired: " + ", ".join(repairs), stacklevel=2)
+        warnings.warn("triangles repaired: " + ", ".join(repairs), SimplexMeshWarning, stacklevel=2)
     return SimplexMesh(_dual_positions(vertices, faces, mates), connectivity)
 
 
@@ -140,82 +144,10 @@ def _dual_positions(vertices: Array, faces: Indices, mates: Indices) -> Array:
 
 def _touching(faces: Indices, connectivity: Connectivity) -> list[str]:
     """Return a sentence naming the corners where sheets touched: those that became several faces."""
-    around = connectivity.face[: len(faces)].ravel()
-    corners = np.unique(np.stack([np.roll(faces, -1, axis=1).ravel(), around], axis=1), axis=0)[:, 0]
-    split = np.unique(corners[1:][corners[1:] == corners[:-1]])
+    around = connectivity.face[: len(faces)]
+    corner = np.full(len(connectivity.face_sizes), -1)
+    corner[around] = np.roll(faces, -1, axis=1)
+    split = np.flatnonzero(np.bincount(corner[corner >= 0]) > 1)
     if not len(split):
         return []
     return [f"split {len(split)} corners where sheets touch, the first being {split[0]}"]
-
-
-def fan(mesh: SimplexMesh) -> tuple[Array, Indices]:
-    """Return the mesh with each face triangulated as a fan around its centroid, holes left open.
-
-    Parameters
-    ----------
-    mesh : SimplexMesh
-        n vertices and f faces.
-
-    Returns
-    -------
-    vertices : (n + f, 3) array of float
-        The mesh's own vertices, then the centroids of its faces.
-    faces : (t, 3) array of int
-        Counter-clockwise seen from outside, face after face.
-
-    Examples
-    --------
-    >>> from simplexmesh.mesh.shapes import sphere
-    >>> vertices, faces = fan(sphere(1))
-    >>> len(vertices), len(faces)
-    (32, 60)
-    """
-    topology = mesh.connectivity
-    loops = topology.face_vertices, topology.face_offsets
-    solid = ~topology.face_is_hole
-    number = topology.n_vertices + np.cumsum(solid) - 1
-    corners = [loops[0], face_geometry.following(*loops), np.repeat(number, topology.face_sizes)]
-    faces = np.stack(corners, axis=1)[np.repeat(solid, topology.face_sizes)]
-    return np.concatenate([mesh.vertices, face_geometry.face_centroids(mesh.vertices, *loops)[solid]]), faces
-
-
-def dual_triangles(mesh: SimplexMesh) -> tuple[Array, Indices]:
-    """Return the triangulation dual to the mesh: a corner at each face's centroid, a triangle for each vertex.
-
-    Vertices on a hole become border edges and have no triangle. `dual` takes the triangulation back to the same
-    connectivity: darts and all for a closed mesh, and for an open one whose hole vertices come last, as those of
-    `dual` do; otherwise up to the order of the vertices.
-
-    Parameters
-    ----------
-    mesh : SimplexMesh
-        With f faces.
-
-    Returns
-    -------
-    vertices : (f, 3) array of float
-        The centroids of the faces of the surface.
-    faces : (t, 3) array of int
-        Counter-clockwise seen from outside, in the order of the mesh's vertices.
-
-    Raises
-    ------
-    TopologyError
-        When every vertex lies on a hole.
-
-    Examples
-    --------
-    >>> from simplexmesh.mesh.shapes import sphere
-    >>> vertices, faces = dual_triangles(sphere(1))
-    >>> len(vertices), len(faces)
-    (12, 20)
-    """
-    topology = mesh.connectivity
-    solid = ~topology.face_is_hole
-    inner = solid[topology.face].all(axis=1)
-    if not inner.any():
-        raise TopologyError("every vertex lies on a hole, so that no triangle is left in the dual")
-    number = np.cumsum(solid) - 1
-    faces = number[np.roll(topology.face[inner], 1, axis=1)]
-    centroids = face_geometry.face_centroids(mesh.vertices, topology.face_vertices, topology.face_offsets)
-    return centroids[solid], faces

@@ -28,8 +28,9 @@ def without_flaws(faces: Indices) -> tuple[Indices, list[str]]:
         faces = faces[~slim]
         said.append(f"dropped {int(slim.sum())} triangles with a repeated corner")
     if len(faces):
-        low, high = faces.min(axis=1), faces.max(axis=1)
-        middle = faces.sum(axis=1) - low - high
+        a, b, c = faces.T
+        low, high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
+        middle = a + b + c - low - high
         order = np.lexsort((middle, high, low))
         corners = np.stack([low, middle, high], axis=1)[order]
         again = np.zeros(len(faces), bool)
@@ -64,23 +65,15 @@ def half_edge_mates(faces: Indices) -> Indices:
     array([[-1,  3, -1],
            [ 1, -1, -1]])
     """
-    start, end = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
-    keys = np.minimum(start, end) * (int(faces.max()) + 1) + np.maximum(start, end)
-    order = np.argsort(keys, kind="stable")
-    same = np.diff(keys[order]) == 0
-    crowded = same[1:] & same[:-1]
-    if crowded.any():
-        edge = int(order[crowded.argmax()])
-        count = int((keys == keys[edge]).sum())
+    mates, crowded = _kernels.half_edge_mates(faces)
+    if crowded >= 0:
+        a, b = faces[crowded // 3, [crowded % 3, (crowded + 1) % 3]]
+        on_edge = np.flatnonzero((faces == a).any(axis=1) & (faces == b).any(axis=1))
         raise TopologyError(
-            f"at most two triangles may share an edge; the edge of corners {start[edge]} and {end[edge]} has {count}: "
-            f"{', '.join(str(t) for t in np.flatnonzero(keys == keys[edge])[:4] // 3)}" + (", ..." if count > 4 else "")
+            f"at most two triangles may share an edge; the edge of corners {min(a, b)} and {max(a, b)} has "
+            f"{len(on_edge)}: {', '.join(map(str, on_edge[:4]))}{', ...' if len(on_edge) > 4 else ''}"
         )
-    first = np.flatnonzero(same)
-    out = np.full(faces.size, -1)
-    out[order[first]] = order[first + 1]
-    out[order[first + 1]] = order[first]
-    return out.reshape(-1, 3)
+    return mates.reshape(-1, 3)
 
 
 def _to_turn(faces: Indices, mates: Indices) -> NDArray[np.bool_]:

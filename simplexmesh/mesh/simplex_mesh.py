@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh import _check
-from simplexmesh.mesh import face_geometry, geometry
+from simplexmesh.mesh import face_geometry, geometry, triangulation
 from simplexmesh.mesh.connectivity import Connectivity
 
 Array = NDArray[np.float64]
@@ -213,9 +213,9 @@ class SimplexMesh:
         >>> len(sphere(2).triangulated("dual").faces)
         80
         """
-        duality = importlib.import_module("simplexmesh.mesh.duality")
-        make = {"fan": duality.fan, "dual": duality.dual_triangles}
-        return _upstairs("data.triangles").TriangleMesh(*make[_check.choice("method", method, ("fan", "dual"))](self))
+        make = {"fan": triangulation.fan, "dual": triangulation.dual_triangles}
+        points, triangles = make[_check.choice("method", method, list(make))](self.vertices, self.connectivity)
+        return _upstairs("data.triangles").TriangleMesh(points, triangles)
 
     def save(self, path: str | Path) -> None:
         """Write the mesh to a file, in the format its name ends with; VTP keeps everything."""
