@@ -15,7 +15,7 @@ import numpy as np
 from numba import njit, prange
 
 FAST = {"nsz", "arcp", "contract", "reassoc"}  # never 'nnan': NaN means "no data here" and must stay visible
-PARALLEL_FROM = 6000
+PARALLEL_FROM = 2000
 
 FREE, ORIENTATION, ANGLE, MEAN_CURVATURE, SHAPE, CURVATURE = range(6)
 
@@ -64,7 +64,8 @@ def frames(vertices, neighbors, normals, inverse_radius, curvature):
         power = px * px + py * py + pz * pz - 2.0 * (px * dx + py * dy + pz * dz)  # d^2 + h^2 - r^2
         normals[i, 0], normals[i, 1], normals[i, 2] = nx, ny, nz
         inverse_radius[i] = 1.0 / math.sqrt(rr)
-        curvature[i] = 2.0 * h / math.sqrt(4.0 * h * h * rr + power * power)
+        size = math.sqrt(4.0 * h * h * rr + power * power)
+        curvature[i] = 2.0 * h / size if size > 0.0 else 0.0  # a vertex on its neighbours' circle: coincident points
 
 
 @Both
@@ -151,7 +152,7 @@ def _finish(i, vertices, previous, neighbors, normals, force, push, gap, alpha, 
     sz = keep * (vertices[i, 2] - previous[i, 2]) + fz + push[2]
     step2 = sx * sx + sy * sy + sz * sz
     limit = 0.5 * reach
-    if step2 > limit * limit:
+    if limit * limit < step2 < math.inf:  # an infinite step stays infinite, for the caller to see
         shrink = limit / math.sqrt(step2)
         sx *= shrink
         sy *= shrink
@@ -225,7 +226,7 @@ def constrained_step(
             pu += p * u
             pv += p * v
             h += p * normals[i, k]
-        inside = max(e1 * (e2 * uu + e3 * vv) + e2 * e3 * (uu + vv - 2.0 * uv), 0.0)
+        inside = e1 * (e2 * uu + e3 * vv) + e2 * e3 * (uu + vv - 2.0 * uv)
         reach = math.sqrt((3.0 * pp + uu + vv - 2.0 * (pu + pv)) / 3.0)
         kind = constraint[i]
         height = 0.0
@@ -240,7 +241,9 @@ def constrained_step(
             else:
                 sine = min(max(r * wanted_curvature[i], -1.0), 1.0)
                 cosine = math.sqrt(max(1.0 - sine * sine, 0.0))
-            q = math.sqrt(r * r * cosine * cosine + inside * sine * sine)
+            if cosine >= 0.0:  # a reference point outside the circle has no height below a right angle
+                inside = max(inside, 0.0)
+            q = math.sqrt(max(r * r * cosine * cosine + inside * sine * sine, 0.0))
             if cosine >= 0.0:
                 divisor = r * cosine + q
                 height = inside * sine / divisor if divisor > 0.0 else 0.0

@@ -57,8 +57,8 @@ class DeformableModel:
 
     One iteration moves every vertex by ``(1 - damping) (P - P_previous) + alpha (P* - P) + beta gap n``: inertia, the
     internal constraint, and the data seen along the normal. Three safeguards hold: the height of P* above its
-    neighbours is at most the mean distance to them, a step at most half of that, and a vertex whose normal is reversed
-    against its neighbours' is not pushed along it.
+    neighbours is at most the (root mean square) distance to them, a step at most half of that, and a vertex whose
+    normal is reversed against its neighbours' is not pushed along it.
 
     Parameters
     ----------
@@ -136,6 +136,7 @@ class DeformableModel:
         self.reach = 0.2 * diagonal if reach is None else _check.number("reach", reach, 0.0, open_low=True)
         self.adaptation = _check.number("adaptation", adaptation, 0.0, 1.0)
         self.constraint = constraint_codes(_default(constraint, mesh, "constraint", "mean_curvature"), n)
+        self.constraint.setflags(write=False)
         self._memory(mesh, reference, metric, curvature)
         self._buffers(mesh.vertices)
 
@@ -173,6 +174,7 @@ class DeformableModel:
         self._inverse_radius, self._curvature, self._moves, self._energy = (np.zeros(n) for _ in range(4))
         self._scratch = np.zeros((2, n))
         self._no_gap = np.full(n, np.nan)
+        self._counted: NDArray[np.int8] | None = None
 
     @property
     def mesh(self) -> SimplexMesh:
@@ -226,8 +228,9 @@ class DeformableModel:
             self.metric = adapted_metric(self.metric, smooth, self._neighbors, strength=self.adaptation)
         _kernels.frames(self._vertices, self._neighbors, self._normals, self._inverse_radius, self._curvature)
         gaps = self._no_gap if self.target is None else self._seen()
-        rim = self._rim_step(gaps) if self._rim else None
-        self._move(gaps)
+        extra = self._pushed() if self.forces else None
+        rim = self._rim_step(gaps, extra) if self._rim else None
+        self._move(gaps, extra)
         if rim is not None and self._rim is not None:
             self._moves[self._rim.vertices] = ((rim - self._vertices[self._rim.vertices]) ** 2).sum(axis=1)
             self._previous[self._rim.vertices] = rim
@@ -264,14 +267,16 @@ class DeformableModel:
                 np.copyto(out, into, where=passes == k)
         return out
 
-    def _move(self, gaps: Array) -> None:
+    def _move(self, gaps: Array, extra: Array | None) -> None:
         """Overwrite the previous positions with the next, by the plain kernel where it suffices."""
         given = (self._vertices, self._previous, self._neighbors, self.metric, self._normals, self._inverse_radius)
         weights = (gaps, self.alpha, self.beta, self.damping, self._moves, self._energy)
-        kinds = np.bincount(self.constraint, minlength=len(CONSTRAINTS))
+        if self._counted is not self.constraint:
+            self._counted, self._kinds = self.constraint, np.bincount(self.constraint, minlength=len(CONSTRAINTS))
+        kinds = self._kinds
         curvature_code = CONSTRAINTS.index("mean_curvature")
         wanted = self._smoothed(self._curvature, self.rigidity) if kinds[curvature_code] else self._prescribed
-        if kinds[curvature_code] == len(gaps) and not self.forces:
+        if kinds[curvature_code] == len(gaps) and extra is None:
             _kernels.curvature_step(*given, wanted, *weights)
             return
         if kinds[CONSTRAINTS.index("curvature")]:
@@ -283,29 +288,29 @@ class DeformableModel:
             _kernels.angles(self._vertices, self._neighbors, self._normals, self._inverse_radius, angle)
             average = self._smoothed(angle, self.rigidity, angles=True)
             angle = np.where(self.constraint == CONSTRAINTS.index("angle"), average, self._reference_angle)
-        extra = self._pushed()
+        extra = np.zeros_like(self._vertices) if extra is None else extra
         _kernels.constrained_step(*given, self.constraint, wanted, angle, extra, *weights)
 
     def _pushed(self) -> Array:
         """Return the sum of the user's forces as displacements."""
+        views = (self._vertices.view(), self._normals.view(), self._neighbors, self._curvature.view())
+        for view in views:
+            view.setflags(write=False)
+        frame = Frame(*views, iteration=self.iteration)
         extra = np.zeros_like(self._vertices)
-        if self.forces:
-            views = (self._vertices.view(), self._normals.view(), self._neighbors, self._curvature.view())
-            for view in views:
-                view.setflags(write=False)
-            frame = Frame(*views, iteration=self.iteration)
-            for force in self.forces:
-                extra += _check.array("a force's displacements", force(frame), self._vertices.shape)
+        for force in self.forces:
+            extra += _check.array("a force's displacements", force(frame), self._vertices.shape)
         return extra
 
-    def _rim_step(self, gaps: Array) -> Array:
+    def _rim_step(self, gaps: Array, extra: Array | None) -> Array:
         """Return the next positions of the vertices on holes, under the contour's force in place of the surface's."""
         assert self._rim is not None
         row = self._rim.vertices
         here = self._vertices[row]
         force = self.alpha[row, None] * (self._rim.targets(self._vertices) - here)
-        pull = np.nan_to_num(gaps[row] * self.beta[row])
+        pull = np.where(np.isnan(gaps[row]), 0.0, gaps[row] * self.beta[row])
         step = (1 - self.damping[row, None]) * (here - self._previous[row]) + force + pull[:, None] * self._normals[row]
+        step += 0.0 if extra is None else extra[row]
         limit = 0.5 * np.linalg.norm(self._vertices[self._neighbors[row]] - here[:, None], axis=2).mean(axis=1)
         size = np.linalg.norm(step, axis=1)
         return here + step * np.minimum(1.0, np.divide(limit, size, out=np.ones_like(size), where=size > 0))[:, None]

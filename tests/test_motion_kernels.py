@@ -1,0 +1,189 @@
+"""The kernels of the motion are the thesis's formulas: equal to the naive twins, serial and parallel, fast and general."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.testing import assert_allclose, assert_array_equal
+
+import simplexmesh as sm
+from simplexmesh.motion import _kernels, _kernels_rim
+from tests import reference_motion as reference
+
+SEEDS = st.integers(0, 10**6)
+
+
+def rough(seed, *, noise=0.2, degenerate=False, frequency=3):
+    """Return positions and neighbors of a crumpled sphere, some neighborhoods flat, on a line or in a point if asked."""
+    rng = np.random.default_rng(seed)
+    ball = sm.sphere(frequency)
+    vertices = ball.vertices + noise * rng.normal(size=ball.vertices.shape)
+    if degenerate:
+        neighbors = ball.neighbors
+        on_line, in_point, double = rng.choice(len(vertices), 3, replace=False)
+        a, b, c = neighbors[in_point]
+        vertices[a] = vertices[b] = vertices[c]  # three neighbors coincide
+        a, b, c = neighbors[on_line]
+        vertices[c] = 0.25 * vertices[a] + 0.75 * vertices[b]
+        vertices[double] = vertices[neighbors[double, 0]]
+    return vertices, ball.neighbors
+
+
+def apart(vertices, neighbors):
+    """Return which vertices are away from their neighbors: where two coincide, the angle is anything at all."""
+    return np.linalg.norm(vertices[neighbors] - vertices[:, None], axis=2).min(axis=1) > 1e-9
+
+
+def frames(vertices, neighbors, which="serial"):
+    n = len(vertices)
+    normals, inverse_radius, curvature = np.zeros((n, 3)), np.zeros(n), np.zeros(n)
+    getattr(_kernels.frames, which)(vertices, neighbors, normals, inverse_radius, curvature)
+    return normals, inverse_radius, curvature
+
+
+def stepped(kernel, seed, constraint, vertices, neighbors, *, fast=False, extra=0.0):
+    """Take one step with random everything by a kernel and by the twin; return both results."""
+    rng = np.random.default_rng(seed + 1)
+    n = len(vertices)
+    previous = vertices + 0.05 * rng.normal(size=(n, 3))
+    metric = rng.dirichlet([4.0, 4.0, 4.0], n)
+    gaps = np.where(rng.random(n) < 0.3, np.nan, 0.3 * rng.normal(size=n))
+    alpha, beta, damping = rng.uniform(0, 0.5, n), rng.uniform(0, 1, n), rng.uniform(0.01, 1, n)
+    wanted, angle = rng.normal(size=n), rng.uniform(-3, 3, n)
+    normals, inverse_radius, _ = frames(vertices, neighbors)
+    codes = np.array([reference.NAMES.index(name) for name in constraint], dtype=np.int8)
+    following, moves, energy = previous.copy(), np.zeros(n), np.zeros(n)
+    given = (vertices, following, neighbors, metric, normals, inverse_radius)
+    weights = (gaps, alpha, beta, damping, moves, energy)
+    if fast:
+        kernel(*given, wanted, *weights)
+    else:
+        kernel(*given, codes, wanted, angle, np.zeros((n, 3)) + extra, *weights)
+    phi = reference.wanted_angle(constraint, vertices, neighbors, curvature=wanted, angle=angle)
+    twin = reference.step(
+        vertices, previous, neighbors, metric, phi, gaps, alpha=alpha, beta=beta, damping=damping, extra=extra
+    )
+    return (following, moves, energy), twin
+
+
+@given(seed=SEEDS, degenerate=st.booleans())
+@settings(max_examples=20, deadline=None)
+def test_frames_are_normal_circumradius_and_mean_curvature(seed, degenerate):
+    vertices, neighbors = rough(seed, degenerate=degenerate)
+    normals, inverse_radius, curvature = frames(vertices, neighbors)
+    n, _, r, _ = reference.frame(vertices, neighbors)
+    assert_allclose(normals, n, atol=1e-9)
+    assert_allclose(inverse_radius, np.where(np.isnan(r), 0, 1 / r), rtol=1e-7, atol=1e-9)
+    clear = apart(vertices, neighbors)
+    assert_allclose(curvature[clear], reference.mean_curvature(vertices, neighbors)[clear], rtol=1e-6, atol=1e-6)
+    assert (np.abs(curvature) <= inverse_radius * (1 + 1e-9)).all()  # the coincident too, and none is NaN
+    assert not degenerate or (inverse_radius == 0).any()
+
+
+def test_curvature_is_one_over_the_radius_on_a_sphere():
+    ball = sm.sphere(4, radius=7.0)
+    assert_allclose(frames(ball.vertices, ball.neighbors)[2], 1 / 7, rtol=1e-12)
+
+
+@given(seed=SEEDS, degenerate=st.booleans())
+@settings(max_examples=20, deadline=None)
+def test_angles_are_simplex_angles_over_the_whole_range(seed, degenerate):
+    vertices, neighbors = rough(seed, noise=0.5, degenerate=degenerate)
+    normals, inverse_radius, _ = frames(vertices, neighbors)
+    out = np.zeros(len(vertices))
+    _kernels.angles.serial(vertices, neighbors, normals, inverse_radius, out)
+    turn = (out - reference.simplex_angle(vertices, neighbors) + np.pi) % (2 * np.pi) - np.pi
+    assert_allclose(turn[apart(vertices, neighbors)], 0, atol=1e-6)
+    assert np.abs(out).max() > np.pi / 2
+
+
+@given(seed=SEEDS)
+@settings(max_examples=20, deadline=None)
+def test_averages_are_the_means_over_the_one_ring(seed):
+    vertices, neighbors = rough(seed, degenerate=True)
+    rng = np.random.default_rng(seed)
+    out, values = np.zeros(len(vertices)), rng.normal(size=len(vertices))
+    _kernels.averages.serial(values, neighbors, out)
+    assert_allclose(out, reference.one_ring_mean(values, neighbors), atol=1e-14)
+    inverse_radius = frames(vertices, neighbors)[1]
+    angles = rng.uniform(-np.pi, np.pi, len(vertices))
+    _kernels.angle_averages.serial(angles, neighbors, inverse_radius, out)
+    radii = 1 / np.where(inverse_radius > 0, inverse_radius, np.nan)
+    assert_allclose(out, reference.one_ring_mean_angle(angles, neighbors, radii), atol=1e-9)
+
+
+@pytest.mark.parametrize("name", reference.NAMES)
+@pytest.mark.parametrize("degenerate", [False, True])
+@given(seed=SEEDS)
+@settings(max_examples=10, deadline=None)
+def test_a_step_is_the_law_of_motion_under_every_constraint(seed, degenerate, name):
+    vertices, neighbors = rough(seed, noise=0.1, degenerate=degenerate)
+    extra = np.random.default_rng(seed).normal(scale=0.02, size=vertices.shape)
+    kernel = _kernels.constrained_step.serial
+    (following, moves, energy), twin = stepped(kernel, seed, [name] * len(vertices), vertices, neighbors, extra=extra)
+    clear = apart(vertices, neighbors)
+    for ours, naive in zip((following, moves, energy), twin, strict=True):
+        assert np.isfinite(ours).all()
+        assert_allclose(ours[clear], naive[clear], atol=1e-7)
+
+
+@given(seed=SEEDS, degenerate=st.booleans())
+@settings(max_examples=20, deadline=None)
+def test_the_fast_step_is_the_general_one_where_all_want_mean_curvature(seed, degenerate):
+    vertices, neighbors = rough(seed, noise=0.1, degenerate=degenerate)
+    names = ["mean_curvature"] * len(vertices)
+    fast, twin = stepped(_kernels.curvature_step.serial, seed, names, vertices, neighbors, fast=True)
+    general, _ = stepped(_kernels.constrained_step.serial, seed, names, vertices, neighbors)
+    for a, b, c in zip(fast, general, twin, strict=True):
+        assert_allclose(a, b, atol=1e-10)
+        assert_allclose(a, c, atol=1e-7)
+
+
+def test_vertices_each_follow_their_own_constraint():
+    vertices, neighbors = rough(5, noise=0.1)
+    names = [reference.NAMES[i % len(reference.NAMES)] for i in range(len(vertices))]
+    (mixed, _, _), _ = stepped(_kernels.constrained_step.serial, 5, names, vertices, neighbors)
+    for k, name in enumerate(reference.NAMES):
+        (pure, _, _), _ = stepped(_kernels.constrained_step.serial, 5, [name] * len(vertices), vertices, neighbors)
+        assert_array_equal(mixed[k :: len(reference.NAMES)], pure[k :: len(reference.NAMES)])
+
+
+def test_serial_and_parallel_agree():
+    vertices, neighbors = rough(1, noise=0.02, frequency=12)
+    names = [reference.NAMES[i % len(reference.NAMES)] for i in range(len(vertices))]
+    for a, b in zip(frames(vertices, neighbors), frames(vertices, neighbors, "parallel"), strict=True):
+        assert_allclose(a, b, rtol=1e-12, atol=1e-14)
+    for kernel, fast in ((_kernels.constrained_step, False), (_kernels.curvature_step, True)):
+        one, _ = stepped(kernel.serial, 1, names, vertices, neighbors, fast=fast)
+        all_, _ = stepped(kernel.parallel, 1, names, vertices, neighbors, fast=fast)
+        for a, b in zip(one, all_, strict=True):
+            assert_allclose(a, b, rtol=1e-12, atol=1e-13)
+    values = np.random.default_rng(0).normal(size=len(vertices))
+    normals, inverse_radius, _ = frames(vertices, neighbors)
+    for kernel, rest in (
+        (_kernels.averages, (values, neighbors)),
+        (_kernels.angle_averages, (values, neighbors, inverse_radius)),
+        (_kernels.angles, (vertices, neighbors, normals, inverse_radius)),
+    ):
+        one, many = np.zeros(len(vertices)), np.zeros(len(vertices))
+        kernel.serial(*rest, one)
+        kernel.parallel(*rest, many)
+        assert_allclose(one, many, rtol=1e-12, atol=1e-14)
+
+
+@given(seed=SEEDS, count=st.integers(5, 30))
+@settings(max_examples=20, deadline=None)
+def test_rims_rest_where_the_contour_formula_says(seed, count):
+    rng = np.random.default_rng(seed)
+    around = 2 * np.pi * (np.arange(count) + rng.uniform(-0.2, 0.2, count)) / count
+    line = np.stack([np.cos(around), np.sin(around), np.sin(2 * around)], axis=1)
+    line += 0.1 / count * rng.normal(size=line.shape)
+    places = np.arange(count)
+    work = np.zeros((3, count, 3))
+    _kernels_rim.rim_targets(line, places, np.roll(places, 1), np.roll(places, -1), *work)
+    for k in range(count):
+        before2, before, after, after2 = (line[(k + j) % count] for j in (-2, -1, 1, 2))
+        wanted = reference.rim_place(before, line[k], after, before2, after2)
+        assert_allclose(work[2, k], wanted, atol=1e-9)
