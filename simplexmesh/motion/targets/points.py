@@ -1,0 +1,126 @@
+"""A cloud of points, noisy or not: the surface it was measured on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from simplexmesh import _check
+from simplexmesh.data.points import PointCloud
+from simplexmesh.motion.targets import _kernels_points
+from simplexmesh.motion.targets.surfels import Surfels, fitted_surfels
+
+Array = NDArray[np.float64]
+
+
+class SurfelTarget:
+    """The surface that surfels describe; what `Points` and `LabelSurface` have in common.
+
+    Remembers where each vertex was, to start from there: the answer does not depend on it.
+
+    Attributes
+    ----------
+    surfels : Surfels
+        In coordinates relative to `center`.
+    center : (3,) array of float
+    """
+
+    surfels: Surfels
+    center: Array
+
+    def _set(self, surfels: Surfels, center: Array) -> None:
+        self.surfels, self.center = surfels, center
+        self._state = np.zeros(0, np.int64)
+
+    def gap(self, vertices: Array, normals: Array, reach: float) -> Array:
+        """Return (n,) the signed distance along each normal to the surface of the data, NaN beyond `reach`.
+
+        Parameters
+        ----------
+        vertices, normals : (n, 3) array of float
+            Unit normals, outward.
+        reach : float
+            How far to look either way, in the data's unit.
+
+        Returns
+        -------
+        (n,) array of float
+            Positive where the surface is outside of the vertex. NaN also beside the data (over its holes) and where
+            the data only faces another way (more than 78 degrees from the normal).
+        """
+        near = np.ascontiguousarray(vertices - self.center)
+        if len(self._state) != len(near):
+            self._state = np.zeros(len(near), np.int64)
+        out = np.zeros(len(near))
+        s = self.surfels
+        _kernels_points.surfel_gaps(
+            near,
+            np.ascontiguousarray(normals, dtype=np.float64),
+            float(reach),
+            s.table,
+            s.support,
+            s.neighbors,
+            s.horizon,
+            s.tree.starts,
+            s.tree.ends,
+            s.tree.boxes,
+            s.oriented,
+            self._state,
+            out,
+        )
+        return out
+
+    @property
+    def noise(self) -> float:
+        """Standard deviation of the data about the surface found, along its normal; in the data's unit."""
+        return float(np.median(self.surfels.noise))
+
+    def samples(self) -> tuple[Array, Array]:
+        """Return points (m, 3) on the surface found, freed of noise, and unit normals (m, 3) there."""
+        return self.surfels.table[:, :3] + self.center, self.surfels.table[:, 3:6].copy()
+
+
+class Points(SurfelTarget):
+    """The surface that points were measured on, without their noise.
+
+    The cloud is turned into small quadratic pieces of surface, each a robust fit to the points around, over a
+    neighborhood sized from the data's own noise, density and shape; between the pieces one blends into the next.
+    Nothing need be known about noise, density or normals. Normals, when the cloud has them, tell the two walls of a
+    thin sheet apart and which way is out.
+
+    Parameters
+    ----------
+    cloud : PointCloud or (n, 3) array of float
+
+    Examples
+    --------
+    >>> rng = np.random.default_rng(0)
+    >>> square = np.column_stack([rng.uniform(-1, 1, (2000, 2)), rng.normal(0, 0.02, 2000)])
+    >>> target = Points(square)
+    >>> up = np.array([[0.0, 0.0, 1.0], [0.0, 0.0, 1.0]])
+    >>> bool(abs(target.gap(np.array([[0, 0, -0.1], [0, 0, 3.0]]), up, reach=1.0)[0] - 0.1) < 0.01)
+    True
+    """
+
+    def __init__(self, cloud: PointCloud | ArrayLike) -> None:
+        self.cloud = cloud if isinstance(cloud, PointCloud) else PointCloud(np.asarray(cloud))
+        center = self.cloud.points.mean(axis=0)
+        self._set(fitted_surfels(self.cloud.points - center, self.cloud.normals), center)
+
+    def oriented_by(self, directions: ArrayLike | Callable[[Array], Any]) -> Points:
+        """Return the target of the same points with their outsides known.
+
+        Parameters
+        ----------
+        directions : (n, 3) array of float or function
+            A rough outward direction at each point of the cloud, of any length, or a function that takes (n, 3)
+            points to such directions. Points with direction zero are left out.
+        """
+        points = self.cloud.points
+        given = directions(points) if callable(directions) else directions
+        outward = _check.array("directions", given, (len(points), 3))
+        known = outward.any(axis=1)
+        return Points(PointCloud(points[known], outward[known]))

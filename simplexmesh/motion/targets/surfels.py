@@ -1,0 +1,194 @@
+"""Points turned into surfels: small pieces of a smooth surface, each fitted at the scale the data itself asks for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplexmesh.motion.targets import _kernels_surfels as kernels
+from simplexmesh.motion.targets.tree import Tree
+
+Array = NDArray[np.float64]
+
+MOST_SURFELS = 60_000
+PILOTS = 2_000
+SMALLEST = 12  # points that the smallest scale reaches
+LEVELS = 14
+NEIGHBORS = 12
+POOL = 24
+
+
+@dataclass(frozen=True, eq=False)
+class Surfels:
+    """Pieces of surface and who is next to whom.
+
+    Attributes
+    ----------
+    table : (m, 12) array of float
+        Point, unit normal, second-order form (xx, yy, zz, xy, xz, yz): see `_kernels_surfels`. A normal of zero
+        means that no direction is known: the surfel is but a point.
+    support : (m,) array of float
+        How far from its point each surfel has a say.
+    neighbors : (m, 12) array of int
+        The nearest surfels of each, nearest first.
+    horizon : (m,) array of float
+        No surfel outside the neighbors is nearer than this.
+    noise : (m,) array of float
+        Standard deviation of the points along the normal, around each surfel.
+    radius : (m,) array of float
+        Of the neighborhood each was fitted to.
+    tree : Tree
+        Over the points of the surfels, in whose order they all stand.
+    oriented : bool
+        Whether normals point away from the solid, or either way.
+    """
+
+    table: Array
+    support: Array
+    neighbors: NDArray[np.int64]
+    horizon: Array
+    noise: Array
+    radius: Array
+    tree: Tree
+    oriented: bool
+
+    def __len__(self) -> int:
+        return len(self.table)
+
+
+def fitted_surfels(points: Array, normals: Array | None = None, spread: Array | None = None) -> Surfels:
+    """Fit surfels to points.
+
+    Fits at growing radii around some pilot points tell, per scale, the variance (from residuals) and, from what the
+    next scale changes, the bias; both are averaged over neighboring pilots, and the radius of the least mean squared
+    error is taken (an intersection of confidence intervals, made quieter). Then surfels are fitted at that radius
+    around a selection of points as fine as the radius asks for.
+
+    Parameters
+    ----------
+    points : (n, 3) array of float
+    normals : (n, 3) array of float, optional
+        Away from the solid; points that face away from a place do not count there.
+    spread : (n, 3) array of float, optional
+        One standard deviation of each point's error where that lies along a known direction; without it errors are
+        taken to be alike in all directions, of unknown size.
+
+    Returns
+    -------
+    Surfels
+
+    References
+    ----------
+    O. Lepski, On a problem of adaptive estimation in Gaussian white noise, 1991. C. Loader, Local Regression and
+    Likelihood, 1999.
+    """
+    tree = Tree.of(points)
+    none = np.zeros((0, 3))
+    facing = none if normals is None else np.ascontiguousarray(normals[tree.order], dtype=np.float64)
+    errors = none if spread is None else np.ascontiguousarray(spread[tree.order], dtype=np.float64)
+    data = (tree.points, facing, errors, tree.starts, tree.ends, tree.boxes)
+    pilots = np.unique(np.linspace(0, len(points) - 1, PILOTS).astype(np.int64))
+    radii = _chosen_radii(data, tree, pilots)
+    centers = _thinned(tree.points, np.arange(len(points)), float(np.quantile(radii, 0.1)) / 4)
+    if len(centers) > MOST_SURFELS:
+        centers = centers[np.linspace(0, len(centers) - 1, MOST_SURFELS).astype(np.int64)]
+    near, which = Tree.of(tree.points[pilots]), min(4, len(pilots))
+    _, index = near.nearest(tree.points[centers], which)
+    wanted = np.exp(np.log(radii[near.order[index]]).mean(axis=1))
+    wanted = np.maximum(wanted, _base_radii(tree, centers))
+    table, reports = np.zeros((len(centers), 12)), np.zeros((len(centers), 5))
+    kernels.fit_all(*data, centers, wanted, spread is None, table, reports)
+    good = _trusted(reports, wanted)
+    if np.count_nonzero(good) < 4:
+        table = np.zeros((len(points), 12))
+        table[:, :3] = tree.points
+        if normals is not None:
+            table[:, 3:6] = facing
+        return _linked(table, np.zeros(len(table)), np.zeros(len(table)), normals is not None)
+    keep = np.flatnonzero(good)
+    keep = keep[_thinned(table[keep, :3], np.arange(len(keep)), float(np.quantile(wanted, 0.1)) / 5)]
+    return _linked(table[keep], reports[keep, kernels.NOISE], wanted[keep], normals is not None)
+
+
+def _base_radii(tree: Tree, centers: NDArray[np.int64]) -> Array:
+    k = min(SMALLEST, len(tree.points))
+    distance, _ = tree.nearest(tree.points[centers], k)
+    base = 1.25 * distance[:, -1]
+    return np.maximum(base, max(float(np.median(base)) * 1e-3, 1e-300))
+
+
+def _chosen_radii(data: tuple[Array, ...], tree: Tree, pilots: NDArray[np.int64]) -> Array:
+    """Return, per pilot, the radius of the least mean squared error."""
+    bases = _base_radii(tree, pilots)
+    low, high = tree.boxes[0, :3], tree.boxes[0, 3:]
+    table = np.zeros((len(pilots), LEVELS, 5))
+    kernels.fit_scales(*data, pilots, bases, max(0.3 * float(np.linalg.norm(high - low)), bases.max()), table)
+    near = Tree.of(tree.points[pilots])
+    _, index = near.nearest(tree.points[pilots], min(POOL, len(pilots)))
+    around = near.order[index]
+    variance, offset = table[:, :, kernels.VARIANCE], table[:, :, kernels.OFFSET]
+    bias = np.full_like(variance, np.nan)
+    doubt = np.maximum(variance[:, :-1] - variance[:, 1:], 0.25 * variance[:, :-1])
+    bias[:, :-1] = (offset[:, 1:] ** 2 - doubt) / 9  # errors of fourth order grow fourfold from scale to scale
+    radius = bases[:, None] * kernels.RATIO ** np.arange(LEVELS)
+    blurred = radius < 3.0 * table[:, :, kernels.NOISE]
+    known = np.isfinite(bias) & ~blurred
+    pooled = np.where(known, bias, 0.0)[around].sum(axis=1) / np.maximum(known[around].sum(axis=1), 1)
+    error = np.where(known, variance + np.maximum(pooled, 0.0), np.inf)
+    found = np.isfinite(error).any(axis=1)
+    best = np.where(found, np.argmin(error, axis=1), np.argmin(np.where(np.isfinite(variance), 0, 1), axis=1))
+    logs = np.log(bases) + best * np.log(kernels.RATIO)
+    usable = found[around]
+    smooth = (np.where(usable, logs[around], 0.0).sum(axis=1)) / np.maximum(usable.sum(axis=1), 1)
+    return np.exp(np.where(usable.any(axis=1), smooth, logs))
+
+
+def _trusted(reports: Array, radii: Array) -> NDArray[np.bool_]:
+    """Tell which fits are of a surface: thin against the radius, its points all round, the place itself on it."""
+    noise, offset = reports[:, kernels.NOISE], np.abs(reports[:, kernels.OFFSET])
+    return np.asarray(
+        (noise < 0.3 * radii)
+        & (reports[:, kernels.LEAN] < 0.5)
+        & (reports[:, kernels.COUNT] >= 6)
+        & (offset < 4.0 * noise + 0.1 * radii)
+    )
+
+
+def _thinned(points: Array, index: NDArray[np.int64], cell: float) -> NDArray[np.int64]:
+    """Return those of `index` that are the first in their cell of a grid, in order."""
+    if cell <= 0.0:
+        return index
+    at = np.floor((points - points.min(axis=0)) / cell).astype(np.int64)
+    shape = at.max(axis=0) + 1
+    key = (at[:, 0] * shape[1] + at[:, 1]) * shape[2] + at[:, 2]
+    _, first = np.unique(key, return_index=True)
+    return index[np.sort(first)]
+
+
+def _linked(table: Array, noise: Array, radius: Array, oriented: bool) -> Surfels:  # noqa: FBT001
+    tree = Tree.of(table[:, :3])
+    table = np.ascontiguousarray(table[tree.order])
+    m = len(table)
+    wanted = NEIGHBORS + 2
+    distance, index = tree.nearest(tree.points, min(wanted, m))
+    own = index == np.arange(m)[:, None]
+    own[~own.any(axis=1), -1] = True
+    distance, index = distance[~own].reshape(m, -1), index[~own].reshape(m, -1)
+    if index.shape[1] < wanted - 1:
+        pad = wanted - 1 - index.shape[1]
+        index = np.concatenate([index, np.repeat(np.arange(m)[:, None], pad, axis=1)], axis=1)
+        distance = np.concatenate([distance, np.full((m, pad), np.inf)], axis=1)
+    horizon = distance[:, -1]
+    reach = np.where(np.isfinite(distance[:, :8]), distance[:, :8], 0.0).max(axis=1)
+    return Surfels(
+        table=table,
+        support=np.maximum(1.2 * reach, 1e-300),
+        neighbors=np.ascontiguousarray(index[:, :NEIGHBORS]),
+        horizon=horizon,
+        noise=noise[tree.order],
+        radius=radius[tree.order],
+        tree=tree,
+        oriented=oriented,
+    )
