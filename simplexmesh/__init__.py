@@ -1,6 +1,13 @@
 """simplexmesh: compact, well-formed surface models from scans and volumes.
 
 The public names, chapter by chapter. Each is loaded when first used, so importing the package costs almost nothing.
+
+Examples
+--------
+>>> import simplexmesh as sm
+>>> ball = sm.sphere(4, radius=2.0)
+>>> ball.genus
+0
 """
 
 from __future__ import annotations
@@ -11,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 _HOME = {
-    "errors": ["TopologyError", "DivergedError"],
+    "errors": ["TopologyError", "DivergedError", "SimplexMeshWarning"],
     # I    the mesh
     "mesh.connectivity": ["Connectivity"],
     "mesh.simplex_mesh": ["SimplexMesh"],
@@ -27,19 +34,45 @@ _HOME = {
     "motion.reconstruct": ["reconstruct", "Reconstruction"],
 }
 _MODULE = {name: f"simplexmesh.{module}" for module, names in _HOME.items() for name in names}
-_MODULE["targets"] = "simplexmesh.motion.targets"
+_SUBMODULES = {"targets": "simplexmesh.motion.targets", "plot": "simplexmesh.plot"}
 
-__all__ = sorted([*_MODULE, "__version__"])
+__all__ = sorted([*_MODULE, *_SUBMODULES, "__version__"])
 
-if TYPE_CHECKING:
-    pass
+if TYPE_CHECKING:  # the same list once more, for type checkers and editors; a test compares the two
+    from simplexmesh import plot as plot
+    from simplexmesh.data.points import PointCloud as PointCloud
+    from simplexmesh.data.reading import read as read
+    from simplexmesh.data.reading import read_mesh as read_mesh
+    from simplexmesh.data.reading import read_points as read_points
+    from simplexmesh.data.reading import read_poses as read_poses
+    from simplexmesh.data.reading import read_triangles as read_triangles
+    from simplexmesh.data.reading import read_volume as read_volume
+    from simplexmesh.data.triangles import TriangleMesh as TriangleMesh
+    from simplexmesh.data.volume import Volume as Volume
+    from simplexmesh.errors import DivergedError as DivergedError
+    from simplexmesh.errors import SimplexMeshWarning as SimplexMeshWarning
+    from simplexmesh.errors import TopologyError as TopologyError
+    from simplexmesh.mesh.connectivity import Connectivity as Connectivity
+    from simplexmesh.mesh.duality import dual as dual
+    from simplexmesh.mesh.shapes import cylinder as cylinder
+    from simplexmesh.mesh.shapes import ellipsoid as ellipsoid
+    from simplexmesh.mesh.shapes import plane as plane
+    from simplexmesh.mesh.shapes import sphere as sphere
+    from simplexmesh.mesh.shapes import torus as torus
+    from simplexmesh.mesh.simplex_mesh import SimplexMesh as SimplexMesh
+    from simplexmesh.motion import targets as targets
+    from simplexmesh.motion.deform import DeformableModel as DeformableModel
+    from simplexmesh.motion.reconstruct import Reconstruction as Reconstruction
+    from simplexmesh.motion.reconstruct import reconstruct as reconstruct
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _MODULE:
+    if name in _SUBMODULES:
+        value: Any = importlib.import_module(_SUBMODULES[name])
+    elif name in _MODULE:
+        value = getattr(importlib.import_module(_MODULE[name]), name)
+    else:
         raise AttributeError(f"module 'simplexmesh' has no attribute {name!r}")
-    module = importlib.import_module(_MODULE[name])
-    value = module if name == "targets" else getattr(module, name)
     globals()[name] = value
     return value
 

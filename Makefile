@@ -1,0 +1,48 @@
+# Everything happens in .venv, made here from pyproject.toml; only Python 3.11 or newer and make are needed.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+READY := $(VENV)/.ready
+SOURCES := simplexmesh tests demos docs/conf.py
+
+.PHONY: help setup demo test lint types docs benchmark clean
+
+help:
+	@echo "make demo       reconstruct organs of the frog, then one of them from a noisy scan, into demo_output/"
+	@echo "make test       lint, types and the whole test suite"
+	@echo "make docs       the documentation, with the gallery, into docs/_build/html"
+	@echo "make benchmark  nanoseconds per vertex, and ratios against peers"
+	@echo "make clean      remove what was made"
+
+$(READY): pyproject.toml
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' \
+	  || { echo "simplexmesh needs Python 3.11 or newer; name one with make PYTHON=..."; exit 1; }
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev,docs]'
+	@touch $@
+
+setup: $(READY)
+
+demo: $(READY)
+	$(BIN)/simplexmesh demo --output demo_output
+
+lint: $(READY)
+	$(BIN)/ruff check $(SOURCES)
+	$(BIN)/ruff format --check $(SOURCES)
+
+types: $(READY)
+	$(BIN)/mypy
+
+test: lint types
+	$(BIN)/python -m pytest --durations=10
+
+docs: $(READY)
+	$(BIN)/python -m sphinx -W --keep-going -q -b html docs docs/_build/html
+	@echo "documentation: docs/_build/html/index.html"
+
+benchmark: $(READY)
+	@for file in tests/benchmarks/bench_*.py; do echo "== $$file"; $(BIN)/python $$file || exit 1; done
+
+clean:
+	rm -rf $(VENV) docs/_build docs/gallery docs/api demo_output build dist *.egg-info .pytest_cache .ruff_cache .mypy_cache .hypothesis
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -1,0 +1,27 @@
+"""What all tests share: the folder of real data, hypothesis profiles, pictures without a window."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, settings
+
+os.environ["PYVISTA_OFF_SCREEN"] = "true"  # before anything imports pyvista
+
+settings.register_profile("fast", max_examples=32, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.register_profile("thorough", parent=settings.get_profile("fast"), max_examples=1000)
+settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "fast"))
+
+
+@pytest.fixture(scope="session")
+def data_folder() -> Path:
+    """The folder of real scans and volumes named by SIMPLEXMESH_DATA; the test is skipped without one."""
+    named = os.environ.get("SIMPLEXMESH_DATA")
+    if not named:
+        pytest.skip("set SIMPLEXMESH_DATA to the folder of real data to run this test")
+    folder = Path(named)
+    if not folder.is_dir():
+        pytest.fail(f"SIMPLEXMESH_DATA names {named}, which is not a folder")
+    return folder

@@ -1,0 +1,252 @@
+"""Imports point downward, heavy libraries stay behind their doors, and no file or function outgrows a screen or two."""
+
+from __future__ import annotations
+
+import ast
+import sys
+from collections.abc import Iterable, Iterator
+from pathlib import Path, PurePosixPath
+
+import pytest
+
+ROOT = Path(__file__).parents[1] / "simplexmesh"
+
+# Room -> the rooms it may import from, besides itself.
+FLOOR = {"errors", "_check", "_vec"}
+BELOW = {
+    "errors": set(),
+    "_check": {"errors"},
+    "_vec": set(),
+    "mesh": FLOOR,
+    "data": FLOOR | {"mesh"},
+    "motion": FLOOR | {"mesh", "data"},
+    "plot": FLOOR | {"mesh", "data"},
+    "cli": FLOOR | {"mesh", "data", "motion", "plot"},
+}
+
+# Imports that point up, each with its reason.
+UPWARD = {
+    ("mesh/simplex_mesh.py", "simplexmesh.data.triangles"): "users look for mesh.triangulated() on the mesh",
+    (
+        "mesh/simplex_mesh.py",
+        "simplexmesh.data.writing",
+    ): "users look for mesh.save() and mesh.to_pyvista() on the mesh",
+}
+
+# Heavy or special library -> the files that may name it, as patterns; `/` starts at the package.
+# NumPy and the standard library are free.
+DOORS = {
+    "numba": ["_kernels*.py"],
+    "igl": ["/motion/targets/triangles.py", "/motion/initial/remesh.py"],
+    "skimage": ["/motion/initial/from_volume.py"],
+    "SimpleITK": ["/data/itk.py"],
+    "plyfile": ["/data/ply.py"],
+    "pyvista": ["/plot.py", "/data/vtk.py", "/data/convert.py", "/data/writing.py", "/cli/*.py"],
+    "vtkmodules": ["/data/vtk.py"],
+    "scipy": ["/mesh/*.py", "/data/*.py", "/motion/*.py", "/motion/*/*.py", "/cli/*.py"],
+    "rich": ["/cli/*.py", "/motion/progress.py"],
+    "typer": ["/cli/*.py"],
+    "importlib": ["/__init__.py", "/mesh/simplex_mesh.py", "/motion/targets/__init__.py"],  # imports by name hide
+}
+FREE = (set(sys.stdlib_module_names) - set(DOORS)) | {"numpy"}
+
+LONGEST_FILE = 400
+LONGEST_BODY = 70
+
+
+def files() -> list[Path]:
+    return [path for path in sorted(ROOT.rglob("*.py")) if "__pycache__" not in path.parts]
+
+
+def imports(source: str) -> Iterator[str]:
+    """Every module or name a source imports, wherever in the file; imports for type checkers only are left out."""
+    tree = ast.parse(source)
+    unreal = {
+        inner
+        for node in ast.walk(tree)
+        if isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING"
+        for inner in ast.walk(node)
+    }
+    for node in ast.walk(tree):
+        if node in unreal:
+            continue
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            yield from (f"{'.' * node.level}{node.module or ''}.{alias.name}" for alias in node.names)
+        elif isinstance(node, ast.Call) and node.args and isinstance(node.args[0], ast.Constant):
+            called = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
+            if called in {"import_module", "__import__"}:
+                yield str(node.args[0].value)
+            elif called == "_upstairs":
+                yield f"simplexmesh.{node.args[0].value}"
+
+
+def room(place: str) -> str:
+    return place.split("/")[0].removesuffix(".py")
+
+
+def wrong_directions(place: str, names: Iterable[str]) -> list[str]:
+    """What is wrong with the imports of our own modules from the file at `place`."""
+    found = []
+    for name in names:
+        head, *tail = name.split(".")
+        if name.startswith("."):
+            found.append(f"{place}: write absolute imports, not {name}")
+        elif head == "simplexmesh" and place != "__init__.py":
+            above = tail[0] if tail else "__init__"
+            reason = any(place == here and f"{name}.".startswith(f"{there}.") for here, there in UPWARD)
+            if above != room(place) and above not in BELOW.get(room(place), set()) and not reason:
+                found.append(f"{place}: {room(place)} must not import {name}")
+    return found
+
+
+def wrong_doors(place: str, names: Iterable[str]) -> list[str]:
+    """Which libraries the file at `place` may not name."""
+    found = []
+    for name in names:
+        head = name.split(".")[0]
+        if head in FREE or head in {"simplexmesh", ""}:
+            continue
+        patterns = DOORS.get(head, [])
+        if not any(PurePosixPath("/", place).match(pattern) for pattern in patterns):
+            found.append(f"{place}: {head} belongs in {', '.join(patterns) or 'no file'}")
+    return found
+
+
+def module_names() -> dict[str, Path]:
+    return {"simplexmesh." + ".".join(path.relative_to(ROOT).with_suffix("").parts): path for path in files()}
+
+
+def module_graph() -> dict[str, set[str]]:
+    """Which of our modules each of them imports, packages' own __init__ files and argued exceptions left out."""
+    known = module_names()
+    graph: dict[str, set[str]] = {}
+    for module, path in known.items():
+        place = path.relative_to(ROOT).as_posix()
+        reached = set()
+        for name in imports(path.read_text(encoding="utf-8")):
+            target = name if name in known else name.rpartition(".")[0]
+            if target in known and (place, target) not in UPWARD:
+                reached.add(target)
+        graph[module] = reached
+    return graph
+
+
+def cycle(graph: dict[str, set[str]]) -> list[str]:
+    """Some cycle of the graph, or nothing."""
+    done: set[str] = set()
+
+    def search(node: str, path: list[str]) -> list[str]:
+        if node in path:
+            return [*path[path.index(node) :], node]
+        if node in done:
+            return []
+        for following in sorted(graph.get(node, ())):
+            if found := search(following, [*path, node]):
+                return found
+        done.add(node)
+        return []
+
+    return next((found for node in sorted(graph) if (found := search(node, []))), [])
+
+
+def body_lines(function: ast.FunctionDef) -> int:
+    """Lines of a function from its first statement after the docstring."""
+    body = function.body[1:] if ast.get_docstring(function) is not None else function.body
+    return function.end_lineno - body[0].lineno + 1 if body else 0
+
+
+def long_functions(source: str) -> list[str]:
+    functions = [n for n in ast.walk(ast.parse(source)) if isinstance(n, ast.FunctionDef | ast.AsyncFunctionDef)]
+    return [f"{f.name} has {body_lines(f)} lines" for f in functions if body_lines(f) > LONGEST_BODY]
+
+
+@pytest.mark.parametrize("path", files(), ids=lambda path: path.relative_to(ROOT).as_posix())
+class TestEveryFile:
+    def test_imports_point_downward(self, path):
+        assert wrong_directions(path.relative_to(ROOT).as_posix(), imports(path.read_text(encoding="utf-8"))) == []
+
+    def test_libraries_stay_behind_their_doors(self, path):
+        assert wrong_doors(path.relative_to(ROOT).as_posix(), imports(path.read_text(encoding="utf-8"))) == []
+
+    def test_fits_on_a_few_screens(self, path):
+        source = path.read_text(encoding="utf-8")
+        assert len(source.splitlines()) <= LONGEST_FILE
+        assert long_functions(source) == []
+
+
+def test_every_file_is_in_a_room():
+    assert {room(path.relative_to(ROOT).as_posix()) for path in files()} - set(BELOW) == {"__init__"}
+
+
+def test_no_module_imports_itself_by_a_detour():
+    assert cycle(module_graph()) == []
+
+
+def test_the_exceptions_are_still_needed():
+    used = {
+        (place, there)
+        for path in files()
+        for name in imports(path.read_text(encoding="utf-8"))
+        for place, there in UPWARD
+        if path.relative_to(ROOT).as_posix() == place and f"{name}.".startswith(f"{there}.")
+    }
+    assert used == set(UPWARD)
+
+
+@pytest.mark.parametrize(
+    ("place", "source", "complaint"),
+    [
+        ("mesh/geometry.py", "from simplexmesh.data import volume", "mesh must not import simplexmesh.data.volume"),
+        ("mesh/geometry.py", "import simplexmesh", "mesh must not import simplexmesh"),
+        ("data/points.py", "def f():\n    from simplexmesh.motion.deform import State", "data must not import"),
+        ("motion/deform.py", "import simplexmesh.plot", "motion must not import simplexmesh.plot"),
+        ("mesh/shapes.py", "_upstairs('data.writing')", "mesh must not import simplexmesh.data.writing"),
+        ("mesh/shapes.py", "__import__('simplexmesh.plot')", "mesh must not import simplexmesh.plot"),
+        ("errors.py", "import simplexmesh._check", "errors must not import simplexmesh._check"),
+        ("mesh/shapes.py", "from .duality import dual", "write absolute imports, not .duality.dual"),
+    ],
+)
+def test_a_planted_wrong_direction_is_seen(place, source, complaint):
+    (found,) = wrong_directions(place, imports(source))
+    assert complaint in found
+
+
+@pytest.mark.parametrize(
+    ("place", "source"),
+    [
+        ("mesh/geometry.py", "from numba import njit"),
+        ("mesh/geometry.py", "def f():\n    import igl"),
+        ("motion/deform.py", "import pyvista as pv"),
+        ("data/volume.py", "import SimpleITK as sitk"),
+        ("data/volume.py", "from skimage.measure import marching_cubes"),
+        ("data/volume.py", "import matplotlib.pyplot"),
+        ("mesh/geometry.py", "from importlib import import_module"),
+        ("_vec.py", "import scipy"),
+    ],
+)
+def test_a_planted_library_is_seen(place, source):
+    assert len(wrong_doors(place, imports(source))) == 1
+
+
+def test_right_imports_pass():
+    source = "import numpy as np\nfrom simplexmesh import _check\nfrom simplexmesh.mesh import geometry\nimport math"
+    assert wrong_directions("data/volume.py", imports(source)) == []
+    assert wrong_doors("data/volume.py", imports(source)) == []
+    assert wrong_doors("mesh/_kernels.py", imports("from numba import njit")) == []
+
+
+def test_imports_for_type_checkers_are_free():
+    assert list(imports("if TYPE_CHECKING:\n    import pyvista\nimport math")) == ["math"]
+
+
+def test_a_planted_cycle_is_seen():
+    assert cycle({"a": {"b"}, "b": {"c"}, "c": {"b"}}) == ["b", "c", "b"]
+    assert cycle({"a": {"b", "c"}, "b": {"c"}, "c": set()}) == []
+
+
+def test_a_planted_long_function_is_seen():
+    lines = "".join("    x = 1\n" for _ in range(LONGEST_BODY + 1))
+    assert long_functions(f"def f():\n    '''A docstring\n\n    counts not.'''\n{lines}") == ["f has 71 lines"]
+    assert long_functions(f"def f():\n    '''A docstring'''\n{lines[10:]}") == []
