@@ -1,4 +1,4 @@
-"""The kernels of the motion are the thesis's formulas: equal to the naive twins, serial and parallel, fast and general."""
+"""The kernels of the motion are the formulas of the thesis: equal to naive twins, serial or parallel, fast or general."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ SEEDS = st.integers(0, 10**6)
 
 
 def rough(seed, *, noise=0.2, degenerate=False, frequency=3):
-    """Return positions and neighbors of a crumpled sphere, some neighborhoods flat, on a line or in a point if asked."""
+    """Return positions and neighbors of a crumpled sphere, some neighbors on a line or in a point if asked."""
     rng = np.random.default_rng(seed)
     ball = sm.sphere(frequency)
     vertices = ball.vertices + noise * rng.normal(size=ball.vertices.shape)

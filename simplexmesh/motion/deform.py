@@ -121,14 +121,24 @@ class DeformableModel:
         adaptation: float = 0.0,
         forces: Sequence[Force] = (),
     ) -> None:
+        if not isinstance(mesh, SimplexMesh):
+            raise TypeError(f"mesh must be a SimplexMesh, not {type(mesh).__name__}")
+        if target is not None and not callable(getattr(target, "gap", None)):
+            raise TypeError(f"target must have a method gap(vertices, normals, reach), not {type(target).__name__}")
         n = mesh.n_vertices
         self.target = target
         self.forces = tuple(forces)
+        for k, force in enumerate(self.forces):
+            if not callable(force):
+                raise TypeError(f"forces must be functions of a Frame; forces[{k}] is a {type(force).__name__}")
         self.iteration = 0
         self._start = mesh
         self._neighbors = mesh.connectivity.neighbors
         self._rim = Rim.of(mesh.connectivity)
-        self.rigidity = _per_vertex("rigidity", _default(rigidity, mesh, "rigidity", 1), n, 0, 1000).astype(np.int64)
+        stiff = _per_vertex("rigidity", _default(rigidity, mesh, "rigidity", 1), n, 0, 1000)
+        if (stiff % 1).any():
+            raise TypeError(f"rigidity must be a whole number of edges, not {stiff[np.argmax(stiff % 1 > 0)]:g}")
+        self.rigidity = stiff.astype(np.int64)
         self.alpha = _per_vertex("alpha", alpha, n, 0.0, 0.5)
         self.beta = _per_vertex("beta", beta, n, 0.0, 1.0)
         self.damping = _per_vertex("damping", damping, n, 1e-3, 1.0)
@@ -193,9 +203,10 @@ class DeformableModel:
         tolerance : float
             Stop once no vertex moves by more than this in an iteration, in the mesh's unit; 0 never stops early.
 
-        Yields
-        ------
-        State
+        Returns
+        -------
+        iterator of State
+            Nothing moves until it is asked for its first state.
 
         Raises
         ------
@@ -205,6 +216,9 @@ class DeformableModel:
         iterations = _check.integer("iterations", iterations, 0)
         every = _check.integer("every", every, 1)
         tolerance = _check.number("tolerance", tolerance, 0.0)
+        return self._states(iterations, every, tolerance)
+
+    def _states(self, iterations: int, every: int, tolerance: float) -> Iterator[State]:
         for k in range(1, iterations + 1):
             gaps = self.step()
             move = float(np.sqrt(self._moves.max()))
