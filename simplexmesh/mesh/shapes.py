@@ -9,57 +9,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh import _check
 from simplexmesh._vec import normalized
+from simplexmesh.mesh import lattices
 from simplexmesh.mesh.duality import dual
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 
 Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
-
-BASES = ("tetrahedron", "octahedron", "icosahedron")
 DEFAULT_VERTICES = 1280
 MOST_VERTICES = 100_000_000
-
-
-def _base(name: str) -> tuple[Array, Indices]:
-    """Return the corners and the triangles of a regular polyhedron, counter-clockwise seen from outside."""
-    corners: list[list[float]]
-    if name == "tetrahedron":
-        corners = [[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]]
-        faces = [[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]]
-    elif name == "octahedron":
-        corners = [[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]]
-        faces = [[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]]
-    else:
-        t = (1 + math.sqrt(5)) / 2
-        corners = [[-1, t, 0], [1, t, 0], [-1, -t, 0], [1, -t, 0], [0, -1, t], [0, 1, t]]
-        corners += [[0, -1, -t], [0, 1, -t], [t, 0, -1], [t, 0, 1], [-t, 0, -1], [-t, 0, 1]]
-        faces = [[0, 11, 5], [0, 5, 1], [0, 1, 7], [0, 7, 10], [0, 10, 11], [1, 5, 9], [5, 11, 4], [11, 10, 2]]
-        faces += [[10, 7, 6], [7, 1, 8], [3, 9, 4], [3, 4, 2], [3, 2, 6], [3, 6, 8], [3, 8, 9], [4, 9, 5]]
-        faces += [[2, 4, 11], [6, 2, 10], [8, 6, 7], [9, 8, 1]]
-    return normalized(np.array(corners, float)), np.array(faces)
-
-
-def _subdivided(corners: Array, faces: Indices, f: int) -> tuple[Array, Indices]:
-    """Return a triangulation with each triangle divided in f^2, points shared along the edges."""
-    i, j = (a.ravel() for a in np.meshgrid(np.arange(f + 1), np.arange(f + 1), indexing="ij"))
-    i, j = i[i + j <= f], j[i + j <= f]
-    weights = np.stack([f - i - j, i, j], axis=1)
-    row = np.concatenate([[0], np.cumsum(np.arange(f + 1, 0, -1))])[:-1]
-    at = row[i] + j
-    up = at[i + j < f]
-    right, above = row[i[i + j < f] + 1] + j[i + j < f], up + 1
-    down = i + j < f - 1
-    corner = right[(i + j)[i + j < f] < f - 1] + 1
-    local = np.concatenate(
-        [np.stack([up, right, above], axis=1), np.stack([row[i[down] + 1] + j[down], corner, at[down] + 1], axis=1)]
-    )
-    # A point is the same point in two triangles when the same corners have the same weights in it.
-    codes = np.sort(np.where(weights > 0, faces[:, None, :] * (f + 1) + weights, 0), axis=2)
-    base = len(corners) * (f + 1)
-    keys = (codes[..., 0] * base + codes[..., 1]) * base + codes[..., 2]
-    _, first, number = np.unique(keys.ravel(), return_index=True, return_inverse=True)
-    points = np.einsum("pk,fkx->fpx", weights / f, corners[faces]).reshape(-1, 3)
-    return points[first], number.reshape(len(faces), -1)[:, local].reshape(-1, 3)
 
 
 def _frequency(frequency: int | None, vertices: int | None, per_square: int) -> int:
@@ -112,10 +68,232 @@ def sphere(
     >>> sphere(vertices=3000, base="octahedron").n_vertices
     2888
     """
-    corners, faces = _base(_check.choice("base", base, BASES))
+    corners, faces = lattices.polyhedron(_check.choice("base", base, lattices.BASES))
     f = _frequency(frequency, vertices, len(faces))
     R = _check.number("radius", radius, 0.0, open_low=True)
     at = _check.array("center", center, (3,))
-    points, triangles = _subdivided(corners, faces, f)
+    points, triangles = lattices.subdivided(corners, faces, f)
     mesh = dual((normalized(points), triangles))
     return mesh.moved(R * normalized(mesh.vertices) + at)
+
+
+def ellipsoid(
+    radii: ArrayLike = (1.0, 1.0, 1.0),
+    frequency: int | None = None,
+    base: str = "icosahedron",
+    *,
+    vertices: int | None = None,
+    center: ArrayLike = (0.0, 0.0, 0.0),
+    axes: ArrayLike | None = None,
+) -> SimplexMesh:
+    """Return an ellipsoid: a sphere scaled along three axes.
+
+    Parameters
+    ----------
+    radii : (3,) array of float
+        Half the length of each axis.
+    frequency, base, vertices
+        As for `sphere`.
+    center : (3,) array of float
+        The center.
+    axes : (3, 3) array of float, optional
+        The directions of the axes, one per row, orthonormal; x, y, z by default.
+
+    Returns
+    -------
+    SimplexMesh
+        Closed, of genus 0.
+
+    Examples
+    --------
+    >>> bool(np.isclose(ellipsoid((3, 2, 1), 40).volume, 4 / 3 * np.pi * 6, rtol=2e-3))
+    True
+    """
+    scale = _check.array("radii", radii, (3,))
+    if (scale <= 0).any():
+        raise ValueError(f"radii must be above 0, not {scale.tolist()}")
+    Q = np.eye(3) if axes is None else _check.array("axes", axes, (3, 3))
+    if not np.allclose(Q @ Q.T, np.eye(3), atol=1e-6) or np.linalg.det(Q) < 0:
+        raise ValueError("axes must be three orthonormal rows of a rotation")
+    at = _check.array("center", center, (3,))
+    ball = sphere(frequency, base, vertices=vertices)
+    return ball.moved((ball.vertices * scale) @ Q + at)
+
+
+def cylinder(
+    around: int | None = None,
+    along: int | None = None,
+    *,
+    vertices: int | None = None,
+    radius: float = 1.0,
+    height: float = 2.0,
+    center: ArrayLike = (0.0, 0.0, 0.0),
+    axis: ArrayLike = (0.0, 0.0, 1.0),
+) -> SimplexMesh:
+    """Return an open cylinder: genus 0, a hole at each end.
+
+    Parameters
+    ----------
+    around, along : int, optional
+        At least 3 and at least 1: the cylinder has `2 * around * (along + 1)` vertices.
+    vertices : int, optional
+        About how many vertices to have, instead; 1,280 by default.
+    radius, height : float
+        All vertices are at `radius` from the axis; the ends are `height` apart.
+    center, axis : (3,) array of float
+        The middle, and the direction of the axis.
+
+    Returns
+    -------
+    SimplexMesh
+        With normals away from the axis.
+
+    Examples
+    --------
+    >>> cylinder(12, 5)
+    SimplexMesh(144 vertices, 72 faces, genus 0, 2 holes)
+    """
+    R = _check.number("radius", radius, 0.0, open_low=True)
+    L = _check.number("height", height, 0.0, open_low=True)
+    cells = _two_counts("around", around, "along", along, vertices, 2 * math.pi * R / L)
+    n, m = _check.integer("around", cells[0], 3), _check.integer("along", cells[1], 1)
+    uv, triangles = lattices.strip(n, m)
+    theta = 2 * math.pi * uv[:, 0]
+    mesh = dual((np.stack([np.cos(theta), np.sin(theta), uv[:, 1] - 0.5], axis=1), triangles))
+    xy = R * normalized(mesh.vertices[:, :2])
+    return mesh.moved(_placed(np.column_stack([xy, L * mesh.vertices[:, 2]]), center, axis))
+
+
+def plane(
+    across: int | None = None,
+    along: int | None = None,
+    *,
+    vertices: int | None = None,
+    size: ArrayLike = (1.0, 1.0),
+    center: ArrayLike = (0.0, 0.0, 0.0),
+    axis: ArrayLike = (0.0, 0.0, 1.0),
+) -> SimplexMesh:
+    """Return a flat rectangle: genus 0, one hole, which is its border.
+
+    Parameters
+    ----------
+    across, along : int, optional
+        At least 1 each: the rectangle has `(2 * across + 1) * along` vertices inside and one for each border edge.
+    vertices : int, optional
+        About how many vertices to have, instead; 1,280 by default.
+    size : (2,) array of float
+        Lengths of the sides; the border vertices lie on them.
+    center, axis : (3,) array of float
+        The middle, and the normal.
+
+    Returns
+    -------
+    SimplexMesh
+        With normals along `axis`.
+
+    Examples
+    --------
+    >>> plane(4, 3)
+    SimplexMesh(42 vertices, 22 faces, genus 0, 1 holes)
+    """
+    sides = _check.array("size", size, (2,))
+    if (sides <= 0).any():
+        raise ValueError(f"size must be above 0, not {sides.tolist()}")
+    cells = _two_counts("across", across, "along", along, vertices, sides[0] / sides[1])
+    n, m = _check.integer("across", cells[0], 1), _check.integer("along", cells[1], 1)
+    uv, triangles = lattices.sheet(n, m)
+    flat = np.column_stack([(uv - 0.5) * sides, np.zeros(len(uv))])
+    return dual((_placed(flat, center, axis), triangles))
+
+
+def torus(
+    around: int | None = None,
+    across: int | None = None,
+    *,
+    vertices: int | None = None,
+    radius: float = 1.0,
+    tube_radius: float = 0.35,
+    center: ArrayLike = (0.0, 0.0, 0.0),
+    axis: ArrayLike = (0.0, 0.0, 1.0),
+) -> SimplexMesh:
+    """Return a torus: closed, of genus 1, all faces hexagons.
+
+    Parameters
+    ----------
+    around, across : int, optional
+        Cells around the axis, at least 3, and around the tube, even and at least 4: the torus has
+        `2 * around * across` vertices.
+    vertices : int, optional
+        About how many vertices to have, instead; 1,280 by default.
+    radius, tube_radius : float
+        All vertices are at `tube_radius` from the circle of radius `radius` about the axis; `tube_radius < radius`.
+    center, axis : (3,) array of float
+        The middle, and the direction of the axis.
+
+    Returns
+    -------
+    SimplexMesh
+        With normals out of the tube.
+
+    Examples
+    --------
+    >>> torus(20, 8)
+    SimplexMesh(320 vertices, 160 faces, genus 1, 0 holes)
+    """
+    R = _check.number("radius", radius, 0.0, open_low=True)
+    r = _check.number("tube_radius", tube_radius, 0.0, open_low=True)
+    if r >= R:
+        raise ValueError(f"tube_radius must be below radius, {R:g}, not {r:g}")
+    cells = _two_counts("around", around, "across", across, vertices, R / r, even=True)
+    n, m = _check.integer("around", cells[0], 3), _check.integer("across", cells[1], 4)
+    if m % 2:
+        raise ValueError(f"across must be even, not {m}")
+    uv, triangles = lattices.tube(n, m)
+    mesh = dual((_on_torus(2 * math.pi * uv, R, r), triangles))
+    on_circle = R * normalized(mesh.vertices * [1, 1, 0])
+    return mesh.moved(_placed(on_circle + r * normalized(mesh.vertices - on_circle), center, axis))
+
+
+def _on_torus(angles: Array, R: float, r: float) -> Array:
+    """Return the points of a torus about z at angles (around, across)."""
+    theta, phi = angles.T
+    ring = R + r * np.cos(phi)
+    return np.stack([ring * np.cos(theta), ring * np.sin(theta), r * np.sin(phi)], axis=1)
+
+
+def _two_counts(
+    name: str,
+    count: int | None,
+    other: str,
+    other_count: int | None,
+    vertices: int | None,
+    aspect: float,
+    *,
+    even: bool = False,
+) -> tuple[int, int]:
+    """Return the two numbers of cells given, or those of nearly square shape for about so many vertices.
+
+    `aspect` is the length of the first direction over that of the second; two triangles share a cell, whose height is
+    that of an equilateral triangle.
+    """
+    if (count is None) != (other_count is None):
+        raise TypeError(f"give both {name} and {other}, or neither")
+    if count is not None and other_count is not None:
+        if vertices is not None:
+            raise TypeError(f"give {name} and {other}, or vertices, not both")
+        return count, other_count
+    total = DEFAULT_VERTICES if vertices is None else _check.integer("vertices", vertices, 4, MOST_VERTICES)
+    first = max(3, round(math.sqrt(total / 2 * aspect * math.sqrt(3) / 2)))
+    second = total / 2 / first
+    return first, max(4, 2 * round(second / 2)) if even else max(1, round(second) - 1)
+
+
+def _placed(points: Array, center: ArrayLike, axis: ArrayLike) -> Array:
+    """Return points with z turned to `axis`, then moved to `center`."""
+    z = _check.array("axis", axis, (3,))
+    if not z.any():
+        raise ValueError("axis must have a direction, not [0, 0, 0]")
+    z = normalized(z)
+    across = np.array([1.0, 0, 0]) if abs(z[0]) < 0.9 else np.array([0, 1.0, 0])
+    y = normalized(np.cross(z, across))
+    return points @ np.stack([np.cross(y, z), y, z]) + _check.array("center", center, (3,))
