@@ -198,6 +198,24 @@ class TriangleMesh:
         return PointCloud(a + u * (b - a) + v * (c - a), self.face_vectors[face])
 
 
+def fans(sizes: Indices, flat: NDArray[Any]) -> Indices:
+    """Return the triangles of polygons given one after the other, each cut into a fan around its first corner.
+
+    Examples
+    --------
+    >>> fans(np.array([4, 3]), np.array([0, 1, 2, 3, 5, 6, 7]))
+    array([[0, 1, 2],
+           [0, 2, 3],
+           [5, 6, 7]])
+    """
+    corners = flat.astype(np.int64)
+    starts = np.cumsum(sizes) - sizes
+    cuts = np.maximum(sizes - 2, 0)
+    first = np.repeat(starts, cuts)
+    step = np.arange(cuts.sum()) - np.repeat(np.cumsum(cuts) - cuts, cuts) + 1
+    return np.stack([corners[first], corners[first + step], corners[first + step + 1]], axis=1)
+
+
 def _proper(faces: Indices) -> NDArray[np.bool_]:
     a, b, c = faces.T
     out: NDArray[np.bool_] = (a != b) & (b != c) & (c != a)

@@ -1,0 +1,168 @@
+"""Which format a file is in, told by its first bytes and only then by its name."""
+
+from __future__ import annotations
+
+import gzip
+import re
+import zlib
+from pathlib import Path
+
+NAMES = {
+    "metaimage": "MetaImage",
+    "nrrd": "NRRD",
+    "nifti": "NIfTI",
+    "dicom": "DICOM",
+    "tiff": "TIFF",
+    "vti": "VTI",
+    "vtp": "VTP",
+    "vtk": "VTK",
+    "ply": "PLY",
+    "stl": "STL",
+    "obj": "OBJ",
+    "off": "OFF",
+    "pcd": "PCD",
+    "text": "XYZ",
+}
+VOLUMES = ("metaimage", "nrrd", "nifti", "dicom", "tiff", "vti")
+
+SUFFIXES = {
+    ".mhd": "metaimage",
+    ".mha": "metaimage",
+    ".nrrd": "nrrd",
+    ".nhdr": "nrrd",
+    ".nii": "nifti",
+    ".nii.gz": "nifti",
+    ".dcm": "dicom",
+    ".tif": "tiff",
+    ".tiff": "tiff",
+    ".vti": "vti",
+    ".vtp": "vtp",
+    ".vtk": "vtk",
+    ".ply": "ply",
+    ".stl": "stl",
+    ".obj": "obj",
+    ".off": "off",
+    ".pcd": "pcd",
+    ".xyz": "text",
+    ".xyzn": "text",
+    ".xyzc": "text",
+    ".csv": "text",
+    ".txt": "text",
+    ".pts": "text",
+    ".asc": "text",
+}
+
+_HEAD = 4096
+_MAGIC = [
+    (b"NRRD000", "nrrd"),
+    (b"ply\n", "ply"),
+    (b"ply\r", "ply"),
+    (b"# vtk DataFile", "vtk"),
+    (b"II*\0", "tiff"),
+    (b"MM\0*", "tiff"),
+    (b"II+\0", "tiff"),
+    (b"MM\0+", "tiff"),
+    (b"# .PCD", "pcd"),
+    (b"VERSION", "pcd"),
+]
+
+
+def suffix(path: Path) -> str:
+    """Return the ending of the name in lower case, `.nii.gz` as one.
+
+    Examples
+    --------
+    >>> suffix(Path("scan.2.NII.GZ")), suffix(Path("scan.PLY"))
+    ('.nii.gz', '.ply')
+    """
+    name = path.name.lower()
+    return ".nii.gz" if name.endswith(".nii.gz") else path.suffix.lower()
+
+
+def format_of(path: Path) -> str:
+    """Return the key in `NAMES` of the format the file is in.
+
+    Raises
+    ------
+    OSError
+        The file is empty, is not what its name says, or is in no format this library reads.
+    """
+    size = path.stat().st_size
+    if not size:
+        raise OSError(f"{path.name} is empty")
+    with path.open("rb") as file:
+        head = file.read(_HEAD)
+    found = _by_content(head, size)
+    named = SUFFIXES.get(suffix(path))
+    if found is None and named == "text" and _is_text(head):
+        return "text"
+    if found is None and named is not None:
+        raise OSError(f"{path.name} is not {_article(NAMES[named])} file, or is damaged at its beginning")
+    if found is None:
+        known = ", ".join(sorted(SUFFIXES))
+        raise OSError(f"{path.name} is in no format known by its content; readable are {known}")
+    return found
+
+
+def _article(name: str) -> str:
+    return ("an " if name in ("NRRD", "STL", "OBJ", "OFF", "XYZ") else "a ") + name
+
+
+def _by_content(head: bytes, size: int) -> str | None:
+    for magic, name in _MAGIC:
+        if head.startswith(magic):
+            return name
+    if head[:2] == b"\x1f\x8b":
+        return "nifti" if _is_nifti(_unzipped(head)) else None
+    if _is_nifti(head):
+        return "nifti"
+    if head[128:132] == b"DICM":
+        return "dicom"
+    if _is_stl(head, size):
+        return "stl"
+    return _by_text(head)
+
+
+def _by_text(head: bytes) -> str | None:
+    text = head.decode("latin-1")
+    if "<VTKFile" in text:
+        kind = re.search(r'<VTKFile[^>]*\btype="(\w+)"', text)
+        return {"ImageData": "vti", "PolyData": "vtp"}.get(kind[1]) if kind else None
+    if re.search(r"^\s*(NDims|ObjectType)\s*=", text, re.MULTILINE):
+        return "metaimage"
+    if re.match(r"(\s*#[^\n]*\n|\s)*(ST)?C?N?4?n?OFF\b", text):
+        return "off"
+    if re.match(r"\s*solid\b", text) and re.search(r"\bfacet\b", text):
+        return "stl"
+    if re.search(r"^(v|vn|vt)\s+-?[\d.]+\s", text, re.MULTILINE):
+        return "obj"
+    if re.match(r"\s*Points\s*:=\s*\[", text):
+        return "text"
+    return "text" if _has_numbers(text) else None
+
+
+def _is_text(head: bytes) -> bool:
+    return b"\0" not in head
+
+
+def _has_numbers(text: str) -> bool:
+    """Whether one of the first lines holds three numbers or more."""
+    number = r"[-+]?(\d+\.?\d*|\.\d+|nan|inf)([eE][-+]?\d+)?"
+    line = rf"^\s*{number}([\s,;]+{number}){{2,}}"
+    return any(re.match(line, row) for row in text.splitlines()[:20])
+
+
+def _is_nifti(head: bytes) -> bool:
+    return head[344:348] in (b"n+1\0", b"ni1\0") or head[4:8] in (b"n+2\0", b"ni2\0")
+
+
+def _is_stl(head: bytes, size: int) -> bool:
+    """Whether the size is that of a binary STL: 80 bytes of anything, a count, 50 bytes per triangle."""
+    return len(head) >= 84 and size == 84 + 50 * int.from_bytes(head[80:84], "little")
+
+
+def _unzipped(head: bytes) -> bytes:
+    try:
+        return zlib.decompressobj(wbits=31).decompress(head, 512)
+    except (zlib.error, gzip.BadGzipFile):
+        return b""

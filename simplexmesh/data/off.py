@@ -1,0 +1,66 @@
+"""Triangulated surfaces from OFF files, colors and comments passed over, polygons cut into fans."""
+
+from __future__ import annotations
+
+import re
+import warnings
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplexmesh.data.triangles import TriangleMesh, fans
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+
+def read_off(path: Path) -> TriangleMesh:
+    """Read an OFF file (also COFF, NOFF, ...; text only), polygons cut into fans.
+
+    Raises
+    ------
+    OSError
+        The file is damaged or truncated.
+    """
+    text = path.read_text(encoding="latin-1")
+    text = re.sub(r"#.*", "", text)
+    keyword, _, body = text.lstrip().partition("OFF")
+    if body[:8].strip().upper().startswith("BINARY"):
+        raise OSError(f"{path.name} is a binary OFF file; only text ones are read")
+    numbers = body.split(maxsplit=3)
+    try:
+        n_vertices, n_faces = int(numbers[0]), int(numbers[1])
+        lines = [line for line in numbers[3].splitlines() if line.strip()]
+        if len(lines) < n_vertices + n_faces:
+            raise OSError(
+                f"{path.name} must have {n_vertices:,} vertices and {n_faces:,} faces, "
+                f"it has {len(lines):,} lines: truncated"
+            )
+        vertices = _numbers(lines[:n_vertices]).reshape(n_vertices, -1)
+        if "4" in keyword or vertices.shape[1] < 3:
+            raise ValueError
+        faces = _triangles(lines[n_vertices : n_vertices + n_faces])
+    except (ValueError, IndexError, DeprecationWarning):
+        raise OSError(f"{path.name} is not an OFF file of numbers x y z and polygons, or is damaged") from None
+    return TriangleMesh(vertices[:, :3], faces)
+
+
+def _numbers(lines: list[str]) -> Array:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", DeprecationWarning)
+        return np.fromstring("\n".join(lines), sep=" ")
+
+
+def _triangles(lines: list[str]) -> Indices:
+    sizes = np.array([int(line.split(maxsplit=1)[0]) for line in lines])
+    out = []
+    for size in np.unique(sizes):
+        rows = [lines[i] for i in np.flatnonzero(sizes == size)]
+        flat = _numbers(rows)
+        if flat.size == len(rows) * (size + 1):
+            table = flat.reshape(len(rows), size + 1)[:, 1:]
+        else:
+            table = np.array([row.split()[1 : size + 1] for row in rows], dtype=float)
+        out.append(fans(np.full(len(table), size), table.reshape(-1)))
+    return np.concatenate(out)

@@ -1,0 +1,82 @@
+"""The poses of several scans, from the file that came with them."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplexmesh.data.points import affine
+
+Array = NDArray[np.float64]
+
+
+def read_poses(path: str | os.PathLike[str]) -> dict[str, Array]:
+    """Read where each of several scans was taken.
+
+    Three kinds of file are known:
+
+    - Stanford `.conf`: lines ``bmesh name tx ty tz qx qy qz qw``. The quaternion there is the conjugate of the
+      rotation from scan to world: ``x_world = R(conj(q)) x + t``.
+    - JSON: ``{"name": [[4 numbers], ... 4 rows], ...}``, T_world_scan.
+    - CSV: a header, then lines ``name, 16 numbers`` of T_world_scan by rows (libpointmatcher's lists).
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+
+    Returns
+    -------
+    dict of str to (4, 4) array of float
+        Per scan, by file name as written there, T_world_scan: takes the coordinates in the scan to the common frame.
+
+    Raises
+    ------
+    OSError
+        There is no such file, or it holds no poses.
+    ValueError
+        A pose is not a rotation and a translation.
+    """
+    where = Path(path).expanduser()
+    if not where.is_file():
+        raise FileNotFoundError(f"path must be a file of poses, {os.fspath(path)!r} is not there")
+    text = where.read_text(encoding="utf-8", errors="replace")
+    try:
+        if text.lstrip().startswith("{"):
+            poses = {str(name): affine(f"pose of {name}", T) for name, T in json.loads(text).items()}
+        elif "bmesh" in text:
+            poses = dict(_stanford(line.split()) for line in text.splitlines() if line.startswith("bmesh"))
+        else:
+            poses = dict(_listed(line.split(",")) for line in text.splitlines()[1:] if line.strip())
+    except (ValueError, TypeError, IndexError) as error:
+        raise OSError(f"{where.name} must hold poses (Stanford .conf, JSON or CSV): {error}") from None
+    if not poses:
+        raise OSError(f"{where.name} must hold poses (Stanford .conf, JSON or CSV), it holds none")
+    return poses
+
+
+def _stanford(words: list[str]) -> tuple[str, Array]:
+    if len(words) != 9:
+        raise ValueError(f"a line must be bmesh, name and 7 numbers, not {len(words)} words")
+    tx, ty, tz, x, y, z, w = (float(word) for word in words[2:])
+    length = (x * x + y * y + z * z + w * w) ** 0.5
+    if not length > 0:
+        raise ValueError(f"quaternion of {words[1]} must not be zero")
+    x, y, z, w = -x / length, -y / length, -z / length, w / length
+    T = np.eye(4)
+    T[:3, :3] = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    T[:3, 3] = tx, ty, tz
+    return words[1], affine(f"pose of {words[1]}", T)
+
+
+def _listed(words: list[str]) -> tuple[str, Array]:
+    name = words[0].strip()
+    return name, affine(f"pose of {name}", np.array([float(word) for word in words[1:]]).reshape(4, 4))

@@ -1,0 +1,198 @@
+"""Read a file as what it holds, or as what the caller knows it to hold."""
+
+from __future__ import annotations
+
+import os
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from simplexmesh.data import formats
+from simplexmesh.data.points import PointCloud
+from simplexmesh.data.poses import read_poses
+from simplexmesh.data.triangles import TriangleMesh
+from simplexmesh.data.volume import Volume
+from simplexmesh.errors import SimplexMeshWarning
+
+__all__ = ["read", "read_mesh", "read_points", "read_poses", "read_triangles", "read_volume"]
+
+
+def read(path: str | os.PathLike[str]) -> Any:
+    """Read a file (or a folder of slices) as what it holds.
+
+    The content decides, not the name; a name that says another format is reported.
+
+    Parameters
+    ----------
+    path : str or Path
+        Volumes: MetaImage, NRRD, NIfTI, VTI, DICOM, TIFF, a folder of DICOM or TIFF slices. Surfaces and points:
+        PLY, STL, OBJ, OFF, VTK, VTP, PCD, XYZ and CSV text.
+
+    Returns
+    -------
+    Volume, PointCloud, TriangleMesh or SimplexMesh
+        Triangles come welded: every position once.
+
+    Raises
+    ------
+    OSError
+        There is no such file; it is empty, damaged, truncated, or in no known format.
+    ValueError
+        What it holds cannot be used: NaN, fewer than four points, a volume that is not three-dimensional.
+
+    Warns
+    -----
+    SimplexMeshWarning
+        Something was repaired.
+    """
+    where = _existing(path)
+    with _named(where):
+        if where.is_dir():
+            from simplexmesh.data import itk
+
+            return itk.read_series(where)
+        kind = formats.format_of(where)
+        said = formats.SUFFIXES.get(formats.suffix(where), kind)
+        if said != kind and not (said == "text" or {said, kind} <= {"vti", "vtp", "vtk"}):
+            _warn(f"{where.name} is a {formats.NAMES[kind]} file by its content and was read as such")
+        return _read_kind(where, kind)
+
+
+def read_volume(path: str | os.PathLike[str], *, spacing: ArrayLike | None = None) -> Volume:
+    """Read a volume.
+
+    Parameters
+    ----------
+    path : str or Path
+        A file, or a folder of DICOM or TIFF slices.
+    spacing : float or (3,) array of float, optional
+        Distance between samples, where the file does not know better (TIFF stacks say nothing).
+
+    Raises
+    ------
+    OSError
+        As `read`.
+    ValueError
+        The file holds something else.
+    """
+    out = read(path)
+    if not isinstance(out, Volume):
+        raise _not_a("a volume", path, out)
+    if spacing is None:
+        return out
+    return Volume(out.values, np.asarray(spacing), out.origin, out.direction)
+
+
+def read_points(path: str | os.PathLike[str]) -> PointCloud:
+    """Read a point cloud; of a triangulated surface, take the vertices and their normals.
+
+    Raises
+    ------
+    OSError
+        As `read`.
+    ValueError
+        The file holds a volume.
+    """
+    out = read(path)
+    if isinstance(out, PointCloud):
+        return out
+    if isinstance(out, TriangleMesh):
+        return PointCloud(out.vertices, out.vertex_normals if out.vertex_normals.any(axis=1).all() else None)
+    raise _not_a("points", path, out)
+
+
+def read_triangles(path: str | os.PathLike[str]) -> TriangleMesh:
+    """Read a triangulated surface; polygons come cut into triangles.
+
+    Raises
+    ------
+    OSError
+        As `read`.
+    ValueError
+        The file holds a volume, or points without faces.
+    """
+    out = read(path)
+    if isinstance(out, TriangleMesh):
+        return out
+    if hasattr(out, "triangulated"):
+        return out.triangulated()
+    raise _not_a("triangles", path, out)
+
+
+def read_mesh(path: str | os.PathLike[str]) -> Any:
+    """Read a simplex mesh that was saved as VTP: the identical mesh, with its topology, holes and arrays.
+
+    Raises
+    ------
+    OSError
+        As `read`.
+    ValueError
+        The file holds something else.
+    """
+    out = read(path)
+    if not hasattr(out, "connectivity"):
+        raise _not_a("a simplex mesh", path, out)
+    return out
+
+
+def _read_kind(path: Path, kind: str) -> Any:
+    if kind in ("metaimage", "nrrd", "nifti", "dicom", "tiff"):
+        from simplexmesh.data import itk
+
+        return itk.read_image(path)
+    if kind == "ply":
+        from simplexmesh.data.ply import read_ply
+
+        return _welded(read_ply(path), kind)
+    if kind == "off":
+        from simplexmesh.data.off import read_off
+
+        return _welded(read_off(path), kind)
+    if kind == "pcd":
+        from simplexmesh.data.pcd import read_pcd
+
+        return read_pcd(path)
+    if kind == "text":
+        from simplexmesh.data.text import read_text
+
+        return read_text(path)
+    from simplexmesh.data import vtk
+
+    return _welded(vtk.from_dataset(vtk.read_dataset(path, kind), path.name), kind)
+
+
+def _welded(out: Any, kind: str) -> Any:
+    """Bring equal positions together; STL and OBJ store them apart by their nature, so there it is no news."""
+    return out.welded(report=kind not in ("stl", "obj")) if isinstance(out, TriangleMesh) else out
+
+
+@contextmanager
+def _named(path: Path) -> Iterator[None]:
+    """Name the file in whatever is said about its content."""
+    try:
+        yield
+    except (ValueError, TypeError) as error:
+        said = str(error)
+        raise type(error)(said if path.name in said else f"{path.name}: {said}") from None
+
+
+def _existing(path: str | os.PathLike[str]) -> Path:
+    if not isinstance(path, str | os.PathLike):
+        raise TypeError(f"path must be a string or a Path, not {type(path).__name__}")
+    where = Path(path).expanduser()
+    if not where.exists():
+        raise FileNotFoundError(f"path must be a file or folder, {os.fspath(path)!r} is not there")
+    return where
+
+
+def _not_a(wanted: str, path: Any, got: Any) -> ValueError:
+    return ValueError(f"path must hold {wanted}, {Path(path).name} holds a {type(got).__name__}")
+
+
+def _warn(message: str) -> None:
+    warnings.warn(message, SimplexMeshWarning, stacklevel=4)
