@@ -50,7 +50,7 @@ def read_pcd(path: Path) -> PointCloud:
 def _cloud(name: str, table: dict[str, NDArray[Any]]) -> PointCloud:
     points = np.stack([table[c] for c in "xyz"], axis=1).astype(np.float64)
     normals = None
-    keep: NDArray[np.bool_] = np.isfinite(points).all(axis=1)
+    keep = np.asarray(np.isfinite(points).all(axis=1))
     if {"normal_x", "normal_y", "normal_z"} <= table.keys():
         normals = np.stack([table[f"normal_{c}"] for c in "xyz"], axis=1).astype(np.float64)
         keep &= np.isfinite(normals).all(axis=1) & normals.any(axis=1)

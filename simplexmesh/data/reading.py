@@ -21,6 +21,8 @@ from simplexmesh.errors import SimplexMeshWarning
 
 __all__ = ["read", "read_mesh", "read_points", "read_poses", "read_triangles", "read_volume"]
 
+_ROUNDING = 1e-7
+
 
 def read(path: str | os.PathLike[str]) -> Any:
     """Read a file (or a folder of slices) as what it holds.
@@ -168,7 +170,13 @@ def _read_kind(path: Path, kind: str) -> Any:
 
 def _welded(out: Any, kind: str) -> Any:
     """Bring equal positions together; STL and OBJ store them apart by their nature, so there it is no news."""
-    return out.welded(report=kind not in ("stl", "obj")) if isinstance(out, TriangleMesh) else out
+    if not isinstance(out, TriangleMesh):
+        return out
+    out = out.welded(report=kind not in ("stl", "obj"))
+    if kind == "stl" and not out.is_closed:
+        # corners of one vertex, each rounded to single precision on its own
+        out = out.welded(tolerance=_ROUNDING * out.diagonal, report=False)
+    return out
 
 
 @contextmanager

@@ -142,13 +142,15 @@ class TriangleMesh:
         faces = self.faces if np.linalg.det(T[:3, :3]) > 0 else self.faces[:, ::-1]
         return TriangleMesh(self.vertices @ T[:3, :3].T + T[:3, 3], faces)
 
-    def welded(self, *, report: bool = True) -> TriangleMesh:
+    def welded(self, *, tolerance: float = 0.0, report: bool = True) -> TriangleMesh:
         """Return the surface with every position once, without the faces that collapse and the vertices without face.
 
         Files store corners of triangles apart (STL always, others at texture seams); topology needs them together.
 
         Parameters
         ----------
+        tolerance : float
+            Positions no farther apart than this are one, in the unit of the vertices; the first of them stays.
         report : bool
             Whether to warn of what was merged and removed.
 
@@ -157,7 +159,7 @@ class TriangleMesh:
         SimplexMeshWarning
             When vertices were merged or faces removed.
         """
-        unique, place = _positions(self.vertices)
+        unique, place = _positions(self.vertices, _check.number("tolerance", tolerance, 0.0))
         faces = place[self.faces]
         proper = _proper(faces)
         used, faces = np.unique(faces[proper], return_inverse=True)
@@ -222,8 +224,10 @@ def _proper(faces: Indices) -> NDArray[np.bool_]:
     return out
 
 
-def _positions(vertices: Array) -> tuple[Array, Indices]:
+def _positions(vertices: Array, tolerance: float) -> tuple[Array, Indices]:
     """Return the different positions in order of first appearance, and the place of each vertex among them."""
+    if tolerance > 0:
+        vertices = vertices[_representatives(vertices, tolerance)]
     plus_zero: Array = vertices + 0.0
     rows: NDArray[Any] = np.ascontiguousarray(plus_zero).view(np.dtype((np.void, 24))).reshape(-1)
     _, first, inverse = np.unique(rows, return_index=True, return_inverse=True)
@@ -231,6 +235,20 @@ def _positions(vertices: Array) -> tuple[Array, Indices]:
     rank = np.zeros(len(first), dtype=np.int64)
     rank[order] = np.arange(len(first))
     return vertices[first[order]], rank[inverse.reshape(-1)]
+
+
+def _representatives(vertices: Array, tolerance: float) -> Indices:
+    """Return for each vertex the first one of those it is linked to by steps of at most `tolerance`."""
+    from scipy import sparse, spatial
+    from scipy.sparse import csgraph
+
+    pairs = spatial.cKDTree(vertices).query_pairs(tolerance, output_type="ndarray")
+    n = len(vertices)
+    links = sparse.coo_matrix((np.ones(len(pairs), dtype=bool), (pairs[:, 0], pairs[:, 1])), shape=(n, n))
+    _, group = csgraph.connected_components(links, directed=False)
+    _, first = np.unique(group, return_index=True)
+    out: Indices = first[group]
+    return out
 
 
 def _report_welding(merged: int, collapsed: int, unused: int) -> None:
