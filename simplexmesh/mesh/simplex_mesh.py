@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh import _check
 from simplexmesh.mesh import face_geometry, geometry, triangulation
+from simplexmesh.mesh.check import Report, check
 from simplexmesh.mesh.connectivity import Connectivity
 
 Array = NDArray[np.float64]
@@ -179,6 +180,17 @@ class SimplexMesh:
     def bounds(self) -> Array:
         """(2, 3) the smallest and the largest coordinates."""
         return _check.frozen([self.vertices.min(axis=0), self.vertices.max(axis=0)])
+
+    def check(self, *, self_intersections: bool = False) -> Report:
+        """Return what is wrong with the mesh, true when nothing is; see `check.check`.
+
+        Examples
+        --------
+        >>> from simplexmesh.mesh.shapes import sphere
+        >>> print(sphere(4).check(self_intersections=True))
+        nothing wrong
+        """
+        return check(self.vertices, self.connectivity, crossings=self_intersections)
 
     # ---- new objects
 
