@@ -1,0 +1,167 @@
+"""What callers give, made into this library's types: its own objects, arrays, PyVista and trimesh objects, paths."""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+import numpy as np
+
+from simplexmesh.data.points import PointCloud
+from simplexmesh.data.triangles import TriangleMesh
+from simplexmesh.data.volume import Volume
+
+
+def as_data(value: Any, name: str = "data") -> Any:
+    """Return a Volume, PointCloud, TriangleMesh or SimplexMesh made of what a caller gave.
+
+    Parameters
+    ----------
+    value : object
+        One of those types; an (n, 3) array of points, (n, 6) of points and normals, or (nx, ny, nz) of samples; a
+        PyVista or VTK image or polygons; a trimesh mesh or point cloud; a path to a file. Libraries are told by the
+        look of their objects and not imported.
+    name : str
+        What the caller calls it, for messages.
+
+    Raises
+    ------
+    TypeError, ValueError
+        It is none of these, or its content cannot be used.
+    OSError
+        The file cannot be read.
+
+    Warns
+    -----
+    SimplexMeshWarning
+        Duplicate points or vertices were merged.
+
+    Examples
+    --------
+    >>> as_data(np.eye(4)[:, :3])
+    PointCloud(4 points, without normals, diagonal 1.73205)
+    """
+    if isinstance(value, Volume | TriangleMesh) or _is_simplex_mesh(value):
+        return value
+    if isinstance(value, PointCloud):
+        return value.merged()
+    if isinstance(value, str | os.PathLike):
+        from simplexmesh.data.reading import read
+
+        found = read(value)
+        return found.merged() if isinstance(found, PointCloud) else found
+    if hasattr(value, "IsA") and hasattr(value, "GetPointData"):
+        from simplexmesh.data import vtk
+
+        found = vtk.from_dataset(value, name)
+        return found.merged() if isinstance(found, PointCloud) else _welded(found)
+    if _is_trimesh(value):
+        return _from_trimesh(value)
+    if isinstance(value, np.ndarray | list | tuple) or hasattr(value, "__array__"):
+        return _from_array(value, name)
+    raise TypeError(
+        f"{name} must be a Volume, PointCloud, TriangleMesh, SimplexMesh, array, PyVista or trimesh object or path, "
+        f"not {type(value).__name__}"
+    )
+
+
+def as_volume(value: Any, name: str = "volume") -> Volume:
+    """Return a Volume made of what a caller gave; see `as_data`.
+
+    Raises
+    ------
+    TypeError
+        It is something else than a volume.
+    """
+    out = as_data(value, name)
+    if not isinstance(out, Volume):
+        raise TypeError(f"{name} must be a volume, not {_said(value, out)}")
+    return out
+
+
+def as_points(value: Any, name: str = "points") -> PointCloud:
+    """Return a PointCloud made of what a caller gave, duplicates merged; of a surface, its vertices and normals.
+
+    Raises
+    ------
+    TypeError
+        It is something else than points or a surface.
+    """
+    out = as_data(value, name)
+    if isinstance(out, PointCloud):
+        return out
+    if isinstance(out, TriangleMesh):
+        normals = out.vertex_normals
+        return PointCloud(out.vertices, normals if normals.any(axis=1).all() else None).merged()
+    if _is_simplex_mesh(out):
+        return PointCloud(out.vertices, out.normals).merged()
+    raise TypeError(f"{name} must be points, not {_said(value, out)}")
+
+
+def as_triangles(value: Any, name: str = "triangles") -> TriangleMesh:
+    """Return a TriangleMesh made of what a caller gave, `(vertices, faces)` included; a simplex mesh is triangulated.
+
+    Raises
+    ------
+    TypeError
+        It is something else than a surface.
+
+    Examples
+    --------
+    >>> as_triangles((np.eye(4)[:, :3], [[0, 1, 2]]))
+    TriangleMesh(4 vertices, 1 faces, open)
+    """
+    if isinstance(value, tuple | list) and len(value) == 2 and all(np.ndim(part) == 2 for part in value):
+        return TriangleMesh(value[0], value[1])
+    out = as_data(value, name)
+    if isinstance(out, TriangleMesh):
+        return out
+    if _is_simplex_mesh(out):
+        return out.triangulated()
+    raise TypeError(f"{name} must be a surface of triangles, not {_said(value, out)}")
+
+
+def _from_array(value: Any, name: str) -> Volume | PointCloud:
+    try:
+        array = np.asarray(value)
+    except ValueError:
+        raise ValueError(f"{name} must be an array of numbers, its rows have different lengths") from None
+    if array.dtype.kind not in "biuf":
+        raise TypeError(f"{name} must be numbers, not {type(value).__name__} of {array.dtype}")
+    if array.ndim == 3:
+        return Volume(array)
+    if array.ndim == 2 and array.shape[1] == 3:
+        return PointCloud(array).merged()
+    if array.ndim == 2 and array.shape[1] == 6:
+        return PointCloud(array[:, :3], array[:, 3:]).merged()
+    raise ValueError(
+        f"{name} must have shape (*, 3) for points, (*, 6) with normals or (nx, ny, nz) for a volume, not {array.shape}"
+    )
+
+
+def _is_simplex_mesh(value: Any) -> bool:
+    return hasattr(value, "connectivity") and hasattr(value, "triangulated")
+
+
+def _is_trimesh(value: Any) -> bool:
+    return type(value).__module__.partition(".")[0] == "trimesh" and hasattr(value, "vertices")
+
+
+def _from_trimesh(value: Any) -> TriangleMesh | PointCloud:
+    vertices = np.asarray(value.vertices)
+    faces = getattr(value, "faces", None)
+    if faces is None or not len(faces):
+        return PointCloud(vertices).merged()
+    return _welded(TriangleMesh(vertices, np.asarray(faces)))
+
+
+def _welded(value: Any) -> Any:
+    return value.welded() if isinstance(value, TriangleMesh) else value
+
+
+def _said(value: Any, out: Any) -> str:
+    if isinstance(value, str | os.PathLike):
+        return f"the {type(out).__name__} in {os.path.basename(os.fspath(value))}"
+    if type(value) is type(out):
+        return f"a {type(out).__name__}"
+    return f"a {type(value).__name__} read as {type(out).__name__}"
