@@ -1,0 +1,126 @@
+"""Kernels on grids: arrays in, arrays out, no checks. The readable twins are in `tests/reference_initial.py`."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+_FLAGS = {"nsz", "arcp", "contract", "reassoc"}
+
+
+@njit(cache=True, error_model="numpy", fastmath=_FLAGS)
+def splat_distance(points, reach, distance2):  # type: ignore[no-untyped-def]
+    """Lower `distance2` (nx, ny, nz) at the samples within `reach` of each point to the squared distance to it."""
+    nx, ny, nz = distance2.shape
+    limit = reach * reach
+    for p in range(len(points)):
+        x, y, z = points[p]
+        for i in range(max(0, int(np.ceil(x - reach))), min(nx - 1, int(np.floor(x + reach))) + 1):
+            for j in range(max(0, int(np.ceil(y - reach))), min(ny - 1, int(np.floor(y + reach))) + 1):
+                plane = (x - i) ** 2 + (y - j) ** 2
+                if plane > limit:
+                    continue
+                for k in range(max(0, int(np.ceil(z - reach))), min(nz - 1, int(np.floor(z + reach))) + 1):
+                    d2 = plane + (z - k) ** 2
+                    if d2 <= limit and d2 < distance2[i, j, k]:
+                        distance2[i, j, k] = d2
+
+
+@njit(cache=True, error_model="numpy", fastmath=_FLAGS)
+def splat(points, values, out):  # type: ignore[no-untyped-def]
+    """Add `values` (n, c) to the eight samples around each point, by trilinear weights, into `out` (nx, ny, nz, c)."""
+    for p in range(len(points)):
+        i, j, k = int(points[p, 0]), int(points[p, 1]), int(points[p, 2])
+        x, y, z = points[p, 0] - i, points[p, 1] - j, points[p, 2] - k
+        for corner in range(8):
+            a, b, c = corner & 1, (corner >> 1) & 1, corner >> 2
+            w = (x if a else 1 - x) * (y if b else 1 - y) * (z if c else 1 - z)
+            for m in range(values.shape[1]):
+                out[i + a, j + b, k + c, m] += w * values[p, m]
+
+
+@njit(cache=True, error_model="numpy", fastmath=_FLAGS)
+def interpolate(field, points, values, gradients):  # type: ignore[no-untyped-def]
+    """Fill `values` (n,) and `gradients` (n, 3) with the trilinear interpolant of `field` and its gradient."""
+    for p in range(len(points)):
+        i, j, k = int(points[p, 0]), int(points[p, 1]), int(points[p, 2])
+        x, y, z = points[p, 0] - i, points[p, 1] - j, points[p, 2] - k
+        value = gx = gy = gz = 0.0
+        for corner in range(8):
+            a, b, c = corner & 1, (corner >> 1) & 1, corner >> 2
+            f = field[i + a, j + b, k + c]
+            wx, wy, wz = (x if a else 1 - x), (y if b else 1 - y), (z if c else 1 - z)
+            value += wx * wy * wz * f
+            gx += (f if a else -f) * wy * wz
+            gy += (f if b else -f) * wx * wz
+            gz += (f if c else -f) * wx * wy
+        values[p] = value
+        gradients[p, 0], gradients[p, 1], gradients[p, 2] = gx, gy, gz
+
+
+@njit(cache=True, error_model="numpy")
+def _pieces(inside, wanted, reachable, mark, stack):  # type: ignore[no-untyped-def]
+    """Count the pieces of the `wanted` value in a 3x3x3 block that touch its center, up to two.
+
+    `reachable[s]` lists, for cell s of the block, the cells it is joined to, closed by -1; its own row 13 lists the
+    cells that touch the center.
+    """
+    mark[:] = False
+    found = 0
+    for first in range(26):
+        seed = reachable[13, first]
+        if seed < 0:
+            break
+        if inside[seed] != wanted or mark[seed]:
+            continue
+        found += 1
+        if found > 1:
+            return found
+        mark[seed] = True
+        stack[0] = seed
+        top = 1
+        while top > 0:
+            top -= 1
+            here = stack[top]
+            for step in range(26):
+                there = reachable[here, step]
+                if there < 0:
+                    break
+                if inside[there] == wanted and not mark[there]:
+                    mark[there] = True
+                    stack[top] = there
+                    top += 1
+    return found
+
+
+@njit(cache=True, error_model="numpy")
+def carve(solid, keep, distance_order, joined6, joined26, rounds):  # type: ignore[no-untyped-def]
+    """Take away from `solid`, in place, what is not in `keep`, cell by cell, never changing the topology.
+
+    A cell goes only when it is simple: one 6-connected piece of solid and one 26-connected piece of outside touch it
+    in its 3x3x3 block. `distance_order` (m, 3) lists the cells to try, outermost first.
+    """
+    block = np.zeros(27, np.bool_)
+    mark = np.zeros(27, np.bool_)
+    stack = np.zeros(27, np.int64)
+    gone = 0
+    for _ in range(rounds):
+        before = gone
+        for m in range(len(distance_order)):
+            i, j, k = distance_order[m]
+            if not solid[i, j, k] or keep[i, j, k]:
+                continue
+            s = 0
+            for a in range(i - 1, i + 2):
+                for b in range(j - 1, j + 2):
+                    for c in range(k - 1, k + 2):
+                        block[s] = solid[a, b, c]
+                        s += 1
+            if block.all():
+                continue
+            if _pieces(block, True, joined6, mark, stack) == 1 and _pieces(block, False, joined26, mark, stack) == 1:
+                solid[i, j, k] = False
+                gone += 1
+        if gone == before:
+            break
+    return gone

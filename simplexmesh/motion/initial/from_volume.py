@@ -1,0 +1,133 @@
+"""A start for the motion from a volume: the dual of a coarse isosurface, mended."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from simplexmesh import _check
+from simplexmesh.data.volume import Volume
+from simplexmesh.errors import TopologyError
+from simplexmesh.mesh.simplex_mesh import SimplexMesh
+from simplexmesh.motion.initial.budget import area_of, cell_for, edge_for, meshed
+from simplexmesh.motion.initial.polygonize import isosurface
+from simplexmesh.motion.initial.report import StartReport
+from simplexmesh.motion.initial.topology import pieces, without_cavities, without_tunnels
+
+Array = NDArray[np.float64]
+
+FEWEST = 20
+_COARSEST = 1.5
+_MARGIN = 3
+
+
+def start_from_volume(
+    volume: Volume,
+    level: float | None = None,
+    label: int | None = None,
+    vertices: int = 4000,
+    *,
+    components: str = "largest",
+    tunnels: float = 1.5,
+) -> tuple[SimplexMesh, StartReport]:
+    """Return a closed mesh near the surface where the volume crosses `level`, or near the surface of a label.
+
+    The volume is cropped, brought to cubic cells that suit the number of vertices, and cut at the level. Smaller
+    pieces are dropped, cavities filled, and tunnels too narrow for the mesh sealed; what is left is triangulated,
+    brought to one triangle per wanted vertex, and its dual taken. Where the body touches the border of the volume it
+    is closed.
+
+    Parameters
+    ----------
+    volume : Volume
+    level : float, optional
+        The body is where the volume is above it.
+    label : int, optional
+        The body is where the volume equals it. One of the two must be given.
+    vertices : int
+        Wanted number, at least 20.
+    components : {'largest', 'all'}
+        All means all that are large enough for 20 of the vertices.
+    tunnels : float
+        Tunnels and passages narrower than twice this many edges of the mesh are sealed; 0 keeps them all.
+
+    Returns
+    -------
+    mesh : SimplexMesh
+        In physical coordinates, normals outward.
+    report : StartReport
+        What was found and decided.
+
+    Raises
+    ------
+    ValueError
+        Neither or both of level and label given, a level outside the range of the volume, an absent label.
+
+    Examples
+    --------
+    >>> i, j, k = np.indices((40, 40, 40)) - 19.5
+    >>> ball = Volume(15 - np.sqrt(i**2 + j**2 + k**2), spacing=0.5)
+    >>> mesh, report = start_from_volume(ball, level=0.0, vertices=500)
+    >>> mesh.n_vertices, mesh.genus
+    (500, 0)
+    """
+    vertices = _check.integer("vertices", vertices, FEWEST)
+    _check.choice("components", components, ["largest", "all"])
+    native, start = _field(volume, level, label)
+    body, _ = pieces(native > 0, components, 0.0)
+    area = area_of(without_cavities(body), volume.spacing)
+    coarsest = _COARSEST * float(np.prod(volume.spacing)) ** (1 / 3)
+    cell = min(cell_for(area, vertices), coarsest) if cell_for(area, vertices) > coarsest / 3 else coarsest / 3
+    field = _resampled(native, volume.spacing, cell, blurred=label is not None)
+    smallest = max(30.0, FEWEST / vertices * (body.sum() * np.prod(volume.spacing)) / cell**3)
+    solid, dropped = pieces(field > 0, components, smallest)
+    if not solid.any():
+        raise TopologyError(f"the body is too thin for a grid of cells {cell:.3g} wide; ask for more vertices")
+    solid = without_cavities(solid)
+    solid, sealed = without_tunnels(solid, min(tunnels * edge_for(area, vertices) / cell, max(solid.shape) / 8))
+    positions, faces = isosurface(field, solid, int(1.15 * vertices))
+    if np.linalg.det(volume.direction) < 0:
+        faces = faces[:, ::-1]
+    mesh = meshed(volume.to_world(start + positions * (cell / volume.spacing)), faces, vertices)
+    report = StartReport(solid.shape, cell, mesh.genus, mesh.n_components, sealed, dropped)
+    return mesh, report
+
+
+def _field(volume: Volume, level: float | None, label: int | None) -> tuple[NDArray[np.float32], Array]:
+    """Return the samples around the body, positive inside, and the indices of the first; the border is outside."""
+    if (level is None) == (label is None):
+        raise ValueError("one of level and label must be given" + (", not both" if level is not None else ", got none"))
+    if label is not None:
+        inside = np.asarray(volume.mask(label).values) > 0
+    else:
+        low, high = volume.range
+        if not low < _check.number("level", level) < high:
+            raise ValueError(f"level must be between {low:g} and {high:g}, the range of the volume, not {level:g}")
+        inside = volume.values > level
+    box = [np.flatnonzero(inside.any(axis=tuple({0, 1, 2} - {axis}))) for axis in range(3)]
+    first = np.array([rows[0] for rows in box]) - _MARGIN
+    last = np.array([rows[-1] for rows in box]) + _MARGIN + 1
+    cut = tuple(slice(max(0, a), min(n, b)) for a, b, n in zip(first, last, volume.shape, strict=True))
+    if label is not None:
+        out = inside[cut].astype(np.float32) - np.float32(0.5)
+        contrast = 0.5
+    else:
+        contrast = min(level - low, high - level)  # type: ignore[operator]
+        out = np.clip(volume.values[cut].astype(np.float32) - level, -contrast, contrast)
+    pad = [(max(0, -a), max(0, b - n)) for a, b, n in zip(first, last, volume.shape, strict=True)]
+    return np.pad(out, pad, constant_values=-contrast), first.astype(float)
+
+
+def _resampled(native: NDArray[Any], spacing: Array, cell: float, *, blurred: bool) -> NDArray[np.float32]:
+    """Return the field on cubic cells, its first sample in the same place, smoothed as much as those need."""
+    factor = cell / spacing
+    sigma = np.maximum((factor - 1) / 2, 0.7 * factor.clip(1) if blurred else 0.0)
+    smooth = ndimage.gaussian_filter(native, sigma, mode="nearest") if sigma.any() else native
+    shape = tuple(np.ceil((np.array(native.shape) - 1) / factor).astype(int) + 2)
+    out: NDArray[np.float32] = ndimage.affine_transform(
+        smooth, factor, output_shape=shape, order=1, mode="constant", cval=float(native[0, 0, 0])
+    )
+    return out

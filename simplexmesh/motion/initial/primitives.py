@@ -1,0 +1,81 @@
+"""The thesis's own starts: a sphere, an ellipsoid, a cylinder, a plane or a torus laid around the data."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplexmesh import _check
+from simplexmesh._vec import norm
+from simplexmesh.mesh import shapes
+from simplexmesh.mesh.simplex_mesh import SimplexMesh
+
+Array = NDArray[np.float64]
+
+PRIMITIVES = ("sphere", "ellipsoid", "cylinder", "plane", "torus")
+
+
+def principal_frame(points: Array) -> tuple[Array, Array]:
+    """Return the middle of the points' box along their principal axes, and the axes as rows, longest extent first.
+
+    Examples
+    --------
+    >>> box = np.array([[x, y, z] for x in (0, 4) for y in (0, 2) for z in (0, 1)], dtype=float)
+    >>> principal_frame(box)[0]
+    array([2. , 1. , 0.5])
+    """
+    center = points.mean(axis=0)
+    _, _, axes = np.linalg.svd((points - center).T @ (points - center))
+    local = (points - center) @ axes.T
+    order = np.argsort(-np.ptp(local, axis=0), kind="stable")
+    axes = axes[order]
+    if np.linalg.det(axes) < 0:
+        axes[2] *= -1
+    middle = 0.5 * (local.min(axis=0) + local.max(axis=0))
+    return center + middle[order] @ axes, axes
+
+
+def primitive_around(points: Array, kind: str, vertices: int) -> SimplexMesh:
+    """Return a primitive of about so many vertices that suits the points: around them, or through them if open.
+
+    Parameters
+    ----------
+    points : (m, 3) array of float
+        Points on the surface wanted.
+    kind : {"sphere", "ellipsoid", "cylinder", "plane", "torus"}
+        The sphere and the ellipsoid enclose the points. The cylinder runs along the longest principal axis, the plane
+        spans the two longest, the torus turns about the shortest.
+    vertices : int
+        How many, within a few per cent.
+
+    Returns
+    -------
+    SimplexMesh
+
+    Examples
+    --------
+    >>> points = np.random.default_rng(0).normal(size=(500, 3)) * [3, 2, 1]
+    >>> primitive_around(points, "ellipsoid", 720).genus
+    0
+    """
+    _check.choice("init", kind, PRIMITIVES)
+    center, axes = principal_frame(points)
+    local = (points - center) @ axes.T
+    half = np.maximum(np.abs(local).max(axis=0), 1e-3 * np.abs(local).max())
+    if kind == "sphere":
+        return shapes.sphere(vertices=vertices, radius=1.05 * float(norm(local).max()), center=center)
+    if kind == "ellipsoid":
+        outside = 1.05 * float(norm(local / half).max())
+        mesh = shapes.ellipsoid(half * outside, vertices=vertices)
+    elif kind == "cylinder":
+        radius = float(norm(local[:, 1:]).mean())
+        mesh = shapes.cylinder(radius=radius, height=2 * float(half[0]), vertices=vertices)
+        mesh = mesh.moved(mesh.vertices[:, [2, 0, 1]])
+    elif kind == "plane":
+        mesh = shapes.plane(size=(2 * float(half[0]), 2 * float(half[1])), vertices=vertices)
+    else:
+        around = norm(local[:, :2])
+        low, high = np.percentile(around, [1, 99])
+        ring, tube = 0.5 * (low + high), 0.5 * (high - low)
+        mesh = shapes.torus(float(ring), min(float(max(tube, half[2])), 0.9 * float(ring)), vertices=vertices)
+    return mesh.moved(mesh.vertices @ axes + center)

@@ -1,0 +1,58 @@
+"""A triangulation of any size brought to a given number of well-shaped triangles of the same topology."""
+
+from __future__ import annotations
+
+import igl
+import numpy as np
+from numpy.typing import NDArray
+
+from simplexmesh.mesh.manifold import half_edge_mates
+from simplexmesh.motion.initial import _kernels_remesh
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+
+def decimated(vertices: Array, faces: Indices, triangles: int) -> tuple[Array, Indices]:
+    """Return a closed triangulation with `triangles` triangles or one fewer, by collapsing the shortest edges.
+
+    Collapses never change the topology. With fewer triangles than wanted to begin with, nothing happens.
+    """
+    if len(faces) <= triangles:
+        return vertices, faces
+    out = igl.decimate(np.asarray(vertices, order="F"), np.asarray(faces, np.int32, order="F"), int(triangles), False)
+    return np.ascontiguousarray(out[0]), np.ascontiguousarray(out[1], dtype=np.int64)
+
+
+def relaxed(
+    vertices: Array, faces: Indices, *, rounds: int = 5, sweeps: int = 2, step: float = 0.5, along: float = 0.0
+) -> tuple[Array, Indices]:
+    """Return a closed triangulation with valences nearer to six and vertices evenly spread over the same surface.
+
+    Each round flips edges, then moves the vertices `sweeps` times towards the middle of their triangles, within the
+    surface (Botsch and Kobbelt 2004, section 4, without splits and collapses).
+
+    Parameters
+    ----------
+    vertices, faces : (v, 3) array of float, (t, 3) array of int
+        Closed and oriented.
+    rounds, sweeps : int
+        How often.
+    step : float
+        Part of the way to go each time.
+    along : float
+        Part of the move along the normal to keep: 0 stays on the surface, 1 also smooths it.
+    """
+    positions = np.array(vertices, dtype=float, order="C")
+    mates = np.array(half_edge_mates(faces), dtype=np.int64).ravel()
+    corners = np.array(faces, dtype=np.int64).ravel()
+    valence = np.bincount(corners, minlength=len(positions))
+    for _ in range(rounds):
+        flips = _kernels_remesh.flip_round(positions, corners, mates, valence)
+        first = np.full(len(positions), -1)
+        first[corners] = np.arange(len(corners))
+        for _ in range(sweeps):
+            _kernels_remesh.relax_round(positions, corners, mates, first, step, along)
+        if not flips and not sweeps:
+            break
+    return positions, corners.reshape(-1, 3)
