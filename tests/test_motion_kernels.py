@@ -1,4 +1,4 @@
-"""The kernels of the motion are the formulas of the thesis: equal to naive twins, serial or parallel, fast or general."""
+"""The kernels of the motion are the formulas of the thesis: equal to naive twins, serial, parallel, fast and general."""
 
 from __future__ import annotations
 

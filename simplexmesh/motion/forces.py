@@ -62,8 +62,10 @@ def constraint_codes(constraint: str | ArrayLike, count: int) -> NDArray[np.int8
     if names.dtype.kind in "US":
         for name in np.unique(names):
             _check.choice("constraint", str(name), CONSTRAINTS)
-        codes = np.array([CONSTRAINTS.index(str(name)) for name in names.ravel()], dtype=np.int8)
-        codes = np.broadcast_to(codes if names.ndim else codes[0], (count,))
+        if names.shape not in ((), (count,)):
+            raise ValueError(f"constraint must have shape ({count},), not {names.shape}")
+        known, place = np.unique(names, return_inverse=True)
+        codes = np.array([CONSTRAINTS.index(str(name)) for name in known])[np.broadcast_to(place.ravel(), (count,))]
     else:
         codes = _check.indices("constraint", names, (count,), len(CONSTRAINTS))
     return np.array(codes, dtype=np.int8)
@@ -90,6 +92,7 @@ def pull(point: ArrayLike, *, vertex: int, stiffness: float = 0.2, extent: float
     >>> model = sm.DeformableModel(ball, forces=[pull([0, 0, 2], vertex=0, extent=0.3)])
     """
     goal = _check.array("point", point, (3,))
+    vertex = _check.integer("vertex", vertex, 0)
     stiffness = _check.number("stiffness", stiffness, 0, 1)
     extent = _check.number("extent", extent, 0, open_low=True)
 

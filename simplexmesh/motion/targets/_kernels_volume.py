@@ -74,18 +74,20 @@ def isosurface_gaps(vertices, normals, values, strides, shape, to_index, level, 
             near, f_near = far, f_far
         if not found:
             continue
-        middle = near
-        for _ in range(4):  # regula falsi with halved weights (Illinois); the interpolant is a cubic along the line
+        middle, fine, last = near, 1e-6 * abs(f_near - f_far), 0
+        for _ in range(12):  # regula falsi with halved weights (Illinois); the interpolant is a cubic in each cell
             middle = near + (far - near) * f_near / (f_near - f_far)
             f_middle = sign * (
                 trilinear(values, strides, shape, px + middle * dx, py + middle * dy, pz + middle * dz, outside) - level
             )
+            if abs(f_middle) <= fine:
+                break
             if (f_middle > 0.0) == (here > 0.0):
                 near, f_near = middle, f_middle
-                f_far *= 0.5
+                f_far *= 0.5 if last == 1 else 1.0
+                last = 1
             else:
                 far, f_far = middle, f_middle
-                f_near *= 0.5
-            if f_middle == 0.0:
-                break
+                f_near *= 0.5 if last == 2 else 1.0
+                last = 2
         out[i] = middle
