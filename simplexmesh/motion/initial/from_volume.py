@@ -31,7 +31,7 @@ def start_from_volume(
     vertices: int = 4000,
     *,
     components: str = "largest",
-    tunnels: float = 1.5,
+    tunnels: float | None = None,
 ) -> tuple[SimplexMesh, StartReport]:
     """Return a closed mesh near the surface where the volume crosses `level`, or near the surface of a label.
 
@@ -51,8 +51,9 @@ def start_from_volume(
         Wanted number, at least 20.
     components : {'largest', 'all'}
         All means all that are large enough for 20 of the vertices.
-    tunnels : float
-        Tunnels and passages narrower than twice this many edges of the mesh are sealed; 0 keeps them all.
+    tunnels : float, optional
+        Tunnels and passages narrower than this length are sealed; 0 keeps them all. When not given: 3 edges of the
+        mesh, or 10 voxels (3 for a label) if that is more.
 
     Returns
     -------
@@ -87,7 +88,10 @@ def start_from_volume(
     if not solid.any():
         raise TopologyError(f"the body is too thin for a grid of cells {cell:.3g} wide; ask for more vertices")
     solid = without_cavities(solid)
-    solid, sealed = without_tunnels(solid, min(tunnels * edge_for(area, vertices) / cell, max(solid.shape) / 8))
+    if tunnels is None:
+        voxel = float(np.prod(volume.spacing)) ** (1 / 3)
+        tunnels = max(3 * edge_for(area, vertices), (10 if label is None else 3) * voxel)
+    solid, sealed = without_tunnels(solid, min(tunnels / (2 * cell), max(solid.shape) / 8))
     positions, faces = isosurface(field, solid, int(1.15 * vertices))
     if np.linalg.det(volume.direction) < 0:
         faces = faces[:, ::-1]

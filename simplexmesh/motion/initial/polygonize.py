@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -12,11 +13,13 @@ from simplexmesh.motion.initial.topology import euler
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
+Mask = NDArray[np.bool_]
 
 _LEAST = 0.05
+_INSIDE, _OUTSIDE = 0.3, 0.45
 
 
-def isosurface(field: NDArray[Any], solid: NDArray[np.bool_], triangles: int = 0) -> tuple[Array, Indices]:
+def isosurface(field: NDArray[Any], solid: Mask, triangles: int = 0) -> tuple[Array, Indices]:
     """Return the surface of a solid, smooth where the field agrees with the solid.
 
     Parameters
@@ -34,37 +37,86 @@ def isosurface(field: NDArray[Any], solid: NDArray[np.bool_], triangles: int = 0
         In cells: sample (i, j, k) is at (i, j, k).
     faces : (t, 3) array of int
         Closed, counter-clockwise seen from outside, of the topology of `solid`.
+
+    References
+    ----------
+    T. Lewiner, H. Lopes, A. Vieira, G. Tavares, Efficient implementation of marching cubes' cases with topological
+    guarantees, 2003.
     """
-    wanted = 2 * euler(solid)
-    for sharp in (0.0, 0.5, 1.0):
-        agreeing = _agreeing(field, solid, sharp)
-        vertices, faces = _marched(agreeing)
-        if _euler(faces) == wanted:
-            break
-    if 0 < len(faces) < triangles:
-        shape = np.array(field.shape)
-        fine = np.ceil((shape - 1) * np.sqrt(1.1 * triangles / len(faces))).astype(int) + 1
-        vertices, faces = _marched(ndimage.zoom(agreeing, fine / shape, order=1))
-        vertices *= (shape - 1) / (fine - 1)
+    agreeing = _agreeing(field, solid)
+    vertices, faces = _marched(agreeing)
+    if not 0 < len(faces) < triangles:
+        return vertices, faces
+    shape = np.array(field.shape)
+    fine = np.ceil((shape - 1) * np.sqrt(1.1 * triangles / len(faces))).astype(int) + 1
+    finer = _marched(ndimage.zoom(agreeing, fine / shape, order=1))
+    if _euler(finer[1]) == 2 * euler(solid):
+        return finer[0] * ((shape - 1) / (fine - 1)), finer[1]
+    while len(faces) < triangles:
+        vertices, faces = halved(vertices, faces)
     return vertices, faces
 
 
-def _agreeing(field: NDArray[Any], solid: NDArray[np.bool_], sharp: float) -> NDArray[np.float32]:
-    """Return the field with its sign set right, between itself (sharp 0) and the solid's own -1.5 and 1 (sharp 1).
+def halved(vertices: Array, faces: Indices) -> tuple[Array, Indices]:
+    """Return a triangulation with each triangle cut in four at the middles of its sides.
 
-    Outside values are the larger ones, so that marching cubes parts inside cells that only touch along an edge, as
-    the 6-connected solid wants it.
+    Examples
+    --------
+    >>> vertices, faces = halved(np.eye(3), np.array([[0, 1, 2]]))
+    >>> len(vertices), len(faces)
+    (6, 4)
+    """
+    sides = np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2)
+    low, high = sides.min(axis=1), sides.max(axis=1)
+    key, side = np.unique(low * len(vertices) + high, return_inverse=True)
+    middle = (vertices[key // len(vertices)] + vertices[key % len(vertices)]) / 2
+    m = len(vertices) + side.reshape(-1, 3)
+    corner = [np.stack([faces[:, j], m[:, j], m[:, j - 1]], axis=1) for j in range(3)]
+    return np.concatenate([vertices, middle]), np.concatenate([*corner, m])
+
+
+def _agreeing(field: NDArray[Any], solid: Mask) -> NDArray[np.float32]:
+    """Return the field with the sign that the solid says, in units of its usual size near the surface.
+
+    Where cells of the solid touch only along an edge or at a corner, outside values are made the larger ones, so that
+    marching cubes parts those cells, as a 6-connected solid wants it.
     """
     out = np.asarray(field, dtype=np.float32)
-    near = ndimage.binary_dilation(solid, iterations=2) & ~ndimage.binary_erosion(solid, iterations=2)
+    near = ndimage.binary_dilation(solid, iterations=1) & ~ndimage.binary_erosion(solid, iterations=1)
     scale = float(np.median(np.abs(out[near]))) if near.any() else 1.0
     out = np.clip(out / (scale if scale > 0 else 1.0), -3, 3)
     out = np.where(solid, np.maximum(out, _LEAST), np.minimum(out, -_LEAST))
-    return (1 - sharp) * out + sharp * np.where(solid, np.float32(1), np.float32(-1.5))
+    doubtful = _doubtful(solid)
+    return np.where(doubtful, np.minimum(out, np.where(solid, _INSIDE, -_OUTSIDE)), out).astype(np.float32)
+
+
+def _doubtful(solid: Mask) -> Mask:
+    """Return the samples of every cube of the grid in which inside cells meet only along an edge or at a corner."""
+    corner = {}
+    for shift in product((0, 1), repeat=3):
+        corner[shift] = solid[tuple(slice(s, n - 1 + s) for s, n in zip(shift, solid.shape, strict=True))]
+    bad = np.zeros(tuple(n - 1 for n in solid.shape), bool)
+    count = sum(c.astype(np.int8) for c in corner.values())
+    for axis, side in product(range(3), (0, 1)):
+        a, b, c, d = (corner[_placed(axis, side, p, q)] for p, q in ((0, 0), (1, 1), (0, 1), (1, 0)))
+        bad |= (a == b) & (c == d) & (a != c)
+    for p, q in product((0, 1), repeat=2):
+        a, b = corner[0, p, q], corner[1, 1 - p, 1 - q]
+        bad |= (a == b) & (count == np.where(a, 2, 6))
+    out = np.zeros(solid.shape, bool)
+    for shift in corner:
+        out[tuple(slice(s, n - 1 + s) for s, n in zip(shift, solid.shape, strict=True))] |= bad
+    return out
+
+
+def _placed(axis: int, side: int, p: int, q: int) -> tuple[int, ...]:
+    at = [p, q]
+    at.insert(axis, side)
+    return tuple(at)
 
 
 def _euler(faces: Indices) -> int:
-    return int(len(np.unique(faces))) - len(faces) // 2
+    return len(np.unique(faces)) - len(faces) // 2
 
 
 def _marched(field: NDArray[np.float32]) -> tuple[Array, Indices]:
