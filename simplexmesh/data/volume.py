@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -11,12 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh import _check
+from simplexmesh.data.labels import MOST_LABELS, few_whole_numbers, looks_like_labels, slabs
 
 Array = NDArray[np.float64]
-
-MOST_LABELS = 64
-_LARGEST_LABEL = 1 << 31
-_SLAB = 1 << 22
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -134,19 +130,7 @@ class Volume:
         of the neighboring pairs outside the background (the most frequent value) are equal: regions are patches.
         On the frog 69 to 86 % of those pairs are equal, on 8-bit medical images 2 to 13 %.
         """
-        found = _few_whole_numbers(self.values, MOST_LABELS)
-        if found is None:
-            return False
-        if len(found) <= 2:
-            return True
-        background = max(found, key=lambda label: found[label])
-        equal = pairs = 0
-        for slab in _slabs(self.values):
-            a, b = slab[:-1], slab[1:]
-            outside = (a != background) | (b != background)
-            pairs += int(np.count_nonzero(outside))
-            equal += int(np.count_nonzero((a == b) & outside))
-        return 2 * equal > pairs
+        return looks_like_labels(self.values)
 
     def labels(self) -> list[int]:
         """Return the labels present, in increasing order.
@@ -158,7 +142,7 @@ class Volume:
         """
         if not self.is_labels:
             raise ValueError(f"volume must hold labels (whole numbers, at most {MOST_LABELS}, in patches); {self!r}")
-        return sorted(int(label) for label in _few_whole_numbers(self.values, MOST_LABELS) or ())
+        return sorted(int(label) for label in few_whole_numbers(self.values) or ())
 
     def mask(self, label: int) -> Volume:
         """Return the volume that is 1 where this one equals `label`, 0 elsewhere.
@@ -251,7 +235,7 @@ def _samples(values: ArrayLike) -> NDArray[Any]:
     if min(out.shape) < 2:
         raise ValueError(f"values must have at least 2 samples along each axis, not shape {out.shape}")
     if out.dtype.kind == "f":
-        bad = sum(int(slab.size - np.count_nonzero(np.isfinite(slab))) for slab in _slabs(out))
+        bad = sum(int(slab.size - np.count_nonzero(np.isfinite(slab))) for slab in slabs(out))
         if bad:
             raise ValueError(f"values must be finite; {bad} of {out.size} are NaN or infinite")
     if out.dtype == bool:
@@ -273,35 +257,3 @@ def _axes(direction: ArrayLike | None) -> Array:
     if off > 1e-3:
         raise ValueError(f"direction must have perpendicular columns of length one; they are off by {off:.2g}")
     return _check.frozen(out)
-
-
-def _slabs(values: NDArray[Any]) -> Iterator[NDArray[Any]]:
-    """Cut along the last axis into pieces that fit the cache, so that a pass needs no second volume."""
-    thick = max(1, _SLAB // (values.shape[0] * values.shape[1]))
-    for k in range(0, values.shape[2], thick):
-        yield values[:, :, k : k + thick]
-
-
-def _few_whole_numbers(values: NDArray[Any], most: int) -> dict[int, int] | None:
-    """Return how often each value occurs, or None as soon as one is not whole or there are more than `most`."""
-    found: dict[int, int] = {}
-    for slab in _slabs(values):
-        if slab.dtype.kind == "f" and (slab != np.rint(slab)).any():
-            return None
-        if slab.dtype.kind == "f" and np.abs(slab).max() > _LARGEST_LABEL:
-            return None
-        for value, count in _counts(slab.ravel(order="K")):
-            found[value] = found.get(value, 0) + count
-        if len(found) > most:
-            return None
-    return found
-
-
-def _counts(flat: NDArray[Any]) -> list[tuple[int, int]]:
-    low = int(flat.min())
-    if int(flat.max()) - low < 1 << 16:
-        counts = np.bincount(flat.astype(np.int64) - low)
-        present = np.flatnonzero(counts)
-        return [(int(p) + low, int(counts[p])) for p in present]
-    unique, counts = np.unique(flat, return_counts=True)
-    return [(int(u), int(c)) for u, c in zip(unique, counts, strict=True)]

@@ -2,22 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import json
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from vtkmodules.util.numpy_support import vtk_to_numpy
-from vtkmodules.vtkCommonCore import vtkOutputWindow, vtkStringOutputWindow
+from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+from vtkmodules.vtkCommonCore import vtkOutputWindow, vtkPoints, vtkStringArray, vtkStringOutputWindow
+from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
 from vtkmodules.vtkFiltersCore import vtkTriangleFilter
 from vtkmodules.vtkIOGeometry import vtkOBJReader, vtkSTLReader
 from vtkmodules.vtkIOLegacy import vtkDataSetReader
-from vtkmodules.vtkIOXML import vtkXMLImageDataReader, vtkXMLPolyDataReader
+from vtkmodules.vtkIOXML import vtkXMLImageDataReader, vtkXMLPolyDataReader, vtkXMLPolyDataWriter
 
 from simplexmesh.data.points import PointCloud
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.data.volume import Volume
+from simplexmesh.mesh.connectivity import Connectivity
+from simplexmesh.mesh.simplex_mesh import SimplexMesh
+
+_TWIN, _HOLES, _TYPES = "simplexmesh_twin", "simplexmesh_hole_darts", "simplexmesh_types"
 
 _READERS: dict[str, Callable[[], Any]] = {
     "vti": vtkXMLImageDataReader,
@@ -38,13 +45,8 @@ def read_dataset(path: Path, kind: str) -> Any:
     """
     reader = _READERS[kind]()
     reader.SetFileName(str(path))
-    before = vtkOutputWindow.GetInstance()
-    said = vtkStringOutputWindow()
-    vtkOutputWindow.SetInstance(said)
-    try:
+    with _listening() as said:
         reader.Update()
-    finally:
-        vtkOutputWindow.SetInstance(before)
     complaint = said.GetOutput().strip()
     if complaint or reader.GetErrorCode():
         raise OSError(f"{path.name} cannot be read as {kind.upper()}: {_reason(complaint)}")
@@ -54,8 +56,10 @@ def read_dataset(path: Path, kind: str) -> Any:
     return out
 
 
-def from_dataset(dataset: Any, name: str) -> Volume | TriangleMesh | PointCloud:
+def from_dataset(dataset: Any, name: str) -> Volume | TriangleMesh | PointCloud | SimplexMesh:
     """Return a VTK image as a Volume, polygons as a TriangleMesh, points alone as a PointCloud.
+
+    Polygons made by `polydata` of a simplex mesh come back as that mesh.
 
     Raises
     ------
@@ -66,6 +70,8 @@ def from_dataset(dataset: Any, name: str) -> Volume | TriangleMesh | PointCloud:
         return _volume(dataset, name)
     if not dataset.IsA("vtkPolyData"):
         raise TypeError(f"{name} must be a VTK image or polygons (vtkPolyData), not {dataset.GetClassName()}")
+    if dataset.GetFieldData().HasArray(_TWIN):
+        return _simplex_mesh(dataset, name)
     if dataset.GetNumberOfPolys() or dataset.GetNumberOfStrips():
         return _triangles(dataset)
     normals = dataset.GetPointData().GetNormals()
@@ -117,3 +123,114 @@ def _reason(complaint: str) -> str:
     lines = [line for line in lines if not line.startswith(("ERROR:", "Warning:", "Generic Warning:"))]
     text = lines[0] if lines else "it is damaged"
     return text.split("): ", 1)[-1].rstrip(".")
+
+
+@contextmanager
+def _listening() -> Iterator[Any]:
+    """Collect what VTK would print."""
+    before = vtkOutputWindow.GetInstance()
+    said = vtkStringOutputWindow()
+    vtkOutputWindow.SetInstance(said)
+    try:
+        yield said
+    finally:
+        vtkOutputWindow.SetInstance(before)
+
+
+def polydata(
+    points: NDArray[np.float64],
+    sizes: NDArray[Any],
+    corners: NDArray[Any],
+    data: Mapping[str, NDArray[Any]],
+    topology: Connectivity | None = None,
+) -> Any:
+    """Return a `vtkPolyData` of polygons, or of points alone where there are none.
+
+    Parameters
+    ----------
+    points : (n, 3) array of float
+    sizes : (f,) array of int
+        Number of corners of each polygon.
+    corners : (sum of sizes,) array of int
+        Their corners, one polygon after the other.
+    data : mapping of str to (n, ...) array
+        Arrays of the points.
+    topology : Connectivity, optional
+        Of a simplex mesh: kept as field data, so that `from_dataset` returns the identical mesh.
+    """
+    out = vtkPolyData()
+    places = vtkPoints()
+    places.SetData(numpy_to_vtk(np.ascontiguousarray(points), deep=True))
+    out.SetPoints(places)
+    if not len(sizes):
+        out.SetVerts(_cells(np.arange(len(points) + 1), np.arange(len(points))))
+    else:
+        out.SetPolys(_cells(np.concatenate([[0], np.cumsum(sizes)]), corners))
+    for name, values in data.items():
+        out.GetPointData().AddArray(_array(name, values))
+    if "Normals" in data:
+        out.GetPointData().SetActiveNormals("Normals")
+    if topology is not None:
+        types = vtkStringArray()
+        types.SetName(_TYPES)
+        types.InsertNextValue(json.dumps({name: [a.dtype.str, a.shape[1:]] for name, a in data.items()}))
+        out.GetFieldData().AddArray(types)
+        out.GetFieldData().AddArray(_array(_TWIN, topology.twin))
+        out.GetFieldData().AddArray(_array(_HOLES, topology.hole_darts))
+    return out
+
+
+def write_vtp(path: Path, dataset: Any) -> None:
+    """Write polygons to a VTP file, binary and compressed.
+
+    Raises
+    ------
+    OSError
+        VTK could not write it.
+    """
+    writer = vtkXMLPolyDataWriter()
+    writer.SetFileName(str(path))
+    writer.SetInputData(dataset)
+    writer.SetDataModeToAppended()
+    writer.EncodeAppendedDataOff()
+    writer.SetCompressorTypeToZLib()
+    with _listening() as said:
+        written = writer.Write()
+    if not written or said.GetOutput().strip():
+        raise OSError(f"the file cannot be written: {_reason(said.GetOutput())}")
+
+
+def _cells(offsets: NDArray[Any], corners: NDArray[Any]) -> Any:
+    cells = vtkCellArray()
+    offsets, corners = (numpy_to_vtk(np.ascontiguousarray(a, dtype=np.int64), deep=True) for a in (offsets, corners))
+    cells.SetData(offsets, corners)
+    return cells
+
+
+def _array(name: str, values: NDArray[Any]) -> Any:
+    """Return a VTK array; what VTK has no type for goes as bytes of the same size or as the next wider float."""
+    if values.dtype.kind == "f" and values.dtype.itemsize not in (4, 8):
+        values = values.astype(np.float32 if values.dtype.itemsize == 2 else np.float64)
+    values = (
+        values.view(np.uint8) if values.dtype == bool else values.astype(values.dtype.newbyteorder("="), copy=False)
+    )
+    out = numpy_to_vtk(np.ascontiguousarray(values).reshape(len(values), int(np.prod(values.shape[1:]))), deep=True)
+    out.SetName(name)
+    return out
+
+
+def _simplex_mesh(dataset: Any, name: str) -> SimplexMesh:
+    fields = dataset.GetFieldData()
+    try:
+        types = json.loads(fields.GetAbstractArray(_TYPES).GetValue(0))
+        twin = np.array(vtk_to_numpy(fields.GetArray(_TWIN))).reshape(-1, 3)
+        holes = fields.GetArray(_HOLES)
+        hole_darts: NDArray[np.int32] = np.array([] if holes is None else vtk_to_numpy(holes), np.int32).reshape(-1)
+        data = {}
+        for key, (kind, shape) in types.items():
+            values = np.array(vtk_to_numpy(dataset.GetPointData().GetArray(key)))
+            values = values.view(bool) if np.dtype(kind) == bool else values.astype(kind)
+            data[key] = values.reshape(len(values), *shape)
+    except (AttributeError, ValueError, TypeError):
+        raise OSError(f"{name} is a simplex mesh with damaged topology or arrays") from None
+    return SimplexMesh(_points(dataset), Connectivity(twin, hole_darts), data)

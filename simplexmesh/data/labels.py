@@ -1,0 +1,68 @@
+"""Telling volumes of labels (names of regions) from volumes of intensities."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+MOST_LABELS = 64
+_LARGEST_LABEL = 1 << 31
+_SLAB = 1 << 22
+
+
+def looks_like_labels(values: NDArray[Any]) -> bool:
+    """Whether samples are labels: whole numbers, few, and equal in patches; see `Volume.is_labels`.
+
+    Examples
+    --------
+    >>> looks_like_labels(np.arange(27).reshape(3, 3, 3)), looks_like_labels(np.ones((3, 3, 3)))
+    (False, True)
+    """
+    found = few_whole_numbers(values)
+    if found is None:
+        return False
+    if len(found) <= 2:
+        return True
+    background = max(found, key=lambda label: found[label])
+    equal = pairs = 0
+    for slab in slabs(values):
+        a, b = slab[:-1], slab[1:]
+        outside = (a != background) | (b != background)
+        pairs += int(np.count_nonzero(outside))
+        equal += int(np.count_nonzero((a == b) & outside))
+    return 2 * equal > pairs
+
+
+def slabs(values: NDArray[Any]) -> Iterator[NDArray[Any]]:
+    """Cut along the last axis into pieces that fit the cache, so that a pass needs no second volume."""
+    thick = max(1, _SLAB // (values.shape[0] * values.shape[1]))
+    for k in range(0, values.shape[2], thick):
+        yield values[:, :, k : k + thick]
+
+
+def few_whole_numbers(values: NDArray[Any]) -> dict[int, int] | None:
+    """Return how often each value occurs, or None as soon as one is not whole or there are more than `MOST_LABELS`."""
+    found: dict[int, int] = {}
+    for slab in slabs(values):
+        if slab.dtype.kind == "f" and (slab != np.rint(slab)).any():
+            return None
+        if slab.dtype.kind == "f" and np.abs(slab).max() > _LARGEST_LABEL:
+            return None
+        for value, count in _counts(slab.ravel(order="K")):
+            found[value] = found.get(value, 0) + count
+        if len(found) > MOST_LABELS:
+            return None
+    return found
+
+
+def _counts(flat: NDArray[Any]) -> list[tuple[int, int]]:
+    low = int(flat.min())
+    if int(flat.max()) - low < 1 << 16:
+        counts = np.bincount(flat.astype(np.int64) - low)
+        present = np.flatnonzero(counts)
+        return [(int(p) + low, int(counts[p])) for p in present]
+    unique, counts = np.unique(flat, return_counts=True)
+    return [(int(u), int(c)) for u, c in zip(unique, counts, strict=True)]

@@ -1,0 +1,208 @@
+"""Write meshes and points to files: VTP, PLY, OBJ, OFF, STL, XYZ."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplexmesh.data import vtk
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class _Polygons:
+    """What every format writes: points, polygons (perhaps none), normals or arrays of the points."""
+
+    points: Array
+    sizes: NDArray[Any]
+    corners: NDArray[Any]
+    normals: Array | None = None
+    data: dict[str, NDArray[Any]] = field(default_factory=dict)
+    topology: Any = None
+    triangles: Any = None
+
+
+def save(path: str | os.PathLike[str], value: Any) -> None:
+    """Write a simplex mesh, a triangulated surface or a point cloud in the format the name ends with.
+
+    VTP keeps a simplex mesh whole: reading it back gives the identical vertices, topology, holes and arrays, and VTK
+    programs show its polygons. PLY, OBJ and OFF keep the polygons with all digits; STL keeps triangles in single
+    precision. XYZ keeps points and normals. The file appears complete or not at all.
+
+    Parameters
+    ----------
+    path : str or Path
+        Ending with .vtp, .ply, .obj, .off, .stl or .xyz; an existing file is replaced.
+    value : SimplexMesh, TriangleMesh or PointCloud
+        What to write.
+
+    Raises
+    ------
+    ValueError
+        The ending is not known, or the format cannot hold it.
+    TypeError
+        It is something else.
+    OSError
+        The folder is not there or the file cannot be written.
+
+    Examples
+    --------
+    >>> import tempfile, simplexmesh as sm
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     save(f"{folder}/ball.vtp", sm.sphere(4))
+    ...     sm.read_mesh(f"{folder}/ball.vtp")
+    SimplexMesh(320 vertices, 162 faces, genus 0, 0 holes)
+    """
+    where = Path(path).expanduser()
+    suffix = where.suffix.lower()
+    if suffix not in _WRITERS:
+        raise ValueError(f"path must end with one of {', '.join(_WRITERS)}, not {suffix or 'nothing'} ({where.name})")
+    content = _content(value)
+    if suffix in (".obj", ".off", ".stl") and not len(content.sizes):
+        raise ValueError(f"path must end with .vtp, .ply or .xyz for points without faces, not {suffix}")
+    if not where.parent.is_dir():
+        raise FileNotFoundError(f"path must be in an existing folder, {str(where.parent)!r} is not one")
+    if where.is_dir():
+        raise IsADirectoryError(f"path must be a file, {str(where)!r} is a folder")
+    part = where.with_name(f".{where.stem}.{os.getpid()}.part{suffix}")
+    try:
+        _WRITERS[suffix](part, content)
+        os.replace(part, where)
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def write_mesh(mesh: Any, path: str | os.PathLike[str]) -> None:
+    """Write a mesh; see `save`."""
+    save(path, mesh)
+
+
+def polydata(value: Any) -> Any:
+    """Return a `pyvista.PolyData` of a simplex mesh (its polygons, without the holes), triangles or points.
+
+    Examples
+    --------
+    >>> import simplexmesh as sm
+    >>> polydata(sm.sphere(4)).n_cells
+    162
+    """
+    import pyvista
+
+    return pyvista.PolyData(_dataset(_content(value)), deep=False)
+
+
+def _content(value: Any) -> _Polygons:
+    if hasattr(value, "connectivity"):
+        topology = value.connectivity
+        surface = ~topology.face_is_hole
+        corners = topology.face_vertices[np.repeat(surface, topology.face_sizes)]
+        sizes = topology.face_sizes[surface]
+        return _Polygons(value.vertices, sizes, corners, None, dict(value.data), topology, value.triangulated)
+    if hasattr(value, "vertices") and hasattr(value, "faces"):
+        faces = np.asarray(value.faces)
+        return _Polygons(value.vertices, np.full(len(faces), 3), faces.reshape(-1), triangles=lambda: value)
+    if hasattr(value, "points") and hasattr(value, "normals"):
+        none = np.zeros(0, dtype=np.int64)
+        return _Polygons(value.points, none, none, value.normals)
+    raise TypeError(f"value must be a SimplexMesh, TriangleMesh or PointCloud, not {type(value).__name__}")
+
+
+def _dataset(content: _Polygons) -> Any:
+    data = dict(content.data)
+    if content.normals is not None:
+        data["Normals"] = content.normals
+    return vtk.polydata(content.points, content.sizes, content.corners, data, content.topology)
+
+
+def _write_vtp(path: Path, content: _Polygons) -> None:
+    vtk.write_vtp(path, _dataset(content))
+
+
+def _write_ply(path: Path, content: _Polygons) -> None:
+    columns, names = content.points, ["x", "y", "z"]
+    if content.normals is not None:
+        columns, names = np.hstack([columns, content.normals]), [*names, "nx", "ny", "nz"]
+    count = "uchar" if not len(content.sizes) or content.sizes.max() < 256 else "int"
+    header = ["ply", "format binary_little_endian 1.0", f"element vertex {len(columns)}"]
+    header += [f"property double {name}" for name in names]
+    if len(content.sizes):
+        header += [f"element face {len(content.sizes)}", f"property list {count} int vertex_indices"]
+    with path.open("wb") as file:
+        file.write(("\n".join([*header, "end_header"]) + "\n").encode("ascii"))
+        file.write(columns.astype("<f8").tobytes())
+        file.write(_packed_lists(content.sizes, content.corners, "u1" if count == "uchar" else "<i4"))
+
+
+def _packed_lists(sizes: NDArray[Any], corners: NDArray[Any], count: str) -> bytes:
+    """Return the bytes of lists of int32, each after its size."""
+    head = np.dtype(count).itemsize
+    lengths = head + 4 * sizes.astype(np.int64)
+    starts = np.cumsum(lengths) - lengths
+    out = np.zeros(int(lengths.sum()), np.uint8)
+    out[starts[:, None] + np.arange(head)] = sizes.astype(count).view(np.uint8).reshape(-1, head)
+    before = np.repeat(np.cumsum(sizes) - sizes, sizes)
+    at = np.repeat(starts + head, sizes) + 4 * (np.arange(len(corners)) - before)
+    out[at[:, None] + np.arange(4)] = corners.astype("<i4").view(np.uint8).reshape(-1, 4)
+    return out.tobytes()
+
+
+def _write_obj(path: Path, content: _Polygons) -> None:
+    vertices = (f"v {x!r} {y!r} {z!r}\n" for x, y, z in content.points.tolist())
+    faces = (f"f {' '.join(str(i + 1) for i in loop)}\n" for loop in _loops(content))
+    _write_lines(path, vertices, faces)
+
+
+def _write_off(path: Path, content: _Polygons) -> None:
+    head = [f"OFF\n{len(content.points)} {len(content.sizes)} 0\n"]
+    vertices = (f"{x!r} {y!r} {z!r}\n" for x, y, z in content.points.tolist())
+    faces = (f"{len(loop)} {' '.join(map(str, loop))}\n" for loop in _loops(content))
+    _write_lines(path, head, vertices, faces)
+
+
+def _write_stl(path: Path, content: _Polygons) -> None:
+    surface = content.triangles()
+    corners = surface.vertices[surface.faces]
+    record = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("spare", "<u2")])
+    rows = np.zeros(len(corners), record)
+    length = np.linalg.norm(surface.face_vectors, axis=1, keepdims=True)
+    rows["normal"] = surface.face_vectors / np.where(length > 0, length, 1)
+    rows["corners"] = corners
+    with path.open("wb") as file:
+        file.write(b"simplexmesh".ljust(80) + len(rows).to_bytes(4, "little"))
+        file.write(rows.tobytes())
+
+
+def _write_xyz(path: Path, content: _Polygons) -> None:
+    rows = content.points if content.normals is None else np.hstack([content.points, content.normals])
+    _write_lines(path, (" ".join(map(repr, row)) + "\n" for row in rows.tolist()))
+
+
+def _write_lines(path: Path, *lines: Iterable[str]) -> None:
+    with path.open("w", encoding="ascii", newline="\n") as file:
+        for group in lines:
+            file.writelines(group)
+
+
+def _loops(content: _Polygons) -> Iterable[list[int]]:
+    flat = content.corners.tolist()
+    at = 0
+    for size in content.sizes.tolist():
+        yield flat[at : at + size]
+        at += size
+
+
+_WRITERS: dict[str, Callable[[Path, _Polygons], None]] = {
+    ".vtp": _write_vtp,
+    ".ply": _write_ply,
+    ".obj": _write_obj,
+    ".off": _write_off,
+    ".stl": _write_stl,
+    ".xyz": _write_xyz,
+}
