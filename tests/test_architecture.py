@@ -20,7 +20,7 @@ BELOW = {
     "mesh": FLOOR,
     "data": FLOOR | {"mesh"},
     "motion": FLOOR | {"mesh", "data"},
-    "plot": FLOOR | {"mesh", "data"},
+    "plot": FLOOR | {"mesh", "data", "motion"},
     "cli": FLOOR | {"mesh", "data", "motion", "plot"},
 }
 
@@ -41,9 +41,9 @@ DOORS = {
     "skimage": ["/motion/initial/from_volume.py"],
     "SimpleITK": ["/data/itk.py"],
     "plyfile": ["/data/ply.py"],
-    "pyvista": ["/plot.py", "/data/vtk.py", "/data/convert.py", "/data/writing.py", "/cli/*.py"],
+    "pyvista": ["/plot/*.py", "/data/vtk.py", "/data/convert.py", "/data/writing.py", "/cli/*.py"],
     "vtkmodules": ["/data/vtk.py"],
-    "scipy": ["/mesh/*.py", "/data/*.py", "/motion/*.py", "/motion/*/*.py", "/cli/*.py"],
+    "scipy": ["/mesh/*.py", "/data/*.py", "/motion/*.py", "/motion/*/*.py", "/plot/*.py", "/cli/*.py"],
     "rich": ["/cli/*.py", "/motion/progress.py"],
     "typer": ["/cli/*.py"],
     "importlib": ["/__init__.py", "/mesh/simplex_mesh.py", "/motion/targets/__init__.py"],  # imports by name hide

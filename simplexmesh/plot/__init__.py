@@ -1,0 +1,15 @@
+"""Pictures: a surface with its polygons, colored by curvature or by distance to data, or data beside its model.
+
+Every function returns a `pyvista.Plotter`: `.show()` opens it in a window or a notebook, `picture` writes it to a file.
+
+Examples
+--------
+>>> import simplexmesh as sm
+>>> plotter = sm.plot.surface(sm.torus(), scalars="mean_curvature")
+>>> plotter.close()
+"""
+
+from simplexmesh.plot.scenes import beside, panels, surface, together
+from simplexmesh.plot.stage import has_display, looked_at, picture, stage
+
+__all__ = ["beside", "has_display", "looked_at", "panels", "picture", "stage", "surface", "together"]

@@ -1,0 +1,121 @@
+"""The stage: background, light, camera, and the picture taken."""
+
+from __future__ import annotations
+
+import os
+import sys
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+import pyvista as pv
+
+from simplexmesh import _check
+
+INK = "#1d2b36"
+LIGHTS = [((-0.8, 1.2, 1.6), 0.8), ((1.4, 0.2, 0.9), 0.35), ((-0.2, -1.0, 1.0), 0.2)]  # key, fill, from below
+
+
+def stage(columns: int = 1, size: tuple[int, int] | None = None) -> pv.Plotter:
+    """Return an empty plotter with this library's background, light and shadow.
+
+    Examples
+    --------
+    >>> stage().close()
+    """
+    hidden = not has_display() or None
+    width = size or ((1200, 900) if columns == 1 else (min(720 * columns, 2160), 720))
+    with quiet():
+        plotter = pv.Plotter(
+            shape=(1, columns), border=False, off_screen=hidden, window_size=list(width), lighting="none"
+        )
+    for column in range(columns):
+        plotter.subplot(0, column)
+        plotter.set_background("#ffffff", top="#e9eef3")
+        plotter.enable_anti_aliasing("ssaa" if hidden or pv.OFF_SCREEN else "fxaa")
+    plotter.subplot(0, 0)
+    for position, strength in LIGHTS:  # each goes to every panel
+        plotter.add_light(pv.Light(position=position, intensity=strength, light_type="camera light"))
+    return plotter
+
+
+def looked_at(plotter: pv.Plotter, view: str | Sequence[float] | None = None, zoom: float = 1.15) -> pv.Plotter:
+    """Place the camera of every panel: ``"xy"``, ``"-xz"`` and the like, or a direction to look from.
+
+    Examples
+    --------
+    >>> looked_at(stage(), "xz").close()
+    """
+    rows, columns = plotter.shape
+    for place in range(rows * columns):
+        plotter.subplot(place // columns, place % columns)
+        if view is None:
+            plotter.view_isometric()
+        elif isinstance(view, str):
+            plotter.camera_position = view
+        else:
+            plotter.view_vector(_check.array("view", view, (3,)), viewup=(0, 0, 1))
+        plotter.reset_camera()
+        plotter.camera.zoom(zoom)
+    return plotter
+
+
+def picture(path: str | Path, plotter: pv.Plotter, *, close: bool = True) -> Path:
+    """Write what a plotter shows to an image file, whole or not at all.
+
+    Parameters
+    ----------
+    path : str or Path
+        Name of the file, .png, .jpg or .tif; its folder must exist.
+    plotter : pyvista.Plotter
+        As returned by the other functions.
+    close : bool
+        Whether the plotter is closed afterwards.
+
+    Raises
+    ------
+    ValueError
+        The name ends with none of these.
+    OSError
+        The folder does not exist or cannot be written to.
+    """
+    path = Path(path)
+    _check.choice("the end of the picture's name", path.suffix.lower(), (".png", ".jpg", ".jpeg", ".tif"))
+    if not path.parent.is_dir():
+        raise FileNotFoundError(f"there is no folder {path.parent} to write {path.name} to")
+    handle, draft = tempfile.mkstemp(suffix=path.suffix, prefix=".", dir=path.parent)
+    os.close(handle)
+    try:
+        with quiet():
+            plotter.screenshot(draft)
+        os.replace(draft, path)
+    finally:
+        Path(draft).unlink(missing_ok=True)
+        if close:
+            plotter.close()
+    return path
+
+
+def has_display() -> bool:
+    """Whether a window can be opened here.
+
+    Examples
+    --------
+    >>> has_display() in (True, False)
+    True
+    """
+    if pv.OFF_SCREEN:
+        return False
+    return not sys.platform.startswith("linux") or bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
+
+
+@contextmanager
+def quiet() -> Iterator[None]:
+    """Keep VTK from complaining about a missing display while it finds another way to draw."""
+    before = pv.vtk_verbosity()
+    pv.vtk_verbosity("off")
+    try:
+        yield
+    finally:
+        pv.vtk_verbosity(before)
