@@ -9,23 +9,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh import _check
 from simplexmesh._vec import normalized
-from simplexmesh.mesh import lattices
+from simplexmesh.mesh import counts, lattices
 from simplexmesh.mesh.duality import dual
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 
 Array = NDArray[np.float64]
-DEFAULT_VERTICES = 1280
-MOST_VERTICES = 100_000_000
 
 
-def _frequency(frequency: int | None, vertices: int | None, per_square: int) -> int:
-    """Return the frequency asked for, or the one whose sphere has about as many vertices as asked for."""
-    if frequency is not None and vertices is not None:
-        raise TypeError("give frequency or vertices, not both")
-    if frequency is not None:
-        return _check.integer("frequency", frequency, 1, math.isqrt(MOST_VERTICES // per_square))
-    count = DEFAULT_VERTICES if vertices is None else _check.integer("vertices", vertices, 4, MOST_VERTICES)
-    return max(1, round(math.sqrt(count / per_square)))
+SMOOTHINGS = 8
+"""Passes that move the inner vertices of a plane off the line of their neighbors in its corners."""
 
 
 def sphere(
@@ -69,7 +61,7 @@ def sphere(
     2888
     """
     corners, faces = lattices.polyhedron(_check.choice("base", base, lattices.BASES))
-    f = _frequency(frequency, vertices, len(faces))
+    f = counts.frequency(frequency, vertices, len(faces))
     R = _check.number("radius", radius, 0.0, open_low=True)
     at = _check.array("center", center, (3,))
     points, triangles = lattices.subdivided(corners, faces, f)
@@ -155,7 +147,7 @@ def cylinder(
     """
     R = _check.number("radius", radius, 0.0, open_low=True)
     L = _check.number("height", height, 0.0, open_low=True)
-    cells = _two_counts("around", around, "along", along, vertices, 2 * math.pi * R / L)
+    cells = counts.cells("around", around, "along", along, vertices, 2 * math.pi * R / L)
     n, m = _check.integer("around", cells[0], 3), _check.integer("along", cells[1], 1)
     uv, triangles = lattices.strip(n, m)
     theta = 2 * math.pi * uv[:, 0]
@@ -178,7 +170,7 @@ def plane(
     Parameters
     ----------
     across, along : int, optional
-        At least 1 each: the rectangle has `(2 * across + 1) * along` vertices inside and one for each border edge.
+        At least 2 each: the rectangle has `(2 * across + 1) * along` vertices inside and one for each border edge.
     vertices : int, optional
         About how many vertices to have, instead; 1,280 by default.
     size : (2,) array of float
@@ -199,11 +191,15 @@ def plane(
     sides = _check.array("size", size, (2,))
     if (sides <= 0).any():
         raise ValueError(f"size must be above 0, not {sides.tolist()}")
-    cells = _two_counts("across", across, "along", along, vertices, sides[0] / sides[1])
-    n, m = _check.integer("across", cells[0], 1), _check.integer("along", cells[1], 1)
+    cells = counts.cells("across", across, "along", along, vertices, sides[0] / sides[1])
+    n, m = _check.integer("across", cells[0], 2), _check.integer("along", cells[1], 2)
     uv, triangles = lattices.sheet(n, m)
     flat = np.column_stack([(uv - 0.5) * sides, np.zeros(len(uv))])
-    return dual((_placed(flat, center, axis), triangles))
+    mesh = dual((flat, triangles))
+    points = mesh.vertices.copy()
+    for _ in range(SMOOTHINGS):
+        points[: len(triangles)] = points[mesh.neighbors[: len(triangles)]].mean(axis=1)
+    return mesh.moved(_placed(points, center, axis))
 
 
 def torus(
@@ -244,7 +240,7 @@ def torus(
     r = _check.number("tube_radius", tube_radius, 0.0, open_low=True)
     if r >= R:
         raise ValueError(f"tube_radius must be below radius, {R:g}, not {r:g}")
-    cells = _two_counts("around", around, "across", across, vertices, R / r, even=True)
+    cells = counts.cells("around", around, "across", across, vertices, R / r, even=True)
     n, m = _check.integer("around", cells[0], 3), _check.integer("across", cells[1], 4)
     if m % 2:
         raise ValueError(f"across must be even, not {m}")
@@ -259,33 +255,6 @@ def _on_torus(angles: Array, R: float, r: float) -> Array:
     theta, phi = angles.T
     ring = R + r * np.cos(phi)
     return np.stack([ring * np.cos(theta), ring * np.sin(theta), r * np.sin(phi)], axis=1)
-
-
-def _two_counts(
-    name: str,
-    count: int | None,
-    other: str,
-    other_count: int | None,
-    vertices: int | None,
-    aspect: float,
-    *,
-    even: bool = False,
-) -> tuple[int, int]:
-    """Return the two numbers of cells given, or those of nearly square shape for about so many vertices.
-
-    `aspect` is the length of the first direction over that of the second; two triangles share a cell, whose height is
-    that of an equilateral triangle.
-    """
-    if (count is None) != (other_count is None):
-        raise TypeError(f"give both {name} and {other}, or neither")
-    if count is not None and other_count is not None:
-        if vertices is not None:
-            raise TypeError(f"give {name} and {other}, or vertices, not both")
-        return count, other_count
-    total = DEFAULT_VERTICES if vertices is None else _check.integer("vertices", vertices, 4, MOST_VERTICES)
-    first = max(3, round(math.sqrt(total / 2 * aspect * math.sqrt(3) / 2)))
-    second = total / 2 / first
-    return first, max(4, 2 * round(second / 2)) if even else max(1, round(second) - 1)
 
 
 def _placed(points: Array, center: ArrayLike, axis: ArrayLike) -> Array:
