@@ -616,6 +616,6 @@ def test_noise_on_a_rim_is_smoothed_and_the_rim_follows_forces_and_data():
 
 
 def test_large_meshes_take_the_parallel_kernels():
-    assert sm.sphere(16).n_vertices > _kernels.PARALLEL_FROM
-    ball = irregular_sphere(frequency=16)
+    assert sm.sphere(32).n_vertices > _kernels.PARALLEL_FROM
+    ball = irregular_sphere(frequency=32)
     assert norm(evolved(ball, 20, metric=ball.metric).vertices - ball.vertices).max() < 1e-12

@@ -1,4 +1,4 @@
-"""The kernels of the motion are the formulas of the thesis: equal to naive twins, serial, parallel, fast and general."""
+"""The kernels of the motion are the formulas of the thesis: equal to naive twins, serial and parallel, fast or not."""
 
 from __future__ import annotations
 
@@ -38,8 +38,11 @@ def apart(vertices, neighbors):
 
 def frames(vertices, neighbors, which="serial"):
     n = len(vertices)
-    normals, inverse_radius, curvature = np.zeros((n, 3)), np.zeros(n), np.zeros(n)
-    getattr(_kernels.frames, which)(vertices, neighbors, normals, inverse_radius, curvature)
+    normals, inverse_radius, curvature, area = np.zeros((n, 3)), np.zeros(n), np.zeros(n), np.zeros(n)
+    getattr(_kernels.frames, which)(vertices, neighbors, normals, inverse_radius, curvature, area)
+    a, b, c = (vertices[neighbors[:, k]] for k in range(3))
+    wide = inverse_radius > 0
+    assert_allclose(area[wide], 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)[wide], rtol=1e-9, atol=1e-300)
     return normals, inverse_radius, curvature
 
 

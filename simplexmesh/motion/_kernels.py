@@ -1,13 +1,15 @@
 """One iteration of a simplex mesh, in loops over vertices: frames, averaging passes, steps.
 
-Arrays in, arrays out; nothing is checked here. Every kernel exists for one thread and for all of them: a parallel call
-costs some 30 microseconds, so small meshes take the serial one.
+Arrays in, arrays out; nothing is checked here. Every kernel exists for one thread and for all of them. A parallel call
+costs a microsecond on an idle machine, but as many milliseconds where another process holds a core (measured: 4 to 8,
+the scheduler's time slices), so threads start only where a call has a good part of a millisecond to share.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import partial
 from types import FunctionType
 from typing import Any
 
@@ -15,7 +17,7 @@ import numpy as np
 from numba import njit, prange
 
 FAST = {"nsz", "arcp", "contract", "reassoc"}  # never 'nnan': NaN means "no data here" and must stay visible
-PARALLEL_FROM = 2000
+PARALLEL_FROM = 20_000
 
 FREE, ORIENTATION, ANGLE, MEAN_CURVATURE, SHAPE, CURVATURE = range(6)
 
@@ -23,7 +25,8 @@ FREE, ORIENTATION, ANGLE, MEAN_CURVATURE, SHAPE, CURVATURE = range(6)
 class Both:
     """A kernel compiled twice, for one thread and for all; called through the one that pays at this size."""
 
-    def __init__(self, function: Callable[..., Any]) -> None:
+    def __init__(self, function: Callable[..., Any], pays_from: int = PARALLEL_FROM) -> None:
+        self.pays_from = pays_from
         twin = FunctionType(function.__code__, function.__globals__, function.__name__)
         twin.__qualname__ = f"{function.__qualname__}_parallel"  # the disk cache knows kernels by name, not by flags
         self.serial = njit(cache=True, error_model="numpy", fastmath=FAST)(function)
@@ -32,12 +35,12 @@ class Both:
 
     def __call__(self, vertices: np.ndarray, *arguments: Any) -> None:
         """Run on `vertices` and whatever else the kernel takes."""
-        (self.parallel if len(vertices) >= PARALLEL_FROM else self.serial)(vertices, *arguments)
+        (self.parallel if len(vertices) >= self.pays_from else self.serial)(vertices, *arguments)
 
 
 @Both
-def frames(vertices, neighbors, normals, inverse_radius, curvature):
-    """Fill, per vertex, the unit normal, 1 / circumradius of the neighbours, and H (Delingette 1994, section 3)."""
+def frames(vertices, neighbors, normals, inverse_radius, curvature, area):
+    """Fill, per vertex, the unit normal, 1 / circumradius and area of the neighbours' triangle, and H (thesis, 3)."""
     for i in prange(vertices.shape[0]):
         a, b, c = neighbors[i, 0], neighbors[i, 1], neighbors[i, 2]
         ax, ay, az = vertices[a, 0], vertices[a, 1], vertices[a, 2]
@@ -51,8 +54,11 @@ def frames(vertices, neighbors, normals, inverse_radius, curvature):
             normals[i, 0] = normals[i, 1] = normals[i, 2] = 0.0
             inverse_radius[i] = 0.0
             curvature[i] = 0.0
+            area[i] = 0.0
             continue
-        inverse = 1.0 / math.sqrt(nn)
+        double = math.sqrt(nn)
+        area[i] = 0.5 * double
+        inverse = 1.0 / double
         nx *= inverse
         ny *= inverse
         nz *= inverse
@@ -96,11 +102,25 @@ def angles(vertices, neighbors, normals, inverse_radius, out):
         out[i] = math.atan2(2.0 * h / inverse_radius[i], -power)
 
 
-@Both
+@partial(Both, pays_from=10 * PARALLEL_FROM)  # less than a nanosecond per vertex
 def averages(values, neighbors, out):
     """Fill `out` with the mean of each vertex's value and its three neighbours': a positive kernel on Q^1."""
     for i in prange(values.shape[0]):
         out[i] = 0.25 * (values[i] + values[neighbors[i, 0]] + values[neighbors[i, 1]] + values[neighbors[i, 2]])
+
+
+@Both
+def moments(curvature, area, out):
+    """Fill `out` with curvature times area: what to average so that the mean is one over the surface."""
+    for i in prange(curvature.shape[0]):
+        out[i] = curvature[i] * area[i]
+
+
+@Both
+def quotients(moment, area, out):
+    """Fill `out` with moment over area, zero where there is no area."""
+    for i in prange(moment.shape[0]):
+        out[i] = moment[i] / area[i] if area[i] > 0.0 else 0.0
 
 
 @Both
