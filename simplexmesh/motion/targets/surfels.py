@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh.motion.targets import _kernels_surfels as kernels
+from simplexmesh.motion.targets._kernels_fit import COUNT, CURVATURE, LEAN, NOISE, OFFSET, VARIANCE
 from simplexmesh.motion.targets.tree import Tree
 
 Array = NDArray[np.float64]
@@ -17,7 +18,8 @@ PILOTS = 2_000
 SMALLEST = 12  # points that the smallest scale reaches
 LEVELS = 14
 NEIGHBORS = 12
-POOL = 24
+POOL = 24  # pilots whose biases are averaged
+BLEND = 1.1  # blending quiets the variance more than the bias: the best radius is larger than that of one fit
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,7 +100,7 @@ def fitted_surfels(points: Array, normals: Array | None = None, spread: Array | 
     _, index = near.nearest(tree.points[centers], which)
     wanted = np.exp(np.log(radii[near.order[index]]).mean(axis=1))
     wanted = np.maximum(wanted, _base_radii(tree, centers))
-    table, reports = np.zeros((len(centers), 12)), np.zeros((len(centers), 5))
+    table, reports = np.zeros((len(centers), 12)), np.zeros((len(centers), 6))
     kernels.fit_all(*data, centers, wanted, spread is None, table, reports)
     good = _trusted(reports, wanted)
     if np.count_nonzero(good) < 4:
@@ -109,7 +111,7 @@ def fitted_surfels(points: Array, normals: Array | None = None, spread: Array | 
         return _linked(table, np.zeros(len(table)), np.zeros(len(table)), normals is not None)
     keep = np.flatnonzero(good)
     keep = keep[_thinned(table[keep, :3], np.arange(len(keep)), float(np.quantile(wanted, 0.1)) / 5)]
-    return _linked(table[keep], reports[keep, kernels.NOISE], wanted[keep], normals is not None)
+    return _linked(table[keep], reports[keep, NOISE], wanted[keep], normals is not None)
 
 
 def _base_radii(tree: Tree, centers: NDArray[np.int64]) -> Array:
@@ -121,37 +123,49 @@ def _base_radii(tree: Tree, centers: NDArray[np.int64]) -> Array:
 
 def _chosen_radii(data: tuple[Array, ...], tree: Tree, pilots: NDArray[np.int64]) -> Array:
     """Return, per pilot, the radius of the least mean squared error."""
-    bases = _base_radii(tree, pilots)
-    low, high = tree.boxes[0, :3], tree.boxes[0, 3:]
-    table = np.zeros((len(pilots), LEVELS, 5))
-    kernels.fit_scales(*data, pilots, bases, max(0.3 * float(np.linalg.norm(high - low)), bases.max()), table)
     near = Tree.of(tree.points[pilots])
     _, index = near.nearest(tree.points[pilots], min(POOL, len(pilots)))
     around = near.order[index]
-    variance, offset = table[:, :, kernels.VARIANCE], table[:, :, kernels.OFFSET]
-    bias = np.full_like(variance, np.nan)
+    bases = np.median(_base_radii(tree, pilots)[around], axis=1)
+    low, high = tree.boxes[0, :3], tree.boxes[0, 3:]
+    table = np.zeros((len(pilots), LEVELS, 6))
+    kernels.fit_scales(*data, pilots, bases, max(0.3 * float(np.linalg.norm(high - low)), bases.max()), table)
+    variance, offset = table[:, :, VARIANCE], table[:, :, OFFSET]
+    # errors of fourth order grow fourfold from scale to scale: what the next scale changes tells this one's
     doubt = np.maximum(variance[:, :-1] - variance[:, 1:], 0.25 * variance[:, :-1])
-    bias[:, :-1] = (offset[:, 1:] ** 2 - doubt) / 9  # errors of fourth order grow fourfold from scale to scale
+    excess = np.full_like(variance, np.nan)
+    excess[:, :-1] = (offset[:, 1:] ** 2 - doubt) / 9
     radius = bases[:, None] * kernels.RATIO ** np.arange(LEVELS)
-    blurred = radius < 3.0 * table[:, :, kernels.NOISE]
-    known = np.isfinite(bias) & ~blurred
-    pooled = np.where(known, bias, 0.0)[around].sum(axis=1) / np.maximum(known[around].sum(axis=1), 1)
-    error = np.where(known, variance + np.maximum(pooled, 0.0), np.inf)
+    blurred = radius < 3.0 * table[:, :, NOISE]
+    bias = np.where(np.isfinite(pooled := _pooled(excess, blurred, around)), pooled, 0.0)
+    # and no less than that of a fit with these weights to a cylinder: radius^4 curvature^3 / 213
+    bend = _pooled(table[:, :, CURVATURE], blurred, around)
+    bias = np.maximum(bias, (radius**4 * bend**3 / 213) ** 2)
+    error = np.where(blurred | ~np.isfinite(variance), np.inf, variance + bias)
+    error[np.isnan(error)] = np.inf
     found = np.isfinite(error).any(axis=1)
     best = np.where(found, np.argmin(error, axis=1), np.argmin(np.where(np.isfinite(variance), 0, 1), axis=1))
     logs = np.log(bases) + best * np.log(kernels.RATIO)
     usable = found[around]
     smooth = (np.where(usable, logs[around], 0.0).sum(axis=1)) / np.maximum(usable.sum(axis=1), 1)
-    return np.exp(np.where(usable.any(axis=1), smooth, logs))
+    return BLEND * np.exp(np.where(usable.any(axis=1), smooth, logs))
+
+
+def _pooled(values: Array, blurred: NDArray[np.bool_], around: NDArray[np.int64]) -> Array:
+    """Return, per pilot and scale, the mean over the pilots around that have a value; NaN where most have none."""
+    known = np.isfinite(values) & ~blurred
+    count = known[around].sum(axis=1)
+    total = np.where(known, values, 0.0)[around].sum(axis=1)
+    return np.where(4 * count > around.shape[1], total / np.maximum(count, 1), np.nan)
 
 
 def _trusted(reports: Array, radii: Array) -> NDArray[np.bool_]:
     """Tell which fits are of a surface: thin against the radius, its points all round, the place itself on it."""
-    noise, offset = reports[:, kernels.NOISE], np.abs(reports[:, kernels.OFFSET])
+    noise, offset = reports[:, NOISE], np.abs(reports[:, OFFSET])
     return np.asarray(
         (noise < 0.3 * radii)
-        & (reports[:, kernels.LEAN] < 0.5)
-        & (reports[:, kernels.COUNT] >= 6)
+        & (reports[:, LEAN] < 0.5)
+        & (reports[:, COUNT] >= 6)
         & (offset < 4.0 * noise + 0.1 * radii)
     )
 

@@ -1,0 +1,365 @@
+"""One robust quadratic fit to points around a place.
+
+A surfel is a row of numbers: 0-2 a point on the fit, 3-5 its unit normal, 6-11 the second-order form Q as
+(xx, yy, zz, xy, xz, yz), so that ``normal . d - d' Q d / 2`` is the height of ``point + d`` above the fit. A report is
+a row too: OFFSET of the fit along its normal from the place asked about, its VARIANCE, the NOISE of the points along
+the normal, their number COUNT, LEAN, the tangential distance of their center over the radius (large at a border), and
+CURVATURE, the root of the sum of the squared principal curvatures.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+OFFSET, VARIANCE, NOISE, COUNT, LEAN, CURVATURE = range(6)
+FLOOR = 0.04  # part of a known error's variance that no direction escapes
+TUKEY = 4.685  # where Tukey's weights end, in standard deviations
+FAST = {"nsz", "arcp", "contract", "reassoc"}
+
+
+@njit(cache=True, error_model="numpy")
+def smallest_axis(c, axis):
+    """Fill `axis` with the unit eigenvector of the smallest eigenvalue of the symmetric (3, 3) matrix `c`."""
+    values, vectors = np.linalg.eigh(c)
+    for a in range(3):
+        axis[a] = vectors[a, 0]
+    return values[0], values[1], values[2]
+
+
+@njit(cache=True, error_model="numpy")
+def solve(m, size, rhs, first):
+    """Solve in place by Cholesky: `m` (6, 6) becomes its factor, `rhs` the solution, `first` = inverse of m, column 0.
+
+    Returns False where the matrix is not safely positive.
+    """
+    for j in range(size):
+        d = m[j, j]
+        scale = d
+        for k in range(j):
+            d -= m[j, k] * m[j, k]
+        if not d > 1e-9 * scale or scale <= 0.0:
+            return False
+        d = math.sqrt(d)
+        m[j, j] = d
+        for i in range(j + 1, size):
+            s = m[i, j]
+            for k in range(j):
+                s -= m[i, k] * m[j, k]
+            m[i, j] = s / d
+    for i in range(size):
+        first[i] = 1.0 if i == 0 else 0.0
+        for k in range(i):
+            rhs[i] -= m[i, k] * rhs[k]
+            first[i] -= m[i, k] * first[k]
+        rhs[i] /= m[i, i]
+        first[i] /= m[i, i]
+    for i in range(size - 1, -1, -1):
+        for k in range(i + 1, size):
+            rhs[i] -= m[k, i] * rhs[k]
+            first[i] -= m[k, i] * first[k]
+        rhs[i] /= m[i, i]
+        first[i] /= m[i, i]
+    return True
+
+
+@njit(cache=True, error_model="numpy")
+def _median(values, count):
+    """Return the median of ``values[:count]``, which is reordered."""
+    left, right, middle = 0, count - 1, count // 2
+    while left < right:
+        pivot = values[(left + right) // 2]
+        i, j = left, right
+        while i <= j:
+            while values[i] < pivot:
+                i += 1
+            while values[j] > pivot:
+                j -= 1
+            if i <= j:
+                values[i], values[j] = values[j], values[i]
+                i += 1
+                j -= 1
+        if middle <= j:
+            right = j
+        elif middle >= i:
+            left = i
+        else:
+            break
+    return values[middle]
+
+
+@njit(cache=True, error_model="numpy")
+def plane_normal(points, members, count, x, y, z, radius, normal):
+    """Fill `normal` with that of the plane of the members, weighted towards the place."""
+    w0 = mx = my = mz = 0.0
+    limit = 1.0 / (radius * radius)
+    for m in range(count):
+        p = members[m]
+        dx, dy, dz = points[p, 0] - x, points[p, 1] - y, points[p, 2] - z
+        w = max(1.0 - (dx * dx + dy * dy + dz * dz) * limit, 0.02)
+        w0 += w
+        mx += w * dx
+        my += w * dy
+        mz += w * dz
+    mx, my, mz = mx / w0, my / w0, mz / w0
+    c = np.zeros((3, 3))
+    for m in range(count):
+        p = members[m]
+        dx, dy, dz = points[p, 0] - x, points[p, 1] - y, points[p, 2] - z
+        w = max(1.0 - (dx * dx + dy * dy + dz * dz) * limit, 0.02)
+        dx, dy, dz = dx - mx, dy - my, dz - mz
+        c[0, 0] += w * dx * dx
+        c[1, 1] += w * dy * dy
+        c[2, 2] += w * dz * dz
+        c[0, 1] += w * dx * dy
+        c[0, 2] += w * dx * dz
+        c[1, 2] += w * dy * dz
+    c[1, 0], c[2, 0], c[2, 1] = c[0, 1], c[0, 2], c[1, 2]
+    total = c[0, 0] + c[1, 1] + c[2, 2]
+    if total > 0.0:
+        c /= total
+    smallest_axis(c, normal)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _flatten(points, spread, members, count, surfel, u, v, inverse, s, t, h, w, e):
+    """Fill, per member within the radius, its place in the surfel's frame in radii, prior weight, known variance."""
+    cx, cy, cz, nx, ny, nz = surfel[0], surfel[1], surfel[2], surfel[3], surfel[4], surfel[5]
+    u0, u1, u2, v0, v1, v2 = u[0], u[1], u[2], v[0], v[1], v[2]
+    known = len(spread) > 0
+    n = 0
+    for i in range(count):
+        p = members[i]
+        dx, dy, dz = points[p, 0] - cx, points[p, 1] - cy, points[p, 2] - cz
+        a = (dx * u0 + dy * u1 + dz * u2) * inverse
+        b = (dx * v0 + dy * v1 + dz * v2) * inverse
+        c = (dx * nx + dy * ny + dz * nz) * inverse
+        weight = 1.0 - a * a - b * b
+        if weight <= 0.0 or abs(c) > 1.0:
+            continue
+        s[n], t[n], h[n], w[n] = a, b, c, weight
+        if known:
+            error = (spread[p, 0] * nx + spread[p, 1] * ny + spread[p, 2] * nz) * inverse
+            whole = (spread[p, 0] ** 2 + spread[p, 1] ** 2 + spread[p, 2] ** 2) * inverse * inverse
+            e[n] = error * error + FLOOR * whole
+            w[n] *= whole / e[n]
+        n += 1
+    return n
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _moments(s, t, h, w, n, bend, scale, m, rhs):
+    """Fill the normal equations of a quadratic fit, (6, 6) and (6,), with Tukey's weights about the form `bend`.
+
+    Basis 1, s, t, s^2/2, s t, t^2/2. Returns the center of the weights.
+    """
+    m0 = m1 = m2 = m3 = m4 = m5 = m6 = m7 = m8 = m9 = m10 = m11 = m12 = m13 = m14 = 0.0
+    r0 = r1 = r2 = r3 = r4 = r5 = 0.0
+    b3, b4, b5 = 0.5 * bend[0], bend[1], 0.5 * bend[2]
+    inverse = 1.0 / scale
+    for i in range(n):
+        a, b, c = s[i], t[i], h[i]
+        aa, ab, bb = a * a, a * b, b * b
+        q = (c - b3 * aa - b4 * ab - b5 * bb) * inverse
+        q = max(1.0 - q * q, 0.0)
+        x = w[i] * q * q
+        m0 += x
+        m1 += x * a
+        m2 += x * b
+        xaa, xab, xbb = x * aa, x * ab, x * bb
+        m3 += xaa
+        m4 += xab
+        m5 += xbb
+        m6 += xaa * a
+        m7 += xaa * b
+        m8 += xab * b
+        m9 += xbb * b
+        m10 += xaa * aa
+        m11 += xaa * ab
+        m12 += xaa * bb
+        m13 += xab * bb
+        m14 += xbb * bb
+        xc = x * c
+        r0 += xc
+        r1 += xc * a
+        r2 += xc * b
+        r3 += xc * aa
+        r4 += xc * ab
+        r5 += xc * bb
+    m[0, 0], m[1, 0], m[2, 0], m[1, 1], m[2, 1], m[2, 2] = m0, m1, m2, m3, m4, m5
+    m[3, 0], m[3, 1], m[3, 2], m[3, 3] = 0.5 * m3, 0.5 * m6, 0.5 * m7, 0.25 * m10
+    m[4, 0], m[4, 1], m[4, 2], m[4, 3], m[4, 4] = m4, m7, m8, 0.5 * m11, m12
+    m[5, 0], m[5, 1], m[5, 2], m[5, 3], m[5, 4], m[5, 5] = (
+        0.5 * m5,
+        0.5 * m8,
+        0.5 * m9,
+        0.25 * m12,
+        0.5 * m13,
+        0.25 * m14,
+    )
+    rhs[0], rhs[1], rhs[2], rhs[3], rhs[4], rhs[5] = r0, r1, r2, 0.5 * r3, r4, 0.5 * r5
+    return m1 / m0, m2 / m0
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _leftover(s, t, h, w, e, n, known, bend, scale, x, first):
+    """Return the residuals' weighted mean square, the number in use, and the gain from their variance to the height's.
+
+    `x` the solution, `first` the first column of the inverse; weights are those the solution was found with.
+    """
+    x0, x1, x2, x3, x4, x5 = x[0], x[1], x[2], 0.5 * x[3], x[4], 0.5 * x[5]
+    f0, f1, f2, f3, f4, f5 = first[0], first[1], first[2], 0.5 * first[3], first[4], 0.5 * first[5]
+    b3, b4, b5 = 0.5 * bend[0], bend[1], 0.5 * bend[2]
+    inverse = 1.0 / scale
+    squares = weights = gain = used = 0.0
+    for i in range(n):
+        a, b, c = s[i], t[i], h[i]
+        aa, ab, bb = a * a, a * b, b * b
+        q = (c - b3 * aa - b4 * ab - b5 * bb) * inverse
+        q = max(1.0 - q * q, 0.0)
+        q *= q
+        r = c - x0 - x1 * a - x2 * b - x3 * aa - x4 * ab - x5 * bb
+        squares += q * r * r
+        weights += q
+        used += 1.0 if q > 0.0 else 0.0
+        g = w[i] * q * (f0 + f1 * a + f2 * b + f3 * aa + f4 * ab + f5 * bb)
+        gain += g * g * (e[i] if known else 1.0)
+    return squares / weights, used, gain
+
+
+@njit(cache=True, error_model="numpy")
+def _solved(m, rhs, first, used):
+    """Solve the normal equations, as a plane where a quadric is too much; return the unknowns found, 0, 3 or 6."""
+    keep = (m[0, 0], m[1, 0], m[2, 0], m[1, 1], m[2, 1], m[2, 2], rhs[0], rhs[1], rhs[2])
+    if used >= 9 and solve(m, 6, rhs, first):
+        return 6
+    m[0, 0], m[1, 0], m[2, 0], m[1, 1], m[2, 1], m[2, 2], rhs[0], rhs[1], rhs[2] = keep
+    rhs[3:] = 0.0
+    first[3:] = 0.0
+    return 3 if used >= 3 and solve(m, 3, rhs, first) else 0
+
+
+@njit(cache=True, error_model="numpy")
+def _scale_of(s, t, h, n, x, size, work):
+    """Return a robust standard deviation of the residuals, from their median size."""
+    for i in range(n):
+        a, b = s[i], t[i]
+        r = h[i] - x[0] - x[1] * a - x[2] * b - 0.5 * x[3] * a * a - x[4] * a * b - 0.5 * x[5] * b * b
+        work[i] = abs(r)
+    return 1.4826 * _median(work, n) * n / max(n - size, 1)
+
+
+@njit(cache=True, error_model="numpy")
+def fit(points, spread, members, count, radius, turns, noise, surfel, report, work):
+    """Fit a quadric to the members around `surfel` (its point and normal are the start), in place; False if none fits.
+
+    `spread` (n, 3) or (0, 3): one standard deviation of each point's error, which lies along one known direction;
+    members are then weighted by the inverse variance along the normal. Weights fall as 1 - t^2 with the tangential
+    distance t in radii. With `noise` 0 the first turn is plain, the others use Tukey's weights; with the noise known
+    and the surfel a fit already, all do. The frame follows the fit from turn to turn. `work` is (6, any) scratch.
+    """
+    m = np.zeros((6, 6))
+    x = np.zeros(6)
+    first = np.zeros(6)
+    u = np.zeros(3)
+    v = np.zeros(3)
+    bend = np.zeros(3)
+    s, t, h, w, e, rest = work[0], work[1], work[2], work[3], work[4], work[5]
+    known = len(spread) > 0
+    tangents(surfel[3], surfel[4], surfel[5], u, v)
+    start0, start1, start2 = surfel[0], surfel[1], surfel[2]
+    inverse = 1.0 / radius
+    scale = 1e6
+    if noise > 0.0:
+        scale = TUKEY * noise * inverse
+        bend[0], bend[1], bend[2] = (
+            form(surfel, u, u) * radius,
+            form(surfel, u, v) * radius,
+            form(surfel, v, v) * radius,
+        )
+    length = 1.0
+    for _ in range(turns):
+        n = _flatten(points, spread, members, count, surfel, u, v, inverse, s, t, h, w, e)
+        if n < 3:
+            return False
+        lean_s, lean_t = _moments(s, t, h, w, n, bend, scale, m, x)
+        size = _solved(m, x, first, n)
+        if size == 0 or not (abs(x[0]) < 1.5 and abs(x[1]) < 2.0 and abs(x[2]) < 2.0):
+            return False
+        square, used, gain = _leftover(s, t, h, w, e, n, known, bend, scale, x, first)
+        free = max(used - size, 1.0) / used
+        if scale >= 1e6:
+            sigma = _scale_of(s, t, h, n, x, size, rest)
+        else:
+            sigma = math.sqrt(square / free)
+            for _turn in range(3):  # the weights have cut the tails of a Gaussian
+                c = max(scale / max(sigma, 1e-12), 3.0) ** -2
+                sigma = math.sqrt(square / free * (1.0 - 2.0 * c + 3.0 * c * c) / (1.0 - 6.0 * c + 15.0 * c * c))
+        scale = TUKEY * max(sigma, 1e-6)
+        bend[0], bend[1], bend[2] = x[3], x[4], x[5]
+        length = 1.0 / math.sqrt(1.0 + x[1] * x[1] + x[2] * x[2])
+        for k in range(3):
+            surfel[k] += radius * x[0] * surfel[3 + k]
+        for k in range(3):
+            surfel[3 + k] = (surfel[3 + k] - x[1] * u[k] - x[2] * v[k]) * length
+        turn_frame(surfel, u, v)
+        report[NOISE] = sigma * radius
+        report[VARIANCE] = (gain if known else gain * sigma * sigma) * radius * radius
+        report[COUNT] = used
+        report[LEAN] = math.sqrt(lean_s * lean_s + lean_t * lean_t)
+    report[OFFSET] = (
+        (surfel[0] - start0) * surfel[3] + (surfel[1] - start1) * surfel[4] + (surfel[2] - start2) * surfel[5]
+    )
+    report[CURVATURE] = math.sqrt(bend[0] ** 2 + 2.0 * bend[1] ** 2 + bend[2] ** 2) * inverse * length
+    set_form(surfel, u, v, bend[0] * inverse * length, bend[1] * inverse * length, bend[2] * inverse * length)
+    return True
+
+
+@njit(cache=True, error_model="numpy")
+def form(surfel, u, v):
+    """Return u' Q v of the surfel's second-order form."""
+    return (
+        surfel[6] * u[0] * v[0]
+        + surfel[7] * u[1] * v[1]
+        + surfel[8] * u[2] * v[2]
+        + surfel[9] * (u[0] * v[1] + u[1] * v[0])
+        + surfel[10] * (u[0] * v[2] + u[2] * v[0])
+        + surfel[11] * (u[1] * v[2] + u[2] * v[1])
+    )
+
+
+@njit(cache=True, error_model="numpy")
+def set_form(surfel, u, v, uu, uv, vv):
+    """Set the surfel's second-order form from its entries in the frame of the tangents `u`, `v`."""
+    for j in range(3):
+        surfel[6 + j] = uu * u[j] * u[j] + 2.0 * uv * u[j] * v[j] + vv * v[j] * v[j]
+    surfel[9] = uu * u[0] * u[1] + uv * (u[0] * v[1] + u[1] * v[0]) + vv * v[0] * v[1]
+    surfel[10] = uu * u[0] * u[2] + uv * (u[0] * v[2] + u[2] * v[0]) + vv * v[0] * v[2]
+    surfel[11] = uu * u[1] * u[2] + uv * (u[1] * v[2] + u[2] * v[1]) + vv * v[1] * v[2]
+
+
+@njit(cache=True, error_model="numpy")
+def tangents(nx, ny, nz, u, v):
+    """Fill two unit vectors that make a right-handed frame with the unit normal (Duff and others, 2017)."""
+    sign = 1.0 if nz >= 0.0 else -1.0
+    a = -1.0 / (sign + nz)
+    b = nx * ny * a
+    u[0], u[1], u[2] = 1.0 + sign * nx * nx * a, sign * b, -sign * nx
+    v[0], v[1], v[2] = b, sign + ny * ny * a, -ny
+
+
+@njit(cache=True, error_model="numpy")
+def turn_frame(surfel, u, v):
+    """Turn the tangents `u`, `v` the least that makes them perpendicular to the surfel's normal."""
+    nx, ny, nz = surfel[3], surfel[4], surfel[5]
+    d = u[0] * nx + u[1] * ny + u[2] * nz
+    u[0] -= d * nx
+    u[1] -= d * ny
+    u[2] -= d * nz
+    length = 1.0 / math.sqrt(u[0] * u[0] + u[1] * u[1] + u[2] * u[2])
+    u[0] *= length
+    u[1] *= length
+    u[2] *= length
+    v[0], v[1], v[2] = ny * u[2] - nz * u[1], nz * u[0] - nx * u[2], nx * u[1] - ny * u[0]
