@@ -96,6 +96,8 @@ def format_of(path: Path) -> str:
     named = SUFFIXES.get(suffix(path))
     if found is None and named == "text" and _is_text(head):
         return "text"
+    if found is None and named == "stl" and not _is_text(head) and len(head) >= 84:
+        raise OSError(f"{path.name} must have {_stl_size(head):,} bytes as STL, it has {size:,}: truncated or no STL")
     if found is None and named is not None:
         raise OSError(f"{path.name} is not {_article(NAMES[named])} file, or is damaged at its beginning")
     if found is None:
@@ -158,7 +160,11 @@ def _is_nifti(head: bytes) -> bool:
 
 def _is_stl(head: bytes, size: int) -> bool:
     """Whether the size is that of a binary STL: 80 bytes of anything, a count, 50 bytes per triangle."""
-    return len(head) >= 84 and size == 84 + 50 * int.from_bytes(head[80:84], "little")
+    return len(head) >= 84 and size == _stl_size(head)
+
+
+def _stl_size(head: bytes) -> int:
+    return 84 + 50 * int.from_bytes(head[80:84], "little")
 
 
 def _unzipped(head: bytes) -> bytes:

@@ -6,18 +6,18 @@ are turned into it by ITK: x and y change sign.
 
 from __future__ import annotations
 
-import gzip
 import re
-import struct
+import tempfile
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import SimpleITK as sitk  # noqa: N813
 
-from simplexmesh.data import formats
+from simplexmesh.data import formats, integrity
 from simplexmesh.data.volume import Volume
 from simplexmesh.errors import SimplexMeshWarning
 
@@ -41,13 +41,24 @@ def read_image(path: Path) -> Volume:
         It does not hold one three-dimensional image of real numbers.
     """
     kind = formats.format_of(path)
-    if kind == "metaimage":
-        _check_metaimage(path)
-    if kind == "nifti":
-        _check_nifti(path)
-    reader = sitk.ImageFileReader()
-    reader.SetFileName(str(path))
-    return _volume(path, _executed(path, reader))
+    if kind in integrity.CHECKS:
+        integrity.CHECKS[kind](path)
+    with _alone(path) as place:
+        reader = sitk.ImageFileReader()
+        reader.SetFileName(str(place))
+        return _volume(path, _executed(path, reader))
+
+
+@contextmanager
+def _alone(path: Path) -> Iterator[Path]:
+    """Give `scan.nii.gz` another name where there is a `scan.nii` too: ITK would take its samples from the latter."""
+    if formats.suffix(path) != ".nii.gz" or not path.with_name(path.name[:-3]).exists():
+        yield path
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        place = Path(folder, "volume.nii.gz")
+        place.symlink_to(path.absolute())
+        yield place
 
 
 def read_series(folder: Path) -> Volume:
@@ -121,76 +132,3 @@ def _volume(path: Path, image: sitk.Image) -> Volume:
 
 def _natural(path: Path) -> list[Any]:
     return [int(part) if part.isdigit() else part for part in re.split(r"(\d+)", path.name.lower())]
-
-
-_META_BYTES = {"CHAR": 1, "SHORT": 2, "INT": 4, "LONG": 4, "LONG_LONG": 8, "FLOAT": 4, "DOUBLE": 8}
-
-
-def _check_metaimage(path: Path) -> None:
-    """Check that the samples are there; ITK itself prints its complaints and says little."""
-    with path.open("rb") as file:
-        text = file.read(1 << 16).decode("latin-1")
-    fields = dict(re.findall(r"^\s*(\w+)\s*=\s*(.*?)\s*$", text.split("\0")[0], re.MULTILINE))
-    name = fields.get("ElementDataFile")
-    if name is None or not {"DimSize", "ElementType"} <= fields.keys():
-        raise OSError(f"{path.name} is a MetaImage header without DimSize, ElementType or ElementDataFile")
-    for line in ("ElementSpacing", "ElementSize"):
-        if any(float(word) <= 0 for word in fields.get(line, "").split()):
-            raise ValueError(f"{path.name} must have positive spacing, not {line} = {fields[line]}")
-    if name.upper() in ("LOCAL", "LIST") or "%" in name:
-        return
-    raw = path.parent / name
-    if not raw.is_file():
-        raise FileNotFoundError(f"{path.name} refers to {name}, which is not in its folder")
-    wanted = _META_BYTES.get(fields["ElementType"].removeprefix("MET_").replace("UCHAR", "CHAR").removeprefix("U"), 0)
-    wanted *= int(fields.get("ElementNumberOfChannels", "1"))
-    for word in fields["DimSize"].split():
-        wanted *= int(word)
-    if fields.get("CompressedData", "False").lower() != "true" and raw.stat().st_size < wanted:
-        raise OSError(f"{path.name} needs {wanted:,} bytes in {name}, which has {raw.stat().st_size:,}: truncated")
-
-
-def _check_nifti(path: Path) -> None:
-    """Check that no sample is missing; ITK reads truncated NIfTI files without a word."""
-    with path.open("rb") as file:
-        zipped = file.read(2) == b"\x1f\x8b"
-    with gzip.open(path) if zipped else path.open("rb") as stream:
-        head = stream.read(352)
-        wanted = _nifti_size(head)
-    if zipped:
-        with path.open("rb") as file:
-            file.seek(-4, 2)
-            if int.from_bytes(file.read(4), "little") == wanted % (1 << 32):
-                return
-        have = _unzipped_size(path)
-    else:
-        have = path.stat().st_size
-    if have < wanted:
-        raise OSError(f"{path.name} must have {wanted:,} bytes, it has {have:,}: truncated")
-
-
-def _nifti_size(head: bytes) -> int:
-    little = "<" if head[:4] in (b"\x5c\x01\0\0", b"\x1c\x02\0\0") else ">"
-    if head[4:7] in (b"n+2", b"ni2"):
-        bits = struct.unpack(little + "h", head[14:16])[0]
-        dims = struct.unpack(little + "8q", head[16:80])
-        offset = struct.unpack(little + "q", head[168:176])[0]
-    else:
-        dims = struct.unpack(little + "8h", head[40:56])
-        bits = struct.unpack(little + "h", head[72:74])[0]
-        offset = int(struct.unpack(little + "f", head[108:112])[0])
-    samples = 1
-    for n in dims[1 : 1 + min(max(dims[0], 0), 7)]:
-        samples *= n
-    return offset + samples * bits // 8
-
-
-def _unzipped_size(path: Path) -> int:
-    total = 0
-    with gzip.open(path) as stream:
-        try:
-            while piece := stream.read(1 << 22):
-                total += len(piece)
-        except (EOFError, OSError):
-            pass
-    return total

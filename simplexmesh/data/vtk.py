@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -11,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
-from vtkmodules.vtkCommonCore import vtkOutputWindow, vtkPoints, vtkStringArray, vtkStringOutputWindow
+from vtkmodules.vtkCommonCore import vtkLogger, vtkOutputWindow, vtkPoints, vtkStringArray, vtkStringOutputWindow
 from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
 from vtkmodules.vtkFiltersCore import vtkTriangleFilter
 from vtkmodules.vtkIOGeometry import vtkOBJReader, vtkSTLReader
@@ -21,6 +22,7 @@ from vtkmodules.vtkIOXML import vtkXMLImageDataReader, vtkXMLPolyDataReader, vtk
 from simplexmesh.data.points import PointCloud
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.data.volume import Volume
+from simplexmesh.errors import SimplexMeshWarning
 from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 
@@ -49,10 +51,15 @@ def read_dataset(path: Path, kind: str) -> Any:
         reader.Update()
     complaint = said.GetOutput().strip()
     if complaint or reader.GetErrorCode():
-        raise OSError(f"{path.name} cannot be read as {kind.upper()}: {_reason(complaint)}")
+        raise OSError(
+            f"{path.name} cannot be read as {kind.upper()}: {_reason(complaint).replace(str(path), path.name)}"
+        )
     out = reader.GetOutput()
     if out is None or not out.GetNumberOfPoints():
         raise OSError(f"{path.name} holds no points, or is damaged")
+    if out.IsA("vtkPolyData") and not out.GetNumberOfCells():
+        message = f"{path.name} holds {out.GetNumberOfPoints():,} points but no polygons: it may be truncated"
+        warnings.warn(message, SimplexMeshWarning, stacklevel=4)
     return out
 
 
@@ -131,9 +138,12 @@ def _listening() -> Iterator[Any]:
     before = vtkOutputWindow.GetInstance()
     said = vtkStringOutputWindow()
     vtkOutputWindow.SetInstance(said)
+    loud = vtkLogger.GetCurrentVerbosityCutoff()
+    vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
     try:
         yield said
     finally:
+        vtkLogger.SetStderrVerbosity(loud)
         vtkOutputWindow.SetInstance(before)
 
 
