@@ -21,15 +21,6 @@ from simplexmesh.mesh.connectivity import Connectivity
 Array = NDArray[np.float64]
 
 
-def _upstairs(module: str) -> Any:
-    """Return a module of a room above this one.
-
-    Imports point downward, but users look for `mesh.save` and `mesh.triangulated` on the mesh; only these methods
-    reach up, by name, when called.
-    """
-    return importlib.import_module(f"simplexmesh.{module}")
-
-
 def _vertex_array(name: str, values: ArrayLike, n: int) -> NDArray[Any]:
     """Return one named array read-only, or say that it has not one row per vertex."""
     given = np.asarray(values)
@@ -210,6 +201,8 @@ class SimplexMesh:
         data = {name: values for name, values in {**self.data, **arrays}.items() if values is not None}
         return SimplexMesh(self.vertices, self.connectivity, data)  # type: ignore[arg-type]
 
+    # ---- the rooms above: imports point downward, but users look for these on the mesh, so they reach up when called
+
     def triangulated(self, method: str = "fan") -> Any:
         """Return a `TriangleMesh` of the surface, holes left open.
 
@@ -227,12 +220,12 @@ class SimplexMesh:
         """
         make = {"fan": triangulation.fan, "dual": triangulation.dual_triangles}
         points, triangles = make[_check.choice("method", method, list(make))](self.vertices, self.connectivity)
-        return _upstairs("data.triangles").TriangleMesh(points, triangles)
+        return importlib.import_module("simplexmesh.data.triangles").TriangleMesh(points, triangles)
 
     def save(self, path: str | Path) -> None:
         """Write the mesh to a file, in the format its name ends with; VTP keeps everything."""
-        _upstairs("data.writing").write_mesh(self, path)
+        importlib.import_module("simplexmesh.data.writing").write_mesh(self, path)
 
     def to_pyvista(self) -> Any:
         """Return a `pyvista.PolyData` with the polygons of the surface and the data of the vertices."""
-        return _upstairs("data.writing").polydata(self)
+        return importlib.import_module("simplexmesh.data.writing").polydata(self)
