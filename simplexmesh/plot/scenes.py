@@ -43,7 +43,8 @@ def surface(
         A volume is shown as its surface at `level` or of `label`.
     scalars : {"mean_curvature", "simplex_angle", "distance"}, name of a vertex array, or (n,) array, optional
         What to color by. "distance" is that of each vertex to the surface or the points of `data`. Curvatures and
-        angles have a diverging map with zero in the middle, cut at the 2nd and 98th percentile; others a plain one.
+        angles have a diverging map with zero in the middle, cut at the 2nd and 98th percentile; others a plain
+        one, that of quantities without sign from zero to four times their median.
     data : Volume, PointCloud, TriangleMesh or anything convertible to these, optional
         What "distance" is measured to.
     level, label : float, int, optional
@@ -243,8 +244,10 @@ def _scale(
     if limits is None and diverging:
         most = float(np.percentile(np.abs(known), 98)) if len(known) else 1.0
         limits = (-most or -1.0, most or 1.0)
-    elif limits is None:
-        low, high = (float(known.min()), float(np.percentile(known, 99))) if len(known) else (0.0, 1.0)
+    elif limits is None and len(known):
+        low, high = (float(known.min()), float(known.max()))
+        if low >= 0:  # distances: from zero, and a few far ones must not hide how the others differ
+            low, high = 0.0, min(high, 4 * float(np.median(known)) or high)
         limits = (low, high if high > low else low + 1.0)
     bar = {
         "title": f"{title}\n",  # the line break keeps it clear of the labels
@@ -262,7 +265,7 @@ def _scale(
     return {
         "scalars": "scalars",
         "cmap": "coolwarm" if diverging else "viridis",
-        "clim": limits,
+        "clim": limits or (0.0, 1.0),
         "scalar_bar_args": bar,
         "nan_color": "#b0b0b0",
     }

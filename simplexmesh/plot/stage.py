@@ -40,7 +40,7 @@ def stage(columns: int = 1, size: tuple[int, int] | None = None) -> pv.Plotter:
     return plotter
 
 
-def looked_at(plotter: pv.Plotter, view: str | Sequence[float] | None = None, zoom: float = 1.15) -> pv.Plotter:
+def looked_at(plotter: pv.Plotter, view: str | Sequence[float] | None = None, zoom: float = 1.3) -> pv.Plotter:
     """Place the camera of every panel: ``"xy"``, ``"-xz"`` and the like, or a direction to look from.
 
     Examples

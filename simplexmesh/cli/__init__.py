@@ -1,0 +1,8 @@
+"""The command line: `simplexmesh demo | reconstruct | info | view`.
+
+Nothing heavy is imported before a command runs, so that `--help` is immediate.
+"""
+
+from simplexmesh.cli.app import app, main
+
+__all__ = ["app", "main"]

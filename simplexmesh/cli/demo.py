@@ -1,0 +1,7 @@
+"""`simplexmesh demo`: organs of a frog."""
+
+EXAMPLE = "x"
+
+
+def command() -> None:
+    """X."""

@@ -1,0 +1,109 @@
+"""`simplexmesh info`: what a file holds."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from simplexmesh.cli.report import as_json, table
+
+EXAMPLE = "Example: simplexmesh info head.vtp"
+
+
+def command(
+    inputs: Annotated[list[Path], typer.Argument(metavar="FILE", help="Volumes, surfaces, points, models.")],
+    json: Annotated[bool, typer.Option("--json", help="Print JSON: an object for each file.")] = False,
+) -> None:
+    """Say what a file holds: kind, size, range, extent; for a model also its topology, geometry and flaws."""
+    from simplexmesh.data.reading import read
+
+    found = [{"file": str(path)} | described(read(path)) for path in inputs]
+    if json:
+        as_json(found[0] if len(found) == 1 else {"files": found})
+        return
+    for facts in found:
+        table(str(facts.pop("file")), {name.replace("_", " "): _told(value) for name, value in facts.items()})
+
+
+def described(thing: Any) -> dict[str, Any]:
+    """Return the facts about something read from a file, in the order to be told.
+
+    Examples
+    --------
+    >>> import simplexmesh as sm
+    >>> described(sm.sphere(4))["genus"]
+    0
+    """
+    from simplexmesh.data.points import PointCloud
+    from simplexmesh.data.triangles import TriangleMesh
+    from simplexmesh.data.volume import Volume
+
+    if isinstance(thing, Volume):
+        return _volume(thing)
+    if isinstance(thing, PointCloud):
+        facts = {"kind": "points", "points": len(thing), "normals": thing.normals is not None}
+    elif isinstance(thing, TriangleMesh):
+        facts = {
+            "kind": "triangles",
+            "vertices": thing.n_vertices,
+            "faces": thing.n_faces,
+            "closed": thing.is_closed,
+            "area": thing.area,
+        }
+        if thing.is_closed:
+            facts["volume"] = thing.volume
+    else:
+        facts = _simplex_mesh(thing)
+    return facts | _extent(thing.bounds)
+
+
+def _volume(volume: Any) -> dict[str, Any]:
+    facts = {
+        "kind": "volume of labels" if volume.is_labels else "volume",
+        "shape": list(volume.shape),
+        "type": str(volume.values.dtype),
+        "range": list(volume.range),
+        "spacing": volume.spacing.tolist(),
+        "origin": volume.origin.tolist(),
+        "direction": volume.direction.tolist(),
+    }
+    if volume.is_labels:
+        facts["labels"] = volume.labels()
+    return facts | _extent(volume.bounds)
+
+
+def _simplex_mesh(mesh: Any) -> dict[str, Any]:
+    found = mesh.check(self_intersections=True)
+    return {
+        "kind": "simplex mesh",
+        "vertices": mesh.n_vertices,
+        "faces": mesh.n_faces,
+        "genus": mesh.genus,
+        "holes": mesh.n_holes,
+        "components": mesh.n_components,
+        "area": mesh.area,
+        "volume": mesh.volume,
+        "arrays": sorted(mesh.data),
+        "problems": list(found.problems),
+    }
+
+
+def _extent(bounds: Any) -> dict[str, Any]:
+    low, high = bounds.tolist()
+    return {"low": low, "high": high, "extent": [b - a for a, b in zip(low, high, strict=True)]}
+
+
+def _told(value: Any) -> str:
+    """Return a fact as a person reads it."""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, int):
+        return f"{value:,}"
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    if isinstance(value, list):
+        row = "; " if value and isinstance(value[0], list | str) else ", "
+        return row.join(_told(inner) for inner in value) or "none"
+    return str(value)

@@ -1,0 +1,114 @@
+"""What is printed: tables and JSON on the output, notes, errors and progress on the error stream."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import typer
+
+
+def note(message: str) -> None:
+    """Say something worth knowing, on the error stream."""
+    typer.echo(f"note: {message}", err=True)
+
+
+def error(message: str) -> None:
+    """Say what went wrong, on the error stream."""
+    typer.secho(f"error: {message}", err=True, fg="red")
+
+
+def table(title: str, rows: Mapping[str, Any]) -> None:
+    """Print names and values as a small table.
+
+    Examples
+    --------
+    >>> table("ball", {"vertices": "320"})
+    ball
+      vertices  320
+    """
+    from rich.console import Console
+    from rich.table import Table
+
+    grid = Table(show_header=False, box=None, padding=(0, 0, 0, 2))
+    grid.add_column(style="dim", no_wrap=True)
+    grid.add_column(overflow="fold")
+    for name, value in rows.items():
+        grid.add_row(name, str(value))
+    console = Console(file=sys.stdout, highlight=False)
+    console.print(title, style="bold", markup=False)
+    console.print(grid)
+
+
+def as_json(facts: Mapping[str, Any]) -> None:
+    """Print one JSON object; numbers that are not finite become null.
+
+    Examples
+    --------
+    >>> as_json({"rms": float("nan"), "genus": 1})
+    {
+      "rms": null,
+      "genus": 1
+    }
+    """
+    typer.echo(dumped(facts))
+
+
+def dumped(facts: Mapping[str, Any]) -> str:
+    """Return facts as JSON text, numbers that are not finite as null."""
+    return json.dumps(_plain(facts), indent=2, allow_nan=False)
+
+
+def _plain(value: Any) -> Any:
+    """Return a value as JSON can hold it."""
+    if isinstance(value, Mapping):
+        return {str(name): _plain(inner) for name, inner in value.items()}
+    if hasattr(value, "tolist"):
+        return _plain(value.tolist())
+    if isinstance(value, list | tuple):
+        return [_plain(inner) for inner in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return str(value) if isinstance(value, Path) else value
+
+
+@contextmanager
+def progress(title: str, *, wanted: bool = True) -> Iterator[Callable[[float, str], None]]:
+    """Yield a function that moves a bar on the error stream, or does nothing where nobody watches."""
+    if not wanted or not sys.stderr.isatty():
+        yield lambda fraction, message: None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:>3.0f} %"))
+    with Progress(*columns, TimeElapsedColumn(), console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(title, total=1.0)
+        yield lambda fraction, message: bar.update(task, completed=fraction, description=f"{title}: {message}")
+
+
+def writable(path: Path, option: str, endings: tuple[str, ...], inputs: list[Path] | None = None) -> Path:
+    """Return where to write, after finding out before any long work that it will be possible.
+
+    Examples
+    --------
+    >>> writable(Path("model.doc"), "--output", (".vtp", ".ply"))
+    Traceback (most recent call last):
+    ...
+    ValueError: --output must end with one of .vtp, .ply, not .doc
+    """
+    path = path.expanduser()
+    if path.suffix.lower() not in endings:
+        raise ValueError(f"{option} must end with one of {', '.join(endings)}, not {path.suffix or 'nothing'}")
+    if not path.parent.is_dir():
+        raise FileNotFoundError(f"{option} must be in an existing folder, {str(path.parent)!r} is not one")
+    if path.is_dir():
+        raise IsADirectoryError(f"{option} must be a file, {str(path)!r} is a folder")
+    if any(path.exists() and given.exists() and path.samefile(given) for given in inputs or []):
+        raise ValueError(f"{option} must not be the input {str(path)!r} itself")
+    return path

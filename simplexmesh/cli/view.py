@@ -1,0 +1,47 @@
+"""`simplexmesh view`: a model, a surface, points or a volume in a window, or in a picture where there is none."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from simplexmesh.cli.reconstruct import PICTURES
+from simplexmesh.cli.report import note, writable
+
+EXAMPLE = "Example: simplexmesh view head.vtp --scalars mean_curvature"
+
+
+def command(
+    path: Annotated[Path, typer.Argument(metavar="FILE", help="A model, a surface, points or a volume.")],
+    scalars: Annotated[
+        str | None, typer.Option(help="Color by mean_curvature, simplex_angle, distance (with --data) or an array.")
+    ] = None,
+    data: Annotated[Path | None, typer.Option(help="Data to show beside the model, and to measure to.")] = None,
+    level: Annotated[float | None, typer.Option(help="Surface shown of a volume of intensities.")] = None,
+    label: Annotated[int | None, typer.Option(help="Region shown of a volume of labels.")] = None,
+    unit: Annotated[str, typer.Option(help="Unit of length, for the scale.")] = "",
+    picture: Annotated[Path | None, typer.Option(help="Write a picture to this file and open no window.")] = None,
+) -> None:
+    """Open a window on a file; without a display, say so and write a picture beside it."""
+    if picture is not None:
+        picture = writable(picture, "--picture", PICTURES, [path])
+
+    from simplexmesh import plot
+    from simplexmesh.data.convert import as_data
+
+    shown: Any = as_data(path)
+    if data is None:
+        plotter = plot.surface(shown, scalars=scalars, level=level, label=label, title=path.name, unit=unit)
+        plot.looked_at(plotter)
+    else:
+        plotter = plot.beside(as_data(data), shown, scalars=scalars, level=level, label=label, unit=unit)
+    if picture is None and plot.has_display():
+        plotter.show(title=f"simplexmesh: {path.name}")
+        return
+    if picture is None:
+        picture = writable(path.with_name(f"{path.name}.png"), "the picture", PICTURES)
+        note(f"there is no display to open a window on; the picture is in {picture}")
+    plot.picture(picture, plotter)
+    typer.echo(picture)
