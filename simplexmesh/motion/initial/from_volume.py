@@ -11,10 +11,10 @@ from scipy import ndimage
 from simplexmesh import _check
 from simplexmesh.data.volume import Volume
 from simplexmesh.errors import TopologyError
-from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.initial.budget import area_of, cell_for, edge_for, meshed
 from simplexmesh.motion.initial.polygonize import isosurface
 from simplexmesh.motion.initial.report import StartReport
+from simplexmesh.motion.initial.start import Start
 from simplexmesh.motion.initial.topology import pieces, without_cavities, without_tunnels
 
 Array = NDArray[np.float64]
@@ -32,7 +32,7 @@ def start_from_volume(
     *,
     components: str = "largest",
     tunnels: float | None = None,
-) -> tuple[SimplexMesh, StartReport]:
+) -> Start:
     """Return a closed mesh near the surface where the volume crosses `level`, or near the surface of a label.
 
     The volume is cropped, brought to cubic cells that suit the number of vertices, and cut at the level. Smaller
@@ -57,10 +57,8 @@ def start_from_volume(
 
     Returns
     -------
-    mesh : SimplexMesh
-        In physical coordinates, normals outward.
-    report : StartReport
-        What was found and decided.
+    Start
+        Mesh, in physical coordinates, and report.
 
     Raises
     ------
@@ -71,8 +69,8 @@ def start_from_volume(
     --------
     >>> i, j, k = np.indices((40, 40, 40)) - 19.5
     >>> ball = Volume(15 - np.sqrt(i**2 + j**2 + k**2), spacing=0.5)
-    >>> mesh, report = start_from_volume(ball, level=0.0, vertices=500)
-    >>> mesh.n_vertices, mesh.genus
+    >>> start = start_from_volume(ball, level=0.0, vertices=500)
+    >>> start.mesh.n_vertices, start.mesh.genus
     (500, 0)
     """
     vertices = _check.integer("vertices", vertices, FEWEST)
@@ -97,7 +95,7 @@ def start_from_volume(
         faces = faces[:, ::-1]
     mesh = meshed(volume.to_world(start + positions * (cell / volume.spacing)), faces, vertices)
     report = StartReport(solid.shape, cell, mesh.genus, mesh.n_components, sealed, dropped)
-    return mesh, report
+    return Start(mesh, report)
 
 
 def _field(volume: Volume, level: float | None, label: int | None) -> tuple[NDArray[np.float32], Array]:

@@ -1,0 +1,48 @@
+"""A grid of cubic cells around points."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """A grid of cubic cells around points: where sample (0, 0, 0) is, the side of the cells, and how many.
+
+    Examples
+    --------
+    >>> frame = Frame.around(np.array([[0.0, 0, 0], [2, 1, 1]]), 0.5, margin=2)
+    >>> frame.shape
+    (9, 7, 7)
+    >>> frame.to_index(np.array([[0.0, 0, 0]]))
+    array([[2., 2., 2.]])
+    """
+
+    origin: Array
+    cell: float
+    shape: tuple[int, int, int]
+
+    @staticmethod
+    def around(points: Array, cell: float, *, margin: float, fast: bool = False) -> Frame:
+        """Return the grid that holds the points and `margin` cells around; `fast` rounds up to quick FFT lengths."""
+        low, high = points.min(axis=0), points.max(axis=0)
+        count = np.ceil((high - low) / cell + 2 * margin).astype(int) + 1
+        if fast:
+            from scipy import fft
+
+            count = np.array([fft.next_fast_len(int(n), real=True) for n in count])
+        origin = (low + high) / 2 - cell * (count - 1) / 2
+        return Frame(origin, cell, (int(count[0]), int(count[1]), int(count[2])))
+
+    def to_index(self, points: Array) -> Array:
+        """Return positions in cells."""
+        return (points - self.origin) / self.cell
+
+    def to_world(self, index: Array) -> Array:
+        """Return positions in the unit of the points."""
+        return self.origin + self.cell * index

@@ -1,0 +1,103 @@
+"""A start for the motion from points: the dual of the surface of the body that they bound, on a coarse grid."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplexmesh import _check
+from simplexmesh.data.points import PointCloud
+from simplexmesh.errors import TopologyError
+from simplexmesh.motion.initial.budget import cell_for, meshed
+from simplexmesh.motion.initial.indicator import Indicator, areas, frame_for, solved
+from simplexmesh.motion.initial.normals import best_flood, planes, turned
+from simplexmesh.motion.initial.polygonize import isosurface
+from simplexmesh.motion.initial.report import StartReport
+from simplexmesh.motion.initial.start import Start
+from simplexmesh.motion.initial.topology import pieces, without_cavities, without_tunnels
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+FEWEST = 20
+_MOST_POINTS = 60_000
+_FINE = 128
+_FINEST = 256
+
+
+def start_from_points(
+    cloud: PointCloud,
+    vertices: int = 4000,
+    *,
+    components: str = "largest",
+    tunnels: float = 0.0,
+    normals: bool = True,
+) -> Start:
+    """Return a closed mesh near points that lie on the surface of a body, with or without normals, noisy or not.
+
+    Without normals the outside is flooded on the finest grid that does not leak; that turns normals fitted to the
+    neighbors of each point, and the indicator of the body they bound is solved until no more normals turn. Its
+    surface is triangulated, brought to one triangle per wanted vertex, and its dual taken. The cells are as wide as
+    the points are apart, thicker where noise makes the points a layer.
+
+    Parameters
+    ----------
+    cloud : PointCloud
+    vertices : int
+        Wanted number, at least 20.
+    components : {'largest', 'all'}
+        All means all that are large enough for 20 of the vertices.
+    tunnels : float
+        Tunnels narrower than this length are sealed; 0 keeps them all.
+    normals : bool
+        Whether to trust the normals of the cloud, where it has any.
+
+    Returns
+    -------
+    Start
+        Mesh, report, and the indicator of inside and outside.
+
+    Examples
+    --------
+    >>> from simplexmesh.mesh.shapes import sphere
+    >>> start = start_from_points(PointCloud(sphere(8).vertices), 400)
+    >>> start.mesh.n_vertices, start.mesh.genus
+    (400, 0)
+    """
+    vertices = _check.integer("vertices", vertices, FEWEST)
+    _check.choice("components", components, ["largest", "all"])
+    indicator = _indicator(cloud, vertices, trust=normals)
+    cell = indicator.frame.cell
+    field = np.pad(indicator.values, 1, constant_values=-0.5)
+    smallest = FEWEST / vertices * np.count_nonzero(field > 0)
+    solid, dropped = pieces(field > 0, components, smallest)
+    if not solid.any():
+        raise TopologyError("the points bound no body; give normals, or another init than 'auto'")
+    solid, sealed = without_tunnels(without_cavities(solid), tunnels / (2 * cell))
+    positions, faces = isosurface(field, solid, int(1.15 * vertices))
+    mesh = meshed(indicator.frame.to_world(positions - 1), faces, vertices)
+    report = StartReport(indicator.frame.shape, cell, mesh.genus, mesh.n_components, sealed, dropped)
+    return Start(mesh, report, indicator)
+
+
+def _indicator(cloud: PointCloud, vertices: int, *, trust: bool) -> Indicator:
+    points, normals = cloud.points, cloud.normals if trust else None
+    most = max(_MOST_POINTS, 2 * vertices)
+    if len(points) > most:
+        chosen = np.random.default_rng(0).choice(len(points), most, replace=False)
+        points, normals = points[chosen], None if normals is None else normals[chosen]
+    longest = float(np.ptp(points, axis=0).max())
+    found = planes(points)
+    area = len(points) * found.spacing**2
+    finest = longest / np.clip(longest / cell_for(area, vertices), _FINE, _FINEST)
+    cell = max(found.spacing, finest)
+    if normals is None:
+        return turned(points, found, best_flood(points, found.spacing), cell)[1]
+    frame = frame_for(points, cell)
+    out = solved(points, normals, frame, areas(points, frame))
+    return out if _outside(out) < 0 else Indicator(out.frame, -out.values)
+
+
+def _outside(indicator: Indicator) -> float:
+    """Return the mean of the field over the border of its grid."""
+    return float(np.mean([np.take(indicator.values, 0, axis=axis).mean() for axis in range(3)]))
