@@ -128,9 +128,13 @@ def step(vertices, previous, neighbors, metric, phi, gaps, *, alpha=0.4, beta=0.
 
 def update(vertices, previous, neighbors, metric, rigidity, gaps):
     """Return one whole iteration under the mean curvature constraint, vectorized as far as NumPy goes."""
-    curvature = mean_curvature(vertices, neighbors)
+    a, b, c = (vertices[neighbors[:, k]] for k in range(3))
+    area = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
+    moment = mean_curvature(vertices, neighbors) * area
     for _ in range(rigidity):
-        curvature = (curvature + curvature[neighbors].sum(axis=1)) / 4
+        area = (area + area[neighbors].sum(axis=1)) / 4
+        moment = (moment + moment[neighbors].sum(axis=1)) / 4
+    curvature = moment / area
     r = frame(vertices, neighbors)[2]
     with np.errstate(invalid="ignore"):
         phi = np.arcsin(np.clip(r * curvature, -1, 1))

@@ -286,6 +286,21 @@ def test_rigidity_averages_exactly_the_vertices_within_so_many_edges(seed):
             assert (weights[i] >= 0).all()
 
 
+@given(seed=SEEDS, rigidity=st.integers(0, 4))
+@settings(max_examples=5, deadline=None)
+def test_mean_curvature_is_averaged_over_the_surface(seed, rigidity):
+    mesh = noisy_sphere(seed, frequency=3, radius=1.0, noise=0.05)
+    model = sm.DeformableModel(mesh, rigidity=rigidity)
+    model.step()
+    a, b, c = (mesh.vertices[mesh.neighbors[:, k]] for k in range(3))
+    area = norm(np.cross(b - a, c - a)) / 2
+    ring = np.eye(180) / 4
+    np.add.at(ring, (np.repeat(np.arange(180), 3), mesh.neighbors.ravel()), 0.25)
+    weights = np.linalg.matrix_power(ring, rigidity) * area
+    weights /= weights.sum(axis=1, keepdims=True)
+    assert_allclose(model._mean_curvature(), weights @ mesh.mean_curvature, rtol=1e-9)
+
+
 def test_parameters_of_the_mesh_are_the_defaults():
     rough = noisy_sphere(frequency=3)
     count = np.arange(rough.n_vertices)

@@ -142,7 +142,7 @@ def crossover() -> None:
     )
     for frequency in (3, 5, 7, 10, 14, 20, 32):
         m = sm.DeformableModel(rough_sphere(frequency))
-        frame = (m._vertices, m._neighbors, m._normals, m._inverse_radius, m._curvature)
+        frame = (m._vertices, m._neighbors, m._normals, m._inverse_radius, m._curvature, m._area)
         given = (m._vertices, m._previous, m._neighbors, m.metric, m._normals, m._inverse_radius, m._curvature)
         step = (*given, m._no_gap, m.alpha, m.beta, m.damping, m._moves, m._energy)
         average = (m._curvature, m._neighbors, m._scratch[0])
