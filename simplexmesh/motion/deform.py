@@ -182,6 +182,7 @@ class DeformableModel:
         self._vertices, self._previous = vertices.copy(), vertices.copy()
         self._normals = np.zeros((n, 3))
         self._inverse_radius, self._curvature, self._moves, self._energy = (np.zeros(n) for _ in range(4))
+        self._area, self._moment = np.zeros(n), np.zeros(n)
         self._scratch = np.zeros((2, n))
         self._no_gap = np.full(n, np.nan)
         self._counted: NDArray[np.int8] | None = None
@@ -240,7 +241,9 @@ class DeformableModel:
             bend = curvedness(self._vertices, self._normals, self._neighbors)
             smooth = self._smoothed(bend, np.full(len(bend), 2))
             self.metric = adapted_metric(self.metric, smooth, self._neighbors, strength=self.adaptation)
-        _kernels.frames(self._vertices, self._neighbors, self._normals, self._inverse_radius, self._curvature)
+        _kernels.frames(
+            self._vertices, self._neighbors, self._normals, self._inverse_radius, self._curvature, self._area
+        )
         gaps = self._no_gap if self.target is None else self._seen()
         extra = self._pushed() if self.forces else None
         rim = self._rim_step(gaps, extra) if self._rim else None
@@ -281,6 +284,19 @@ class DeformableModel:
                 np.copyto(out, into, where=passes == k)
         return out
 
+    def _mean_curvature(self) -> Array:
+        """Return the mean of H over Q^s, each vertex weighing as much as its neighbours' triangle.
+
+        Weights are free as long as they are positive (thesis, section 4.3). Equal ones let a few tiny, strongly bent
+        triangles blow up large ones beside them.
+        """
+        _kernels.moments(self._curvature, self._area, self._moment)
+        moment = self._smoothed(self._moment, self.rigidity)
+        np.copyto(self._moment, moment)
+        area = self._smoothed(self._area, self.rigidity)
+        _kernels.quotients(self._moment, area, self._moment)
+        return self._moment
+
     def _move(self, gaps: Array, extra: Array | None) -> None:
         """Overwrite the previous positions with the next, by the plain kernel where it suffices."""
         given = (self._vertices, self._previous, self._neighbors, self.metric, self._normals, self._inverse_radius)
@@ -289,7 +305,7 @@ class DeformableModel:
             self._counted, self._kinds = self.constraint, np.bincount(self.constraint, minlength=len(CONSTRAINTS))
         kinds = self._kinds
         curvature_code = CONSTRAINTS.index("mean_curvature")
-        wanted = self._smoothed(self._curvature, self.rigidity) if kinds[curvature_code] else self._prescribed
+        wanted = self._mean_curvature() if kinds[curvature_code] else self._prescribed
         if kinds[curvature_code] == len(gaps) and extra is None:
             _kernels.curvature_step(*given, wanted, *weights)
             return
@@ -297,7 +313,6 @@ class DeformableModel:
             wanted = np.where(self.constraint == CONSTRAINTS.index("curvature"), self._prescribed, wanted)
         angle = self._reference_angle
         if kinds[CONSTRAINTS.index("angle")]:
-            wanted = wanted.copy()
             angle = np.zeros(len(gaps))
             _kernels.angles(self._vertices, self._neighbors, self._normals, self._inverse_radius, angle)
             average = self._smoothed(angle, self.rigidity, angles=True)

@@ -84,3 +84,23 @@ def surface_distance(points: Array, vertices: Array, faces: NDArray[np.int64]) -
         np.ascontiguousarray(faces, dtype=np.int64),
     )
     return np.sqrt(np.asarray(squared).ravel())
+
+
+def inside_surface(points: Array, vertices: Array, faces: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Return (n,) whether points are inside a closed triangulated surface, by the winding number (Jacobson 2013).
+
+    Examples
+    --------
+    >>> import simplexmesh as sm
+    >>> ball = sm.sphere(3).triangulated()
+    >>> inside_surface(np.array([[0.0, 0, 0], [2, 0, 0]]), ball.vertices, ball.faces)
+    array([ True, False])
+    """
+    if not len(points):
+        return np.zeros(0, dtype=bool)
+    numbers = igl.fast_winding_number(
+        np.ascontiguousarray(vertices, dtype=np.float64),
+        np.ascontiguousarray(faces, dtype=np.int64),
+        np.ascontiguousarray(points, dtype=np.float64),
+    )
+    return np.asarray(numbers).ravel() > 0.5

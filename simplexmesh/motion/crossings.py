@@ -1,0 +1,89 @@
+"""The points where a volume's grid lines leave an object: its surface, seen from outside, without any mesh."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from simplexmesh.data.volume import Volume
+
+Array = NDArray[np.float64]
+
+
+def outer_crossings(
+    volume: Volume, level: float, *, sign: float = 1.0, largest: bool = False, box: Array | None = None
+) -> Array:
+    """Return the points where grid lines cross a level between the object and the background around it.
+
+    Cavities that the background does not reach are not part of the outer surface. Beyond the volume is background, so
+    an object cut by the border has points there, half a voxel out.
+
+    Parameters
+    ----------
+    volume : Volume
+    level : float
+    sign : float
+        1 when the object is above the level, -1 when it is below.
+    largest : bool
+        Only the largest connected piece of the object.
+    box : (2, 3) array of float, optional
+        Look only within this box of physical space (lowest and highest corner).
+
+    Returns
+    -------
+    (m, 3) array of float
+        Physical coordinates, from linear interpolation along the grid lines.
+
+    Examples
+    --------
+    >>> x = np.arange(-3.0, 4.0)
+    >>> ball = Volume(2.5 - np.sqrt(x[:, None, None] ** 2 + x[:, None] ** 2 + x**2), origin=(-3, -3, -3))
+    >>> bool(np.abs(np.linalg.norm(outer_crossings(ball, 0.0), axis=1) - 2.5).max() < 0.1)
+    True
+    """
+    first, last = _index_box(volume, box)
+    part = volume.values[tuple(slice(a, b) for a, b in zip(first, last, strict=True))]
+    values = np.pad(sign * (part.astype(np.float32) - np.float32(level)), 1, constant_values=-np.inf)
+    if largest:
+        pieces, _ = ndimage.label(values > 0)
+        sizes = np.bincount(pieces.ravel())
+        sizes[0] = 0
+        values[(values > 0) & (pieces != sizes.argmax())] = -np.inf
+    background, _ = ndimage.label(values <= 0)
+    outside = background == background[0, 0, 0]
+    points = []
+    for axis in range(3):
+        low = np.moveaxis(values, axis, 0)
+        off = np.moveaxis(outside, axis, 0)
+        solid = low > 0
+        leaving, entering = solid[:-1] & off[1:], off[:-1] & solid[1:]
+        at = np.argwhere(leaving | entering)
+        a, b = low[:-1][leaving | entering].astype(float), low[1:][leaving | entering].astype(float)
+        share = np.where(np.isinf(a) | np.isinf(b), 0.5, 0.0)
+        known = share == 0.0
+        share[known] = a[known] / (a[known] - b[known])
+        where = at.astype(float)
+        where[:, 0] += share
+        points.append(_axes_back(where, axis))
+    return volume.to_world(np.concatenate(points) - 1 + first)
+
+
+def _axes_back(where: Array, axis: int) -> Array:
+    """Return index columns in the order i, j, k when `axis` had been moved to the front."""
+    order = [axis, *(a for a in range(3) if a != axis)]
+    out = np.zeros_like(where)
+    out[:, order] = where
+    return out
+
+
+def _index_box(volume: Volume, box: Array | None) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return the first and one past the last sample along each axis that a physical box touches."""
+    shape = np.array(volume.shape)
+    if box is None:
+        return np.zeros(3, dtype=np.int64), shape
+    corners = np.array([[box[i, 0], box[j, 1], box[k, 2]] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
+    index = volume.to_index(corners)
+    first = np.clip(np.floor(index.min(axis=0)).astype(int) - 1, 0, shape - 2)
+    last = np.clip(np.ceil(index.max(axis=0)).astype(int) + 2, first + 2, shape)
+    return first, last

@@ -1,0 +1,66 @@
+"""How far a mesh is from its data, and the data from the mesh."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Mean, root mean square, 95th percentile and largest of a set of distances, and how many there were.
+
+    Examples
+    --------
+    >>> Spread.of(np.array([0.0, 3.0, 4.0, np.nan]))
+    Spread(mean=2.333, rms=2.887, p95=3.9, max=4, count=3)
+    """
+
+    mean: float
+    rms: float
+    p95: float
+    max: float
+    count: int
+
+    @classmethod
+    def of(cls, distances: Array) -> Spread:
+        """Return the spread of (n,) distances; NaN are left out, and nothing at all gives NaN throughout."""
+        known = np.abs(distances[np.isfinite(distances)])
+        if not len(known):
+            return cls(float("nan"), float("nan"), float("nan"), float("nan"), 0)
+        return cls(
+            float(known.mean()),
+            float(np.sqrt((known**2).mean())),
+            float(np.percentile(known, 95)),
+            float(known.max()),
+            len(known),
+        )
+
+    def __repr__(self) -> str:
+        numbers = ", ".join(f"{name}={getattr(self, name):.4g}" for name in ("mean", "rms", "p95", "max"))
+        return f"Spread({numbers}, count={self.count})"
+
+
+@dataclass(frozen=True)
+class Distance:
+    """Distances both ways, in the data's unit.
+
+    Attributes
+    ----------
+    mesh_to_data : Spread
+        From the vertices of the mesh, along their normals, to the surface seen in the data; where nothing is near
+        along the normal, to the nearest point of the data.
+    data_to_mesh : Spread
+        From the points of the data to the surface of the mesh (its fan triangulation).
+    """
+
+    mesh_to_data: Spread
+    data_to_mesh: Spread
+
+    def as_dict(self) -> dict[str, dict[str, float]]:
+        """Return plain numbers, ready for JSON."""
+        return asdict(self)

@@ -1,0 +1,223 @@
+"""From data to a surface model in one call."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from simplexmesh import _check
+from simplexmesh.data.reading import read_mesh
+from simplexmesh.mesh.simplex_mesh import SimplexMesh
+from simplexmesh.motion.deform import State
+from simplexmesh.motion.distance import Distance, Spread
+from simplexmesh.motion.evolve import Stage, evolved, mean_edge
+from simplexmesh.motion.initial.primitives import PRIMITIVES, primitive_around
+from simplexmesh.motion.initial.report import StartReport
+from simplexmesh.motion.progress import Report, reporting
+from simplexmesh.motion.subjects import MOST_POINTS, Subject, as_subject
+from simplexmesh.motion.targets.triangles import inside_surface, surface_distance
+
+Array = NDArray[np.float64]
+
+FEWEST_VERTICES = 20
+
+
+@dataclass(frozen=True, repr=False)
+class Reconstruction:
+    """A surface model and how well it fits.
+
+    Attributes
+    ----------
+    mesh : SimplexMesh
+        The model, in the data's physical space.
+    distance : Distance
+        Mean, rms, 95th percentile and largest distance, from the mesh to the data and back, in the data's unit.
+    history : list of State
+        One state per iteration.
+    converged : bool
+        Whether the mesh came to rest before the iterations ran out.
+    start : SimplexMesh
+        The mesh the motion began with.
+    found : StartReport or None
+        What the automatic start found and decided: grid, genus, tunnels sealed, pieces dropped.
+    interrupted : bool
+        Whether the motion was interrupted (Ctrl-C); `mesh` is then its last whole state.
+    """
+
+    mesh: SimplexMesh
+    distance: Distance
+    history: list[State] = field(default_factory=list)
+    converged: bool = False
+    start: SimplexMesh | None = None
+    found: StartReport | None = None
+    interrupted: bool = False
+
+    def __repr__(self) -> str:
+        rest = "interrupted" if self.interrupted else "at rest" if self.converged else "still moving"
+        return (
+            f"Reconstruction({self.mesh!r}, mesh to data rms {self.distance.mesh_to_data.rms:.4g}, "
+            f"data to mesh rms {self.distance.data_to_mesh.rms:.4g}, {rest} after {len(self.history)} iterations)"
+        )
+
+
+def reconstruct(
+    data: Any,
+    *,
+    level: float | None = None,
+    label: int | None = None,
+    vertices: int = 4000,
+    init: str | Path | SimplexMesh = "auto",
+    inside: str = "above",
+    components: str = "largest",
+    poses: Any = None,
+    iterations: int = 300,
+    rigidity: int = 1,
+    adaptation: float = 0.05,
+    progress: bool | Report = False,
+) -> Reconstruction:
+    """Fit a simplex mesh to a volume, a point cloud, scans or a triangulated surface.
+
+    Parameters
+    ----------
+    data : Volume, PointCloud, TriangleMesh, array, pyvista or trimesh object, path, or sequence of scans
+        An (n, 3) array is a point cloud, a 3-D array a volume of spacing 1.
+    level : float, optional
+        For a volume of intensities: the value on the surface wanted.
+    label : int, optional
+        For a volume of labels: the region wanted. Not needed when there is one region only.
+    vertices : int
+        How many the model may have; kept within 10 %.
+    init : str, path or SimplexMesh
+        ``"auto"`` finds a start of the right topology near the data; ``"sphere"``, ``"ellipsoid"``, ``"cylinder"``,
+        ``"plane"`` and ``"torus"`` are laid around it; a mesh or a file of one starts from there and keeps its topology
+        (`vertices` is then not used).
+    inside : {"above", "below"}
+        Whether the object is where a volume is above `level` or below.
+    components : {"largest", "all"}
+        Keep the largest piece or all of them.
+    poses : path, mapping or sequence, optional
+        For several scans: T_world_scan of each, by file name or in order.
+    iterations : int
+        Most iterations of the last, fine stage.
+    rigidity : int
+        How many edges far curvature is averaged in the fine stage: 1 follows the data closely, 6 is stiff.
+    adaptation : float
+        How strongly vertices gather where the surface bends, 0 to 0.25.
+    progress : bool or callable
+        True shows a bar; a function is called with the share done and a message.
+
+    Returns
+    -------
+    Reconstruction
+        Truth about the fit in `distance`; an interrupt (Ctrl-C) returns the last whole state.
+
+    Raises
+    ------
+    ValueError, TypeError, OSError, TopologyError
+        One sentence on what is wrong, before any long work.
+    DivergedError
+        When the motion left the finite numbers, with the last good mesh.
+
+    References
+    ----------
+    H. Delingette, *General object reconstruction based on simplex meshes*, IJCV 32(2), 1999, 111-146,
+    doi 10.1023/A:1008157432188; thesis, 1994, sections 5.1 to 5.5.
+
+    Examples
+    --------
+    >>> import numpy as np, simplexmesh as sm
+    >>> x, y, z = np.mgrid[-10:11, -10:11, -10:11].astype(float)
+    >>> ball = sm.Volume(8.3 - np.sqrt(x * x + y * y + z * z), origin=(-10, -10, -10))
+    >>> model = sm.reconstruct(ball, level=0.0, vertices=500)
+    >>> model.mesh.genus, model.distance.mesh_to_data.rms < 0.05
+    (0, True)
+    """
+    vertices = _check.integer("vertices", vertices, FEWEST_VERTICES)
+    iterations = _check.integer("iterations", iterations, 0)
+    rigidity = _check.integer("rigidity", rigidity, 0)
+    adaptation = _check.number("adaptation", adaptation, 0.0, 0.25)
+    _check.choice("components", components, ("largest", "all"))
+    _check.choice("inside", inside, ("above", "below"))
+    given = _given_start(init)
+    with reporting(progress) as report:
+        report(0.0, "reading")
+        subject = as_subject(data, level=level, label=label, inside=inside, components=components, poses=poses)
+        report(0.05, "finding a start")
+        found = None
+        if given is not None:
+            start = given
+        elif init == "auto":
+            beginning = subject.start(vertices)
+            start, found = beginning.mesh, beginning.report
+        else:
+            start = primitive_around(subject.points, str(init), vertices)
+        near = init == "auto"
+        stages = _stages(start, subject, iterations, rigidity, adaptation, near=near)
+        course = evolved(start, subject.target, stages, watch=lambda share: report(0.1 + 0.85 * share, "fitting"))
+        report(0.95, "measuring")
+        distance = measured(course.mesh, subject, stages[-1].reach)
+        report(1.0, "done")
+    return Reconstruction(course.mesh, distance, course.history, course.converged, start, found, course.interrupted)
+
+
+def _given_start(init: str | Path | SimplexMesh) -> SimplexMesh | None:
+    """Return the mesh that `init` is or names, or None for a start yet to be made."""
+    if isinstance(init, SimplexMesh):
+        return init
+    if isinstance(init, str) and init in ("auto", *PRIMITIVES):
+        return None
+    if isinstance(init, Path) or (isinstance(init, str) and Path(init).suffix):
+        return read_mesh(init)
+    if not isinstance(init, str):
+        raise TypeError(f"init must be a name, a path or a SimplexMesh, not {type(init).__name__}")
+    _check.choice("init", init, ("auto", *PRIMITIVES))
+    return None
+
+
+def _stages(
+    start: SimplexMesh, subject: Subject, iterations: int, rigidity: int, adaptation: float, *, near: bool
+) -> list[Stage]:
+    """Return coarse to fine: a start that is near needs only to settle; one from afar must first find the data."""
+    radius = 0.5 * float(np.linalg.norm(np.ptp(subject.points, axis=0)))
+    edge = mean_edge(start)
+    settle = Stage(rigidity=rigidity, reach=max(2 * subject.resolution, edge), iterations=iterations // 2, beta=0.4)
+    if near:
+        reach = min(max(3 * subject.resolution, 2 * edge), 0.2 * radius)
+        return [
+            Stage(rigidity=max(2, rigidity), reach=reach, iterations=40, beta=0.2),
+            Stage(rigidity=rigidity, reach=reach, iterations=iterations, beta=0.4, adaptation=adaptation),
+            settle,
+        ]
+    return [
+        Stage(rigidity=max(6, rigidity), reach=2.0 * radius, iterations=100, beta=0.1),
+        Stage(rigidity=max(6, rigidity), reach=0.4 * radius, iterations=100, beta=0.2),
+        Stage(rigidity=rigidity, reach=0.16 * radius, iterations=iterations, beta=0.3, adaptation=adaptation),
+        settle,
+    ]
+
+
+def measured(mesh: SimplexMesh, subject: Subject, reach: float) -> Distance:
+    """Return the distances between a mesh and its data, both ways.
+
+    A vertex without data along its normal within `reach` is as far away as the nearest point of the data.
+    Points of a volume that lie inside the model, farther than `reach` from its surface, are walls of cavities the model
+    closes over, and are not counted.
+    """
+    points = subject.points
+    if len(points) > MOST_POINTS:
+        points = points[np.random.default_rng(0).choice(len(points), MOST_POINTS, replace=False)]
+    gaps = subject.target.gap(np.ascontiguousarray(mesh.vertices), np.ascontiguousarray(mesh.normals), reach)
+    lost = np.isnan(gaps)
+    gaps[lost] = cKDTree(points).query(mesh.vertices[lost], workers=-1)[0]
+    surface = mesh.triangulated(method="fan")
+    away = surface_distance(points, surface.vertices, surface.faces)
+    if subject.encloses and not mesh.n_holes:
+        far = np.flatnonzero(away > reach)
+        buried = far[inside_surface(points[far], surface.vertices, surface.faces)]
+        away = np.delete(away, buried)
+    return Distance(Spread.of(gaps), Spread.of(away))

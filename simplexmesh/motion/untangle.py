@@ -1,0 +1,78 @@
+"""Folds and self-intersections undone where they are, the rest of the mesh left alone."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplexmesh.mesh.connectivity import Connectivity
+from simplexmesh.mesh.face_geometry import inverted_faces
+from simplexmesh.mesh.self_intersection import self_intersections
+from simplexmesh.mesh.simplex_mesh import SimplexMesh
+from simplexmesh.motion.deform import DeformableModel, Target
+
+
+def tangled_vertices(mesh: SimplexMesh) -> NDArray[np.bool_]:
+    """Return (n,) whether a vertex is on a face that is folded or meets another face.
+
+    Examples
+    --------
+    >>> import simplexmesh as sm
+    >>> bool(tangled_vertices(sm.sphere(4)).any())
+    False
+    """
+    faces = np.union1d(inverted_faces(mesh.vertices, mesh.connectivity), self_intersections(mesh).ravel())
+    on_face = np.zeros(len(mesh.connectivity.face_sizes), dtype=bool)
+    on_face[faces.astype(int)] = True
+    return on_face[mesh.connectivity.vertex_faces].any(axis=1)
+
+
+def grown(marked: NDArray[np.bool_], connectivity: Connectivity, rings: int) -> NDArray[np.bool_]:
+    """Return the marked vertices and all within so many edges of one."""
+    for _ in range(rings):
+        marked = marked | marked[connectivity.neighbors].any(axis=1)
+    return marked
+
+
+def untangled(mesh: SimplexMesh, target: Target, *, reach: float, rounds: int = 6) -> tuple[SimplexMesh, int]:
+    """Return the mesh with its folds and self-intersections smoothed away, and how many vertices are still tangled.
+
+    Tangled vertices and their surroundings, wider in every round, first relax without data under orientation
+    continuity, then return to the data under a stiff mean-curvature constraint. All other vertices stay.
+
+    Parameters
+    ----------
+    mesh : SimplexMesh
+    target : Target
+    reach : float
+        How far the data is looked for.
+    rounds : int
+        How often to try.
+
+    Returns
+    -------
+    mesh : SimplexMesh
+        The best found.
+    remaining : int
+        Number of its tangled vertices.
+    """
+    best, marked = mesh, tangled_vertices(mesh)
+    fewest = int(marked.sum())
+    for attempt in range(rounds):
+        if not fewest:
+            break
+        free = grown(marked, mesh.connectivity, 2 + attempt)
+        weight = free.astype(float)
+        relaxing = DeformableModel(mesh, alpha=0.5 * weight, damping=1.0, constraint="orientation")
+        for _ in relaxing.run(5 + 5 * attempt):
+            pass
+        returning = DeformableModel(
+            relaxing.mesh, target, alpha=0.4 * weight, beta=0.2 * weight, damping=1.0, reach=reach, rigidity=3
+        )
+        for _ in returning.run(20):
+            pass
+        mesh = returning.mesh
+        marked = tangled_vertices(mesh)
+        if int(marked.sum()) < fewest:
+            best, fewest = mesh, int(marked.sum())
+    return best, fewest
