@@ -1,7 +1,45 @@
-"""`simplexmesh demo`: organs of a frog."""
+"""`simplexmesh demo`: organs of a frog, and one of them again from a noisy scan."""
 
-EXAMPLE = "x"
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from simplexmesh.cli.report import as_json, progress, table
+
+EXAMPLE = "Example: simplexmesh demo -o demo_output"
 
 
-def command() -> None:
-    """X."""
+def command(
+    output: Annotated[
+        Path, typer.Option("--output", "-o", help="Folder for models, report and pictures; made when missing.")
+    ] = Path("demo_output"),
+    size: Annotated[str, typer.Option(help="large (twelve organs) or small (two, coarse).")] = "large",
+    json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
+) -> None:
+    """Reconstruct organs of a frog from a labelled MR volume, then one of them again from a noisy scan."""
+    from simplexmesh import _check
+    from simplexmesh.cli import frog
+
+    _check.choice("--size", size, ("large", "small"))
+    if output.exists() and not output.is_dir():
+        raise NotADirectoryError(f"--output must be a folder, {str(output)!r} is a file")
+    with progress("frog", wanted=not json) as report:
+        out = frog.main(size, report)
+    facts = frog.written(out, output)
+    if json:
+        as_json(facts)
+        return
+    rows = {
+        name: f"{organ['vertices']:>6,} vertices, genus {organ['genus']}, "
+        f"rms to the data {organ['distance']['mesh_to_data']['rms']:.3f}, {organ['seconds']:.1f} s"
+        for name, organ in facts["organs"].items()
+    }
+    scan = facts["scan"]
+    rows[f"{scan['of']} from a scan"] = (
+        f"{scan['model']['vertices']:>6,} vertices, genus {scan['model']['genus']}, "
+        f"mean to the truth {scan['mean_distance_to_truth']:.3f}, {scan['model']['seconds']:.1f} s"
+    )
+    table(f"models, report and pictures are in {output}", rows)
