@@ -128,6 +128,10 @@ class Connectivity:
     def __repr__(self) -> str:
         return f"Connectivity({self.n_vertices} vertices, {self.n_faces} faces, {self.n_holes} holes)"
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle and copy by what was given, without the caches."""
+        return Connectivity, (self.twin, self.hole_darts)
+
     @property
     def n_vertices(self) -> int:
         """Number of vertices."""

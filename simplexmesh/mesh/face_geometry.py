@@ -135,8 +135,9 @@ def face_gauss(vertex_normals: Array, face_vertices: Indices, face_offsets: Indi
     """Return the Gaussian measure of each face: the signed area of the spherical polygon of its vertices' normals.
 
     It is the integral of the Gaussian curvature over the face, dual to the angle deficit of a triangulation:
-    positive where the surface is a bowl or a dome, negative at a saddle. Over all faces of a closed mesh, holes
-    included, it sums to `4 pi (1 - genus)`.
+    positive where the surface is a bowl or a dome, negative at a saddle. Over a closed mesh it sums to
+    `4 pi (1 - genus)`; where the normals of a face go round a great circle, as those of a cylinder's holes do, either
+    side may be taken and sums differ by `4 pi`.
 
     Parameters
     ----------
