@@ -165,7 +165,7 @@ def _read_kind(path: Path, kind: str) -> Any:
         return read_text(path)
     from simplexmesh.data import vtk
 
-    return _welded(vtk.from_dataset(vtk.read_dataset(path, kind), path.name), kind)
+    return _welded(vtk.from_dataset(vtk.read_dataset(path, kind), path.name, owned=True), kind)
 
 
 def _welded(out: Any, kind: str) -> Any:

@@ -58,10 +58,7 @@ class Volume:
     direction: Array = None  # type: ignore[assignment]
 
     def __post_init__(self) -> None:
-        spacing = np.full(3, float(self.spacing)) if np.ndim(self.spacing) == 0 else self.spacing
-        spacing = _check.array("spacing", spacing, (3,))
-        if (spacing <= 0).any():
-            raise ValueError(f"spacing must be positive along every axis, not {tuple(spacing.tolist())}")
+        spacing = _per_axis(self.spacing)
         fields = {
             "values": _samples(self.values),
             "spacing": _check.frozen(spacing),
@@ -197,10 +194,7 @@ class Volume:
         """
         from scipy import ndimage
 
-        wanted = np.full(3, float(np.asarray(spacing))) if np.ndim(spacing) == 0 else spacing
-        wanted = _check.array("spacing", wanted, (3,))
-        if (wanted <= 0).any():
-            raise ValueError(f"spacing must be positive along every axis, not {tuple(wanted.tolist())}")
+        wanted = _per_axis(spacing)
         factor = wanted / self.spacing
         extent = np.array(self.shape) - 1
         shape = np.maximum(2, np.ceil(extent / factor - 1e-9).astype(int) + 1)
@@ -222,6 +216,14 @@ class Volume:
     def _with_values(self, values: NDArray[Any]) -> Volume:
         values.setflags(write=False)
         return replace(self, values=values)
+
+
+def _per_axis(spacing: ArrayLike) -> Array:
+    out = np.full(3, _check.number("spacing", spacing)) if np.ndim(spacing) == 0 else spacing
+    out = _check.array("spacing", out, (3,))
+    if (out <= 0).any():
+        raise ValueError(f"spacing must be positive along every axis, not {tuple(out.tolist())}")
+    return out
 
 
 def _samples(values: ArrayLike) -> NDArray[Any]:

@@ -63,10 +63,11 @@ def read_dataset(path: Path, kind: str) -> Any:
     return out
 
 
-def from_dataset(dataset: Any, name: str) -> Volume | TriangleMesh | PointCloud | SimplexMesh:
+def from_dataset(dataset: Any, name: str, *, owned: bool = False) -> Volume | TriangleMesh | PointCloud | SimplexMesh:
     """Return a VTK image as a Volume, polygons as a TriangleMesh, points alone as a PointCloud.
 
-    Polygons made by `polydata` of a simplex mesh come back as that mesh.
+    Polygons made by `polydata` of a simplex mesh come back as that mesh. The samples of an image that nobody else
+    holds (`owned`) are not copied.
 
     Raises
     ------
@@ -74,7 +75,7 @@ def from_dataset(dataset: Any, name: str) -> Volume | TriangleMesh | PointCloud 
         It is another kind of VTK data set.
     """
     if dataset.IsA("vtkImageData"):
-        return _volume(dataset, name)
+        return _volume(dataset, name, owned)
     if not dataset.IsA("vtkPolyData"):
         raise TypeError(f"{name} must be a VTK image or polygons (vtkPolyData), not {dataset.GetClassName()}")
     if dataset.GetFieldData().HasArray(_TWIN):
@@ -103,7 +104,7 @@ def _triangles(dataset: Any) -> TriangleMesh:
     return TriangleMesh(_points(out), corners.reshape(-1, 3))
 
 
-def _volume(image: Any, name: str) -> Volume:
+def _volume(image: Any, name: str, owned: bool) -> Volume:
     points = image.GetPointData()
     on_cells = not points.GetNumberOfArrays()
     data = image.GetCellData() if on_cells else points
@@ -116,7 +117,7 @@ def _volume(image: Any, name: str) -> Volume:
     if array.GetNumberOfTuples() != np.prod(shape):
         raise OSError(f"{name} must hold {np.prod(shape)} samples, not {array.GetNumberOfTuples()}")
     values = vtk_to_numpy(array).reshape(shape, order="F")
-    values.setflags(write=False)
+    values.setflags(write=not owned)
     matrix = image.GetDirectionMatrix()
     direction = np.array([[matrix.GetElement(i, j) for j in range(3)] for i in range(3)])
     spacing = np.array(image.GetSpacing())

@@ -1,0 +1,116 @@
+"""The door of every function that takes data."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.testing import assert_array_equal
+
+import simplexmesh as sm
+from simplexmesh.data.convert import as_data, as_points, as_triangles, as_volume
+from simplexmesh.errors import SimplexMeshWarning
+
+POINTS = np.random.default_rng(0).normal(size=(30, 3))
+
+
+def test_own_types_pass_through():
+    ball = sm.sphere(3)
+    for value in (sm.Volume(np.zeros((2, 2, 2))), sm.PointCloud(POINTS), ball.triangulated(), ball):
+        assert as_data(value) is value
+
+
+def test_arrays():
+    assert_array_equal(as_data(POINTS).points, POINTS)
+    assert_array_equal(as_data(POINTS.tolist()).points, POINTS)
+    assert as_data(np.hstack([POINTS, POINTS])).normals is not None
+    assert as_data(np.zeros((4, 5, 6))).shape == (4, 5, 6)
+    assert as_triangles((POINTS, [[0, 1, 2]])).n_faces == 1
+
+
+def test_pyvista():
+    import pyvista
+
+    assert as_data(pyvista.PolyData(POINTS.astype(float))).points.shape == (30, 3)
+    ball = as_data(pyvista.Sphere())
+    assert isinstance(ball, sm.TriangleMesh)
+    assert ball.is_closed
+    cube = as_data(pyvista.Cube().clean())
+    assert cube.volume == pytest.approx(1)
+    grid = pyvista.ImageData(dimensions=(3, 4, 5), spacing=(1, 2, 3))
+    grid["a"] = np.arange(60)
+    volume = as_volume(grid)
+    del grid
+    assert volume.shape == (3, 4, 5)
+    assert volume.values[1, 2, 3] == 1 + 3 * (2 + 4 * 3)
+    with pytest.raises(TypeError, match=r"data must be a VTK image or polygons .*, not UnstructuredGrid"):
+        as_data(pyvista.UnstructuredGrid())
+
+
+def test_pyvista_samples_are_not_frozen_nor_shared():
+    import pyvista
+
+    grid = pyvista.ImageData(dimensions=(3, 4, 5))
+    grid["a"] = np.zeros(60)
+    volume = as_volume(grid)
+    grid["a"][:] = 1
+    assert volume.range == (0, 0)
+
+
+def test_trimesh():
+    import trimesh
+
+    box = as_data(trimesh.creation.box())
+    assert isinstance(box, sm.TriangleMesh)
+    assert box.volume == pytest.approx(1)
+    assert as_data(trimesh.PointCloud(POINTS)).points.shape == (30, 3)
+
+
+def test_paths(tmp_path):
+    sm.sphere(2).save(tmp_path / "ball.vtp")
+    assert as_data(str(tmp_path / "ball.vtp")).n_vertices == 80
+    assert as_triangles(tmp_path / "ball.vtp").is_closed
+    with pytest.raises(TypeError, match=r"volume must be a volume, not the SimplexMesh in ball.vtp"):
+        as_volume(tmp_path / "ball.vtp")
+
+
+def test_surfaces_give_their_points():
+    ball = sm.sphere(3)
+    assert_array_equal(as_points(ball).points, ball.vertices)
+    assert_array_equal(as_points(ball.triangulated("dual")).points, ball.triangulated("dual").vertices)
+
+
+def test_duplicates_are_merged_and_reported():
+    with pytest.warns(SimplexMeshWarning, match="merged 2 duplicate points of 32"):
+        assert len(as_data(np.vstack([POINTS, POINTS[:2]]))) == 30
+
+
+@pytest.mark.parametrize(
+    ("value", "error", "message"),
+    [
+        (None, TypeError, "data must be a Volume, .* or path, not NoneType"),
+        (3.0, TypeError, "data must be a Volume"),
+        (np.zeros((5, 2)), ValueError, r"data must have shape \(\*, 3\) for points, .*, not \(5, 2\)"),
+        (np.zeros(0), ValueError, "data must have shape"),
+        ([], ValueError, "data must have shape"),
+        ([[1, 2, 3], [4, 5]], ValueError, "data must be an array of numbers, its rows have different lengths"),
+        (np.array([["a"] * 3] * 4), TypeError, "data must be numbers, not ndarray of <U1"),
+        (np.full((4, 3), np.nan), ValueError, "points must be finite; 4 of 4"),
+        ("nowhere.ply", FileNotFoundError, "'nowhere.ply' is not there"),
+    ],
+)
+def test_refusals(value, error, message):
+    with pytest.raises(error, match=message):
+        as_data(value)
+
+
+@pytest.mark.parametrize(
+    ("convert", "value", "message"),
+    [
+        (as_volume, POINTS, "volume must be a volume, not a ndarray read as PointCloud"),
+        (as_points, sm.Volume(np.zeros((2, 2, 2))), "points must be points, not a Volume"),
+        (as_triangles, sm.PointCloud(POINTS), "triangles must be a surface of triangles, not a PointCloud"),
+    ],
+)
+def test_the_wrong_kind(convert, value, message):
+    with pytest.raises(TypeError, match=message):
+        convert(value)

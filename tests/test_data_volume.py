@@ -1,0 +1,185 @@
+"""A volume keeps its samples and knows where they are."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.testing import assert_allclose, assert_array_equal
+from scipy.spatial.transform import Rotation
+
+from simplexmesh.data.volume import Volume
+
+positive = st.floats(0.01, 100)
+near = st.floats(-1000, 1000)
+
+
+@st.composite
+def placed(draw):
+    """Volumes anywhere: anisotropic, turned, shifted, left-handed too."""
+    shape = draw(st.tuples(*[st.integers(2, 6)] * 3))
+    direction = Rotation.from_euler("xyz", draw(st.tuples(near, near, near))).as_matrix()
+    if draw(st.booleans()):
+        direction = direction[:, ::-1]
+    spacing = draw(st.tuples(positive, positive, positive))
+    return Volume(np.arange(np.prod(shape)).reshape(shape), spacing, draw(st.tuples(near, near, near)), direction)
+
+
+class TestSpace:
+    @given(placed(), st.integers(0, 2))
+    def test_one_index_further_is_one_spacing_along_its_axis(self, volume, axis):
+        step = volume.to_world(np.eye(3)[axis]) - volume.to_world([0, 0, 0])
+        assert_allclose(step, volume.spacing[axis] * volume.direction[:, axis], atol=1e-9)
+        assert_array_equal(volume.to_world([0, 0, 0]), volume.origin)
+
+    @given(placed(), st.lists(st.tuples(near, near, near), min_size=1, max_size=5))
+    def test_there_and_back(self, volume, ijk):
+        assert_allclose(volume.to_index(volume.to_world(ijk)), ijk, atol=1e-6)
+
+    @given(placed())
+    def test_matrix_says_the_same(self, volume):
+        ijk = np.array([1.0, 2.5, -3.0])
+        assert_allclose((volume.T_world_index @ [*ijk, 1])[:3], volume.to_world(ijk), atol=1e-9)
+
+    @given(placed())
+    def test_bounds_hold_every_sample_and_no_more(self, volume):
+        ijk = np.stack(np.meshgrid(*map(np.arange, volume.shape), indexing="ij"), axis=-1).reshape(-1, 3)
+        xyz = volume.to_world(ijk)
+        assert_allclose(volume.bounds, [xyz.min(axis=0), xyz.max(axis=0)], atol=1e-9)
+
+    def test_stacks_of_any_shape(self):
+        assert Volume(np.zeros((2, 2, 2))).to_world(np.zeros((4, 5, 3))).shape == (4, 5, 3)
+
+
+class TestSamples:
+    @pytest.mark.parametrize("kind", ["u1", "i1", "<i2", ">u2", "i4", "i8", "<f4", ">f4", "f8"])
+    def test_type_and_values_stay(self, kind):
+        values = np.arange(24).reshape(2, 3, 4).astype(kind)
+        volume = Volume(values)
+        assert_array_equal(volume.values, values)
+        assert volume.values.dtype == np.dtype(kind).newbyteorder("=")
+        assert volume.range == (0, 23)
+
+    def test_types_without_arithmetic_become_the_nearest_with(self):
+        assert Volume(np.ones((2, 2, 2), bool)).values.dtype == np.uint8
+        assert Volume(np.ones((2, 2, 2), np.float16)).values.dtype == np.float32
+
+    def test_read_only_samples_are_not_copied(self):
+        values = np.zeros((3, 4, 5), order="F")
+        values.setflags(write=False)
+        assert np.shares_memory(Volume(values).values, values)
+
+    def test_the_callers_array_is_neither_shared_nor_frozen(self):
+        values = np.zeros((3, 4, 5), order="F")
+        volume = Volume(values)
+        values[0, 0, 0] = 1
+        assert volume.values[0, 0, 0] == 0
+        with pytest.raises(ValueError, match="read-only"):
+            volume.values[0, 0, 0] = 1
+
+
+class TestLabels:
+    def test_two_values_are_labels(self):
+        mask = np.random.default_rng(0).random((9, 9, 9)) > 0.5
+        assert Volume(mask).is_labels
+        assert Volume(mask.astype(float)).labels() == [0, 1]
+
+    def test_patches_are_labels_whatever_their_names(self):
+        blocks = np.kron(np.array([0, 3, 1009, -5, 77, 2, 11, 12]).reshape(2, 2, 2), np.ones((5, 5, 5), int))
+        volume = Volume(blocks)
+        assert volume.is_labels
+        assert volume.labels() == [-5, 0, 2, 3, 11, 12, 77, 1009]
+
+    @pytest.mark.parametrize(
+        "values",
+        [
+            np.random.default_rng(1).integers(0, 20, (12, 12, 12)),  # few values, but noise
+            np.kron(np.arange(125).reshape(5, 5, 5), np.ones((4, 4, 4), int)),  # patches, but too many
+            np.kron(np.arange(8).reshape(2, 2, 2), np.ones((4, 4, 4))) + 0.5,  # not whole
+            np.full((3, 3, 3), 1e300) * np.array([1, 1, 2]),
+        ],
+    )
+    def test_intensities_are_not(self, values):
+        volume = Volume(values)
+        assert not volume.is_labels
+        with pytest.raises(ValueError, match="volume must hold labels"):
+            volume.labels()
+
+    def test_mask(self):
+        blocks = np.kron(np.arange(8).reshape(2, 2, 2), np.ones((5, 5, 5), int))
+        volume = Volume(blocks, spacing=(1, 2, 3), origin=(5, 5, 5))
+        mask = volume.mask(3)
+        assert_array_equal(mask.values, blocks == 3)
+        assert_array_equal(mask.T_world_index, volume.T_world_index)
+        with pytest.raises(ValueError, match=r"label must be present in the volume, 9 is not; present are \[0, 1, 2"):
+            volume.mask(9)
+
+
+class TestFilters:
+    def test_smoothing_keeps_a_ramp_inside_and_is_isotropic_in_space(self):
+        spacing = np.array([0.5, 1.0, 2.0])
+        values = np.zeros((61, 31, 17))
+        values[30, 15, 8] = 1
+        blob = Volume(values, spacing).smoothed(2.0)
+        assert blob.values.sum() == pytest.approx(1, abs=1e-3)
+        xyz = blob.to_world(np.argwhere(values >= 0)) - blob.to_world([30, 15, 8])
+        spread = np.sqrt((blob.values.reshape(-1)[:, None] * xyz**2).sum(axis=0))
+        assert_allclose(spread, 2.0, rtol=0.02)
+
+    @given(placed(), st.floats(0.3, 3))
+    def test_resampling_a_linear_function_in_space_gives_it_back(self, volume, factor):
+        slope = np.array([0.3, -0.2, 0.1])
+        ijk = np.stack(np.meshgrid(*map(np.arange, volume.shape), indexing="ij"), axis=-1)
+        ramp = Volume(volume.to_world(ijk) @ slope, volume.spacing, volume.origin, volume.direction)
+        out = ramp.resampled(ramp.spacing * min(factor, 1))
+        jkl = np.stack(np.meshgrid(*map(np.arange, out.shape), indexing="ij"), axis=-1)
+        inside = (
+            (ramp.to_index(out.to_world(jkl)) >= 0) & (ramp.to_index(out.to_world(jkl)) <= np.array(ramp.shape) - 1)
+        ).all(-1)
+        assert_allclose(out.values[inside], (out.to_world(jkl) @ slope)[inside], atol=1e-6 * ramp.diagonal)
+        assert_allclose(out.spacing, ramp.spacing * min(factor, 1))
+
+    def test_resampling_keeps_the_center_and_covers_the_rest(self):
+        volume = Volume(np.random.default_rng(2).random((20, 11, 30)), (1, 2, 0.7), (3, 4, 5))
+        coarse = volume.resampled(3.1)
+        assert_allclose(coarse.bounds.mean(axis=0), volume.bounds.mean(axis=0))
+        assert (coarse.bounds[0] <= volume.bounds[0] + 1e-9).all()
+        assert (coarse.bounds[1] >= volume.bounds[1] - 1e-9).all()
+
+    def test_coarser_grids_hold_no_aliases(self):
+        stripes = Volume(np.tile(np.arange(40) % 2, (40, 40, 1)).astype(float))
+        assert np.ptp(stripes.resampled(4.0).values[:, :, 2:-2]) < 1e-3
+
+
+class TestRefusals:
+    @pytest.mark.parametrize(
+        ("arguments", "error", "message"),
+        [
+            ({"values": np.zeros((3, 3))}, ValueError, r"values must have shape \(nx, ny, nz\), not \(3, 3\)"),
+            ({"values": np.zeros((3, 3, 1))}, ValueError, "values must have at least 2 samples along each axis"),
+            ({"values": np.zeros((0, 3, 3))}, ValueError, "values must have at least 2 samples along each axis"),
+            (
+                {"values": np.zeros((2, 2, 2), complex)},
+                TypeError,
+                r"values must be real numbers .*, not ndarray of complex",
+            ),
+            ({"values": "volume"}, TypeError, r"values must be real numbers .*, not str"),
+            ({"spacing": (1, 0, 1)}, ValueError, "spacing must be positive along every axis"),
+            ({"spacing": -1}, ValueError, "spacing must be positive along every axis"),
+            ({"spacing": "fine"}, TypeError, "spacing must be a number, not str"),
+            ({"spacing": (1, 1)}, ValueError, r"spacing must have shape \(3,\), not \(2,\)"),
+            ({"origin": (0, np.nan, 0)}, ValueError, "origin must be finite"),
+            ({"direction": np.ones((3, 3))}, ValueError, "direction must have perpendicular columns of length one"),
+            ({"direction": 2 * np.eye(3)}, ValueError, "direction must have perpendicular columns of length one"),
+        ],
+    )
+    def test_one_sentence(self, arguments, error, message):
+        with pytest.raises(error, match=message):
+            Volume(**{"values": np.zeros((2, 2, 2)), **arguments})
+
+    def test_samples_that_are_no_numbers_are_counted(self):
+        values = np.zeros((4, 4, 4), np.float32)
+        values[0, 0, 0], values[1, 2, 3], values[3, 3, 3] = np.nan, np.inf, -np.inf
+        with pytest.raises(ValueError, match="values must be finite; 3 of 64 are NaN or infinite"):
+            Volume(values)

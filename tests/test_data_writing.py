@@ -1,0 +1,227 @@
+"""What is written comes back, whole or not at all."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+from numpy.testing import assert_allclose, assert_array_equal
+
+import simplexmesh as sm
+from simplexmesh.data import writing
+from simplexmesh.data.writing import polydata, save
+
+ROUGH = np.random.default_rng(0)
+
+
+def roughened(mesh):
+    """No coordinate a round number, so that lost digits show."""
+    return mesh.moved(mesh.vertices * (1 + 0.01 * ROUGH.random(mesh.vertices.shape)))
+
+
+def meshes():
+    ball = sm.sphere(3)
+    opened = sm.SimplexMesh(
+        ball.vertices, sm.Connectivity(ball.connectivity.twin, ball.connectivity.face_darts[[0, 40]])
+    )
+    return {"closed": ball, "holes": opened, "plane": sm.plane(), "torus": sm.torus()}
+
+
+@pytest.fixture(params=["closed", "holes", "plane", "torus"])
+def mesh(request):
+    return roughened(meshes()[request.param])
+
+
+def assert_identical(a, b):
+    assert_array_equal(a.vertices.view(np.int64), b.vertices.view(np.int64))
+    assert_array_equal(a.connectivity.twin, b.connectivity.twin)
+    assert_array_equal(a.connectivity.hole_darts, b.connectivity.hole_darts)
+    assert list(a.data) == list(b.data)
+    for name in a.data:
+        assert a.data[name].dtype == b.data[name].dtype
+        assert_array_equal(a.data[name], b.data[name])
+
+
+class TestVtp:
+    def test_a_simplex_mesh_comes_back_identical(self, mesh, tmp_path):
+        n = mesh.n_vertices
+        mesh = mesh.with_data(
+            rigidity=ROUGH.random(n),
+            constraint=ROUGH.random(n) > 0.5,
+            metric=ROUGH.random((n, 3)),
+            frame=ROUGH.random((n, 3, 3)).astype(np.float32),
+            label=ROUGH.integers(0, 9, n).astype(np.uint16),
+            big=ROUGH.integers(-(2**62), 2**62, n),
+            half=ROUGH.random(n).astype(np.float16),
+            twin=np.full(n, np.nan),
+        )
+        mesh.save(tmp_path / "mesh.vtp")
+        again = sm.read(tmp_path / "mesh.vtp")
+        assert_identical(again, mesh)
+        assert again.n_holes == mesh.n_holes
+
+    @given(
+        hnp.arrays(np.float64, (20, 3), elements=st.floats(allow_nan=False, allow_infinity=False, width=64)),
+        hnp.arrays(hnp.scalar_dtypes().filter(lambda t: t.kind in "biuf" and t.itemsize <= 8), (20, 2)),
+    )
+    def test_any_numbers_survive(self, tmp_path_factory, vertices, extra):
+        mesh = (
+            sm.sphere(1)
+            .moved(vertices[: sm.sphere(1).n_vertices])
+            .with_data(extra=extra.astype(extra.dtype.newbyteorder("=")))
+        )
+        path = tmp_path_factory.mktemp("any") / "mesh.vtp"
+        mesh.save(path)
+        assert_identical(sm.read_mesh(path), mesh)
+
+    def test_vtk_sees_the_polygons_and_the_arrays(self, mesh, tmp_path):
+        import pyvista
+
+        mesh.with_data(rigidity=np.arange(mesh.n_vertices)).save(tmp_path / "mesh.vtp")
+        seen = pyvista.read(tmp_path / "mesh.vtp")
+        assert seen.n_cells == mesh.n_faces
+        for i in (0, mesh.n_faces - 1):
+            assert_array_equal(seen.get_cell(i).point_ids, mesh.faces[i])
+        assert_array_equal(seen.point_data["rigidity"], np.arange(mesh.n_vertices))
+
+    def test_damaged_topology_is_seen(self, mesh, tmp_path):
+        dataset = polydata(mesh)
+        dataset.field_data["simplexmesh_twin"] = np.arange(7)
+        dataset.save(tmp_path / "mesh.vtp")
+        with pytest.raises(OSError, match=r"mesh.vtp is a simplex mesh with damaged topology"):
+            sm.read(tmp_path / "mesh.vtp")
+
+    def test_pyvista_objects_come_back_too(self, mesh):
+        from simplexmesh.data.convert import as_data
+
+        assert_identical(as_data(mesh.to_pyvista()), mesh)
+
+
+@pytest.mark.parametrize("ending", [".ply", ".obj", ".off"])
+class TestPolygonFormats:
+    def test_polygons_with_all_digits(self, ending, mesh, tmp_path):
+        save(tmp_path / f"mesh{ending}", mesh)
+        again = sm.read_triangles(tmp_path / f"mesh{ending}")
+        digits = {".obj": 1e-6}.get(ending, 0)  # VTK reads OBJ in single precision
+        assert_allclose(np.sort(again.vertices, axis=0), np.sort(mesh.vertices, axis=0), rtol=digits, atol=digits)
+        assert again.n_faces == sum(len(face) - 2 for face in mesh.faces)
+        assert again.is_closed == (mesh.n_holes == 0)
+
+    def test_triangles(self, ending, tmp_path):
+        import trimesh
+
+        ball = sm.sphere(3).triangulated("dual")
+        save(tmp_path / f"ball{ending}", ball)
+        again = sm.read(tmp_path / f"ball{ending}")
+        other = trimesh.load(tmp_path / f"ball{ending}", process=False)
+        assert_allclose(other.vertices, ball.vertices, rtol=1e-12)
+        assert_array_equal(other.faces, ball.faces)
+        assert_allclose(again.vertices, ball.vertices, atol=1e-6)
+        assert_array_equal(again.faces, ball.faces)
+
+
+@pytest.mark.parametrize("ending", [".ply", ".obj"])  # VTK does not read OFF
+def test_other_programs_see_the_polygons(ending, mesh, tmp_path):
+    import pyvista
+
+    save(tmp_path / f"mesh{ending}", mesh)
+    seen = pyvista.read(tmp_path / f"mesh{ending}")
+    assert seen.n_cells == mesh.n_faces
+    for i in (0, mesh.n_faces // 2, mesh.n_faces - 1):
+        assert_allclose(seen.get_cell(i).points, mesh.vertices[mesh.faces[i]], rtol=1e-6, atol=1e-6)
+
+
+def test_stl_keeps_the_triangles_in_single_precision(mesh, tmp_path):
+    save(tmp_path / "mesh.stl", mesh)
+    again = sm.read(tmp_path / "mesh.stl")
+    fan = mesh.triangulated()
+    assert again.n_faces == fan.n_faces
+    assert again.area == pytest.approx(fan.area, rel=1e-5)
+    assert again.is_closed == fan.is_closed
+
+
+@pytest.mark.parametrize("ending", [".ply", ".vtp", ".xyz"])
+@pytest.mark.parametrize("oriented", [True, False])
+def test_points(ending, oriented, tmp_path):
+    points = ROUGH.normal(size=(50, 3))
+    cloud = sm.PointCloud(points, points if oriented else None)
+    save(tmp_path / f"cloud{ending}", cloud)
+    again = sm.read(tmp_path / f"cloud{ending}")
+    assert_array_equal(again.points, points)
+    assert (again.normals is None) is not oriented
+    if oriented:
+        assert_allclose(again.normals, cloud.normals, atol=1e-15)
+
+
+def test_faces_of_more_corners_than_a_byte_counts(tmp_path):
+    tube = sm.cylinder()
+    big = max(len(face) for face in tube.faces)
+    angles = np.linspace(0, 2 * np.pi, 300, endpoint=False)
+    ring = np.stack([np.cos(angles), np.sin(angles), 0 * angles], axis=1)
+    content = writing._Polygons(ring, np.array([300]), np.arange(300))
+    writing._write_ply(tmp_path / "ring.ply", content)
+    assert sm.read(tmp_path / "ring.ply").n_faces == 298
+    assert big < 300
+
+
+class TestPyvista:
+    def test_polygons_without_the_holes(self, mesh):
+        seen = mesh.to_pyvista()
+        assert seen.n_cells == mesh.n_faces
+        assert_array_equal(seen.points, mesh.vertices)
+        assert seen.area == pytest.approx(mesh.triangulated().area, rel=0.02)
+
+    def test_points_and_triangles(self):
+        ball = sm.sphere(3).triangulated("dual")
+        assert polydata(ball).is_manifold
+        assert polydata(ball.sampled(10, rng=0)).n_points == 10
+
+
+class TestRefusals:
+    @pytest.mark.parametrize(
+        ("name", "value", "error", "message"),
+        [
+            (
+                "a.xyzzy",
+                sm.sphere(2),
+                ValueError,
+                r"path must end with one of .vtp, .ply, .obj, .off, .stl, .xyz, not .xyzzy",
+            ),
+            ("a", sm.sphere(2), ValueError, "path must end with one of .*, not nothing"),
+            ("no/a.vtp", sm.sphere(2), FileNotFoundError, "path must be in an existing folder, .*no' is not one"),
+            (
+                "a.vtp",
+                np.zeros((3, 3)),
+                TypeError,
+                "value must be a SimplexMesh, TriangleMesh or PointCloud, not ndarray",
+            ),
+            ("a.stl", sm.PointCloud(np.eye(4)[:, :3]), ValueError, "path must end with .vtp, .ply or .xyz for points"),
+            ("folder.vtp", sm.sphere(2), IsADirectoryError, "path must be a file"),
+        ],
+    )
+    def test_one_sentence(self, name, value, error, message, tmp_path):
+        (tmp_path / "folder.vtp").mkdir()
+        with pytest.raises(error, match=message):
+            save(tmp_path / name, value)
+        assert [p.name for p in tmp_path.iterdir()] == ["folder.vtp"]
+
+    @pytest.mark.parametrize("ending", [".vtp", ".ply", ".obj", ".off", ".stl", ".xyz"])
+    def test_nothing_is_half_written(self, ending, tmp_path, monkeypatch):
+        path = tmp_path / f"mesh{ending}"
+        path.write_text("precious")
+
+        def failing(part, content):
+            part.write_text("half")
+            raise OSError("disk full")
+
+        monkeypatch.setitem(writing._WRITERS, ending, failing)
+        with pytest.raises(OSError, match="disk full"):
+            save(path, sm.sphere(2))
+        assert [p.name for p in tmp_path.iterdir()] == [path.name]
+        assert path.read_text() == "precious"
+
+    def test_vtk_cannot_write(self, tmp_path):
+        with pytest.raises(OSError, match="the file cannot be written"):
+            writing.vtk.write_vtp(tmp_path / "no" / "a.vtp", polydata(sm.sphere(2)))
