@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -630,7 +634,17 @@ def test_noise_on_a_rim_is_smoothed_and_the_rim_follows_forces_and_data():
     assert_allclose(norm(drawn.vertices - tube.vertices)[rim], 0.01, atol=1e-9)
 
 
+def test_threads_that_wait_sleep():
+    code = "import os, simplexmesh.motion; print(os.environ['OMP_WAIT_POLICY'])"
+    clean = {name: value for name, value in os.environ.items() if name != "OMP_WAIT_POLICY"}
+    for given, kept in (({}, "passive"), ({"OMP_WAIT_POLICY": "active"}, "active")):
+        done = subprocess.run(
+            [sys.executable, "-c", code], env=clean | given, capture_output=True, text=True, check=True
+        )
+        assert done.stdout.strip() == kept
+
+
 def test_large_meshes_take_the_parallel_kernels():
-    assert sm.sphere(32).n_vertices > _kernels.PARALLEL_FROM
-    ball = irregular_sphere(frequency=32)
+    assert sm.sphere(18).n_vertices > _kernels.PARALLEL_FROM
+    ball = irregular_sphere(frequency=18)
     assert norm(evolved(ball, 20, metric=ball.metric).vertices - ball.vertices).max() < 1e-12

@@ -1,8 +1,9 @@
 """One iteration of a simplex mesh, in loops over vertices: frames, averaging passes, steps.
 
 Arrays in, arrays out; nothing is checked here. Every kernel exists for one thread and for all of them. A parallel call
-costs a microsecond on an idle machine, but as many milliseconds where another process holds a core (measured: 4 to 8,
-the scheduler's time slices), so threads start only where a call has a good part of a millisecond to share.
+costs a microsecond on an idle machine, but as many milliseconds where another process holds a core and the threads
+that wait for each other spin (measured: 4 to 8, the scheduler's time slices). So `simplexmesh.motion` asks them to sleep
+instead, and they start only where a call has a tenth of a millisecond to share.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ import numpy as np
 from numba import njit, prange
 
 FAST = {"nsz", "arcp", "contract", "reassoc"}  # never 'nnan': NaN means "no data here" and must stay visible
-PARALLEL_FROM = 20_000
+PARALLEL_FROM = 6000
 
 FREE, ORIENTATION, ANGLE, MEAN_CURVATURE, SHAPE, CURVATURE = range(6)
 

@@ -38,7 +38,7 @@ def trilinear(values, strides, shape, x, y, z, outside):
     return total
 
 
-@partial(Both, pays_from=4000)  # some 200 nanoseconds per vertex
+@partial(Both, pays_from=1000)  # some 200 nanoseconds per vertex
 def isosurface_gaps(vertices, normals, values, strides, shape, to_index, level, sign, outside, reach, pace, out):
     """Fill the signed distance along each normal to the nearest crossing from inside (`sign * value` above) to outside.
 
