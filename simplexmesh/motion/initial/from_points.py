@@ -10,7 +10,8 @@ from simplexmesh.data.points import PointCloud
 from simplexmesh.errors import TopologyError
 from simplexmesh.motion.initial.budget import cell_for, meshed
 from simplexmesh.motion.initial.indicator import Indicator, areas, frame_for, solved
-from simplexmesh.motion.initial.normals import best_flood, planes, turned
+from simplexmesh.motion.initial.orientation import turned
+from simplexmesh.motion.initial.planes import planes
 from simplexmesh.motion.initial.polygonize import isosurface
 from simplexmesh.motion.initial.report import StartReport
 from simplexmesh.motion.initial.start import Start
@@ -21,6 +22,7 @@ Mask = NDArray[np.bool_]
 
 FEWEST = 20
 _MOST_POINTS = 60_000
+_CELL = 0.8
 _FINE = 128
 _FINEST = 256
 
@@ -90,9 +92,9 @@ def _indicator(cloud: PointCloud, vertices: int, *, trust: bool) -> Indicator:
     found = planes(points)
     area = len(points) * found.spacing**2
     finest = longest / np.clip(longest / cell_for(area, vertices), _FINE, _FINEST)
-    cell = max(found.spacing, finest)
+    cell = max(_CELL * found.spacing, finest)
     if normals is None:
-        return turned(points, found, best_flood(points, found.spacing), cell)[1]
+        return turned(points, found, cell)
     frame = frame_for(points, cell)
     out = solved(points, normals, frame, areas(points, frame))
     return out if _outside(out) < 0 else Indicator(out.frame, -out.values)

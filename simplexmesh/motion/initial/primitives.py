@@ -69,13 +69,13 @@ def primitive_around(points: Array, kind: str, vertices: int) -> SimplexMesh:
         mesh = shapes.ellipsoid(half * outside, vertices=vertices)
     elif kind == "cylinder":
         radius = float(norm(local[:, 1:]).mean())
-        mesh = shapes.cylinder(radius=radius, height=2 * float(half[0]), vertices=vertices)
-        mesh = mesh.moved(mesh.vertices[:, [2, 0, 1]])
+        mesh = shapes.cylinder(vertices=vertices, radius=radius, height=2 * float(half[0]), axis=(1.0, 0.0, 0.0))
     elif kind == "plane":
         mesh = shapes.plane(size=(2 * float(half[0]), 2 * float(half[1])), vertices=vertices)
     else:
         around = norm(local[:, :2])
         low, high = np.percentile(around, [1, 99])
         ring, tube = 0.5 * (low + high), 0.5 * (high - low)
-        mesh = shapes.torus(float(ring), min(float(max(tube, half[2])), 0.9 * float(ring)), vertices=vertices)
+        thick = min(float(max(tube, half[2])), 0.9 * float(ring))
+        mesh = shapes.torus(vertices=vertices, radius=float(ring), tube_radius=thick)
     return mesh.moved(mesh.vertices @ axes + center)
