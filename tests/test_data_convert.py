@@ -42,7 +42,7 @@ def test_pyvista():
     del grid
     assert volume.shape == (3, 4, 5)
     assert volume.values[1, 2, 3] == 1 + 3 * (2 + 4 * 3)
-    with pytest.raises(TypeError, match=r"data must be a VTK image or polygons .*, not UnstructuredGrid"):
+    with pytest.raises(TypeError, match=r"data must be a VTK image or polygons .*, not vtkUnstructuredGrid"):
         as_data(pyvista.UnstructuredGrid())
 
 

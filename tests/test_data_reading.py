@@ -329,6 +329,33 @@ class TestPly:
         assert_allclose(cloud.normals, NORMALS, atol=1e-5)
 
 
+class TestPointsWithoutDirection:
+    """Their normals are zero or no number: the other points are still good."""
+
+    NORMALS = np.vstack([[0, 0, 0], NORMALS[1:8], [np.nan, 0, 1]])
+
+    def test_text(self, tmp_path):
+        (tmp_path / "a.csv").write_text("x,y,z,nx,ny,nz\n" + rows(POINTS, self.NORMALS, separator=","))
+        with pytest.warns(
+            SimplexMeshWarning, match=r"a.csv: left out 2 of 9 points, not measured or without direction"
+        ):
+            assert_array_equal(sm.read(tmp_path / "a.csv").points, POINTS[1:8])
+
+    def test_ply_and_vtk(self, tmp_path):
+        import pyvista
+
+        cloud = pyvista.PolyData(POINTS)
+        cloud.point_data.active_normals = self.NORMALS
+        cloud.save(tmp_path / "a.vtp")
+        header = "".join(f"property double {name}\n" for name in ("x", "y", "z", "nx", "ny", "nz"))
+        (tmp_path / "a.ply").write_text(
+            f"ply\nformat ascii 1.0\nelement vertex 9\n{header}end_header\n{rows(POINTS, self.NORMALS)}"
+        )
+        for ending in ("vtp", "ply"):
+            with pytest.warns(SimplexMeshWarning, match=f"a.{ending}: left out 2 of 9 points"):
+                assert_allclose(sm.read(tmp_path / f"a.{ending}").points, POINTS[1:8])
+
+
 class TestOff:
     def test_comments_colors_and_polygons(self, tmp_path):
         (tmp_path / "a.off").write_text(

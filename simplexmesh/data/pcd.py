@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from simplexmesh.data.points import PointCloud
-from simplexmesh.errors import SimplexMeshWarning
+from simplexmesh.data.points import PointCloud, measured
 
 _KINDS = {"F": "f", "I": "i", "U": "u"}
 
@@ -19,7 +18,7 @@ def read_pcd(path: Path) -> PointCloud:
     """Read a PCD file of any of its three storages (ascii, binary, binary_compressed).
 
     Points without depth (NaN) are left out and counted. Coordinates stay in the frame of the sensor: VIEWPOINT is not
-    applied. Normals are taken from normal_x, normal_y, normal_z where all are finite.
+    applied. Normals are taken from normal_x, normal_y, normal_z.
 
     Raises
     ------
@@ -50,16 +49,9 @@ def read_pcd(path: Path) -> PointCloud:
 def _cloud(name: str, table: dict[str, NDArray[Any]]) -> PointCloud:
     points = np.stack([table[c] for c in "xyz"], axis=1).astype(np.float64)
     normals = None
-    keep = np.asarray(np.isfinite(points).all(axis=1))
     if {"normal_x", "normal_y", "normal_z"} <= table.keys():
         normals = np.stack([table[f"normal_{c}"] for c in "xyz"], axis=1).astype(np.float64)
-        keep &= np.isfinite(normals).all(axis=1) & normals.any(axis=1)
-    if not keep.all():
-        gone = int(np.count_nonzero(~keep))
-        warnings.warn(
-            f"{name}: left out {gone:,} of {len(keep):,} points, not measured", SimplexMeshWarning, stacklevel=5
-        )
-    return PointCloud(points[keep], None if normals is None else normals[keep])
+    return measured(name, points, normals, missing=True)
 
 
 def _header(name: str, content: bytes) -> tuple[dict[str, list[str]], bytes]:

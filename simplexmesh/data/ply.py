@@ -9,7 +9,7 @@ import numpy as np
 import plyfile
 from numpy.typing import NDArray
 
-from simplexmesh.data.points import PointCloud
+from simplexmesh.data.points import PointCloud, measured
 from simplexmesh.data.range_grid import grid_normals
 from simplexmesh.data.triangles import TriangleMesh, fans
 
@@ -38,7 +38,8 @@ def read_ply(path: Path) -> TriangleMesh | PointCloud:
     if lists.get("range_grid") is not None:
         return _range_scan(path, points, info, lists["range_grid"])
     if {"nx", "ny", "nz"} <= table.keys():
-        return PointCloud(points, np.stack([table[c] for c in ("nx", "ny", "nz")], axis=1).astype(np.float64))
+        normals = np.stack([table[c] for c in ("nx", "ny", "nz")], axis=1).astype(np.float64)
+        return measured(path.name, points, normals)
     return PointCloud(points)
 
 

@@ -131,6 +131,31 @@ class PointCloud:
         )
 
 
+def measured(name: str, points: Array, normals: Array | None, *, missing: bool = False) -> PointCloud:
+    """Return the cloud of a file, without the points whose normals have no direction, and report how many those were.
+
+    Parameters
+    ----------
+    name : str
+        Of the file.
+    points : (n, 3) array of float
+    normals : (n, 3) array of float or None
+    missing : bool
+        Whether points that are not numbers stand for "not measured" and are left out likewise.
+    """
+    keep: NDArray[np.bool_] = np.ones(len(points), dtype=bool)
+    if missing:
+        keep &= np.isfinite(points).all(axis=1)
+    if normals is not None:
+        keep &= np.isfinite(normals).all(axis=1) & normals.any(axis=1)
+    if keep.all():
+        return PointCloud(points, normals)
+    gone = int(np.count_nonzero(~keep))
+    message = f"{name}: left out {gone:,} of {len(keep):,} points, not measured or without direction"
+    warnings.warn(message, SimplexMeshWarning, stacklevel=5)
+    return PointCloud(points[keep], None if normals is None else normals[keep])
+
+
 def affine(name: str, value: ArrayLike) -> Array:
     """Return an invertible (4, 4) affine transform, or say what is wrong with it."""
     T = _check.array(name, value, (4, 4))

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from simplexmesh.data.points import PointCloud
+from simplexmesh.data.points import PointCloud, measured
 
 Array = NDArray[np.float64]
 
@@ -32,7 +32,7 @@ def read_text(path: Path) -> PointCloud:
         raise OSError(f"{path.name} must have 3 columns or more, not {table.shape[1]}")
     place = {name: column for column, name in enumerate(names)}
     columns = [place[name] for name in "xyz"] if {"x", "y", "z"} <= place.keys() else [0, 1, 2]
-    return PointCloud(table[:, columns], _normals(table, place))
+    return measured(path.name, table[:, columns], _normals(table, place))
 
 
 def _normals(table: Array, place: dict[str, int]) -> Array | None:

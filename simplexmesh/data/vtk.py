@@ -19,7 +19,7 @@ from vtkmodules.vtkIOGeometry import vtkOBJReader, vtkSTLReader
 from vtkmodules.vtkIOLegacy import vtkDataSetReader
 from vtkmodules.vtkIOXML import vtkXMLImageDataReader, vtkXMLPolyDataReader, vtkXMLPolyDataWriter
 
-from simplexmesh.data.points import PointCloud
+from simplexmesh.data.points import PointCloud, measured
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.data.volume import Volume
 from simplexmesh.errors import SimplexMeshWarning
@@ -75,7 +75,7 @@ def from_dataset(dataset: Any, name: str, *, owned: bool = False) -> Volume | Tr
         It is another kind of VTK data set.
     """
     if dataset.IsA("vtkImageData"):
-        return _volume(dataset, name, owned)
+        return _volume(dataset, name, owned=owned)
     if not dataset.IsA("vtkPolyData"):
         raise TypeError(f"{name} must be a VTK image or polygons (vtkPolyData), not {dataset.GetClassName()}")
     if dataset.GetFieldData().HasArray(_TWIN):
@@ -83,7 +83,7 @@ def from_dataset(dataset: Any, name: str, *, owned: bool = False) -> Volume | Tr
     if dataset.GetNumberOfPolys() or dataset.GetNumberOfStrips():
         return _triangles(dataset)
     normals = dataset.GetPointData().GetNormals()
-    return PointCloud(_points(dataset), None if normals is None else vtk_to_numpy(normals).astype(float))
+    return measured(name, _points(dataset), None if normals is None else vtk_to_numpy(normals).astype(float))
 
 
 def _points(dataset: Any) -> NDArray[np.float64]:
@@ -104,7 +104,7 @@ def _triangles(dataset: Any) -> TriangleMesh:
     return TriangleMesh(_points(out), corners.reshape(-1, 3))
 
 
-def _volume(image: Any, name: str, owned: bool) -> Volume:
+def _volume(image: Any, name: str, *, owned: bool) -> Volume:
     points = image.GetPointData()
     on_cells = not points.GetNumberOfArrays()
     data = image.GetCellData() if on_cells else points
