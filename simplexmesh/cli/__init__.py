@@ -3,6 +3,6 @@
 Nothing heavy is imported before a command runs, so that `--help` is immediate.
 """
 
-from simplexmesh.cli.app import app, main
+from simplexmesh.cli.app import main
 
-__all__ = ["app", "main"]
+__all__ = ["main"]

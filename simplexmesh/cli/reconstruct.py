@@ -9,14 +9,12 @@ from typing import Annotated, Any
 
 import typer
 
-from simplexmesh.cli.report import as_json, note, progress, table, writable
+from simplexmesh.cli.report import MODELS, PICTURES, as_json, direction, note, progress, table, writable
 
 EXAMPLE = (
     "Examples: simplexmesh reconstruct head_ct.mhd --level 500 --vertices 3000 -o head.vtp ;  "
     "simplexmesh reconstruct bun000.ply bun045.ply bun090.ply --poses bun.conf -o bunny.vtp"
 )
-MODELS = (".vtp", ".ply", ".obj", ".off", ".stl")
-PICTURES = (".png", ".jpg", ".jpeg", ".tif")
 
 
 def command(
@@ -35,12 +33,14 @@ def command(
     components: Annotated[str, typer.Option(help="Which pieces to keep: largest or all.")] = "largest",
     iterations: Annotated[int, typer.Option(help="Most iterations of the fine stage.")] = 300,
     picture: Annotated[Path | None, typer.Option(help="Write a picture of data and model to this file.")] = None,
+    view: Annotated[str, typer.Option(help="Side the picture is taken from: iso, xy, -xy, xz, yx, ...")] = "iso",
     json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
 ) -> int:
     """Fit a surface model to a volume, a label, a scan or several scans."""
     output = writable(output, "--output", MODELS, inputs)
     if picture is not None:
         picture = writable(picture, "--picture", PICTURES, inputs)
+    camera = direction(view)
 
     from simplexmesh.motion.reconstruct import reconstruct
 
@@ -65,7 +65,7 @@ def command(
     elif not result.converged:
         note(f"still moving after {len(result.history)} iterations; --iterations allows more")
     if picture is not None:
-        _draw(picture, data, result, level, label)
+        _draw(picture, data, result, level, label, camera)
     facts = described(result) | {"seconds": round(seconds, 3), "output": str(output)}
     if json:
         as_json(facts)
@@ -105,10 +105,10 @@ def described(result: Any) -> dict[str, Any]:
     }
 
 
-def _draw(path: Path, data: Any, result: Any, level: float | None, label: int | None) -> None:
+def _draw(path: Path, data: Any, result: Any, level: float | None, label: int | None, camera: str | None) -> None:
     from simplexmesh import plot
 
-    plot.picture(path, plot.beside(data, result.mesh, level=level, label=label))
+    plot.picture(path, plot.beside(data, result.mesh, level=level, label=label, view=camera))
 
 
 def _print(result: Any, seconds: float, output: Path) -> None:

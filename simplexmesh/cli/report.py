@@ -12,6 +12,10 @@ from typing import Any
 
 import typer
 
+MODELS = (".vtp", ".ply", ".obj", ".off", ".stl")
+PICTURES = (".png", ".jpg", ".jpeg", ".tif")
+VIEWS = ("iso", "xy", "xz", "yz", "yx", "zx", "zy", "-xy", "-xz", "-yz", "-yx", "-zx", "-zy")
+
 
 def note(message: str) -> None:
     """Say something worth knowing, on the error stream."""
@@ -112,3 +116,16 @@ def writable(path: Path, option: str, endings: tuple[str, ...], inputs: list[Pat
     if any(path.exists() and given.exists() and path.samefile(given) for given in inputs or []):
         raise ValueError(f"{option} must not be the input {str(path)!r} itself")
     return path
+
+
+def direction(view: str) -> str | None:
+    """Return the camera a `--view` names, None for the default.
+
+    Examples
+    --------
+    >>> direction("-xz")
+    '-xz'
+    """
+    if view not in VIEWS:
+        raise ValueError(f"--view must be one of {', '.join(map(repr, VIEWS))}, not {view!r}")
+    return None if view == "iso" else view

@@ -7,8 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from simplexmesh.cli.reconstruct import PICTURES
-from simplexmesh.cli.report import note, writable
+from simplexmesh.cli.report import PICTURES, direction, note, writable
 
 EXAMPLE = "Example: simplexmesh view head.vtp --scalars mean_curvature"
 
@@ -22,11 +21,13 @@ def command(
     level: Annotated[float | None, typer.Option(help="Surface shown of a volume of intensities.")] = None,
     label: Annotated[int | None, typer.Option(help="Region shown of a volume of labels.")] = None,
     unit: Annotated[str, typer.Option(help="Unit of length, for the scale.")] = "",
+    side: Annotated[str, typer.Option("--view", help="Side to look from: iso, xy, -xy, xz, yx, ...")] = "iso",
     picture: Annotated[Path | None, typer.Option(help="Write a picture to this file and open no window.")] = None,
 ) -> None:
     """Open a window on a file; without a display, say so and write a picture beside it."""
     if picture is not None:
         picture = writable(picture, "--picture", PICTURES, [path])
+    camera = direction(side)
 
     from simplexmesh import plot
     from simplexmesh.data.convert import as_data
@@ -34,9 +35,9 @@ def command(
     shown: Any = as_data(path)
     if data is None:
         plotter = plot.surface(shown, scalars=scalars, level=level, label=label, title=path.name, unit=unit)
-        plot.looked_at(plotter)
+        plot.looked_at(plotter, camera)
     else:
-        plotter = plot.beside(as_data(data), shown, scalars=scalars, level=level, label=label, unit=unit)
+        plotter = plot.beside(as_data(data), shown, scalars=scalars, level=level, label=label, unit=unit, view=camera)
     if picture is None and plot.has_display():
         plotter.show(title=f"simplexmesh: {path.name}")
         return
