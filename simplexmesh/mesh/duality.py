@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh import _check
-from simplexmesh.errors import SimplexMeshWarning, TopologyError
+from simplexmesh.errors import SimplexMeshWarning
 from simplexmesh.mesh.connectivity import Connectivity
-from simplexmesh.mesh.manifold import half_edge_mates, oriented, without_flaws
+from simplexmesh.mesh.manifold import matched, oriented
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 
 Array = NDArray[np.float64]
@@ -89,10 +89,7 @@ def dual(triangles: Any, *, outward: bool = True) -> SimplexMesh:
     SimplexMesh(8 vertices, 5 faces, genus 0, 1 holes)
     """
     vertices, faces = _vertices_and_faces(triangles)
-    faces, repairs = without_flaws(faces)
-    if not len(faces):
-        raise TopologyError("triangles must have a face with three different corners, not none")
-    mates = half_edge_mates(faces)
+    faces, mates, repairs = matched(faces)
     faces, mates, turned = oriented(vertices, faces, mates, outward=outward)
     connectivity = _dual_connectivity(mates)
     repairs += turned + _touching(faces, connectivity)

@@ -13,32 +13,62 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 
-def without_flaws(faces: Indices) -> tuple[Indices, list[str]]:
-    """Return the triangles without those that repeat a corner or another triangle, and what was dropped.
+def without_slim(faces: Indices) -> tuple[Indices, list[str]]:
+    """Return the triangles without those that repeat a corner, and what was dropped.
 
     Examples
     --------
-    >>> without_flaws(np.array([[0, 1, 2], [2, 2, 3], [1, 0, 2]]))
-    (array([[0, 1, 2]]), ['dropped 1 triangles with a repeated corner', 'dropped 1 copies of a triangle'])
+    >>> without_slim(np.array([[0, 1, 2], [2, 2, 3]]))
+    (array([[0, 1, 2]]), ['dropped 1 triangles with a repeated corner'])
     """
-    said = []
     a, b, c = faces.T
     slim = (a == b) | (b == c) | (c == a)
-    if slim.any():
-        faces = faces[~slim]
-        said.append(f"dropped {int(slim.sum())} triangles with a repeated corner")
-    if len(faces):
-        a, b, c = faces.T
-        low, high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
-        middle = a + b + c - low - high
-        order = np.lexsort((middle, high, low))
-        corners = np.stack([low, middle, high], axis=1)[order]
-        again = np.zeros(len(faces), bool)
-        again[order[1:]] = (corners[1:] == corners[:-1]).all(axis=1)
-        if again.any():
-            faces = faces[~again]
-            said.append(f"dropped {int(again.sum())} copies of a triangle")
-    return faces, said
+    if not slim.any():
+        return faces, []
+    return faces[~slim], [f"dropped {int(slim.sum())} triangles with a repeated corner"]
+
+
+def without_copies(faces: Indices) -> tuple[Indices, list[str]]:
+    """Return the triangles without second copies, whatever the order of their corners, and what was dropped.
+
+    Examples
+    --------
+    >>> without_copies(np.array([[0, 1, 2], [1, 0, 2]]))
+    (array([[0, 1, 2]]), ['dropped 1 copies of a triangle'])
+    """
+    corners = np.sort(faces, axis=1)
+    order = np.lexsort(corners.T)
+    again = np.zeros(len(faces), bool)
+    again[order[1:]] = (np.diff(corners[order], axis=0) == 0).all(axis=1)
+    if not again.any():
+        return faces, []
+    return faces[~again], [f"dropped {int(again.sum())} copies of a triangle"]
+
+
+def matched(faces: Indices) -> tuple[Indices, Indices, list[str]]:
+    """Return triangles without flaws, their half-edges as `half_edge_mates` gives them, and what was dropped.
+
+    Copies are looked for only where there is a sign of one: a crowded edge, or a triangle with one neighbor thrice.
+
+    Raises
+    ------
+    TopologyError
+        When no triangle is left, or more than two share an edge.
+
+    Examples
+    --------
+    >>> matched(np.array([[0, 1, 2], [2, 1, 3], [2, 1, 0]]))[2]
+    ['dropped 1 copies of a triangle']
+    """
+    faces, said = without_slim(faces)
+    if not len(faces):
+        raise TopologyError("triangles must have a face with three different corners, not none")
+    mates, crowded = _kernels.half_edge_mates(faces)
+    a, b, c = (mates // 3).reshape(-1, 3).T
+    if crowded >= 0 or ((a == b) & (b == c) & (a >= 0)).any():
+        faces, copies = without_copies(faces)
+        return faces, half_edge_mates(faces), said + copies
+    return faces, mates.reshape(-1, 3), said
 
 
 def half_edge_mates(faces: Indices) -> Indices:
