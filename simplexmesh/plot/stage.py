@@ -53,7 +53,8 @@ def looked_at(plotter: pv.Plotter, view: str | Sequence[float] | None = None, zo
         if view is None:
             plotter.view_isometric()
         elif isinstance(view, str):
-            plotter.camera_position = view
+            _check.choice("view", view.lstrip("-"), ("xy", "xz", "yz", "yx", "zx", "zy"))
+            getattr(plotter, f"view_{view.lstrip('-')}")(negative=view.startswith("-"))
         else:
             plotter.view_vector(_check.array("view", view, (3,)), viewup=(0, 0, 1))
         plotter.reset_camera()
