@@ -95,6 +95,8 @@ class TestOpen:
 
     def test_orientation_of_an_open_surface_is_kept(self):
         up, down = dual(TWO), dual((TWO[0], np.flip(TWO[1], axis=1)))
+        bowl = (OCTAHEDRON[0], OCTAHEDRON[1][:7, ::-1])
+        assert dual(bowl).volume < 0
         # About the triangles; on the border of so small a surface normals may tip over.
         assert (up.normals[:2, 2] > 0).all()
         assert (down.normals[:2, 2] < 0).all()

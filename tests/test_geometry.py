@@ -162,6 +162,16 @@ class TestPlane:
         assert np.isnan(center[0]).all()
         assert radius[0] == np.inf
 
+    @given(seed=seeds, log_scale=st.floats(-6, 6))
+    def test_neighbors_on_one_line_up_to_rounding(self, seed, log_scale):
+        rng = np.random.default_rng(seed)
+        line = rng.normal(size=3) * rng.uniform(-1, 1, (3, 1))
+        points = 10**log_scale * np.vstack([rng.normal(size=3), line])
+        assume(np.linalg.norm(line[1] - line[0]) > 0.05)
+        assume(np.linalg.norm(line[2] - line[0]) > 0.05)
+        assert_array_equal(geometry.normals(points, ONE)[0], 0)
+        assert geometry.mean_curvature(points, ONE)[0] == 0
+
     @pytest.mark.parametrize("scale", [1e-8, 1.0, 1e8])
     def test_coinciding_points_give_finite_numbers(self, scale):
         for points in (np.zeros((4, 3)), scale * np.eye(4)[[0, 0, 1, 2], :3], scale * np.eye(4)[[3, 0, 0, 1], :3]):
