@@ -637,9 +637,9 @@ def test_noise_on_a_rim_is_smoothed_and_the_rim_follows_forces_and_data():
 def test_threads_that_wait_sleep():
     code = "import os, simplexmesh.motion; print(os.environ['OMP_WAIT_POLICY'])"
     clean = {name: value for name, value in os.environ.items() if name != "OMP_WAIT_POLICY"}
-    for given, kept in (({}, "passive"), ({"OMP_WAIT_POLICY": "active"}, "active")):
+    for told, kept in (({}, "passive"), ({"OMP_WAIT_POLICY": "active"}, "active")):
         done = subprocess.run(
-            [sys.executable, "-c", code], env=clean | given, capture_output=True, text=True, check=True
+            [sys.executable, "-c", code], env=clean | told, capture_output=True, text=True, check=True
         )
         assert done.stdout.strip() == kept
 

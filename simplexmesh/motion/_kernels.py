@@ -1,9 +1,9 @@
 """One iteration of a simplex mesh, in loops over vertices: frames, averaging passes, steps.
 
 Arrays in, arrays out; nothing is checked here. Every kernel exists for one thread and for all of them. A parallel call
-costs a microsecond on an idle machine, but as many milliseconds where another process holds a core and the threads
-that wait for each other spin (measured: 4 to 8, the scheduler's time slices). So `simplexmesh.motion` asks them to sleep
-instead, and they start only where a call has a tenth of a millisecond to share.
+costs some 5 microseconds on an idle machine, and as many milliseconds (the scheduler's time slices) where another
+process holds a core and the threads that wait for each other spin; so `simplexmesh.motion` asks them to sleep instead,
+and they start only where a call has a tenth of a millisecond to share.
 """
 
 from __future__ import annotations

@@ -131,7 +131,7 @@ def isosurface() -> None:
             count = mesh.n_vertices
             print(
                 f"| {count:,} | {away} | {1e9 * ours / count:.0f} | {samples} "
-                f"| {1e9 * theirs / count:.0f} | {theirs / ours:.0f} |"
+                f"| {1e9 * theirs / count:.0f} | {theirs / ours:.1f} |"
             )
 
 
