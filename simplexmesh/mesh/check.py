@@ -29,8 +29,8 @@ class Report:
     problems : tuple of str
         One sentence for each kind of problem, with its number and first places.
     where : dict of str to array of int
-        The places themselves: "shared_edges" edges, "flat_edges" edges, "collinear" vertices, "flat_faces" faces,
-        "inverted" vertices, "folded" faces, "crossing" pairs of faces; the kinds not found are left out.
+        The places themselves: "one_sided_edges", "shared_edges" and "flat_edges" edges, "not_finite", "collinear" and
+        "inverted" vertices, "flat_faces" and "folded" faces, "crossing" pairs of faces; kinds not found are left out.
 
     Examples
     --------
