@@ -100,7 +100,7 @@ def carve(solid, keep, distance_order, joined6, joined26, rounds):  # type: igno
     A cell goes only when it is simple: one 6-connected piece of solid and one 26-connected piece of outside touch it
     in its 3x3x3 block. `distance_order` (m, 3) lists the cells to try, outermost first.
     """
-    block = np.zeros(27, np.bool_)
+    block = np.zeros(27, np.int8)
     mark = np.zeros(27, np.bool_)
     stack = np.zeros(27, np.int64)
     gone = 0
@@ -118,7 +118,7 @@ def carve(solid, keep, distance_order, joined6, joined26, rounds):  # type: igno
                         s += 1
             if block.all():
                 continue
-            if _pieces(block, True, joined6, mark, stack) == 1 and _pieces(block, False, joined26, mark, stack) == 1:
+            if _pieces(block, 1, joined6, mark, stack) == 1 and _pieces(block, 0, joined26, mark, stack) == 1:
                 solid[i, j, k] = False
                 gone += 1
         if gone == before:

@@ -148,11 +148,11 @@ def _move_is_fair(vertices, corners, mates, first, moved):  # type: ignore[no-un
 
 
 @njit(cache=True, error_model="numpy", fastmath=_FLAGS)
-def relax_round(vertices, corners, mates, first, step, along):  # type: ignore[no-untyped-def]
+def relax_round(vertices, corners, mates, first, step):  # type: ignore[no-untyped-def]
     """Move each vertex, in place and in turn, by `step` towards the centroid of its triangles.
 
-    Only `along` times the part along the normal is taken. A move that would turn a triangle by more than 60 degrees
-    is halved, thrice at most, then left out.
+    The part along the normal is left out. A move that would turn a triangle by more than 60 degrees is halved, thrice
+    at most, then left out.
     """
     normal, center, moved = np.zeros(3), np.zeros(3), np.zeros(3)
     for v in range(len(vertices)):
@@ -163,7 +163,7 @@ def relax_round(vertices, corners, mates, first, step, along):  # type: ignore[n
         for i in range(3):
             square += normal[i] ** 2
             dot += normal[i] * (center[i] - vertices[v, i])
-        part = (1 - along) * dot / square if square > 0 else 0.0
+        part = dot / square if square > 0 else 0.0
         scale = step
         for _ in range(4):
             for i in range(3):

@@ -11,7 +11,7 @@ from simplexmesh.errors import TopologyError
 from simplexmesh.motion.initial.budget import cell_for, meshed
 from simplexmesh.motion.initial.indicator import Indicator, areas, frame_for, solved
 from simplexmesh.motion.initial.orientation import turned
-from simplexmesh.motion.initial.planes import planes
+from simplexmesh.motion.initial.planes import planes, spacing_of
 from simplexmesh.motion.initial.polygonize import isosurface
 from simplexmesh.motion.initial.report import StartReport
 from simplexmesh.motion.initial.start import Start
@@ -89,12 +89,12 @@ def _indicator(cloud: PointCloud, vertices: int, *, trust: bool) -> Indicator:
         chosen = np.random.default_rng(0).choice(len(points), most, replace=False)
         points, normals = points[chosen], None if normals is None else normals[chosen]
     longest = float(np.ptp(points, axis=0).max())
-    found = planes(points)
-    area = len(points) * found.spacing**2
-    finest = longest / np.clip(longest / cell_for(area, vertices), _FINE, _FINEST)
-    cell = max(_CELL * found.spacing, finest)
-    if normals is None:
-        return turned(points, found, cell)
+    found = planes(points) if normals is None else None
+    spacing = spacing_of(points) if found is None else found.spacing
+    cells = longest / cell_for(len(points) * spacing**2, vertices)
+    cell = max(_CELL * spacing, longest / np.clip(cells, _FINE, _FINEST))
+    if found is not None or normals is None:
+        return turned(points, found or planes(points), cell)
     frame = frame_for(points, cell)
     out = solved(points, normals, frame, areas(points, frame))
     return out if _outside(out) < 0 else Indicator(out.frame, -out.values)

@@ -22,6 +22,7 @@ Array = NDArray[np.float64]
 FEWEST = 20
 _COARSEST = 1.5
 _MARGIN = 3
+_BLUR = 0.6
 
 
 def start_from_volume(
@@ -100,33 +101,39 @@ def start_from_volume(
 
 def _field(volume: Volume, level: float | None, label: int | None) -> tuple[NDArray[np.float32], Array]:
     """Return the samples around the body, positive inside, and the indices of the first; the border is outside."""
-    if (level is None) == (label is None):
-        raise ValueError("one of level and label must be given" + (", not both" if level is not None else ", got none"))
-    if label is not None:
-        inside = np.asarray(volume.mask(label).values) > 0
-    else:
-        low, high = volume.range
-        if not low < _check.number("level", level) < high:
-            raise ValueError(f"level must be between {low:g} and {high:g}, the range of the volume, not {level:g}")
-        inside = volume.values > level
+    inside, middle, contrast = _inside(volume, level, label)
     box = [np.flatnonzero(inside.any(axis=tuple({0, 1, 2} - {axis}))) for axis in range(3)]
     first = np.array([rows[0] for rows in box]) - _MARGIN
     last = np.array([rows[-1] for rows in box]) + _MARGIN + 1
     cut = tuple(slice(max(0, a), min(n, b)) for a, b, n in zip(first, last, volume.shape, strict=True))
-    if label is not None:
-        out = inside[cut].astype(np.float32) - np.float32(0.5)
-        contrast = 0.5
-    else:
-        contrast = min(level - low, high - level)  # type: ignore[operator]
-        out = np.clip(volume.values[cut].astype(np.float32) - level, -contrast, contrast)
+    values = inside[cut] if label is not None else volume.values[cut]
     pad = [(max(0, -a), max(0, b - n)) for a, b, n in zip(first, last, volume.shape, strict=True)]
+    out = np.clip(values.astype(np.float32) - np.float32(middle), -contrast, contrast)
     return np.pad(out, pad, constant_values=-contrast), first.astype(float)
+
+
+def _inside(volume: Volume, level: float | None, label: int | None) -> tuple[NDArray[np.bool_], float, float]:
+    """Return where the body is, the value at its surface, and how far values may usefully lie from that one.
+
+    Values are cut at equal distances above and below the level, so that smoothing does not draw the surface towards
+    what is brightest.
+    """
+    if level is not None and label is not None:
+        raise ValueError("one of level and label must be given, not both")
+    if label is not None:
+        return np.asarray(volume.mask(label).values) > 0, 0.5, 0.5
+    if level is None:
+        raise ValueError("one of level and label must be given, got none")
+    low, high = volume.range
+    if not low < _check.number("level", level) < high:
+        raise ValueError(f"level must be between {low:g} and {high:g}, the range of the volume, not {level:g}")
+    return volume.values > level, level, min(level - low, high - level)
 
 
 def _resampled(native: NDArray[Any], spacing: Array, cell: float, *, blurred: bool) -> NDArray[np.float32]:
     """Return the field on cubic cells, its first sample in the same place, smoothed as much as those need."""
     factor = cell / spacing
-    sigma = np.maximum((factor - 1) / 2, 0.7 * factor.clip(1) if blurred else 0.0)
+    sigma = _BLUR * (factor.clip(1) if blurred else factor)
     smooth = ndimage.gaussian_filter(native, sigma, mode="nearest") if sigma.any() else native
     shape = tuple(np.ceil((np.array(native.shape) - 1) / factor).astype(int) + 2)
     out: NDArray[np.float32] = ndimage.affine_transform(

@@ -47,7 +47,8 @@ class _Level:
 
     def settled(self, normals: Array) -> tuple[Array, float, int]:
         """Turn normals until hardly any turns; return them, their energy, and how many rounds that took."""
-        for rounds in range(1, _ROUNDS + 1):
+        rounds = 0
+        for rounds in range(1, _ROUNDS + 1):  # noqa: B007
             slope = dot(normals, self.solved(normals).at(self.points)[1])
             energy = -float((self.weight * slope).sum())
             wrong = slope > 0

@@ -42,6 +42,14 @@ def planes(points: Array, neighbors: int | None = None) -> Planes:
     return out
 
 
+def spacing_of(points: Array, most: int = 5000) -> float:
+    """Return the median distance between neighboring points, from at most so many of them."""
+    some = points[:: max(1, len(points) // most)]
+    count = min(FEW, len(points))
+    distance = cKDTree(points).query(some, k=[count], workers=-1)[0]
+    return float(np.median(distance)) * np.sqrt(np.pi / count)
+
+
 def _fitted(points: Array, tree: cKDTree, count: int) -> Planes:
     distance, near = tree.query(points, k=count, workers=-1)
     local = points[near]
@@ -49,5 +57,3 @@ def _fitted(points: Array, tree: cKDTree, count: int) -> Planes:
     values, vectors = np.linalg.eigh(np.einsum("nki,nkj->nij", local, local) / count)
     spacing = float(np.median(distance[:, -1])) * np.sqrt(np.pi / count)
     return Planes(vectors[:, :, 0], spacing, float(np.sqrt(max(0.0, np.median(values[:, 0])))))
-
-

@@ -43,18 +43,21 @@ def isosurface(field: NDArray[Any], solid: Mask, triangles: int = 0) -> tuple[Ar
     T. Lewiner, H. Lopes, A. Vieira, G. Tavares, Efficient implementation of marching cubes' cases with topological
     guarantees, 2003.
     """
+    box = tuple(slice(max(0, rows.min() - 2), rows.max() + 3) for rows in np.nonzero(solid)) if solid.any() else ()
+    corner = np.array([side.start for side in box]) if box else np.zeros(3)
+    field, solid = field[box], solid[box]
     agreeing = _agreeing(field, solid)
     vertices, faces = _marched(agreeing)
     if not 0 < len(faces) < triangles:
-        return vertices, faces
+        return vertices + corner, faces
     shape = np.array(field.shape)
     fine = np.ceil((shape - 1) * np.sqrt(1.1 * triangles / len(faces))).astype(int) + 1
     finer = _marched(ndimage.zoom(agreeing, fine / shape, order=1))
     if _euler(finer[1]) == 2 * euler(solid):
-        return finer[0] * ((shape - 1) / (fine - 1)), finer[1]
+        return finer[0] * ((shape - 1) / (fine - 1)) + corner, finer[1]
     while len(faces) < triangles:
         vertices, faces = halved(vertices, faces)
-    return vertices, faces
+    return vertices + corner, faces
 
 
 def halved(vertices: Array, faces: Indices) -> tuple[Array, Indices]:
@@ -82,8 +85,8 @@ def _agreeing(field: NDArray[Any], solid: Mask) -> NDArray[np.float32]:
     marching cubes parts those cells, as a 6-connected solid wants it.
     """
     out = np.asarray(field, dtype=np.float32)
-    near = ndimage.binary_dilation(solid, iterations=1) & ~ndimage.binary_erosion(solid, iterations=1)
-    scale = float(np.median(np.abs(out[near]))) if near.any() else 1.0
+    crossing = solid[1:] != solid[:-1]
+    scale = float(np.median(np.abs(out[1:] - out[:-1])[crossing])) / 2 if crossing.any() else 1.0
     out = np.clip(out / (scale if scale > 0 else 1.0), -3, 3)
     out = np.where(solid, np.maximum(out, _LEAST), np.minimum(out, -_LEAST))
     doubtful = _doubtful(solid)

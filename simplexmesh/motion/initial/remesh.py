@@ -20,12 +20,13 @@ def decimated(vertices: Array, faces: Indices, triangles: int) -> tuple[Array, I
     """
     if len(faces) <= triangles:
         return vertices, faces
-    out = igl.decimate(np.asarray(vertices, order="F"), np.asarray(faces, np.int32, order="F"), int(triangles), False)
+    given = np.asarray(vertices, order="F"), np.asarray(faces, np.int32, order="F")
+    out = igl.decimate(*given, int(triangles), block_intersections=False)
     return np.ascontiguousarray(out[0]), np.ascontiguousarray(out[1], dtype=np.int64)
 
 
 def relaxed(
-    vertices: Array, faces: Indices, *, rounds: int = 5, sweeps: int = 2, step: float = 0.5, along: float = 0.0
+    vertices: Array, faces: Indices, *, rounds: int = 5, sweeps: int = 2, step: float = 0.5
 ) -> tuple[Array, Indices]:
     """Return a closed triangulation with valences nearer to six and vertices evenly spread over the same surface.
 
@@ -40,8 +41,6 @@ def relaxed(
         How often.
     step : float
         Part of the way to go each time.
-    along : float
-        Part of the move along the normal to keep: 0 stays on the surface, 1 also smooths it.
     """
     positions = np.array(vertices, dtype=float, order="C")
     mates = np.array(half_edge_mates(faces), dtype=np.int64).ravel()
@@ -52,7 +51,7 @@ def relaxed(
         first = np.full(len(positions), -1)
         first[corners] = np.arange(len(corners))
         for _ in range(sweeps):
-            _kernels_remesh.relax_round(positions, corners, mates, first, step, along)
+            _kernels_remesh.relax_round(positions, corners, mates, first, step)
         if not flips and not sweeps:
             break
     return positions, corners.reshape(-1, 3)

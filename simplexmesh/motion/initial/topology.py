@@ -80,7 +80,7 @@ def closed(solid: Mask, radius: float) -> Mask:
     return without_cavities((ndimage.distance_transform_edt(grown) > radius) | solid)
 
 
-def _joined(corners: bool) -> NDArray[np.int64]:  # noqa: FBT001
+def _joined(*, corners: bool) -> NDArray[np.int64]:
     """Return, for each cell of a 3x3x3 block, the others it is joined to inside the block, as `carve` wants it."""
     at = np.stack(np.unravel_index(np.arange(27), (3, 3, 3)), axis=1)
     apart = np.abs(at[:, None] - at[None])
@@ -96,8 +96,8 @@ def _joined(corners: bool) -> NDArray[np.int64]:  # noqa: FBT001
     return out
 
 
-_JOINED6 = _joined(False)
-_JOINED26 = _joined(True)
+_JOINED6 = _joined(corners=False)
+_JOINED26 = _joined(corners=True)
 
 
 def carved(solid: Mask, keep: Mask, rounds: int = 100) -> Mask:
