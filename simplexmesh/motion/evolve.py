@@ -62,7 +62,7 @@ def evolved(
     target: Target,
     stages: Sequence[Stage],
     *,
-    tolerance: float = 1e-3,
+    tolerance: float = 5e-3,
     watch: Callable[[float], None] | None = None,
 ) -> Course:
     """Move a mesh through stages and return where it came to rest.

@@ -21,6 +21,7 @@ from simplexmesh.motion.initial.report import StartReport
 from simplexmesh.motion.progress import Report, reporting
 from simplexmesh.motion.subjects import MOST_POINTS, Subject, as_subject
 from simplexmesh.motion.targets.triangles import inside_surface, surface_distance
+from simplexmesh.motion.untangle import untangled
 
 Array = NDArray[np.float64]
 
@@ -45,6 +46,9 @@ class Reconstruction:
         The mesh the motion began with.
     found : StartReport or None
         What the automatic start found and decided: grid, genus, tunnels sealed, pieces dropped.
+    tangled : int
+        Number of vertices left on faces that are folded or cross another, after all attempts to smooth them: 0, unless
+        the model is too coarse for the data or of another topology. `mesh.check(self_intersections=True)` names them.
     interrupted : bool
         Whether the motion was interrupted (Ctrl-C); `mesh` is then its last whole state.
     """
@@ -55,6 +59,7 @@ class Reconstruction:
     converged: bool = False
     start: SimplexMesh | None = None
     found: StartReport | None = None
+    tangled: int = 0
     interrupted: bool = False
 
     def __repr__(self) -> str:
@@ -155,14 +160,17 @@ def reconstruct(
             beginning = subject.start(vertices)
             start, found = beginning.mesh, beginning.report
         else:
-            start = primitive_around(subject.points, str(init), vertices)
-        near = init == "auto"
-        stages = _stages(start, subject, iterations, rigidity, adaptation, near=near)
+            start = primitive_around(subject.points, str(init), vertices, facing=subject.facing)
+        stages = _stages(start, subject, iterations, rigidity, adaptation, cell=found.cell if found else None)
         course = evolved(start, subject.target, stages, watch=lambda share: report(0.1 + 0.85 * share, "fitting"))
+        mesh, tangled = course.mesh, 0
+        if not course.interrupted:
+            report(0.93, "untangling")
+            mesh, tangled = untangled(mesh, subject.target, reach=stages[-1].reach)
         report(0.95, "measuring")
-        distance = measured(course.mesh, subject, stages[-1].reach)
+        distance = measured(mesh, subject, stages[-1].reach)
         report(1.0, "done")
-    return Reconstruction(course.mesh, distance, course.history, course.converged, start, found, course.interrupted)
+    return Reconstruction(mesh, distance, course.history, course.converged, start, found, tangled, course.interrupted)
 
 
 def _given_start(init: str | Path | SimplexMesh) -> SimplexMesh | None:
@@ -180,24 +188,25 @@ def _given_start(init: str | Path | SimplexMesh) -> SimplexMesh | None:
 
 
 def _stages(
-    start: SimplexMesh, subject: Subject, iterations: int, rigidity: int, adaptation: float, *, near: bool
+    start: SimplexMesh, subject: Subject, iterations: int, rigidity: int, adaptation: float, *, cell: float | None
 ) -> list[Stage]:
     """Return coarse to fine: a start that is near needs only to settle; one from afar must first find the data."""
     radius = 0.5 * float(np.linalg.norm(np.ptp(subject.points, axis=0)))
     edge = mean_edge(start)
-    settle = Stage(rigidity=rigidity, reach=max(2 * subject.resolution, edge), iterations=iterations // 2, beta=0.4)
-    if near:
-        reach = min(max(3 * subject.resolution, 2 * edge), 0.2 * radius)
+    last = max(2 * subject.resolution, edge)
+    if cell is not None:
+        near = 1.25 * max(subject.resolution, cell) if subject.encloses else max(3 * subject.resolution, 2 * edge)
+        reach = min(near, 0.2 * radius)
         return [
             Stage(rigidity=max(2, rigidity), reach=reach, iterations=40, beta=0.2),
             Stage(rigidity=rigidity, reach=reach, iterations=iterations, beta=0.4, adaptation=adaptation),
-            settle,
+            Stage(rigidity=rigidity, reach=min(last, reach), iterations=iterations // 2, beta=0.4),
         ]
     return [
         Stage(rigidity=max(6, rigidity), reach=2.0 * radius, iterations=100, beta=0.1),
         Stage(rigidity=max(6, rigidity), reach=0.4 * radius, iterations=100, beta=0.2),
         Stage(rigidity=rigidity, reach=0.16 * radius, iterations=iterations, beta=0.3, adaptation=adaptation),
-        settle,
+        Stage(rigidity=rigidity, reach=last, iterations=iterations // 2, beta=0.4),
     ]
 
 

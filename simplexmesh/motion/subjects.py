@@ -50,6 +50,10 @@ class Subject(Protocol):
     def points(self) -> Array:
         """(m, 3) points on the surface wanted."""
 
+    @property
+    def facing(self) -> Array | None:
+        """(3,) the mean of the data's normals, or None when it has none or they cancel."""
+
     def start(self, vertices: int) -> Start:
         """Return a mesh of about so many vertices, of the right topology and near the data."""
 
@@ -58,6 +62,7 @@ class VolumeSubject:
     """A level of a volume."""
 
     encloses = True
+    facing = None
 
     def __init__(self, volume: Volume, level: float | None, inside: str, components: str) -> None:
         from simplexmesh.motion.targets.isosurface import Isosurface
@@ -93,6 +98,7 @@ class LabelSubject:
     """One region of a label volume."""
 
     encloses = True
+    facing = None
 
     def __init__(self, volume: Volume, label: int | None, components: str) -> None:
         from simplexmesh.motion.targets.labels import LabelSurface
@@ -142,6 +148,11 @@ class PointsSubject:
         return Points(PointCloud(self.cloud.points[known], -inward[known]))
 
     @property
+    def facing(self) -> Array | None:
+        """(3,) the mean of the normals, or None when there are none."""
+        return None if self.cloud.normals is None else np.asarray(self.cloud.normals.mean(axis=0))
+
+    @property
     def points(self) -> Array:
         """(m, 3) the points themselves."""
         return self.cloud.points
@@ -171,6 +182,11 @@ class TrianglesSubject:
     def sampled(self) -> PointCloud:
         """Even samples of the surface, with its normals; the same every time."""
         return self.triangles.sampled(40_000, rng=0)
+
+    @property
+    def facing(self) -> Array | None:
+        """(3,) the mean of the normals."""
+        return None if self.sampled.normals is None else np.asarray(self.sampled.normals.mean(axis=0))
 
     @property
     def points(self) -> Array:
@@ -212,9 +228,10 @@ def as_subject(
     ValueError, TypeError, OSError
         One sentence on what is wrong with the data or with the choice of level and label.
     """
-    if isinstance(data, Sequence) and not isinstance(data, str | bytes) and not np.isscalar(data[0] if data else 0):
-        several = all(isinstance(item, str | Path | PointCloud | TriangleMesh) for item in data)
-        if several:
+    if isinstance(data, list | tuple):
+        if not data:
+            raise ValueError("data must be at least one scan, not an empty list")
+        if all(isinstance(item, str | Path | PointCloud | TriangleMesh) for item in data):
             return PointsSubject(joined_scans(data, poses), components)
     if poses is not None:
         return PointsSubject(joined_scans([data], poses), components)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh.mesh.connectivity import Connectivity
-from simplexmesh.mesh.face_geometry import inverted_faces
+from simplexmesh.mesh.face_geometry import face_inversions
 from simplexmesh.mesh.self_intersection import self_intersections
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.deform import DeformableModel, Target
@@ -21,24 +21,26 @@ def tangled_vertices(mesh: SimplexMesh) -> NDArray[np.bool_]:
     >>> bool(tangled_vertices(sm.sphere(4)).any())
     False
     """
-    faces = np.union1d(inverted_faces(mesh.vertices, mesh.connectivity), self_intersections(mesh).ravel())
-    on_face = np.zeros(len(mesh.connectivity.face_sizes), dtype=bool)
-    on_face[faces.astype(int)] = True
-    return on_face[mesh.connectivity.vertex_faces].any(axis=1)
+    whole = mesh.connectivity
+    folded = face_inversions(mesh.vertices, mesh.normals, whole.face_vertices, whole.face_offsets) > 0
+    on_face = folded & ~whole.face_is_hole
+    on_face[self_intersections(mesh.vertices, whole).ravel()] = True
+    return np.asarray(on_face[whole.vertex_faces].any(axis=1))
 
 
 def grown(marked: NDArray[np.bool_], connectivity: Connectivity, rings: int) -> NDArray[np.bool_]:
     """Return the marked vertices and all within so many edges of one."""
     for _ in range(rings):
-        marked = marked | marked[connectivity.neighbors].any(axis=1)
+        marked = np.asarray(marked | marked[connectivity.neighbors].any(axis=1))
     return marked
 
 
-def untangled(mesh: SimplexMesh, target: Target, *, reach: float, rounds: int = 6) -> tuple[SimplexMesh, int]:
+def untangled(mesh: SimplexMesh, target: Target, *, reach: float, rounds: int = 10) -> tuple[SimplexMesh, int]:
     """Return the mesh with its folds and self-intersections smoothed away, and how many vertices are still tangled.
 
     Tangled vertices and their surroundings, wider in every round, first relax without data under orientation
-    continuity, then return to the data under a stiff mean-curvature constraint. All other vertices stay.
+    continuity, then return to the data under a mean-curvature constraint, stiffer in every round. All other vertices
+    stay.
 
     Parameters
     ----------
@@ -67,7 +69,13 @@ def untangled(mesh: SimplexMesh, target: Target, *, reach: float, rounds: int = 
         for _ in relaxing.run(5 + 5 * attempt):
             pass
         returning = DeformableModel(
-            relaxing.mesh, target, alpha=0.4 * weight, beta=0.2 * weight, damping=1.0, reach=reach, rigidity=3
+            relaxing.mesh,
+            target,
+            alpha=0.4 * weight,
+            beta=0.2 / (1 + attempt) * weight,
+            damping=1.0,
+            reach=reach,
+            rigidity=3 + attempt,
         )
         for _ in returning.run(20):
             pass

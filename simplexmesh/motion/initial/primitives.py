@@ -35,7 +35,7 @@ def principal_frame(points: Array) -> tuple[Array, Array]:
     return center + middle[order] @ axes, axes
 
 
-def primitive_around(points: Array, kind: str, vertices: int) -> SimplexMesh:
+def primitive_around(points: Array, kind: str, vertices: int, *, facing: Array | None = None) -> SimplexMesh:
     """Return a primitive of about so many vertices that suits the points: around them, or through them if open.
 
     Parameters
@@ -47,6 +47,8 @@ def primitive_around(points: Array, kind: str, vertices: int) -> SimplexMesh:
         spans the two longest, the torus turns about the shortest.
     vertices : int
         How many, within a few per cent.
+    facing : (3,) array of float, optional
+        Which way an open surface looks, when the data says so: a plane is turned to look that way.
 
     Returns
     -------
@@ -60,6 +62,8 @@ def primitive_around(points: Array, kind: str, vertices: int) -> SimplexMesh:
     """
     _check.choice("init", kind, PRIMITIVES)
     center, axes = principal_frame(points)
+    if kind == "plane" and facing is not None and axes[2] @ facing < 0:
+        axes[1:] *= -1
     local = (points - center) @ axes.T
     half = np.maximum(np.abs(local).max(axis=0), 1e-3 * np.abs(local).max())
     if kind == "sphere":

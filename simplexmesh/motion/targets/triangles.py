@@ -8,7 +8,7 @@ import igl
 import numpy as np
 from numpy.typing import NDArray
 
-from simplexmesh._vec import cross, dot, normalized
+from simplexmesh._vec import cross, dot, norm, normalized
 from simplexmesh.data.convert import as_triangles
 
 Array = NDArray[np.float64]
@@ -19,7 +19,7 @@ class Triangles:
 
     A closest point counts when its triangle faces the same way as the vertex (within about 78 degrees), so that the
     far wall of a thin sheet does not attract; on an edge or a corner, where the triangle found is one of several, the
-    direction to the closest point may speak for it.
+    direction to the closest point may speak for it. Beyond the border of an open surface there is no data.
 
     Parameters
     ----------
@@ -45,6 +45,7 @@ class Triangles:
         self.faces = np.ascontiguousarray(mesh.faces, dtype=np.int64)
         a, b, c = (self.vertices[self.faces[:, k]] for k in range(3))
         self._normals = normalized(cross(b - a, c - a))
+        self._on_border = border_sides(self.faces)
         self._tree = igl.AABB()
         self._tree.init(self.vertices, self.faces)
 
@@ -66,7 +67,33 @@ class Triangles:
         agrees = (facing > 0.2) | (straight & (facing > -0.2))
         if not self.oriented:
             agrees = (np.abs(facing) > 0.2) | straight
+        agrees &= ~(self._beyond_border(closest, faces) & (np.abs(along) < 0.8 * distance))
         return np.where(agrees & (distance <= reach), along, np.nan)
+
+    def _beyond_border(self, closest: Array, faces: NDArray[np.int64]) -> NDArray[np.bool_]:
+        """Return (n,) whether closest points lie on the border of an open surface."""
+        out = np.zeros(len(faces), dtype=bool)
+        rows = np.flatnonzero(self._on_border[faces].any(axis=1))
+        corners = self.vertices[self.faces[faces[rows]]]
+        whole = norm(cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
+        for side in range(3):
+            a, b = corners[:, side], corners[:, (side + 1) % 3]
+            share = norm(cross(b - a, closest[rows] - a))
+            out[rows] |= self._on_border[faces[rows], side] & (share <= 1e-6 * whole)
+        return out
+
+
+def border_sides(faces: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Return (f, 3) whether side j of a triangle, from corner j to j + 1, belongs to no other triangle.
+
+    Examples
+    --------
+    >>> border_sides(np.array([[0, 1, 2], [0, 2, 3]])).tolist()
+    [[True, True, False], [False, True, True]]
+    """
+    ends = np.sort(np.stack([faces, np.roll(faces, -1, axis=1)], axis=-1).reshape(-1, 2), axis=1)
+    _, place, count = np.unique(ends, axis=0, return_inverse=True, return_counts=True)
+    return np.asarray((count[place.ravel()] == 1).reshape(-1, 3))
 
 
 def surface_distance(points: Array, vertices: Array, faces: NDArray[np.int64]) -> Array:
