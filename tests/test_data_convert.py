@@ -82,6 +82,8 @@ def test_surfaces_give_their_points():
 def test_duplicates_are_merged_and_reported():
     with pytest.warns(SimplexMeshWarning, match="merged 2 duplicate points of 32"):
         assert len(as_data(np.vstack([POINTS, POINTS[:2]]))) == 30
+    with pytest.warns(SimplexMeshWarning, match="merged 1 duplicate points of 31"):
+        assert len(as_data(sm.PointCloud(np.vstack([POINTS, POINTS[:1]])))) == 30
 
 
 @pytest.mark.parametrize(

@@ -74,13 +74,12 @@ def test_joined_clouds_keep_normals_only_if_all_have_them():
 
 def test_duplicates_are_merged_in_order_and_reported():
     points = np.vstack([TETRAHEDRON, TETRAHEDRON[[2, 2, 0]]])
-    normals = np.tile([0, 0, 1.0], (7, 1))
-    normals[6] = [1, 0, 0]
+    normals = np.array([[0, 0, 1.0], [0, 1, 0], [1, 0, 0], [0, 0, -1], [1, 0, 0], [1, 0, 0], [1, 0, 0]])
     with pytest.warns(SimplexMeshWarning, match="merged 3 duplicate points of 7"):
         merged = PointCloud(points, normals).merged()
     assert_array_equal(merged.points, TETRAHEDRON)
     assert_allclose(merged.normals[0], np.array([1, 0, 1]) / np.sqrt(2))
-    assert_allclose(merged.normals[1:], [[0, 0, 1]] * 3)
+    assert_allclose(merged.normals[1:], normals[1:4])
 
 
 def test_a_cloud_without_duplicates_is_left_alone():

@@ -240,6 +240,10 @@ class TestPcd:
         out, written = _kernels.lzf_decompressed(np.frombuffer(packed, np.uint8), len(content))
         assert (out.tobytes(), written) == (content, len(content))
 
+    def test_kernel_refuses_copies_from_before_the_beginning(self):
+        assert _kernels.lzf_decompressed(np.array([0, 65, 0x20, 0x05], np.uint8), 10)[1] == -1
+        assert _kernels.lzf_decompressed(np.array([0, 65, 0x20, 0x00], np.uint8), 10)[1] == 4
+
     @given(st.binary(max_size=60), st.integers(0, 80))
     def test_kernel_survives_anything(self, packed, size):
         out, written = _kernels.lzf_decompressed(np.frombuffer(packed, np.uint8), size)
@@ -283,6 +287,22 @@ class TestRangeGrids:
         assert not (points[faces] == missing).all(axis=2).any()
         cells = 30 * 40 - 30 - 4
         assert len(faces) == 2 * cells + 4
+
+    def test_long_triangles_are_left_out_even_flat(self, scan):
+        points, grid = scan
+        points = points * [1, 1, 0] + [0.0, 0, 5]
+        points[grid[:, 20:]] += [0.5, 0, 0]
+        faces = grid_faces(points, np.where(grid < 0, 0, grid))
+        assert np.ptp(points[faces][:, :, 0], axis=1).max() < 0.5
+
+    def test_grazing_triangles_are_left_out_even_short(self, scan):
+        u, v = np.meshgrid(np.linspace(0, 1, 21), np.linspace(0, 1, 21))
+        grid = np.arange(441).reshape(21, 21)
+        for degrees, faces in ((84, 800), (86, 0)):
+            points = np.stack([u * np.cos(np.radians(degrees)), v, u * np.sin(np.radians(degrees))], axis=-1).reshape(
+                -1, 3
+            )
+            assert len(grid_faces(points, grid)) == faces
 
     def test_ply(self, scan, tmp_path):
         points, grid = scan

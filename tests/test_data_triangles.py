@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
+from scipy.spatial.transform import Rotation
 
 from simplexmesh.data.triangles import TriangleMesh, fans
 from simplexmesh.errors import SimplexMeshWarning
@@ -39,7 +40,10 @@ class TestMeasures:
         assert inside_out.is_closed
 
     def test_volume_does_not_depend_on_the_place(self, box):
-        assert TriangleMesh(box.vertices + 1e4, box.faces).volume == pytest.approx(6, rel=1e-9)
+        T = np.eye(4)
+        T[:3, :3] = Rotation.from_euler("xyz", [1, 2, 3]).as_matrix()
+        T[:3, 3] = 1e6
+        assert box.transformed(T).volume == pytest.approx(6, rel=1e-8)
 
     def test_open(self, box):
         assert not TriangleMesh(box.vertices, box.faces[:-1]).is_closed
