@@ -48,7 +48,7 @@ COLORS = {
     "spleen": "#5b4a8a",
     "brain": "#88b7c9",
     "retina": "#3c5a78",
-    "skeleton": "#efe8d8",
+    "skeleton": "#d8cdb4",
 }
 SCANNED = "liver"
 SMALL = {"kidney": (8, 400, "largest"), "spleen": (14, 200, "largest")}
@@ -151,7 +151,7 @@ def show(out: Mapping[str, Any]) -> Any:
         {name: result.mesh for name, result in organs.items()},
         colors=[COLORS[name] for name in organs],
         opacity={"skeleton": 0.35},
-        view=(0.4, -0.5, -1.2),
+        view="yx",
     )
 
 
@@ -166,7 +166,7 @@ def show_scan(out: Mapping[str, Any]) -> Any:
     plotter.subplot(0, 2)
     colored = model.with_data(distance_to_truth=out["truth"])
     sm.plot.surface(colored, title="distance to the truth", scalars="distance_to_truth", edges=False, plotter=plotter)
-    sm.plot.looked_at(plotter, (0.4, -0.5, -1.2))
+    sm.plot.looked_at(plotter, "yx")
     plotter.link_views()
     return plotter
 

@@ -14,7 +14,7 @@ import pyvista as pv
 from simplexmesh import _check
 
 INK = "#1d2b36"
-LIGHTS = [((-0.8, 1.2, 1.6), 0.8), ((1.4, 0.2, 0.9), 0.35), ((-0.2, -1.0, 1.0), 0.2)]  # key, fill, from below
+LIGHTS = [((-0.9, 0.8, 1.6), 0.8), ((1.4, 0.3, 0.9), 0.35), ((-0.2, -1.0, 1.0), 0.2)]  # key, fill, from below
 
 
 def stage(columns: int = 1, size: tuple[int, int] | None = None) -> pv.Plotter:
@@ -40,7 +40,7 @@ def stage(columns: int = 1, size: tuple[int, int] | None = None) -> pv.Plotter:
     return plotter
 
 
-def looked_at(plotter: pv.Plotter, view: str | Sequence[float] | None = None, zoom: float = 1.3) -> pv.Plotter:
+def looked_at(plotter: pv.Plotter, view: str | Sequence[float] | None = None) -> pv.Plotter:
     """Place the camera of every panel: ``"xy"``, ``"-xz"`` and the like, or a direction to look from.
 
     Examples
@@ -48,6 +48,8 @@ def looked_at(plotter: pv.Plotter, view: str | Sequence[float] | None = None, zo
     >>> looked_at(stage(), "xz").close()
     """
     rows, columns = plotter.shape
+    width, height = plotter.window_size
+    zoom = 1.3 if width / columns >= height else 1.0
     for place in range(rows * columns):
         plotter.subplot(place // columns, place % columns)
         if view is None:

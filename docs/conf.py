@@ -1,0 +1,68 @@
+"""How the documentation is built; the gallery's pictures are drawn first, by the demos."""
+
+import importlib.util
+import os
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+sys.path.insert(0, str(ROOT))
+os.environ["PYVISTA_OFF_SCREEN"] = "true"
+
+import simplexmesh  # noqa: E402
+
+project = "simplexmesh"
+author = "the simplexmesh developers"
+copyright = author
+version = release = simplexmesh.__version__
+
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx.ext.mathjax", "sphinx.ext.viewcode"]
+myst_enable_extensions = ["amsmath", "dollarmath", "colon_fence", "deflist"]
+myst_heading_anchors = 3
+exclude_patterns = ["_build", "README.md"]
+html_theme = "furo"
+html_title = f"simplexmesh {version}"
+html_static_path: list[str] = []
+
+autodoc_typehints = "none"  # the shapes are in the docstrings
+autodoc_member_order = "bysource"
+autodoc_default_options = {"members": True, "show-inheritance": False}
+napoleon_google_docstring = False
+napoleon_use_rtype = False
+napoleon_use_ivar = True
+
+ORDER = ["frog", "shapes", "curvature", "dented", "noisy_scan"]
+
+
+def draw_gallery(app):
+    """Run every demo, and write its picture, its text and its numbers to the gallery folder."""
+    folder = Path(app.srcdir) / "gallery"
+    folder.mkdir(exist_ok=True)
+    size = os.environ.get("SIMPLEXMESH_GALLERY", "large")
+    lines = ["# Gallery", "", "Made by the scripts in `demos/`, each of which is also a test.", ""]
+    for name in ORDER:
+        script = ROOT / "demos" / f"{name}.py"
+        picture = folder / f"{name}.png"
+        demo = loaded(script)
+        if not picture.exists() or picture.stat().st_mtime < script.stat().st_mtime:
+            simplexmesh.plot.picture(picture, demo.show(demo.main(size=size)))
+        title, _, rest = demo.__doc__.strip().partition("\n")
+        lines += [f"## {title.rstrip('.')}", "", rest.strip(), "", f"![{title}](gallery/{name}.png)", ""]
+        lines += [f"`demos/{name}.py`:", ""]
+        lines += ["```{literalinclude} ../demos/" + f"{name}.py", ":language: python", "```", ""]
+    page = Path(app.srcdir) / "gallery.md"
+    text = "\n".join(lines)
+    if not page.exists() or page.read_text(encoding="utf-8") != text:
+        page.write_text(text, encoding="utf-8")
+
+
+def loaded(script):
+    """Return a demo as a module."""
+    spec = importlib.util.spec_from_file_location(script.stem, script)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def setup(app):
+    app.connect("builder-inited", draw_gallery)

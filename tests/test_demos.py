@@ -1,0 +1,142 @@
+"""Every demo runs, small, and its numbers are right; the gallery shows all of them."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import simplexmesh as sm
+from simplexmesh.cli import app, frog
+
+FOLDER = Path(__file__).parents[1] / "demos"
+
+
+def loaded(name):
+    spec = importlib.util.spec_from_file_location(name, FOLDER / f"{name}.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture(scope="module")
+def ran():
+    """Run a demo once, whoever asks for its numbers or its picture."""
+    kept = {}
+
+    def run(name):
+        if name not in kept:
+            demo = loaded(name)
+            kept[name] = demo, demo.main(size="small")
+        return kept[name]
+
+    return run
+
+
+NAMES = sorted(path.stem for path in FOLDER.glob("*.py"))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_demo_draws(ran, name, tmp_path):
+    demo, out = ran(name)
+    picture = sm.plot.picture(tmp_path / "picture.png", demo.show(out))
+    assert picture.stat().st_size > 5_000
+    assert demo.__doc__
+
+
+def test_the_gallery_has_every_demo():
+    text = (FOLDER.parent / "docs" / "conf.py").read_text(encoding="utf-8")
+    (order,) = re.findall(r"^ORDER = \[(.*)\]$", text, re.MULTILINE)
+    assert sorted(order.replace('"', "").split(", ")) == NAMES
+
+
+def test_shapes(ran):
+    _, out = ran("shapes")
+    expected = {
+        "sphere": (0, 0, 0),
+        "ellipsoid": (0, 0, 0),
+        "cylinder": (0, 2, 0),
+        "plane": (0, 1, 0),
+        "torus": (1, 0, 0),
+    }
+    assert out["numbers"] == expected
+
+
+def test_curvature_is_exact_on_spheres_and_of_second_order_on_tubes(ran):
+    _, out = ran("curvature")
+    coarse, fine = out["tubes"]
+    assert out["sphere"] < 1e-9
+    assert np.log2(coarse / fine) == pytest.approx(2, abs=0.1)
+
+
+def test_the_dented_sphere_becomes_rounder_all_the_way(ran):
+    _, out = ran("dented")
+    roundness = out["roundness"]
+    assert sorted(roundness) == roundness
+    assert 1 - roundness[-1] < 0.25 * (1 - roundness[0])
+
+
+def test_the_noisy_torus_keeps_its_handle(ran):
+    _, out = ran("noisy_scan")
+    assert (out["mesh"].genus, out["mesh"].n_holes) == (1, 0)
+    assert out["percent"] < 0.5
+
+
+class TestFrog:
+    def test_organs_and_scan(self, ran):
+        _, out = ran("frog")
+        assert set(out["organs"]) == set(frog.SMALL)
+        for name, result in out["organs"].items():
+            assert (result.mesh.genus, result.mesh.n_holes, result.mesh.n_components) == (0, 0, 1)
+            assert result.mesh.n_vertices == pytest.approx(frog.SMALL[name][1], rel=0.1)
+            assert result.distance.mesh_to_data.rms < 0.6
+        assert len(out["scan"]) == 4_000
+        assert out["again"].mesh.genus == 0
+        diagonal = np.linalg.norm(np.ptp(out["organs"]["kidney"].mesh.bounds, axis=0))
+        assert out["truth"].mean() < 0.005 * diagonal
+
+    def test_lies_where_the_labels_lie(self, ran):
+        _, out = ran("frog")
+        volume = frog.frog()
+        for name, result in out["organs"].items():
+            inside = np.argwhere(volume.values == frog.SMALL[name][0])
+            np.testing.assert_allclose(
+                result.mesh.vertices.mean(axis=0), volume.to_world(inside).mean(axis=0), atol=4 * max(volume.spacing)
+            )
+
+    def test_the_noise_is_that_asked_for(self):
+        ball = sm.sphere(20, radius=3.0).triangulated()
+        scan = frog.noisy_scan(ball, 5000, noise=0.01)
+        off = np.linalg.norm(scan.points, axis=1) - 3.0
+        assert scan.normals is None
+        assert off.std() == pytest.approx(0.01 * ball.diagonal, rel=0.05)
+
+    def test_report_and_files(self, ran, tmp_path):
+        _, out = ran("frog")
+        facts = frog.written(out, tmp_path / "made" / "here")
+        written = {path.name for path in (tmp_path / "made" / "here").iterdir()}
+        models = {"kidney.vtp", "spleen.vtp", "kidney_from_scan.vtp"}
+        assert written == models | {"report.json", "report.md", "frog.png", "kidney_from_scan.png"}
+        assert json.loads((tmp_path / "made/here/report.json").read_text()) == facts
+        assert facts["organs"]["kidney"]["vertices"] == sm.read_mesh(tmp_path / "made/here/kidney.vtp").n_vertices
+        text = (tmp_path / "made/here/report.md").read_text()
+        assert "| kidney |" in text
+        assert all(name in text for name in ["frog.png", "kidney_from_scan.png"])
+
+    def test_the_command_makes_it(self, monkeypatch, ran, tmp_path, capsys):
+        _, out = ran("frog")
+        monkeypatch.setattr(frog, "main", lambda size, report: out)
+        assert app.run(["demo", "-o", str(tmp_path / "demo"), "--json"]) == 0
+        assert json.loads(capsys.readouterr().out)["scan"]["of"] == "kidney"
+        assert (tmp_path / "demo" / "frog.png").exists()
+
+    def test_the_command_refuses_a_file_for_a_folder(self, tmp_path, capsys):
+        (tmp_path / "demo").write_text("")
+        assert app.run(["demo", "-o", str(tmp_path / "demo")]) == 2
+        assert "--output must be a folder" in capsys.readouterr().err
+        assert app.run(["demo", "-o", str(tmp_path / "other"), "--size", "huge"]) == 2
+        assert "--size must be one of 'large', 'small', not 'huge'" in capsys.readouterr().err
