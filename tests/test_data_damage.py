@@ -138,6 +138,24 @@ def test_a_header_whose_samples_are_too_few(tmp_path, capfd):
     assert capfd.readouterr().err == ""
 
 
+def test_vtk_polygons_that_refer_to_no_point(tmp_path, capfd):
+    (tmp_path / "a.vtk").write_text(
+        "# vtk DataFile Version 3.0\nx\nASCII\nDATASET POLYDATA\nPOINTS 4 float\n0 0 0 1 0 0 0 1 0 0 0 1\n"
+        "POLYGONS 1 4\n3 0 1 9\n"
+    )
+    with pytest.raises(ValueError, match=r"a.vtk: faces refer to points outside 0..3"):
+        sm.read(tmp_path / "a.vtk")
+    assert capfd.readouterr().err == ""
+
+
+def test_topology_that_is_not_a_simplex_meshs(tmp_path):
+    dataset = sm.sphere(2).to_pyvista()
+    dataset.field_data["simplexmesh_twin"] = np.zeros((80, 3), np.int32)
+    dataset.save(tmp_path / "a.vtp")
+    with pytest.raises(sm.TopologyError, match=r"a.vtp: twin must be its own inverse"):
+        sm.read(tmp_path / "a.vtp")
+
+
 def test_samples_that_are_no_numbers(tmp_path):
     values = np.zeros((4, 4, 4), np.float32)
     values[1, 1, 1] = np.nan

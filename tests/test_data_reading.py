@@ -69,6 +69,11 @@ class TestPhysicalSpace:
         with pytest.warns(SimplexMeshWarning, match="2 DICOM series"):
             assert_lies_as(sm.read(tmp_path), image)
 
+    def test_one_slice_is_no_volume(self, image, tmp_path):
+        write_series(image, tmp_path, "1.2.3")
+        with pytest.raises(ValueError, match=r"must hold a volume, not one slice \(7, 6, 1\); give the folder"):
+            sm.read(tmp_path / "1.2.3.0.dcm")
+
     def test_vti(self, image, tmp_path):
         import pyvista
 

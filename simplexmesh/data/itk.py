@@ -125,6 +125,10 @@ def _volume(path: Path, image: sitk.Image) -> Volume:
         image = image[(slice(None),) * (image.GetDimension() - 1) + (0,)]
     if image.GetDimension() != 3:
         raise ValueError(f"{path.name} must hold one volume of 3 dimensions, not an image of size {image.GetSize()}")
+    if min(image.GetSize()) < 2:
+        raise ValueError(
+            f"{path.name} must hold a volume, not one slice {image.GetSize()}; give the folder of all slices"
+        )
     values = np.asarray(_Kept(image)).T
     direction = np.reshape(image.GetDirection(), (3, 3))
     return Volume(values, spacing=image.GetSpacing(), origin=image.GetOrigin(), direction=direction)

@@ -17,7 +17,7 @@ from simplexmesh.data.points import PointCloud
 from simplexmesh.data.poses import read_poses
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.data.volume import Volume
-from simplexmesh.errors import SimplexMeshWarning
+from simplexmesh.errors import SimplexMeshWarning, TopologyError
 
 __all__ = ["read", "read_mesh", "read_points", "read_poses", "read_triangles", "read_volume"]
 
@@ -186,7 +186,9 @@ def _named(path: Path) -> Iterator[None]:
         yield
     except (ValueError, TypeError) as error:
         said = str(error)
-        raise type(error)(said if path.name in said else f"{path.name}: {said}") from None
+        kinds = (TopologyError, ValueError, TypeError)
+        kind = next(kind for kind in kinds if isinstance(error, kind))
+        raise kind(said if path.name in said else f"{path.name}: {said}") from None
 
 
 def _existing(path: str | os.PathLike[str]) -> Path:

@@ -94,6 +94,10 @@ def _points(dataset: Any) -> NDArray[np.float64]:
 
 
 def _triangles(dataset: Any) -> TriangleMesh:
+    for cells in (dataset.GetPolys(), dataset.GetStrips()):
+        corners = vtk_to_numpy(cells.GetConnectivityArray())
+        if len(corners) and not 0 <= corners.min() <= corners.max() < dataset.GetNumberOfPoints():
+            raise ValueError(f"faces refer to points outside 0..{dataset.GetNumberOfPoints() - 1}")
     cutter = vtkTriangleFilter()
     cutter.SetInputData(dataset)
     cutter.PassVertsOff()
@@ -179,7 +183,7 @@ def polydata(
         out.SetPolys(_cells(np.concatenate([[0], np.cumsum(sizes)]), corners))
     for name, values in data.items():
         out.GetPointData().AddArray(_array(name, values))
-    if "Normals" in data:
+    if "Normals" in data and topology is None:
         out.GetPointData().SetActiveNormals("Normals")
     if topology is not None:
         types = vtkStringArray()
