@@ -14,10 +14,11 @@ import math
 import numpy as np
 from numba import njit
 
+from simplexmesh.motion._kernels import FAST
+
 OFFSET, VARIANCE, NOISE, COUNT, LEAN, CURVATURE = range(6)
 FLOOR = 0.04  # part of a known error's variance that no direction escapes
 TUKEY = 4.685  # where Tukey's weights end, in standard deviations
-FAST = {"nsz", "arcp", "contract", "reassoc"}
 
 
 @njit(cache=True, error_model="numpy")
@@ -40,7 +41,7 @@ def solve(m, size, rhs, first):
         scale = d
         for k in range(j):
             d -= m[j, k] * m[j, k]
-        if not d > 1e-9 * scale or scale <= 0.0:
+        if not d > 1e-3 * scale or scale <= 0.0:
             return False
         d = math.sqrt(d)
         m[j, j] = d

@@ -11,6 +11,7 @@ from simplexmesh.motion.targets._kernels_fit import CURVATURE, NOISE, OFFSET, VA
 from simplexmesh.motion.targets._kernels_tree import within
 
 MOST = 2048  # points of one fit; beyond that every second, third... is taken
+ALIKE = 0.3  # smallest cosine between the normals of points that are taken for one surface
 RATIO = math.sqrt(2.0)  # from one scale to the next
 
 
@@ -28,7 +29,7 @@ def gather(points, normals, starts, ends, boxes, place, facing, radius, members,
     kept = 0
     for i in range(count):
         p = members[i]
-        if normals[p, 0] * facing[0] + normals[p, 1] * facing[1] + normals[p, 2] * facing[2] > 0.0:
+        if normals[p, 0] * facing[0] + normals[p, 1] * facing[1] + normals[p, 2] * facing[2] > ALIKE:
             members[kept] = p
             kept += 1
     return kept
@@ -107,54 +108,73 @@ def fit_scales(points, normals, spread, starts, ends, boxes, centers, bases, lar
                     surfel[:3] = place
 
 
+@njit(cache=True, error_model="numpy")
+def _fit_place(data, place, facing, radius, members, work, stack, surfel, before, report, first):
+    """Fit around a place at one radius, a smaller fit first to find the surface; return False where none fits.
+
+    Where the two clearly disagree (5 standard deviations) the smaller one stays.
+    """
+    points, normals, spread, starts, ends, boxes = data
+    count = gather(points, normals, starts, ends, boxes, place, facing, radius, members, stack)
+    if count < 3:
+        return False
+    surfel[:3] = place
+    surfel[6:] = 0.0
+    small = radius / RATIO
+    begin(points, normals, members, count, small, facing, surfel)
+    if not fit(points, spread, members, count, small, 2, 0.0, surfel, report, work):
+        small = radius
+        surfel[:3] = place
+        begin(points, normals, members, count, radius, facing, surfel)
+        if not fit(points, spread, members, count, radius, 2, 0.0, surfel, report, work):
+            return False
+    reach = min(math.sqrt(radius * radius + 12.0 * report[NOISE] ** 2), 1.5 * radius)
+    count = gather(points, normals, starts, ends, boxes, surfel[:3], facing, reach, members, stack)
+    before[:] = surfel
+    first[:] = report
+    fine = fit(points, spread, members, count, radius, 1, 2.0 * report[NOISE], surfel, report, work)
+    jump = 5.0 * math.sqrt(first[VARIANCE]) + 1e-3 * radius
+    if not fine or (small < radius and abs(report[OFFSET]) > jump):
+        surfel[:] = before
+        report[:] = first
+    report[NOISE] = min(report[NOISE], first[NOISE])
+    return True
+
+
 @njit(cache=True, error_model="numpy", parallel=True)
 def fit_all(points, normals, spread, starts, ends, boxes, centers, radii, isotropic, surfels, reports):
-    """Fill `surfels` (m, 12) and `reports` (m, 6), one fit around each of ``points[centers]`` at its radius; NaN if none.
+    """Fill `surfels` (m, 12) and `reports` (m, 6): a fit around each of ``points[centers]`` at its radius; NaN if none.
 
-    A smaller fit comes first; where the two clearly disagree the smaller one stays. `isotropic`
-    errors of standard deviation s bend the mean height of a surface inwards by s^2 (k1 + k2) / 2: taken back.
+    Where the surface turns out to bend too much for the radius, `radii` shrinks. `isotropic` errors of standard
+    deviation s bend the mean height of a surface inwards by s^2 (k1 + k2) / 2: taken back.
     """
+    data = (points, normals, spread, starts, ends, boxes)
     for c in prange(len(centers)):
         stack = np.empty(96, np.int64)
         members = np.empty(MOST, np.int64)
         work = np.empty((6, MOST))
-        surfel = np.zeros(12)
-        before = np.zeros(12)
-        report = np.zeros(6)
-        first = np.zeros(6)
+        surfel, before = np.zeros(12), np.zeros(12)
+        report, first = np.zeros(6), np.zeros(6)
         place = points[centers[c]]
         facing = normals[centers[c]] if len(normals) > 0 else place
-        radius = radii[c]
         surfels[c] = math.nan
         reports[c] = math.nan
-        count = gather(points, normals, starts, ends, boxes, place, facing, radius, members, stack)
-        if count < 3:
-            continue
-        surfel[:3] = place
-        small = radius / RATIO
-        begin(points, normals, members, count, small, facing, surfel)
-        if not fit(points, spread, members, count, small, 2, 0.0, surfel, report, work):
-            small = radius
-            if not fit(points, spread, members, count, radius, 2, 0.0, surfel, report, work):
-                continue
-        # once more around the point found: the first place was off the surface by its own error
-        reach = min(math.sqrt(radius * radius + 12.0 * report[NOISE] ** 2), 1.5 * radius)
-        count = gather(points, normals, starts, ends, boxes, surfel[:3], facing, reach, members, stack)
-        before[:] = surfel
-        first[:] = report
-        fine = fit(points, spread, members, count, radius, 1, 2.0 * report[NOISE], surfel, report, work)
-        jump = 5.0 * math.sqrt(first[VARIANCE]) + 1e-3 * radius
-        if not fine or (small < radius and abs(report[OFFSET]) > jump):
-            surfel[:] = before
-            report[:] = first
-        report[NOISE] = min(report[NOISE], first[NOISE])
-        report[OFFSET] = (
-            (place[0] - surfel[0]) * surfel[3] + (place[1] - surfel[1]) * surfel[4] + (place[2] - surfel[2]) * surfel[5]
-        )
-        if isotropic:
-            shift = 0.5 * report[NOISE] ** 2 * (surfel[6] + surfel[7] + surfel[8])
-            shift = max(-0.5 * report[NOISE], min(0.5 * report[NOISE], shift))
-            for k in range(3):
-                surfel[k] -= shift * surfel[3 + k]
-        surfels[c] = surfel
-        reports[c] = report
+        for shrunk in range(5):
+            radius = radii[c] / RATIO**shrunk
+            if not _fit_place(data, place, facing, radius, members, work, stack, surfel, before, report, first):
+                break
+            report[OFFSET] = (
+                (place[0] - surfel[0]) * surfel[3]
+                + (place[1] - surfel[1]) * surfel[4]
+                + (place[2] - surfel[2]) * surfel[5]
+            )
+            if isotropic:
+                shift = 0.5 * report[NOISE] ** 2 * (surfel[6] + surfel[7] + surfel[8])
+                shift = max(-0.5 * report[NOISE], min(0.5 * report[NOISE], shift))
+                for k in range(3):
+                    surfel[k] -= shift * surfel[3 + k]
+            surfels[c] = surfel
+            reports[c] = report
+            if report[CURVATURE] * radius < 1.6 or radius < 5.0 * report[NOISE]:
+                radii[c] = radius
+                break

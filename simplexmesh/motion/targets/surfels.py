@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from simplexmesh import _vec
+from simplexmesh.motion.targets import _kernels_points
 from simplexmesh.motion.targets import _kernels_surfels as kernels
 from simplexmesh.motion.targets._kernels_fit import COUNT, CURVATURE, LEAN, NOISE, OFFSET, VARIANCE
 from simplexmesh.motion.targets.tree import Tree
@@ -35,8 +37,12 @@ class Surfels:
         How far from its point each surfel has a say.
     neighbors : (m, 12) array of int
         The nearest surfels of each, nearest first.
+    between : (m, 12) array of float
+        How far those are.
     horizon : (m,) array of float
         No surfel outside the neighbors is nearer than this.
+    patches : (m, 14, 8) array of float32
+        Each surfel with its nearest, packed: see `_kernels_points.pack_patches`.
     noise : (m,) array of float
         Standard deviation of the points along the normal, around each surfel.
     radius : (m,) array of float
@@ -49,8 +55,10 @@ class Surfels:
 
     table: Array
     support: Array
-    neighbors: NDArray[np.int64]
+    neighbors: NDArray[np.int32]
+    between: Array
     horizon: Array
+    patches: NDArray[np.float32]
     noise: Array
     radius: Array
     tree: Tree
@@ -86,6 +94,9 @@ def fitted_surfels(points: Array, normals: Array | None = None, spread: Array | 
     O. Lepski, On a problem of adaptive estimation in Gaussian white noise, 1991. C. Loader, Local Regression and
     Likelihood, 1999.
     """
+    first = _distinct(points)
+    if len(first) < len(points):
+        points, normals, spread = points[first], _rows(normals, first), _rows(spread, first)
     tree = Tree.of(points)
     none = np.zeros((0, 3))
     facing = none if normals is None else np.ascontiguousarray(normals[tree.order], dtype=np.float64)
@@ -100,18 +111,45 @@ def fitted_surfels(points: Array, normals: Array | None = None, spread: Array | 
     _, index = near.nearest(tree.points[centers], which)
     wanted = np.exp(np.log(radii[near.order[index]]).mean(axis=1))
     wanted = np.maximum(wanted, _base_radii(tree, centers))
+    cell = float(np.quantile(wanted, 0.1)) / 5
     table, reports = np.zeros((len(centers), 12)), np.zeros((len(centers), 6))
     kernels.fit_all(*data, centers, wanted, spread is None, table, reports)
-    good = _trusted(reports, wanted)
-    if np.count_nonzero(good) < 4:
-        table = np.zeros((len(points), 12))
-        table[:, :3] = tree.points
-        if normals is not None:
-            table[:, 3:6] = facing
-        return _linked(table, np.zeros(len(table)), np.zeros(len(table)), normals is not None)
-    keep = np.flatnonzero(good)
-    keep = keep[_thinned(table[keep, :3], np.arange(len(keep)), float(np.quantile(wanted, 0.1)) / 5)]
-    return _linked(table[keep], reports[keep, NOISE], wanted[keep], normals is not None)
+    trusted = _trusted(reports, wanted)
+    if spread is not None and normals is not None:  # no outliers there: what is too thin to fit stands as it is
+        table[~trusted, :3], table[~trusted, 3:6], table[~trusted, 6:] = (
+            tree.points[centers[~trusted]],
+            facing[centers[~trusted]],
+            0.0,
+        )
+        reports[~trusted, NOISE] = _vec.norm(errors[centers[~trusted]])
+        trusted[:] = True
+    good = np.flatnonzero(trusted)
+    if len(good) < 4:
+        return _bare(tree.points, None if normals is None else facing)
+    keep = good[_thinned(table[good, :3], np.arange(len(good)), cell)]
+    return _linked(table[keep], reports[keep, NOISE], wanted[keep], oriented=normals is not None, blended=1)
+
+
+def _bare(points: Array, normals: Array | None) -> Surfels:
+    """Return the points themselves as surfels: too few, or too scattered, for a surface."""
+    table = np.zeros((len(points), 12))
+    table[:, :3] = points
+    if normals is not None:
+        table[:, 3:6] = normals
+    return _linked(table, np.zeros(len(table)), np.zeros(len(table)), oriented=normals is not None)
+
+
+def _distinct(points: Array) -> NDArray[np.int64]:
+    """Return the index of one point of each group of equal ones, in order."""
+    along = (points - points[0]) @ np.array([0.5772156649, 0.9159655942, 0.2614972128])
+    order = np.argsort(along, kind="stable")
+    fresh = np.ones(len(points), dtype=bool)
+    fresh[1:] = (points[order[1:]] != points[order[:-1]]).any(axis=1)
+    return np.sort(order[fresh])
+
+
+def _rows(values: Array | None, index: NDArray[np.int64]) -> Array | None:
+    return None if values is None else values[index]
 
 
 def _base_radii(tree: Tree, centers: NDArray[np.int64]) -> Array:
@@ -166,6 +204,8 @@ def _trusted(reports: Array, radii: Array) -> NDArray[np.bool_]:
         (noise < 0.3 * radii)
         & (reports[:, LEAN] < 0.5)
         & (reports[:, COUNT] >= 6)
+        & (np.sqrt(reports[:, VARIANCE]) < 0.1 * radii)
+        & (reports[:, CURVATURE] * radii < 1.6)
         & (offset < 4.0 * noise + 0.1 * radii)
     )
 
@@ -181,28 +221,40 @@ def _thinned(points: Array, index: NDArray[np.int64], cell: float) -> NDArray[np
     return index[np.sort(first)]
 
 
-def _linked(table: Array, noise: Array, radius: Array, oriented: bool) -> Surfels:  # noqa: FBT001
+def _linked(table: Array, noise: Array, radius: Array, *, oriented: bool, blended: int = 0) -> Surfels:
+    """Put surfels in order and find who is next to whom; average each with its neighbors `blended` times."""
     tree = Tree.of(table[:, :3])
     table = np.ascontiguousarray(table[tree.order])
+    noise, radius = noise[tree.order], radius[tree.order]
     m = len(table)
-    wanted = NEIGHBORS + 2
-    distance, index = tree.nearest(tree.points, min(wanted, m))
+    distance, index = tree.nearest(tree.points, min(NEIGHBORS + 2, m))
     own = index == np.arange(m)[:, None]
     own[~own.any(axis=1), -1] = True
     distance, index = distance[~own].reshape(m, -1), index[~own].reshape(m, -1)
-    if index.shape[1] < wanted - 1:
-        pad = wanted - 1 - index.shape[1]
+    pad = NEIGHBORS + 1 - index.shape[1]
+    if pad > 0:
         index = np.concatenate([index, np.repeat(np.arange(m)[:, None], pad, axis=1)], axis=1)
         distance = np.concatenate([distance, np.full((m, pad), np.inf)], axis=1)
-    horizon = distance[:, -1]
-    reach = np.where(np.isfinite(distance[:, :8]), distance[:, :8], 0.0).max(axis=1)
+    neighbors = np.ascontiguousarray(index[:, :NEIGHBORS].astype(np.int32))
+    finite = np.where(np.isfinite(distance), distance, 0.0)
+    if blended:
+        wide = np.maximum(1.2 * finite[:, :8].max(axis=1), 1e-300)
+        out = np.zeros_like(table)
+        _kernels_points.blend_all(table, wide, neighbors, oriented, out)
+        return _linked(out, noise, radius, oriented=oriented, blended=blended - 1)
+    narrow, support = np.maximum(1.5 * finite[:, :3].max(axis=1), 1e-300), np.zeros(m)
+    _kernels_points.even_support(narrow, neighbors, support)
+    patches = np.zeros((m, 14, _kernels_points.LANES), np.float32)
+    _kernels_points.pack_patches(table, support, neighbors, oriented, patches)
     return Surfels(
         table=table,
-        support=np.maximum(1.2 * reach, 1e-300),
-        neighbors=np.ascontiguousarray(index[:, :NEIGHBORS]),
-        horizon=horizon,
-        noise=noise[tree.order],
-        radius=radius[tree.order],
+        support=support,
+        neighbors=neighbors,
+        between=np.ascontiguousarray(distance[:, :NEIGHBORS]),
+        horizon=distance[:, -1].copy(),
+        patches=patches,
+        noise=noise,
+        radius=radius,
         tree=tree,
         oriented=oriented,
     )
