@@ -85,7 +85,7 @@ def scalars_of(
     values = np.asarray(mesh.data[_check.choice("scalars", wanted, names)], dtype=float)
     if values.ndim != 1:
         raise ValueError(f"scalars {wanted!r} must have one number for each vertex, not shape {values.shape}")
-    return values, wanted, 0, bool((values < 0).any() and (values > 0).any())
+    return values, wanted.replace("_", " "), 0, bool((values < 0).any() and (values > 0).any())
 
 
 def distances(points: Array, data: Any, level: float | None, label: int | None) -> Array:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import sys
-import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -87,14 +86,13 @@ def picture(path: str | Path, plotter: pv.Plotter, *, close: bool = True) -> Pat
     _check.choice("the end of the picture's name", path.suffix.lower(), (".png", ".jpg", ".jpeg", ".tif"))
     if not path.parent.is_dir():
         raise FileNotFoundError(f"there is no folder {path.parent} to write {path.name} to")
-    handle, draft = tempfile.mkstemp(suffix=path.suffix, prefix=".", dir=path.parent)
-    os.close(handle)
+    draft = path.with_name(f".{path.stem}.{os.getpid()}.part{path.suffix}")
     try:
         with quiet():
-            plotter.screenshot(draft)
+            plotter.screenshot(str(draft))
         os.replace(draft, path)
     finally:
-        Path(draft).unlink(missing_ok=True)
+        draft.unlink(missing_ok=True)
         if close:
             plotter.close()
     return path
