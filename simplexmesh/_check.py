@@ -127,7 +127,7 @@ def choice(name: str, value: Any, options: Sequence[str]) -> str:
     return str(value)
 
 
-def frozen(values: ArrayLike, dtype: DTypeLike = None) -> NDArray[Any]:
+def frozen(values: ArrayLike, dtype: DTypeLike | None = None) -> NDArray[Any]:
     """Return a read-only C-contiguous array that owns its numbers: the caller's array is never frozen or shared.
 
     Examples

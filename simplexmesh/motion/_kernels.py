@@ -5,6 +5,7 @@ costs some 5 microseconds on an idle machine, and as many milliseconds (the sche
 process holds a core and the threads that wait for each other spin; so `simplexmesh.motion` asks them to sleep instead,
 and they start only where a call has a tenth of a millisecond to share.
 """
+# mypy: allow-untyped-defs
 
 from __future__ import annotations
 

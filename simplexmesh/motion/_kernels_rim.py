@@ -1,4 +1,5 @@
 """The rim of a hole: a closed line in space, moved by the force of 1-simplex meshes instead of the surface's."""
+# mypy: allow-untyped-defs
 
 from __future__ import annotations
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
@@ -11,9 +13,7 @@ from simplexmesh.data.volume import Volume
 Array = NDArray[np.float64]
 
 
-def outer_crossings(
-    volume: Volume, level: float, *, sign: float = 1.0, largest: bool = False, box: Array | None = None
-) -> Array:
+def outer_crossings(volume: Volume, level: float, *, sign: float = 1.0, largest: bool = False) -> Array:
     """Return the points where grid lines cross a level between the object and the background around it.
 
     Cavities that the background does not reach are not part of the outer surface. Beyond the volume is background, so
@@ -27,8 +27,6 @@ def outer_crossings(
         1 when the object is above the level, -1 when it is below.
     largest : bool
         Only the largest connected piece of the object.
-    box : (2, 3) array of float, optional
-        Look only within this box of physical space (lowest and highest corner).
 
     Returns
     -------
@@ -42,8 +40,7 @@ def outer_crossings(
     >>> bool(np.abs(np.linalg.norm(outer_crossings(ball, 0.0), axis=1) - 2.5).max() < 0.1)
     True
     """
-    first, last = _index_box(volume, box)
-    part = volume.values[tuple(slice(a, b) for a, b in zip(first, last, strict=True))]
+    first, part = _cropped(volume.values, level, sign)
     values = np.pad(sign * (part.astype(np.float32) - np.float32(level)), 1, constant_values=-np.inf)
     if largest:
         pieces, _ = ndimage.label(values > 0)
@@ -77,13 +74,11 @@ def _axes_back(where: Array, axis: int) -> Array:
     return out
 
 
-def _index_box(volume: Volume, box: Array | None) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return the first and one past the last sample along each axis that a physical box touches."""
-    shape = np.array(volume.shape)
-    if box is None:
-        return np.zeros(3, dtype=np.int64), shape
-    corners = np.array([[box[i, 0], box[j, 1], box[k, 2]] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
-    index = volume.to_index(corners)
-    first = np.clip(np.floor(index.min(axis=0)).astype(int) - 1, 0, shape - 2)
-    last = np.clip(np.ceil(index.max(axis=0)).astype(int) + 2, first + 2, shape)
-    return first, last
+def _cropped(values: NDArray[Any], level: float, sign: float) -> tuple[NDArray[np.int64], NDArray[Any]]:
+    """Return the index of the first sample of the object's box, one sample wider than the object, and its samples."""
+    solid = values > level if sign > 0 else values < level
+    rows = [np.flatnonzero(solid.any(axis=tuple({0, 1, 2} - {axis}))) for axis in range(3)]
+    if not len(rows[0]):
+        return np.zeros(3, dtype=np.int64), values[:1, :1, :1]
+    first = np.array([max(0, row[0] - 1) for row in rows])
+    return first, values[tuple(slice(a, row[-1] + 2) for a, row in zip(first, rows, strict=True))]

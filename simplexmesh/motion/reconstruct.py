@@ -46,9 +46,10 @@ class Reconstruction:
         The mesh the motion began with.
     found : StartReport or None
         What the automatic start found and decided: grid, genus, tunnels sealed, pieces dropped.
-    tangled : int
+    tangled : int or None
         Number of vertices left on faces that are folded or cross another, after all attempts to smooth them: 0, unless
         the model is too coarse for the data or of another topology. `mesh.check(self_intersections=True)` names them.
+        None when the motion was interrupted before they were looked for.
     interrupted : bool
         Whether the motion was interrupted (Ctrl-C); `mesh` is then its last whole state.
     """
@@ -59,7 +60,7 @@ class Reconstruction:
     converged: bool = False
     start: SimplexMesh | None = None
     found: StartReport | None = None
-    tangled: int = 0
+    tangled: int | None = None
     interrupted: bool = False
 
     def __repr__(self) -> str:
@@ -163,14 +164,17 @@ def reconstruct(
             start = primitive_around(subject.points, str(init), vertices, facing=subject.facing)
         stages = _stages(start, subject, iterations, rigidity, adaptation, cell=found.cell if found else None)
         course = evolved(start, subject.target, stages, watch=lambda share: report(0.1 + 0.85 * share, "fitting"))
-        mesh, tangled = course.mesh, 0
-        if not course.interrupted:
-            report(0.93, "untangling")
-            mesh, tangled = untangled(mesh, subject.target, reach=stages[-1].reach)
-        report(0.95, "measuring")
+        mesh, tangled, interrupted = course.mesh, None, course.interrupted
+        if not interrupted:
+            try:
+                report(0.93, "untangling")
+                mesh, tangled = untangled(mesh, subject.target, reach=stages[-1].reach)
+            except KeyboardInterrupt:
+                interrupted = True
         distance = measured(mesh, subject, stages[-1].reach)
-        report(1.0, "done")
-    return Reconstruction(mesh, distance, course.history, course.converged, start, found, tangled, course.interrupted)
+        if not interrupted:
+            report(1.0, "done")
+    return Reconstruction(mesh, distance, course.history, course.converged, start, found, tangled, interrupted)
 
 
 def _given_start(init: str | Path | SimplexMesh) -> SimplexMesh | None:

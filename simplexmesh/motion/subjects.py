@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh import _check
-from simplexmesh.data.convert import as_data
+from simplexmesh.data.convert import as_data, as_triangles
 from simplexmesh.data.points import PointCloud
 from simplexmesh.data.reading import read_poses
 from simplexmesh.data.triangles import TriangleMesh
@@ -231,6 +231,8 @@ def as_subject(
     if isinstance(data, list | tuple):
         if not data:
             raise ValueError("data must be at least one scan, not an empty list")
+        if isinstance(data, tuple) and len(data) == 2 and all(isinstance(item, np.ndarray) for item in data):
+            return TrianglesSubject(as_triangles(data, "data"), components)
         if all(isinstance(item, str | Path | PointCloud | TriangleMesh) for item in data):
             return PointsSubject(joined_scans(data, poses), components)
     if poses is not None:

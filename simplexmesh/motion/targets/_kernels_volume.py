@@ -1,4 +1,5 @@
 """The search along a vertex's normal through a volume, to sub-voxel precision."""
+# mypy: allow-untyped-defs
 
 from __future__ import annotations
 
