@@ -20,9 +20,10 @@ from simplexmesh.motion.initial.topology import pieces, without_cavities, withou
 Array = NDArray[np.float64]
 
 FEWEST = 20
-_COARSEST = 1.5
+_COARSEST, _FINEST = 1.5, 0.5
+_MOST_CELLS = 3_000_000
 _MARGIN = 3
-_BLUR = 0.6
+_BLUR, _LEFT = 0.6, 0.5
 
 
 def start_from_volume(
@@ -76,40 +77,58 @@ def start_from_volume(
     """
     vertices = _check.integer("vertices", vertices, FEWEST)
     _check.choice("components", components, ["largest", "all"])
-    native, start = _field(volume, level, label)
-    body, _ = pieces(native > 0, components, 0.0)
-    area = area_of(without_cavities(body), volume.spacing)
-    coarsest = _COARSEST * float(np.prod(volume.spacing)) ** (1 / 3)
-    cell = min(cell_for(area, vertices), coarsest) if cell_for(area, vertices) > coarsest / 3 else coarsest / 3
+    native, first, left_out = _field(volume, level, label, components)
+    area = area_of(without_cavities(native > 0), volume.spacing)
+    cell = _cell(volume, native.shape, area, vertices)
     field = _resampled(native, volume.spacing, cell, blurred=label is not None)
-    smallest = max(30.0, FEWEST / vertices * (body.sum() * np.prod(volume.spacing)) / cell**3)
+    smallest = max(30.0, FEWEST / vertices * np.count_nonzero(field > 0))
     solid, dropped = pieces(field > 0, components, smallest)
-    if not solid.any():
-        raise TopologyError(f"the body is too thin for a grid of cells {cell:.3g} wide; ask for more vertices")
-    solid = without_cavities(solid)
     if tunnels is None:
         voxel = float(np.prod(volume.spacing)) ** (1 / 3)
         tunnels = max(3 * edge_for(area, vertices), (10 if label is None else 3) * voxel)
-    solid, sealed = without_tunnels(solid, min(tunnels / (2 * cell), max(solid.shape) / 8))
+    solid, sealed = without_tunnels(without_cavities(solid), min(tunnels / (2 * cell), max(solid.shape) / 8))
     positions, faces = isosurface(field, solid, int(1.15 * vertices))
     if np.linalg.det(volume.direction) < 0:
         faces = faces[:, ::-1]
-    mesh = meshed(volume.to_world(start + positions * (cell / volume.spacing)), faces, vertices)
-    report = StartReport(solid.shape, cell, mesh.genus, mesh.n_components, sealed, dropped)
+    mesh = meshed(volume.to_world(first + positions * (cell / volume.spacing)), faces, vertices)
+    report = StartReport(solid.shape, cell, mesh.genus, mesh.n_components, sealed, left_out + dropped)
     return Start(mesh, report)
 
 
-def _field(volume: Volume, level: float | None, label: int | None) -> tuple[NDArray[np.float32], Array]:
-    """Return the samples around the body, positive inside, and the indices of the first; the border is outside."""
+def _cell(volume: Volume, shape: tuple[int, ...], area: float, vertices: int) -> float:
+    """Return the side of the cells: for twice the triangles needed, about a voxel, and not too many of them."""
+    voxel = float(np.prod(volume.spacing)) ** (1 / 3)
+    most = voxel * (float(np.prod(shape)) / _MOST_CELLS) ** (1 / 3)
+    return max(float(np.clip(cell_for(area, vertices), _FINEST * voxel, _COARSEST * voxel)), most)
+
+
+def _field(
+    volume: Volume, level: float | None, label: int | None, components: str
+) -> tuple[NDArray[np.float32], Array, int]:
+    """Return the samples around the body, positive inside, the indices of the first, and how many pieces are left out.
+
+    The border is outside.
+    """
     inside, middle, contrast = _inside(volume, level, label)
-    box = [np.flatnonzero(inside.any(axis=tuple({0, 1, 2} - {axis}))) for axis in range(3)]
-    first = np.array([rows[0] for rows in box]) - _MARGIN
-    last = np.array([rows[-1] for rows in box]) + _MARGIN + 1
-    cut = tuple(slice(max(0, a), min(n, b)) for a, b, n in zip(first, last, volume.shape, strict=True))
+    low, high = _box(inside)
+    kept, dropped = pieces(inside[_cut(low, high, volume.shape)], components, corners=True)
+    low_kept, high_kept = _box(kept)
+    low, high = np.maximum(low, 0) + low_kept, np.maximum(low, 0) + high_kept
+    cut = _cut(low, high, volume.shape)
     values = inside[cut] if label is not None else volume.values[cut]
-    pad = [(max(0, -a), max(0, b - n)) for a, b, n in zip(first, last, volume.shape, strict=True)]
     out = np.clip(values.astype(np.float32) - np.float32(middle), -contrast, contrast)
-    return np.pad(out, pad, constant_values=-contrast), first.astype(float)
+    pad = [(max(0, -a), max(0, b - n)) for a, b, n in zip(low, high, volume.shape, strict=True)]
+    return np.pad(out, pad, constant_values=-contrast), low.astype(float), dropped
+
+
+def _box(inside: NDArray[np.bool_]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return the first indices of the box around what is inside, and those after its last, with a margin."""
+    rows = [np.flatnonzero(inside.any(axis=tuple({0, 1, 2} - {axis}))) for axis in range(3)]
+    return np.array([r[0] for r in rows]) - _MARGIN, np.array([r[-1] for r in rows]) + _MARGIN + 1
+
+
+def _cut(low: NDArray[np.int64], high: NDArray[np.int64], shape: tuple[int, ...]) -> tuple[slice, ...]:
+    return tuple(slice(max(0, int(a)), min(n, int(b))) for a, b, n in zip(low, high, shape, strict=True))
 
 
 def _inside(volume: Volume, level: float | None, label: int | None) -> tuple[NDArray[np.bool_], float, float]:
@@ -131,12 +150,20 @@ def _inside(volume: Volume, level: float | None, label: int | None) -> tuple[NDA
 
 
 def _resampled(native: NDArray[Any], spacing: Array, cell: float, *, blurred: bool) -> NDArray[np.float32]:
-    """Return the field on cubic cells, its first sample in the same place, smoothed as much as those need."""
+    """Return the field on cubic cells, its first sample in the same place, smoothed as much as those need.
+
+    Less where the body is so thin that smoothing would take most of it.
+    """
     factor = cell / spacing
-    sigma = _BLUR * (factor.clip(1) if blurred else factor)
-    smooth = ndimage.gaussian_filter(native, sigma, mode="nearest") if sigma.any() else native
     shape = tuple(np.ceil((np.array(native.shape) - 1) / factor).astype(int) + 2)
-    out: NDArray[np.float32] = ndimage.affine_transform(
-        smooth, factor, output_shape=shape, order=1, mode="constant", cval=float(native[0, 0, 0])
-    )
-    return out
+    wanted = np.count_nonzero(native > 0) / float(np.prod(factor))
+    out: NDArray[np.float32]
+    for blur in (_BLUR, _BLUR / 2, 0.0):
+        sigma = blur * (factor.clip(1) if blurred else factor)
+        smooth = ndimage.gaussian_filter(native, sigma, mode="nearest") if blur else native
+        out = ndimage.affine_transform(
+            smooth, factor, output_shape=shape, order=1, mode="constant", cval=float(native[0, 0, 0])
+        )
+        if np.count_nonzero(out > 0) > _LEFT * wanted:
+            return out
+    raise TopologyError(f"the body is too thin for a grid of cells {cell:.3g} wide; ask for more vertices")

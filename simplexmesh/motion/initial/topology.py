@@ -18,10 +18,10 @@ _CORNERS = np.ones((3, 3, 3))
 
 
 def genus(solid: Mask) -> int:
-    """Return the number of tunnels of a solid of one piece without cavities: the genus of its surface.
+    """Return the number of tunnels of a solid without cavities: the genus of its surface, over all its pieces.
 
-    It is one minus the Euler number of the complex whose vertices are the inside cells, whose edges, squares and
-    cubes are the pairs, fours and eights of inside cells (Kong and Rosenfeld 1989).
+    It is the number of pieces minus the Euler number of the complex whose vertices are the inside cells, whose edges,
+    squares and cubes are the pairs, fours and eights of inside cells (Kong and Rosenfeld 1989).
 
     Examples
     --------
@@ -33,7 +33,7 @@ def genus(solid: Mask) -> int:
     >>> genus(ring)
     1
     """
-    return 1 - euler(solid)
+    return int(ndimage.label(solid)[1]) - euler(solid)
 
 
 def euler(solid: Mask) -> int:
@@ -50,9 +50,14 @@ def euler(solid: Mask) -> int:
     return number
 
 
-def pieces(solid: Mask, components: str = "largest", smallest: float = 0.0) -> tuple[Mask, int]:
-    """Return the solid with only its largest piece, or all of at least `smallest` cells, and how many were dropped."""
-    label, count = ndimage.label(solid)
+def pieces(
+    solid: Mask, components: str = "largest", smallest: float = 0.0, *, corners: bool = False
+) -> tuple[Mask, int]:
+    """Return the solid with only its largest piece, or all of at least `smallest` cells, and how many were dropped.
+
+    With `corners`, cells that touch at a corner belong to the same piece.
+    """
+    label, count = ndimage.label(solid, _CORNERS if corners else None)
     if count <= 1:
         return solid, 0
     size = np.bincount(label.ravel())
@@ -77,7 +82,10 @@ def closed(solid: Mask, radius: float) -> Mask:
     The solid must lie at least `radius` + 1 cells from the border.
     """
     grown = ndimage.distance_transform_edt(~solid) <= radius
-    return without_cavities((ndimage.distance_transform_edt(grown) > radius) | solid)
+    label, count = ndimage.label((ndimage.distance_transform_edt(grown) > radius) | solid)
+    kept = np.zeros(count + 1, bool)
+    kept[np.unique(label[solid])] = True
+    return without_cavities(kept[label])
 
 
 def _joined(*, corners: bool) -> NDArray[np.int64]:
@@ -120,8 +128,8 @@ def carved(solid: Mask, keep: Mask, rounds: int = 100) -> Mask:
 def without_tunnels(solid: Mask, radius: float) -> tuple[Mask, int]:
     """Return the solid with the tunnels sealed that a ball of `radius` cells does not pass, and how many those were.
 
-    The closing by the smallest radius that seals as many as the largest does is taken as the topology; everything
-    it added is carved away again but membranes in the tunnels. Passages that close at a third of that radius stay
+    The closing that leaves fewest, by the smallest radius up to the one given, is taken as the topology; everything it
+    added is carved away again but membranes in the tunnels. Passages that close at a third of that radius stay
     filled, so that narrow pits (airways) do not become part of the skin.
     """
     before = genus(solid)
@@ -129,14 +137,13 @@ def without_tunnels(solid: Mask, radius: float) -> tuple[Mask, int]:
         return solid, 0
     solid = np.pad(solid, int(radius) + 2)
     inner = tuple(slice(int(radius) + 2, -int(radius) - 2) for _ in range(3))
-    best = closed(solid, radius)
-    if genus(best) >= before:
-        return solid[inner], 0
-    used = radius
-    for factor in (0.125, 0.25, 0.5, 0.75):
-        trial = closed(solid, factor * radius) if factor * radius >= 1 else solid
-        if genus(trial) <= genus(best):
-            best, used = trial, factor * radius
+    best, fewest, used = solid, before, 0.0
+    for part in (0.2, 0.4, 0.7, 1.0):
+        trial = closed(solid, part * radius) if part * radius >= 1 else solid
+        left = genus(trial)
+        if left < fewest:
+            best, fewest, used = trial, left, part * radius
+        if fewest == 0:
             break
     keep = closed(solid, used / 3) if used >= 3 else solid
     out = carved(best, keep)
