@@ -28,7 +28,8 @@ _HOME = {
     "data.volume": ["Volume"],
     "data.points": ["PointCloud"],
     "data.triangles": ["TriangleMesh"],
-    "data.reading": ["read", "read_volume", "read_points", "read_triangles", "read_mesh", "read_poses"],
+    "data.reading": ["read", "read_volume", "read_points", "read_triangles", "read_mesh"],
+    "data.poses": ["read_poses"],
     # III  the motion
     "motion.deform": ["DeformableModel"],
     "motion.reconstruct": ["reconstruct", "Reconstruction"],
@@ -41,10 +42,10 @@ __all__ = sorted([*_MODULE, *_SUBMODULES, "__version__"])
 if TYPE_CHECKING:  # the same list once more, for type checkers and editors; a test compares the two
     from simplexmesh import plot as plot
     from simplexmesh.data.points import PointCloud as PointCloud
+    from simplexmesh.data.poses import read_poses as read_poses
     from simplexmesh.data.reading import read as read
     from simplexmesh.data.reading import read_mesh as read_mesh
     from simplexmesh.data.reading import read_points as read_points
-    from simplexmesh.data.reading import read_poses as read_poses
     from simplexmesh.data.reading import read_triangles as read_triangles
     from simplexmesh.data.reading import read_volume as read_volume
     from simplexmesh.data.triangles import TriangleMesh as TriangleMesh
