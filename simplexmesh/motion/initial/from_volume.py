@@ -55,7 +55,7 @@ def start_from_volume(
         All means all that are large enough for 20 of the vertices.
     tunnels : float, optional
         Tunnels and passages narrower than this length are sealed; 0 keeps them all. When not given: 3 edges of the
-        mesh, or 10 voxels (3 for a label) if that is more.
+        mesh, or 13 voxels (3 for a label) if that is more.
 
     Returns
     -------
@@ -85,7 +85,7 @@ def start_from_volume(
     solid, dropped = pieces(field > 0, components, smallest)
     if tunnels is None:
         voxel = float(np.prod(volume.spacing)) ** (1 / 3)
-        tunnels = max(3 * edge_for(area, vertices), (10 if label is None else 3) * voxel)
+        tunnels = max(3 * edge_for(area, vertices), (13 if label is None else 3) * voxel)
     solid, sealed = without_tunnels(without_cavities(solid), min(tunnels / (2 * cell), max(solid.shape) / 8))
     positions, faces = isosurface(field, solid, int(1.15 * vertices))
     if np.linalg.det(volume.direction) < 0:

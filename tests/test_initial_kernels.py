@@ -1,0 +1,97 @@
+"""The kernels of the automatic start equal their readable twins."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.testing import assert_allclose, assert_array_equal
+from scipy import ndimage
+from scipy.spatial import ConvexHull
+
+from simplexmesh.mesh.manifold import half_edge_mates
+from simplexmesh.motion.initial import _kernels_grid, _kernels_remesh, topology
+from tests import reference_initial as reference
+
+SHAPE = (7, 8, 9)
+seeds = st.integers(0, 2**32 - 1)
+
+
+def points(rng, count=20):
+    return 1 + rng.random((count, 3)) * (np.array(SHAPE) - 3)
+
+
+@given(seeds)
+def test_distances_near_points(seed):
+    rng = np.random.default_rng(seed)
+    at, reach = points(rng, 5), rng.uniform(0.5, 2.5)
+    out = np.full(SHAPE, np.inf)
+    _kernels_grid.splat_distance(at, reach, out)
+    assert_allclose(out, reference.splat_distance(at, reach, SHAPE), rtol=1e-12)
+
+
+@given(seeds)
+def test_trilinear_weights_there_and_back(seed):
+    rng = np.random.default_rng(seed)
+    at, values, field = points(rng), rng.normal(size=(20, 3)), rng.normal(size=SHAPE)
+    layer = np.zeros((*SHAPE, 3))
+    _kernels_grid.splat(at, values, layer)
+    assert_allclose(layer, reference.splat(at, values, SHAPE), atol=1e-12)
+    found, gradients = np.zeros(20), np.zeros((20, 3))
+    _kernels_grid.interpolate(field, at, found, gradients)
+    wanted = reference.interpolate(field, at)
+    assert_allclose(found, wanted[0], atol=1e-12)
+    assert_allclose(gradients, wanted[1], atol=1e-12)
+    assert_allclose((layer[..., 0] * field).sum(), values[:, 0] @ found)  # the one is the transpose of the other
+
+
+@given(seeds)
+def test_carving(seed):
+    rng = np.random.default_rng(seed)
+    solid = np.pad(ndimage.gaussian_filter(rng.normal(size=(6, 7, 8)), 0.7) > -0.1, 1)
+    keep = solid & (rng.random(solid.shape) < 0.1)
+    cells = rng.permutation(np.argwhere(solid & ~keep))
+    out = solid.copy()
+    _kernels_grid.carve(out, keep, cells, topology._JOINED6, topology._JOINED26, 50)
+    assert_array_equal(out, reference.carve(solid, keep, cells, 50))
+
+
+def uneven(seed):
+    """A closed triangulation of a bumpy sphere with valences from 3 upwards."""
+    vertices = np.random.default_rng(seed).normal(size=(150, 3))
+    vertices /= np.linalg.norm(vertices, axis=1, keepdims=True)
+    faces = ConvexHull(vertices).simplices.astype(np.int64)
+    inwards = np.einsum("ij,ij->i", np.cross(*(vertices[faces[:, j]] for j in (1, 2))), vertices[faces[:, 0]]) < 0
+    faces[inwards] = faces[inwards, ::-1]
+    return vertices * (1 + 0.1 * np.sin(5 * vertices[:, :1])), faces
+
+
+def canonical(faces):
+    faces = np.asarray(faces)
+    first = faces.argmin(axis=1)
+    return sorted(map(tuple, np.take_along_axis(faces, (first[:, None] + np.arange(3)) % 3, axis=1)))
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_flipping(seed):
+    vertices, faces = uneven(seed)
+    mates = half_edge_mates(faces)
+    corners, kernel_mates = faces.ravel().copy(), mates.ravel().astype(np.int64)
+    valence = np.bincount(corners)
+    flips = _kernels_remesh.flip_round(vertices, corners, kernel_mates, valence)
+    wanted, count = reference.flip_round(vertices, faces, mates)
+    assert flips == count > 0
+    assert canonical(corners.reshape(-1, 3)) == canonical(wanted)
+    assert_array_equal(kernel_mates, half_edge_mates(corners.reshape(-1, 3)).ravel())
+    assert_array_equal(valence, np.bincount(corners))
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_relaxing(seed):
+    vertices, faces = uneven(seed)
+    corners, mates = faces.ravel().copy(), half_edge_mates(faces).ravel().astype(np.int64)
+    first = np.full(len(vertices), -1)
+    first[corners] = np.arange(len(corners))
+    out = vertices.copy()
+    _kernels_remesh.relax_round(out, corners, mates, first, 0.5)
+    assert_allclose(out, reference.relax_round(vertices, faces, 0.5), atol=1e-12)
+    assert np.abs(out - vertices).max() > 0

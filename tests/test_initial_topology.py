@@ -1,0 +1,113 @@
+"""Pieces, cavities and tunnels of solids on grids, and surfaces that keep them."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy import ndimage
+
+from simplexmesh.mesh.duality import dual
+from simplexmesh.motion.initial.polygonize import halved, isosurface
+from simplexmesh.motion.initial.remesh import decimated, relaxed
+from simplexmesh.motion.initial.topology import carved, closed, euler, genus, pieces, without_cavities, without_tunnels
+
+X, Y, Z = np.indices((40, 40, 30)) - np.array([19.5, 19.5, 14.5]).reshape(3, 1, 1, 1)
+BALL = X**2 + Y**2 + Z**2 < 12**2
+TORUS = (np.hypot(X, Y) - 11) ** 2 + Z**2 < 5**2
+DRILLED = BALL & (np.hypot(X, Y) > 2.5)
+
+
+@pytest.mark.parametrize(
+    ("solid", "tunnels"), [(BALL, 0), (TORUS, 1), (DRILLED, 1), (DRILLED & (np.hypot(X, Z) > 2.5), 3)]
+)
+def test_tunnels_are_counted(solid, tunnels):
+    assert genus(solid) == tunnels
+
+
+def test_two_bodies_have_the_tunnels_of_both():
+    assert genus(np.concatenate([TORUS, BALL, DRILLED])) == 2
+
+
+def test_cavities_are_filled_and_pits_are_not():
+    hollow = BALL & (X**2 + Y**2 + Z**2 > 6**2)
+    assert euler(hollow) == 2
+    assert np.array_equal(without_cavities(hollow), BALL)
+    pitted = hollow & ~((np.hypot(X, Y) < 2) & (Z > 0))
+    assert np.array_equal(without_cavities(pitted), pitted)
+
+
+def test_largest_piece_and_all_pieces():
+    both = np.concatenate([BALL, np.pad(BALL[14:26], ((14, 14), (0, 0), (0, 0)))])
+    both[0, 0, 0] = True
+    assert np.array_equal(pieces(both)[0][:40], BALL)
+    assert pieces(both)[1] == 2
+    kept, dropped = pieces(both, "all", 2)
+    assert dropped == 1
+    assert ndimage.label(kept)[1] == 2
+
+
+def test_a_narrow_tunnel_is_sealed_and_a_wide_one_kept():
+    out, sealed = without_tunnels(DRILLED, 4.0)
+    assert (genus(out), sealed) == (0, 1)
+    assert DRILLED.sum() < out.sum() < BALL.sum()  # a membrane, not a plug
+    out, sealed = without_tunnels(TORUS, 4.0)
+    assert (genus(out), sealed) == (1, 0)
+    assert np.array_equal(out, TORUS)
+
+
+def test_closing_never_adds_pieces():
+    rng = np.random.default_rng(0)
+    solid = np.pad(pieces(ndimage.gaussian_filter(rng.normal(size=(20, 20, 20)), 1.2) > 0.1)[0], 4)
+    assert ndimage.label(closed(solid, 2.5))[1] == 1
+
+
+def test_carving_keeps_the_topology_and_what_is_to_be_kept():
+    out = carved(BALL, DRILLED)
+    assert genus(out) == 0
+    assert out[DRILLED].all()
+    assert not out[~BALL].any()
+    assert np.array_equal(carved(TORUS, np.zeros_like(TORUS)).sum() > 0, True)
+    assert genus(carved(TORUS, np.zeros_like(TORUS))) == 1  # thinned to a ring
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_the_surface_has_the_topology_of_the_solid_whatever_the_field(seed):
+    rng = np.random.default_rng(seed)
+    solid = np.pad(ndimage.gaussian_filter(rng.normal(size=(9, 9, 9)), 0.7) > rng.uniform(-0.2, 0.2), 1)
+    vertices, faces = isosurface(rng.normal(size=solid.shape), solid)
+    assert len(np.unique(faces)) - len(faces) // 2 == 2 * euler(solid)
+    if solid.any():
+        finer = isosurface(rng.normal(size=solid.shape), solid, 3 * len(faces))[1]
+        assert len(finer) >= 3 * len(faces)
+        assert len(np.unique(finer)) - len(finer) // 2 == 2 * euler(solid)
+        low, high = vertices.min(axis=0), vertices.max(axis=0)
+        cells = np.argwhere(solid)
+        assert (np.abs(low - cells.min(axis=0) + 0.5) <= 0.5).all()
+        assert (np.abs(high - cells.max(axis=0) - 0.5) <= 0.5).all()
+
+
+def test_halving_keeps_the_surface():
+    vertices, faces = isosurface(np.where(TORUS, 1.0, -1.0), TORUS)
+    finer = halved(vertices, faces)
+    assert len(finer[1]) == 4 * len(faces)
+    assert np.isclose(dual(finer).genus, 1)
+    volume = [
+        np.einsum("ij,ij->", v[f[:, 0]], np.cross(v[f[:, 1]], v[f[:, 2]])) / 6 for v, f in ((vertices, faces), finer)
+    ]
+    assert np.isclose(*volume)
+
+
+def test_decimation_and_relaxation_keep_topology_and_even_out_the_triangles():
+    field = 5 - np.sqrt((np.hypot(X, Y) - 11) ** 2 + Z**2)
+    vertices, faces = isosurface(field, field > 0)
+    vertices, faces = decimated(vertices, faces, 1500)
+    assert len(faces) == 1500
+    before, after = dual((vertices, faces)), dual(relaxed(vertices, faces))
+    assert before.genus == after.genus == 1
+    regular = [np.isin(mesh.connectivity.face_sizes, (5, 6, 7)).mean() for mesh in (before, after)]
+    assert regular[1] > max(regular[0], 0.98)
+    assert after.check(self_intersections=True)
+    radius = np.hypot(
+        np.hypot(after.vertices[:, 0] - 19.5, after.vertices[:, 1] - 19.5) - 11, after.vertices[:, 2] - 14.5
+    )
+    assert np.abs(radius - 5).max() < 0.7
