@@ -9,6 +9,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import pyvista
+import pyvista.examples
 
 import simplexmesh as sm
 from simplexmesh.cli import app, frog
@@ -102,6 +104,12 @@ class TestFrog:
     def test_lies_where_the_labels_lie(self, ran):
         _, out = ran("frog")
         volume = frog.frog()
+        image = pyvista.examples.load_frog_tissues()
+        np.testing.assert_allclose(volume.to_world([499, 469, 135]), image.bounds[1::2])
+        assert (
+            volume.values[120, 230, 40]
+            == image.active_scalars[image.find_closest_point(volume.to_world([120, 230, 40]))]
+        )
         for name, result in out["organs"].items():
             inside = np.argwhere(volume.values == frog.SMALL[name][0])
             np.testing.assert_allclose(

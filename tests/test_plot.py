@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 import pyvista as pv
@@ -187,6 +189,7 @@ class TestPicture:
     def test_a_failure_leaves_the_older_one(self, tmp_path):
         class Broken:
             def screenshot(self, path):
+                Path(path).write_text("half")
                 raise OSError("no graphics")
 
             def close(self):
