@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,41 +13,15 @@ from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion import _kernels
 from simplexmesh.motion.adapt import adapted_metric, curvedness
 from simplexmesh.motion.forces import CONSTRAINTS, Force, Frame, constraint_codes
+from simplexmesh.motion.parameters import carried, per_vertex, references, whole_per_vertex
 from simplexmesh.motion.rim import Rim
+from simplexmesh.motion.state import State, Target
 
 Array = NDArray[np.float64]
 
 
-class Target(Protocol):
-    """What a mesh can be drawn to: anything that answers one question."""
-
-    def gap(self, vertices: Array, normals: Array, reach: float) -> Array:
-        """Return (n,) how far along its normal the data is from each vertex; NaN where nothing is within `reach`."""
-
-
-@dataclass(frozen=True)
-class State:
-    """A moment of the motion, light enough to keep.
-
-    Attributes
-    ----------
-    iteration : int
-        Iterations done since the model was made.
-    energy : float
-        Mean over the vertices of half of ``alpha |P* - P|^2 + beta gap^2``, in squared units.
-    gap : float
-        Mean distance to the data along the normals, in the mesh's unit; NaN when no vertex is within reach.
-    reached : float
-        Share of the vertices that have data within reach.
-    move : float
-        Largest step of any vertex in this iteration, in the mesh's unit.
-    """
-
-    iteration: int
-    energy: float
-    gap: float
-    reached: float
-    move: float
+LONGEST_STEP = 10.0
+"""A vertex that moves by more than so many diagonals of the first mesh in one iteration has diverged."""
 
 
 class DeformableModel:
@@ -135,47 +107,20 @@ class DeformableModel:
         self._start = mesh
         self._neighbors = mesh.connectivity.neighbors
         self._rim = Rim.of(mesh.connectivity)
-        stiff = _per_vertex("rigidity", _default(rigidity, mesh, "rigidity", 1), n, 0, 1000)
-        if (stiff % 1).any():
-            raise TypeError(f"rigidity must be a whole number of edges, not {stiff[np.argmax(stiff % 1 > 0)]:g}")
-        self.rigidity = stiff.astype(np.int64)
-        self.alpha = _per_vertex("alpha", alpha, n, 0.0, 0.5)
-        self.beta = _per_vertex("beta", beta, n, 0.0, 1.0)
-        self.damping = _per_vertex("damping", damping, n, 1e-3, 1.0)
+        self.rigidity = whole_per_vertex("rigidity", carried(rigidity, mesh, "rigidity", 1), n, 0, 1000)
+        self.alpha = per_vertex("alpha", alpha, n, 0.0, 0.5)
+        self.beta = per_vertex("beta", beta, n, 0.0, 1.0)
+        self.damping = per_vertex("damping", damping, n, 1e-3, 1.0)
         diagonal = float(np.linalg.norm(np.ptp(mesh.vertices, axis=0)))
+        self._longest2 = (LONGEST_STEP * max(diagonal, np.finfo(float).tiny)) ** 2
         self.reach = 0.2 * diagonal if reach is None else _check.number("reach", reach, 0.0, open_low=True)
         self.adaptation = _check.number("adaptation", adaptation, 0.0, 1.0)
-        self.constraint = constraint_codes(_default(constraint, mesh, "constraint", "mean_curvature"), n)
+        self.constraint = constraint_codes(carried(constraint, mesh, "constraint", "mean_curvature"), n)
         self.constraint.setflags(write=False)
-        self._memory(mesh, reference, metric, curvature)
+        self.metric, self._reference_angle, self._prescribed = references(
+            mesh, self.constraint, metric=metric, curvature=curvature, reference=reference
+        )
         self._buffers(mesh.vertices)
-
-    def _memory(
-        self, mesh: SimplexMesh, reference: SimplexMesh | None, metric: Any, curvature: float | ArrayLike | None
-    ) -> None:
-        """Store what the constraints refer to: metric parameters, simplex angles, curvatures."""
-        n = mesh.n_vertices
-        remembers = self.constraint == CONSTRAINTS.index("shape")
-        wanted = _default(metric, mesh, "metric", None)
-        self.metric = np.full((n, 3), 1 / 3) if wanted is None else _check.array("metric", wanted, (n, 3)).copy()
-        if not np.allclose(self.metric.sum(axis=1), 1, atol=1e-6):
-            row = int(np.abs(self.metric.sum(axis=1) - 1).argmax())
-            raise ValueError(f"metric must have rows that sum to 1; row {row} sums to {self.metric[row].sum():g}")
-        self._reference_angle = np.zeros(n)
-        if reference is not None:
-            if not np.array_equal(reference.connectivity.twin, mesh.connectivity.twin):
-                raise ValueError("reference must have the same connectivity as mesh")
-            self._reference_angle = np.array(reference.simplex_angle)
-            if metric is None:
-                self.metric[remembers] = reference.metric[remembers]
-        elif "reference_angle" in mesh.data:
-            self._reference_angle = _check.array("reference_angle", mesh.data["reference_angle"], (n,)).copy()
-        elif remembers.any():
-            raise ValueError("constraint 'shape' needs a reference mesh, or data['reference_angle'] on the mesh")
-        prescribed = self.constraint == CONSTRAINTS.index("curvature")
-        if curvature is None and prescribed.any():
-            raise ValueError("constraint 'curvature' needs the argument curvature")
-        self._prescribed = _per_vertex("curvature", 0.0 if curvature is None else curvature, n)
 
     def _buffers(self, vertices: Array) -> None:
         n = len(vertices)
@@ -212,7 +157,8 @@ class DeformableModel:
         Raises
         ------
         DivergedError
-            When a vertex leaves the finite numbers; the error carries the last good mesh.
+            When a vertex flies off, by 10 times the size of the first mesh or out of the finite numbers; the error
+            carries the last good mesh.
         """
         iterations = _check.integer("iterations", iterations, 0)
         every = _check.integer("every", every, 1)
@@ -235,7 +181,7 @@ class DeformableModel:
         Raises
         ------
         DivergedError
-            When a vertex leaves the finite numbers; the step is not taken.
+            When a vertex flies off; the step is not taken.
         """
         if self.adaptation and self.iteration and self.iteration % 10 == 0:
             bend = curvedness(self._vertices, self._normals, self._neighbors)
@@ -251,9 +197,9 @@ class DeformableModel:
         if rim is not None and self._rim is not None:
             self._moves[self._rim.vertices] = ((rim - self._vertices[self._rim.vertices]) ** 2).sum(axis=1)
             self._previous[self._rim.vertices] = rim
-        if not np.isfinite(self._moves.max()):
-            wrong = int(np.argmax(~np.isfinite(self._moves)))
-            raise DivergedError(f"vertex {wrong} left the finite numbers at iteration {self.iteration + 1}", self.mesh)
+        if not self._moves.max() <= self._longest2:
+            wrong = int(np.argmax(~(self._moves <= self._longest2)))
+            raise DivergedError(f"vertex {wrong} flew off at iteration {self.iteration + 1}", self.mesh)
         self._vertices, self._previous = self._previous, self._vertices
         self.iteration += 1
         return gaps
@@ -349,19 +295,3 @@ class DeformableModel:
         reached = float(seen.mean())
         gap = float(np.abs(gaps[seen]).mean()) if reached else float("nan")
         return State(self.iteration, float(self._energy.mean()), gap, reached, move)
-
-
-def _default(given: Any, mesh: SimplexMesh, name: str, otherwise: Any) -> Any:
-    """Return what the caller gave, else what the mesh carries under this name, else the library's default."""
-    return given if given is not None else mesh.data.get(name, otherwise)
-
-
-def _per_vertex(name: str, value: Any, count: int, low: float = -np.inf, high: float = np.inf) -> Array:
-    """Return a fresh array of one float per vertex from a number or an array, all within bounds."""
-    if np.ndim(value) == 0:
-        return np.full(count, _check.number(name, value, low, high))
-    out = _check.array(name, value, (count,), float).astype(float)
-    if len(out) and not (low <= out.min() and out.max() <= high):
-        wrong = int(np.argmax((out < low) | (out > high)))
-        raise ValueError(f"{name} must be between {low:g} and {high:g}; {name}[{wrong}] is {out[wrong]:g}")
-    return out

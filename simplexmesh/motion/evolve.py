@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from simplexmesh._vec import norm
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-from simplexmesh.motion.deform import DeformableModel, State, Target
+from simplexmesh.motion.deform import DeformableModel
+from simplexmesh.motion.state import State, Target
 
 Array = NDArray[np.float64]
 

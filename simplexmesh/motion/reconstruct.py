@@ -13,12 +13,12 @@ from scipy.spatial import cKDTree
 from simplexmesh import _check
 from simplexmesh.data.reading import read_mesh
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-from simplexmesh.motion.deform import State
 from simplexmesh.motion.distance import Distance, Spread
 from simplexmesh.motion.evolve import Stage, evolved, mean_edge
 from simplexmesh.motion.initial.primitives import PRIMITIVES, primitive_around
 from simplexmesh.motion.initial.report import StartReport
 from simplexmesh.motion.progress import Report, reporting
+from simplexmesh.motion.state import State
 from simplexmesh.motion.subjects import MOST_POINTS, Subject, as_subject
 from simplexmesh.motion.targets.triangles import inside_surface, surface_distance
 from simplexmesh.motion.untangle import untangled

@@ -18,9 +18,9 @@ from simplexmesh.data.reading import read_poses
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.data.volume import Volume
 from simplexmesh.motion.crossings import outer_crossings
-from simplexmesh.motion.deform import Target
 from simplexmesh.motion.initial.indicator import Indicator
 from simplexmesh.motion.initial.start import Start
+from simplexmesh.motion.state import Target
 
 Array = NDArray[np.float64]
 

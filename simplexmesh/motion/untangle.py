@@ -9,7 +9,8 @@ from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.mesh.face_geometry import face_inversions
 from simplexmesh.mesh.self_intersection import self_intersections
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-from simplexmesh.motion.deform import DeformableModel, Target
+from simplexmesh.motion.deform import DeformableModel
+from simplexmesh.motion.state import Target
 
 
 def tangled_vertices(mesh: SimplexMesh) -> NDArray[np.bool_]:

@@ -1,0 +1,71 @@
+"""What a motion is told about each vertex: numbers or arrays, from the caller or carried by the mesh."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplexmesh import _check
+from simplexmesh.mesh.simplex_mesh import SimplexMesh
+from simplexmesh.motion.forces import CONSTRAINTS
+
+Array = NDArray[np.float64]
+
+
+def carried(given: Any, mesh: SimplexMesh, name: str, otherwise: Any) -> Any:
+    """Return what the caller gave, else what the mesh carries under this name, else the library's default."""
+    return given if given is not None else mesh.data.get(name, otherwise)
+
+
+def per_vertex(name: str, value: Any, count: int, low: float = -np.inf, high: float = np.inf) -> Array:
+    """Return a fresh array of one float per vertex from a number or an array, all within bounds."""
+    if np.ndim(value) == 0:
+        return np.full(count, _check.number(name, value, low, high))
+    out = _check.array(name, value, (count,), float).astype(float)
+    if len(out) and not (low <= out.min() and out.max() <= high):
+        wrong = int(np.argmax((out < low) | (out > high)))
+        raise ValueError(f"{name} must be between {low:g} and {high:g}; {name}[{wrong}] is {out[wrong]:g}")
+    return out
+
+
+def whole_per_vertex(name: str, value: Any, count: int, low: int, high: int) -> NDArray[np.int64]:
+    """Return a fresh array of one whole number per vertex."""
+    out = per_vertex(name, value, count, low, high)
+    if (out % 1).any():
+        raise TypeError(f"{name} must be a whole number of edges, not {out[np.argmax(out % 1 > 0)]:g}")
+    return out.astype(np.int64)
+
+
+def references(
+    mesh: SimplexMesh, constraint: NDArray[np.int8], *, metric: Any, curvature: Any, reference: SimplexMesh | None
+) -> tuple[Array, Array, Array]:
+    """Return what the constraints refer to: metric parameters (n, 3), simplex angles (n,) and curvatures (n,).
+
+    Raises
+    ------
+    ValueError
+        Metric parameters that do not sum to 1, a reference of another connectivity, a constraint without what it needs.
+    """
+    n = mesh.n_vertices
+    remembers = constraint == CONSTRAINTS.index("shape")
+    wanted = carried(metric, mesh, "metric", None)
+    parameters = np.full((n, 3), 1 / 3) if wanted is None else _check.array("metric", wanted, (n, 3)).copy()
+    if not np.allclose(parameters.sum(axis=1), 1, atol=1e-6):
+        row = int(np.abs(parameters.sum(axis=1) - 1).argmax())
+        raise ValueError(f"metric must have rows that sum to 1; row {row} sums to {parameters[row].sum():g}")
+    angle = np.zeros(n)
+    if reference is not None:
+        if not np.array_equal(reference.connectivity.twin, mesh.connectivity.twin):
+            raise ValueError("reference must have the same connectivity as mesh")
+        angle = np.array(reference.simplex_angle)
+        if metric is None:
+            parameters[remembers] = reference.metric[remembers]
+    elif "reference_angle" in mesh.data:
+        angle = _check.array("reference_angle", mesh.data["reference_angle"], (n,)).copy()
+    elif remembers.any():
+        raise ValueError("constraint 'shape' needs a reference mesh, or data['reference_angle'] on the mesh")
+    if curvature is None and (constraint == CONSTRAINTS.index("curvature")).any():
+        raise ValueError("constraint 'curvature' needs the argument curvature")
+    return parameters, angle, per_vertex("curvature", 0.0 if curvature is None else curvature, n)

@@ -1,0 +1,43 @@
+"""What a motion looks at and what it tells: the target's one question, and the states it passes through."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+class Target(Protocol):
+    """What a mesh can be drawn to: anything that answers one question."""
+
+    def gap(self, vertices: Array, normals: Array, reach: float) -> Array:
+        """Return (n,) how far along its normal the data is from each vertex; NaN where nothing is within `reach`."""
+
+
+@dataclass(frozen=True)
+class State:
+    """A moment of the motion, light enough to keep.
+
+    Attributes
+    ----------
+    iteration : int
+        Iterations done since the model was made.
+    energy : float
+        Mean over the vertices of half of ``alpha |P* - P|^2 + beta gap^2``, in squared units.
+    gap : float
+        Mean distance to the data along the normals, in the mesh's unit; NaN when no vertex is within reach.
+    reached : float
+        Share of the vertices that have data within reach.
+    move : float
+        Largest step of any vertex in this iteration, in the mesh's unit.
+    """
+
+    iteration: int
+    energy: float
+    gap: float
+    reached: float
+    move: float
