@@ -25,6 +25,7 @@ _MOST_POINTS = 60_000
 _CELL = 0.8
 _FINE = 128
 _FINEST = 256
+_NOT_A_BODY = 0.8
 
 
 def start_from_points(
@@ -59,6 +60,11 @@ def start_from_points(
     Start
         Mesh, report, and the indicator of inside and outside.
 
+    Raises
+    ------
+    TopologyError
+        The points bound no body at all: they lie in a plane, say.
+
     Examples
     --------
     >>> from simplexmesh.mesh.shapes import sphere
@@ -69,16 +75,17 @@ def start_from_points(
     vertices = _check.integer("vertices", vertices, FEWEST)
     _check.choice("components", components, ["largest", "all"])
     indicator = _indicator(cloud, vertices, trust=normals)
+    openness = _openness(indicator)
+    if openness > _NOT_A_BODY:
+        raise TopologyError("points must bound a body for init='auto', these do not; give init='plane' or 'sphere'")
     cell = indicator.frame.cell
     field = np.pad(indicator.values, 1, constant_values=-0.5)
     smallest = FEWEST / vertices * np.count_nonzero(field > 0)
     solid, dropped = pieces(field > 0, components, smallest)
-    if not solid.any():
-        raise TopologyError("the points bound no body; give normals, or another init than 'auto'")
     solid, sealed = without_tunnels(without_cavities(solid), tunnels / (2 * cell))
     positions, faces = isosurface(field, solid, int(1.15 * vertices))
     mesh = meshed(indicator.frame.to_world(positions - 1), faces, vertices)
-    report = StartReport(indicator.frame.shape, cell, mesh.genus, mesh.n_components, sealed, dropped)
+    report = StartReport(indicator.frame.shape, cell, mesh.genus, mesh.n_components, sealed, dropped, openness)
     return Start(mesh, report, indicator)
 
 
@@ -97,9 +104,22 @@ def _indicator(cloud: PointCloud, vertices: int, *, trust: bool) -> Indicator:
         return turned(points, found or planes(points), cell)
     frame = frame_for(points, cell)
     out = solved(points, normals, frame, areas(points, frame))
-    return out if _outside(out) < 0 else Indicator(out.frame, -out.values)
+    return out if _border(out).mean() < 0 else Indicator(out.frame, -out.values)
 
 
-def _outside(indicator: Indicator) -> float:
-    """Return the mean of the field over the border of its grid."""
-    return float(np.mean([np.take(indicator.values, 0, axis=axis).mean() for axis in range(3)]))
+def _border(indicator: Indicator) -> Array:
+    values = indicator.values
+    return np.concatenate([np.take(values, side, axis=axis).ravel() for axis in range(3) for side in (0, -1)])
+
+
+def _openness(indicator: Indicator) -> float:
+    """Return how uneven the field is far outside, in units of its jump: not at all for closed surfaces.
+
+    Each hole in the data acts like a dipole: the field leaks out of it.
+    """
+    border, inside = _border(indicator), indicator.values[indicator.values > 0]
+    if not len(inside):
+        return float(np.inf)
+    jump = float(np.median(inside) - np.median(border))
+    low, high = np.quantile(border, [0.05, 0.95])
+    return float((high - low) / jump) if jump > 0 else float(np.inf)

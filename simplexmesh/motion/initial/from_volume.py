@@ -91,7 +91,7 @@ def start_from_volume(
     if np.linalg.det(volume.direction) < 0:
         faces = faces[:, ::-1]
     mesh = meshed(volume.to_world(first + positions * (cell / volume.spacing)), faces, vertices)
-    report = StartReport(solid.shape, cell, mesh.genus, mesh.n_components, sealed, left_out + dropped)
+    report = StartReport(solid.shape, cell, mesh.genus, mesh.n_components, sealed, max(left_out, dropped))
     return Start(mesh, report)
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+OPEN = 0.25
+
 
 @dataclass(frozen=True)
 class StartReport:
@@ -23,8 +25,9 @@ class StartReport:
         Sealed because they are too small for the mesh.
     components_dropped : int
         Smaller pieces left out.
-    closed_data : bool
-        Whether the data encloses a volume. When not (an open scan), the mesh is a shell around it.
+    openness : float
+        For points: how far they are from enclosing a body, 0 when they do, 0.1 to 0.25 for bodies scanned from all
+        sides but one, above that for surfaces with little behind them.
     """
 
     grid: tuple[int, int, int]
@@ -33,12 +36,12 @@ class StartReport:
     components: int
     tunnels_removed: int = 0
     components_dropped: int = 0
-    closed_data: bool = True
+    openness: float = 0.0
 
     def __str__(self) -> str:
         parts = [f"start of genus {self.genus}", f"{self.components} components" if self.components > 1 else ""]
         parts.append(f"from a grid of {' x '.join(map(str, self.grid))} cells of {self.cell:.3g}")
         parts.append(f"{self.tunnels_removed} small tunnels sealed" if self.tunnels_removed else "")
         parts.append(f"{self.components_dropped} smaller pieces left out" if self.components_dropped else "")
-        parts.append("" if self.closed_data else "the data encloses no volume, so the mesh is a shell around it")
+        parts.append("the data is open, the mesh closes it where there are no points" if self.openness > OPEN else "")
         return ", ".join(part for part in parts if part)

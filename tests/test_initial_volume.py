@@ -1,0 +1,129 @@
+"""The automatic start from volumes: topology, budget, place, bad input."""
+
+import numpy as np
+import pytest
+
+from simplexmesh import Volume, read_volume
+from simplexmesh.motion.initial import start_from_volume
+
+SPACING, ORIGIN = np.array([0.06, 0.05, 0.09]), np.array([3.0, -2.0, 10.0])
+TURN = np.linalg.qr(np.random.default_rng(1).normal(size=(3, 3)))[0]
+
+
+def torus_field(direction, shape=(72, 84, 40)):
+    """Distance into a torus of radii 1 and 0.4 about the middle of the grid, and that middle."""
+    volume = Volume(np.zeros(shape), SPACING, ORIGIN, direction)
+    middle = volume.to_world((np.array(shape) - 1) / 2)
+    at = volume.to_world(np.stack(np.meshgrid(*map(np.arange, shape), indexing="ij"), axis=-1)) - middle
+    return Volume(inside_torus(at), SPACING, ORIGIN, direction), middle
+
+
+def inside_torus(at):
+    return 0.4 - np.hypot(np.hypot(at[..., 0], at[..., 1]) - 1, at[..., 2])
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.parametrize("masked", [False, True])
+def test_a_torus_lies_where_the_volume_says_with_normals_outwards(sign, masked):
+    direction = np.diag([sign, 1, 1])
+    volume, middle = torus_field(direction)
+    if masked:
+        start = start_from_volume(Volume(volume.values > 0, SPACING, ORIGIN, direction), label=1, vertices=2000)
+    else:
+        start = start_from_volume(volume, level=0.0, vertices=2000)
+    mesh = start.mesh
+    assert (mesh.n_vertices, mesh.genus, mesh.n_holes, mesh.n_components) == (2000, 1, 0, 1)
+    assert np.abs(inside_torus(mesh.vertices - middle)).max() < start.report.cell
+    assert np.abs(inside_torus(mesh.vertices - middle)).mean() < 0.2 * start.report.cell
+    assert np.isclose(mesh.volume, 2 * np.pi**2 * 0.4**2, rtol=0.12)  # centroids of triangles lie inside
+    assert (np.abs(mesh.bounds - middle - np.array([[-1.4, -1.4, -0.4], [1.4, 1.4, 0.4]])) < start.report.cell).all()
+    assert mesh.check(self_intersections=True)
+    sizes = mesh.connectivity.face_sizes
+    assert np.isin(sizes, (5, 6, 7)).mean() > 0.98
+
+
+def test_turned_axes_turn_the_mesh():
+    shape = (40, 44, 48)
+    values = 15 - np.sqrt(sum((x - 20 - i) ** 2 for i, x in enumerate(np.indices(shape))))
+    straight = start_from_volume(Volume(values), level=0.0, vertices=400).mesh
+    turned = start_from_volume(Volume(values, direction=TURN, origin=ORIGIN), level=0.0, vertices=400).mesh
+    assert np.isclose(turned.volume, straight.volume, rtol=1e-3)
+    assert np.allclose(turned.vertices.mean(axis=0), straight.vertices.mean(axis=0) @ TURN.T + ORIGIN, atol=0.3)
+
+
+@pytest.mark.parametrize("vertices", [20, 200, 1001, 30_000])
+def test_the_budget_is_kept(vertices):
+    volume, _ = torus_field(np.eye(3))
+    mesh = start_from_volume(volume, level=0.0, vertices=vertices).mesh
+    assert abs(mesh.n_vertices - vertices) <= max(1, 0.02 * vertices)
+    assert mesh.genus <= 1
+
+
+def test_bodies_at_the_border_are_closed_there():
+    values = np.ones((30, 30, 30))
+    values[15:] = 0
+    mesh = start_from_volume(Volume(values), level=0.5, vertices=600).mesh
+    assert (mesh.genus, mesh.n_holes) == (0, 0)
+    assert np.isclose(mesh.volume, 15 * 30 * 30, rtol=0.1)
+
+
+def test_cavities_are_filled_small_pieces_dropped_and_narrow_tunnels_sealed():
+    x, y, z = np.indices((60, 60, 60)) - 29.5
+    ball = np.sqrt(x**2 + y**2 + z**2)
+    body = (ball < 22) & (ball > 8) & ((np.hypot(x, y) > 2) | (z < 0))
+    body[2:6, 2:6, 2:6] = True
+    start = start_from_volume(Volume(body), label=1, vertices=1500, tunnels=8.0)
+    assert (start.mesh.genus, start.mesh.n_components, start.report.components_dropped) == (0, 1, 1)
+    assert np.isclose(start.mesh.volume, 4 / 3 * np.pi * 22**3, rtol=0.1)
+    through = (ball < 22) & (np.hypot(x, y) > 3)
+    assert start_from_volume(Volume(through), label=1, vertices=1500, tunnels=12.0).report.tunnels_removed == 1
+    assert start_from_volume(Volume(through), label=1, vertices=1500, tunnels=0.0).mesh.genus == 1
+
+
+def test_all_components():
+    values = np.concatenate([torus_field(np.eye(3))[0].values] * 2)
+    start = start_from_volume(Volume(values, SPACING), level=0.0, vertices=3000, components="all")
+    assert (start.mesh.n_components, start.mesh.genus, start.mesh.n_vertices) == (2, 2, 3000)
+    assert start_from_volume(Volume(values, SPACING), level=0.0, vertices=3000).mesh.n_components == 1
+
+
+def test_a_thin_body_is_not_smoothed_away():
+    values = np.zeros((40, 40, 40))
+    values[5:35, 19:21, 19:21] = 1
+    mesh = start_from_volume(Volume(values), label=1, vertices=300).mesh
+    assert mesh.genus == 0
+    assert np.ptp(mesh.bounds[:, 0]) > 27
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({}, "one of level and label"),
+        ({"level": 0.5, "label": 1}, "not both"),
+        ({"level": 7.0}, "level must be between 0 and 1"),
+        ({"label": 4}, "label must be present"),
+        ({"level": 0.5, "vertices": 3}, "vertices must be at least 20"),
+        ({"level": 0.5, "components": "some"}, "components must be one of"),
+    ],
+)
+def test_bad_input_gets_one_sentence(options, message):
+    values = np.zeros((10, 10, 10), np.uint8)
+    values[3:7, 3:7, 3:7] = 1
+    with pytest.raises(ValueError, match=message):
+        start_from_volume(Volume(values), **options)
+
+
+@pytest.mark.data
+@pytest.mark.parametrize(
+    ("name", "level", "vertices"),
+    [("head_ct.mhd", 500, 3000), ("head_ct.mhd", 500, 20_000), ("head_mr.mhd", 10, 4000), ("tooth.nhdr", 300, 4000)],
+)
+def test_organs_are_balls(data_folder, name, level, vertices):
+    volume = read_volume(data_folder / name)
+    mesh = start_from_volume(volume, level=level, vertices=vertices).mesh
+    assert (mesh.n_vertices, mesh.genus, mesh.n_holes, mesh.n_components) == (vertices, 0, 0, 1)
+    assert mesh.volume > 0
+    assert mesh.check(self_intersections=True)
+    margin = 2 * volume.spacing
+    assert (mesh.bounds[0] > volume.bounds[0] - margin).all()
+    assert (mesh.bounds[1] < volume.bounds[1] + margin).all()
