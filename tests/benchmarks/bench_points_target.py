@@ -56,8 +56,8 @@ def main():
                 numba.set_num_threads(threads)
                 workers = 1 if threads == 1 else -1
                 target.gap(vertices, normals, 0.3)
-                ours = best(lambda v=vertices: target.gap(v, normals, 0.3), 40) / len(vertices) * 1e9
-                peer = best(lambda v=vertices, w=workers: tree.query(v, workers=w), 15) / len(vertices) * 1e9
+                ours = best(lambda t=target, v=vertices, n=normals: t.gap(v, n, 0.3), 40) / len(vertices) * 1e9
+                peer = best(lambda t=tree, v=vertices, w=workers: t.query(v, workers=w), 15) / len(vertices) * 1e9
                 print(f"{n:8} {noise:6.3f} {off:6.2f} {threads:7} {ours:8.0f} {peer:10.0f} {peer / ours:6.1f}")
         numba.set_num_threads(numba.config.NUMBA_NUM_THREADS)
         build = best(lambda p=points: Points(p), 4)

@@ -8,7 +8,7 @@ from numba import njit, prange
 
 @njit(cache=True, error_model="numpy", parallel=True)
 def count_crossings(mask, counts):
-    """Fill, per slice along the first axis, how many neighboring pairs differ; two empty samples surround the region."""
+    """Fill, per slice along the first axis, how many neighboring pairs differ; two empty samples surround all."""
     nx, ny, nz = mask.shape
     for i in prange(2, nx - 1):
         n = 0
@@ -50,9 +50,9 @@ def fill_crossings(mask, starts, places, axes, gradients):
                     size = np.sqrt(gx * gx + gy * gy + gz * gz)
                     if along < 0.3 * size or size == 0.0:  # thin parts: the crossing itself knows best
                         push = out * max(size, 1.0)
-                        gx += push * (axis == 0)
-                        gy += push * (axis == 1)
-                        gz += push * (axis == 2)
+                        gx = push if axis == 0 else gx
+                        gy = push if axis == 1 else gy
+                        gz = push if axis == 2 else gz
                     places[n, 0], places[n, 1], places[n, 2] = mx, my, mz
                     gradients[n, 0], gradients[n, 1], gradients[n, 2] = gx, gy, gz
                     axes[n] = axis

@@ -7,7 +7,8 @@ import math
 import numpy as np
 from numba import njit, prange
 
-from simplexmesh.motion.targets._kernels_fit import CURVATURE, NOISE, OFFSET, VARIANCE, fit, plane_normal
+from simplexmesh.motion.targets._kernels_algebra import plane_normal
+from simplexmesh.motion.targets._kernels_fit import COUNT, CURVATURE, NOISE, OFFSET, VARIANCE, fit
 from simplexmesh.motion.targets._kernels_tree import within
 
 MOST = 2048  # points of one fit; beyond that every second, third... is taken
@@ -39,9 +40,8 @@ def gather(points, normals, starts, ends, boxes, place, facing, radius, members,
 def begin(points, normals, members, count, radius, facing, surfel):
     """Point `surfel`'s normal along that of the plane of the members, the way `facing` does where that is known."""
     plane_normal(points, members, count, surfel[0], surfel[1], surfel[2], radius, surfel[3:6])
-    if len(normals) > 0:
-        if surfel[3] * facing[0] + surfel[4] * facing[1] + surfel[5] * facing[2] < 0.0:
-            surfel[3], surfel[4], surfel[5] = -surfel[3], -surfel[4], -surfel[5]
+    if len(normals) > 0 and surfel[3] * facing[0] + surfel[4] * facing[1] + surfel[5] * facing[2] < 0.0:
+        surfel[3], surfel[4], surfel[5] = -surfel[3], -surfel[4], -surfel[5]
 
 
 @njit(cache=True, error_model="numpy", parallel=True)
@@ -134,7 +134,8 @@ def _fit_place(data, place, facing, radius, members, work, stack, surfel, before
     first[:] = report
     fine = fit(points, spread, members, count, radius, 1, 2.0 * report[NOISE], surfel, report, work)
     jump = 5.0 * math.sqrt(first[VARIANCE]) + 1e-3 * radius
-    if not fine or (small < radius and abs(report[OFFSET]) > jump):
+    sure = small < radius and first[COUNT] >= 12.0
+    if not fine or (sure and abs(report[OFFSET]) > jump):
         surfel[:] = before
         report[:] = first
     report[NOISE] = min(report[NOISE], first[NOISE])

@@ -60,6 +60,7 @@ class SurfelTarget:
             near,
             np.ascontiguousarray(normals, dtype=np.float64),
             float(reach),
+            float(reach) + s.spacing,
             s.table,
             s.support,
             s.neighbors,

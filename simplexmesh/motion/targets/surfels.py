@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh import _vec
-from simplexmesh.motion.targets import _kernels_points
+from simplexmesh.motion.targets import _kernels_patches
 from simplexmesh.motion.targets import _kernels_surfels as kernels
 from simplexmesh.motion.targets._kernels_fit import COUNT, CURVATURE, LEAN, NOISE, OFFSET, VARIANCE
 from simplexmesh.motion.targets.tree import Tree
@@ -31,7 +33,7 @@ class Surfels:
     Attributes
     ----------
     table : (m, 12) array of float
-        Point, unit normal, second-order form (xx, yy, zz, xy, xz, yz): see `_kernels_surfels`. A normal of zero
+        Point, unit normal, second-order form (xx, yy, zz, xy, xz, yz): see `_kernels_fit`. A normal of zero
         means that no direction is known: the surfel is but a point.
     support : (m,) array of float
         How far from its point each surfel has a say.
@@ -42,7 +44,7 @@ class Surfels:
     horizon : (m,) array of float
         No surfel outside the neighbors is nearer than this.
     patches : (m, 14, 8) array of float32
-        Each surfel with its nearest, packed: see `_kernels_points.pack_patches`.
+        Each surfel with its nearest, packed: see `_kernels_patches.pack_patches`.
     noise : (m,) array of float
         Standard deviation of the points along the normal, around each surfel.
     radius : (m,) array of float
@@ -66,6 +68,12 @@ class Surfels:
 
     def __len__(self) -> int:
         return len(self.table)
+
+    @cached_property
+    def spacing(self) -> float:
+        """How far a place on the surface may be from the nearest surfel, all but a hundredth of them."""
+        finite = self.horizon[np.isfinite(self.horizon)]
+        return float(np.quantile(finite, 0.99)) if len(finite) else 0.0
 
 
 def fitted_surfels(points: Array, normals: Array | None = None, spread: Array | None = None) -> Surfels:
@@ -159,7 +167,7 @@ def _base_radii(tree: Tree, centers: NDArray[np.int64]) -> Array:
     return np.maximum(base, max(float(np.median(base)) * 1e-3, 1e-300))
 
 
-def _chosen_radii(data: tuple[Array, ...], tree: Tree, pilots: NDArray[np.int64]) -> Array:
+def _chosen_radii(data: tuple[NDArray[Any], ...], tree: Tree, pilots: NDArray[np.int64]) -> Array:
     """Return, per pilot, the radius of the least mean squared error."""
     near = Tree.of(tree.points[pilots])
     _, index = near.nearest(tree.points[pilots], min(POOL, len(pilots)))
@@ -204,7 +212,7 @@ def _trusted(reports: Array, radii: Array) -> NDArray[np.bool_]:
         (noise < 0.3 * radii)
         & (reports[:, LEAN] < 0.5)
         & (reports[:, COUNT] >= 6)
-        & (np.sqrt(reports[:, VARIANCE]) < 0.1 * radii)
+        & (np.sqrt(reports[:, VARIANCE]) <= np.minimum(0.1 * radii, 1.2 * noise))
         & (reports[:, CURVATURE] * radii < 1.6)
         & (offset < 4.0 * noise + 0.1 * radii)
     )
@@ -240,12 +248,12 @@ def _linked(table: Array, noise: Array, radius: Array, *, oriented: bool, blende
     if blended:
         wide = np.maximum(1.2 * finite[:, :8].max(axis=1), 1e-300)
         out = np.zeros_like(table)
-        _kernels_points.blend_all(table, wide, neighbors, oriented, out)
+        _kernels_patches.blend_all(table, wide, neighbors, oriented, out)
         return _linked(out, noise, radius, oriented=oriented, blended=blended - 1)
     narrow, support = np.maximum(1.5 * finite[:, :3].max(axis=1), 1e-300), np.zeros(m)
-    _kernels_points.even_support(narrow, neighbors, support)
-    patches = np.zeros((m, 14, _kernels_points.LANES), np.float32)
-    _kernels_points.pack_patches(table, support, neighbors, oriented, patches)
+    _kernels_patches.even_support(narrow, neighbors, support)
+    patches = np.zeros((m, 14, _kernels_patches.LANES), np.float32)
+    _kernels_patches.pack_patches(table, support, neighbors, oriented, patches)
     return Surfels(
         table=table,
         support=support,

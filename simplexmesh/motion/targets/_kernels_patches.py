@@ -1,0 +1,167 @@
+"""Surfels and those around them, packed side by side for vector arithmetic, and their blend.
+
+A surfel's row: point, unit normal, second-order form (xx, yy, zz, xy, xz, yz); see `_kernels_fit`.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit, prange
+
+from simplexmesh.motion._kernels import FAST
+
+LANES = 8  # surfels in a patch
+WIDEST = 1.5  # no neighbor's support is wider than this, against a surfel's own
+
+
+@njit(cache=True, error_model="numpy")
+def _kinship(table, i, j, oriented):
+    """Return the cosine between the normals of two surfels of one sheet, 0 where they are not of one sheet.
+
+    They are where they face alike within 60 degrees and the way from one to the other runs along the first.
+    """
+    dx, dy, dz = table[j, 0] - table[i, 0], table[j, 1] - table[i, 1], table[j, 2] - table[i, 2]
+    nx, ny, nz = table[i, 3], table[i, 4], table[i, 5]
+    agree = nx * table[j, 3] + ny * table[j, 4] + nz * table[j, 5]
+    if (agree if oriented else abs(agree)) < 0.5:
+        return 0.0
+    rise = nx * dx + ny * dy + nz * dz
+    return agree if rise * rise <= 0.36 * (dx * dx + dy * dy + dz * dz) else 0.0
+
+
+@njit(cache=True, error_model="numpy", parallel=True)
+def pack_patches(table, support, neighbors, oriented, patches):
+    """Fill `patches` (m, 14, 8) with each surfel and its seven nearest, side by side for vector arithmetic.
+
+    Relative to the surfel, in units of its support. Rows: point, 1 / support^2, unit normal, second-order form, cosine
+    to the surfel's normal. Those that face the other way are turned (normal and form times the cosine, row 13 its
+    size); those of another sheet have a share of zero.
+    """
+    for row in prange(len(table)):
+        i = np.int64(row)  # the loop's own index is unsigned: together with signed ones it would become a float
+        scale = 1.0 / support[i]
+        for k in range(LANES):
+            j = i if k == 0 else neighbors[i, k - 1]
+            agree = 1.0 if k == 0 else 0.0 if j == i else _kinship(table, i, j, oriented)
+            for r in range(3):
+                patches[i, r, k] = (table[j, r] - table[i, r]) * scale
+                patches[i, 4 + r, k] = table[j, 3 + r] * agree
+            patches[i, 3, k] = (support[i] / support[j]) ** 2
+            for r in range(6):
+                patches[i, 7 + r, k] = table[j, 6 + r] * support[i] * agree
+            patches[i, 13, k] = abs(agree)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def rivals(patch, x, y, z, limit):
+    """Return how many of a patch's other surfels are nearer than sqrt(limit) to a place, all in units of the patch."""
+    one, zero = np.float32(1.0), np.float32(0.0)
+    count = zero
+    for k in range(LANES):
+        dx, dy, dz = x - patch[0, k], y - patch[1, k], z - patch[2, k]
+        count += one if dx * dx + dy * dy + dz * dz < limit else zero
+    return count
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def blended(patch, x, y, z, a, b, c):
+    """Return value, slope, second order along (a, b, c) of a patch's blended height, its weight, its rivals' number."""
+    one, zero, half = np.float32(1.0), np.float32(0.0), np.float32(0.5)
+    total = f0 = f1 = f2 = rivals = zero
+    limit = (x * x + y * y + z * z) * np.float32(0.9999)
+    for k in range(LANES):
+        dx, dy, dz = x - patch[0, k], y - patch[1, k], z - patch[2, k]
+        d = dx * dx + dy * dy + dz * dz
+        share = patch[13, k]
+        rivals += one if d < limit and share > zero else zero
+        w = one - d * patch[3, k]
+        w = w if w > zero else zero
+        w *= w
+        nx, ny, nz = patch[4, k], patch[5, k], patch[6, k]
+        xx, yy, zz, xy, xz, yz = patch[7, k], patch[8, k], patch[9, k], patch[10, k], patch[11, k], patch[12, k]
+        gx = xx * dx + xy * dy + xz * dz
+        gy = xy * dx + yy * dy + yz * dz
+        gz = xz * dx + yz * dy + zz * dz
+        hx = xx * a + xy * b + xz * c
+        hy = xy * a + yy * b + yz * c
+        hz = xz * a + yz * b + zz * c
+        f0 += w * (nx * dx + ny * dy + nz * dz - half * (gx * dx + gy * dy + gz * dz))
+        f1 += w * (nx * a + ny * b + nz * c - (gx * a + gy * b + gz * c))
+        f2 += w * (hx * a + hy * b + hz * c)
+        total += w * share
+    return f0, f1, -half * f2, total, rivals
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def alone(patch, x, y, z, a, b, c):
+    """Return value, slope and second order along (a, b, c) of the height above a patch's first surfel."""
+    xx, yy, zz, xy, xz, yz = patch[7, 0], patch[8, 0], patch[9, 0], patch[10, 0], patch[11, 0], patch[12, 0]
+    gx, gy, gz = xx * x + xy * y + xz * z, xy * x + yy * y + yz * z, xz * x + yz * y + zz * z
+    hx, hy, hz = xx * a + xy * b + xz * c, xy * a + yy * b + yz * c, xz * a + yz * b + zz * c
+    nx, ny, nz = patch[4, 0], patch[5, 0], patch[6, 0]
+    half = np.float32(0.5)
+    return (
+        nx * x + ny * y + nz * z - half * (gx * x + gy * y + gz * z),
+        nx * a + ny * b + nz * c - (gx * a + gy * b + gz * c),
+        -half * (hx * a + hy * b + hz * c),
+    )
+
+
+@njit(cache=True, error_model="numpy")
+def closer(patch, x, y, z):
+    """Return the lane of the surfel nearest to a place among those that face along with the first."""
+    best, lane = math.inf, 0
+    for k in range(LANES):
+        dx, dy, dz = x - patch[0, k], y - patch[1, k], z - patch[2, k]
+        d = dx * dx + dy * dy + dz * dz
+        if d < best and patch[13, k] > 0.0:
+            best, lane = d, k
+    return lane
+
+
+@njit(cache=True, error_model="numpy", parallel=True)
+def even_support(support, neighbors, out):
+    """Fill `out` with the supports, none more than `WIDEST` times that of a neighbor."""
+    for i in prange(len(support)):
+        out[i] = support[i]
+        for k in range(neighbors.shape[1]):
+            out[i] = min(out[i], WIDEST * support[neighbors[i, k]])
+
+
+@njit(cache=True, error_model="numpy", parallel=True, fastmath=FAST)
+def blend_all(table, support, neighbors, oriented, out):
+    """Fill `out` (m, 12) with each surfel averaged with its neighbors: their height functions, weighted by nearness."""
+    for row in prange(len(table)):
+        i = np.int64(row)  # the loop's own index is unsigned: together with signed ones it would become a float
+        x, y, z = table[i, 0], table[i, 1], table[i, 2]
+        total = value = gx = gy = gz = 0.0
+        q = np.zeros(6)
+        for k in range(-1, neighbors.shape[1]):
+            j = i if k < 0 else neighbors[i, k]
+            dx, dy, dz = x - table[j, 0], y - table[j, 1], z - table[j, 2]
+            agree = 1.0 if k < 0 else 0.0 if j == i else _kinship(table, i, j, oriented)
+            w = 1.0 - (dx * dx + dy * dy + dz * dz) / (support[j] * support[j])
+            if w <= 0.0 or agree == 0.0:
+                continue
+            w *= w * agree
+            hx = table[j, 6] * dx + table[j, 9] * dy + table[j, 10] * dz
+            hy = table[j, 9] * dx + table[j, 7] * dy + table[j, 11] * dz
+            hz = table[j, 10] * dx + table[j, 11] * dy + table[j, 8] * dz
+            value += w * (table[j, 3] * dx + table[j, 4] * dy + table[j, 5] * dz - 0.5 * (hx * dx + hy * dy + hz * dz))
+            gx += w * (table[j, 3] - hx)
+            gy += w * (table[j, 4] - hy)
+            gz += w * (table[j, 5] - hz)
+            for r in range(6):
+                q[r] += w * table[j, 6 + r]
+            total += abs(w)
+        length = math.sqrt(gx * gx + gy * gy + gz * gz)
+        out[i] = table[i]
+        if not length > 0.3 * total:
+            continue
+        move = -value / length
+        out[i, 0], out[i, 1], out[i, 2] = x + move * gx / length, y + move * gy / length, z + move * gz / length
+        out[i, 3], out[i, 4], out[i, 5] = gx / length, gy / length, gz / length
+        for r in range(6):
+            out[i, 6 + r] = q[r] / length
