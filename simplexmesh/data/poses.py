@@ -40,6 +40,15 @@ def read_poses(path: str | os.PathLike[str]) -> dict[str, Array]:
         There is no such file, or it holds no poses.
     ValueError
         A pose is not a rotation and a translation.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = pathlib.Path(folder, "scans.conf")
+    ...     _ = path.write_text("bmesh front.ply 1 2 3 0 0 0 1")
+    ...     read_poses(path)["front.ply"][:3, 3]
+    array([1., 2., 3.])
     """
     where = Path(path).expanduser()
     if not where.is_file():

@@ -51,6 +51,14 @@ def read(path: str | os.PathLike[str]) -> Any:
     -----
     SimplexMeshWarning
         Something was repaired.
+
+    Examples
+    --------
+    >>> import tempfile, simplexmesh as sm
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     sm.sphere(3).save(f"{folder}/ball.vtp")
+    ...     read(f"{folder}/ball.vtp")
+    SimplexMesh(180 vertices, 92 faces, genus 0, 0 holes)
     """
     where = _existing(path)
     with _named(where):
@@ -81,6 +89,14 @@ def read_volume(path: str | os.PathLike[str], *, spacing: ArrayLike | None = Non
         As `read`.
     ValueError
         The file holds something else.
+
+    Examples
+    --------
+    >>> import tempfile, SimpleITK, simplexmesh as sm
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     SimpleITK.WriteImage(SimpleITK.Image(4, 5, 6, SimpleITK.sitkUInt8), f"{folder}/empty.nii.gz")
+    ...     read_volume(f"{folder}/empty.nii.gz", spacing=2.0)
+    Volume(shape=(4, 5, 6), uint8, spacing=(2, 2, 2), range=(0, 0))
     """
     out = read(path)
     if not isinstance(out, Volume):
@@ -99,6 +115,15 @@ def read_points(path: str | os.PathLike[str]) -> PointCloud:
         As `read`.
     ValueError
         The file holds a volume.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = pathlib.Path(folder, "corners.xyz")
+    ...     _ = path.write_text("0 0 0\\n1 0 0\\n0 1 0\\n0 0 1\\n")
+    ...     read_points(path)
+    PointCloud(4 points, without normals, diagonal 1.73205)
     """
     out = read(path)
     if isinstance(out, PointCloud):
@@ -117,6 +142,14 @@ def read_triangles(path: str | os.PathLike[str]) -> TriangleMesh:
         As `read`.
     ValueError
         The file holds a volume, or points without faces.
+
+    Examples
+    --------
+    >>> import tempfile, simplexmesh as sm
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     sm.sphere(3).save(f"{folder}/ball.ply")
+    ...     read_triangles(f"{folder}/ball.ply")
+    TriangleMesh(180 vertices, 356 faces, closed)
     """
     out = read(path)
     if isinstance(out, TriangleMesh):
@@ -135,6 +168,15 @@ def read_mesh(path: str | os.PathLike[str]) -> Any:
         As `read`.
     ValueError
         The file holds something else.
+
+    Examples
+    --------
+    >>> import tempfile, simplexmesh as sm
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     sm.plane(4, 5).with_data(weight=range(sm.plane(4, 5).n_vertices)).save(f"{folder}/sheet.vtp")
+    ...     sheet = read_mesh(f"{folder}/sheet.vtp")
+    >>> sheet.n_holes, sorted(sheet.data)
+    (1, ['weight'])
     """
     out = read(path)
     if not hasattr(out, "connectivity"):

@@ -52,6 +52,13 @@ class Reconstruction:
         None when the motion was interrupted before they were looked for.
     interrupted : bool
         Whether the motion was interrupted (Ctrl-C); `mesh` is then its last whole state.
+
+    Examples
+    --------
+    >>> import simplexmesh as sm
+    >>> model = sm.reconstruct(sm.sphere(16).vertices, vertices=300)
+    >>> model.mesh.n_vertices, model.tangled, model.interrupted
+    (300, 0, False)
     """
 
     mesh: SimplexMesh
