@@ -107,7 +107,7 @@ def read_volume(path: str | os.PathLike[str], *, spacing: ArrayLike | None = Non
 
 
 def read_points(path: str | os.PathLike[str]) -> PointCloud:
-    """Read a point cloud; of a triangulated surface, take the vertices and their normals.
+    r"""Read a point cloud; of a triangulated surface, take the vertices and their normals.
 
     Raises
     ------
@@ -121,7 +121,7 @@ def read_points(path: str | os.PathLike[str]) -> PointCloud:
     >>> import pathlib, tempfile
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     path = pathlib.Path(folder, "corners.xyz")
-    ...     _ = path.write_text("0 0 0\\n1 0 0\\n0 1 0\\n0 0 1\\n")
+    ...     _ = path.write_text("0 0 0\n1 0 0\n0 1 0\n0 0 1\n")
     ...     read_points(path)
     PointCloud(4 points, without normals, diagonal 1.73205)
     """
