@@ -179,7 +179,7 @@ def main():
             rng = np.random.default_rng(2)
             volume = mask(truth, size)
             start = time.perf_counter()
-            model = sm.reconstruct(volume, label=1, vertices=12_000)
+            model = sm.reconstruct(volume, label=1, vertices=20_000)
             seconds = time.perf_counter() - start
             show(f"{name} mask {size}, simplexmesh", {**quality(model.mesh, truth, rng), "seconds": seconds})
             show(f"{name} mask {size}, windowed sinc", windowed_sinc(volume, truth, rng))
