@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from simplexmesh import _check
 from simplexmesh.data.points import PointCloud
 from simplexmesh.errors import TopologyError
-from simplexmesh.motion.initial.budget import cell_for, meshed
+from simplexmesh.motion.initial.budget import cell_for, meshed, triangles_for
 from simplexmesh.motion.initial.indicator import Indicator, areas, frame_for, solved
 from simplexmesh.motion.initial.orientation import turned
 from simplexmesh.motion.initial.planes import planes, spacing_of
@@ -83,7 +83,7 @@ def start_from_points(
     smallest = FEWEST / vertices * np.count_nonzero(field > 0)
     solid, dropped = pieces(field > 0, components, smallest)
     solid, sealed = without_tunnels(without_cavities(solid), tunnels / (2 * cell))
-    positions, faces = isosurface(field, solid, int(1.15 * vertices))
+    positions, faces = isosurface(field, solid, triangles_for(vertices))
     mesh = meshed(indicator.frame.to_world(positions - 1), faces, vertices)
     report = StartReport(indicator.frame.shape, cell, mesh.genus, mesh.n_components, sealed, dropped, openness)
     return Start(mesh, report, indicator)

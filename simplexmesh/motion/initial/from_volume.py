@@ -11,7 +11,7 @@ from scipy import ndimage
 from simplexmesh import _check
 from simplexmesh.data.volume import Volume
 from simplexmesh.errors import TopologyError
-from simplexmesh.motion.initial.budget import area_of, cell_for, edge_for, meshed
+from simplexmesh.motion.initial.budget import area_of, cell_for, edge_for, meshed, triangles_for
 from simplexmesh.motion.initial.polygonize import isosurface
 from simplexmesh.motion.initial.report import StartReport
 from simplexmesh.motion.initial.start import Start
@@ -87,7 +87,7 @@ def start_from_volume(
         voxel = float(np.prod(volume.spacing)) ** (1 / 3)
         tunnels = max(3 * edge_for(area, vertices), (13 if label is None else 3) * voxel)
     solid, sealed = without_tunnels(without_cavities(solid), min(tunnels / (2 * cell), max(solid.shape) / 8))
-    positions, faces = isosurface(field, solid, int(1.15 * vertices))
+    positions, faces = isosurface(field, solid, triangles_for(vertices))
     if np.linalg.det(volume.direction) < 0:
         faces = faces[:, ::-1]
     mesh = meshed(volume.to_world(first + positions * (cell / volume.spacing)), faces, vertices)
