@@ -55,6 +55,16 @@ def test_carving(seed):
     assert_array_equal(out, reference.carve(solid, keep, cells, 50))
 
 
+def test_a_bridge_over_a_corner_does_not_join():
+    block = np.zeros((5, 5, 5), bool)
+    for cell in ((1, 2, 2), (1, 2, 1), (1, 1, 1), (2, 1, 1), (2, 1, 2), (2, 2, 2)):
+        block[cell] = True  # a ring of six cells
+    out, keep = block.copy(), np.zeros_like(block)
+    _kernels_grid.carve(out, keep, np.array([[2, 2, 2]]), topology._JOINED6, topology._JOINED26, 1)
+    assert_array_equal(out, reference.carve(block, keep, [(2, 2, 2)], 1))
+    assert out[2, 2, 2]  # or the ring would open
+
+
 def uneven(seed):
     """A closed triangulation of a bumpy sphere with valences from 3 upwards."""
     vertices = np.random.default_rng(seed).normal(size=(150, 3))
@@ -85,13 +95,14 @@ def test_flipping(seed):
     assert_array_equal(valence, np.bincount(corners))
 
 
+@pytest.mark.parametrize("step", [0.5, 3.0])
 @pytest.mark.parametrize("seed", range(3))
-def test_relaxing(seed):
+def test_relaxing(seed, step):
     vertices, faces = uneven(seed)
     corners, mates = faces.ravel().copy(), half_edge_mates(faces).ravel().astype(np.int64)
     first = np.full(len(vertices), -1)
     first[corners] = np.arange(len(corners))
     out = vertices.copy()
-    _kernels_remesh.relax_round(out, corners, mates, first, 0.5)
-    assert_allclose(out, reference.relax_round(vertices, faces, 0.5), atol=1e-12)
+    _kernels_remesh.relax_round(out, corners, mates, first, step)
+    assert_allclose(out, reference.relax_round(vertices, faces, step), atol=1e-12)
     assert np.abs(out - vertices).max() > 0
