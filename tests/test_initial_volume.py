@@ -116,7 +116,7 @@ def test_bad_input_gets_one_sentence(options, message):
 @pytest.mark.data
 @pytest.mark.parametrize(
     ("name", "level", "vertices"),
-    [("head_ct.mhd", 500, 3000), ("head_ct.mhd", 500, 20_000), ("head_mr.mhd", 10, 4000), ("tooth.nhdr", 300, 4000)],
+    [("head_ct.mhd", 500, 3000), ("head_ct.mhd", 500, 20_000), ("head_mr.mhd", 10, 4000), ("tooth.nhdr", 600, 4000)],
 )
 def test_organs_are_balls(data_folder, name, level, vertices):
     volume = read_volume(data_folder / name)
