@@ -173,6 +173,17 @@ def test_components_are_kept_or_dropped():
     assert both.genus == 0
 
 
+def test_tunnels_narrower_than_asked_are_sealed():
+    axis = np.arange(-14, 15.0)
+    x, y, z = np.meshgrid(axis, axis, axis, indexing="ij")
+    drilled = np.minimum(11.3 - np.sqrt(x * x + y * y + z * z), np.hypot(x, y) - 3.2)
+    volume = sm.Volume(drilled, spacing=0.5)
+    for tunnels, genus in ((0.0, 1), (2.0, 1), (5.0, 0)):
+        model = sm.reconstruct(volume, level=0.0, vertices=1200, tunnels=tunnels)
+        assert model.mesh.genus == genus
+        assert model.found.tunnels_removed == 1 - genus
+
+
 @pytest.mark.parametrize("init", ["sphere", "ellipsoid"])
 def test_closed_primitives_find_a_body_from_outside(init):
     x, y, z = np.meshgrid(*[np.arange(-16, 17.0)] * 3, indexing="ij")
@@ -246,6 +257,7 @@ def test_progress_is_reported_and_an_interrupt_keeps_the_last_state():
         (ball_volume(), {"level": 0.0, "init": "nowhere.vtp"}, OSError, "nowhere.vtp"),
         (ball_volume(), {"level": 0.0, "inside": "left"}, ValueError, "inside must be one of 'above', 'below'"),
         (ball_volume(), {"level": 0.0, "components": "two"}, ValueError, "components must be one of 'largest', 'all'"),
+        (ball_volume(), {"level": 0.0, "tunnels": -1}, ValueError, "tunnels must be at least 0, not -1"),
         (ball_volume(), {"level": 0.0, "adaptation": 2}, ValueError, "adaptation must be between 0 and 0.25, not 2"),
         (np.zeros((3, 3)), {}, ValueError, "points"),
         (np.full((30, 3), np.nan), {}, ValueError, "finite"),

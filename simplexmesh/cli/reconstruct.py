@@ -31,6 +31,7 @@ def command(
     ] = "auto",
     poses: Annotated[Path | None, typer.Option(help="Where each scan was taken, such as bun.conf.")] = None,
     components: Annotated[str, typer.Option(help="Which pieces to keep: largest or all.")] = "largest",
+    tunnels: Annotated[float | None, typer.Option(help="Seal holes through the body narrower than this.")] = None,
     iterations: Annotated[int, typer.Option(help="Most iterations of the fine stage.")] = 300,
     picture: Annotated[Path | None, typer.Option(help="Write a picture of data and model to this file.")] = None,
     view: Annotated[str, typer.Option(help="Side the picture is taken from: iso, xy, -xy, xz, yx, ...")] = "iso",
@@ -55,6 +56,7 @@ def command(
             vertices=vertices,
             init=init,
             components=components,
+            tunnels=tunnels,
             iterations=iterations,
             progress=report,
         )

@@ -87,6 +87,7 @@ def reconstruct(
     init: str | Path | SimplexMesh = "auto",
     inside: str = "above",
     components: str = "largest",
+    tunnels: float | None = None,
     poses: Any = None,
     iterations: int = 300,
     rigidity: int = 1,
@@ -113,6 +114,9 @@ def reconstruct(
         Whether the object is where a volume is above `level` or below.
     components : {"largest", "all"}
         Keep the largest piece or all of them.
+    tunnels : float, optional
+        The automatic start seals holes through the body that are narrower than this, in the data's unit; 0 keeps them
+        all. Default: what the mesh could not resolve and, for a level of a volume, 13 voxels; points keep theirs.
     poses : path, mapping or sequence, optional
         For several scans: T_world_scan of each, by file name or in order.
     iterations : int
@@ -156,6 +160,7 @@ def reconstruct(
     adaptation = _check.number("adaptation", adaptation, 0.0, 0.25)
     _check.choice("components", components, ("largest", "all"))
     _check.choice("inside", inside, ("above", "below"))
+    tunnels = None if tunnels is None else _check.number("tunnels", tunnels, 0.0)
     given = _given_start(init)
     with reporting(progress) as report:
         report(0.0, "reading")
@@ -165,7 +170,7 @@ def reconstruct(
         if given is not None:
             start = given
         elif init == "auto":
-            beginning = subject.start(vertices)
+            beginning = subject.start(vertices, tunnels)
             start, found = beginning.mesh, beginning.report
         else:
             start = primitive_around(subject.points, str(init), vertices, facing=subject.facing)

@@ -54,7 +54,7 @@ class Subject(Protocol):
     def facing(self) -> Array | None:
         """(3,) the mean of the data's normals, or None when it has none or they cancel."""
 
-    def start(self, vertices: int) -> Start:
+    def start(self, vertices: int, tunnels: float | None) -> Start:
         """Return a mesh of about so many vertices, of the right topology and near the data."""
 
 
@@ -84,14 +84,16 @@ class VolumeSubject:
         sign = 1.0 if self.inside == "above" else -1.0
         return outer_crossings(self.volume, self.level, sign=sign, largest=self.components == "largest")
 
-    def start(self, vertices: int) -> Start:
+    def start(self, vertices: int, tunnels: float | None) -> Start:
         """Return the dual of a coarse isosurface."""
         from simplexmesh.motion.initial.from_volume import start_from_volume
 
         if self.inside == "above":
-            return start_from_volume(self.volume, self.level, None, vertices, components=self.components)
+            return start_from_volume(
+                self.volume, self.level, None, vertices, components=self.components, tunnels=tunnels
+            )
         dark = replace(self.volume, values=-self.volume.values.astype(np.float32))
-        return start_from_volume(dark, -self.level, None, vertices, components=self.components)
+        return start_from_volume(dark, -self.level, None, vertices, components=self.components, tunnels=tunnels)
 
 
 class LabelSubject:
@@ -118,11 +120,11 @@ class LabelSubject:
         """(m, 3) the middles of the grid lines' steps between the region and its surroundings."""
         return outer_crossings(self.volume.mask(self.label), 0.5, largest=self.components == "largest")
 
-    def start(self, vertices: int) -> Start:
+    def start(self, vertices: int, tunnels: float | None) -> Start:
         """Return the dual of a coarse isosurface of the smoothed region."""
         from simplexmesh.motion.initial.from_volume import start_from_volume
 
-        return start_from_volume(self.volume, None, self.label, vertices, components=self.components)
+        return start_from_volume(self.volume, None, self.label, vertices, components=self.components, tunnels=tunnels)
 
 
 class PointsSubject:
@@ -157,11 +159,11 @@ class PointsSubject:
         """(m, 3) the points themselves."""
         return self.cloud.points
 
-    def start(self, vertices: int) -> Start:
+    def start(self, vertices: int, tunnels: float | None) -> Start:
         """Return the dual of a coarse surface around the points."""
         from simplexmesh.motion.initial.from_points import start_from_points
 
-        start = start_from_points(self.cloud, vertices, components=self.components)
+        start = start_from_points(self.cloud, vertices, components=self.components, tunnels=tunnels or 0.0)
         self._indicator = start.indicator
         return start
 
@@ -193,11 +195,11 @@ class TrianglesSubject:
         """(m, 3) the vertices and even samples of the surface."""
         return np.concatenate([self.triangles.vertices, self.sampled.points])
 
-    def start(self, vertices: int) -> Start:
+    def start(self, vertices: int, tunnels: float | None) -> Start:
         """Return the dual of a coarse surface around even samples of the triangles."""
         from simplexmesh.motion.initial.from_points import start_from_points
 
-        return start_from_points(self.sampled, vertices, components=self.components)
+        return start_from_points(self.sampled, vertices, components=self.components, tunnels=tunnels or 0.0)
 
 
 def otsu_threshold(values: NDArray[Any]) -> float:

@@ -1,5 +1,7 @@
 """Small linear algebra for fits: normal equations, frames, second-order forms."""
 
+# mypy: allow-untyped-defs
+
 from __future__ import annotations
 
 import math

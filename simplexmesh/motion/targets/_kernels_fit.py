@@ -7,6 +7,8 @@ the normal, their number COUNT, LEAN, the tangential distance of their center ov
 CURVATURE, the root of the sum of the squared principal curvatures.
 """
 
+# mypy: allow-untyped-defs
+
 from __future__ import annotations
 
 import math

@@ -3,6 +3,8 @@
 A surfel's row: point, unit normal, second-order form (xx, yy, zz, xy, xz, yz); see `_kernels_fit`.
 """
 
+# mypy: allow-untyped-defs
+
 from __future__ import annotations
 
 import math

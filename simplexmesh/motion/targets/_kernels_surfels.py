@@ -1,5 +1,7 @@
 """Surfels: robust quadratic fits around many places, at one scale or at many; see `_kernels_fit` for what one is."""
 
+# mypy: allow-untyped-defs
+
 from __future__ import annotations
 
 import math

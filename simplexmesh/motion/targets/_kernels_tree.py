@@ -4,6 +4,8 @@ Node 0 is the root, node i has the children 2 i + 1 and 2 i + 2, and holds the p
 reordered points; `boxes` holds per node the lowest and highest coordinates. Arrays in, arrays out; no checks.
 """
 
+# mypy: allow-untyped-defs
+
 from __future__ import annotations
 
 import math

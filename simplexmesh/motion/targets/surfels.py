@@ -189,7 +189,7 @@ def _chosen_radii(data: tuple[NDArray[Any], ...], tree: Tree, pilots: NDArray[np
     bias = np.maximum(bias, (radius**4 * bend**3 / 213) ** 2)
     error = np.where(blurred | ~np.isfinite(variance), np.inf, variance + bias)
     error[np.isnan(error)] = np.inf
-    found = np.isfinite(error).any(axis=1)
+    found: NDArray[np.bool_] = np.asarray(np.isfinite(error).any(axis=1))
     best = np.where(found, np.argmin(error, axis=1), np.argmin(np.where(np.isfinite(variance), 0, 1), axis=1))
     logs = np.log(bases) + best * np.log(kernels.RATIO)
     usable = found[around]
