@@ -42,7 +42,7 @@ class Both:
 
 @Both
 def frames(vertices, neighbors, normals, inverse_radius, curvature, area):
-    """Fill, per vertex, the unit normal, 1 / circumradius and area of the neighbours' triangle, and H (thesis, 3)."""
+    """Fill, per vertex, the unit normal, 1 / circumradius and area of the neighbors' triangle, and H (thesis, 3)."""
     for i in prange(vertices.shape[0]):
         a, b, c = neighbors[i, 0], neighbors[i, 1], neighbors[i, 2]
         ax, ay, az = vertices[a, 0], vertices[a, 1], vertices[a, 2]
@@ -52,7 +52,7 @@ def frames(vertices, neighbors, normals, inverse_radius, curvature, area):
         nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
         uu, vv, uv = ux * ux + uy * uy + uz * uz, vx * vx + vy * vy + vz * vz, ux * vx + uy * vy + uz * vz
         nn = nx * nx + ny * ny + nz * nz
-        if nn <= 1e-24 * uu * vv or nn == 0.0:  # collinear neighbours have no normal: such a vertex is flat
+        if nn <= 1e-24 * uu * vv or nn == 0.0:  # collinear neighbors have no normal: such a vertex is flat
             normals[i, 0] = normals[i, 1] = normals[i, 2] = 0.0
             inverse_radius[i] = 0.0
             curvature[i] = 0.0
@@ -64,7 +64,7 @@ def frames(vertices, neighbors, normals, inverse_radius, curvature, area):
         nx *= inverse
         ny *= inverse
         nz *= inverse
-        # the circumcentre, from A, is s u + t v
+        # the circumcenter, from A, is s u + t v
         s, t = 0.5 * vv * (uu - uv) / nn, 0.5 * uu * (vv - uv) / nn
         h = px * nx + py * ny + pz * nz
         dx, dy, dz = s * ux + t * vx, s * uy + t * vy, s * uz + t * vz
@@ -73,7 +73,7 @@ def frames(vertices, neighbors, normals, inverse_radius, curvature, area):
         normals[i, 0], normals[i, 1], normals[i, 2] = nx, ny, nz
         inverse_radius[i] = 1.0 / math.sqrt(rr)
         size = math.sqrt(4.0 * h * h * rr + power * power)
-        curvature[i] = 2.0 * h / size if size > 0.0 else 0.0  # a vertex on its neighbours' circle: coincident points
+        curvature[i] = 2.0 * h / size if size > 0.0 else 0.0  # a vertex on its neighbors' circle: coincident points
 
 
 @Both
@@ -106,7 +106,7 @@ def angles(vertices, neighbors, normals, inverse_radius, out):
 
 @partial(Both, pays_from=10 * PARALLEL_FROM)  # less than a nanosecond per vertex
 def averages(values, neighbors, out):
-    """Fill `out` with the mean of each vertex's value and its three neighbours': a positive kernel on Q^1."""
+    """Fill `out` with the mean of each vertex's value and its three neighbors': a positive kernel on Q^1."""
     for i in prange(values.shape[0]):
         out[i] = 0.25 * (values[i] + values[neighbors[i, 0]] + values[neighbors[i, 1]] + values[neighbors[i, 2]])
 
@@ -127,7 +127,7 @@ def quotients(moment, area, out):
 
 @Both
 def angle_averages(values, neighbors, inverse_radius, out):
-    """Fill `out` with the mean simplex angle of each vertex and its neighbours, each carried to the vertex's circle.
+    """Fill `out` with the mean simplex angle of each vertex and its neighbors, each carried to the vertex's circle.
 
     An angle seen from a circle of radius r_j becomes, on the same sphere, one of sine sin(phi_j) r_i / r_j: equal
     circles give the plain mean, and unequal ones on one sphere agree, so that spheres rest at any sampling.

@@ -12,10 +12,10 @@ from simplexmesh.motion._kernels import FAST
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def rim_targets(vertices, rim, before, after, bend, tangent, out):
-    """Fill, per rim vertex, where curvature continuity along the rim wants it, its neighbours evenly on either side.
+    """Fill, per rim vertex, where curvature continuity along the rim wants it, its neighbors evenly on either side.
 
     `rim[k]` is a vertex, `before[k]` and `after[k]` the rows of `rim` it lies between. The curvature vectors of the two
-    neighbours are carried to the vertex by the smallest rotation between tangents, so that circles are at rest.
+    neighbors are carried to the vertex by the smallest rotation between tangents, so that circles are at rest.
     """
     count = rim.shape[0]
     for k in range(count):

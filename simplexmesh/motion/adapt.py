@@ -10,13 +10,13 @@ from simplexmesh._vec import dot
 Array = NDArray[np.float64]
 
 LOWEST, HIGHEST = 0.05, 0.833
-"""Metric parameters stay in this range (thesis, section 5.5.1): no vertex lands on a neighbour."""
+"""Metric parameters stay in this range (thesis, section 5.5.1): no vertex lands on a neighbor."""
 
 
 def curvedness(vertices: Array, normals: Array, neighbors: NDArray[np.int32]) -> Array:
     """Return how much the surface bends at each vertex, sqrt((k1^2 + k2^2) / 2) in the limit, from the turn of normals.
 
-    The root mean square over the three neighbours of the normal's turn per length. Unlike |H| it does not vanish on
+    The root mean square over the three neighbors of the normal's turn per length. Unlike |H| it does not vanish on
     saddles, which would otherwise be emptied of vertices and webbed over.
 
     Parameters
@@ -47,10 +47,10 @@ def curvedness(vertices: Array, normals: Array, neighbors: NDArray[np.int32]) ->
 
 
 def adapted_metric(metric: Array, curvature: Array, neighbors: NDArray[np.int32], *, strength: float) -> Array:
-    """Return reference metric parameters drawn half way towards the neighbours of higher curvature.
+    """Return reference metric parameters drawn half way towards the neighbors of higher curvature.
 
     Each wanted parameter is ``1/3 + strength * dC_j`` with ``dC_j = (C_j - mean_k C_k) / C`` over the three
-    neighbours, `strength` reduced where needed to keep all three within `LOWEST`..`HIGHEST` (Delingette 1994, 5.5.1,
+    neighbors, `strength` reduced where needed to keep all three within `LOWEST`..`HIGHEST` (Delingette 1994, 5.5.1,
     with C = |H|).
     Where C is below its mean over the mesh the mean divides instead: on flat parts the thesis's ratio measures noise,
     and drew vertices out of them until faces were several times longer than wide.
@@ -81,7 +81,7 @@ def adapted_metric(metric: Array, curvature: Array, neighbors: NDArray[np.int32]
     around = size[neighbors]
     contrast = around - around.mean(axis=1, keepdims=True)
     contrast /= np.maximum(size, floor)[:, None]
-    with np.errstate(divide="ignore"):  # an even neighbourhood has no contrast, hence no limit
+    with np.errstate(divide="ignore"):  # an even neighborhood has no contrast, hence no limit
         up = (HIGHEST - 1 / 3) / contrast.max(axis=1)
         down = (LOWEST - 1 / 3) / contrast.min(axis=1)
     limited = np.minimum(strength, np.minimum(up, np.where(down > 0, down, np.inf)))[:, None] * contrast

@@ -29,8 +29,8 @@ class DeformableModel:
 
     One iteration moves every vertex by ``(1 - damping) (P - P_previous) + alpha (P* - P) + beta gap n``: inertia, the
     internal constraint, and the data seen along the normal. Three safeguards hold: the height of P* above its
-    neighbours is at most the (root mean square) distance to them, a step at most half of that, and a vertex whose
-    normal is reversed against its neighbours' is not pushed along it.
+    neighbors is at most the (root mean square) distance to them, a step at most half of that, and a vertex whose
+    normal is reversed against its neighbors' is not pushed along it.
 
     Parameters
     ----------
@@ -231,7 +231,7 @@ class DeformableModel:
         return out
 
     def _mean_curvature(self) -> Array:
-        """Return the mean of H over Q^s, each vertex weighing as much as its neighbours' triangle.
+        """Return the mean of H over Q^s, each vertex weighing as much as its neighbors' triangle.
 
         Weights are free as long as they are positive (thesis, section 4.3). Equal ones let a few tiny, strongly bent
         triangles blow up large ones beside them.

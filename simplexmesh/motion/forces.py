@@ -18,7 +18,7 @@ CONSTRAINTS = ("free", "orientation", "angle", "mean_curvature", "shape", "curva
 
 ==================  =============================================================================================
 ``free``            nothing across the surface: normals may break, only vertices even out
-``orientation``     a flat neighbourhood: continuous normals; shrinks closed surfaces
+``orientation``     a flat neighborhood: continuous normals; shrinks closed surfaces
 ``angle``           the mean simplex angle of the vertices within `rigidity` edges
 ``mean_curvature``  the mean H of the vertices within `rigidity` edges; a sphere is at rest
 ``shape``           the simplex angle and metric parameters of a reference mesh: elastic shape memory, at any scale

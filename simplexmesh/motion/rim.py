@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Rim:
-    """All vertices on holes, each with its neighbours along the hole.
+    """All vertices on holes, each with its neighbors along the hole.
 
     Attributes
     ----------
