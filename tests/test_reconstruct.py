@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import warnings
 
 import numpy as np
 import pytest
@@ -11,7 +12,8 @@ from numpy.testing import assert_allclose, assert_array_equal
 import simplexmesh as sm
 from simplexmesh.motion.crossings import outer_crossings
 from simplexmesh.motion.initial.primitives import primitive_around, principal_frame
-from simplexmesh.motion.subjects import joined_scans, otsu_threshold
+from simplexmesh.motion.scans import joined_scans
+from simplexmesh.motion.subjects import otsu_threshold
 from simplexmesh.motion.targets.triangles import inside_surface, surface_distance
 from simplexmesh.motion.untangle import tangled_vertices, untangled
 
@@ -167,7 +169,8 @@ def test_scans_are_put_together_by_their_poses(tmp_path):
 
 def test_components_are_kept_or_dropped():
     two = np.concatenate([sm.sphere(12).vertices, sm.sphere(10, radius=0.8, center=(3, 0, 0)).vertices])
-    assert sm.reconstruct(two, vertices=600).mesh.n_components == 1
+    with pytest.warns(sm.SimplexMeshWarning, match=r"4\d% of the data is far from the model; components='all'"):
+        assert sm.reconstruct(two, vertices=600).mesh.n_components == 1
     both = sm.reconstruct(two, vertices=600, components="all").mesh
     assert both.n_components == 2
     assert both.genus == 0
@@ -257,6 +260,18 @@ def test_progress_is_reported_and_an_interrupt_keeps_the_last_state():
         (ball_volume(), {"level": 0.0, "init": "nowhere.vtp"}, OSError, "nowhere.vtp"),
         (ball_volume(), {"level": 0.0, "inside": "left"}, ValueError, "inside must be one of 'above', 'below'"),
         (ball_volume(), {"level": 0.0, "components": "two"}, ValueError, "components must be one of 'largest', 'all'"),
+        (
+            ball_volume(),
+            {"level": 0.0, "init": "sphere", "components": "all"},
+            ValueError,
+            "components='all' needs init",
+        ),
+        (
+            sm.sphere(4).vertices,
+            {"inside": "below"},
+            ValueError,
+            "inside is for a level of a volume, not for PointCloud",
+        ),
         (ball_volume(), {"level": 0.0, "tunnels": -1}, ValueError, "tunnels must be at least 0, not -1"),
         (ball_volume(), {"level": 0.0, "adaptation": 2}, ValueError, "adaptation must be between 0 and 0.25, not 2"),
         (np.zeros((3, 3)), {}, ValueError, "points"),
@@ -320,10 +335,66 @@ def test_principal_frames_are_right_handed_and_primitives_enclose():
     for kind in ("sphere", "ellipsoid"):
         surface = primitive_around(points, kind, 2000).triangulated()
         assert inside_surface(points, surface.vertices, surface.faces).all()
+    assert np.ptp(primitive_around(points, "plane", 500).vertices @ axes.T, axis=0)[:2].max() < 10.5
+    square = rng.uniform(-1, 1, (2000, 3)) * [1, 1, 0.01]
+    assert primitive_around(square, "plane", 500).area < 4.5  # and not 8, that of the square on its corner
     up = axes[2]
     for sign in (1, -1):
         sheet = primitive_around(points, "plane", 500, facing=sign * up)
         assert (sheet.normals @ (sign * up)).min() > 0.99
+
+
+def test_the_distances_of_a_volume_count_all_that_the_background_reaches():
+    """A ball with a well; a sphere around it that does not move misses the well's walls, and says so."""
+    axis = np.arange(-12, 13.0)
+    x, y, z = np.meshgrid(axis, axis, axis, indexing="ij")
+    well = np.minimum(10.3 - np.sqrt(x * x + y * y + z * z), np.maximum(np.hypot(x, y) - 4.2, -2 - z))
+    volume = sm.Volume(well, origin=(-12, -12, -12))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", sm.SimplexMeshWarning)
+        model = sm.reconstruct(volume, level=0.0, init="sphere", vertices=720, iterations=0)
+    points = outer_crossings(volume, 0.0)
+    surface = model.mesh.triangulated()
+    away = surface_distance(points, surface.vertices, surface.faces)
+    assert model.distance.data_to_mesh.rms == pytest.approx(np.sqrt((away**2).mean()))
+    assert model.distance.data_to_mesh.count == len(points)
+    assert_allclose(model.mesh.data["distance"].max(), model.distance.mesh_to_data.max)
+
+
+def test_data_that_faces_the_wrong_way_is_turned_and_reported():
+    ball = sm.sphere(12)
+    right = sm.reconstruct(sm.PointCloud(ball.vertices, ball.normals), vertices=400)
+    with pytest.warns(sm.SimplexMeshWarning, match="look inwards and were turned"):
+        wrong = sm.reconstruct(sm.PointCloud(ball.vertices, -ball.normals), vertices=400)
+    assert wrong.distance.mesh_to_data.rms == pytest.approx(right.distance.mesh_to_data.rms, rel=0.2)
+    signs = np.random.default_rng(0).choice([-1, 1], (ball.n_vertices, 1))
+    with pytest.warns(sm.SimplexMeshWarning, match=r"contradict each other \(\d+%\); they were left out"):
+        mixed = sm.reconstruct(sm.PointCloud(ball.vertices, signs * ball.normals), vertices=400)
+    assert_allclose(np.linalg.norm(mixed.mesh.vertices, axis=1), 1, atol=0.01)
+
+
+def test_scans_may_be_arrays_and_a_mesh_may_be_fitted_to_a_mesh():
+    ball = sm.sphere(12)
+    front, back = ball.vertices[ball.vertices[:, 0] > -0.1], ball.vertices[ball.vertices[:, 0] < 0.1]
+    for scans, poses in (([front, back], None), ((front, back), [np.eye(4), np.eye(4)]), ([ball.vertices], None)):
+        mesh = sm.reconstruct(scans, poses=poses, vertices=400).mesh
+        assert_allclose(np.linalg.norm(mesh.vertices, axis=1), 1, atol=0.01)
+    with pytest.raises(ValueError, match="poses must be one per scan; there are 3 for 2 scans"):
+        sm.reconstruct([front, back], poses=[np.eye(4)] * 3)
+    mesh = sm.reconstruct(ball, vertices=400).mesh
+    assert_allclose(np.linalg.norm(mesh.vertices, axis=1), 1, atol=0.02)
+
+
+def test_an_interrupt_while_measuring_keeps_the_model():
+    def impatient(share, message):
+        if message == "measuring":
+            raise KeyboardInterrupt
+
+    model = sm.reconstruct(sm.sphere(12).vertices, vertices=300, progress=impatient)
+    assert model.interrupted
+    assert model.tangled == 0
+    assert np.isnan(model.distance.mesh_to_data.rms)
+    assert_allclose(np.linalg.norm(model.mesh.vertices, axis=1), 1, atol=0.01)
 
 
 def test_a_fold_is_smoothed_away_and_the_rest_stays():

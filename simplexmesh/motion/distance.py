@@ -55,11 +55,16 @@ class Distance:
         From the vertices of the mesh, along their normals, to the surface seen in the data; where nothing is near
         along the normal, to the nearest point of the data.
     data_to_mesh : Spread
-        From the points of the data to the surface of the mesh (its fan triangulation).
+        From the points of the data to the surface of the mesh (its fan triangulation); all points that the background
+        reaches count.
+    enclosed : Spread
+        The part of `data_to_mesh` that lies inside the model and far from its surface: walls of pockets that the model
+        closes over, such as airways behind sealed nostrils.
     """
 
     mesh_to_data: Spread
     data_to_mesh: Spread
+    enclosed: Spread
 
     def as_dict(self) -> dict[str, dict[str, float]]:
         """Return plain numbers, ready for JSON."""

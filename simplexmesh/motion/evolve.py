@@ -68,7 +68,8 @@ def evolved(
 ) -> Course:
     """Move a mesh through stages and return where it came to rest.
 
-    A stage ends early when the mesh rests: over 10 iterations the energy changed by less than `tolerance` of itself.
+    A stage ends early when the mesh rests: over 10 iterations the energy changed by less than `tolerance` of itself, or
+    no vertex moved by more than a thousandth of the mean edge at once.
     An interrupt (Ctrl-C) ends the motion with the last whole state.
 
     Parameters
@@ -98,14 +99,15 @@ def evolved(
             adaptation=stage.adaptation,
         )  # fmt: skip
         course.converged = False
-        recent: list[float] = []
+        recent: list[State] = []
+        still = 1e-3 * mean_edge(course.mesh)
         try:
             for state in model.run(stage.iterations):
                 course.history.append(state)
-                recent.append(state.energy)
+                recent.append(state)
                 if watch is not None:
                     watch((before + state.iteration) / total)
-                if _resting(recent, tolerance):
+                if _resting(recent, tolerance, still):
                     course.converged = True
                     break
         except KeyboardInterrupt:
@@ -117,9 +119,11 @@ def evolved(
     return course
 
 
-def _resting(energies: list[float], tolerance: float) -> bool:
-    """Return whether the energy has settled: the means of the last two tens of iterations agree."""
-    if len(energies) < 20 or len(energies) % 10:
+def _resting(states: list[State], tolerance: float, still: float) -> bool:
+    """Return whether the mesh has settled: the last ten iterations moved little, or saved no more energy."""
+    if len(states) < 20 or len(states) % 10:
         return False
-    now, then = float(np.mean(energies[-10:])), float(np.mean(energies[-20:-10]))
+    if max(state.move for state in states[-10:]) <= still:
+        return True
+    now, then = (float(np.mean([state.energy for state in part])) for part in (states[-10:], states[-20:-10]))
     return abs(now - then) <= tolerance * max(then, 1e-300)

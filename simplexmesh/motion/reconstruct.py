@@ -2,30 +2,32 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from simplexmesh import _check
 from simplexmesh.data.reading import read_mesh
+from simplexmesh.errors import SimplexMeshWarning
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.distance import Distance, Spread
 from simplexmesh.motion.evolve import Stage, evolved, mean_edge
 from simplexmesh.motion.initial.primitives import PRIMITIVES, primitive_around
 from simplexmesh.motion.initial.report import StartReport
+from simplexmesh.motion.measure import measured
 from simplexmesh.motion.progress import Report, reporting
 from simplexmesh.motion.state import State
-from simplexmesh.motion.subjects import MOST_POINTS, Subject, as_subject
-from simplexmesh.motion.targets.triangles import inside_surface, surface_distance
+from simplexmesh.motion.subjects import Subject, as_subject
 from simplexmesh.motion.untangle import untangled
 
 Array = NDArray[np.float64]
 
 FEWEST_VERTICES = 20
+UNMEASURED = Distance(*(Spread.of(np.zeros(0)) for _ in range(3)))
 
 
 @dataclass(frozen=True, repr=False)
@@ -35,9 +37,10 @@ class Reconstruction:
     Attributes
     ----------
     mesh : SimplexMesh
-        The model, in the data's physical space.
+        The model, in the data's physical space; its array `distance` holds how far each vertex is from the data.
     distance : Distance
-        Mean, rms, 95th percentile and largest distance, from the mesh to the data and back, in the data's unit.
+        Mean, rms, 95th percentile and largest distance, from the mesh to the data and back, in the data's unit. NaN
+        when the run was interrupted before they were measured.
     history : list of State
         One state per iteration.
     converged : bool
@@ -105,7 +108,8 @@ def reconstruct(
     label : int, optional
         For a volume of labels: the region wanted. Not needed when there is one region only.
     vertices : int
-        How many the model may have; kept within 10 %.
+        How many the model may have; kept within 10 %. Primitives of fewer than 200 come as near as their regular
+        patterns allow.
     init : str, path or SimplexMesh
         ``"auto"`` finds a start of the right topology near the data; ``"sphere"``, ``"ellipsoid"``, ``"cylinder"``,
         ``"plane"`` and ``"torus"`` are laid around it; a mesh or a file of one starts from there and keeps its topology
@@ -113,7 +117,7 @@ def reconstruct(
     inside : {"above", "below"}
         Whether the object is where a volume is above `level` or below.
     components : {"largest", "all"}
-        Keep the largest piece or all of them.
+        Keep the largest piece or all of them; "all" needs ``init="auto"``.
     tunnels : float, optional
         The automatic start seals holes through the body that are narrower than this, in the data's unit; 0 keeps them
         all. Default: what the mesh could not resolve and, for a level of a volume, 13 voxels; points keep theirs.
@@ -140,6 +144,12 @@ def reconstruct(
     DivergedError
         When the motion left the finite numbers, with the last good mesh.
 
+    Warns
+    -----
+    SimplexMeshWarning
+        Data that was repaired; a model that leaves out much of the data, is far from any in much of itself, or is left
+        tangled.
+
     References
     ----------
     H. Delingette, *General object reconstruction based on simplex meshes*, IJCV 32(2), 1999, 111-146,
@@ -162,6 +172,8 @@ def reconstruct(
     _check.choice("inside", inside, ("above", "below"))
     tunnels = None if tunnels is None else _check.number("tunnels", tunnels, 0.0)
     given = _given_start(init)
+    if components == "all" and init != "auto":
+        raise ValueError("components='all' needs init='auto'; a start given by you keeps its own components")
     with reporting(progress) as report:
         report(0.0, "reading")
         subject = as_subject(data, level=level, label=label, inside=inside, components=components, poses=poses)
@@ -175,17 +187,28 @@ def reconstruct(
         else:
             start = primitive_around(subject.points, str(init), vertices, facing=subject.facing)
         stages = _stages(start, subject, iterations, rigidity, adaptation, cell=found.cell if found else None)
-        course = evolved(start, subject.target, stages, watch=lambda share: report(0.1 + 0.85 * share, "fitting"))
+        course = evolved(start, subject.target, stages, watch=lambda share: report(0.1 + 0.8 * share, "fitting"))
         mesh, tangled, interrupted = course.mesh, None, course.interrupted
         if not interrupted:
             try:
-                report(0.93, "untangling")
+                report(0.92, "untangling")
                 mesh, tangled = untangled(mesh, subject.target, reach=stages[-1].reach)
             except KeyboardInterrupt:
                 interrupted = True
-        distance = measured(mesh, subject, stages[-1].reach)
-        if not interrupted:
+        distance = UNMEASURED
+        try:
+            report(0.95, "measuring")
+            distance, away = measured(mesh, subject, stages[-1].reach)
+            mesh = mesh.with_data(distance=away)
             report(1.0, "done")
+        except KeyboardInterrupt:
+            interrupted = True
+    if tangled:
+        warnings.warn(
+            f"{tangled} vertices are on faces that are folded or cross others; more vertices or another start may help",
+            SimplexMeshWarning,
+            stacklevel=2,
+        )
     return Reconstruction(mesh, distance, course.history, course.converged, start, found, tangled, interrupted)
 
 
@@ -224,25 +247,3 @@ def _stages(
         Stage(rigidity=rigidity, reach=0.16 * radius, iterations=iterations, beta=0.3, adaptation=adaptation),
         Stage(rigidity=rigidity, reach=last, iterations=iterations // 2, beta=0.4),
     ]
-
-
-def measured(mesh: SimplexMesh, subject: Subject, reach: float) -> Distance:
-    """Return the distances between a mesh and its data, both ways.
-
-    A vertex without data along its normal within `reach` is as far away as the nearest point of the data.
-    Points of a volume that lie inside the model, farther than `reach` from its surface, are walls of cavities the model
-    closes over, and are not counted.
-    """
-    points = subject.points
-    if len(points) > MOST_POINTS:
-        points = points[np.random.default_rng(0).choice(len(points), MOST_POINTS, replace=False)]
-    gaps = subject.target.gap(np.ascontiguousarray(mesh.vertices), np.ascontiguousarray(mesh.normals), reach)
-    lost = np.isnan(gaps)
-    gaps[lost] = cKDTree(points).query(mesh.vertices[lost], workers=-1)[0]
-    surface = mesh.triangulated(method="fan")
-    away = surface_distance(points, surface.vertices, surface.faces)
-    if subject.encloses and not mesh.n_holes:
-        far = np.flatnonzero(away > reach)
-        buried = far[inside_surface(points[far], surface.vertices, surface.faces)]
-        away = np.delete(away, buried)
-    return Distance(Spread.of(gaps), Spread.of(away))

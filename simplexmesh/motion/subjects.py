@@ -2,30 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import warnings
 from dataclasses import replace
 from functools import cached_property
-from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from simplexmesh import _check
 from simplexmesh.data.convert import as_data, as_triangles
 from simplexmesh.data.points import PointCloud
-from simplexmesh.data.reading import read_poses
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.data.volume import Volume
+from simplexmesh.errors import SimplexMeshWarning
+from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.crossings import outer_crossings
 from simplexmesh.motion.initial.indicator import Indicator
 from simplexmesh.motion.initial.start import Start
+from simplexmesh.motion.scans import are_scans, joined_scans
 from simplexmesh.motion.state import Target
 
 Array = NDArray[np.float64]
 
 MOST_POINTS = 200_000
 """Distances from the data to the mesh are taken from at most so many points."""
+
+LEAST_AGREEMENT = 0.75
+"""Normals of which fewer agree with those of their neighbors say nothing about inside and outside."""
 
 
 class Subject(Protocol):
@@ -37,10 +42,13 @@ class Subject(Protocol):
         The distance between neighbouring samples, in the data's unit.
     encloses : bool
         Whether the data may hold surfaces inside the one wanted.
+    components : {"largest", "all"}
+        Which pieces are wanted.
     """
 
     resolution: float
     encloses: bool
+    components: str
 
     @property
     def target(self) -> Target:
@@ -133,7 +141,7 @@ class PointsSubject:
     encloses = False
 
     def __init__(self, cloud: PointCloud, components: str) -> None:
-        self.cloud, self.components = cloud, components
+        self.cloud, self.components = _with_sound_normals(cloud), components
         self._indicator: Indicator | None = None
         extent = float(np.linalg.norm(np.ptp(cloud.points, axis=0)))
         self.resolution = extent / max(np.sqrt(len(cloud.points)), 1.0)
@@ -165,7 +173,27 @@ class PointsSubject:
 
         start = start_from_points(self.cloud, vertices, components=self.components, tunnels=tunnels or 0.0)
         self._indicator = start.indicator
+        if self.cloud.normals is not None and start.indicator is not None:
+            inward = start.indicator.at(self.cloud.points)[1]
+            if (inward * self.cloud.normals).sum() > 0:
+                warnings.warn("the points' normals look inwards and were turned", SimplexMeshWarning, stacklevel=2)
+                self.cloud = PointCloud(self.cloud.points, -self.cloud.normals)
         return start
+
+
+def _with_sound_normals(cloud: PointCloud) -> PointCloud:
+    """Return the cloud, without its normals where those of neighboring points contradict each other."""
+    if cloud.normals is None:
+        return cloud
+    some = np.linspace(0, len(cloud.points) - 1, min(len(cloud.points), 2000)).astype(int)
+    _, near = cKDTree(cloud.points).query(cloud.points[some], k=min(5, len(cloud.points)))
+    agree = np.einsum("ij,ikj->ik", cloud.normals[some], cloud.normals[near[:, 1:]]) > 0
+    if agree.mean() > LEAST_AGREEMENT:
+        return cloud
+    share = f"{1 - agree.mean():.0%}"
+    warnings.warn(f"normals of neighboring points contradict each other ({share}); they were left out",
+                  SimplexMeshWarning, stacklevel=2)  # fmt: skip
+    return PointCloud(cloud.points)
 
 
 class TrianglesSubject:
@@ -230,71 +258,29 @@ def as_subject(
     ValueError, TypeError, OSError
         One sentence on what is wrong with the data or with the choice of level and label.
     """
-    if isinstance(data, list | tuple):
-        if not data:
-            raise ValueError("data must be at least one scan, not an empty list")
-        if isinstance(data, tuple) and len(data) == 2 and all(isinstance(item, np.ndarray) for item in data):
-            return TrianglesSubject(as_triangles(data, "data"), components)
-        if all(isinstance(item, str | Path | PointCloud | TriangleMesh) for item in data):
-            return PointsSubject(joined_scans(data, poses), components)
-    if poses is not None:
-        return PointsSubject(joined_scans([data], poses), components)
-    item = as_data(data)
+    if isinstance(data, list | tuple) and not data:
+        raise ValueError("data must be at least one scan, not an empty list")
+    if are_scans(data) or poses is not None:
+        scans = data if isinstance(data, list | tuple) else [data]
+        item: Any = joined_scans(scans, poses)
+    elif isinstance(data, tuple) and len(data) == 2:
+        item = as_triangles(data, "data")
+    else:
+        item = as_data(data)
+    if isinstance(item, SimplexMesh):
+        item = item.triangulated()
     if isinstance(item, Volume):
         if level is not None and label is not None:
             raise ValueError("give level or label, not both")
         if label is not None or (level is None and item.is_labels):
+            if inside != "above":
+                raise ValueError("inside is for a level of a volume, not for labels")
             return LabelSubject(item, label, components)
         return VolumeSubject(item, level, inside, components)
     if level is not None or label is not None:
         raise ValueError(f"level and label are for volumes, not for {type(item).__name__}")
+    if inside != "above":
+        raise ValueError(f"inside is for a level of a volume, not for {type(item).__name__}")
     if isinstance(item, TriangleMesh):
         return TrianglesSubject(item, components)
     return PointsSubject(item, components)
-
-
-def joined_scans(scans: Sequence[Any], poses: Any = None) -> PointCloud:
-    """Return several scans as one cloud in the world's frame.
-
-    Parameters
-    ----------
-    scans : sequence of paths, point clouds or triangle meshes
-    poses : path, mapping or sequence, optional
-        A file of poses, a mapping from a scan's file name (with or without suffix) to its T_world_scan (4, 4), or one
-        such matrix per scan, in order.
-
-    Returns
-    -------
-    PointCloud
-        With normals when every scan has them.
-    """
-    clouds = []
-    for place, scan in enumerate(scans):
-        item = as_data(scan)
-        if isinstance(item, TriangleMesh):
-            item = PointCloud(item.vertices, item.vertex_normals)
-        if not isinstance(item, PointCloud):
-            raise TypeError(f"scans must be point clouds or surfaces; scan {place} is a {type(item).__name__}")
-        clouds.append(item)
-    if poses is not None:
-        table = read_poses(poses) if isinstance(poses, str | Path) else poses
-        clouds = [
-            cloud.transformed(_pose(table, scan, place))
-            for place, (cloud, scan) in enumerate(zip(clouds, scans, strict=True))
-        ]
-    return clouds[0] if len(clouds) == 1 else PointCloud.joined(clouds)
-
-
-def _pose(table: Any, scan: Any, place: int) -> Array:
-    """Return T_world_scan of one scan from a mapping by name or a sequence in order."""
-    if isinstance(table, Mapping):
-        if not isinstance(scan, str | Path):
-            raise TypeError(f"poses by name need scans given as paths; scan {place} is a {type(scan).__name__}")
-        path = Path(scan)
-        for name in (path.name, path.stem):
-            if name in table:
-                return _check.array(f"poses[{name!r}]", table[name], (4, 4))
-        raise ValueError(f"poses must hold one for {path.name}; it names {', '.join(map(str, table))}")
-    if place >= len(table):
-        raise ValueError(f"poses must be one per scan; there are {len(table)} for scan number {place + 1}")
-    return _check.array(f"poses[{place}]", table[place], (4, 4))

@@ -64,6 +64,8 @@ def primitive_around(points: Array, kind: str, vertices: int, *, facing: Array |
     center, axes = principal_frame(points)
     if kind == "plane" and facing is not None and axes[2] @ facing < 0:
         axes[1:] *= -1
+    if kind == "plane":
+        center, axes = _snug(points, center, axes)
     local = (points - center) @ axes.T
     half = np.maximum(np.abs(local).max(axis=0), 1e-3 * np.abs(local).max())
     if kind == "sphere":
@@ -83,3 +85,15 @@ def primitive_around(points: Array, kind: str, vertices: int, *, facing: Array |
         thick = min(float(max(tube, half[2])), 0.9 * float(ring))
         mesh = shapes.torus(vertices=vertices, radius=float(ring), tube_radius=thick)
     return mesh.moved(mesh.vertices @ axes + center)
+
+
+def _snug(points: Array, center: Array, axes: Array) -> tuple[Array, Array]:
+    """Return the frame turned about its last axis so that the box around the points is smallest."""
+    local = (points - center) @ axes.T
+    turns = np.radians(np.arange(0.0, 90.0, 2.0))
+    frames = np.stack([np.cos(turns), np.sin(turns), -np.sin(turns), np.cos(turns)], axis=1).reshape(-1, 2, 2)
+    flat = np.einsum("kij,nj->kni", frames, local[:, :2])
+    low, high = flat.min(axis=1), flat.max(axis=1)
+    best = int(np.prod(high - low, axis=1).argmin())
+    turned = np.vstack([frames[best] @ axes[:2], axes[2]])
+    return center + 0.5 * (low + high)[best] @ turned[:2], turned

@@ -1,0 +1,65 @@
+"""How well a mesh fits its data, measured; and what a user should be told about it."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from simplexmesh.errors import SimplexMeshWarning
+from simplexmesh.mesh.simplex_mesh import SimplexMesh
+from simplexmesh.motion.distance import Distance, Spread
+from simplexmesh.motion.subjects import MOST_POINTS, Subject
+from simplexmesh.motion.targets.triangles import inside_surface, surface_distance
+
+Array = NDArray[np.float64]
+
+MOST_UNSEEN = 0.25
+"""A model of which a larger share has no data near is worth a remark."""
+
+MOST_MISSED = 0.05
+"""So is one that leaves out a larger share of the data."""
+
+FAR = 0.04
+"""In shares of the data's diagonal: beyond any noise worth fitting."""
+
+
+def measured(mesh: SimplexMesh, subject: Subject, reach: float) -> tuple[Distance, Array]:
+    """Return the distances between a mesh and its data, both ways, and (n,) that of each vertex to the data.
+
+    A vertex without data along its normal within `reach` is as far away as the nearest point of the data.
+    """
+    points = subject.points
+    if len(points) > MOST_POINTS:
+        points = points[np.random.default_rng(0).choice(len(points), MOST_POINTS, replace=False)]
+    gaps = subject.target.gap(np.ascontiguousarray(mesh.vertices), np.ascontiguousarray(mesh.normals), reach)
+    lost = np.isnan(gaps)
+    away = np.abs(gaps)
+    away[lost] = cKDTree(points).query(mesh.vertices[lost], workers=-1)[0]
+    surface = mesh.triangulated(method="fan")
+    back = surface_distance(points, surface.vertices, surface.faces)
+    enclosed = np.zeros(0, dtype=np.int64)
+    if not mesh.n_holes:
+        far = np.flatnonzero(back > reach)
+        enclosed = far[inside_surface(points[far], surface.vertices, surface.faces)]
+    distance = Distance(Spread.of(away), Spread.of(back), Spread.of(back[enclosed]))
+    far = max(reach, FAR * float(np.linalg.norm(np.ptp(points, axis=0))))
+    missed = (np.count_nonzero(back > far) - np.count_nonzero(back[enclosed] > far)) / max(len(back), 1)
+    _remark(float((away > far).mean()), missed, mesh.n_holes == 0, subject.components)
+    return distance, away
+
+
+def _remark(unseen: float, missed: float, closed: bool, components: str) -> None:  # noqa: FBT001  a fact, not a switch
+    """Warn when much of the model has no data near it, or much of the data no model."""
+    if unseen > MOST_UNSEEN:
+        hint = "; where the data is an open surface, give init='plane' or 'cylinder'" if closed else ""
+        _warn(f"{unseen:.0%} of the model is far from any data{hint}")
+    if missed > MOST_MISSED:
+        hint = "; components='all' keeps all its pieces" if components == "largest" else ""
+        _warn(f"{missed:.0%} of the data is far from the model{hint}")
+
+
+def _warn(message: str) -> None:
+    warnings.warn(message, SimplexMeshWarning, stacklevel=4)

@@ -1,0 +1,85 @@
+"""Several scans of one object as one cloud of points in the world's frame."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplexmesh import _check
+from simplexmesh.data.convert import as_data
+from simplexmesh.data.points import PointCloud
+from simplexmesh.data.reading import read_poses
+from simplexmesh.data.triangles import TriangleMesh
+
+Array = NDArray[np.float64]
+
+
+def are_scans(data: Any) -> bool:
+    """Return whether data is a list of scans: paths, clouds, surfaces, or arrays of points (n, 3) or (n, 6).
+
+    A pair whose second array holds whole numbers is vertices and faces, not two scans.
+
+    Examples
+    --------
+    >>> are_scans([np.zeros((9, 3)), np.zeros((7, 3))]), are_scans((np.zeros((9, 3)), np.zeros((7, 3), int)))
+    (True, False)
+    """
+    if not isinstance(data, list | tuple) or not data:
+        return False
+    if all(isinstance(item, str | Path | PointCloud | TriangleMesh) for item in data):
+        return True
+    arrays = all(isinstance(item, np.ndarray) and item.ndim == 2 and item.shape[1] in (3, 6) for item in data)
+    return arrays and not (len(data) == 2 and data[1].dtype.kind in "iu" and data[0].dtype.kind == "f")
+
+
+def joined_scans(scans: Sequence[Any], poses: Any = None) -> PointCloud:
+    """Return several scans as one cloud in the world's frame.
+
+    Parameters
+    ----------
+    scans : sequence of paths, point clouds, triangle meshes or arrays (n, 3) or (n, 6)
+    poses : path, mapping or sequence, optional
+        A file of poses, a mapping from a scan's file name (with or without suffix) to its T_world_scan (4, 4), or one
+        such matrix per scan, in order.
+
+    Returns
+    -------
+    PointCloud
+        With normals when every scan has them.
+    """
+    clouds = []
+    for place, scan in enumerate(scans):
+        item = as_data(scan)
+        if isinstance(item, TriangleMesh):
+            item = PointCloud(item.vertices, item.vertex_normals)
+        if not isinstance(item, PointCloud):
+            raise TypeError(f"scans must be point clouds or surfaces; scan {place} is a {type(item).__name__}")
+        clouds.append(item)
+    if poses is not None:
+        table = read_poses(poses) if isinstance(poses, str | Path) else poses
+        clouds = [
+            cloud.transformed(_pose(table, scan, place))
+            for place, (cloud, scan) in enumerate(zip(clouds, scans, strict=True))
+        ]
+        if not isinstance(table, Mapping) and len(table) != len(scans):
+            raise ValueError(f"poses must be one per scan; there are {len(table)} for {len(scans)} scans")
+    return clouds[0] if len(clouds) == 1 else PointCloud.joined(clouds)
+
+
+def _pose(table: Any, scan: Any, place: int) -> Array:
+    """Return T_world_scan of one scan from a mapping by name or a sequence in order."""
+    if isinstance(table, Mapping):
+        if not isinstance(scan, str | Path):
+            raise TypeError(f"poses by name need scans given as paths; scan {place} is a {type(scan).__name__}")
+        path = Path(scan)
+        for name in (path.name, path.stem):
+            if name in table:
+                return _check.array(f"poses[{name!r}]", table[name], (4, 4))
+        raise ValueError(f"poses must hold one for {path.name}; it names {', '.join(map(str, table))}")
+    if place >= len(table):
+        raise ValueError(f"poses must be one per scan; there are {len(table)} for scan number {place + 1}")
+    return _check.array(f"poses[{place}]", table[place], (4, 4))
