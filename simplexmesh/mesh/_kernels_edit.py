@@ -1,0 +1,277 @@
+"""Kernels of the editable mesh: the dart surgery of T1, T2 and T7, and what forbids it.
+
+A vertex that is taken away keeps its darts, and they keep their twins; so it can be put back by telling its former
+neighbors, in the reverse order of removal. Removing and inserting an edge are therefore each other's inverse to the
+last number, and undoing needs no more than the dart.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+Indices = NDArray[np.int32]
+
+REMOVE, INSERT, CUT, JOIN, SWAP = 1, 2, 3, 4, 7
+DONE, TOUCHED, OPPOSITE_TRIANGLE, SHARED, SAME_EDGE, NO_FACE, BESIDE_TRIANGLE, SAME_OPPOSITE, NEIGHBORS = range(9)
+VERTICES, FACES, EDITS = range(3)
+
+
+class Darts(NamedTuple):
+    """The arrays of an editable mesh, all with room to spare; `used` says how much of them is."""
+
+    twin: Indices  # (3c,) the opposite of each dart
+    face: Indices  # (3c,) the face on the left of each dart
+    alive: NDArray[np.bool_]  # (c,) whether the vertex is there
+    values: NDArray[np.float64]  # (c, k) position and other numbers that are interpolated
+    origin: Indices  # (c,) the vertex of the mesh at the start whose other data this vertex has
+    face_dart: Indices  # (g,) a dart of each face, -1 when the face is gone
+    face_size: Indices  # (g,) the number of its vertices
+    face_hole: NDArray[np.bool_]  # (g,) whether it is a hole
+    log: Indices  # (l, 6) operator, dart, side, face kept, face gone or new, hole labels of these two
+    log_values: NDArray[np.float64]  # (l, 2, k) what a swap replaced
+    used: NDArray[np.int64]  # (3,) vertices, faces, edits
+
+
+@njit(cache=True)
+def turn(dart: int) -> int:
+    """Return the next dart of the same vertex, counter-clockwise."""
+    return dart + 1 if dart % 3 < 2 else dart - 2
+
+
+@njit(cache=True)
+def follow(twin: Indices, dart: int) -> int:
+    """Return the next dart around the face on the left."""
+    back = twin[dart]
+    return back - 1 if back % 3 > 0 else back + 2
+
+
+@njit(cache=True)
+def adjacent(d: Darts, one: int, other: int) -> bool:
+    """Return whether two faces share an edge; costs the size of the smaller."""
+    if d.face_size[one] > d.face_size[other]:
+        one, other = other, one
+    start = d.face_dart[one]
+    dart = start
+    while True:
+        if d.face[d.twin[dart]] == other:
+            return True
+        dart = follow(d.twin, dart)
+        if dart == start:
+            return False
+
+
+@njit(cache=True)
+def refuse_remove(d: Darts, dart: int) -> tuple[int, int]:
+    """Return why T1 is illegal on this edge and the face in the way, or (DONE, -1)."""
+    back = d.twin[dart]
+    left, right = d.face[dart], d.face[back]
+    near, far = d.face[turn(dart)], d.face[turn(back)]
+    if d.face_size[near] <= 3:
+        return OPPOSITE_TRIANGLE, near
+    if d.face_size[far] <= 3:
+        return OPPOSITE_TRIANGLE, far
+    start, other = dart, right
+    if d.face_size[left] > d.face_size[right]:
+        start, other = back, left
+    walk = follow(d.twin, start)
+    while walk != start:
+        across = d.face[d.twin[walk]]
+        if across != near and across != far and adjacent(d, across, other):
+            return SHARED, across
+        walk = follow(d.twin, walk)
+    return DONE, -1
+
+
+@njit(cache=True)
+def refuse_swap(d: Darts, dart: int) -> tuple[int, int]:
+    """Return why T7 is illegal on this edge and the face in the way, or (DONE, -1)."""
+    back = d.twin[dart]
+    left, right = d.face[dart], d.face[back]
+    near, far = d.face[turn(dart)], d.face[turn(back)]
+    if d.face_size[left] <= 3:
+        return BESIDE_TRIANGLE, left
+    if d.face_size[right] <= 3:
+        return BESIDE_TRIANGLE, right
+    if near == far:
+        return SAME_OPPOSITE, near
+    if adjacent(d, near, far):
+        return NEIGHBORS, near
+    return DONE, -1
+
+
+@njit(cache=True)
+def refuse_insert(d: Darts, one: int, other: int) -> tuple[int, int]:
+    """Return why T2 is illegal on these two edges and the face in the way, or (DONE, -1)."""
+    if one == other:
+        return SAME_EDGE, d.face[one]
+    if d.face[one] != d.face[other]:
+        return NO_FACE, d.face[other]
+    return DONE, -1
+
+
+@njit(cache=True)
+def unlink(d: Darts, dart: int, side: int) -> None:
+    """Take an edge and its two ends away; the face on its left (side 0) or right (side 1) joins the other one."""
+    back = d.twin[dart]
+    start = dart if side == 0 else back
+    kept, gone = d.face[d.twin[start]], d.face[start]
+    walk = start
+    while True:
+        d.face[walk] = kept
+        walk = follow(d.twin, walk)
+        if walk == start:
+            break
+    near, far = d.face[turn(dart)], d.face[turn(back)]
+    for end in (np.int64(dart), np.int64(back)):
+        one = d.twin[turn(end)]
+        other = d.twin[turn(turn(end))]
+        d.twin[one] = other
+        d.twin[other] = one
+        d.alive[end // 3] = False
+        d.face_dart[kept] = one
+        d.face_dart[d.face[other]] = other
+    d.face_size[kept] += d.face_size[gone] - 4
+    d.face_size[near] -= 1
+    d.face_size[far] -= 1
+    d.face_dart[gone] = -1
+
+
+@njit(cache=True)
+def relink(d: Darts, dart: int, side: int, kept: int, new: int) -> int:
+    """Put an edge and its two ends, whose darts remember their twins, back into the face `kept`.
+
+    The part of it on the left (side 0) or right (side 1) of the edge becomes the face `new`, the smaller one when side
+    is -1. Returns the side taken.
+    """
+    back = d.twin[dart]
+    for end in (np.int64(dart), np.int64(back)):
+        one, other = turn(end), turn(turn(end))
+        d.twin[d.twin[one]] = one
+        d.twin[d.twin[other]] = other
+        d.alive[end // 3] = True
+        opposite = d.face[d.twin[other]]
+        d.face[one] = opposite
+        d.face_size[opposite] += 1
+        d.face[end] = kept
+        d.face[other] = kept
+    if side < 0:
+        left, right = follow(d.twin, dart), follow(d.twin, back)
+        while left != dart and right != back:
+            left, right = follow(d.twin, left), follow(d.twin, right)
+        side = 0 if left == dart else 1
+    start = dart if side == 0 else back
+    size = 0
+    walk = start
+    while True:
+        d.face[walk] = new
+        size += 1
+        walk = follow(d.twin, walk)
+        if walk == start:
+            break
+    d.face_dart[new] = start
+    d.face_dart[kept] = d.twin[start]
+    d.face_size[new] = size
+    d.face_size[kept] += 4 - size
+    return side
+
+
+@njit(cache=True)
+def record(d: Darts, kind: int, dart: int, side: int, kept: int, other: int, labels: int) -> None:
+    """Write a line of the log."""
+    row = d.used[EDITS]
+    d.log[row, 0], d.log[row, 1], d.log[row, 2] = kind, dart, side
+    d.log[row, 3], d.log[row, 4], d.log[row, 5] = kept, other, labels
+    d.used[EDITS] = row + 1
+
+
+@njit(cache=True)
+def remove(d: Darts, dart: int) -> None:
+    """T1: merge the two faces of an edge into the larger; a hole and a face make a hole."""
+    left, right = d.face[dart], d.face[d.twin[dart]]
+    side = 0 if d.face_size[left] < d.face_size[right] else 1
+    kept, gone = (right, left) if side == 0 else (left, right)
+    record(d, REMOVE, dart, side, kept, gone, d.face_hole[kept] + 2 * d.face_hole[gone])
+    unlink(d, dart, side)
+    d.face_hole[kept] |= d.face_hole[gone]
+
+
+@njit(cache=True)
+def insert(d: Darts, one: int, other: int, at: float, at_other: float) -> None:
+    """T2: a vertex on each of two edges of the face on their left, joined; the smaller part becomes the new face."""
+    first = d.used[VERTICES]
+    new = d.used[FACES]
+    d.used[VERTICES] += 2
+    d.used[FACES] += 1
+    p, q = 3 * first, 3 * first + 3
+    for vertex, dart, part in ((first, one, at), (first + 1, other, at_other)):
+        start, end = dart // 3, d.twin[dart] // 3
+        for k in range(d.values.shape[1]):
+            d.values[vertex, k] = (1 - part) * d.values[start, k] + part * d.values[end, k]
+        d.origin[vertex] = d.origin[start] if part <= 0.5 else d.origin[end]
+        d.twin[3 * vertex] = d.twin[dart]
+        d.twin[3 * vertex + 2] = dart
+    d.twin[p + 1], d.twin[q + 1] = q + 1, p + 1
+    kept = d.face[one]
+    side = relink(d, p + 1, -1, kept, new)
+    d.face_hole[new] = d.face_hole[kept]
+    record(d, INSERT, p + 1, side, kept, new, 0)
+
+
+@njit(cache=True)
+def turn_edge(d: Darts, dart: int) -> None:
+    """T7 without its log: a quarter turn of an edge, so that it parts the faces that were at its ends."""
+    back = d.twin[dart]
+    a, b = turn(turn(dart)), turn(turn(back))
+    over, under = d.twin[b], d.twin[a]
+    left, right = d.face[dart], d.face[back]
+    near, far = d.face[turn(dart)], d.face[turn(back)]
+    top, bottom = dart // 3, back // 3
+    for k in range(d.values.shape[1]):
+        middle = (d.values[top, k] + d.values[bottom, k]) / 4
+        d.values[top, k] = middle + (d.values[d.twin[turn(dart)] // 3, k] + d.values[over // 3, k]) / 4
+        d.values[bottom, k] = middle + (d.values[d.twin[turn(back)] // 3, k] + d.values[under // 3, k]) / 4
+    d.twin[dart], d.twin[over] = over, dart
+    d.twin[back], d.twin[under] = under, back
+    d.twin[a], d.twin[b] = b, a
+    d.face[a], d.face[b] = far, near
+    d.face_dart[left], d.face_dart[right] = dart, back
+    d.face_size[left] -= 1
+    d.face_size[right] -= 1
+    d.face_size[near] += 1
+    d.face_size[far] += 1
+
+
+@njit(cache=True)
+def swap(d: Darts, dart: int) -> None:
+    """T7: turn an edge, and remember what was where."""
+    row = d.used[EDITS]
+    d.log_values[row, 0] = d.values[dart // 3]
+    d.log_values[row, 1] = d.values[d.twin[dart] // 3]
+    record(d, SWAP, dart, 0, 0, 0, 0)
+    turn_edge(d, dart)
+
+
+@njit(cache=True)
+def turn_back(d: Darts, dart: int, row: int) -> None:
+    """Undo `swap` of this dart."""
+    a = turn(turn(dart))
+    b = d.twin[a]
+    back = turn(b)
+    over, under = d.twin[dart], d.twin[back]
+    far, near = d.face[a], d.face[b]
+    left, right = d.face[dart], d.face[back]
+    d.twin[b], d.twin[over] = over, b
+    d.twin[a], d.twin[under] = under, a
+    d.twin[dart], d.twin[back] = back, dart
+    d.face[a], d.face[b] = right, left
+    d.face_dart[near], d.face_dart[far] = turn(dart), turn(back)
+    d.face_size[left] += 1
+    d.face_size[right] += 1
+    d.face_size[near] -= 1
+    d.face_size[far] -= 1
+    d.values[dart // 3] = d.log_values[row, 0]
+    d.values[back // 3] = d.log_values[row, 1]

@@ -1,0 +1,124 @@
+"""Cutting along a cycle of edges and sewing two faces together (T3 and T4), told in darts.
+
+Along a closed path each vertex has a dart onward, a dart back, and a third one to the left or to the right. Sewn, the
+dart onward of each vertex is twin to the dart back of the next one. Cut, that holds among the vertices of each side
+separately, and each side closes with a new face. So cutting and sewing are each other's inverse by construction.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Indices = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Seam:
+    """A closed path of edges, by its darts.
+
+    Attributes
+    ----------
+    onward, back : (k,) array of int
+        The dart of each vertex to the next one on the path, and to the one before.
+    left : (k,) array of bool
+        Whether the third edge of the vertex is on the left of the path.
+    """
+
+    onward: Indices
+    back: Indices
+    left: NDArray[np.bool_]
+
+    @property
+    def left_darts(self) -> Indices:
+        """The darts whose left face, once cut, is the new face that closes the left side."""
+        return self.back[self.left]
+
+    @property
+    def right_darts(self) -> Indices:
+        """The darts whose left face, once cut, is the new face that closes the right side."""
+        return self.onward[~self.left]
+
+    def sew(self, twin: NDArray[np.int32]) -> None:
+        """Close the seam: write the edges along the path into `twin` (3n,)."""
+        ahead = np.roll(self.back, -1)
+        twin[self.onward], twin[ahead] = ahead, self.onward
+
+    def open(self, twin: NDArray[np.int32]) -> None:
+        """Open the seam: join the vertices of each side to each other in `twin` (3n,)."""
+        for side in (self.left, ~self.left):
+            onward, ahead = self.onward[side], np.roll(self.back[side], -1)
+            twin[onward], twin[ahead] = ahead, onward
+
+
+def along(twin: NDArray[np.int32], darts: Indices) -> Seam:
+    """Return the seam along a closed path given by its darts onward."""
+    back = np.roll(twin[darts].astype(np.int64), 1)
+    return Seam(darts, back, _turned(_turned(darts)) == back)
+
+
+def between(darts_a: Indices, darts_b: Indices, start_a: int, start_b: int) -> Seam:
+    """Return the seam that joins two faces, given by the darts around each and where to start on each.
+
+    The vertices alternate as evenly as possible: after the r-th of the p vertices of the smaller face come
+    floor(r q / p) - floor((r - 1) q / p) of the q of the larger one. The first face runs forward and the second one
+    backward, so that both are on the outside of the tube.
+
+    References
+    ----------
+    H. Delingette, thesis, 1994, section 2.6, operator T4.
+    """
+    a_is_small = len(darts_a) <= len(darts_b)
+    forward = np.roll(darts_a, -start_a)
+    backward = np.roll(np.roll(darts_b, -start_b)[::-1], 1)
+    small, large = (forward, backward) if a_is_small else (backward, forward)
+    p, q = len(small), len(large)
+    before = np.arange(p) * q // p  # how many of the large face come before each of the small one
+    places = np.concatenate([np.arange(p) + before, np.arange(q) + np.searchsorted(before, np.arange(q), "right")])
+    order = np.argsort(places)
+    darts = np.concatenate([small, large])[order]
+    of_b = np.repeat([not a_is_small, a_is_small], [p, q])[order]
+    return Seam(np.where(of_b, _turned(darts), darts), np.where(of_b, darts, _turned(darts)), of_b)
+
+
+def _turned(darts: Indices) -> Indices:
+    """Return the next dart of each vertex, counter-clockwise."""
+    return 3 * (darts // 3) + (darts + 1) % 3
+
+
+def first_repeated(values: NDArray[np.int32]) -> int:
+    """Return the first value that comes again in an array, -1 when all differ."""
+    ordered = np.sort(values)
+    again = ordered[1:][ordered[1:] == ordered[:-1]]
+    return int(again[0]) if len(again) else -1
+
+
+def sewn_faces(seam: Seam, face: NDArray[np.int32]) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+    """Return the faces that a sewn seam will have on the left and on the right of each edge, from those before."""
+    k = len(seam.onward)
+    vertices = np.arange(2 * k) % k
+    last_left = np.maximum.accumulate(np.where(seam.left[vertices], np.arange(2 * k), -1))[k:]
+    next_right = np.minimum.accumulate(np.where(seam.left[vertices], 2 * k, np.arange(2 * k))[::-1])[::-1][1 : k + 1]
+    return face[seam.onward[last_left % k]], face[seam.back[next_right % k]]
+
+
+def refusal_to_cut(seam: Seam, face: NDArray[np.int32]) -> str:
+    """Return why T3 along a seam would not leave a complete mesh, or nothing."""
+    sides = (
+        ("left", seam.left, seam.onward, face[seam.onward[seam.left]]),
+        ("right", ~seam.left, seam.back, face[seam.back[~seam.left]]),
+    )
+    for side, third, darts, _ in sides:
+        if not third.any():
+            return f"it is face {face[darts[0]]} itself, so there is nothing to cut off"
+        if (count := int(third.sum())) < 3:
+            return f"it has {count} edges on its {side}, where a cut needs at least 3"
+    for side, _, _, beside in sides:
+        if (again := first_repeated(beside)) >= 0:
+            return (
+                f"face {again} lies along its {side} in two places, "
+                "so the face that closes the cut would share two edges with it"
+            )
+    return ""
