@@ -78,12 +78,26 @@ def height(r, d, phi):
     return np.where(cosine >= 0, shallow, steep)
 
 
+def beyond_a_right_angle(vertices, neighbors):
+    """Return the sign of phi where |phi| > pi/2, else 0."""
+    phi = simplex_angle(vertices, neighbors)
+    return np.where(np.abs(phi) > np.pi / 2, np.sign(phi), 0).astype(np.int8)
+
+
+def angle_of_curvature(curvature, vertices, neighbors):
+    """Return the phi with sin(phi) = r H: above a right angle where the vertex and all three neighbors are already."""
+    r = frame(vertices, neighbors)[2]
+    with np.errstate(invalid="ignore"):
+        phi = np.arcsin(np.clip(r * curvature, -1, 1))
+    beyond = beyond_a_right_angle(vertices, neighbors)
+    steep = (beyond[neighbors] == beyond[:, None]).all(axis=1) & (beyond * curvature > 0)
+    return np.where(steep, beyond * np.pi - phi, phi)
+
+
 def wanted_angle(constraint, vertices, neighbors, *, curvature=None, angle=None):
     """Return phi* of each vertex by the name of its constraint (section 4.3)."""
-    r = frame(vertices, neighbors)[2]
     phi = simplex_angle(vertices, neighbors)
-    with np.errstate(invalid="ignore"):
-        of_curvature = np.arcsin(np.clip(r * (0 if curvature is None else curvature), -1, 1))
+    of_curvature = angle_of_curvature(np.zeros(len(vertices)) if curvature is None else curvature, vertices, neighbors)
     choices = {
         "free": phi,
         "orientation": np.zeros_like(phi),
@@ -135,10 +149,28 @@ def update(vertices, previous, neighbors, metric, rigidity, gaps):
         area = (area + area[neighbors].sum(axis=1)) / 4
         moment = (moment + moment[neighbors].sum(axis=1)) / 4
     curvature = moment / area
-    r = frame(vertices, neighbors)[2]
-    with np.errstate(invalid="ignore"):
-        phi = np.arcsin(np.clip(r * curvature, -1, 1))
+    phi = angle_of_curvature(curvature, vertices, neighbors)
     return step(vertices, previous, neighbors, metric, phi, gaps)[0]
+
+
+def curvedness(vertices, normals, neighbors):
+    """Return the root mean square over the neighbors of the turn of the normal per length."""
+    turn = np.linalg.norm(normals[neighbors] - normals[:, None], axis=2)
+    length = np.linalg.norm(vertices[neighbors] - vertices[:, None], axis=2)
+    ratio = np.divide(turn, length, out=np.zeros_like(turn), where=length > 0)
+    return np.sqrt((ratio**2).mean(axis=1))
+
+
+def adapted_metric(metric, curvature, neighbors, strength, low, high):
+    """Return metric parameters half way to 1/3 + strength dC_j (5.5.1), strength cut to keep all in their range."""
+    size = np.abs(curvature)
+    around = size[neighbors]
+    contrast = (around - around.mean(axis=1, keepdims=True)) / np.maximum(size, size.mean())[:, None]
+    out = np.zeros_like(metric)
+    for i, c in enumerate(contrast):
+        room = [(high - 1 / 3) / x if x > 0 else (low - 1 / 3) / x for x in c if x != 0]
+        out[i] = (metric[i] + 1 / 3 + min([strength, *room]) * c) / 2
+    return out
 
 
 def rim_place(before, point, after, two_before, two_after):

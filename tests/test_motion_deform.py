@@ -66,6 +66,33 @@ def test_a_mesh_on_a_sphere_stays_there_at_any_sampling(constraint, rigidity):
     assert norm(still.vertices - ball.vertices).max() < 1e-9 * 5.0
 
 
+@pytest.mark.parametrize("base", ["tetrahedron", "octahedron", "icosahedron"])
+@pytest.mark.parametrize("constraint", ["mean_curvature", "angle"])
+def test_the_coarsest_spheres_rest_even_beyond_a_right_angle(base, constraint):
+    coarse = sm.sphere(1, base=base)
+    assert (coarse.simplex_angle > np.pi / 2).all() == (base == "tetrahedron")
+    mixed = np.where(np.arange(coarse.n_vertices) % 2 == 0, constraint, "angle")
+    for names in (constraint, mixed):
+        still = evolved(coarse, 1000, constraint=names)
+        assert norm(still.vertices - coarse.vertices).max() < 1e-9
+    if constraint == "mean_curvature":
+        rough = coarse.moved(coarse.vertices + 0.05 * np.random.default_rng(0).normal(size=coarse.vertices.shape))
+        assert_allclose(evolved(rough, 1000).volume, rough.volume, rtol=0.1)
+
+
+def test_spikes_beyond_a_right_angle_are_smoothed_as_all_noise():
+    ball = sm.sphere(4)
+    v = np.array(ball.vertices)
+    v[7] *= 1.5
+    spike = ball.moved(v)
+    assert spike.simplex_angle[7] > 0.7 * np.pi
+    assert norm(evolved(spike, 200).vertices).std() < 0.005
+    noise = 0.25 * np.random.default_rng(0).normal(size=(ball.n_vertices, 1))
+    heavy = ball.moved(ball.vertices * (1 + noise))
+    assert (np.abs(heavy.simplex_angle) > np.pi / 2).mean() > 0.2
+    assert (np.abs(evolved(heavy, 300).simplex_angle) < np.pi / 2).all()
+
+
 def test_orientation_continuity_shrinks_a_sphere():
     ball = irregular_sphere()
     volumes = [evolved(ball, k, metric=ball.metric, constraint="orientation").volume for k in (1, 20, 100)]
@@ -82,10 +109,9 @@ def test_every_force_is_zero_at_its_equilibrium(constraint):
         assert moved[inner].max() < 1e-14
         return
     ball = noisy_sphere(noise=0.5) if constraint in ("free", "shape") else irregular_sphere(radius=2.0)
-    options = {"curvature": 0.5, "reference": ball}
-    assert norm(
-        evolved(ball, 1, metric=ball.metric, constraint=constraint, **options).vertices - ball.vertices
-    ).max() < (1e-12 * ball.area)
+    options = {"curvature": {"curvature": 0.5}, "shape": {"reference": ball}}.get(constraint, {})
+    moved = evolved(ball, 1, metric=ball.metric, constraint=constraint, **options).vertices - ball.vertices
+    assert norm(moved).max() < 1e-12 * ball.area
 
 
 def test_prescribed_curvature_turns_a_cap_on_a_fixed_base_into_one_of_that_curvature():
@@ -164,9 +190,13 @@ def test_a_step_turns_and_scales_with_the_mesh(constraint, seed, scale):
     mesh = noisy_sphere(seed, frequency=3, radius=1.0, noise=0.05)
     Q, t = rotation(seed), scale * np.random.default_rng(seed).normal(size=3)
     other = mesh.moved(scale * mesh.vertices @ Q.T + t)
-    options = {"constraint": constraint, "reference": sm.sphere(3), "rigidity": 2}
-    one = evolved(mesh, 4, Everywhere(0.03), curvature=1.3, **options)
-    two = evolved(other, 4, Everywhere(0.03 * scale), curvature=1.3 / scale, **options)
+    one_, two_ = ({"constraint": constraint, "rigidity": 2} for _ in range(2))
+    if constraint == "shape":
+        one_["reference"] = two_["reference"] = sm.sphere(3)
+    if constraint == "curvature":
+        one_["curvature"], two_["curvature"] = 1.3, 1.3 / scale
+    one = evolved(mesh, 4, Everywhere(0.03), **one_)
+    two = evolved(other, 4, Everywhere(0.03 * scale), **two_)
     assert_allclose(two.vertices, scale * one.vertices @ Q.T + t, atol=1e-7 * scale)
 
 

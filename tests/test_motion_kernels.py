@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 
 import simplexmesh as sm
-from simplexmesh.motion import _kernels, _kernels_rim
+from simplexmesh.motion import _kernels, _kernels_adapt, _kernels_averages, _kernels_rim
 from tests import reference_motion as reference
 
 SEEDS = st.integers(0, 10**6)
@@ -39,7 +39,10 @@ def apart(vertices, neighbors):
 def frames(vertices, neighbors, which="serial"):
     n = len(vertices)
     normals, inverse_radius, curvature, area = np.zeros((n, 3)), np.zeros(n), np.zeros(n), np.zeros(n)
-    getattr(_kernels.frames, which)(vertices, neighbors, normals, inverse_radius, curvature, area)
+    steep = np.full(n, 9, np.int8)
+    getattr(_kernels.frames, which)(vertices, neighbors, normals, inverse_radius, curvature, area, steep)
+    beyond = reference.beyond_a_right_angle(vertices, neighbors)
+    assert_array_equal(steep[apart(vertices, neighbors)], beyond[apart(vertices, neighbors)])
     a, b, c = (vertices[neighbors[:, k]] for k in range(3))
     wide = inverse_radius > 0
     assert_allclose(area[wide], 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)[wide], rtol=1e-9, atol=1e-300)
@@ -57,9 +60,10 @@ def stepped(kernel, seed, constraint, vertices, neighbors, *, fast=False, extra=
     wanted, angle = rng.normal(size=n), rng.uniform(-3, 3, n)
     normals, inverse_radius, _ = frames(vertices, neighbors)
     codes = np.array([reference.NAMES.index(name) for name in constraint], dtype=np.int8)
-    following, moves, energy = previous.copy(), np.zeros(n), np.zeros(n)
-    given = (vertices, following, neighbors, metric, normals, inverse_radius)
-    weights = (gaps, alpha, beta, damping, moves, energy)
+    following, moves, energy = np.zeros((n, 3)), np.zeros(n), np.zeros(n)
+    steep = reference.beyond_a_right_angle(vertices, neighbors)
+    given = (vertices, previous, neighbors, metric, normals, inverse_radius, steep)
+    weights = (gaps, alpha, beta, damping, following, moves, energy)
     if fast:
         kernel(*given, wanted, *weights)
     else:
@@ -108,11 +112,11 @@ def test_averages_are_the_means_over_the_one_ring(seed):
     vertices, neighbors = rough(seed, degenerate=True)
     rng = np.random.default_rng(seed)
     out, values = np.zeros(len(vertices)), rng.normal(size=len(vertices))
-    _kernels.averages.serial(values, neighbors, out)
+    _kernels_averages.averages.serial(values, neighbors, out)
     assert_allclose(out, reference.one_ring_mean(values, neighbors), atol=1e-14)
     inverse_radius = frames(vertices, neighbors)[1]
     angles = rng.uniform(-np.pi, np.pi, len(vertices))
-    _kernels.angle_averages.serial(angles, neighbors, inverse_radius, out)
+    _kernels_averages.angle_averages.serial(angles, neighbors, inverse_radius, out)
     radii = 1 / np.where(inverse_radius > 0, inverse_radius, np.nan)
     assert_allclose(out, reference.one_ring_mean_angle(angles, neighbors, radii), atol=1e-9)
 
@@ -121,9 +125,9 @@ def test_moments_and_quotients_are_products_and_ratios():
     rng = np.random.default_rng(0)
     curvature, area, out = rng.normal(size=50), rng.random(50) * (rng.random(50) > 0.2), np.zeros(50)
     for which in ("serial", "parallel"):
-        getattr(_kernels.moments, which)(curvature, area, out)
+        getattr(_kernels_averages.moments, which)(curvature, area, out)
         assert_allclose(out, curvature * area, rtol=1e-15)
-        getattr(_kernels.quotients, which)(out.copy(), area, out)
+        getattr(_kernels_averages.quotients, which)(out.copy(), area, out)
         assert_allclose(out, np.where(area > 0, curvature, 0.0), rtol=1e-12)
 
 
@@ -176,8 +180,8 @@ def test_serial_and_parallel_agree():
     values = np.random.default_rng(0).normal(size=len(vertices))
     normals, inverse_radius, _ = frames(vertices, neighbors)
     for kernel, rest in (
-        (_kernels.averages, (values, neighbors)),
-        (_kernels.angle_averages, (values, neighbors, inverse_radius)),
+        (_kernels_averages.averages, (values, neighbors)),
+        (_kernels_averages.angle_averages, (values, neighbors, inverse_radius)),
         (_kernels.angles, (vertices, neighbors, normals, inverse_radius)),
     ):
         one, many = np.zeros(len(vertices)), np.zeros(len(vertices))
@@ -186,17 +190,112 @@ def test_serial_and_parallel_agree():
         assert_allclose(one, many, rtol=1e-12, atol=1e-14)
 
 
-@given(seed=SEEDS, count=st.integers(5, 30))
-@settings(max_examples=20, deadline=None)
-def test_rims_rest_where_the_contour_formula_says(seed, count):
+@pytest.mark.parametrize("which", ["serial", "parallel"])
+@given(seed=SEEDS, strength=st.floats(0, 1))
+@settings(max_examples=8, deadline=None)
+def test_adaptation_kernels_are_the_formula_of_the_thesis(which, seed, strength):
+    vertices, neighbors = rough(seed, degenerate=True)
+    rng = np.random.default_rng(seed)
+    normals, size = frames(vertices, neighbors)[0], np.zeros(len(vertices))
+    vertices[3] = vertices[neighbors[3, 1]]
+    getattr(_kernels_adapt.curvedness, which)(vertices, normals, neighbors, size)
+    assert_allclose(size, reference.curvedness(vertices, normals, neighbors), rtol=1e-9, atol=1e-12)
+    size = rng.normal(size=len(size)) ** 3 * (rng.random(len(size)) < 0.8)
+    metric, out = rng.dirichlet([9.0, 9.0, 9.0], len(size)), np.zeros((len(size), 3))
+    floor = np.abs(size).mean()
+    getattr(_kernels_adapt.adapted, which)(metric, size, floor, neighbors, strength, 0.05, 0.833, out)
+    assert_allclose(out, reference.adapted_metric(metric, size, neighbors, strength, 0.05, 0.833), atol=1e-12)
+
+
+def wavy_rim(seed, count):
+    """Return a closed line in space, the rows before and after, and beyond each vertex one of the surface's."""
     rng = np.random.default_rng(seed)
     around = 2 * np.pi * (np.arange(count) + rng.uniform(-0.2, 0.2, count)) / count
     line = np.stack([np.cos(around), np.sin(around), np.sin(2 * around)], axis=1)
     line += 0.1 / count * rng.normal(size=line.shape)
     places = np.arange(count)
-    work = np.zeros((3, count, 3))
-    _kernels_rim.rim_targets(line, places, np.roll(places, 1), np.roll(places, -1), *work)
+    inner = 1.3 * line + 0.1 * rng.normal(size=line.shape)
+    neighbors = np.stack([np.roll(places, 1), places + count, np.roll(places, -1)], axis=1)
+    return np.concatenate([line, inner]), neighbors, (places, np.roll(places, 1), np.roll(places, -1))
+
+
+def rim_goals(vertices, neighbors, rows, name, remembered=None):
+    count = len(rows[0])
+    work, kept = np.zeros((3, count, 3)), np.zeros((count, 3)) if remembered is None else remembered
+    codes = np.full(len(vertices), reference.NAMES.index(name), np.int8)
+    _kernels_rim.rim_targets(vertices, neighbors, *rows, codes, kept, work[0], work[1], np.zeros((3, 3)), work[2])
+    return work[2]
+
+
+@given(seed=SEEDS, count=st.integers(5, 30))
+@settings(max_examples=20, deadline=None)
+def test_rims_rest_where_the_contour_formula_says(seed, count):
+    vertices, neighbors, rows = wavy_rim(seed, count)
+    smooth, straight, own = (rim_goals(vertices, neighbors, rows, n) for n in ("angle", "orientation", "free"))
+    line = vertices[:count]
     for k in range(count):
         before2, before, after, after2 = (line[(k + j) % count] for j in (-2, -1, 1, 2))
-        wanted = reference.rim_place(before, line[k], after, before2, after2)
-        assert_allclose(work[2, k], wanted, atol=1e-9)
+        assert_allclose(smooth[k], reference.rim_place(before, line[k], after, before2, after2), atol=1e-9)
+        middle, half = (before + after) / 2, np.linalg.norm(after - before) / 2
+        assert_allclose(straight[k], middle, atol=1e-14)
+        # free: on the circle through the three, as far from both, on the vertex's side
+        assert_allclose(np.linalg.norm(own[k] - before), np.linalg.norm(own[k] - after), rtol=1e-9)
+        n = np.cross(before - line[k], after - line[k])
+        assert abs((own[k] - middle) @ n) < 1e-9 * max(np.linalg.norm(n), 1e-9)
+        assert_allclose(inscribed(before, own[k], after), inscribed(before, line[k], after), atol=1e-6)
+        assert np.linalg.norm(own[k] - middle) <= 2 * max(half, np.linalg.norm(line[k] - middle))
+
+
+def inscribed(a, p, b):
+    """Return the angle under which p sees the chord from a to b: the same all along a circle."""
+    u, v = a - p, b - p
+    return np.arctan2(np.linalg.norm(np.cross(u, v)), u @ v)
+
+
+@given(seed=SEEDS, count=st.integers(4, 20))
+@settings(max_examples=20, deadline=None)
+def test_rims_that_remember_a_place_want_it_up_to_a_similarity(seed, count):
+    vertices, neighbors, rows = wavy_rim(seed, count)
+    remembered = np.zeros((count, 3))
+    _kernels_rim.rim_places(vertices, neighbors, *rows, np.zeros((3, 3)), remembered)
+    Q, _ = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))
+    Q *= np.linalg.det(Q)
+    elsewhere = 2.5 * vertices @ Q.T + [1, 2, 3]
+    goals = rim_goals(elsewhere, neighbors, rows, "shape", remembered)
+    assert_allclose(goals, elsewhere[:count], atol=1e-9)
+    pushed = vertices + 0.05 * np.random.default_rng(seed).normal(size=vertices.shape)
+    goals = rim_goals(pushed, neighbors, rows, "shape", remembered)
+    for k in range(count):
+        a, b, inner = pushed[rows[1][k]], pushed[rows[2][k]], pushed[count + k]
+        chord, middle = np.linalg.norm(b - a), (a + b) / 2
+        x = (b - a) / chord
+        y = inner - middle - ((inner - middle) @ x) * x
+        y /= np.linalg.norm(y)
+        assert_allclose(goals[k], middle + chord * remembered[k] @ np.stack([x, y, np.cross(x, y)]), atol=1e-9)
+
+
+@given(seed=SEEDS)
+@settings(max_examples=20, deadline=None)
+def test_a_step_of_a_rim_is_the_law_of_motion(seed):
+    vertices, neighbors, rows = wavy_rim(seed, 8)
+    rng = np.random.default_rng(seed)
+    n = len(vertices)
+    neighbors = np.concatenate([neighbors, rng.integers(0, n, (8, 3))])
+    normals, previous = rng.normal(size=(n, 3)), vertices + 0.05 * rng.normal(size=(n, 3))
+    goals, extra = rng.normal(size=(8, 3)), 0.1 * rng.normal(size=(n, 3))
+    gaps = np.where(rng.random(n) < 0.3, np.nan, rng.normal(size=n))
+    alpha, beta, damping = rng.uniform(0, 0.5, n), rng.uniform(0, 1, n), rng.uniform(0.01, 1, n)
+    out, moves, energy = np.zeros((n, 3)), np.zeros(n), np.zeros(n)
+    _kernels_rim.rim_step(
+        vertices, previous, neighbors, normals, rows[0], goals, extra, gaps, alpha, beta, damping, out, moves, energy
+    )
+    for i in range(8):
+        upright = normals[i] @ normals[neighbors[i]].sum(axis=0) > 0
+        gap = gaps[i] if upright and not np.isnan(gaps[i]) else 0.0
+        force = goals[i] - vertices[i]
+        step = (1 - damping[i]) * (vertices[i] - previous[i]) + alpha[i] * force + beta[i] * gap * normals[i] + extra[i]
+        limit = 0.5 * np.sqrt(((vertices[neighbors[i]] - vertices[i]) ** 2).sum(axis=1).mean())
+        step *= min(1.0, limit / np.linalg.norm(step))
+        assert_allclose(out[i], vertices[i] + step, atol=1e-12)
+        assert_allclose(moves[i], step @ step, rtol=1e-9)
+        assert_allclose(energy[i], 0.5 * (alpha[i] * force @ force + beta[i] * gap**2), rtol=1e-9)

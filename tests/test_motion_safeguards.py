@@ -8,6 +8,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 import simplexmesh as sm
 from simplexmesh._vec import norm
+from simplexmesh.motion.forces import pull
 from tests import reference_motion as reference
 from tests.motion_meshes import (
     Everywhere,
@@ -75,11 +76,15 @@ class FailingFrom:
 def test_leaving_the_finite_numbers_stops_with_the_last_good_mesh(value, mesh):
     model = sm.DeformableModel(mesh, FailingFrom(3, value))
     good = evolved(mesh, 3, Everywhere(0.01))
-    with pytest.raises(sm.DivergedError, match=r"vertex 7 flew off at iteration 4") as caught:
+    said = rf"vertex 7 flew off at iteration 4: FailingFrom.gap answered {value:g} there".replace("+", r"\+")
+    with pytest.raises(sm.DivergedError, match=said) as caught:
         list(model.run(10))
     assert_array_equal(caught.value.mesh.vertices, good.vertices)
     assert_array_equal(model.mesh.vertices, good.vertices)
     assert model.iteration == 3
+    model.target = Everywhere(0.01)  # the cause gone, the model runs on as if nothing had been
+    list(model.run(4))
+    assert_array_equal(model.mesh.vertices, evolved(mesh, 7, Everywhere(0.01)).vertices)
 
 
 def test_data_beyond_reach_does_not_draw():
@@ -117,6 +122,49 @@ def test_an_interrupted_run_keeps_the_last_whole_iteration():
     assert_allclose(model.mesh.vertices, evolved(rough, 5, Everywhere(0.01)).vertices, atol=1e-13)
 
 
+@pytest.mark.parametrize("mesh", [noisy_sphere(frequency=3), open_tube()], ids=["closed", "open"])
+@pytest.mark.parametrize("late", ["_internal", "_on_rims", "_pushed", "_adapted"])
+def test_an_interrupt_at_any_place_leaves_the_model_as_before_the_step(monkeypatch, mesh, late):
+    options = {"forces": lambda frame: 0.01 * frame.normals, "adaptation": 0.1, "damping": 0.3}
+    model = sm.DeformableModel(mesh, Everywhere(0.01), **options)
+    if not mesh.n_holes and late == "_on_rims":
+        return
+    list(model.run(10))
+    done = getattr(model, late)
+
+    def and_out(*arguments):
+        done(*arguments)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(model, late, and_out)
+    with pytest.raises(KeyboardInterrupt):
+        model.step()
+    monkeypatch.undo()
+    assert model.iteration == 10
+    list(model.run(5))
+    whole = evolved(mesh, 15, Everywhere(0.01), **options)
+    assert_array_equal(model.mesh.vertices, whole.vertices)
+    assert_array_equal(model.mesh.data["metric"], whole.data["metric"])
+
+
+def test_targets_of_the_users_own_see_the_mesh_and_cannot_change_it():
+    class Vandal:
+        def __init__(self, which):
+            self.which = which
+
+        def gap(self, *given):
+            given[self.which][:] = 0.0
+            return np.zeros(len(given[0]))
+
+    ball = sm.sphere(3)
+    for which in (0, 1):
+        for target in (Vandal(which), sm.targets.Union([Vandal(which)])):
+            model = sm.DeformableModel(ball, target)
+            with pytest.raises(ValueError, match="read-only"):
+                model.step()
+            assert_array_equal(model.mesh.vertices, ball.vertices)
+
+
 @pytest.mark.parametrize(
     ("options", "error", "message"),
     [
@@ -134,9 +182,23 @@ def test_an_interrupted_run_keeps_the_last_whole_iteration():
         ({"constraint": "curvature"}, ValueError, "constraint 'curvature' needs the argument curvature"),
         ({"metric": np.full((180, 3), 0.5)}, ValueError, "metric must have rows that sum to 1; row 0 sums to 1.5"),
         ({"metric": np.ones(3)}, ValueError, r"metric must have shape \(180, 3\), not \(3,\)"),
-        ({"reference": sm.sphere(2)}, ValueError, "reference must have the same connectivity as mesh"),
+        (
+            {"constraint": "shape", "reference": sm.sphere(2)},
+            ValueError,
+            "reference must have the same connectivity as mesh",
+        ),
         ({"adaptation": -0.1}, ValueError, "adaptation must be between 0 and 1, not -0.1"),
         ({"target": 3.0}, TypeError, r"target must have a method gap\(vertices, normals, reach\), not float"),
+        ({"constraint": "shape", "reference": "x"}, TypeError, "reference must be a SimplexMesh, not str"),
+        (
+            {"reference": sm.sphere(3)},
+            ValueError,
+            "reference is for vertices of constraint 'shape', and there are none",
+        ),
+        ({"curvature": 1.0}, ValueError, "curvature is for vertices of constraint 'curvature', and there are none"),
+        ({"reach": np.nan}, ValueError, "reach must be finite, not nan"),
+        ({"reach": -np.inf}, ValueError, "reach must be finite, not -inf"),
+        ({"forces": 3.0}, TypeError, "forces must be a function of a Frame or a sequence of them, not float"),
         ({"forces": [3.0]}, TypeError, r"forces must be functions of a Frame; forces\[0\] is a float"),
     ],
 )
@@ -172,6 +234,10 @@ def test_wrong_answers_of_targets_and_forces_are_named():
     ball = sm.sphere(3)
     with pytest.raises(ValueError, match=r"target.gap must return shape \(180,\), not \(3,\)"):
         sm.DeformableModel(ball, Short()).step()
+    with pytest.raises(ValueError, match=r"targets\[1\].gap must return shape \(180,\), not \(3,\)"):
+        sm.DeformableModel(ball, sm.targets.Union([Everywhere(1.0), Short()])).step()
+    with pytest.raises(ValueError, match="vertex must be one of the mesh's, 0 to 179, not 100000"):
+        sm.DeformableModel(ball, forces=pull([0, 0, 0], vertex=100_000, extent=1.0)).step()
     with pytest.raises(ValueError, match=r"a force's displacements must have shape \(180, 3\), not \(180,\)"):
         sm.DeformableModel(ball, forces=[lambda frame: frame.mean_curvature]).step()
     with pytest.raises(ValueError, match="a force's displacements must be finite"):

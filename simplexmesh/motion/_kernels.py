@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from functools import partial
 from types import FunctionType
 from typing import Any
 
@@ -41,8 +40,11 @@ class Both:
 
 
 @Both
-def frames(vertices, neighbors, normals, inverse_radius, curvature, area):
-    """Fill, per vertex, the unit normal, 1 / circumradius and area of the neighbors' triangle, and H (thesis, 3)."""
+def frames(vertices, neighbors, normals, inverse_radius, curvature, area, steep):
+    """Fill, per vertex, the unit normal, 1 / circumradius and area of the neighbors' triangle, and H (thesis, 3).
+
+    `steep` is the sign of the simplex angle where that is beyond a right angle, which H cannot tell; 0 elsewhere.
+    """
     for i in prange(vertices.shape[0]):
         a, b, c = neighbors[i, 0], neighbors[i, 1], neighbors[i, 2]
         ax, ay, az = vertices[a, 0], vertices[a, 1], vertices[a, 2]
@@ -57,6 +59,7 @@ def frames(vertices, neighbors, normals, inverse_radius, curvature, area):
             inverse_radius[i] = 0.0
             curvature[i] = 0.0
             area[i] = 0.0
+            steep[i] = 0
             continue
         double = math.sqrt(nn)
         area[i] = 0.5 * double
@@ -74,6 +77,7 @@ def frames(vertices, neighbors, normals, inverse_radius, curvature, area):
         inverse_radius[i] = 1.0 / math.sqrt(rr)
         size = math.sqrt(4.0 * h * h * rr + power * power)
         curvature[i] = 2.0 * h / size if size > 0.0 else 0.0  # a vertex on its neighbors' circle: coincident points
+        steep[i] = 0 if power <= 0.0 else 1 if h > 0.0 else -1
 
 
 @Both
@@ -104,52 +108,11 @@ def angles(vertices, neighbors, normals, inverse_radius, out):
         out[i] = math.atan2(2.0 * h / inverse_radius[i], -power)
 
 
-@partial(Both, pays_from=10 * PARALLEL_FROM)  # less than a nanosecond per vertex
-def averages(values, neighbors, out):
-    """Fill `out` with the mean of each vertex's value and its three neighbors': a positive kernel on Q^1."""
-    for i in prange(values.shape[0]):
-        out[i] = 0.25 * (values[i] + values[neighbors[i, 0]] + values[neighbors[i, 1]] + values[neighbors[i, 2]])
-
-
-@Both
-def moments(curvature, area, out):
-    """Fill `out` with curvature times area: what to average so that the mean is one over the surface."""
-    for i in prange(curvature.shape[0]):
-        out[i] = curvature[i] * area[i]
-
-
-@Both
-def quotients(moment, area, out):
-    """Fill `out` with moment over area, zero where there is no area."""
-    for i in prange(moment.shape[0]):
-        out[i] = moment[i] / area[i] if area[i] > 0.0 else 0.0
-
-
-@Both
-def angle_averages(values, neighbors, inverse_radius, out):
-    """Fill `out` with the mean simplex angle of each vertex and its neighbors, each carried to the vertex's circle.
-
-    An angle seen from a circle of radius r_j becomes, on the same sphere, one of sine sin(phi_j) r_i / r_j: equal
-    circles give the plain mean, and unequal ones on one sphere agree, so that spheres rest at any sampling.
-    """
-    for i in prange(values.shape[0]):
-        total = values[i]
-        for k in range(3):
-            j = neighbors[i, k]
-            if inverse_radius[i] > 0.0 and inverse_radius[j] > 0.0:
-                sine = math.sin(values[j]) * inverse_radius[j] / inverse_radius[i]
-                angle = math.asin(min(max(sine, -1.0), 1.0))
-                if abs(values[j]) > 0.5 * math.pi:
-                    angle = math.copysign(math.pi, values[j]) - angle
-                total += angle
-            else:
-                total += values[j]
-        out[i] = 0.25 * total
-
-
 @njit(cache=True, error_model="numpy", fastmath=FAST)
-def _finish(i, vertices, previous, neighbors, normals, force, push, gap, alpha, beta, damping, reach, moves, energy):
-    """Add inertia, `push` and the pull of the data to the internal `force`, cap the step, write it over `previous`."""
+def _finish(
+    i, vertices, previous, neighbors, normals, force, push, gap, alpha, beta, damping, reach, out, moves, energy
+):  # fmt: skip
+    """Add inertia, `push` and the pull of the data to the internal `force`, cap the step, write where it ends."""
     fx, fy, fz = force
     energy_i = fx * fx + fy * fy + fz * fz
     fx *= alpha
@@ -180,19 +143,29 @@ def _finish(i, vertices, previous, neighbors, normals, force, push, gap, alpha, 
         sy *= shrink
         sz *= shrink
         step2 = limit * limit
-    previous[i, 0] = vertices[i, 0] + sx
-    previous[i, 1] = vertices[i, 1] + sy
-    previous[i, 2] = vertices[i, 2] + sz
+    out[i, 0] = vertices[i, 0] + sx
+    out[i, 1] = vertices[i, 1] + sy
+    out[i, 2] = vertices[i, 2] + sz
     moves[i] = step2
     energy[i] = 0.5 * energy_i
 
 
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _in_a_steep_place(steep, i, a, b, c, wanted):
+    """Tell whether a vertex and all around it are beyond a right angle, on the side of the curvature wanted.
+
+    Two angles have the same H. Of a coarse surface, as a tetrahedron on its sphere, the larger one is meant; of a
+    spike, whose neighbors bend the other way, the smaller.
+    """
+    return steep[a] == steep[i] and steep[b] == steep[i] and steep[c] == steep[i] and wanted * steep[i] > 0.0
+
+
 @Both
 def curvature_step(
-    vertices, previous, neighbors, metric, normals, inverse_radius, wanted_curvature, gaps, alpha, beta, damping,
-    moves, energy,
+    vertices, previous, neighbors, metric, normals, inverse_radius, steep, wanted_curvature, gaps, alpha, beta, damping,
+    out, moves, energy,
 ):  # fmt: skip
-    """Overwrite `previous` with the next positions, all vertices under a wanted mean curvature: the usual case."""
+    """Fill `out` with the next positions, all vertices under a wanted mean curvature: the usual case."""
     for i in prange(vertices.shape[0]):
         a, b, c = neighbors[i, 0], neighbors[i, 1], neighbors[i, 2]
         e2, e3 = metric[i, 1], metric[i, 2]
@@ -211,6 +184,8 @@ def curvature_step(
         cosine2 = max(1.0 - sine * sine, 0.0)
         divisor = math.sqrt(cosine2) + math.sqrt(cosine2 + inside * wanted * wanted)
         height = inside * wanted / divisor if divisor > 0.0 else 0.0
+        if steep[i] != 0 and _in_a_steep_place(steep, i, a, b, c, wanted):
+            height = divisor / wanted
         reach = math.sqrt((3.0 * (px * px + py * py + pz * pz) + uu + vv
                            - 2.0 * (px * (ux + vx) + py * (uy + vy) + pz * (uz + vz))) / 3.0)  # fmt: skip
         height = min(max(height, -reach), reach)
@@ -221,16 +196,16 @@ def curvature_step(
         )
         _finish(
             i, vertices, previous, neighbors, normals, force, (0.0, 0.0, 0.0), gaps[i], alpha[i], beta[i], damping[i],
-            reach, moves, energy,
+            reach, out, moves, energy,
         )  # fmt: skip
 
 
 @Both
 def constrained_step(
-    vertices, previous, neighbors, metric, normals, inverse_radius, constraint, wanted_curvature, wanted_angle, extra,
-    gaps, alpha, beta, damping, moves, energy,
+    vertices, previous, neighbors, metric, normals, inverse_radius, steep, constraint, wanted_curvature, wanted_angle,
+    extra, gaps, alpha, beta, damping, out, moves, energy,
 ):  # fmt: skip
-    """Overwrite `previous` with the next positions, each vertex under its own constraint, plus `extra` moves."""
+    """Fill `out` with the next positions, each vertex under its own constraint, plus `extra` moves."""
     for i in prange(vertices.shape[0]):
         a, b, c = neighbors[i, 0], neighbors[i, 1], neighbors[i, 2]
         e1, e2, e3 = metric[i, 0], metric[i, 1], metric[i, 2]
@@ -263,6 +238,8 @@ def constrained_step(
             else:
                 sine = min(max(r * wanted_curvature[i], -1.0), 1.0)
                 cosine = math.sqrt(max(1.0 - sine * sine, 0.0))
+                if steep[i] != 0 and _in_a_steep_place(steep, i, a, b, c, wanted_curvature[i]):
+                    cosine = -cosine
             if cosine >= 0.0:  # a reference point outside the circle has no height below a right angle
                 inside = max(inside, 0.0)
             q = math.sqrt(max(r * r * cosine * cosine + inside * sine * sine, 0.0))
@@ -280,5 +257,5 @@ def constrained_step(
         push = (extra[i, 0], extra[i, 1], extra[i, 2])
         _finish(
             i, vertices, previous, neighbors, normals, force, push, gaps[i], alpha[i], beta[i], damping[i],
-            reach, moves, energy,
+            reach, out, moves, energy,
         )  # fmt: skip

@@ -1,4 +1,7 @@
-"""The rim of a hole: a closed line in space, moved by the force of 1-simplex meshes instead of the surface's."""
+"""The rim of a hole: a closed line in space, moved by the force of 1-simplex meshes instead of the surface's.
+
+`rim[k]` is a vertex, `before[k]` and `after[k]` the rows of `rim` it lies between.
+"""
 # mypy: allow-untyped-defs
 
 from __future__ import annotations
@@ -7,18 +10,13 @@ import math
 
 from numba import njit
 
-from simplexmesh.motion._kernels import FAST
+from simplexmesh.motion._kernels import FAST, FREE, ORIENTATION, SHAPE
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
-def rim_targets(vertices, rim, before, after, bend, tangent, out):
-    """Fill, per rim vertex, where curvature continuity along the rim wants it, its neighbors evenly on either side.
-
-    `rim[k]` is a vertex, `before[k]` and `after[k]` the rows of `rim` it lies between. The curvature vectors of the two
-    neighbors are carried to the vertex by the smallest rotation between tangents, so that circles are at rest.
-    """
-    count = rim.shape[0]
-    for k in range(count):
+def rim_bends(vertices, rim, before, after, bend, tangent):
+    """Fill each vertex's chord direction and curvature vector, which points from the chord to the vertex."""
+    for k in range(rim.shape[0]):
         p, a, b = vertices[rim[k]], vertices[rim[before[k]]], vertices[rim[after[k]]]
         chord2 = 0.0
         for j in range(3):
@@ -28,7 +26,6 @@ def rim_targets(vertices, rim, before, after, bend, tangent, out):
         for j in range(3):
             tangent[k, j] = (b[j] - a[j]) / chord if chord > 0.0 else 0.0
             along += (p[j] - 0.5 * (a[j] + b[j])) * tangent[k, j]
-        # curvature of the circle through the three points, as a vector from p towards the chord's side, reversed
         size2 = 0.0
         for j in range(3):
             bend[k, j] = p[j] - 0.5 * (a[j] + b[j]) - along * tangent[k, j]
@@ -39,23 +36,134 @@ def rim_targets(vertices, rim, before, after, bend, tangent, out):
         scale = 2.0 / radius_term if radius_term > 0.0 else 0.0
         for j in range(3):
             bend[k, j] *= scale
-    for k in range(count):
-        a, b = vertices[rim[before[k]]], vertices[rim[after[k]]]
-        wanted = 0.5 * bend[k]
-        for other in (before[k], after[k]):
-            cosine = crossing = 0.0
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def rim_frame(vertices, neighbors, i, a, b, frame):
+    """Fill the rows of `frame`: the unit chord from `a` to `b`, towards the surface across it, their cross product.
+
+    Returns the length of the chord. Rows are zero where the neighbors are on a line.
+    """
+    inner = neighbors[i, 0]
+    for j in range(1, 3):
+        if inner in (a, b):
+            inner = neighbors[i, j]
+    chord2 = along = 0.0
+    for j in range(3):
+        frame[0, j] = vertices[b, j] - vertices[a, j]
+        chord2 += frame[0, j] ** 2
+    chord = math.sqrt(chord2)
+    for j in range(3):
+        frame[0, j] = frame[0, j] / chord if chord > 0.0 else 0.0
+        frame[1, j] = vertices[inner, j] - 0.5 * (vertices[a, j] + vertices[b, j])
+        along += frame[1, j] * frame[0, j]
+    size2 = 0.0
+    for j in range(3):
+        frame[1, j] -= along * frame[0, j]
+        size2 += frame[1, j] ** 2
+    for j in range(3):
+        frame[1, j] = frame[1, j] / math.sqrt(size2) if size2 > 1e-24 * chord2 else 0.0
+    for j in range(3):
+        frame[2, j] = frame[0, (j + 1) % 3] * frame[1, (j + 2) % 3] - frame[0, (j + 2) % 3] * frame[1, (j + 1) % 3]
+    return chord
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def rim_places(vertices, neighbors, rim, before, after, frame, out):
+    """Fill where each rim vertex is in its neighbors' frame, from the middle of the chord, in chords."""
+    for k in range(rim.shape[0]):
+        i, a, b = rim[k], rim[before[k]], rim[after[k]]
+        chord = rim_frame(vertices, neighbors, i, a, b, frame)
+        for j in range(3):
+            out[k, j] = 0.0
+            for c in range(3):
+                out[k, j] += frame[j, c] * (vertices[i, c] - 0.5 * (vertices[a, c] + vertices[b, c]))
+            out[k, j] = out[k, j] / chord if chord > 0.0 else 0.0
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _carried(k, before, after, bend, tangent, wanted):
+    """Fill the mean of a vertex's curvature vector and its neighbors', these turned by the smallest rotation."""
+    for j in range(3):
+        wanted[j] = 0.5 * bend[k, j]
+    for other in (before[k], after[k]):
+        cosine = crossing = 0.0
+        for j in range(3):
+            cosine += tangent[k, j] * tangent[other, j]
+            crossing += tangent[k, j] * bend[other, j]
+        if cosine > -0.9:
             for j in range(3):
-                cosine += tangent[k, j] * tangent[other, j]
-                crossing += tangent[k, j] * bend[other, j]
-            if cosine > -0.9:
-                for j in range(3):
-                    carried = bend[other, j] - crossing / (1.0 + cosine) * (tangent[k, j] + tangent[other, j])
-                    wanted[j] += 0.25 * carried
-        size2 = r2 = 0.0
+                turned = bend[other, j] - crossing / (1.0 + cosine) * (tangent[k, j] + tangent[other, j])
+                wanted[j] += 0.25 * turned
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def rim_targets(vertices, neighbors, rim, before, after, constraint, remembered, bend, tangent, frame, out):
+    """Fill, per rim vertex, where its constraint wants it, its neighbors evenly on either side.
+
+    The rim's own curvature under `free`, none under `orientation`, the `remembered` place under `shape`, and
+    continuous curvature under all others, so that circles are at rest.
+    """
+    rim_bends(vertices, rim, before, after, bend, tangent)
+    for k in range(rim.shape[0]):
+        i = rim[k]
+        p, a, b = vertices[i], vertices[rim[before[k]]], vertices[rim[after[k]]]
+        kind = constraint[i]
+        for j in range(3):
+            out[k, j] = 0.5 * (a[j] + b[j])
+        if kind == ORIENTATION:
+            continue
+        if kind == SHAPE:
+            chord = rim_frame(vertices, neighbors, i, rim[before[k]], rim[after[k]], frame)
+            for j in range(3):
+                for c in range(3):
+                    out[k, c] += chord * remembered[k, j] * frame[j, c]
+            continue
+        wanted = frame[0]
+        if kind == FREE:
+            wanted[:] = bend[k]
+        else:
+            _carried(k, before, after, bend, tangent, wanted)
+        size2 = r2 = from_middle2 = aside2 = 0.0
         for j in range(3):
             size2 += wanted[j] ** 2
             r2 += 0.25 * (b[j] - a[j]) ** 2
+            from_middle2 += (p[j] - 0.5 * (a[j] + b[j])) ** 2
+            aside2 += 0.5 * ((p[j] - a[j]) ** 2 + (p[j] - b[j]) ** 2)
         sine2 = size2 * r2
         height = r2 / (1.0 + math.sqrt(1.0 - sine2)) if sine2 < 1.0 else r2 / math.sqrt(sine2)
+        if kind == FREE and from_middle2 > r2:  # beyond a right angle: the far side of the circle
+            height = (1.0 + math.sqrt(max(1.0 - sine2, 0.0))) / size2 if size2 > 0.0 else 0.0
+            height = min(height, math.sqrt(aside2 / size2)) if size2 > 0.0 else 0.0
         for j in range(3):
-            out[k, j] = 0.5 * (a[j] + b[j]) + height * wanted[j]
+            out[k, j] += height * wanted[j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def rim_step(
+    vertices, previous, neighbors, normals, rim, targets, extra, gaps, alpha, beta, damping, out, moves, energy
+):  # fmt: skip
+    """Fill the next positions of the vertices on rims, by the law and with the safeguards of all other vertices."""
+    for k in range(rim.shape[0]):
+        i = rim[k]
+        upright = star2 = force2 = 0.0
+        for n in range(3):
+            for j in range(3):
+                upright += normals[i, j] * normals[neighbors[i, n], j]
+                star2 += (vertices[neighbors[i, n], j] - vertices[i, j]) ** 2
+        pulled = gaps[i] == gaps[i] and upright > 0.0
+        gap = gaps[i] if pulled else 0.0
+        step2 = 0.0
+        for j in range(3):
+            force = targets[k, j] - vertices[i, j]
+            force2 += force * force
+            step = (1.0 - damping[i]) * (vertices[i, j] - previous[i, j]) + alpha[i] * force
+            step += extra[i, j] + (beta[i] * gap * normals[i, j] if pulled else 0.0)
+            out[i, j] = step
+            step2 += step * step
+        limit2 = star2 / 12.0  # half the root mean square distance, squared
+        shrink = math.sqrt(limit2 / step2) if limit2 < step2 < math.inf else 1.0
+        for j in range(3):
+            out[i, j] = vertices[i, j] + shrink * out[i, j]
+        moves[i] = min(limit2, step2) if step2 < math.inf else step2
+        energy[i] = 0.5 * (alpha[i] * force2 + beta[i] * gap * gap)

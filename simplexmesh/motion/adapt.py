@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from simplexmesh._vec import dot
+from simplexmesh import _check
+from simplexmesh.motion import _kernels_adapt
 
 Array = NDArray[np.float64]
 
@@ -36,14 +37,9 @@ def curvedness(vertices: Array, normals: Array, neighbors: NDArray[np.int32]) ->
     >>> curvedness(ball.vertices, ball.normals, ball.neighbors).mean().round(2)
     np.float64(0.5)
     """
-    total = np.zeros(len(vertices))
-    for j in range(3):
-        other = neighbors[:, j]
-        turn = normals[other] - normals
-        edge = vertices[other] - vertices
-        length2 = dot(edge, edge)
-        total += np.divide(dot(turn, turn), length2, out=np.zeros_like(total), where=length2 > 0)
-    return np.sqrt(total / 3)
+    out = np.zeros(len(vertices))
+    _kernels_adapt.curvedness(*_plain(vertices, normals), _check.frozen(neighbors, np.int32), out)
+    return out
 
 
 def adapted_metric(metric: Array, curvature: Array, neighbors: NDArray[np.int32], *, strength: float) -> Array:
@@ -76,13 +72,18 @@ def adapted_metric(metric: Array, curvature: Array, neighbors: NDArray[np.int32]
     >>> adapted_metric(even, np.array([1.0, 1.0, 1.0, 4.0]), tetrahedron, strength=0.1)[0].round(3)
     array([0.305, 0.305, 0.39 ])
     """
-    size = np.abs(curvature)
-    floor = max(float(size.mean()), 1e-300)
-    around = size[neighbors]
-    contrast = around - around.mean(axis=1, keepdims=True)
-    contrast /= np.maximum(size, floor)[:, None]
-    with np.errstate(divide="ignore"):  # an even neighborhood has no contrast, hence no limit
-        up = (HIGHEST - 1 / 3) / contrast.max(axis=1)
-        down = (LOWEST - 1 / 3) / contrast.min(axis=1)
-    limited = np.minimum(strength, np.minimum(up, np.where(down > 0, down, np.inf)))[:, None] * contrast
-    return metric + 0.5 * (1 / 3 + limited - metric)
+    out = np.zeros((len(metric), 3))
+    plain, size = _plain(metric, curvature)
+    adapt(plain, size, _check.frozen(neighbors, np.int32), strength, out)
+    return out
+
+
+def adapt(metric: Array, curvature: Array, neighbors: NDArray[np.int32], strength: float, out: Array) -> None:
+    """Do what `adapted_metric` does, into `out`, which is not `metric`."""
+    floor = max(float(np.abs(curvature).mean()), 1e-300)
+    _kernels_adapt.adapted(metric, curvature, floor, neighbors, float(strength), LOWEST, HIGHEST, out)
+
+
+def _plain(*arrays: Array) -> list[Array]:
+    """Return arrays as kernels were compiled for them: their own, of float64."""
+    return [np.array(array, dtype=np.float64, order="C") for array in arrays]

@@ -10,12 +10,13 @@ from numpy.typing import ArrayLike, NDArray
 from simplexmesh import _check
 from simplexmesh.errors import DivergedError
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-from simplexmesh.motion import _kernels
-from simplexmesh.motion.adapt import adapted_metric, curvedness
-from simplexmesh.motion.forces import CONSTRAINTS, Force, Frame, constraint_codes
+from simplexmesh.motion import _kernels, _kernels_adapt, _kernels_averages, _kernels_rim
+from simplexmesh.motion.adapt import adapt
+from simplexmesh.motion.forces import CONSTRAINTS, Force, Frame, constraint_codes, pushed, several
 from simplexmesh.motion.parameters import carried, per_vertex, references, whole_per_vertex
 from simplexmesh.motion.rim import Rim
 from simplexmesh.motion.state import State, Target
+from simplexmesh.motion.targets.door import ask, reach_above_zero, read_only
 
 Array = NDArray[np.float64]
 
@@ -45,7 +46,8 @@ class DeformableModel:
     damping : float or (n,) array of float
         1 is no inertia; must be above 0.
     reach : float, optional
-        Data farther away than this does not draw, in the mesh's unit. Default: 20 % of the mesh's diagonal.
+        Data farther away than this does not draw, in the mesh's unit; infinity for no limit. Default: 20 % of the
+        mesh's diagonal.
     constraint : str or (n,) array of str, optional
         One of `simplexmesh.motion.forces.CONSTRAINTS`; default `mean_curvature`.
     metric : (n, 3) array of float, optional
@@ -56,7 +58,7 @@ class DeformableModel:
         The shape remembered by the constraint `shape`: same connectivity, any place and size.
     adaptation : float
         Every 10 iterations the metric parameters follow curvature with this strength, 0 (never) to 0.25.
-    forces : sequence of callables
+    forces : callable or sequence of callables
         Each maps a `Frame` to displacements (n, 3), added in every iteration.
 
     Raises
@@ -91,7 +93,7 @@ class DeformableModel:
         curvature: float | ArrayLike | None = None,
         reference: SimplexMesh | None = None,
         adaptation: float = 0.0,
-        forces: Sequence[Force] = (),
+        forces: Force | Sequence[Force] = (),
     ) -> None:
         if not isinstance(mesh, SimplexMesh):
             raise TypeError(f"mesh must be a SimplexMesh, not {type(mesh).__name__}")
@@ -99,10 +101,7 @@ class DeformableModel:
             raise TypeError(f"target must have a method gap(vertices, normals, reach), not {type(target).__name__}")
         n = mesh.n_vertices
         self.target = target
-        self.forces = tuple(forces)
-        for k, force in enumerate(self.forces):
-            if not callable(force):
-                raise TypeError(f"forces must be functions of a Frame; forces[{k}] is a {type(force).__name__}")
+        self.forces = several(forces)
         self.iteration = 0
         self._start = mesh
         self._neighbors = mesh.connectivity.neighbors
@@ -113,21 +112,24 @@ class DeformableModel:
         self.damping = per_vertex("damping", damping, n, 1e-3, 1.0)
         diagonal = float(np.linalg.norm(np.ptp(mesh.vertices, axis=0)))
         self._longest2 = (LONGEST_STEP * max(diagonal, np.finfo(float).tiny)) ** 2
-        self.reach = 0.2 * diagonal if reach is None else _check.number("reach", reach, 0.0, open_low=True)
+        self.reach = 0.2 * diagonal if reach is None else reach_above_zero(reach)
         self.adaptation = _check.number("adaptation", adaptation, 0.0, 1.0)
         self.constraint = constraint_codes(carried(constraint, mesh, "constraint", "mean_curvature"), n)
         self.constraint.setflags(write=False)
         self.metric, self._reference_angle, self._prescribed = references(
             mesh, self.constraint, metric=metric, curvature=curvature, reference=reference
         )
+        if self._rim:
+            kept = mesh if reference is None else reference
+            self._remembered = self._rim.places(kept.vertices, self._neighbors)
         self._buffers(mesh.vertices)
 
     def _buffers(self, vertices: Array) -> None:
         n = len(vertices)
-        self._vertices, self._previous = vertices.copy(), vertices.copy()
+        self._vertices, self._previous, self._next = vertices.copy(), vertices.copy(), vertices.copy()
         self._normals = np.zeros((n, 3))
         self._inverse_radius, self._curvature, self._moves, self._energy = (np.zeros(n) for _ in range(4))
-        self._area, self._moment = np.zeros(n), np.zeros(n)
+        self._area, self._moment, self._steep = np.zeros(n), np.zeros(n), np.zeros(n, np.int8)
         self._scratch = np.zeros((2, n))
         self._no_gap = np.full(n, np.nan)
         self._counted: NDArray[np.int8] | None = None
@@ -183,34 +185,37 @@ class DeformableModel:
         DivergedError
             When a vertex flies off; the step is not taken.
         """
-        if self.adaptation and self.iteration and self.iteration % 10 == 0:
-            bend = curvedness(self._vertices, self._normals, self._neighbors)
-            smooth = self._smoothed(bend, np.full(len(bend), 2))
-            self.metric = adapted_metric(self.metric, smooth, self._neighbors, strength=self.adaptation)
-        _kernels.frames(
-            self._vertices, self._neighbors, self._normals, self._inverse_radius, self._curvature, self._area
-        )
-        gaps = self._no_gap if self.target is None else self._seen()
+        frame = (self._inverse_radius, self._curvature, self._area, self._steep)
+        _kernels.frames(self._vertices, self._neighbors, self._normals, *frame)
+        metric, following = self._adapted(), self._next
+        gaps = self._no_gap if self.target is None else ask(self.target, self._vertices, self._normals, self.reach)
         extra = self._pushed() if self.forces else None
-        rim = self._rim_step(gaps, extra) if self._rim else None
-        self._move(gaps, extra)
-        if rim is not None and self._rim is not None:
-            self._moves[self._rim.vertices] = ((rim - self._vertices[self._rim.vertices]) ** 2).sum(axis=1)
-            self._previous[self._rim.vertices] = rim
+        self._internal(metric, gaps, extra, following)
+        if self._rim:
+            self._on_rims(self._rim, gaps, extra, following)
         if not self._moves.max() <= self._longest2:
-            wrong = int(np.argmax(~(self._moves <= self._longest2)))
-            raise DivergedError(f"vertex {wrong} flew off at iteration {self.iteration + 1}", self.mesh)
-        self._vertices, self._previous = self._previous, self._vertices
-        self.iteration += 1
+            raise self._diverged(gaps)
+        # all at once, so that an interrupt leaves the model before this step or after it
+        self._next, self._previous, self._vertices, self.metric, self.iteration = (
+            *(self._previous, self._vertices, following),
+            *(metric, self.iteration + 1),
+        )
         return gaps
 
-    def _seen(self) -> Array:
-        """Ask the target, and refuse an answer that is not one number per vertex."""
-        assert self.target is not None
-        gaps = np.asarray(self.target.gap(self._vertices, self._normals, self.reach), dtype=np.float64)
-        if gaps.shape != (len(self._vertices),):
-            raise ValueError(f"target.gap must return shape ({len(self._vertices)},), not {gaps.shape}")
-        return gaps
+    def _pushed(self) -> Array:
+        """Return the sum of the user's forces as displacements."""
+        n, normals, curvature = self._neighbors, read_only(self._normals), read_only(self._curvature)
+        frame = Frame(read_only(self._vertices), normals, n, curvature, self.iteration)
+        return pushed(self.forces, frame)
+
+    def _on_rims(self, rim: Rim, gaps: Array, extra: Array | None, out: Array) -> None:
+        """Replace the next positions of the vertices on holes: the contour's force in place of the surface's."""
+        goals = rim.targets(self._vertices, self._neighbors, self.constraint, self._remembered)
+        extra = np.zeros_like(self._vertices) if extra is None else extra
+        _kernels_rim.rim_step(
+            *(self._vertices, self._previous, self._neighbors, self._normals, rim.vertices, goals, extra, gaps),
+            *(self.alpha, self.beta, self.damping, out, self._moves, self._energy),
+        )
 
     def _smoothed(self, values: Array, passes: NDArray[np.int64], *, angles: bool = False) -> Array:
         """Return `values` after as many one-ring averaging passes as each vertex asks for."""
@@ -220,9 +225,9 @@ class DeformableModel:
         for k in range(1, most + 1):
             into = self._scratch[k % 2]
             if angles:
-                _kernels.angle_averages(values, self._neighbors, self._inverse_radius, into)
+                _kernels_averages.angle_averages(values, self._neighbors, self._inverse_radius, into)
             else:
-                _kernels.averages(values, self._neighbors, into)
+                _kernels_averages.averages(values, self._neighbors, into)
             values = into
             if uniform:
                 out = into
@@ -236,17 +241,20 @@ class DeformableModel:
         Weights are free as long as they are positive (thesis, section 4.3). Equal ones let a few tiny, strongly bent
         triangles blow up large ones beside them.
         """
-        _kernels.moments(self._curvature, self._area, self._moment)
+        _kernels_averages.moments(self._curvature, self._area, self._moment)
         moment = self._smoothed(self._moment, self.rigidity)
         np.copyto(self._moment, moment)
         area = self._smoothed(self._area, self.rigidity)
-        _kernels.quotients(self._moment, area, self._moment)
+        _kernels_averages.quotients(self._moment, area, self._moment)
         return self._moment
 
-    def _move(self, gaps: Array, extra: Array | None) -> None:
-        """Overwrite the previous positions with the next, by the plain kernel where it suffices."""
-        given = (self._vertices, self._previous, self._neighbors, self.metric, self._normals, self._inverse_radius)
-        weights = (gaps, self.alpha, self.beta, self.damping, self._moves, self._energy)
+    def _internal(self, metric: Array, gaps: Array, extra: Array | None, out: Array) -> None:
+        """Fill the next positions of all vertices under the surface's force, by the plain kernel where it suffices."""
+        given = (
+            *(self._vertices, self._previous, self._neighbors, metric),
+            *(self._normals, self._inverse_radius, self._steep),
+        )
+        weights = (gaps, self.alpha, self.beta, self.damping, out, self._moves, self._energy)
         if self._counted is not self.constraint:
             self._counted, self._kinds = self.constraint, np.bincount(self.constraint, minlength=len(CONSTRAINTS))
         kinds = self._kinds
@@ -266,29 +274,23 @@ class DeformableModel:
         extra = np.zeros_like(self._vertices) if extra is None else extra
         _kernels.constrained_step(*given, self.constraint, wanted, angle, extra, *weights)
 
-    def _pushed(self) -> Array:
-        """Return the sum of the user's forces as displacements."""
-        views = (self._vertices.view(), self._normals.view(), self._neighbors, self._curvature.view())
-        for view in views:
-            view.setflags(write=False)
-        frame = Frame(*views, iteration=self.iteration)
-        extra = np.zeros_like(self._vertices)
-        for force in self.forces:
-            extra += _check.array("a force's displacements", force(frame), self._vertices.shape)
-        return extra
+    def _adapted(self) -> Array:
+        """Return the metric parameters of this iteration: every tenth time, new ones in the spare array."""
+        if not (self.adaptation and self.iteration and self.iteration % 10 == 0):
+            return self.metric
+        bend, spare = self._moment, np.empty_like(self.metric)
+        _kernels_adapt.curvedness(self._vertices, self._normals, self._neighbors, bend)
+        smooth = self._smoothed(bend, np.full(len(bend), 2))
+        adapt(self.metric, smooth, self._neighbors, self.adaptation, spare)
+        return spare
 
-    def _rim_step(self, gaps: Array, extra: Array | None) -> Array:
-        """Return the next positions of the vertices on holes, under the contour's force in place of the surface's."""
-        assert self._rim is not None
-        row = self._rim.vertices
-        here = self._vertices[row]
-        force = self.alpha[row, None] * (self._rim.targets(self._vertices) - here)
-        pull = np.where(np.isnan(gaps[row]), 0.0, gaps[row] * self.beta[row])
-        step = (1 - self.damping[row, None]) * (here - self._previous[row]) + force + pull[:, None] * self._normals[row]
-        step += 0.0 if extra is None else extra[row]
-        limit = 0.5 * np.linalg.norm(self._vertices[self._neighbors[row]] - here[:, None], axis=2).mean(axis=1)
-        size = np.linalg.norm(step, axis=1)
-        return here + step * np.minimum(1.0, np.divide(limit, size, out=np.ones_like(size), where=size > 0))[:, None]
+    def _diverged(self, gaps: Array) -> DivergedError:
+        """Return what to say about the first vertex that flew off, and whose doing it was if that is known."""
+        wrong = int(np.argmax(~(self._moves <= self._longest2)))
+        said = f"vertex {wrong} flew off at iteration {self.iteration + 1}"
+        if abs(gaps[wrong]) > self._longest2**0.5:
+            said += f": {type(self.target).__name__}.gap answered {gaps[wrong]:g} there"
+        return DivergedError(said, self.mesh)
 
     def _state(self, gaps: Array, move: float) -> State:
         seen = np.isfinite(gaps)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -59,6 +60,8 @@ def constraint_codes(constraint: str | ArrayLike, count: int) -> NDArray[np.int8
     array([0, 4], dtype=int8)
     """
     names = np.asarray(constraint)
+    if names.dtype.kind == "O" and all(isinstance(name, str) for name in names.ravel()):
+        names = names.astype(str)
     if names.dtype.kind in "US":
         for name in np.unique(names):
             _check.choice("constraint", str(name), CONSTRAINTS)
@@ -69,6 +72,38 @@ def constraint_codes(constraint: str | ArrayLike, count: int) -> NDArray[np.int8
     else:
         codes = _check.indices("constraint", names, (count,), len(CONSTRAINTS))
     return np.array(codes, dtype=np.int8)
+
+
+def several(forces: Any) -> tuple[Force, ...]:
+    """Return one force or several as a tuple.
+
+    Examples
+    --------
+    >>> several(3.0)
+    Traceback (most recent call last):
+    ...
+    TypeError: forces must be a function of a Frame or a sequence of them, not float
+    """
+    if callable(forces):
+        return (forces,)
+    try:
+        out = tuple(forces)
+    except TypeError:
+        raise TypeError(
+            f"forces must be a function of a Frame or a sequence of them, not {type(forces).__name__}"
+        ) from None
+    for k, force in enumerate(out):
+        if not callable(force):
+            raise TypeError(f"forces must be functions of a Frame; forces[{k}] is a {type(force).__name__}")
+    return out
+
+
+def pushed(forces: tuple[Force, ...], frame: Frame) -> Array:
+    """Return the sum (n, 3) of the displacements that forces ask for."""
+    out = np.zeros(frame.vertices.shape)
+    for force in forces:
+        out += _check.array("a force's displacements", force(frame), out.shape)
+    return out
 
 
 def pull(point: ArrayLike, *, vertex: int, stiffness: float = 0.2, extent: float) -> Force:
@@ -98,6 +133,8 @@ def pull(point: ArrayLike, *, vertex: int, stiffness: float = 0.2, extent: float
 
     def force(frame: Frame) -> Array:
         vertices = frame.vertices
+        if vertex >= len(vertices):
+            raise ValueError(f"vertex must be one of the mesh's, 0 to {len(vertices) - 1}, not {vertex}")
         weight = np.exp(-0.5 * (norm(vertices - vertices[vertex]) / extent) ** 2)
         return stiffness * weight[:, None] * (goal - vertices[vertex])
 

@@ -57,6 +57,10 @@ def references(
         raise ValueError(f"metric must have rows that sum to 1; row {row} sums to {parameters[row].sum():g}")
     angle = np.zeros(n)
     if reference is not None:
+        if not isinstance(reference, SimplexMesh):
+            raise TypeError(f"reference must be a SimplexMesh, not {type(reference).__name__}")
+        if not remembers.any():
+            raise ValueError("reference is for vertices of constraint 'shape', and there are none")
         if not np.array_equal(reference.connectivity.twin, mesh.connectivity.twin):
             raise ValueError("reference must have the same connectivity as mesh")
         angle = np.array(reference.simplex_angle)
@@ -66,6 +70,9 @@ def references(
         angle = _check.array("reference_angle", mesh.data["reference_angle"], (n,)).copy()
     elif remembers.any():
         raise ValueError("constraint 'shape' needs a reference mesh, or data['reference_angle'] on the mesh")
-    if curvature is None and (constraint == CONSTRAINTS.index("curvature")).any():
+    prescribed = bool((constraint == CONSTRAINTS.index("curvature")).any())
+    if prescribed and curvature is None:
         raise ValueError("constraint 'curvature' needs the argument curvature")
+    if curvature is not None and not prescribed:
+        raise ValueError("curvature is for vertices of constraint 'curvature', and there are none")
     return parameters, angle, per_vertex("curvature", 0.0 if curvature is None else curvature, n)

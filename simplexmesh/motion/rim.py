@@ -52,12 +52,29 @@ class Rim:
             start += len(around)
         return cls(np.concatenate(rows), np.concatenate(before), np.concatenate(after))
 
-    def targets(self, vertices: Array) -> Array:
-        """Return (m, 3) where the contour's internal force draws each rim vertex: even spacing, continuous curvature.
+    def places(self, vertices: Array, neighbors: NDArray[np.int32]) -> Array:
+        """Return (m, 3) where each rim vertex is, from the middle of the chord between its neighbors along the rim.
 
-        The 1-simplex constraint in space (Delingette 1994, sections 3.2 and 4.8) with equal metric parameters; a
-        circle with evenly spaced vertices is at rest, so rims do not contract.
+        Along the chord, into the surface and across it, in lengths of the chord: what a similarity does not change.
+        """
+        out = np.zeros((len(self.vertices), 3))
+        rows = (self.vertices, self.before, self.after)
+        _kernels_rim.rim_places(np.array(vertices), neighbors, *rows, np.zeros((3, 3)), out)
+        return out
+
+    def targets(
+        self, vertices: Array, neighbors: NDArray[np.int32], constraint: NDArray[np.int8], remembered: Array
+    ) -> Array:
+        """Return (m, 3) where the contour's internal force draws each rim vertex: even spacing, and its constraint.
+
+        The 1-simplex constraints in space (Delingette 1994, sections 3.2 and 4.8) with equal metric parameters.
+        ``free`` keeps the rim's own curvature, ``orientation`` asks for none, ``shape`` for the place `remembered` (see
+        `places`), all others for continuous curvature: a circle with evenly spaced vertices is at rest, so rims do not
+        contract.
         """
         work = np.zeros((3, len(self.vertices), 3))
-        _kernels_rim.rim_targets(vertices, self.vertices, self.before, self.after, *work)
+        rows = (self.vertices, self.before, self.after)
+        _kernels_rim.rim_targets(
+            vertices, neighbors, *rows, constraint, remembered, work[0], work[1], np.zeros((3, 3)), work[2]
+        )
         return work[2]

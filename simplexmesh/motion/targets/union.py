@@ -7,10 +7,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from simplexmesh.motion.targets.door import BuiltIn, ask, checked
+
 Array = NDArray[np.float64]
 
 
-class Union:
+class Union(BuiltIn):
     """The closest of several targets, vertex by vertex: a scan here, a volume there.
 
     Parameters
@@ -30,7 +32,10 @@ class Union:
     """
 
     def __init__(self, targets: Any) -> None:
-        self.targets = tuple(targets)
+        try:
+            self.targets = tuple(targets)
+        except TypeError:
+            raise TypeError(f"targets must be a sequence of targets, not {type(targets).__name__}") from None
         if not self.targets:
             raise ValueError("targets must be at least one, not none")
         for target in self.targets:
@@ -41,6 +46,8 @@ class Union:
 
     def gap(self, vertices: Array, normals: Array, reach: float) -> Array:
         """Return (n,) the gap of smallest size among the targets, NaN where none has data within `reach`."""
-        gaps = np.stack([target.gap(vertices, normals, reach) for target in self.targets])
+        vertices, normals, reach = checked(vertices, normals, reach)
+        each = [ask(target, vertices, normals, reach, f"targets[{k}]") for k, target in enumerate(self.targets)]
+        gaps = np.stack(each)
         sizes = np.where(np.isnan(gaps), np.inf, np.abs(gaps))
         return np.take_along_axis(gaps, sizes.argmin(axis=0)[None], axis=0)[0]
