@@ -143,6 +143,32 @@ class EditableMesh:
         """Return the faces on the left and on the right of a dart."""
         return int(self._darts.face[dart]), int(self._darts.face[self._darts.twin[dart]])
 
+    def ends(self, dart: int) -> tuple[int, int]:
+        """Return the two ends of the edge of a dart."""
+        return dart // 3, int(self._darts.twin[dart]) // 3
+
+    def is_hole(self, face: int) -> bool:
+        """Return whether a face is a hole."""
+        return bool(self._darts.face_hole[self._face("face", face)])
+
+    @property
+    def n_slots(self) -> int:
+        """The number that the next new vertex gets."""
+        return self._used[0]
+
+    @property
+    def last_kept(self) -> int:
+        """The face that the last T1 merged into, or the last T2 divided."""
+        return int(self._darts.log[self.n_edits - 1, 3])
+
+    def values(self, vertices: Indices) -> NDArray[np.float64]:
+        """Return the positions of vertices, and after them their other interpolated numbers."""
+        return self._darts.values[vertices]
+
+    def set_values(self, vertices: Indices, values: NDArray[np.float64]) -> None:
+        """Change the positions of vertices and their other interpolated numbers; undoing does not know of it."""
+        self._darts.values[vertices] = values
+
     def _face(self, name: str, face: int) -> int:
         f = _check.integer(name, face, 0, self._used[1] - 1)
         if self._darts.face_dart[f] < 0:
@@ -213,7 +239,7 @@ class EditableMesh:
             raise TopologyError(f"contour cannot be cut: {reason}")
         self._reserve(1)
         left, right, row = self._used[1], self._used[1] + 1, self.n_edits
-        self._open(seam, left, right)
+        seams.open_faces(self._darts, seam, left, right)
         d = self._darts
         d.face_hole[[left, right]] = holes
         d.used[:] += (0, 2, 1)
@@ -226,61 +252,23 @@ class EditableMesh:
         d = self._darts
         a, b = self._face("face_a", face_a), self._face("face_b", face_b)
         around_a, around_b = self.around(a), self.around(b)
-        self._refuse_join(a, b, around_a)
+        where = f"faces {a} and {b} cannot be joined"
+        if reason := seams.refusal_to_join(d, a, b, around_a):
+            raise TopologyError(f"{where}: {reason}")
         ends = d.values[around_a // 3, :3], d.values[around_b // 3, :3]
         apart = ((ends[0][:, None] - ends[1][None]) ** 2).sum(axis=-1)
         start_a, start_b = np.unravel_index(int(apart.argmin()), apart.shape)
         seam = seams.between(around_a, around_b, int(start_a), int(start_b))
-        on_left, on_right = seams.sewn_faces(seam, d.face)
-        for one, other in zip(on_left.tolist(), on_right.tolist(), strict=True):
-            if kernels.adjacent(d, one, other):
-                raise TopologyError(
-                    f"faces {a} and {b} cannot be joined: faces {one} and {other}, "
-                    "which would share an edge there, already share one"
-                )
+        if reason := seams.refusal_to_sew(d, seam):
+            raise TopologyError(f"{where}: {reason}")
         self._reserve(1)
         row = self.n_edits
         labels = int(self._darts.face_hole[a]) + 2 * int(self._darts.face_hole[b])
-        self._sew(seam, a, b)
+        seams.sew_faces(self._darts, seam, a, b)
         self._darts.log[row] = (kernels.JOIN, len(self._seams), 0, b, a, labels)
         self._darts.used[2] += 1
         self._seams.append(seam)
         return seam
-
-    def _refuse_join(self, a: int, b: int, around_a: Indices) -> None:
-        """Raise where two faces share an edge, or another face shares an edge with both."""
-        where = f"faces {a} and {b} cannot be joined"
-        if a == b:
-            raise TopologyError(f"{where}: they are one")
-        if kernels.adjacent(self._darts, a, b):
-            raise TopologyError(f"{where}: they share an edge")
-        for across in self._darts.face[self._darts.twin[around_a]].tolist():
-            if kernels.adjacent(self._darts, across, b):
-                raise TopologyError(f"{where}: face {across} shares an edge with both")
-
-    def _open(self, seam: Seam, left: int, right: int) -> None:
-        """Open a seam, and close its sides by two new faces."""
-        d = self._darts
-        seam.open(d.twin)
-        for new, mine, other in (
-            (left, seam.left_darts, seam.onward[seam.left]),
-            (right, seam.right_darts, seam.back[~seam.left]),
-        ):
-            np.subtract.at(d.face_size, d.face[mine], 1)
-            d.face_dart[d.face[other]] = other
-            d.face[mine] = new
-            d.face_dart[new], d.face_size[new] = mine[0], len(mine)
-
-    def _sew(self, seam: Seam, a: int, b: int) -> None:
-        """Close a seam between two faces, which are gone then."""
-        d = self._darts
-        on_left, on_right = seams.sewn_faces(seam, d.face)
-        seam.sew(d.twin)
-        d.face[seam.onward] = on_left
-        d.face[seam.back] = np.roll(on_right, 1)
-        np.add.at(d.face_size, on_left[~seam.left], 1)
-        np.add.at(d.face_size, np.roll(on_right, 1)[seam.left], 1)
-        d.face_dart[[a, b]] = -1
 
     # ---- the log and the result
 
@@ -296,10 +284,10 @@ class EditableMesh:
             kind, _, _, one, other, labels = self._darts.log[row].tolist()
             seam = self._seams.pop()
             if kind == kernels.CUT:
-                self._sew(seam, one, other)
+                seams.sew_faces(self._darts, seam, one, other)
                 self._darts.used[1] -= 2
             else:
-                self._open(seam, one, other)
+                seams.open_faces(self._darts, seam, one, other)
                 self._darts.face_hole[[other, one]] = labels % 2 == 1, labels >= 2
             self._darts.used[2] = row
             left -= 1

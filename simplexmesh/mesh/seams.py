@@ -8,9 +8,12 @@ separately, and each side closes with a new face. So cutting and sewing are each
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from simplexmesh.mesh._kernels_edit import Darts, adjacent
 
 Indices = NDArray[np.int64]
 
@@ -88,7 +91,7 @@ def _turned(darts: Indices) -> Indices:
     return 3 * (darts // 3) + (darts + 1) % 3
 
 
-def first_repeated(values: NDArray[np.int32]) -> int:
+def first_repeated(values: NDArray[np.integer[Any]]) -> int:
     """Return the first value that comes again in an array, -1 when all differ."""
     ordered = np.sort(values)
     again = ordered[1:][ordered[1:] == ordered[:-1]]
@@ -122,3 +125,47 @@ def refusal_to_cut(seam: Seam, face: NDArray[np.int32]) -> str:
                 "so the face that closes the cut would share two edges with it"
             )
     return ""
+
+
+def refusal_to_join(d: Darts, a: int, b: int, around_a: Indices) -> str:
+    """Return why T4 on two faces is illegal, whatever the seam, or nothing."""
+    if a == b:
+        return "they are one"
+    if adjacent(d, a, b):
+        return "they share an edge"
+    for across in d.face[d.twin[around_a]].tolist():
+        if adjacent(d, across, b):
+            return f"face {across} shares an edge with both"
+    return ""
+
+
+def refusal_to_sew(d: Darts, seam: Seam) -> str:
+    """Return which faces would share a second edge along a seam, or nothing."""
+    for one, other in zip(*(side.tolist() for side in sewn_faces(seam, d.face)), strict=True):
+        if adjacent(d, one, other):
+            return f"faces {one} and {other}, which would share an edge there, already share one"
+    return ""
+
+
+def open_faces(d: Darts, seam: Seam, left: int, right: int) -> None:
+    """Open a seam, and close its sides by two new faces."""
+    seam.open(d.twin)
+    for new, mine, other in (
+        (left, seam.left_darts, seam.onward[seam.left]),
+        (right, seam.right_darts, seam.back[~seam.left]),
+    ):
+        np.subtract.at(d.face_size, d.face[mine], 1)
+        d.face_dart[d.face[other]] = other
+        d.face[mine] = new
+        d.face_dart[new], d.face_size[new] = mine[0], len(mine)
+
+
+def sew_faces(d: Darts, seam: Seam, a: int, b: int) -> None:
+    """Close a seam between two faces, which are gone then."""
+    on_left, on_right = sewn_faces(seam, d.face)
+    before = np.roll(on_right, 1)
+    seam.sew(d.twin)
+    d.face[seam.onward], d.face[seam.back] = on_left, before
+    np.add.at(d.face_size, on_left[~seam.left], 1)
+    np.add.at(d.face_size, before[seam.left], 1)
+    d.face_dart[[a, b]] = -1

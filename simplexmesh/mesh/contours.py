@@ -1,0 +1,247 @@
+"""Contours: closed lines along the edges of a mesh, around holes, around zones, or where the user draws them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from simplexmesh import _check
+from simplexmesh.errors import TopologyError
+from simplexmesh.mesh import seams
+from simplexmesh.mesh.connectivity import Connectivity
+from simplexmesh.mesh.simplex_mesh import SimplexMesh
+
+Indices = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Contour:
+    """A closed line along edges of a mesh that does not touch itself.
+
+    Consecutive vertices are neighbors, no vertex comes twice, and none has all its three neighbors on the line. It has
+    a direction; its left side is that seen from outside the surface.
+
+    Parameters
+    ----------
+    mesh : SimplexMesh
+        The mesh it is on.
+    vertices : (k,) array of int
+        Its vertices in order, the first one not repeated at the end.
+
+    Raises
+    ------
+    TopologyError
+        Naming the condition and the vertex.
+
+    References
+    ----------
+    H. Delingette, thesis, 1994, section 2.5.
+
+    Examples
+    --------
+    >>> from simplexmesh.mesh.shapes import cylinder
+    >>> tube = cylinder(9, 4)
+    >>> rims = Contour.of_holes(tube)
+    >>> [len(rim) for rim in rims], rims[0].is_face, rims[0].separates
+    ([9, 9], True, True)
+    """
+
+    mesh: SimplexMesh
+    vertices: Indices
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.mesh, SimplexMesh):
+            raise TypeError(f"mesh must be a SimplexMesh, not {type(self.mesh).__name__}")
+        c = self.mesh.connectivity
+        vertices = _check.frozen(_check.indices("contour", self.vertices, (None,), c.n_vertices))
+        object.__setattr__(self, "vertices", vertices)
+        if len(vertices) < 3:
+            raise TopologyError(f"contour must have at least 3 vertices, not {len(vertices)}")
+        if (again := seams.first_repeated(vertices)) >= 0:
+            raise TopologyError(f"contour must not touch itself, but comes to vertex {again} twice")
+        ahead = np.roll(vertices, -1)
+        linked = (c.neighbors[vertices] == ahead[:, None]).any(axis=1)
+        if not linked.all():
+            i = int(linked.argmin())
+            where = "is not closed: " if i == len(vertices) - 1 else "must run along edges; "
+            raise TopologyError(f"contour {where}vertices {vertices[i]} and {ahead[i]} are not neighbors")
+        on = np.zeros(c.n_vertices, bool)
+        on[vertices] = True
+        if (full := on[c.neighbors[vertices]].all(axis=1)).any():
+            raise TopologyError(f"contour vertex {vertices[full.argmax()]} has all its three neighbors on the contour")
+
+    def __repr__(self) -> str:
+        return f"Contour({len(self)} vertices)"
+
+    def __len__(self) -> int:
+        return len(self.vertices)
+
+    # ---- where contours come from
+
+    @classmethod
+    def of_face(cls, mesh: SimplexMesh, face: int) -> Contour:
+        """Return the outline of a face or hole, with the face on its left."""
+        c = mesh.connectivity
+        f = _check.integer("face", face, 0, len(c.face_sizes) - 1)
+        return cls(mesh, c.face_vertices[c.face_offsets[f] : c.face_offsets[f + 1]].astype(np.int64))
+
+    @classmethod
+    def of_holes(cls, mesh: SimplexMesh) -> tuple[Contour, ...]:
+        """Return the rim of each hole, with the hole on its left."""
+        return tuple(cls.of_face(mesh, int(f)) for f in np.flatnonzero(mesh.connectivity.face_is_hole))
+
+    @classmethod
+    def of_faces(cls, mesh: SimplexMesh, faces: ArrayLike) -> tuple[Contour, ...]:
+        """Return the closed lines around a set of faces, with the set on their left.
+
+        Parameters
+        ----------
+        mesh : SimplexMesh
+            The mesh.
+        faces : (m,) array of int or (f,) array of bool
+            The faces, holes counted, by number or by mask.
+
+        Examples
+        --------
+        >>> from simplexmesh.mesh.shapes import sphere
+        >>> ball = sphere(4)
+        >>> Contour.of_faces(ball, ball.connectivity.vertex_faces[0])
+        (Contour(11 vertices),)
+        """
+        inside = _face_mask(mesh.connectivity, faces)
+        return tuple(cls(mesh, loop) for loop in _outlines(mesh.connectivity, inside))
+
+    @classmethod
+    def through(cls, mesh: SimplexMesh, picked: ArrayLike) -> Contour:
+        """Return the closed line through picked vertices in order, by shortest paths that do not touch each other.
+
+        Examples
+        --------
+        >>> from simplexmesh.mesh.shapes import torus
+        >>> ring = torus(14, 6)
+        >>> x, y, _ = ring.vertices.T
+        >>> Contour.through(ring, [x.argmax(), y.argmax(), x.argmin(), y.argmin()]).separates
+        False
+        """
+        places = _check.indices("picked", picked, (None,), mesh.n_vertices)
+        if len(places) < 2 or seams.first_repeated(places) >= 0:
+            raise ValueError(f"picked must be at least 2 different vertices, not {places.tolist()}")
+        return cls(mesh, _shortest(mesh, places))
+
+    # ---- what they are
+
+    @cached_property
+    def darts(self) -> Indices:
+        """(k,) the dart from each vertex to the next one."""
+        at = (self.mesh.neighbors[self.vertices] == np.roll(self.vertices, -1)[:, None]).argmax(axis=1)
+        return 3 * self.vertices + at
+
+    @property
+    def length(self) -> float:
+        """Sum of the lengths of the edges, in the unit of the mesh."""
+        points = self.mesh.vertices[self.vertices]
+        return float(np.linalg.norm(points - np.roll(points, -1, axis=0), axis=1).sum())
+
+    @property
+    def is_face(self) -> bool:
+        """Whether it is the outline of one face, on either side; such a contour cannot be cut along."""
+        face, twin = self.mesh.connectivity.face.reshape(-1), self.mesh.connectivity.twin.reshape(-1)
+        return bool(np.ptp(face[self.darts]) == 0 or np.ptp(face[twin[self.darts]]) == 0)
+
+    @cached_property
+    def left_faces(self) -> NDArray[np.bool_]:
+        """(f,) the faces that can be reached from its left side without crossing it, holes counted."""
+        from scipy.sparse import coo_array
+        from scipy.sparse.csgraph import connected_components
+
+        c = self.mesh.connectivity
+        crossed = np.zeros(c.twin.size, bool)
+        crossed[self.darts] = crossed[c.twin.reshape(-1)[self.darts]] = True
+        beside = c.edge_faces[~crossed[c.edge_darts[:, 0]]]
+        n = len(c.face_sizes)
+        graph = coo_array((np.ones(len(beside), bool), beside.T), shape=(n, n))
+        _, label = connected_components(graph, directed=False)
+        out: NDArray[np.bool_] = label == label[c.face.reshape(-1)[self.darts[0]]]
+        out.setflags(write=False)
+        return out
+
+    @property
+    def separates(self) -> bool:
+        """Whether it divides its component of the mesh in two; a cut along it then does, and opens a handle if not."""
+        c = self.mesh.connectivity
+        return not self.left_faces[c.face.reshape(-1)[c.twin.reshape(-1)[self.darts[0]]]]
+
+    def reversed(self) -> Contour:
+        """Return the same line in the other direction."""
+        return Contour(self.mesh, self.vertices[::-1])
+
+
+def _face_mask(connectivity: Connectivity, faces: ArrayLike) -> NDArray[np.bool_]:
+    """Return the faces as a mask, neither empty nor everything."""
+    n = len(connectivity.face_sizes)
+    given = np.asarray(faces)
+    if given.dtype == bool:
+        inside: NDArray[np.bool_] = _check.array("faces", given, (n,), bool)
+    else:
+        inside = np.zeros(n, bool)
+        inside[_check.indices("faces", given if given.size else np.zeros(0, np.int64), (None,), n)] = True
+    if not inside.any():
+        raise ValueError("faces must be at least one, not none")
+    return inside
+
+
+def _outlines(connectivity: Connectivity, inside: NDArray[np.bool_]) -> list[Indices]:
+    """Return the closed paths that have the set on their left; three faces at a vertex, so they never meet."""
+    twin, face = connectivity.twin.reshape(-1), connectivity.face.reshape(-1)
+    border = np.flatnonzero(inside[face] & ~inside[face[twin]])
+    number = np.full(twin.size, -1)
+    number[border] = np.arange(len(border))
+    back = twin[border].astype(np.int64)
+    ahead = 3 * (back // 3) + (back + 2) % 3  # around the face on the left, or else the third edge
+    ahead = np.where(number[ahead] >= 0, ahead, 3 * (back // 3) + (back + 1) % 3)
+    following = number[ahead]
+    seen = np.zeros(len(border), bool)
+    loops = []
+    for start in range(len(border)):
+        loop = []
+        at = start
+        while not seen[at]:
+            seen[at] = True
+            loop.append(border[at] // 3)
+            at = following[at]
+        if loop:
+            loops.append(np.array(loop))
+    return loops
+
+
+def _shortest(mesh: SimplexMesh, places: Indices) -> Indices:
+    """Return the vertices of the closed path through `places`, each leg the shortest that avoids those before."""
+    from scipy.sparse import csr_array
+    from scipy.sparse.csgraph import dijkstra
+
+    c = mesh.connectivity
+    a, b = c.edge_vertices.T.astype(np.int64)
+    length = np.linalg.norm(mesh.vertices[a] - mesh.vertices[b], axis=1)
+    free = np.ones(c.n_vertices, bool)
+    free[places] = False
+    path: list[int] = []
+    for start, end in zip(places.tolist(), np.roll(places, -1).tolist(), strict=True):
+        usable = free.copy()
+        usable[[start, end]] = True
+        legal = usable[a] & usable[b]
+        if len(places) == 2 and path:  # the way back must not take the edge of the way there
+            legal &= ~((np.minimum(a, b) == min(start, end)) & (np.maximum(a, b) == max(start, end)))
+        graph = csr_array((length[legal], (a[legal], b[legal])), shape=(c.n_vertices, c.n_vertices))
+        _, before = dijkstra(graph, directed=False, indices=start, return_predecessors=True)
+        if before[end] < 0:
+            raise TopologyError(f"no path from vertex {start} to vertex {end} avoids the rest of the contour")
+        leg = [end]
+        while leg[-1] != start:
+            leg.append(int(before[leg[-1]]))
+        path += leg[:0:-1]
+        free[leg] = False
+        free[c.neighbors[leg[1:-1]]] = False  # or the line would come beside itself, along a face
+    return np.array(path)

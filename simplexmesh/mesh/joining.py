@@ -1,0 +1,152 @@
+"""The operators that change genus or components, T3 and T4: cut along a contour, join two faces."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from simplexmesh import _check
+from simplexmesh.mesh.connectivity import Connectivity
+from simplexmesh.mesh.contours import Contour
+from simplexmesh.mesh.edited import Edited
+from simplexmesh.mesh.editing import EditableMesh
+from simplexmesh.mesh.simplex_mesh import SimplexMesh
+
+
+@dataclass(frozen=True, eq=False)
+class Cut(Edited):
+    """A mesh after a cut.
+
+    Attributes
+    ----------
+    faces : tuple of two int
+        The new faces that close the left and the right side of the contour.
+    separated : bool
+        Whether there is one component more now; if not, the genus is one less.
+    """
+
+    faces: tuple[int, int]
+    separated: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Joined(Edited):
+    """A mesh after two of its faces were joined.
+
+    Attributes
+    ----------
+    contour : Contour
+        The line along which they were; a cut there undoes the join.
+    """
+
+    contour: Contour
+
+
+def cut(mesh: SimplexMesh, contour: Contour | Sequence[int], *, holes: bool = False) -> Cut:
+    """T3: cut along a contour, and close each side by a new face.
+
+    No vertex comes or goes. The vertices whose third edge is on the left of the contour form one of the new faces,
+    those whose third edge is on the right the other one. Along a contour that separates, the component becomes two;
+    else the genus falls by one.
+
+    Parameters
+    ----------
+    mesh : SimplexMesh
+        The mesh.
+    contour : Contour or sequence of int
+        A contour on this mesh, or its vertices in order.
+    holes : bool
+        Make the new faces holes.
+
+    Raises
+    ------
+    TopologyError
+        When the contour is a face itself, has less than three edges on a side, or meets a face twice on one side.
+
+    References
+    ----------
+    H. Delingette, thesis, 1994, section 2.6. The last two conditions follow from completeness.
+
+    Examples
+    --------
+    >>> import simplexmesh as sm
+    >>> from simplexmesh.mesh.contours import Contour
+    >>> from simplexmesh.mesh.joining import cut
+    >>> ring = sm.torus(14, 6)
+    >>> x, y, _ = ring.vertices.T
+    >>> around = Contour.through(ring, [x.argmax(), y.argmax(), x.argmin(), y.argmin()])
+    >>> cut(ring, around, holes=True).mesh
+    SimplexMesh(168 vertices, 84 faces, genus 0, 2 holes)
+    """
+    line = contour if isinstance(contour, Contour) else Contour(mesh, contour)  # type: ignore[arg-type]
+    if line.mesh.connectivity is not mesh.connectivity:
+        line = Contour(mesh, line.vertices)
+    edit = EditableMesh(mesh)
+    left, right = edit.cut(line.darts, holes=holes)
+    darts = [int(edit.around(face)[0]) for face in (left, right)]
+    out = edit.result()
+    faces = out.mesh.connectivity.face.reshape(-1)[darts].tolist()
+    separated = out.mesh.n_components > mesh.n_components
+    return Cut(out.mesh, out.vertex_map, out.face_map, (faces[0], faces[1]), separated)
+
+
+def join(mesh: SimplexMesh, *what: Any) -> Joined:
+    """T4: join two faces by a tube of no length, their vertices taking turns around it as evenly as can be.
+
+    Called `join(mesh, face_a, face_b)`, or `join(mesh_a, mesh_b, face_a, face_b)` for two meshes. No vertex comes or
+    goes; the two faces are gone. Within a component the genus rises by one, two components become one. The vertices of
+    the two meshes are numbered one after the other, in the maps too; of their data, what both have is kept.
+
+    Raises
+    ------
+    TopologyError
+        When a face shares an edge with both, or two that would share one along the seam already do.
+
+    References
+    ----------
+    H. Delingette, thesis, 1994, section 2.6. The second condition follows from completeness.
+
+    Examples
+    --------
+    >>> import simplexmesh as sm
+    >>> from simplexmesh.mesh.joining import cut, join
+    >>> ball = sm.sphere(4)
+    >>> handle = join(ball, 0, 100)
+    >>> handle.mesh.genus, cut(handle.mesh, handle.contour).mesh.genus
+    (1, 0)
+    >>> join(ball, ball.moved(ball.vertices + 2), 0, 100).mesh.n_components
+    1
+    """
+    if len(what) == 3:
+        other, face_a, face_b = what
+        if not isinstance(other, SimplexMesh):
+            raise TypeError(f"mesh_b must be a SimplexMesh, not {type(other).__name__}")
+        face_b = len(mesh.connectivity.face_sizes) + _check.integer(
+            "face_b", face_b, 0, len(other.connectivity.face_sizes) - 1
+        )
+        _check.integer("face_a", face_a, 0, len(mesh.connectivity.face_sizes) - 1)
+        mesh = together(mesh, other)
+    elif len(what) == 2:
+        face_a, face_b = what
+    else:
+        raise TypeError(f"join takes (mesh, face_a, face_b) or (mesh_a, mesh_b, face_a, face_b), not {1 + len(what)}")
+    edit = EditableMesh(mesh)
+    seam = edit.join(face_a, face_b)
+    out = edit.result()
+    return Joined(out.mesh, out.vertex_map, out.face_map, Contour(out.mesh, seam.onward // 3))
+
+
+def together(*meshes: SimplexMesh) -> SimplexMesh:
+    """Return several meshes as the components of one, numbered one after the other; data that all have is kept."""
+    starts = np.cumsum([0, *(3 * mesh.n_vertices for mesh in meshes)])[:-1]
+    twin = [mesh.connectivity.twin.astype(np.int64) + at for mesh, at in zip(meshes, starts, strict=True)]
+    holes = [mesh.connectivity.hole_darts.astype(np.int64) + at for mesh, at in zip(meshes, starts, strict=True)]
+    names = [name for name in meshes[0].data if all(name in mesh.data for mesh in meshes)]
+    return SimplexMesh(
+        np.concatenate([mesh.vertices for mesh in meshes]),
+        Connectivity(np.concatenate(twin), np.concatenate(holes)),
+        {name: np.concatenate([mesh.data[name] for mesh in meshes]) for name in names},
+    )

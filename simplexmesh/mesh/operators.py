@@ -1,0 +1,219 @@
+"""The operators that keep the genus, T1, T2, T5, T6 and T7: a mesh in, a new mesh out, and where everything went.
+
+An edge is named by one of its darts or by its two ends, a face by its number in the connectivity, holes counted. All
+are thin: the surgery is that of `EditableMesh`, which does many at a time and undoes them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from simplexmesh import _check
+from simplexmesh.errors import TopologyError
+from simplexmesh.mesh import _kernels_edit as kernels
+from simplexmesh.mesh import macros
+from simplexmesh.mesh.edited import Batch, Edited
+from simplexmesh.mesh.editing import EditableMesh
+from simplexmesh.mesh.simplex_mesh import SimplexMesh
+
+Edge = int | Sequence[int]
+
+
+def remove_edge(mesh: SimplexMesh, edge: Edge) -> Edited:
+    """T1: take an edge and its two ends away, and merge the faces on both sides into one.
+
+    Two vertices, three edges and one face fewer; the two opposite faces, those at the ends, lose a vertex each. Beside
+    a hole the face opens into it; between two holes they become one.
+
+    Parameters
+    ----------
+    mesh : SimplexMesh
+        The mesh.
+    edge : int or pair of int
+        A dart, or the two ends.
+
+    Returns
+    -------
+    Edited
+        The new mesh, and where vertices and faces went.
+
+    Raises
+    ------
+    TopologyError
+        When an opposite face is a triangle, or some other face is adjacent to both sides.
+
+    References
+    ----------
+    H. Delingette, thesis, 1994, section 2.6.
+
+    Examples
+    --------
+    >>> import simplexmesh as sm
+    >>> from simplexmesh.mesh.operators import remove_edge
+    >>> ball = sm.sphere(4)
+    >>> after = remove_edge(ball, 0)
+    >>> after.mesh.n_vertices - ball.n_vertices, after.mesh.n_faces - ball.n_faces
+    (-2, -1)
+    """
+    edit = EditableMesh(mesh)
+    dart = edit.dart("edge", edge)
+    _raise_refused(edit, dart, edit.remove_edges([dart]), "removed")
+    return edit.result()
+
+
+def insert_edge(
+    mesh: SimplexMesh, edge: Edge, other: Edge, *, at: Sequence[float] = (0.5, 0.5), face: int | None = None
+) -> Edited:
+    """T2: put a vertex on each of two edges of a face and join them, dividing the face.
+
+    Two vertices, three edges and one face more; the new vertices are the last two, and what is known of them is
+    interpolated along the edges. On two edges that meet it puts a triangle in place of their vertex. A hole divides
+    into two holes. `remove_edge` of the new edge takes it back.
+
+    Parameters
+    ----------
+    mesh : SimplexMesh
+        The mesh.
+    edge, other : int or pair of int
+        Two edges of one face, each by a dart or its two ends.
+    at : pair of float
+        Where on each edge, as a part of its length from the end named first; inside 0..1.
+    face : int, optional
+        The face to divide, when it should be checked; the two edges have only one in common.
+
+    Raises
+    ------
+    TopologyError
+        When the edges are one, or have no face in common.
+
+    References
+    ----------
+    H. Delingette, thesis, 1994, section 2.6.
+
+    Examples
+    --------
+    >>> import simplexmesh as sm
+    >>> from simplexmesh.mesh.operators import insert_edge
+    >>> ball = sm.sphere(4)
+    >>> a, b, c, d, *_ = ball.faces[0]
+    >>> insert_edge(ball, (a, b), (c, d)).mesh
+    SimplexMesh(322 vertices, 163 faces, genus 0, 0 holes)
+    """
+    edit = EditableMesh(mesh)
+    twin = mesh.connectivity.twin.reshape(-1)
+    darts = edit.dart("edge", edge), edit.dart("other", other)
+    parts = [_check.number("at", part, 0, 1, open_low=True) for part in at]
+    pairs = [(one, two) for one in (darts[0], int(twin[darts[0]])) for two in (darts[1], int(twin[darts[1]]))]
+    common = [pair for pair in pairs if edit.faces_beside(pair[0])[0] == edit.faces_beside(pair[1])[0]]
+    names = " and ".join(_named(edit, dart) for dart in darts)
+    if darts[0] in (darts[1], twin[darts[1]]):
+        raise TopologyError(f"edges {names} are one, where an edge is inserted between two")
+    if not common or (face is not None and edit.faces_beside(common[0][0])[0] != face):
+        raise TopologyError(f"edges {names} have no face in common" if face is None else f"not both are on face {face}")
+    turned = [part if dart == given else 1 - part for part, dart, given in zip(parts, common[0], darts, strict=True)]
+    edit.insert_edges(common[0][:1], common[0][1:], [turned])
+    return edit.result()
+
+
+def swap_edge(mesh: SimplexMesh, edge: Edge) -> Edited:
+    """T7: turn an edge by a quarter, so that it parts the two faces that were at its ends.
+
+    The adjacent faces lose a vertex each, the opposite ones gain one; no vertex comes or goes. What is known of the two
+    ends becomes the mean of them both and of their new neighbors. The dual of an edge flip.
+
+    Raises
+    ------
+    TopologyError
+        When an adjacent face is a triangle, or the opposite faces are one or share an edge already.
+
+    References
+    ----------
+    H. Delingette, thesis, 1994, section 2.6. The last condition follows from completeness.
+
+    Examples
+    --------
+    >>> import simplexmesh as sm
+    >>> from simplexmesh.mesh.operators import swap_edge
+    >>> sorted({len(face) for face in swap_edge(sm.torus(14, 6), 0).mesh.faces})
+    [5, 6, 7]
+    """
+    edit = EditableMesh(mesh)
+    dart = edit.dart("edge", edge)
+    _raise_refused(edit, dart, edit.swap_edges([dart]), "swapped")
+    return edit.result()
+
+
+def remove_face(mesh: SimplexMesh, face: int) -> Edited:
+    """T5: merge a face with all its neighbors, by T1 on its edges.
+
+    For a face of m vertices, 2 m vertices, 3 m edges and m faces fewer. The inverse of `refine_face`, by which the face
+    in the middle is removed.
+
+    Raises
+    ------
+    TopologyError
+        When one of the T1 is illegal, or the face or a neighbor is a hole.
+
+    References
+    ----------
+    H. Delingette, thesis, 1994, section 2.6.
+
+    Examples
+    --------
+    >>> import simplexmesh as sm
+    >>> from simplexmesh.mesh.operators import remove_face
+    >>> ball = sm.sphere(4)
+    >>> remove_face(ball, 5).mesh
+    SimplexMesh(308 vertices, 156 faces, genus 0, 0 holes)
+    """
+    edit = EditableMesh(mesh)
+    macros.remove_face(edit, face)
+    return edit.result()
+
+
+def refine_face(mesh: SimplexMesh, face: int) -> Edited:
+    """T6: put a ring of new faces between a face and its outline, by T2.
+
+    For a face of m vertices, 2 m vertices, 3 m edges and m faces more: pentagons around a face of m vertices; each
+    neighbor gains a vertex.
+
+    Raises
+    ------
+    TopologyError
+        When the face is a hole.
+
+    References
+    ----------
+    H. Delingette, thesis, 1994, section 2.6.
+
+    Examples
+    --------
+    >>> import simplexmesh as sm
+    >>> from simplexmesh.mesh.operators import refine_face
+    >>> refine_face(sm.sphere(4), 5).mesh
+    SimplexMesh(332 vertices, 168 faces, genus 0, 0 holes)
+    """
+    edit = EditableMesh(mesh)
+    macros.refine_face(edit, face)
+    return edit.result()
+
+
+def _named(edit: EditableMesh, dart: int) -> str:
+    """Return how to call an edge in a message: by its ends."""
+    return "-".join(str(end) for end in edit.ends(dart))
+
+
+def _raise_refused(edit: EditableMesh, dart: int, batch: Batch, done: str) -> None:
+    """Raise when the one edit of a batch was not done, naming the condition."""
+    status, witness = int(batch.status[0]), int(batch.witness[0])
+    if status == kernels.DONE:
+        return
+    left, right = edit.faces_beside(dart)
+    reason = {
+        kernels.OPPOSITE_TRIANGLE: f"face {witness}, opposite to it, is a triangle",
+        kernels.SHARED: f"face {witness} is adjacent to both its sides, faces {left} and {right}",
+        kernels.BESIDE_TRIANGLE: f"face {witness}, on one side of it, is a triangle",
+        kernels.SAME_OPPOSITE: f"the faces opposite to it are one, face {witness}",
+        kernels.NEIGHBORS: f"the faces opposite to it, one of them face {witness}, share an edge already",
+    }[status]
+    raise TopologyError(f"edge {_named(edit, dart)} cannot be {done}: {reason}")
