@@ -7,6 +7,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy.spatial.transform import Rotation
 
+import simplexmesh as sm
 from simplexmesh.data.triangles import TriangleMesh, fans
 from simplexmesh.errors import SimplexMeshWarning
 
@@ -152,3 +153,96 @@ def test_refusals(vertices, faces, error, message):
 def test_nothing_but_degenerate_faces_is_refused():
     with pytest.raises(ValueError, match="faces must be at least one with three different vertices"):
         TriangleMesh(CORNERS, [[1, 1, 2]])
+
+
+class TestTopology:
+    @pytest.mark.parametrize("method", ["fan", "dual"])
+    @pytest.mark.parametrize(
+        ("shape", "numbers"),
+        [
+            (sm.sphere(3), (1, 0, 0)),
+            (sm.torus(12, 6), (1, 0, 1)),
+            (sm.cylinder(9, 4), (1, 2, 0)),
+            (sm.plane(5, 4), (1, 1, 0)),
+        ],
+    )
+    def test_of_shapes(self, shape, numbers, method):
+        surface = shape.triangulated(method)
+        assert (surface.n_components, surface.n_borders, surface.genus) == numbers
+        pieces, borders, genus = numbers
+        assert surface.topology.euler == 2 * pieces - 2 * genus - borders
+
+    def test_counts_used_vertices_edges_and_faces(self):
+        surface = sm.torus(12, 6).triangulated()
+        edges = np.unique(np.sort(surface.faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1), axis=0)
+        assert surface.topology.euler == surface.n_vertices - len(edges) + surface.n_faces
+
+    def test_does_not_depend_on_which_way_faces_are_turned(self):
+        surface = sm.cylinder(9, 4).triangulated()
+        faces = surface.faces.copy()
+        faces[::3] = faces[::3, ::-1]
+        assert TriangleMesh(surface.vertices, faces).topology == surface.topology
+
+    def test_adds_over_pieces_and_splits_sheets_that_touch_in_a_corner(self, box):
+        fan = TriangleMesh(np.vstack([CORNERS[:5], CORNERS[:5] + 9]), [[0, 1, 2], [0, 3, 4]])
+        assert (fan.n_components, fan.n_borders, fan.genus) == (2, 2, 0)
+        ring = sm.torus(12, 6).triangulated()
+        both = TriangleMesh(
+            np.vstack([box.vertices + 9, ring.vertices]), np.vstack([box.faces[1:], ring.faces + len(box.vertices)])
+        )
+        assert (both.n_components, both.n_borders, both.genus) == (2, 1, 1)
+
+    def test_loops_of_one_piece_that_meet_in_a_corner_are_two(self):
+        sheet = sm.plane(6, 6).triangulated("dual")
+        alone = TriangleMesh(sheet.vertices, sheet.faces)
+        middle = int(np.argmin(np.linalg.norm(sheet.vertices, axis=1)))
+        around = np.flatnonzero((sheet.faces == middle).any(axis=1))
+        holed = TriangleMesh(sheet.vertices, np.delete(sheet.faces, around, axis=0))
+        assert (alone.n_borders, holed.n_borders, holed.genus) == (1, 2, 0)
+
+
+class TestOriented:
+    def test_what_is_well_is_left_alone(self, box):
+        assert box.oriented() is box
+
+    @pytest.mark.parametrize("share", [2, 3, 7])
+    def test_faces_are_turned_like_their_neighbors_and_outward(self, box, share):
+        faces = box.faces.copy()
+        faces[::share] = faces[::share, ::-1]
+        with pytest.warns(SimplexMeshWarning, match=f"^turned {len(faces[::share])} of 12 triangles$"):
+            turned = TriangleMesh(box.vertices, faces).oriented()
+        assert turned.is_closed
+        assert turned.volume == pytest.approx(6)
+
+    def test_inside_out(self, box):
+        inside_out = TriangleMesh(box.vertices, box.faces[:, ::-1])
+        assert inside_out.oriented(outward=False) is inside_out
+        with pytest.warns(SimplexMeshWarning, match="^turned 12 of 12 triangles$"):
+            assert inside_out.oriented().volume == pytest.approx(6)
+
+    def test_an_open_surface_goes_with_the_majority(self):
+        surface = sm.cylinder(9, 4).triangulated()
+        faces = surface.faces.copy()
+        faces[:20] = faces[:20, ::-1]
+        with pytest.warns(SimplexMeshWarning, match="turned 20 of"):
+            turned = TriangleMesh(surface.vertices, faces).oriented()
+        assert_allclose(turned.face_vectors, surface.face_vectors, atol=1e-14)
+
+    def test_copies_are_dropped(self, box):
+        twice = TriangleMesh(box.vertices, np.vstack([box.faces, box.faces[:1]]))
+        with pytest.warns(SimplexMeshWarning, match="^dropped 1 copies of a triangle$"):
+            assert twice.oriented().n_faces == 12
+
+    def test_a_third_face_on_an_edge_is_refused_by_name(self, box):
+        fin = TriangleMesh(np.vstack([box.vertices, [5, 5, 5]]), np.vstack([box.faces, [[0, 1, 8]]]))
+        for what in (fin.oriented, lambda: fin.genus):
+            with pytest.raises(sm.TopologyError, match="the edge of corners 0 and 1 has 3"):
+                what()
+
+    def test_a_surface_with_one_side_is_refused(self):
+        n = 7
+        strip = np.array([[i, (i + 1) % n, (i + 2) % n] for i in range(n)])  # seven triangles around: a Moebius band
+        band = TriangleMesh(np.random.default_rng(0).random((n, 3)), strip)
+        for what in (band.oriented, lambda: band.topology):
+            with pytest.raises(sm.TopologyError, match="must have two sides"):
+                what()

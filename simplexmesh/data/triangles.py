@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,6 +13,9 @@ from numpy.typing import ArrayLike, NDArray
 from simplexmesh import _check, _vec
 from simplexmesh.data.points import PointCloud, affine
 from simplexmesh.errors import SimplexMeshWarning
+
+if TYPE_CHECKING:
+    from simplexmesh.mesh.surface_topology import Topology
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -129,6 +132,87 @@ class TriangleMesh:
         key = ends.min(axis=1) * len(self.vertices) + ends.max(axis=1)
         _, edge = np.unique(key, return_inverse=True)
         return not np.bincount(edge.reshape(-1), weights=sign).any()
+
+    @cached_property
+    def topology(self) -> Topology:
+        """Components, borders, handles and Euler number, whichever way the faces are turned.
+
+        Raises
+        ------
+        TopologyError
+            Where more than two faces share an edge, or the surface has one side only.
+
+        Examples
+        --------
+        >>> import simplexmesh as sm
+        >>> sm.torus(12, 6).triangulated().topology
+        Topology(n_components=1, n_borders=0, genus=1, euler=0)
+        """
+        from simplexmesh.mesh.surface_topology import surface_topology
+
+        return surface_topology(self.faces)
+
+    @property
+    def n_components(self) -> int:
+        """Number of connected pieces; see `topology`."""
+        return self.topology.n_components
+
+    @property
+    def n_borders(self) -> int:
+        """Number of loops of border edges; see `topology`."""
+        return self.topology.n_borders
+
+    @property
+    def genus(self) -> int:
+        """Number of handles; see `topology`."""
+        return self.topology.genus
+
+    def oriented(self, *, outward: bool = True) -> TriangleMesh:
+        """Return the surface with its faces turned alike, without second copies of a face.
+
+        Of each component the fewer faces are turned, then closed components that enclose a negative volume as a
+        whole.
+
+        Parameters
+        ----------
+        outward : bool
+            Turn closed components outward; without it the wall of a cavity keeps looking into the cavity.
+
+        Returns
+        -------
+        TriangleMesh
+            With the same vertices; the surface itself when nothing had to be done.
+
+        Raises
+        ------
+        TopologyError
+            Naming the edge that more than two faces share, or a face of a surface with one side.
+
+        Warns
+        -----
+        SimplexMeshWarning
+            Saying how many faces were turned or dropped.
+
+        Examples
+        --------
+        >>> import warnings
+        >>> square = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
+        >>> with warnings.catch_warnings():
+        ...     warnings.simplefilter("ignore")  # it says: turned 1 of 2 triangles
+        ...     TriangleMesh(square, [[0, 1, 2], [0, 3, 2]]).oriented().faces.tolist()
+        [[0, 1, 2], [0, 2, 3]]
+        """
+        from simplexmesh.mesh import manifold
+
+        kept, mates, said = manifold.matched(self.faces)
+        faces, _, _ = manifold.oriented(self.vertices, kept, mates, outward=outward)
+        turned = int(np.count_nonzero((faces != kept).any(axis=1)))
+        if turned:
+            said.append(f"turned {turned:,} of {len(faces):,} triangles")
+        if not said:
+            return self
+        warnings.warn(", ".join(said), SimplexMeshWarning, stacklevel=2)
+        return TriangleMesh(self.vertices, faces)
 
     def transformed(self, T_target_source: ArrayLike) -> TriangleMesh:
         """Return the surface in the frame the transform leads to; a reflection turns the faces so as to stay outward.

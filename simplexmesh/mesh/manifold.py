@@ -106,7 +106,7 @@ def half_edge_mates(faces: Indices) -> Indices:
     return mates.reshape(-1, 3)
 
 
-def _to_turn(faces: Indices, mates: Indices) -> NDArray[np.bool_]:
+def to_turn(faces: Indices, mates: Indices) -> NDArray[np.bool_]:
     """Return which triangles to turn over so that all agree with their neighbors; fewest in each component.
 
     Each triangle stands twice in a graph, as it is and turned over, linked to those of its neighbors that agree with
@@ -175,7 +175,7 @@ def oriented(vertices: Array, faces: Indices, mates: Indices, *, outward: bool) 
     ['turned over 1 triangles']
     """
     said = []
-    over = _to_turn(faces, mates)
+    over = to_turn(faces, mates)
     if over.any():
         faces, mates = _turned(faces, mates, over)
         said.append(f"turned over {int(over.sum())} triangles")

@@ -1,0 +1,85 @@
+"""The topology of a triangulated surface, as its triangles are: pieces, borders, handles."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplexmesh.mesh import _kernels, manifold
+
+Indices = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Topology:
+    """How a surface hangs together.
+
+    Attributes
+    ----------
+    n_components : int
+        Connected pieces; sheets that touch in a corner only are two.
+    n_borders : int
+        Closed loops of edges with one triangle; 0 on a closed surface.
+    genus : int
+        Handles, summed over the components.
+    euler : int
+        V - E + F = 2 n_components - 2 genus - n_borders.
+    """
+
+    n_components: int
+    n_borders: int
+    genus: int
+    euler: int
+
+
+def surface_topology(faces: Indices) -> Topology:
+    """Return the topology of triangles, whichever way each is turned; copies and repeated corners do not count.
+
+    Parameters
+    ----------
+    faces : (t, 3) array of int
+        Corners of triangles.
+
+    Raises
+    ------
+    TopologyError
+        Where more than two triangles share an edge, or a surface has one side only.
+
+    Examples
+    --------
+    >>> surface_topology(np.array([[0, 1, 2], [2, 1, 3]]))
+    Topology(n_components=1, n_borders=1, genus=0, euler=1)
+    """
+    faces, mates, _ = manifold.matched(faces)
+    manifold.to_turn(faces, mates)  # refuses what has one side
+    pieces = _kernels.component_labels(np.where(mates >= 0, mates // 3, -1).astype(np.int32))
+    fans = _fans(faces, mates)
+    n_border = int(np.count_nonzero(mates < 0))
+    euler = int(fans.max()) + 1 - (mates.size + n_border) // 2 + len(faces)
+    n_components = int(pieces.max()) + 1
+    n_borders = _loops(fans, mates) if n_border else 0
+    return Topology(n_components, n_borders, (2 * n_components - n_borders - euler) // 2, euler)
+
+
+def _fans(faces: Indices, mates: Indices) -> NDArray[np.int32]:
+    """Return (t, 3) the fan of each corner: corners of one vertex are in one if edges link their triangles."""
+    corner = np.arange(faces.size).reshape(-1, 3)
+    across = []
+    for edge in (mates, np.roll(mates, 1, axis=1)):  # half-edge j leaves corner j, half-edge j - 1 arrives there
+        start, end = edge, 3 * (edge // 3) + (edge + 1) % 3
+        same = faces.ravel()[start] == faces.ravel()[corner]
+        across.append(np.where(edge < 0, -1, np.where(same, start, end)))
+    links = np.stack(across, axis=-1).reshape(-1, 2).astype(np.int32)
+    return _kernels.component_labels(links).reshape(-1, 3)
+
+
+def _loops(fans: NDArray[np.int32], mates: Indices) -> int:
+    """Return the number of border loops: border edges are linked where they bound the same fan, two to each."""
+    border = mates < 0
+    ends = np.stack([fans[border], np.roll(fans, -1, axis=1)[border]], axis=1)
+    order = np.argsort(ends.ravel(), kind="stable")
+    partner = np.zeros(ends.size, np.int64)
+    partner[order] = order.reshape(-1, 2)[:, ::-1].ravel()
+    return int(_kernels.component_labels((partner // 2).reshape(-1, 2).astype(np.int32)).max()) + 1
