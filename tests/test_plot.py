@@ -9,7 +9,7 @@ import pytest
 import pyvista as pv
 
 import simplexmesh as sm
-from simplexmesh.plot import scenes, skin
+from simplexmesh.plot import camera, scale, scenes, skin
 
 
 @pytest.fixture(autouse=True)
@@ -56,6 +56,18 @@ class TestSkin:
         assert (coat.n_points, lines) == (skin.MOST_POINTS, None)
         assert skin.geometry(sm.PointCloud(points[:10]), None, None)[0].n_points == 10
 
+    def test_a_cube_keeps_its_edges(self):
+        cube = pv.Cube().triangulate()
+        coat, _ = skin.geometry(skin.thing(cube), None, None)
+        assert np.abs(coat.point_data["Normals"]).max(axis=1) == pytest.approx(1)
+
+    def test_points_with_normals_are_disks_that_face_along_them(self, ball):
+        coat, _ = skin.geometry(sm.PointCloud(ball.vertices, ball.normals), None, None)
+        rims = np.asarray(coat.points).reshape(ball.n_vertices, skin.CORNERS, 3)
+        np.testing.assert_allclose(rims.mean(axis=1), ball.vertices, atol=1e-12)
+        turned = np.cross(rims[:, 0] - ball.vertices, rims[:, 1] - ball.vertices)
+        assert (np.einsum("ij,ij->i", turned, ball.normals) > 0).all()
+
 
 class TestIsosurface:
     @pytest.mark.parametrize("flip", [1.0, -1.0])
@@ -75,6 +87,13 @@ class TestIsosurface:
         assert surface.bounds[0] == pytest.approx([-0.5, 1.5, 1.5])
         assert surface.bounds[1] == pytest.approx([2.5, 3.5, 3.5])
 
+    @pytest.mark.parametrize("inside", ["above", "below"])
+    def test_of_a_level_is_closed_at_the_border_and_faces_out_of_the_inside(self, inside):
+        x = np.broadcast_to(np.arange(8.0)[:, None, None], (8, 8, 8))
+        surface = skin.isosurface(sm.Volume(x), 3.5, None, inside)
+        assert surface.is_closed
+        assert surface.volume > 0
+
     def test_needs_a_level(self):
         with pytest.raises(ValueError, match=r"^level must be given to show the surface of a volume$"):
             skin.isosurface(ball_volume(), None, None)
@@ -85,30 +104,42 @@ class TestIsosurface:
 
 
 class TestScalars:
-    def test_distance_to_a_surface(self, ball):
-        far = ball.moved(1.5 * ball.vertices)
-        values, _, power, diverging = skin.scalars_of(far, "distance", ball, None, None)
-        np.testing.assert_allclose(values, 1.0, atol=0.06)
+    def test_distance_to_a_surface_is_along_normals(self, ball):
+        near = ball.moved(1.05 * ball.vertices)
+        values, _, power, diverging = skin.scalars_of(near, "distance", ball, None, None)
+        np.testing.assert_allclose(values, 0.1, atol=0.06)
         assert (power, diverging) == (1, False)
 
-    def test_distance_to_points(self, ball):
-        values, *_ = skin.scalars_of(ball, "distance", ball.vertices, None, None)
-        np.testing.assert_allclose(values, 0, atol=1e-12)
+    def test_distance_is_that_of_the_reconstruction(self):
+        model = sm.reconstruct(ball_volume(), level=0.0, vertices=400)
+        values, *_ = skin.scalars_of(model.mesh, "distance", ball_volume(), 0.0, None)
+        assert np.sqrt(np.mean(values**2)) == pytest.approx(model.distance.mesh_to_data.rms, rel=1e-6)
+
+    def test_distance_is_unknown_where_nothing_is_near(self, ball):
+        values, *_ = skin.scalars_of(ball.moved(5 * ball.vertices), "distance", ball, None, None)
+        assert np.isnan(values).all()
+
+    def test_distance_to_points_is_to_the_surface_between_them(self, ball):
+        fine = sm.sphere(16, radius=2.0).vertices
+        values, *_ = skin.scalars_of(ball, "distance", fine, None, None)
+        nearest = np.linalg.norm(ball.vertices[:, None] - fine, axis=2).min(axis=1)
+        assert values.max() < 0.2 * nearest.mean()
 
     def test_distance_to_a_volume(self, ball):
-        values, *_ = skin.scalars_of(ball, "distance", ball_volume(), 0.0, None)
-        np.testing.assert_allclose(values, 4.0, atol=0.08)
+        near = ball.moved(ball.vertices * 2.9)  # radius 5.8 of 6
+        values, *_ = skin.scalars_of(near, "distance", ball_volume(), 0.0, None)
+        np.testing.assert_allclose(values, 0.2, atol=0.08)
 
     def test_curvature_is_in_inverse_lengths(self, ball):
         values, name, power, diverging = skin.scalars_of(ball, "mean_curvature", None, None, None)
         np.testing.assert_allclose(values, 0.5)
-        assert scenes._named(name, "mm", power) == "mean curvature (1/mm)"
+        assert scale.titled(name, "mm", power) == "mean curvature (1/mm)"
         assert diverging
 
     def test_named_arrays(self, ball):
         values, name, *_ = skin.scalars_of(ball.with_data(heat=ball.vertices[:, 0]), "heat", None, None, None)
         np.testing.assert_array_equal(values, ball.vertices[:, 0])
-        assert scenes._named(name, "mm", 0) == "heat"
+        assert scale.titled(name, "mm", 0) == "heat"
 
     @pytest.mark.parametrize(
         ("wanted", "message"),
@@ -130,7 +161,7 @@ class TestScalars:
 
 class TestScale:
     def limits(self, values, *, diverging):
-        return scenes._scale(np.asarray(values, dtype=float), "x", diverging=diverging, limits=None)["clim"]
+        return scale.scale(np.asarray(values, dtype=float), "x", diverging=diverging, limits=None)["clim"]
 
     def test_a_diverging_scale_has_zero_in_its_middle(self):
         assert self.limits([-1, 0, 3, 3, 3], diverging=True) == (-3, 3)
@@ -144,6 +175,52 @@ class TestScale:
     def test_is_never_empty(self, values, diverging):
         low, high = self.limits(values, diverging=diverging)
         assert low < high
+
+
+def on_screen(renderer, points):
+    """Where points appear in a panel: (n, 2), from 0, 0 at its lower left to 1, 1."""
+    aspect = camera._aspect(renderer)
+    full = renderer.camera.GetCompositeProjectionTransformMatrix(aspect, -1, 1)
+    matrix = np.array([[full.GetElement(i, j) for j in range(4)] for i in range(4)])
+    return 0.5 + 0.5 * (np.c_[points, np.ones(len(points))] @ matrix.T)[:, :2]
+
+
+class TestCamera:
+    @pytest.mark.parametrize("view", [None, "xy", "-yx", (1, 2, 3), (0, 0, 1)])
+    def test_everything_is_between_the_title_and_the_scale(self, ball, view):
+        long = ball.moved(ball.vertices * [1, 2, 5] + 30)
+        plotter = sm.plot.surface(long, scalars="mean_curvature", title="long", view=view)
+        x, y = on_screen(plotter.renderer, long.vertices).T
+        assert 0 < x.min() < x.max() < 1
+        assert camera.BAR < y.min() < y.max() < 1 - camera.TITLE
+        assert max(np.ptp(x), np.ptp(y) / (1 - camera.BAR - camera.TITLE)) > 0.85
+        assert x.min() + x.max() == pytest.approx(1, abs=0.01)
+
+    def test_panels_in_one_place_share_a_camera_that_shows_all(self, ball):
+        plotter = sm.plot.panels({"part": ball, "whole": ball.moved(3 * ball.vertices)})
+        first, second = plotter.renderers
+        assert first.camera is second.camera
+        assert (np.abs(on_screen(first, 3 * ball.vertices) - 0.5) < 0.5).all()
+
+    def test_panels_in_different_places_are_each_fitted(self, ball):
+        plotter = sm.plot.panels({"here": ball, "there": ball.moved(0.01 * ball.vertices + 50)})
+        there = on_screen(plotter.renderers[1], 0.01 * ball.vertices + 50)
+        assert np.ptp(there[:, 1]) > 0.8
+
+    @pytest.mark.parametrize("view", ["xy", "xz", "yz", "yx", "zx", "zy"])
+    def test_a_side_has_its_first_axis_right_and_its_second_up(self, view):
+        toward, up = camera._directions(view, "z")
+        right = np.cross(up, toward)
+        assert (right["xyz".index(view[0])], up["xyz".index(view[1])]) == (1, 1)
+
+    def test_up_is_guessed_for_data_and_given_for_the_rest(self, ball):
+        tall = ball.vertices * [1, 2, 1]
+        assert scenes.upright(sm.PointCloud(tall)) == "y"
+        assert scenes.upright(sm.PointCloud(ball.vertices)) == "z"
+        assert scenes.upright(ball.moved(tall)) == "z"
+        assert scenes.upright(sm.PointCloud(tall), "x") == "x"
+        plotter = sm.plot.surface(tall)
+        assert np.asarray(plotter.camera.up)[1] > 0.7
 
 
 class TestPicture:
@@ -201,6 +278,30 @@ class TestPicture:
             sm.plot.picture(path, Broken())
         assert path.read_text() == "old"
         assert [p.name for p in tmp_path.iterdir()] == ["ball.png"]
+
+    def test_says_when_its_arguments_are_swapped(self, tmp_path):
+        with pytest.raises(
+            TypeError, match=r"^path must be the name of a file, then comes the plotter; it is a Plotter$"
+        ):
+            sm.plot.picture(sm.plot.stage(), tmp_path / "ball.png")
+
+    def test_a_failure_names_the_file_asked_for(self, tmp_path):
+        class Full:
+            def screenshot(self, path):
+                raise OSError(28, "No space left on device", path)
+
+            def close(self):
+                pass
+
+        with pytest.raises(OSError, match=r"ball\.png") as caught:
+            sm.plot.picture(tmp_path / "ball.png", Full())
+        assert caught.value.filename == str(tmp_path / "ball.png")
+
+    def test_refuses_a_level_without_a_volume(self, ball):
+        with pytest.raises(ValueError, match=r"^level and label are for volumes, not for PointCloud$"):
+            sm.plot.surface(ball.vertices, level=5)
+        with pytest.raises(ValueError, match=r"^level and label are for volumes, not for PointCloud$"):
+            sm.plot.beside(ball.vertices, ball, label=5)
 
     def test_needs_a_known_ending_and_a_folder(self, tmp_path):
         with pytest.raises(ValueError, match=r"one of '\.png'.* not '\.doc'$"):

@@ -7,16 +7,22 @@ from typing import Any
 
 import numpy as np
 import pyvista as pv
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from simplexmesh import _check
 from simplexmesh.data.points import PointCloud
+from simplexmesh.data.volume import Volume
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.plot import skin
-from simplexmesh.plot.stage import INK, looked_at, stage
+from simplexmesh.plot.camera import UPS, looked_at
+from simplexmesh.plot.scale import scale, titled
+from simplexmesh.plot.stage import INK, stage
 
 CLAY = "#c9d3dc"
 DATA = "#d9c3a5"
 PALETTE = ("#c8553d", "#e3a857", "#7d9d5c", "#4f8a8b", "#5d6fa3", "#9b6a97", "#b98b73", "#d98f9f", "#6f6f6f", "#88b7c9")
+SURFACE_LIT = {"ambient": 0.1, "specular": 0.08, "specular_power": 25}
+COLORS_LIT = {"ambient": 0.72, "diffuse": 0.22, "specular": 0.0}  # nearly flat: colors are to be read off the scale
 MOST_EDGES = 25_000  # above so many vertices polygons are too small to be seen, and only darken the surface
 
 
@@ -33,6 +39,9 @@ def surface(
     title: str | None = None,
     unit: str = "",
     limits: tuple[float, float] | None = None,
+    inside: str = "above",
+    view: str | Sequence[float] | None = None,
+    up: str = "auto",
     plotter: pv.Plotter | None = None,
 ) -> pv.Plotter:
     """Show a mesh, smooth, with its polygons drawn over it.
@@ -42,7 +51,8 @@ def surface(
     mesh : SimplexMesh, Reconstruction, TriangleMesh, PointCloud, Volume or anything convertible to these
         A volume is shown as its surface at `level` or of `label`.
     scalars : {"mean_curvature", "simplex_angle", "distance"}, name of a vertex array, or (n,) array, optional
-        What to color by. "distance" is that of each vertex to the surface or the points of `data`. Curvatures and
+        What to color by. "distance" is that of each vertex to the surface in `data`, along its normal, as in
+        `Reconstruction.distance`; vertices without data near are gray. Curvatures and
         angles have a diverging map with zero in the middle, cut at the 2nd and 98th percentile; others a plain
         one, that of quantities without sign from zero to four times their median.
     data : Volume, PointCloud, TriangleMesh or anything convertible to these, optional
@@ -61,8 +71,15 @@ def surface(
         Unit of length, for the scale (curvatures are in its inverse).
     limits : (2,) tuple of float, optional
         Ends of the color scale.
+    inside : {"above", "below"}
+        Whether the object is where a volume is above `level` or below.
+    view : str or (3,) vector, optional
+        As for `looked_at`, when the plotter is new.
+    up : {"auto", "x", "y", "z"}
+        The axis that points up. Auto: z, save for surfaces and points given as data, which have y up where they are
+        taller along y than along z by a tenth; simplex meshes and volumes have z up.
     plotter : pyvista.Plotter, optional
-        Where to add the mesh; a new one when not given.
+        Where to add the mesh; `looked_at` then places the camera. A new one when not given.
 
     Returns
     -------
@@ -79,29 +96,52 @@ def surface(
     >>> plotter = surface(torus(), scalars="mean_curvature", unit="mm")
     >>> plotter.close()
     """
-    plotter = stage() if plotter is None else plotter
+    alone, plotter = plotter is None, stage() if plotter is None else plotter
     shown = skin.thing(mesh)
+    _check_choice([shown, data], level, label)
     if not isinstance(shown, SimplexMesh) and scalars is not None:
         raise TypeError(f"scalars need a SimplexMesh to color, not {type(shown).__name__}")
-    coat, lines = skin.geometry(shown, level, label)
+    coat, lines = skin.geometry(shown, level, label, inside)
     style: dict[str, Any] = {"color": DATA if isinstance(shown, PointCloud) else color, "opacity": opacity}
     if scalars is not None:
-        values, name, power, diverging = skin.scalars_of(shown, scalars, data, level, label)
+        values, name, power, diverging = skin.scalars_of(shown, scalars, data, level, label, inside)
         coat["scalars"] = skin.per_point(shown, values)
-        style = _scale(values, _named(name, unit, power), diverging=diverging, limits=limits) | {"opacity": opacity}
-    if isinstance(shown, PointCloud):
+        style = scale(values, titled(name, unit, power), diverging=diverging, limits=limits) | {"opacity": opacity}
+    if isinstance(shown, PointCloud) and coat.n_points == coat.n_cells:
         plotter.add_mesh(coat, point_size=_dot(len(coat.points)), render_points_as_spheres=True, **style)
+    elif isinstance(shown, PointCloud):
+        plotter.add_mesh(coat, culling="back", smooth_shading=True, ambient=0.1, **style)
     else:
-        actor = plotter.add_mesh(coat, smooth_shading=True, ambient=0.1, specular=0.08, specular_power=25, **style)
+        light = COLORS_LIT if scalars is not None else SURFACE_LIT
+        actor = plotter.add_mesh(coat, smooth_shading=True, **light, **style)
         actor.mapper.SetResolveCoincidentTopologyToPolygonOffset()  # so that lines lie on top
         actor.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(2.0, 2.0)
     wanted = shown.n_vertices <= MOST_EDGES if isinstance(shown, SimplexMesh) and edges is None else edges
+    if wanted and isinstance(shown, Volume):
+        lines = coat.extract_all_edges()
     if wanted and lines is not None:
         strong = np.clip(3000 / max(1, len(coat.points)), 0.15, 0.6)
         plotter.add_mesh(lines, color=INK, line_width=1.0, opacity=float(strong) * opacity, lighting=False)
     if title:
         plotter.add_text(title, position="upper_edge", font_size=11, color=INK)
-    return plotter
+    return looked_at(plotter, view, up=upright(shown, up)) if alone else plotter
+
+
+def _check_choice(things: Sequence[Any], level: float | None, label: int | None) -> None:
+    """Refuse a level or a label where there is no volume."""
+    things = [skin.thing(one) for one in things if one is not None]
+    if (level, label) != (None, None) and not any(isinstance(one, Volume) for one in things):
+        raise ValueError(f"level and label are for volumes, not for {type(things[-1]).__name__}")
+
+
+def upright(shown: Any, up: str = "auto") -> str:
+    """Return the axis that points up: the one given, or what suits the thing shown."""
+    if _check.choice("up", up, ("auto", *UPS)) != "auto":
+        return up
+    if isinstance(shown, Volume | SimplexMesh):
+        return "z"
+    _, deep, high = np.ptp(shown.bounds, axis=0)
+    return "y" if deep > 1.1 * high > 0 else "z"
 
 
 def panels(
@@ -109,6 +149,7 @@ def panels(
     *,
     scalars: str | None = None,
     view: str | Sequence[float] | None = None,
+    up: str = "auto",
     **options: Any,
 ) -> pv.Plotter:
     """Show several things next to each other under one camera, each with its name.
@@ -121,6 +162,8 @@ def panels(
         As for `surface`, for the simplex meshes among them.
     view : str or (3,) vector, optional
         As for `looked_at`.
+    up : {"auto", "x", "y", "z"}
+        As for `surface`; auto goes by the first thing.
     **options
         Passed on to `surface`.
 
@@ -136,15 +179,17 @@ def panels(
     """
     if not isinstance(things, Mapping) or not things:
         raise ValueError(f"things must be a mapping of titles to what is shown, not {type(things).__name__}")
-    plotter = stage(columns=len(things))
-    for column, (title, thing) in enumerate(things.items()):
+    shown = {title: skin.thing(thing) for title, thing in things.items()}
+    level, label, data = (options.pop(name, None) for name in ("level", "label", "data"))
+    _check_choice([*shown.values(), data], level, label)
+    plotter = stage(columns=len(shown))
+    for column, (title, one) in enumerate(shown.items()):
         plotter.subplot(0, column)
-        shown = skin.thing(thing)
-        colored = scalars if isinstance(shown, SimplexMesh) else None
-        surface(shown, scalars=colored, title=title, plotter=plotter, **options)
-    looked_at(plotter, view)
-    plotter.link_views()
-    return plotter
+        of: dict[str, Any] = {"level": level, "label": label} if isinstance(one, Volume) else {}
+        if isinstance(one, SimplexMesh) and scalars is not None:
+            of = {"scalars": scalars, "data": data, "level": level, "label": label}
+        surface(one, title=title, plotter=plotter, **of, **options)
+    return looked_at(plotter, view, up=upright(next(iter(shown.values())), up))
 
 
 def beside(
@@ -154,8 +199,10 @@ def beside(
     scalars: str | None = None,
     level: float | None = None,
     label: int | None = None,
+    inside: str = "above",
     unit: str = "",
     view: str | Sequence[float] | None = None,
+    up: str = "auto",
 ) -> pv.Plotter:
     """Show data and the model made of it next to each other, under one camera.
 
@@ -165,7 +212,7 @@ def beside(
         A volume is shown as its surface at `level` or of `label`.
     mesh : SimplexMesh or Reconstruction
         The model.
-    scalars, level, label, unit, view
+    scalars, level, label, inside, unit, view, up
         As for `surface` and `panels`.
 
     Examples
@@ -178,7 +225,8 @@ def beside(
     given, model = skin.thing(data), skin.thing(mesh)
     counts = f"model, {model.n_vertices:,} vertices" if isinstance(model, SimplexMesh) else "model"
     things = {"data": given, counts: model}
-    return panels(things, scalars=scalars, data=given, level=level, label=label, unit=unit, view=view)
+    options = {"level": level, "label": label, "inside": inside, "unit": unit}
+    return panels(things, scalars=scalars, data=given, view=view, up=up, **options)
 
 
 def together(
@@ -188,6 +236,7 @@ def together(
     opacity: float | Mapping[str, float] = 1.0,
     edges: bool = False,
     view: str | Sequence[float] | None = None,
+    up: str = "z",
     legend: bool = True,
 ) -> pv.Plotter:
     """Show several meshes in one scene, each in its color, with a legend.
@@ -204,6 +253,8 @@ def together(
         Whether polygons are drawn, and names written.
     view : str or (3,) vector, optional
         As for `looked_at`.
+    up : {"x", "y", "z"}
+        The axis that points up.
 
     Examples
     --------
@@ -221,51 +272,9 @@ def together(
     if legend and entries:
         size = (0.18, min(0.9, 0.032 * len(entries) + 0.02))
         plotter.add_legend(entries, bcolor=None, face="circle", size=size, loc="upper left", font_family="arial")
-    looked_at(plotter, view)
-    return plotter
-
-
-def _named(name: str, unit: str, power: int) -> str:
-    """Return the title of a scale: what is shown, and its unit, a power of the unit of length."""
-    spelled = {1: unit, -1: f"1/{unit}"}.get(power, "") if unit else ""
-    return f"{name} ({spelled})" if spelled else name
+    return looked_at(plotter, view, up=up)
 
 
 def _dot(count: int) -> float:
     """Return a size for points, in pixels: the fewer the larger."""
     return float(np.clip(600 / np.sqrt(max(count, 1)), 3.0, 14.0))
-
-
-def _scale(
-    values: NDArray[np.float64], title: str, *, diverging: bool, limits: tuple[float, float] | None
-) -> dict[str, Any]:
-    """Return how scalars are colored and what their bar says."""
-    known = values[np.isfinite(values)]
-    if limits is None and diverging:
-        most = float(np.percentile(np.abs(known), 98)) if len(known) else 1.0
-        limits = (-most or -1.0, most or 1.0)
-    elif limits is None and len(known):
-        low, high = (float(known.min()), float(known.max()))
-        if low >= 0:  # distances: from zero, and a few far ones must not hide how the others differ
-            low, high = 0.0, min(high, 4 * float(np.median(known)) or high)
-        limits = (low, high if high > low else low + 1.0)
-    bar = {
-        "title": f"{title}\n",  # the line break keeps it clear of the labels
-        "vertical": False,
-        "width": 0.5,
-        "height": 0.1,
-        "position_x": 0.25,
-        "position_y": 0.03,
-        "n_labels": 5,
-        "fmt": "%.3g",
-        "color": INK,
-        "title_font_size": 16,
-        "label_font_size": 13,
-    }
-    return {
-        "scalars": "scalars",
-        "cmap": "coolwarm" if diverging else "viridis",
-        "clim": limits or (0.0, 1.0),
-        "scalar_bar_args": bar,
-        "nan_color": "#b0b0b0",
-    }

@@ -15,11 +15,15 @@ from simplexmesh.data.points import PointCloud
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.data.volume import Volume
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-from simplexmesh.motion.targets.triangles import surface_distance
+from simplexmesh.motion.evolve import mean_edge
+from simplexmesh.motion.subjects import as_subject
 
 Array = NDArray[np.float64]
 
 MOST_POINTS = 200_000
+CREASE = 30.0  # degrees; triangles that meet at more are drawn with an edge
+MOST_BENT = 60.0  # the same for surfaces of volumes, which bend in steps
+DISK, CORNERS = 0.5, 8  # radius of a point's disk, in distances to its neighbors, and how round it is
 DIVERGING = {"mean_curvature": ("mean curvature", -1), "simplex_angle": ("simplex angle, rad", 0)}  # name, power
 
 
@@ -29,13 +33,12 @@ def thing(given: Any) -> Any:
     return given if isinstance(given, SimplexMesh) else as_data(given)
 
 
-def geometry(shown: Any, level: float | None, label: int | None) -> tuple[pv.PolyData, pv.PolyData | None]:
-    """Return what is drawn, and the outlines of the polygons of a simplex mesh or of triangles."""
+def geometry(
+    shown: Any, level: float | None, label: int | None, inside: str = "above"
+) -> tuple[pv.PolyData, pv.PolyData | None]:
+    """Return what is drawn, with the normals it is lit by, and the outlines of a mesh's polygons or triangles."""
     if isinstance(shown, PointCloud):
-        points = shown.points
-        if len(points) > MOST_POINTS:
-            points = points[np.random.default_rng(0).choice(len(points), MOST_POINTS, replace=False)]
-        return pv.PolyData(points), None
+        return _cloud(shown), None
     if isinstance(shown, SimplexMesh):
         fan = shown.triangulated(method="fan")
         coat = _faces(fan.vertices, fan.faces)
@@ -43,34 +46,78 @@ def geometry(shown: Any, level: float | None, label: int | None) -> tuple[pv.Pol
         coat.point_data.active_normals_name = "Normals"
         return coat, _lines(shown.vertices, shown.connectivity.edge_vertices)
     if isinstance(shown, Volume):
-        shown = isosurface(shown, level, label)
+        surface = isosurface(shown, level, label, inside)
+        return _lit(_faces(surface.vertices, surface.faces), MOST_BENT), None
     coat = _faces(shown.vertices, shown.faces)
-    return coat, coat.extract_all_edges()
+    return _lit(coat, CREASE), coat.extract_all_edges()
 
 
-def isosurface(volume: Volume, level: float | None, label: int | None) -> TriangleMesh:
-    """Return the triangulated surface of a volume at a level or of a label, in physical space, to be looked at."""
+def _lit(coat: pv.PolyData, crease: float) -> pv.PolyData:
+    """Return a surface with normals at its vertices, which are split where it bends by more than so many degrees."""
+    return coat.compute_normals(
+        cell_normals=False,
+        split_vertices=True,
+        feature_angle=crease,
+        consistent_normals=False,
+        auto_orient_normals=False,
+    )
+
+
+def _cloud(cloud: PointCloud) -> pv.PolyData:
+    """Return points; with normals as small disks that face along them, so that they are lit and can be hidden."""
+    points, normals = cloud.points, cloud.normals
+    if len(points) > MOST_POINTS:
+        kept = np.random.default_rng(0).choice(len(points), MOST_POINTS, replace=False)
+        points, normals = points[kept], None if normals is None else normals[kept]
+    if normals is None or len(points) < 4:
+        return pv.PolyData(points)
+    spacing = cKDTree(points).query(points, k=4, workers=-1)[0][:, 3]
+    radius = DISK * np.minimum(spacing, 3 * np.median(spacing))
+    helper = np.eye(3)[np.abs(normals).argmin(axis=1)]
+    side = np.cross(normals, helper)
+    side /= np.maximum(np.linalg.norm(side, axis=1, keepdims=True), 1e-300)
+    other = np.cross(normals, side)
+    turns = 2 * np.pi * np.arange(CORNERS) / CORNERS
+    rim = np.cos(turns)[:, None] * side[:, None] + np.sin(turns)[:, None] * other[:, None]
+    corners = (points[:, None] + radius[:, None, None] * rim).reshape(-1, 3)
+    disks = _faces(corners, np.arange(len(corners)).reshape(-1, CORNERS))
+    disks.point_data["Normals"] = np.repeat(normals, CORNERS, axis=0)
+    disks.point_data.active_normals_name = "Normals"
+    return disks
+
+
+def isosurface(volume: Volume, level: float | None, label: int | None, inside: str = "above") -> TriangleMesh:
+    """Return the triangulated surface of a volume at a level or of a label, in physical space, to be looked at.
+
+    Beyond the volume there is background, so that what its border cuts is closed there, as in a model of it.
+    """
     if level is None or label is not None:
         mask = volume.mask(_label(volume, label))
         values, offset = _cropped(mask.values.astype(np.float32))
-        level = 0.5
+        level, inside = 0.5, "above"
     else:
         low, high = volume.range
         level = _check.number("level", level, low, high)
-        values, offset = volume.values, np.zeros(3)
+        background = low if inside == "above" else high
+        values, offset = np.pad(volume.values, 1, constant_values=background), np.full(3, -1.0)
     grid = pv.ImageData(dimensions=values.shape)
     grid.point_data["values"] = np.asarray(values).ravel(order="F")
     found = grid.contour([level], scalars="values", method="flying_edges")
     if not found.n_points:
         raise ValueError(f"the volume has no surface at level {level:g}")
     faces = found.regular_faces
-    if np.linalg.det(volume.direction) < 0:
+    if (np.linalg.det(volume.direction) < 0) != (inside == "below"):
         faces = faces[:, ::-1]
     return TriangleMesh(volume.to_world(np.asarray(found.points, dtype=float) + offset), faces)
 
 
 def scalars_of(
-    mesh: SimplexMesh, wanted: str | ArrayLike, data: Any, level: float | None, label: int | None
+    mesh: SimplexMesh,
+    wanted: str | ArrayLike,
+    data: Any,
+    level: float | None,
+    label: int | None,
+    inside: str = "above",
 ) -> tuple[Array, str, int, bool]:
     """Return numbers per vertex, their name, the power of length they are, and whether zero is their middle."""
     if not isinstance(wanted, str):
@@ -80,7 +127,7 @@ def scalars_of(
     if wanted == "distance":
         if data is None:
             raise ValueError("scalars 'distance' needs the data to measure to, and data is None")
-        return distances(mesh.vertices, thing(data), level, label), "distance to the data", 1, False
+        return distances(mesh, thing(data), level, label, inside), "distance to the data", 1, False
     names = [*DIVERGING, "distance", *mesh.data]
     values = np.asarray(mesh.data[_check.choice("scalars", wanted, names)], dtype=float)
     if values.ndim != 1:
@@ -88,16 +135,17 @@ def scalars_of(
     return values, wanted.replace("_", " "), 0, bool((values < 0).any() and (values > 0).any())
 
 
-def distances(points: Array, data: Any, level: float | None, label: int | None) -> Array:
-    """Return how far points are from data: from the surface of a volume or triangles, from the nearest point."""
-    if isinstance(data, PointCloud):
-        nearest, _ = cKDTree(data.points).query(points)
-        return np.asarray(nearest)
-    if isinstance(data, Volume):
-        data = isosurface(data, level, label)
-    elif isinstance(data, SimplexMesh):
+def distances(mesh: SimplexMesh, data: Any, level: float | None, label: int | None, inside: str = "above") -> Array:
+    """Return how far vertices are from the surface in the data along their normals, NaN where there is none near.
+
+    This is the distance `Reconstruction.distance` has from mesh to data; near is within two samples or one edge.
+    """
+    if isinstance(data, SimplexMesh):
         data = data.triangulated(method="fan")
-    return surface_distance(points, data.vertices, data.faces)
+    subject = as_subject(data, level=level, label=label, inside=inside, components="all")
+    reach = max(2 * subject.resolution, mean_edge(mesh))
+    gaps = subject.target.gap(np.ascontiguousarray(mesh.vertices), np.ascontiguousarray(mesh.normals), reach)
+    return np.abs(np.asarray(gaps))
 
 
 def per_point(mesh: SimplexMesh, values: Array) -> Array:

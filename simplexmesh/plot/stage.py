@@ -1,10 +1,10 @@
-"""The stage: background, light, camera, and the picture taken."""
+"""The stage: background and light, and the picture taken."""
 
 from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -39,30 +39,6 @@ def stage(columns: int = 1, size: tuple[int, int] | None = None) -> pv.Plotter:
     return plotter
 
 
-def looked_at(plotter: pv.Plotter, view: str | Sequence[float] | None = None) -> pv.Plotter:
-    """Place the camera of every panel: ``"xy"``, ``"-xz"`` and the like, or a direction to look from.
-
-    Examples
-    --------
-    >>> looked_at(stage(), "xz").close()
-    """
-    rows, columns = plotter.shape
-    width, height = plotter.window_size
-    zoom = 1.3 if width / columns >= height else 1.0
-    for place in range(rows * columns):
-        plotter.subplot(place // columns, place % columns)
-        if view is None:
-            plotter.view_isometric()
-        elif isinstance(view, str):
-            _check.choice("view", view.lstrip("-"), ("xy", "xz", "yz", "yx", "zx", "zy"))
-            getattr(plotter, f"view_{view.lstrip('-')}")(negative=view.startswith("-"))
-        else:
-            plotter.view_vector(_check.array("view", view, (3,)), viewup=(0, 0, 1))
-        plotter.reset_camera()
-        plotter.camera.zoom(zoom)
-    return plotter
-
-
 def picture(path: str | Path, plotter: pv.Plotter, *, close: bool = True) -> Path:
     """Write what a plotter shows to an image file, whole or not at all.
 
@@ -79,9 +55,15 @@ def picture(path: str | Path, plotter: pv.Plotter, *, close: bool = True) -> Pat
     ------
     ValueError
         The name ends with none of these.
+    TypeError
+        The path is no path, or the plotter is one.
     OSError
         The folder does not exist or cannot be written to.
     """
+    if not isinstance(path, str | os.PathLike):
+        raise TypeError(f"path must be the name of a file, then comes the plotter; it is a {type(path).__name__}")
+    if isinstance(plotter, str | os.PathLike):
+        raise TypeError(f"plotter must be a pyvista.Plotter, not {plotter!r}")
     path = Path(path)
     _check.choice("the end of the picture's name", path.suffix.lower(), (".png", ".jpg", ".jpeg", ".tif"))
     if not path.parent.is_dir():
@@ -91,6 +73,10 @@ def picture(path: str | Path, plotter: pv.Plotter, *, close: bool = True) -> Pat
         with quiet():
             plotter.screenshot(str(draft))
         os.replace(draft, path)
+    except OSError as problem:
+        if problem.strerror:  # name the file that was asked for
+            raise OSError(problem.errno, problem.strerror, str(path)) from problem
+        raise
     finally:
         draft.unlink(missing_ok=True)
         if close:

@@ -1,0 +1,147 @@
+"""The camera: where it looks from, and how everything fits between the title and the scale."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pyvista as pv
+from numpy.typing import NDArray
+
+from simplexmesh import _check
+
+Array = NDArray[np.float64]
+
+UPS = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+SIDES = {  # name: where the camera stands, which way is up; the first letter points right, the second up
+    "xy": ((0, 0, 1), (0, 1, 0)),
+    "xz": ((0, -1, 0), (0, 0, 1)),
+    "yz": ((1, 0, 0), (0, 0, 1)),
+    "yx": ((0, 0, -1), (1, 0, 0)),
+    "zx": ((0, 1, 0), (1, 0, 0)),
+    "zy": ((-1, 0, 0), (0, 1, 0)),
+}
+CORNER = {"x": (0.6, 0.8, 1.0), "y": (0.7, 0.55, 1.0), "z": (0.7, -1.0, 0.55)}  # from the front, the right and above
+TITLE, BAR, LEGEND = 0.08, 0.17, 0.2  # shares of the picture kept free for them
+MARGIN = 0.04
+
+
+def looked_at(plotter: pv.Plotter, view: str | Sequence[float] | None = None, *, up: str = "z") -> pv.Plotter:
+    """Place the camera of every panel so that all in it is seen, below its title and above its scale.
+
+    The projection is parallel. Panels whose contents lie in one place share one camera, and so their scale; where they
+    do not, each is fitted on its own.
+
+    Parameters
+    ----------
+    plotter : pyvista.Plotter
+        With everything in it already.
+    view : str or (3,) vector, optional
+        ``"xy"``, ``"-xz"`` and the like, with the first axis to the right and the second up (the minus looks from the
+        other side), or a direction to look from. By default from the front, the right and above.
+    up : {"x", "y", "z"}
+        The axis that points up, unless `view` names two axes.
+
+    Examples
+    --------
+    >>> import simplexmesh as sm
+    >>> looked_at(sm.plot.surface(sm.sphere(4)), "xz").close()
+    """
+    toward, upward = _directions(view, up)
+    right = np.cross(upward, toward)
+    axes = np.stack([right, upward, toward])
+    panels = list(plotter.renderers)
+    boxes = [_extent(renderer, axes) for renderer in panels]
+    shown = [box for box in boxes if box is not None]
+    if not shown:
+        return plotter
+    low, high = np.max([box[0] for box in shown], axis=0), np.min([box[1] for box in shown], axis=0)
+    shared = bool((low <= high).all())
+    if shared:
+        both = np.min([box[0] for box in shown], axis=0), np.max([box[1] for box in shown], axis=0)
+        boxes = [both for _ in boxes]
+    bands = np.max([_bands(renderer) for renderer in panels], axis=0)
+    for box, renderer in zip(boxes, panels, strict=True):
+        if box is not None:
+            _place(renderer, box, axes, _scale(box, renderer, bands), bands)
+    if shared:
+        plotter.link_views()
+    return plotter
+
+
+def _directions(view: str | Sequence[float] | None, up: str) -> tuple[Array, Array]:
+    """Return unit vectors to the camera and upward in the picture, at a right angle."""
+    _check.choice("up", up, tuple(UPS))
+    sides: tuple[Any, Any]
+    if view is None:
+        sides = CORNER[up], UPS[up]
+    elif isinstance(view, str):
+        name = _check.choice("view", view.removeprefix("-"), tuple(SIDES))
+        sides = SIDES[name]
+        if view.startswith("-"):
+            sides = tuple(-x for x in sides[0]), sides[1]
+    else:
+        sides = _check.array("view", view, (3,)), UPS[up]
+    toward, upward = (np.asarray(side, dtype=float) for side in sides)
+    if not np.linalg.norm(toward):
+        raise ValueError("view must not be the zero vector")
+    toward = toward / np.linalg.norm(toward)
+    upward = upward - (upward @ toward) * toward
+    if np.linalg.norm(upward) < 1e-6:  # looking along the axis that should be up
+        upward = np.roll(toward, 1) - (np.roll(toward, 1) @ toward) * toward
+    return toward, upward / np.linalg.norm(upward)
+
+
+def _extent(renderer: Any, axes: Array) -> tuple[Array, Array] | None:
+    """Return the least and the largest coordinates along the axes of everything drawn in a panel."""
+    low, high = np.full(3, np.inf), np.full(3, -np.inf)
+    for actor in renderer.actors.values():
+        points = getattr(getattr(getattr(actor, "mapper", None), "dataset", None), "points", None)
+        if points is not None and len(points):
+            along = np.asarray(points, dtype=float) @ axes.T
+            low, high = np.minimum(low, along.min(axis=0)), np.maximum(high, along.max(axis=0))
+    return (low, high) if np.isfinite(low).all() else None
+
+
+def _bands(renderer: Any) -> tuple[float, float, float]:
+    """Return the shares of a panel kept free above, below and on the left."""
+    kinds = [actor.GetClassName() for actor in renderer.GetViewProps()]
+    legend = any("Legend" in kind for kind in kinds)
+    return (
+        TITLE if any("CornerAnnotation" in kind for kind in kinds) else 0.0,
+        BAR if any("ScalarBar" in kind for kind in kinds) else 0.0,
+        LEGEND if legend else 0.0,
+    )
+
+
+def _scale(box: tuple[Array, Array], renderer: Any, bands: Array) -> float:
+    """Return half the height of the picture, in the unit of length, that shows a box between the bands."""
+    width, height, _ = box[1] - box[0]
+    top, bottom, left = bands
+    across, down = 1 - left - 2 * MARGIN, 1 - top - bottom - 2 * MARGIN
+    least = 1e-9 + 1e-9 * float(np.abs(box).max())
+    return max(0.5 * width / (across * _aspect(renderer)), 0.5 * height / down, least)
+
+
+def _aspect(renderer: Any) -> float:
+    """Return the width of a panel over its height."""
+    x0, y0, x1, y1 = renderer.GetViewport()
+    width, height = renderer.parent.window_size
+    return float(width * (x1 - x0) / (height * (y1 - y0)))
+
+
+def _place(renderer: Any, box: tuple[Array, Array], axes: Array, scale: float, bands: Array) -> None:
+    """Put a panel's camera in front of the middle of a box, moved so that the box is between the bands."""
+    top, bottom, left = bands
+    middle = 0.5 * (box[0] + box[1])
+    middle = middle - np.array([left * scale * _aspect(renderer), (bottom - top) * scale, 0.0])
+    away = 2.0 * float(np.linalg.norm(box[1] - box[0])) + scale
+    camera = renderer.camera
+    camera.enable_parallel_projection()
+    camera.focal_point = middle @ axes
+    camera.position = (middle + np.array([0.0, 0.0, away])) @ axes
+    camera.up = axes[1]
+    camera.parallel_scale = scale
+    renderer.camera_set = True
+    renderer.ResetCameraClippingRange()
