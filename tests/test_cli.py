@@ -8,6 +8,7 @@ import sys
 import time
 import warnings
 from contextlib import contextmanager
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -77,6 +78,12 @@ class TestHelp:
     def test_lists_the_commands(self, command):
         _, out, _ = command("--help")
         assert all(name in out for name in ["demo", "reconstruct", "info", "view"])
+
+    def test_switches_have_no_type(self, command):
+        for name in [[], ["demo"], ["reconstruct"], ["info"], ["view"]]:
+            _, out, _ = command(*name, "--help")
+            assert "--help" in out
+            assert "bool" not in out
 
     def test_imports_nothing_heavy(self):
         code = "import sys, simplexmesh.cli; print(*{n.partition('.')[0] for n in sys.modules})"
@@ -162,6 +169,45 @@ class TestReconstruct:
         assert code == 0
         assert json.loads(out)["vertices"] == sm.sphere(8).n_vertices
 
+    def test_json_tells_all_there_is_to_know(self, command, files, tmp_path):
+        _, out, _ = command(
+            "reconstruct", files / "volume.mha", "--level", 0, "--vertices", 200, "-o", tmp_path / "b.vtp", "--json",
+            "--iterations", 1,
+        )  # fmt: skip
+        facts = json.loads(out)
+        mesh = sm.read_mesh(tmp_path / "b.vtp")
+        ends = mesh.vertices[mesh.connectivity.edge_vertices]
+        assert facts["mean_edge"] == pytest.approx(np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1).mean())
+        assert (facts["problems"], facts["tangled"]) == ([], 0)
+        assert any("did not come to rest" in said for said in facts["notes"])
+
+    def test_a_bad_model_is_told(self, command, files, tmp_path, monkeypatch):
+        ball = sm.sphere(4, radius=BALL)
+        vertices = ball.vertices.copy()
+        vertices[0] *= -1.5
+        bad = replace(sm.reconstruct(ball.vertices, vertices=200), mesh=ball.moved(vertices))
+        monkeypatch.setattr("simplexmesh.motion.reconstruct.reconstruct", lambda *_, **__: bad)
+        arguments = ["reconstruct", files / "ball.xyz", "-o", tmp_path / "b.vtp"]
+        code, out, err = command(*arguments)
+        problems = bad.mesh.check(self_intersections=True).problems
+        assert code == 0
+        assert all(f"note: the model is not sound: {problem}" in err for problem in problems)
+        assert "problems" in out
+        _, out, err = command(*arguments, "--json")
+        assert json.loads(out)["problems"] == list(problems)
+        assert f"note: the model {tmp_path / 'b.vtp'} was replaced" in err
+
+    def test_an_interrupt_before_the_motion_says_that_nothing_was_written(self, command, files, tmp_path, monkeypatch):
+        def interrupted(*_, **__):
+            raise KeyboardInterrupt
+
+        monkeypatch.setattr("simplexmesh.motion.reconstruct.reconstruct", interrupted)
+        arguments = ["reconstruct", files / "ball.xyz", "-o", tmp_path / "b.vtp"]
+        assert command(*arguments) == (130, "", "error: interrupted; nothing was written\n")
+        code, out, _ = command(*arguments, "--json")
+        assert (code, json.loads(out)) == (130, {"error": "interrupted; nothing was written"})
+        assert list(tmp_path.iterdir()) == []
+
     def test_an_interrupt_keeps_the_last_state(self, command, files, tmp_path, monkeypatch):
         @contextmanager
         def interrupting(*_, **__):
@@ -172,10 +218,13 @@ class TestReconstruct:
             yield report
 
         monkeypatch.setattr(reconstruct_command, "progress", interrupting)
-        code, _, err = command(
-            "reconstruct", files / "volume.mha", "--level", 0, "--vertices", 200, "-o", tmp_path / "b.vtp"
-        )
+        code, out, err = command(
+            "reconstruct", files / "volume.mha", "--level", 0, "--vertices", 200, "-o", tmp_path / "b.vtp",
+            "--picture", tmp_path / "b.png",
+        )  # fmt: skip
         assert code == 130
+        assert "iterations, interrupted" in out
+        assert not (tmp_path / "b.png").exists()
         assert f"note: interrupted; the model reached so far is in {tmp_path / 'b.vtp'}" in err
         assert sm.read_mesh(tmp_path / "b.vtp").genus == 0
 
@@ -240,6 +289,38 @@ class TestBadInput:
         assert words in err
         assert time.perf_counter() - began < 5
 
+    @pytest.mark.parametrize("option", ["-o", "--picture"])
+    def test_a_folder_that_cannot_be_written_to_is_refused_before_any_work(
+        self, command, files, tmp_path, monkeypatch, option
+    ):
+        locked = tmp_path / "locked"
+        locked.mkdir()
+        monkeypatch.setattr("os.access", lambda path, mode: path != locked)
+        monkeypatch.setattr("simplexmesh.motion.reconstruct.reconstruct", lambda *_, **__: pytest.fail("too late"))
+        name = {"-o": "model.vtp", "--picture": "model.png"}[option]
+        others = [] if option == "-o" else ["-o", tmp_path / "model.vtp"]
+        code, _, err = command("reconstruct", files / "ball.xyz", *others, option, locked / name)
+        assert code == 2
+        assert f"must be in a folder that can be written to, '{locked}' cannot" in err
+
+    def test_a_failure_to_write_names_the_file_asked_for(self, command, files, tmp_path, monkeypatch):
+        def full(*_, **__):
+            raise OSError(28, "No space left on device", "/somewhere/.b.vtp.123.part")
+
+        monkeypatch.setattr(sm.SimplexMesh, "save", full)
+        code, _, err = command("reconstruct", files / "ball.xyz", "--vertices", 200, "-o", tmp_path / "b.vtp")
+        assert code == 2
+        assert f"error: {tmp_path / 'b.vtp'}: no space left on device\n" in err
+
+    def test_is_told_in_json_too(self, command, files, tmp_path):
+        code, out, err = command("reconstruct", files / "volume.mha", "-o", tmp_path / "out.vtp", "--json")
+        assert code == 2
+        assert f"error: {json.loads(out)['error']}\n" in err
+
+    def test_a_side_without_a_picture_is_refused(self, command, files, tmp_path):
+        code, _, err = command("reconstruct", files / "ball.xyz", "-o", tmp_path / "b.vtp", "--view", "xz")
+        assert (code, err) == (2, "error: --view is for the picture, and --picture is not given\n")
+
     def test_the_input_is_not_overwritten(self, command, files):
         before = (files / "ball.stl").read_bytes()
         code, _, err = command("reconstruct", files / "ball.stl", "-o", files / "ball.stl")
@@ -274,7 +355,7 @@ class TestFailures:
     @pytest.mark.parametrize(
         ("problem", "code", "told"),
         [
-            (KeyboardInterrupt(), 130, "error: interrupted, nothing was written\n"),
+            (KeyboardInterrupt(), 130, "error: interrupted; nothing was written\n"),
             (sm.DivergedError("the motion left the finite numbers"), 1, "error: the motion left the finite numbers\n"),
             (sm.TopologyError("faces 3 and 4 share two edges"), 2, "error: faces 3 and 4 share two edges\n"),
             (PermissionError(13, "Permission denied", "a.vtp"), 2, "error: a.vtp: permission denied\n"),
@@ -288,6 +369,19 @@ class TestFailures:
         monkeypatch.setattr(app, "app", failing)
         assert app.run([]) == code
         assert capsys.readouterr().err == told
+
+    def test_an_interrupt_while_importing_leaves_no_traceback(self):
+        code = (
+            "import sys, simplexmesh.cli\n"
+            "class Interrupting:\n"
+            "    def find_spec(self, name, *_):\n"
+            "        if name == 'typer': raise KeyboardInterrupt\n"
+            "sys.meta_path.insert(0, Interrupting())\n"
+            "simplexmesh.cli.main(['--help'])"
+        )
+        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+        assert (done.returncode, done.stdout) == (130, "")
+        assert done.stderr == "error: interrupted; nothing was written\n"
 
     def test_warnings_become_notes(self, monkeypatch, capsys):
         monkeypatch.setattr(app, "app", lambda **_: warnings.warn("merged 3\n duplicate points", stacklevel=1))
@@ -332,12 +426,28 @@ class TestInfo:
 
 
 class TestView:
-    def test_without_a_display_writes_a_picture_and_says_so(self, command, files):
+    def test_without_a_display_writes_a_picture_here_and_says_so(self, command, files, tmp_path, monkeypatch):
+        monkeypatch.chdir(tmp_path)
         code, out, err = command("view", files / "ball.vtp")
-        assert code == 0
-        assert "there is no display" in err
-        assert out.strip() == str(files / "ball.vtp.png")
-        assert (files / "ball.vtp.png").read_bytes().startswith(b"\x89PNG")
+        assert (code, out) == (0, "ball.vtp.png\n")
+        assert err == "note: there is no display to open a window on; the picture is in ball.vtp.png\n"
+        before = (tmp_path / "ball.vtp.png").read_bytes()
+        assert before.startswith(b"\x89PNG")
+        _, out, _ = command("view", files / "ball.vtp", "--scalars", "mean_curvature")
+        assert out == "ball.vtp-2.png\n"
+        assert (tmp_path / "ball.vtp.png").read_bytes() == before
+
+    def test_says_that_a_picture_was_replaced(self, command, files, tmp_path):
+        (tmp_path / "old.png").write_text("old")
+        _, _, err = command("view", files / "ball.vtp", "--picture", tmp_path / "old.png")
+        assert err == f"note: the picture {tmp_path / 'old.png'} was replaced\n"
+
+    @pytest.mark.parametrize("name", ["ball.xyz", "ball.vtp", "ball.stl"])
+    def test_refuses_a_level_for_what_is_no_volume(self, command, files, tmp_path, name):
+        code, _, err = command("view", files / name, "--level", 5, "--picture", tmp_path / "out.png")
+        assert code == 2
+        assert err.startswith("error: level and label are for volumes, not for ")
+        assert list(tmp_path.iterdir()) == []
 
     def test_writes_the_picture_asked_for(self, command, files, tmp_path):
         picture = tmp_path / "volume.png"

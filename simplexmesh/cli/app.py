@@ -9,16 +9,42 @@ from contextlib import contextmanager
 from typing import Annotated, Any
 
 import typer
+from typer.core import TyperCommand, TyperGroup
 
 from simplexmesh.cli import demo, info, reconstruct, view
-from simplexmesh.cli.report import error, note
+from simplexmesh.cli.report import INTERRUPTED, KEPT, NOTES, as_json, error, note
 from simplexmesh.errors import DivergedError
 
 BAD_INPUT = 2
-INTERRUPTED = 130
+NOTHING_WRITTEN = "interrupted; nothing was written"
+
+
+class _Command(TyperCommand):
+    """A command whose help shows no type after switches."""
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        """Return the parameters, switches without a type."""
+        return _without_types(super().get_params(ctx))
+
+
+class _Group(TyperGroup):
+    """The group of commands, whose help shows no type after switches either."""
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        """Return the parameters, switches without a type."""
+        return _without_types(super().get_params(ctx))
+
+
+def _without_types(parameters: list[Any]) -> list[Any]:
+    for parameter in parameters:
+        if getattr(parameter, "is_flag", False):
+            parameter.metavar = ""
+    return parameters
+
 
 app = typer.Typer(
     name="simplexmesh",
+    cls=_Group,
     help="Compact, well-formed surface models from scans and volumes.",
     epilog="Example: simplexmesh reconstruct kitten.xyz --vertices 3000 -o kitten.vtp",
     no_args_is_help=True,
@@ -26,10 +52,10 @@ app = typer.Typer(
     rich_markup_mode="rich",
     pretty_exceptions_enable=False,
 )
-app.command("demo", epilog=demo.EXAMPLE)(demo.command)
-app.command("reconstruct", epilog=reconstruct.EXAMPLE)(reconstruct.command)
-app.command("info", epilog=info.EXAMPLE)(info.command)
-app.command("view", epilog=view.EXAMPLE)(view.command)
+app.command("demo", cls=_Command, epilog=demo.EXAMPLE)(demo.command)
+app.command("reconstruct", cls=_Command, epilog=reconstruct.EXAMPLE)(reconstruct.command)
+app.command("info", cls=_Command, epilog=info.EXAMPLE)(info.command)
+app.command("view", cls=_Command, epilog=view.EXAMPLE)(view.command)
 
 
 def _show_version(wanted: bool) -> None:
@@ -49,35 +75,44 @@ def _options(
     pass
 
 
-def main(arguments: Sequence[str] | None = None) -> None:
-    """Run the command and leave with its code: 0 done, 2 bad input, 1 diverged, 130 interrupted."""
-    sys.exit(run(arguments))
-
-
 def run(arguments: Sequence[str] | None = None) -> int:
-    """Run the command and return its code; what went wrong is told in one sentence on the error stream."""
-    arguments = None if arguments is None else list(arguments)
+    """Run the command and return its code; what went wrong is told in one sentence.
+
+    The sentence goes to the error stream and, as `{"error": ...}`, to the output of a command that was asked for JSON.
+    """
+    arguments = sys.argv[1:] if arguments is None else list(arguments)
+    NOTES.clear()
     with _warnings_as_notes():
-        try:
-            code: Any = app(args=arguments, prog_name="simplexmesh", standalone_mode=False)
-        except KeyboardInterrupt:
-            error("interrupted, nothing was written")
-            return INTERRUPTED
-        except DivergedError as problem:
-            error(str(problem))
-            return 1
-        except BrokenPipeError:
-            sys.stderr.close()  # whoever read our output has left; Python would complain about it at exit
-            return 1
-        except (ValueError, TypeError, OSError) as problem:
-            error(_sentence(problem))
-            return BAD_INPUT
-        except Exception as problem:
-            if not hasattr(problem, "format_message"):  # a wrong command line, by the parser's own kind of error
-                raise
-            error(problem.format_message() or "no command was given; see simplexmesh --help")
-            return BAD_INPUT
-    return code if isinstance(code, int) else 0
+        code, problem = _outcome(arguments)
+    if problem:
+        error(problem)
+        if "--json" in arguments:
+            as_json({"error": problem})
+    return code
+
+
+def _outcome(arguments: list[str]) -> tuple[int, str]:
+    """Run the command; return its code and what went wrong, if anything."""
+    try:
+        code: Any = app(args=arguments, prog_name="simplexmesh", standalone_mode=False)
+    except KeyboardInterrupt:
+        return INTERRUPTED, NOTHING_WRITTEN
+    except DivergedError as problem:
+        return 1, str(problem)
+    except BrokenPipeError:
+        sys.stderr.close()  # whoever read our output has left; Python would complain about it at exit
+        return 1, ""
+    except (ValueError, TypeError, OSError) as problem:
+        return BAD_INPUT, _sentence(problem)
+    except Exception as problem:
+        if not hasattr(problem, "format_message"):  # a wrong command line, by the parser's own kind of error
+            raise
+        return BAD_INPUT, problem.format_message() or "no command was given; see simplexmesh --help"
+    if code == KEPT:  # the command said itself what it kept
+        return INTERRUPTED, ""
+    if code == INTERRUPTED:  # the parser's way to say that nobody caught the interrupt
+        return INTERRUPTED, NOTHING_WRITTEN
+    return (code if isinstance(code, int) else 0), ""
 
 
 def _sentence(problem: Exception) -> str:

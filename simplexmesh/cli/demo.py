@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from simplexmesh.cli.report import as_json, progress, table
+from simplexmesh.cli.report import KEPT, as_json, note, progress, table
 
 EXAMPLE = "Example: simplexmesh demo -o demo_output"
 
@@ -18,7 +19,7 @@ def command(
     ] = Path("demo_output"),
     size: Annotated[str, typer.Option(help="large (twelve organs) or small (two, coarse).")] = "large",
     json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
-) -> None:
+) -> str | None:
     """Reconstruct organs of a frog from a labelled MR volume, then one of them again from a noisy scan."""
     from simplexmesh import _check
     from simplexmesh.cli import frog
@@ -26,12 +27,19 @@ def command(
     _check.choice("--size", size, ("large", "small"))
     if output.exists() and not output.is_dir():
         raise NotADirectoryError(f"--output must be a folder, {str(output)!r} is a file")
+    made_in = next(folder for folder in (output, *output.absolute().parents) if folder.exists())
+    if not os.access(made_in, os.W_OK):
+        raise PermissionError(f"--output must be in a folder that can be written to, {str(made_in)!r} cannot")
     with progress("frog", wanted=not json) as report:
         out = frog.main(size, report)
-    facts = frog.written(out, output)
+    try:
+        facts = frog.written(out, output)
+    except KeyboardInterrupt:
+        note(f"interrupted; {output} is not complete")
+        return KEPT
     if json:
         as_json(facts)
-        return
+        return None
     rows = {
         name: f"{organ['vertices']:>6,} vertices, genus {organ['genus']}, "
         f"rms to the data {organ['distance']['mesh_to_data']['rms']:.3f}, {organ['seconds']:.1f} s"
@@ -43,3 +51,4 @@ def command(
         f"mean to the truth {scan['mean_distance_to_truth']:.3f}, {scan['model']['seconds']:.1f} s"
     )
     table(f"models, report and pictures are in {output}", rows)
+    return None

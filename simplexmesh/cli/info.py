@@ -14,7 +14,9 @@ EXAMPLE = "Example: simplexmesh info head.vtp"
 
 def command(
     inputs: Annotated[list[Path], typer.Argument(metavar="FILE", help="Volumes, surfaces, points, models.")],
-    json: Annotated[bool, typer.Option("--json", help="Print JSON: an object for each file.")] = False,
+    json: Annotated[
+        bool, typer.Option("--json", help="Print a JSON object; for several files, a list of them named files.")
+    ] = False,
 ) -> None:
     """Say what a file holds: kind, size, range, extent; for a model also its topology, geometry and flaws."""
     from simplexmesh.data.reading import read

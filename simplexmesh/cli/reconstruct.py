@@ -9,7 +9,20 @@ from typing import Annotated, Any
 
 import typer
 
-from simplexmesh.cli.report import MODELS, PICTURES, as_json, direction, note, progress, table, writable
+from simplexmesh.cli.report import (
+    KEPT,
+    MODELS,
+    NOTES,
+    PICTURES,
+    as_json,
+    direction,
+    note,
+    progress,
+    table,
+    upward,
+    writable,
+    written_to,
+)
 
 EXAMPLE = (
     "Examples: simplexmesh reconstruct head_ct.mhd --level 500 --vertices 3000 -o head.vtp ;  "
@@ -34,14 +47,17 @@ def command(
     tunnels: Annotated[float | None, typer.Option(help="Seal holes through the body narrower than this.")] = None,
     iterations: Annotated[int, typer.Option(help="Most iterations of the fine stage.")] = 300,
     picture: Annotated[Path | None, typer.Option(help="Write a picture of data and model to this file.")] = None,
-    view: Annotated[str, typer.Option(help="Side the picture is taken from: iso, xy, -xy, xz, yx, ...")] = "iso",
+    view: Annotated[str | None, typer.Option(help="Side the picture is taken from: iso, xy, -xy, xz, yx, ...")] = None,
+    up: Annotated[str | None, typer.Option(help="Axis that points up in the picture: x, y, z or auto.")] = None,
     json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
-) -> int:
+) -> int | str:
     """Fit a surface model to a volume, a label, a scan or several scans."""
     output = writable(output, "--output", MODELS, inputs)
     if picture is not None:
         picture = writable(picture, "--picture", PICTURES, inputs)
-    camera = direction(view)
+    camera, upwards = direction(view or "iso"), upward(up or "auto")
+    if picture is None and (view or up):
+        raise ValueError(f"--{'view' if view else 'up'} is for the picture, and --picture is not given")
 
     from simplexmesh.motion.reconstruct import reconstruct
 
@@ -61,19 +77,28 @@ def command(
             progress=report,
         )
     seconds = time.perf_counter() - began
-    result.mesh.save(output)
-    if result.interrupted:
+    with written_to(output, "the model"):
+        result.mesh.save(output)
+    interrupted = result.interrupted
+    if interrupted:
         note(f"interrupted; the model reached so far is in {output}")
     elif not result.converged:
-        note(f"still moving after {len(result.history)} iterations; --iterations allows more")
-    if picture is not None:
-        _draw(picture, data, result, level, label, camera)
+        note(f"the model did not come to rest in {len(result.history)} iterations; --iterations allows more")
     facts = described(result) | {"seconds": round(seconds, 3), "output": str(output)}
+    for problem in facts["problems"]:
+        note(f"the model is not sound: {problem}")
+    if picture is not None and not interrupted:
+        try:
+            with written_to(picture, "the picture"):
+                _draw(picture, data, result, level, label, inside, camera, upwards)
+        except KeyboardInterrupt:
+            interrupted = True
+            note(f"interrupted; the model is in {output}, and there is no picture")
     if json:
-        as_json(facts)
+        as_json(facts | {"notes": NOTES})
     else:
-        _print(result, seconds, output)
-    return 130 if result.interrupted else 0
+        _print(facts, output)
+    return KEPT if interrupted else 0
 
 
 def loaded(inputs: list[Path], poses: Path | None) -> Any:
@@ -87,7 +112,9 @@ def loaded(inputs: list[Path], poses: Path | None) -> Any:
 
 
 def described(result: Any) -> dict[str, Any]:
-    """Return the numbers that describe a reconstruction."""
+    """Return the numbers that describe a reconstruction, and what is wrong with its mesh."""
+    from simplexmesh.motion.evolve import mean_edge
+
     mesh = result.mesh
     return {
         "vertices": mesh.n_vertices,
@@ -97,6 +124,7 @@ def described(result: Any) -> dict[str, Any]:
         "components": mesh.n_components,
         "area": mesh.area,
         "volume": mesh.volume,
+        "mean_edge": mean_edge(mesh),
         "distance": {
             "mesh_to_data": asdict(result.distance.mesh_to_data),
             "data_to_mesh": asdict(result.distance.data_to_mesh),
@@ -104,31 +132,43 @@ def described(result: Any) -> dict[str, Any]:
         "iterations": len(result.history),
         "converged": result.converged,
         "interrupted": result.interrupted,
+        "tangled": result.tangled,
+        "problems": list(mesh.check(self_intersections=True).problems),
     }
 
 
-def _draw(path: Path, data: Any, result: Any, level: float | None, label: int | None, camera: str | None) -> None:
+def _draw(
+    path: Path,
+    data: Any,
+    result: Any,
+    level: float | None,
+    label: int | None,
+    inside: str,
+    camera: str | None,
+    up: str,
+) -> None:
     from simplexmesh import plot
 
-    plot.picture(path, plot.beside(data, result.mesh, level=level, label=label, view=camera))
+    plot.picture(path, plot.beside(data, result.mesh, level=level, label=label, inside=inside, view=camera, up=up))
 
 
-def _print(result: Any, seconds: float, output: Path) -> None:
-    mesh, rest = result.mesh, "at rest" if result.converged else "still moving"
-    pieces = f", {mesh.n_components} components" if mesh.n_components > 1 else ""
+def _print(facts: dict[str, Any], output: Path) -> None:
+    rest = "interrupted" if facts["interrupted"] else "at rest" if facts["converged"] else "still moving"
+    pieces = f", {facts['components']} components" if facts["components"] > 1 else ""
     table(
         str(output),
         {
-            "mesh": f"{mesh.n_vertices:,} vertices, {mesh.n_faces:,} faces, genus {mesh.genus}, "
-            f"{mesh.n_holes} holes{pieces}",
-            "size": f"area {mesh.area:.6g}, volume {mesh.volume:.6g}",
-            "mesh to data": _spread(result.distance.mesh_to_data),
-            "data to mesh": _spread(result.distance.data_to_mesh),
-            "motion": f"{len(result.history)} iterations, {rest}",
-            "time": f"{seconds:.1f} s",
+            "mesh": f"{facts['vertices']:,} vertices, {facts['faces']:,} faces, genus {facts['genus']}, "
+            f"{facts['holes']} holes{pieces}",
+            "size": f"area {facts['area']:.6g}, volume {facts['volume']:.6g}, mean edge {facts['mean_edge']:.4g}",
+            "mesh to data": _spread(facts["distance"]["mesh_to_data"]),
+            "data to mesh": _spread(facts["distance"]["data_to_mesh"]),
+            "motion": f"{facts['iterations']} iterations, {rest}",
+            "problems": "\n".join(facts["problems"]) or "none",
+            "time": f"{facts['seconds']:.1f} s",
         },
     )
 
 
-def _spread(spread: Any) -> str:
-    return f"mean {spread.mean:.4g}, rms {spread.rms:.4g}, 95 % {spread.p95:.4g}, max {spread.max:.4g}"
+def _spread(spread: dict[str, float]) -> str:
+    return f"mean {spread['mean']:.4g}, rms {spread['rms']:.4g}, 95 % {spread['p95']:.4g}, max {spread['max']:.4g}"

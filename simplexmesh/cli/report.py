@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -14,11 +15,16 @@ import typer
 
 MODELS = (".vtp", ".ply", ".obj", ".off", ".stl")
 PICTURES = (".png", ".jpg", ".jpeg", ".tif")
+INTERRUPTED = 130
+KEPT = "interrupted, and what was reached is kept"  # what a command returns then
+UPS = ("auto", "x", "y", "z")
+NOTES: list[str] = []  # what was said so far, for JSON
 VIEWS = ("iso", "xy", "xz", "yz", "yx", "zx", "zy", "-xy", "-xz", "-yz", "-yx", "-zx", "-zy")
 
 
 def note(message: str) -> None:
     """Say something worth knowing, on the error stream."""
+    NOTES.append(message)
     typer.echo(f"note: {message}", err=True)
 
 
@@ -111,10 +117,41 @@ def writable(path: Path, option: str, endings: tuple[str, ...], inputs: list[Pat
         raise ValueError(f"{option} must end with one of {', '.join(endings)}, not {path.suffix or 'nothing'}")
     if not path.parent.is_dir():
         raise FileNotFoundError(f"{option} must be in an existing folder, {str(path.parent)!r} is not one")
+    if not os.access(path.parent, os.W_OK):
+        raise PermissionError(f"{option} must be in a folder that can be written to, {str(path.parent)!r} cannot")
     if path.is_dir():
         raise IsADirectoryError(f"{option} must be a file, {str(path)!r} is a folder")
     if any(path.exists() and given.exists() and path.samefile(given) for given in inputs or []):
         raise ValueError(f"{option} must not be the input {str(path)!r} itself")
+    return path
+
+
+@contextmanager
+def written_to(path: Path, what: str) -> Iterator[None]:
+    """Let failures to write name the path the user gave; say so when an older file was replaced."""
+    older = path.exists()
+    try:
+        yield
+    except OSError as problem:
+        if problem.strerror:
+            raise OSError(problem.errno, problem.strerror, str(path)) from problem
+        raise
+    if older:
+        note(f"{what} {path} was replaced")
+
+
+def unused(folder: Path, name: str) -> Path:
+    """Return a path in a folder that no file has yet: the name, or the name with a number.
+
+    Examples
+    --------
+    >>> unused(Path("nowhere"), "head.png").name
+    'head.png'
+    """
+    path, number = folder / name, 1
+    while path.exists():
+        number += 1
+        path = folder / f"{Path(name).stem}-{number}{Path(name).suffix}"
     return path
 
 
@@ -129,3 +166,16 @@ def direction(view: str) -> str | None:
     if view not in VIEWS:
         raise ValueError(f"--view must be one of {', '.join(map(repr, VIEWS))}, not {view!r}")
     return None if view == "iso" else view
+
+
+def upward(up: str) -> str:
+    """Return the axis that points up.
+
+    Examples
+    --------
+    >>> upward("y")
+    'y'
+    """
+    if up not in UPS:
+        raise ValueError(f"--up must be one of {', '.join(map(repr, UPS))}, not {up!r}")
+    return up

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from simplexmesh.cli.report import PICTURES, direction, note, writable
+from simplexmesh.cli.report import PICTURES, direction, note, unused, upward, writable, written_to
 
 EXAMPLE = "Example: simplexmesh view head.vtp --scalars mean_curvature"
 
@@ -22,27 +22,36 @@ def command(
     label: Annotated[int | None, typer.Option(help="Region shown of a volume of labels.")] = None,
     unit: Annotated[str, typer.Option(help="Unit of length, for the scale.")] = "",
     side: Annotated[str, typer.Option("--view", help="Side to look from: iso, xy, -xy, xz, yx, ...")] = "iso",
+    up: Annotated[
+        str, typer.Option(help="Axis that points up: x, y, z, or auto: z, or y for surfaces and points taller along y.")
+    ] = "auto",
     picture: Annotated[Path | None, typer.Option(help="Write a picture to this file and open no window.")] = None,
 ) -> None:
-    """Open a window on a file; without a display, say so and write a picture beside it."""
+    """Open a window on a file; without a display, say so and write a picture to the current folder."""
     if picture is not None:
-        picture = writable(picture, "--picture", PICTURES, [path])
-    camera = direction(side)
+        picture = writable(picture, "--picture", PICTURES, [path, *([data] if data else [])])
+    camera, upwards = direction(side), upward(up)
 
     from simplexmesh import plot
     from simplexmesh.data.convert import as_data
 
     shown: Any = as_data(path)
     if data is None:
-        plotter = plot.surface(shown, scalars=scalars, level=level, label=label, title=path.name, unit=unit)
-        plot.looked_at(plotter, camera)
+        plotter = plot.surface(
+            shown, scalars=scalars, level=level, label=label, title=path.name, unit=unit, view=camera, up=upwards
+        )
     else:
-        plotter = plot.beside(as_data(data), shown, scalars=scalars, level=level, label=label, unit=unit, view=camera)
+        plotter = plot.beside(
+            as_data(data), shown, scalars=scalars, level=level, label=label, unit=unit, view=camera, up=upwards
+        )
     if picture is None and plot.has_display():
         plotter.show(title=f"simplexmesh: {path.name}")
         return
+    windowless = picture is None
     if picture is None:
-        picture = writable(path.with_name(f"{path.name}.png"), "the picture", PICTURES)
+        picture = writable(unused(Path(), f"{path.name}.png"), "the picture", PICTURES)
+    with written_to(picture, "the picture"):
+        plot.picture(picture, plotter)
+    if windowless:
         note(f"there is no display to open a window on; the picture is in {picture}")
-    plot.picture(picture, plotter)
     typer.echo(picture)
