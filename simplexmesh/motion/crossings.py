@@ -41,7 +41,11 @@ def outer_crossings(volume: Volume, level: float, *, sign: float = 1.0, largest:
     True
     """
     first, part = _cropped(volume.values, level, sign)
-    values = np.pad(sign * (part.astype(np.float32) - np.float32(level)), 1, constant_values=-np.inf)
+    values = np.full(np.add(part.shape, 2), -np.inf, dtype=np.float32)
+    for slab, samples in zip(
+        values[1:-1, 1:-1, 1:-1], part, strict=True
+    ):  # the difference is small, the values may not be
+        slab[...] = sign * (samples.astype(np.float64) - level)
     if largest:
         pieces, _ = ndimage.label(values > 0)
         sizes = np.bincount(pieces.ravel())

@@ -10,11 +10,12 @@ from numpy.typing import NDArray
 from simplexmesh import _check
 from simplexmesh.data.convert import as_volume
 from simplexmesh.motion.targets import _kernels_volume
+from simplexmesh.motion.targets.door import BuiltIn, checked
 
 Array = NDArray[np.float64]
 
 
-class Isosurface:
+class Isosurface(BuiltIn):
     """Where a volume crosses a level, found along each vertex's normal to sub-voxel precision.
 
     The volume is read by trilinear interpolation in physical space. A crossing counts when the normal leaves the
@@ -23,7 +24,8 @@ class Isosurface:
 
     Parameters
     ----------
-    volume : Volume or whatever `simplexmesh.Volume` can be made of
+    volume : Volume or whatever one can be made of
+        An array, a PyVista or VTK image, a path.
     level : float
         Strictly between the smallest and the largest value of the volume.
     inside : {"above", "below"}
@@ -69,7 +71,7 @@ class Isosurface:
         ----------
         vertices, normals : (n, 3) array of float
         reach : float
-            How far to look either way, in the volume's unit.
+            How far to look either way, in the volume's unit; infinity looks through the whole volume.
         pace : float
             Longest stride of the search, in voxels; thinner sheets than that may be stepped over.
 
@@ -77,6 +79,8 @@ class Isosurface:
         -------
         (n,) array of float
         """
+        vertices, normals, reach = checked(vertices, normals, reach)
+        pace = _check.number("pace", pace, 0.0, open_low=True)
         out = np.zeros(len(vertices))
         _kernels_volume.isosurface_gaps(
             vertices,

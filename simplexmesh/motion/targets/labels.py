@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh._vec import normalized
+from simplexmesh.data.convert import as_volume
 from simplexmesh.data.volume import Volume
 from simplexmesh.motion.targets import _kernels_labels
 from simplexmesh.motion.targets.points import SurfelTarget
@@ -26,7 +27,8 @@ class LabelSurface(SurfelTarget):
 
     Parameters
     ----------
-    volume : Volume or whatever `simplexmesh.Volume` can be made of
+    volume : Volume or whatever one can be made of
+        An array, a PyVista or VTK image, a path.
     label : int or None
         The region's; None for everything that is not zero. Beyond the volume there is none of it.
 
@@ -46,7 +48,7 @@ class LabelSurface(SurfelTarget):
     """
 
     def __init__(self, volume: Any, label: int | None = None) -> None:
-        self.volume = volume if isinstance(volume, Volume) else Volume(volume)
+        self.volume = as_volume(volume)
         self.label = label
         places, spread, normals = _crossings(self.volume, label)
         center = places.mean(axis=0)

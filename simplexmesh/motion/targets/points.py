@@ -9,14 +9,16 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh import _check
+from simplexmesh.data.convert import as_points
 from simplexmesh.data.points import PointCloud
 from simplexmesh.motion.targets import _kernels_points
+from simplexmesh.motion.targets.door import BuiltIn, checked
 from simplexmesh.motion.targets.surfels import Surfels, fitted_surfels
 
 Array = NDArray[np.float64]
 
 
-class SurfelTarget:
+class SurfelTarget(BuiltIn):
     """The surface that surfels describe; what `Points` and `LabelSurface` have in common.
 
     Remembers where each vertex was, to start from there: the answer does not depend on it.
@@ -43,7 +45,7 @@ class SurfelTarget:
         vertices, normals : (n, 3) array of float
             Unit normals, outward.
         reach : float
-            How far to look either way, in the data's unit.
+            How far to look either way, in the data's unit; infinity for any distance.
 
         Returns
         -------
@@ -51,16 +53,17 @@ class SurfelTarget:
             Positive where the surface is outside of the vertex. NaN also beside the data (over its holes) and where
             the data only faces another way (more than 78 degrees from the normal).
         """
-        near = np.ascontiguousarray(vertices - self.center)
+        vertices, normals, reach = checked(vertices, normals, reach)
+        near = vertices - self.center
         if len(self._state) != len(near):
             self._state = np.zeros(len(near), np.int64)
         out = np.zeros(len(near))
         s = self.surfels
         _kernels_points.surfel_gaps(
             near,
-            np.ascontiguousarray(normals, dtype=np.float64),
-            float(reach),
-            float(reach) + s.spacing,
+            normals,
+            reach,
+            reach + s.spacing,
             s.table,
             s.support,
             s.neighbors,
@@ -96,7 +99,8 @@ class Points(SurfelTarget):
 
     Parameters
     ----------
-    cloud : PointCloud or (n, 3) array of float
+    cloud : PointCloud or whatever one can be made of
+        (n, 3) points, (n, 6) with normals, PyVista or trimesh objects, a path; of a surface, its vertices and normals.
 
     Examples
     --------
@@ -108,8 +112,10 @@ class Points(SurfelTarget):
     True
     """
 
-    def __init__(self, cloud: PointCloud | ArrayLike) -> None:
-        self.cloud = cloud if isinstance(cloud, PointCloud) else PointCloud(np.asarray(cloud))
+    def __init__(self, cloud: Any) -> None:
+        if isinstance(cloud, np.ndarray) and cloud.shape[1:] == (3,):
+            cloud = PointCloud(cloud)  # copies of points change nothing here: no need to look for them
+        self.cloud = cloud if isinstance(cloud, PointCloud) else as_points(cloud, "cloud")
         center = self.cloud.points.mean(axis=0)
         self._set(fitted_surfels(self.cloud.points - center, self.cloud.normals), center)
 

@@ -10,11 +10,13 @@ from numpy.typing import NDArray
 
 from simplexmesh._vec import cross, dot, norm, normalized
 from simplexmesh.data.convert import as_triangles
+from simplexmesh.mesh import _kernels
+from simplexmesh.motion.targets.door import BuiltIn, checked
 
 Array = NDArray[np.float64]
 
 
-class Triangles:
+class Triangles(BuiltIn):
     """A surface of triangles: the closest point of the surface, projected on each vertex's normal.
 
     A closest point counts when its triangle faces the same way as the vertex (within about 78 degrees), so that the
@@ -58,6 +60,7 @@ class Triangles:
 
     def gap(self, vertices: Array, normals: Array, reach: float) -> Array:
         """Return (n,) the signed distance along each normal, NaN where the closest point is beyond `reach`."""
+        vertices, normals, reach = checked(vertices, normals, reach)
         distance, closest, faces = self.closest(vertices)
         facing = dot(self._normals[faces], normals)
         # at an edge the face found is an arbitrary one of several: the direction to the closest point decides too
@@ -91,9 +94,13 @@ def border_sides(faces: NDArray[np.int64]) -> NDArray[np.bool_]:
     >>> border_sides(np.array([[0, 1, 2], [0, 2, 3]])).tolist()
     [[True, True, False], [False, True, True]]
     """
-    ends = np.sort(np.stack([faces, np.roll(faces, -1, axis=1)], axis=-1).reshape(-1, 2), axis=1)
-    _, place, count = np.unique(ends, axis=0, return_inverse=True, return_counts=True)
-    return np.asarray((count[place.ravel()] == 1).reshape(-1, 3))
+    mates, crowded = _kernels.half_edge_mates(np.array(faces, dtype=np.int64))
+    if crowded < 0:
+        return np.asarray(mates.reshape(-1, 3) < 0)
+    other = np.roll(faces, -1, axis=1)  # an edge of three triangles or more: slower, and for any number of them
+    edge = np.minimum(faces, other) * (int(faces.max()) + 1) + np.maximum(faces, other)
+    _, place, count = np.unique(edge.ravel(), return_inverse=True, return_counts=True)
+    return np.asarray((count[place] == 1).reshape(-1, 3))
 
 
 def surface_distance(points: Array, vertices: Array, faces: NDArray[np.int64]) -> Array:
