@@ -15,6 +15,7 @@ from scipy.spatial.transform import Rotation
 import simplexmesh as sm
 from simplexmesh.data import _kernels
 from simplexmesh.data.convert import as_volume
+from simplexmesh.data.poses import rigid
 from simplexmesh.data.range_grid import grid_faces, grid_normals
 from simplexmesh.errors import SimplexMeshWarning
 from tests.reference_data import lzf_compressed, lzf_decompressed
@@ -62,6 +63,27 @@ class TestPhysicalSpace:
     def test_dicom_series(self, image, tmp_path):
         write_series(image, tmp_path, "1.2.3")
         assert_lies_as(sm.read(tmp_path), image)
+
+    def test_a_missing_slice_is_named_and_not_stretched_over(self, image, tmp_path):
+        write_series(image, tmp_path, "1.2.3")
+        (tmp_path / "1.2.3.4.dcm").unlink()  # slice 4 of 5
+        message = "has a gap of 5 mm between slices 3 and 4, others 2.5 mm; a slice seems to be missing"
+        with pytest.raises(OSError, match=message):
+            sm.read(tmp_path)
+
+    def test_a_missing_end_cannot_be_told(self, image, tmp_path):
+        write_series(image, tmp_path, "1.2.3")
+        (tmp_path / "1.2.3.2.dcm").unlink()  # slice 5 of 5
+        assert_lies_as(sm.read(tmp_path), image[:, :, :4])
+
+    def test_distances_that_differ_by_rounding_will_do(self, image, tmp_path):
+        write_series(image, tmp_path, "1.2.3", shift=0.008)
+        assert sm.read(tmp_path).shape == (7, 6, 5)
+
+    def test_doubled_slices_are_named(self, image, tmp_path):
+        write_series(image, tmp_path, "1.2.3", shift=2.5)
+        with pytest.raises(OSError, match="slices seem to be doubled"):
+            sm.read(tmp_path)
 
     def test_of_several_series_the_longest_is_taken_and_said(self, image, tmp_path):
         write_series(image, tmp_path, "1.2.3")
@@ -137,13 +159,15 @@ class TestPhysicalSpace:
         assert len(junk) == 500
 
 
-def write_series(image, folder, uid):
+def write_series(image, folder, uid, shift=0.0):
+    """Write the slices, the fourth of them moved along the axis of slices."""
     writer = sitk.ImageFileWriter()
     writer.KeepOriginalImageUIDOn()
     direction = image.GetDirection()
     for k in range(image.GetSize()[2]):
         one = image[:, :, k]
-        place = image.TransformIndexToPhysicalPoint((0, 0, k))
+        off = shift / image.GetSpacing()[2] if k == 3 else 0.0
+        place = image.TransformContinuousIndexToPhysicalPoint((0.0, 0.0, k + off))
         tags = {
             "0020|000e": uid,
             "0020|0037": "\\".join(str(direction[i]) for i in (0, 3, 6, 1, 4, 7)),
@@ -427,6 +451,28 @@ class TestPoses:
             sm.read_poses(tmp_path / "a.conf")
         with pytest.raises(FileNotFoundError, match="path must be a file of poses"):
             sm.read_poses(tmp_path / "b.conf")
+
+
+class TestRigid:
+    @pytest.mark.parametrize(
+        ("T", "complaint"),
+        [
+            (np.diag([2.0, 2, 2, 1]), "must be a rotation and a translation; it scales by 2, 2, 2"),
+            (np.diag([0.0, 0, 0, 1]), "it scales by 0, 0, 0"),
+            (np.diag([1.0, 1, -1, 1]), "it is a reflection"),
+            (np.diag([1.0, 1, 1, 2]), r"must have the last row \(0, 0, 0, 1\), not \(0, 0, 0, 2\)"),
+            ([[1, 0.6, 0, 0], [0, 0.8, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]], "it shears"),
+        ],
+    )
+    def test_what_is_no_rotation_is_refused_by_name(self, T, complaint, tmp_path):
+        (tmp_path / "a.json").write_text(json.dumps({"front": np.array(T).tolist()}))
+        with pytest.raises(ValueError, match=f"^a.json: pose of front .*{complaint}"):
+            sm.read_poses(tmp_path / "a.json")
+
+    def test_rounded_rotations_will_do(self):
+        T = np.eye(4)
+        T[:3, :3] = TURNED.round(4)
+        assert_array_equal(rigid("pose", T), T)
 
 
 class TestKnownKinds:

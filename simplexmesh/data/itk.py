@@ -21,6 +21,8 @@ from simplexmesh.data import formats, integrity
 from simplexmesh.data.volume import Volume
 from simplexmesh.errors import SimplexMeshWarning
 
+_UNEVEN = 0.01
+
 
 class _Kept:
     """The samples of an ITK image as NumPy sees them, keeping the image alive: a volume is not copied."""
@@ -67,13 +69,15 @@ def read_series(folder: Path) -> Volume:
     Raises
     ------
     OSError
-        There are no such slices, or they are damaged.
+        There are no such slices, they are damaged, or one seems to be missing: their distances differ by over 1 %.
     ValueError
         They do not make one three-dimensional image of real numbers.
     """
     files = sorted((f for f in folder.iterdir() if f.is_file()), key=_natural)
     tiffs = [f for f in files if formats.suffix(f) in (".tif", ".tiff")]
-    slices = _dicom_slices(folder) or [str(f) for f in tiffs]
+    dicom = _dicom_slices(folder)
+    _check_gaps(folder, dicom)
+    slices = dicom or [str(f) for f in tiffs]
     if not slices:
         raise OSError(f"{folder.name} must be a folder of DICOM or TIFF slices; none of its {len(files)} files is one")
     if len(slices) == 1:
@@ -98,6 +102,34 @@ def _dicom_slices(folder: Path) -> list[str]:
             stacklevel=2,
         )
     return longest
+
+
+def _check_gaps(folder: Path, slices: Sequence[str]) -> None:
+    """Check that the slices stand at equal distances: ITK takes the mean distance and stretches what has a gap."""
+    if len(slices) < 3:
+        return
+    places = []
+    reader = sitk.ImageFileReader()
+    reader.SetImageIO("GDCMImageIO")
+    for name in slices:
+        reader.SetFileName(name)
+        try:
+            reader.ReadImageInformation()
+        except RuntimeError as error:
+            raise OSError(f"{folder.name}: {Path(name).name} cannot be read: {_reason(str(error))}") from None
+        normal = np.reshape(reader.GetDirection(), (3, 3))[:, 2]
+        places.append(float(np.dot(reader.GetOrigin(), normal)))
+    gaps = np.abs(np.diff(places))
+    if not gaps.any():  # no positions in the headers
+        return
+    usual = float(np.median(gaps[gaps > 0]))
+    k = int(np.abs(gaps - usual).argmax())
+    if abs(gaps[k] - usual) > _UNEVEN * usual:
+        seems = "a slice seems to be missing" if gaps[k] > usual else "slices seem to be doubled"
+        raise OSError(
+            f"{folder.name} has a gap of {gaps[k]:g} mm between slices {k + 1} and {k + 2}, others {usual:g} mm; "
+            f"{seems}"
+        )
 
 
 def _executed(path: Path, reader: Any) -> sitk.Image:

@@ -7,11 +7,13 @@ import os
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from simplexmesh.data.points import affine
+from simplexmesh import _check
 
 Array = NDArray[np.float64]
+
+_ROUNDING = 1e-3
 
 
 def read_poses(path: str | os.PathLike[str]) -> dict[str, Array]:
@@ -56,7 +58,7 @@ def read_poses(path: str | os.PathLike[str]) -> dict[str, Array]:
     text = where.read_text(encoding="utf-8", errors="replace")
     try:
         if text.lstrip().startswith("{"):
-            poses = {str(name): affine(f"pose of {name}", T) for name, T in json.loads(text).items()}
+            poses = {str(name): _matrix(name, T) for name, T in json.loads(text).items()}
         elif "bmesh" in text:
             poses = dict(_stanford(line.split()) for line in text.splitlines() if line.startswith("bmesh"))
         else:
@@ -65,7 +67,50 @@ def read_poses(path: str | os.PathLike[str]) -> dict[str, Array]:
         raise OSError(f"{where.name} must hold poses (Stanford .conf, JSON or CSV): {error}") from None
     if not poses:
         raise OSError(f"{where.name} must hold poses (Stanford .conf, JSON or CSV), it holds none")
-    return poses
+    return {name: rigid(f"{where.name}: pose of {name}", T) for name, T in poses.items()}
+
+
+def rigid(name: str, T: ArrayLike) -> Array:
+    """Return a (4, 4) rotation and translation, or say what is wrong with it.
+
+    Parameters
+    ----------
+    name : str
+        What the caller calls it, for the message.
+    T : (4, 4) array of float
+        Its rotation may be off by rounding, up to 1e-3 in R'R.
+
+    Raises
+    ------
+    ValueError
+        Wrong shape, NaN, a last row other than (0, 0, 0, 1), a scale, a shear or a reflection.
+    TypeError
+        Not real numbers.
+
+    Examples
+    --------
+    >>> rigid("pose", 2 * np.eye(4))
+    Traceback (most recent call last):
+    ...
+    ValueError: pose must have the last row (0, 0, 0, 1), not (0, 0, 0, 2)
+    """
+    out = _check.array(name, T, (4, 4))
+    R = out[:3, :3]
+    if not np.array_equal(out[3], [0, 0, 0, 1]):
+        raise ValueError(f"{name} must have the last row (0, 0, 0, 1), not ({', '.join(f'{x:g}' for x in out[3])})")
+    lengths = np.linalg.norm(R, axis=0)
+    off = float(np.abs(R.T @ R - np.eye(3)).max())
+    if not off <= _ROUNDING:
+        scale = f"it scales by {', '.join(f'{s:g}' for s in lengths)}"
+        scaled = np.abs(lengths - 1).max() > _ROUNDING / 4
+        raise ValueError(f"{name} must be a rotation and a translation; {scale if scaled else 'it shears'}")
+    if np.linalg.det(R) < 0:
+        raise ValueError(f"{name} must be a rotation and a translation; it is a reflection")
+    return out
+
+
+def _matrix(name: str, T: ArrayLike) -> Array:
+    return _check.array(f"pose of {name}", T, (4, 4))
 
 
 def _stanford(words: list[str]) -> tuple[str, Array]:
@@ -83,9 +128,9 @@ def _stanford(words: list[str]) -> tuple[str, Array]:
         [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
     ]
     T[:3, 3] = tx, ty, tz
-    return words[1], affine(f"pose of {words[1]}", T)
+    return words[1], _matrix(words[1], T)
 
 
 def _listed(words: list[str]) -> tuple[str, Array]:
     name = words[0].strip()
-    return name, affine(f"pose of {name}", np.array([float(word) for word in words[1:]]).reshape(4, 4))
+    return name, _matrix(name, np.array([float(word) for word in words[1:]]).reshape(4, 4))
