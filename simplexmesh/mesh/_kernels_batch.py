@@ -159,8 +159,8 @@ def look(d: Darts, vertex: int, head: Indices, after: Indices, before: Indices, 
 
 
 @njit(cache=True)
-def even_out(d: Darts) -> int:
-    """T7 on edges with an imbalance of 2 or more, the largest first, until there is none; return how many.
+def even_out(d: Darts, limit: int) -> int:
+    """T7 on edges with an imbalance of 2 or more, the largest first, until none or `limit` were; return how many.
 
     The queue is a list of darts for each imbalance up to 255. An edge that may not be swapped leaves it until a
     face near it changes.
@@ -176,7 +176,7 @@ def even_out(d: Darts) -> int:
     while True:
         while top >= 2 and head[top] < 0:
             top -= 1
-        if top < 2:
+        if top < 2 or swaps == limit:
             return swaps
         edge = head[top]
         place(edge, 0, head, after, before, queued)

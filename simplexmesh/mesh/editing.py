@@ -270,6 +270,12 @@ class EditableMesh:
         self._seams.append(seam)
         return seam
 
+    def even_out(self, limit: int = 2**62) -> int:
+        """T7 on the most unequal edge, again and again; return how often. The log is lost. See `regularize`."""
+        self._darts.used[2] = 0
+        self._seams.clear()
+        return int(_kernels_batch.even_out(self._darts, limit))
+
     # ---- the log and the result
 
     def undo(self, count: int | None = None) -> int:

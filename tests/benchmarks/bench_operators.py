@@ -16,6 +16,7 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import simplexmesh as sm
 from simplexmesh.mesh.editing import EditableMesh
+from simplexmesh.mesh.regularize import regularize
 
 
 def timed(function, rounds: int = 3) -> tuple[float, object]:
@@ -57,6 +58,13 @@ def main() -> None:
         mesh = sm.sphere(vertices=vertices)
         for name, seconds, tried, done in batches(mesh, min(vertices // 4, 50_000), rng):
             print(f"| {mesh.n_vertices} | {name} | {tried} | {done} | {tried / seconds:,.0f} | {done / seconds:,.0f} |")
+    uneven = EditableMesh(sm.sphere(vertices=65_000))
+    uneven.swap_edges(rng.integers(0, 3 * uneven.n_slots, 20_000))
+    mesh = uneven.result().mesh
+    seconds, out = timed(lambda: regularize(mesh))
+    print(
+        f"regularizing {mesh.n_vertices} vertices: {seconds:.3f} s, {out.swaps} swaps, {len(out.exceptions)} exceptions"
+    )
     points = rng.normal(size=(200_000, 3))
     tree = cKDTree(points)
     seconds, _ = timed(lambda: tree.query(points[:50_000]))
