@@ -12,11 +12,12 @@ import pytest
 ROOT = Path(__file__).parents[1] / "simplexmesh"
 
 # Room -> the rooms it may import from, besides itself; the front is the package as users see it.
-FLOOR = {"errors", "_check", "_vec"}
+FLOOR = {"errors", "_check", "_vec", "_cache"}
 BELOW = {
     "errors": set(),
     "_check": {"errors"},
     "_vec": set(),
+    "_cache": set(),
     "mesh": FLOOR,
     "data": FLOOR | {"mesh"},
     "motion": FLOOR | {"mesh", "data"},

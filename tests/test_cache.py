@@ -1,0 +1,96 @@
+"""Kernels compile where nothing but the temporary folder can be written to."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import pytest
+
+import simplexmesh
+from simplexmesh import _cache
+
+NOBODY = 65534
+PACKAGE = Path(simplexmesh.__file__).parent
+CODE = """
+import os
+import simplexmesh as sm
+from simplexmesh.mesh import _kernels
+print(sm.__file__)
+print(os.environ.get("NUMBA_CACHE_DIR"))
+print(type(_kernels.rings._cache._impl.locator).__name__)
+"""
+
+
+def said_by(folder: Path, home: Path, **more: str) -> list[str]:
+    """What a user nobody's Python prints with the package copied to `folder`."""
+    environment = {k: v for k, v in os.environ.items() if not k.startswith(("NUMBA", "XDG", "PYTHON"))}
+    environment |= {"HOME": str(home), "PYTHONPATH": str(folder), "TMPDIR": str(folder / "temporary"), **more}
+    user = ["setpriv", f"--reuid={NOBODY}", f"--regid={NOBODY}", "--clear-groups"]
+    done = subprocess.run(
+        [*user, sys.executable, "-c", CODE], capture_output=True, text=True, env=environment, cwd=folder, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout.split()
+
+
+@pytest.fixture
+def closed():
+    """A copy of the package that nobody can read but not write, a closed home and an open temporary folder."""
+    if shutil.which("setpriv") is None or not hasattr(os, "getuid") or os.getuid() != 0:
+        pytest.skip("needs root and setpriv to run as somebody else")
+    folder = Path(tempfile.mkdtemp())
+    folder.chmod(0o755)
+    shutil.copytree(PACKAGE, folder / "simplexmesh", ignore=shutil.ignore_patterns("__pycache__"))
+    (folder / "temporary").mkdir()
+    (folder / "temporary").chmod(0o777)
+    (folder / "home").mkdir(mode=0o755)
+    probe = subprocess.run(
+        ["setpriv", f"--reuid={NOBODY}", f"--regid={NOBODY}", "--clear-groups", sys.executable, "-c", "import numba"],
+        capture_output=True,
+        check=False,
+        cwd=folder,
+    )
+    if probe.returncode:
+        shutil.rmtree(folder)
+        pytest.skip("this Python is not for everybody")
+    yield folder
+    shutil.rmtree(folder)
+
+
+class TestWithoutAHome:
+    def test_a_folder_of_the_users_own_is_taken(self, closed):
+        where, folder, _ = said_by(closed, closed / "home")
+        assert where.startswith(str(closed))
+        assert folder == str(closed / "temporary" / f"simplexmesh-numba-{NOBODY}")
+        assert (Path(folder).stat().st_uid, Path(folder).stat().st_mode & 0o777) == (NOBODY, 0o700)
+
+    def test_somebody_elses_folder_is_not_trusted(self, closed):
+        planted = closed / "temporary" / f"simplexmesh-numba-{NOBODY}"
+        planted.mkdir()
+        planted.chmod(0o777)
+        _, folder, _ = said_by(closed, closed / "home")
+        assert folder != str(planted)
+        assert folder.startswith(str(closed / "temporary"))
+
+    def test_a_folder_the_user_names_stays(self, closed):
+        mine = str(closed / "temporary" / "mine")
+        assert said_by(closed, closed / "home", NUMBA_CACHE_DIR=mine)[1] == mine
+
+    def test_a_home_is_left_to_numba(self, closed):
+        (closed / "home").chmod(0o777)
+        _, folder, locator = said_by(closed, closed / "home")
+        assert (folder, locator) == ("None", "UserWideCacheLocator")
+
+
+def test_nothing_is_changed_where_a_folder_is_open(monkeypatch, tmp_path):
+    monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
+    monkeypatch.setattr(_cache, "_writable", lambda folder: folder.name == "__pycache__")
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    _cache.ensure()
+    assert "NUMBA_CACHE_DIR" not in os.environ
+    assert list(tmp_path.iterdir()) == []
