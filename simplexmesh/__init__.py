@@ -24,6 +24,11 @@ _HOME = {
     "mesh.simplex_mesh": ["SimplexMesh"],
     "mesh.duality": ["dual"],
     "mesh.shapes": ["sphere", "ellipsoid", "cylinder", "plane", "torus"],
+    "mesh.operators": ["remove_edge", "insert_edge", "swap_edge", "remove_face", "refine_face"],
+    "mesh.joining": ["cut", "join"],
+    "mesh.contours": ["Contour"],
+    "mesh.editing": ["EditableMesh"],
+    "mesh.regularize": ["regularize"],
     # II   the data
     "data.volume": ["Volume"],
     "data.points": ["PointCloud"],
@@ -54,7 +59,17 @@ if TYPE_CHECKING:  # the same list once more, for type checkers and editors; a t
     from simplexmesh.errors import SimplexMeshWarning as SimplexMeshWarning
     from simplexmesh.errors import TopologyError as TopologyError
     from simplexmesh.mesh.connectivity import Connectivity as Connectivity
+    from simplexmesh.mesh.contours import Contour as Contour
     from simplexmesh.mesh.duality import dual as dual
+    from simplexmesh.mesh.editing import EditableMesh as EditableMesh
+    from simplexmesh.mesh.joining import cut as cut
+    from simplexmesh.mesh.joining import join as join
+    from simplexmesh.mesh.operators import insert_edge as insert_edge
+    from simplexmesh.mesh.operators import refine_face as refine_face
+    from simplexmesh.mesh.operators import remove_edge as remove_edge
+    from simplexmesh.mesh.operators import remove_face as remove_face
+    from simplexmesh.mesh.operators import swap_edge as swap_edge
+    from simplexmesh.mesh.regularize import regularize as regularize
     from simplexmesh.mesh.shapes import cylinder as cylinder
     from simplexmesh.mesh.shapes import ellipsoid as ellipsoid
     from simplexmesh.mesh.shapes import plane as plane
