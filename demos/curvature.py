@@ -38,7 +38,7 @@ def bumpy(frequency):
 
 def show(out):
     """Color the bumps by their curvature."""
-    return sm.plot.looked_at(sm.plot.surface(out["bumpy"], scalars="mean_curvature"))
+    return sm.plot.surface(out["bumpy"], scalars="mean_curvature")
 
 
 if __name__ == "__main__":

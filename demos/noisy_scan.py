@@ -33,9 +33,7 @@ def show(out):
     plotter.subplot(0, 2)
     title = f"to the truth: {out['percent']:.2f} % in the mean"
     sm.plot.surface(out["mesh"], scalars="distance_to_truth", title=title, edges=False, plotter=plotter)
-    sm.plot.looked_at(plotter)
-    plotter.link_views()
-    return plotter
+    return sm.plot.looked_at(plotter, (0.5, -1.0, 0.9))
 
 
 if __name__ == "__main__":

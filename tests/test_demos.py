@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.util
 import json
 import re
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -122,6 +123,19 @@ class TestFrog:
         off = np.linalg.norm(scan.points, axis=1) - 3.0
         assert scan.normals is None
         assert off.std() == pytest.approx(0.01 * ball.diagonal, rel=0.05)
+
+    def test_the_picture_names_what_can_be_seen(self, ran):
+        _, out = ran("frog")
+        plotter = frog.show({"organs": dict.fromkeys(frog.ORGANS, out["organs"]["kidney"])})
+        written = {
+            actor.input for name, actor in plotter.actors.items() if name.startswith("legend") and "dot" not in name
+        }
+        plotter.close()
+        assert written == set(frog.ORGANS) - set(frog.UNSEEN)
+
+    def test_warnings_say_what_they_are_about(self):
+        with pytest.warns(sm.SimplexMeshWarning, match="^liver: merged$"), frog.notes_of("liver"):
+            warnings.warn("merged", sm.SimplexMeshWarning, stacklevel=1)
 
     def test_report_and_files(self, ran, tmp_path):
         _, out = ran("frog")

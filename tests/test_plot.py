@@ -252,7 +252,7 @@ class TestPicture:
     def test_together_keeps_colors_and_opacities(self, ball):
         plotter = sm.plot.together({"a": ball, "b": sm.torus()}, colors=["red", "blue"], opacity={"b": 0.5})
         found = [
-            (actor.prop.color.name, actor.prop.opacity) for actor in plotter.actors.values() if hasattr(actor, "prop")
+            (actor.prop.color.name, actor.prop.opacity) for actor in plotter.actors.values() if hasattr(actor, "mapper")
         ]
         assert found == [("red", 1.0), ("blue", 0.5)]
 

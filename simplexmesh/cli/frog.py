@@ -9,7 +9,9 @@ package has it; `demos/frog.py` and `make demo` run it.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+import warnings
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -50,6 +52,7 @@ COLORS = {
     "retina": "#3c5a78",
     "skeleton": "#d8cdb4",
 }
+UNSEEN = ("spleen",)  # it lies under others from every side
 SEALED = {"stomach": 40.0}  # its wall, labelled alone, has pinholes into the hollow within
 SCANNED = "liver"
 SMALL = {"kidney": (8, 400, "largest"), "spleen": (14, 200, "largest")}
@@ -80,19 +83,34 @@ def main(size: str = "large", progress: Report | None = None) -> dict[str, Any]:
     for place, (name, (label, vertices, components)) in enumerate(organs.items()):
         report(place / (len(organs) + 1), name)
         began = time.perf_counter()
-        found[name] = sm.reconstruct(
-            volume, label=label, vertices=vertices, components=components, tunnels=SEALED.get(name)
-        )
+        with notes_of(name):
+            found[name] = sm.reconstruct(
+                volume, label=label, vertices=vertices, components=components, tunnels=SEALED.get(name)
+            )
         seconds[name] = time.perf_counter() - began
     report(len(organs) / (len(organs) + 1), f"{scanned} from a noisy scan")
     began = time.perf_counter()
     surface = found[scanned].mesh.triangulated(method="fan")
     scan = noisy_scan(surface, points)
-    again = sm.reconstruct(scan, vertices=organs[scanned][1])
+    with notes_of(f"{scanned} from the scan"):
+        again = sm.reconstruct(scan, vertices=organs[scanned][1])
     seconds["again"] = time.perf_counter() - began
     truth = surface_distance(again.mesh.vertices, surface.vertices, surface.faces)
     report(1.0, "done")
     return {"organs": found, "scanned": scanned, "scan": scan, "again": again, "truth": truth, "seconds": seconds}
+
+
+@contextmanager
+def notes_of(name: str) -> Iterator[None]:
+    """Let warnings say what they are about."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", sm.SimplexMeshWarning)
+        yield
+    for one in caught:
+        if issubclass(one.category, sm.SimplexMeshWarning):
+            warnings.warn(f"{name}: {one.message}", sm.SimplexMeshWarning, stacklevel=3)
+        else:
+            warnings.warn_explicit(one.message, one.category, one.filename, one.lineno)
 
 
 def frog() -> Any:
@@ -148,11 +166,12 @@ def numbers(out: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def show(out: Mapping[str, Any]) -> Any:
-    """Return a plotter with the organs together, the bones half transparent."""
+    """Return a plotter with the organs that can be seen, the bones half transparent."""
     organs = out["organs"]
+    seen = {name: result for name, result in organs.items() if name not in UNSEEN or len(organs) < len(ORGANS)}
     return sm.plot.together(
-        {name: result.mesh for name, result in organs.items()},
-        colors=[COLORS[name] for name in organs],
+        {name: result.mesh for name, result in seen.items()},
+        colors=[COLORS[name] for name in seen],
         opacity={"skeleton": 0.35},
         view="yx",
     )
@@ -169,9 +188,7 @@ def show_scan(out: Mapping[str, Any]) -> Any:
     plotter.subplot(0, 2)
     colored = model.with_data(distance_to_truth=out["truth"])
     sm.plot.surface(colored, title="distance to the truth", scalars="distance_to_truth", edges=False, plotter=plotter)
-    sm.plot.looked_at(plotter, "yx")
-    plotter.link_views()
-    return plotter
+    return sm.plot.looked_at(plotter, "yx")
 
 
 def written(out: Mapping[str, Any], folder: Path) -> dict[str, Any]:

@@ -25,6 +25,7 @@ SIDES = {  # name: where the camera stands, which way is up; the first letter po
 CORNER = {"x": (0.6, 0.8, 1.0), "y": (0.7, 0.55, 1.0), "z": (0.7, -1.0, 0.55)}  # from the front, the right and above
 TITLE, BAR, LEGEND = 0.08, 0.17, 0.2  # shares of the picture kept free for them
 MARGIN = 0.04
+LEGEND_NAME = "legend entry"  # what the names of a legend's actors begin with
 
 
 def looked_at(plotter: pv.Plotter, view: str | Sequence[float] | None = None, *, up: str = "z") -> pv.Plotter:
@@ -107,7 +108,7 @@ def _extent(renderer: Any, axes: Array) -> tuple[Array, Array] | None:
 def _bands(renderer: Any) -> tuple[float, float, float]:
     """Return the shares of a panel kept free above, below and on the left."""
     kinds = [actor.GetClassName() for actor in renderer.GetViewProps()]
-    legend = any("Legend" in kind for kind in kinds)
+    legend = any(str(name).startswith(LEGEND_NAME) for name in renderer.actors)
     return (
         TITLE if any("CornerAnnotation" in kind for kind in kinds) else 0.0,
         BAR if any("ScalarBar" in kind for kind in kinds) else 0.0,

@@ -14,14 +14,14 @@ from simplexmesh.data.points import PointCloud
 from simplexmesh.data.volume import Volume
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.plot import skin
-from simplexmesh.plot.camera import UPS, looked_at
+from simplexmesh.plot.camera import LEGEND_NAME, UPS, looked_at
 from simplexmesh.plot.scale import scale, titled
 from simplexmesh.plot.stage import INK, stage
 
 CLAY = "#c9d3dc"
 DATA = "#d9c3a5"
 PALETTE = ("#c8553d", "#e3a857", "#7d9d5c", "#4f8a8b", "#5d6fa3", "#9b6a97", "#b98b73", "#d98f9f", "#6f6f6f", "#88b7c9")
-SURFACE_LIT = {"ambient": 0.1, "specular": 0.08, "specular_power": 25}
+SURFACE_LIT = {"ambient": 0.25, "diffuse": 0.85, "specular": 0.08, "specular_power": 25}
 COLORS_LIT = {"ambient": 0.72, "diffuse": 0.22, "specular": 0.0}  # nearly flat: colors are to be read off the scale
 MOST_EDGES = 25_000  # above so many vertices polygons are too small to be seen, and only darken the surface
 
@@ -110,7 +110,7 @@ def surface(
     if isinstance(shown, PointCloud) and coat.n_points == coat.n_cells:
         plotter.add_mesh(coat, point_size=_dot(len(coat.points)), render_points_as_spheres=True, **style)
     elif isinstance(shown, PointCloud):
-        plotter.add_mesh(coat, culling="back", smooth_shading=True, ambient=0.1, **style)
+        plotter.add_mesh(coat, culling="back", smooth_shading=True, ambient=0.25, diffuse=0.85, **style)
     else:
         light = COLORS_LIT if scalars is not None else SURFACE_LIT
         actor = plotter.add_mesh(coat, smooth_shading=True, **light, **style)
@@ -263,16 +263,29 @@ def together(
     >>> plotter.close()
     """
     plotter = stage()
-    entries = []
     for place, (name, mesh) in enumerate(meshes.items()):
         color = colors[place % len(colors)]
         clear = opacity.get(name, 1.0) if isinstance(opacity, Mapping) else opacity
         surface(mesh, color=color, opacity=clear, edges=edges, plotter=plotter)
-        entries.append([name, color])
-    if legend and entries:
-        size = (0.18, min(0.9, 0.032 * len(entries) + 0.02))
-        plotter.add_legend(entries, bcolor=None, face="circle", size=size, loc="upper left", font_family="arial")
+        if legend:
+            _entry(plotter, place, name, color)
     return looked_at(plotter, view, up=up)
+
+
+def _entry(plotter: pv.Plotter, place: int, name: str, color: str) -> None:
+    """Write a name at the left, dark so that it can be read, after a dot in its color."""
+    height = 0.93 - 0.034 * place
+    plotter.add_text(
+        "\u2022",
+        position=(0.025, height - 0.012),
+        viewport=True,
+        font_size=22,
+        color=color,
+        name=f"{LEGEND_NAME} dot {place}",
+    )
+    plotter.add_text(
+        name, position=(0.05, height), viewport=True, font_size=10, color=INK, name=f"{LEGEND_NAME} {place}"
+    )
 
 
 def _dot(count: int) -> float:
