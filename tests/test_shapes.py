@@ -30,11 +30,51 @@ def test_a_sphere_has_so_many_vertices_for_its_frequency(base, f):
     assert (ball.genus, ball.n_holes, ball.n_components) == (0, 0, 1)
 
 
-@given(n=st.integers(20, 20000))
-def test_about_so_many_vertices(n):
-    for make in (shapes.sphere, shapes.torus, shapes.cylinder, shapes.plane):
-        count = make(vertices=n).n_vertices
-        assert abs(np.sqrt(count) - np.sqrt(n)) <= max(7, 0.05 * np.sqrt(n)), make
+ROUND = {  # proportions from usual to extreme
+    "sphere": lambda n: shapes.sphere(vertices=n),
+    "torus": lambda n: shapes.torus(vertices=n),
+    "thin torus": lambda n: shapes.torus(vertices=n, tube_radius=0.05),
+    "cylinder": lambda n: shapes.cylinder(vertices=n),
+    "pole": lambda n: shapes.cylinder(vertices=n, height=100),
+    "belt": lambda n: shapes.cylinder(vertices=n, height=0.01),
+    "plane": lambda n: shapes.plane(vertices=n),
+    "strip": lambda n: shapes.plane(vertices=n, size=(1, 50)),
+}
+
+
+@given(n=st.integers(200, 20000))
+@pytest.mark.parametrize("name", ROUND)
+def test_about_so_many_vertices(name, n):
+    off = abs(ROUND[name](n).n_vertices / n - 1)
+    assert off <= (0.13 if name == "sphere" and n < 233 else 0.1)
+
+
+@pytest.mark.parametrize("n", [4, 20, 24, 30, 40, 60, 90, 130, 170])
+@pytest.mark.parametrize("name", ROUND)
+def test_few_vertices_come_as_near_as_such_shapes_can(name, n):
+    mesh = ROUND[name](n)
+    assert mesh.check() or name in ("torus", "thin torus", "belt")
+    off = abs(mesh.n_vertices - n)
+    if name == "sphere":
+        assert off == min(abs(m * f**2 - n) for m in (4, 8, 20) for f in range(1, 9)) or off <= 0.1 * n
+    else:
+        assert off <= 0.2 * n or mesh.n_vertices <= 24
+
+
+@pytest.mark.parametrize("grid", [shapes.CYLINDER, shapes.PLANE, shapes.TORUS], ids=lambda grid: grid.name)
+@pytest.mark.parametrize("pair", [(3, 4), (4, 6), (7, 8)])
+def test_grids_count_their_vertices(grid, pair):
+    make = {id(shapes.CYLINDER): shapes.cylinder, id(shapes.PLANE): shapes.plane, id(shapes.TORUS): shapes.torus}
+    assert make[id(grid)](*pair).n_vertices == grid.count(*pair)
+    if grid is not shapes.TORUS:
+        assert make[id(grid)](pair[0], pair[1] + 1).n_vertices == grid.count(pair[0], pair[1] + 1)
+
+
+def test_sides_come_out_nearly_equal():
+    for mesh in (shapes.cylinder(vertices=700, height=5), shapes.plane(vertices=700), shapes.torus(vertices=700)):
+        a, b = mesh.vertices[mesh.connectivity.edge_vertices].transpose(1, 0, 2)
+        lengths = np.linalg.norm(a - b, axis=1)
+        assert np.percentile(lengths, 90) < 2.5 * np.percentile(lengths, 10)
 
 
 @pytest.mark.parametrize("axis", [(0, 0, 1), (0, 0, -2), (1, 0, 0), (1, 2, 3)])

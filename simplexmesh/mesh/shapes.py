@@ -16,13 +16,20 @@ from simplexmesh.mesh.simplex_mesh import SimplexMesh
 Array = NDArray[np.float64]
 
 
+PER_SQUARE = {"icosahedron": 20, "octahedron": 8, "tetrahedron": 4}
+"""Triangles of each polyhedron, and vertices of its sphere over the squared frequency; the most regular first."""
+
+CYLINDER = counts.Grid("around", "along", lambda n, m: 2 * n * (m + 1), (3, 1))
+PLANE = counts.Grid("across", "along", lambda n, m: (2 * n + 1) * m + 2 * (n + m) + m % 2, (2, 2))
+TORUS = counts.Grid("around", "across", lambda n, m: 2 * n * m, (3, 4), step=2)
+
 SMOOTHINGS = 8
 """Passes that move the inner vertices of a plane off the line of their neighbors in its corners."""
 
 
 def sphere(
     frequency: int | None = None,
-    base: str = "icosahedron",
+    base: str | None = None,
     *,
     vertices: int | None = None,
     radius: float = 1.0,
@@ -35,10 +42,12 @@ def sphere(
     frequency : int, optional
         f at least 1: the sphere has 4 f^2 vertices from the tetrahedron, 8 f^2 from the octahedron and 20 f^2 from
         the icosahedron, which is the most regular (12 pentagons, the rest hexagons).
-    base : {"icosahedron", "octahedron", "tetrahedron"}
-        The polyhedron.
+    base : {"icosahedron", "octahedron", "tetrahedron"}, optional
+        The polyhedron; the icosahedron when not given, unless `vertices` is and another comes nearer: see there.
     vertices : int, optional
-        About how many vertices to have, instead of `frequency`; 1,280 when neither is given.
+        About how many vertices to have, instead of `frequency`; 1,280 when neither is given. Without a `base` the
+        icosahedron is taken if it comes within 10 %, else the base that comes nearest: at most 10 % off from 233 up
+        and 13 % from 200 up.
     radius : float
         All vertices are at this distance from the center.
     center : (3,) array of float
@@ -59,7 +68,11 @@ def sphere(
     SimplexMesh(180 vertices, 92 faces, genus 0, 0 holes)
     >>> sphere(vertices=3000, base="octahedron").n_vertices
     2888
+    >>> sphere(vertices=130).n_vertices
+    128
     """
+    if base is None:
+        base = "icosahedron" if frequency is not None else counts.base_for(vertices, PER_SQUARE)
     corners, faces = lattices.polyhedron(_check.choice("base", base, lattices.BASES))
     f = counts.frequency(frequency, vertices, len(faces))
     R = _check.number("radius", radius, 0.0, open_low=True)
@@ -72,7 +85,7 @@ def sphere(
 def ellipsoid(
     radii: ArrayLike = (1.0, 1.0, 1.0),
     frequency: int | None = None,
-    base: str = "icosahedron",
+    base: str | None = None,
     *,
     vertices: int | None = None,
     center: ArrayLike = (0.0, 0.0, 0.0),
@@ -129,7 +142,7 @@ def cylinder(
     around, along : int, optional
         At least 3 and at least 1: the cylinder has `2 * around * (along + 1)` vertices.
     vertices : int, optional
-        About how many vertices to have, instead; 1,280 by default.
+        About how many vertices to have, instead, with nearly equal sides; 1,280 by default, at most 10 % off from 200.
     radius, height : float
         All vertices are at `radius` from the axis; the ends are `height` apart.
     center, axis : (3,) array of float
@@ -147,8 +160,7 @@ def cylinder(
     """
     R = _check.number("radius", radius, 0.0, open_low=True)
     L = _check.number("height", height, 0.0, open_low=True)
-    cells = counts.cells("around", around, "along", along, vertices, 2 * math.pi * R / L)
-    n, m = _check.integer("around", cells[0], 3), _check.integer("along", cells[1], 1)
+    n, m = counts.cells(CYLINDER, around, along, vertices, 2 * math.pi * R / L)
     uv, triangles = lattices.strip(n, m)
     theta = 2 * math.pi * uv[:, 0]
     mesh = dual((np.stack([np.cos(theta), np.sin(theta), uv[:, 1] - 0.5], axis=1), triangles))
@@ -172,7 +184,7 @@ def plane(
     across, along : int, optional
         At least 2 each: the rectangle has `(2 * across + 1) * along` vertices inside and one for each border edge.
     vertices : int, optional
-        About how many vertices to have, instead; 1,280 by default.
+        About how many vertices to have, instead, with nearly equal sides; 1,280 by default, at most 10 % off from 200.
     size : (2,) array of float
         Lengths of the sides; the border vertices lie on them.
     center, axis : (3,) array of float
@@ -191,8 +203,7 @@ def plane(
     sides = _check.array("size", size, (2,))
     if (sides <= 0).any():
         raise ValueError(f"size must be above 0, not {sides.tolist()}")
-    cells = counts.cells("across", across, "along", along, vertices, sides[0] / sides[1])
-    n, m = _check.integer("across", cells[0], 2), _check.integer("along", cells[1], 2)
+    n, m = counts.cells(PLANE, across, along, vertices, sides[0] / sides[1])
     uv, triangles = lattices.sheet(n, m)
     flat = np.column_stack([(uv - 0.5) * sides, np.zeros(len(uv))])
     mesh = dual((flat, triangles))
@@ -220,7 +231,7 @@ def torus(
         Cells around the axis, at least 3, and around the tube, even and at least 4: the torus has
         `2 * around * across` vertices.
     vertices : int, optional
-        About how many vertices to have, instead; 1,280 by default.
+        About how many vertices to have, instead, with nearly equal sides; 1,280 by default, at most 10 % off from 200.
     radius, tube_radius : float
         All vertices are at `tube_radius` from the circle of radius `radius` about the axis; `tube_radius < radius`.
     center, axis : (3,) array of float
@@ -240,8 +251,7 @@ def torus(
     r = _check.number("tube_radius", tube_radius, 0.0, open_low=True)
     if r >= R:
         raise ValueError(f"tube_radius must be below radius, {R:g}, not {r:g}")
-    cells = counts.cells("around", around, "across", across, vertices, R / r, even=True)
-    n, m = _check.integer("around", cells[0], 3), _check.integer("across", cells[1], 4)
+    n, m = counts.cells(TORUS, around, across, vertices, R / r)
     if m % 2:
         raise ValueError(f"across must be even, not {m}")
     uv, triangles = lattices.tube(n, m)
