@@ -57,6 +57,12 @@ def test_the_gallery_has_every_demo():
     assert sorted(order.replace('"', "").split(", ")) == NAMES
 
 
+def test_the_picture_of_the_readme_has_all_its_colors():
+    picture = pyvista.read(FOLDER.parent / "docs" / "images" / "frog.png").active_scalars
+    assert picture.shape[1] == 3
+    assert len(np.unique(picture, axis=0)) > 5_000
+
+
 def test_shapes(ran):
     _, out = ran("shapes")
     expected = {

@@ -68,6 +68,11 @@ class TestSkin:
         turned = np.cross(rims[:, 0] - ball.vertices, rims[:, 1] - ball.vertices)
         assert (np.einsum("ij,ij->i", turned, ball.normals) > 0).all()
 
+    def test_normals_that_look_into_the_model_are_turned(self, ball):
+        out = sm.PointCloud(1.01 * ball.vertices, ball.normals)
+        for given in (out, sm.PointCloud(out.points, -out.normals)):
+            np.testing.assert_allclose(skin.faced(given, ball).normals, out.normals, atol=1e-12)
+
 
 class TestIsosurface:
     @pytest.mark.parametrize("flip", [1.0, -1.0])

@@ -104,7 +104,7 @@ def command(
 def loaded(inputs: list[Path], poses: Path | None) -> Any:
     """Return the data of the files: of one as it is, of several, or one with a pose, as joined points."""
     from simplexmesh.data.convert import as_data
-    from simplexmesh.motion.subjects import joined_scans
+    from simplexmesh.motion.scans import joined_scans
 
     if len(inputs) == 1 and poses is None:
         return as_data(inputs[0])
@@ -125,10 +125,7 @@ def described(result: Any) -> dict[str, Any]:
         "area": mesh.area,
         "volume": mesh.volume,
         "mean_edge": mean_edge(mesh),
-        "distance": {
-            "mesh_to_data": asdict(result.distance.mesh_to_data),
-            "data_to_mesh": asdict(result.distance.data_to_mesh),
-        },
+        "distance": asdict(result.distance),
         "iterations": len(result.history),
         "converged": result.converged,
         "interrupted": result.interrupted,
@@ -155,6 +152,8 @@ def _draw(
 def _print(facts: dict[str, Any], output: Path) -> None:
     rest = "interrupted" if facts["interrupted"] else "at rest" if facts["converged"] else "still moving"
     pieces = f", {facts['components']} components" if facts["components"] > 1 else ""
+    enclosed = facts["distance"]["enclosed"]
+    within = {"enclosed": f"{enclosed['count']:,} data points far inside the model, to {enclosed['max']:.4g}"}
     table(
         str(output),
         {
@@ -163,6 +162,7 @@ def _print(facts: dict[str, Any], output: Path) -> None:
             "size": f"area {facts['area']:.6g}, volume {facts['volume']:.6g}, mean edge {facts['mean_edge']:.4g}",
             "mesh to data": _spread(facts["distance"]["mesh_to_data"]),
             "data to mesh": _spread(facts["distance"]["data_to_mesh"]),
+            **(within if enclosed["count"] else {}),
             "motion": f"{facts['iterations']} iterations, {rest}",
             "problems": "\n".join(facts["problems"]) or "none",
             "time": f"{facts['seconds']:.1f} s",

@@ -223,6 +223,8 @@ def beside(
     >>> plotter.close()
     """
     given, model = skin.thing(data), skin.thing(mesh)
+    if isinstance(given, PointCloud) and isinstance(model, SimplexMesh):
+        given = skin.faced(given, model)
     counts = f"model, {model.n_vertices:,} vertices" if isinstance(model, SimplexMesh) else "model"
     things = {"data": given, counts: model}
     options = {"level": level, "label": label, "inside": inside, "unit": unit}

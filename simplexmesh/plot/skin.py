@@ -33,6 +33,14 @@ def thing(given: Any) -> Any:
     return given if isinstance(given, SimplexMesh) else as_data(given)
 
 
+def faced(cloud: PointCloud, mesh: SimplexMesh) -> PointCloud:
+    """Return a cloud whose normals look out of a model of it: turned when they look inwards, as some scanners' do."""
+    if cloud.normals is None:
+        return cloud
+    _, nearest = cKDTree(mesh.vertices).query(cloud.points, workers=-1)
+    return PointCloud(cloud.points, -cloud.normals) if (cloud.normals * mesh.normals[nearest]).sum() < 0 else cloud
+
+
 def geometry(
     shown: Any, level: float | None, label: int | None, inside: str = "above"
 ) -> tuple[pv.PolyData, pv.PolyData | None]:
