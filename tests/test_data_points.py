@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy.spatial.transform import Rotation
 
-from simplexmesh.data.points import PointCloud
+from simplexmesh.data.points import PointCloud, distinct
 from simplexmesh.errors import SimplexMeshWarning
 
 RNG = np.random.default_rng(3)
@@ -117,3 +117,12 @@ def test_refusals(points, normals, error, message):
 def test_refused_transforms(T, message):
     with pytest.raises(ValueError, match=message):
         PointCloud(TETRAHEDRON).transformed(T)
+
+
+@given(st.lists(st.tuples(*[st.sampled_from([0.0, -0.0, 1.0, 1e-300])] * 3), min_size=1, max_size=30))
+def test_distinct_positions_come_in_order_of_appearance(rows):
+    first, place = distinct(np.array(rows))
+    seen = list(dict.fromkeys(rows))
+    assert [rows[i] for i in first] == seen
+    assert [seen[i] for i in place] == rows
+    assert (np.diff(first) > 0).all()

@@ -104,20 +104,19 @@ class PointCloud:
         SimplexMeshWarning
             When there were duplicate points.
         """
-        unique, first, place = np.unique(self.points, axis=0, return_index=True, return_inverse=True)
-        duplicates = len(self) - len(unique)
+        first, place = distinct(self.points)
+        duplicates = len(self) - len(first)
         if not duplicates:
             return self
         warnings.warn(f"merged {duplicates:,} duplicate points of {len(self):,}", SimplexMeshWarning, stacklevel=2)
-        order = np.argsort(first)
-        normals = None
+        normals: Array | None = None
         if self.normals is not None:
-            total = np.zeros_like(unique)
-            np.add.at(total, place.reshape(-1), self.normals)
-            opposed = _vec.norm(total) < 1e-6
-            total[opposed] = self.normals[first[opposed]]
-            normals = total[order]
-        return PointCloud(unique[order], normals)
+            normals = np.zeros((len(first), 3))
+            for j in range(3):
+                normals[:, j] = np.bincount(place, self.normals[:, j])
+            opposed = _vec.norm(normals) < 1e-6
+            normals[opposed] = self.normals[first[opposed]]
+        return PointCloud(self.points[first], normals)
 
     @staticmethod
     def joined(clouds: Sequence[PointCloud]) -> PointCloud:
@@ -154,6 +153,24 @@ def measured(name: str, points: Array, normals: Array | None, *, missing: bool =
     message = f"{name}: left out {gone:,} of {len(keep):,} points, not measured or without direction"
     warnings.warn(message, SimplexMeshWarning, stacklevel=5)
     return PointCloud(points[keep], None if normals is None else normals[keep])
+
+
+def distinct(positions: Array) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return the rows where a position appears first, in order, and the place of each position among those.
+
+    Examples
+    --------
+    >>> first, place = distinct(np.array([[1.0, 0, 0], [2, 0, 0], [1, -0.0, 0]]))
+    >>> first.tolist(), place.tolist()
+    ([0, 1], [0, 1, 0])
+    """
+    plus_zero: Array = np.ascontiguousarray(positions + 0.0, dtype=np.float64)
+    rows = plus_zero.view(np.dtype((np.void, 24))).reshape(-1)
+    _, first, inverse = np.unique(rows, return_index=True, return_inverse=True)
+    order = np.argsort(first)
+    rank = np.zeros(len(first), dtype=np.int64)
+    rank[order] = np.arange(len(first))
+    return first[order], rank[inverse.reshape(-1)]
 
 
 def affine(name: str, value: ArrayLike) -> Array:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh import _check, _vec
-from simplexmesh.data.points import PointCloud, affine
+from simplexmesh.data.points import PointCloud, affine, distinct
 from simplexmesh.errors import SimplexMeshWarning
 
 if TYPE_CHECKING:
@@ -312,13 +312,8 @@ def _positions(vertices: Array, tolerance: float) -> tuple[Array, Indices]:
     """Return the different positions in order of first appearance, and the place of each vertex among them."""
     if tolerance > 0:
         vertices = vertices[_representatives(vertices, tolerance)]
-    plus_zero: Array = vertices + 0.0
-    rows: NDArray[Any] = np.ascontiguousarray(plus_zero).view(np.dtype((np.void, 24))).reshape(-1)
-    _, first, inverse = np.unique(rows, return_index=True, return_inverse=True)
-    order = np.argsort(first)
-    rank = np.zeros(len(first), dtype=np.int64)
-    rank[order] = np.arange(len(first))
-    return vertices[first[order]], rank[inverse.reshape(-1)]
+    first, place = distinct(vertices)
+    return vertices[first], place
 
 
 def _representatives(vertices: Array, tolerance: float) -> Indices:
