@@ -73,6 +73,13 @@ def rotation(seed):
     return Q
 
 
+def procrustes(mesh, kept):
+    """Return the root mean square distance to `kept` after the best similarity, over its size."""
+    a, b = mesh.vertices - mesh.vertices.mean(axis=0), kept.vertices - kept.vertices.mean(axis=0)
+    U, S, Vt = np.linalg.svd(a.T @ b)
+    return np.sqrt(1 - min((S * [1, 1, np.linalg.det(U @ Vt)]).sum() ** 2 / ((a**2).sum() * (b**2).sum()), 1.0))
+
+
 def hole_places(mesh):
     """Return the places in `face_vertices` that belong to holes."""
     topology = mesh.connectivity

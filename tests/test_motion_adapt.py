@@ -20,10 +20,13 @@ from tests import reference_motion as reference
 from tests.motion_meshes import (
     Everywhere,
     evolved,
+    hole_places,
     irregular_sphere,
     open_square,
     open_tube,
+    procrustes,
     rim_of,
+    rotation,
 )
 
 SEEDS = st.integers(0, 10**6)
@@ -122,6 +125,64 @@ def test_noise_on_a_rim_is_smoothed_and_the_rim_follows_forces_and_data():
     assert_allclose((lifted.vertices - tube.vertices)[rim], 0.01, atol=1e-9)
     drawn = evolved(tube, 1, Everywhere(0.05), beta=0.2)
     assert_allclose(norm(drawn.vertices - tube.vertices)[rim], 0.01, atol=1e-9)
+
+
+def rough_open(mesh, seed=0, size=0.03):
+    edge = norm(mesh.vertices[mesh.neighbors[:, 0]] - mesh.vertices).mean()
+    return mesh.moved(mesh.vertices + size * edge * np.random.default_rng(seed).normal(size=mesh.vertices.shape))
+
+
+@pytest.mark.parametrize("mesh", [open_tube(), open_square(), open_square(bump=3.0)], ids=["tube", "square", "bump"])
+def test_an_open_mesh_that_remembers_its_own_shape_rests(mesh):
+    kept = rough_open(mesh)
+    still = evolved(kept, 500, constraint="shape", reference=kept)
+    assert norm(still.vertices - kept.vertices).max() < 1e-9
+
+
+def test_a_distorted_tube_returns_to_its_shape_up_to_a_similarity():
+    kept = rough_open(open_tube(around=12, along=6, length=1.5))
+    bent = kept.vertices + 0.16 * np.sin(np.pi * kept.vertices[:, [1, 2, 0]])
+    turned = kept.moved(3.0 * bent @ rotation(1).T + [4, 5, 6])
+    assert procrustes(turned, kept) > 0.1
+    back = evolved(turned, 600, constraint="shape", reference=kept)
+    assert procrustes(back, kept) < 1e-3
+    rim = rim_of(kept)
+    half = np.where(np.isin(np.arange(kept.n_vertices), rim), "mean_curvature", "shape")
+    assert procrustes(evolved(turned, 600, constraint=half, reference=kept), kept) > 3e-3
+
+
+def test_free_rims_keep_their_corners_and_only_even_out():
+    def sharpest(mesh):
+        c = mesh.connectivity
+        loop = mesh.vertices[c.face_vertices[hole_places(mesh)]]
+        u, v = loop - np.roll(loop, 1, axis=0), np.roll(loop, -1, axis=0) - loop
+        return np.arccos((u * v).sum(axis=1) / norm(u) / norm(v)).max()
+
+    square = open_square()
+    assert sharpest(evolved(square, 200, constraint="free")) > 0.9 * sharpest(square)
+    assert sharpest(evolved(square, 200)) < 0.6 * sharpest(square)
+    tube = open_tube()
+    rim = rim_of(tube)
+    still = evolved(tube, 1, constraint="free", metric=tube.metric)
+    assert norm(still.vertices - tube.vertices)[rim].max() < 1e-12
+    tight = evolved(tube, 1, constraint="orientation", metric=tube.metric, alpha=0.5)
+    assert (norm(tight.vertices[rim, :2]) < 0.999 * norm(tube.vertices[rim, :2])).all()
+
+
+def test_folded_rim_vertices_are_not_pushed_and_rims_count_their_own_energy():
+    tube = open_tube()
+    rim = rim_of(tube)
+    i = int(rim[0])
+    v = np.array(tube.vertices)
+    a, b = (k for k in tube.neighbors[i] if k in rim)
+    v[[a, b]] = v[[b, a]]
+    folded = tube.moved(v)
+    upright = (folded.normals * folded.normals[folded.neighbors].sum(axis=1)).sum(axis=1) > 0
+    assert not upright[i]
+    moved = norm(evolved(folded, 1, Everywhere(0.01), alpha=0.0, beta=1.0).vertices - v)
+    assert_allclose(moved[rim], np.where(upright, 0.01, 0.0)[rim], atol=1e-15)
+    model = sm.DeformableModel(tube, alpha=np.isin(np.arange(tube.n_vertices), rim) * 0.5)
+    assert next(model.run(1)).energy < 1e-25  # the surface's force is not at rest there, the rim's is
 
 
 def test_threads_that_wait_sleep():

@@ -7,10 +7,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
+from scipy.spatial.transform import Rotation
 
 import simplexmesh as sm
 from simplexmesh.motion import _kernels, _kernels_adapt, _kernels_averages, _kernels_rim
+from simplexmesh.motion.rim import Memory
 from tests import reference_motion as reference
+from tests.motion_meshes import hole_places, open_tube
 
 SEEDS = st.integers(0, 10**6)
 
@@ -219,19 +222,21 @@ def wavy_rim(seed, count):
     return np.concatenate([line, inner]), neighbors, (places, np.roll(places, 1), np.roll(places, -1))
 
 
-def rim_goals(vertices, neighbors, rows, name, remembered=None):
-    count = len(rows[0])
-    work, kept = np.zeros((3, count, 3)), np.zeros((count, 3)) if remembered is None else remembered
+def rim_goals(vertices, rows, name, remembered=None):
+    work, kept = np.zeros((3, len(rows[0]), 3)), np.zeros((len(rows[0]), 3)) if remembered is None else remembered
     codes = np.full(len(vertices), reference.NAMES.index(name), np.int8)
-    _kernels_rim.rim_targets(vertices, neighbors, *rows, codes, kept, work[0], work[1], np.zeros((3, 3)), work[2])
+    _kernels_rim.rim_targets(vertices, *rows, codes, kept, work[0], work[1], np.zeros(3), work[2])
     return work[2]
 
 
 @given(seed=SEEDS, count=st.integers(5, 30))
 @settings(max_examples=20, deadline=None)
 def test_rims_rest_where_the_contour_formula_says(seed, count):
-    vertices, neighbors, rows = wavy_rim(seed, count)
-    smooth, straight, own = (rim_goals(vertices, neighbors, rows, n) for n in ("angle", "orientation", "free"))
+    vertices, _, rows = wavy_rim(seed, count)
+    smooth, straight, own = (rim_goals(vertices, rows, name) for name in ("angle", "orientation", "free"))
+    assert_array_equal(rim_goals(vertices, rows, "mean_curvature"), smooth)
+    assert_array_equal(rim_goals(vertices, rows, "curvature"), smooth)
+    assert_array_equal(rim_goals(vertices, rows, "shape", own), own)
     line = vertices[:count]
     for k in range(count):
         before2, before, after, after2 = (line[(k + j) % count] for j in (-2, -1, 1, 2))
@@ -252,26 +257,27 @@ def inscribed(a, p, b):
     return np.arctan2(np.linalg.norm(np.cross(u, v)), u @ v)
 
 
-@given(seed=SEEDS, count=st.integers(4, 20))
-@settings(max_examples=20, deadline=None)
-def test_rims_that_remember_a_place_want_it_up_to_a_similarity(seed, count):
-    vertices, neighbors, rows = wavy_rim(seed, count)
-    remembered = np.zeros((count, 3))
-    _kernels_rim.rim_places(vertices, neighbors, *rows, np.zeros((3, 3)), remembered)
-    Q, _ = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))
-    Q *= np.linalg.det(Q)
-    elsewhere = 2.5 * vertices @ Q.T + [1, 2, 3]
-    goals = rim_goals(elsewhere, neighbors, rows, "shape", remembered)
-    assert_allclose(goals, elsewhere[:count], atol=1e-9)
-    pushed = vertices + 0.05 * np.random.default_rng(seed).normal(size=vertices.shape)
-    goals = rim_goals(pushed, neighbors, rows, "shape", remembered)
-    for k in range(count):
-        a, b, inner = pushed[rows[1][k]], pushed[rows[2][k]], pushed[count + k]
-        chord, middle = np.linalg.norm(b - a), (a + b) / 2
-        x = (b - a) / chord
-        y = inner - middle - ((inner - middle) @ x) * x
-        y /= np.linalg.norm(y)
-        assert_allclose(goals[k], middle + chord * remembered[k] @ np.stack([x, y, np.cross(x, y)]), atol=1e-9)
+@given(seed=SEEDS)
+@settings(max_examples=10, deadline=None)
+def test_remembered_places_are_those_of_the_best_similarity(seed):
+    rng = np.random.default_rng(seed)
+    kept = open_tube(8, 5)
+    row = np.unique(kept.connectivity.face_vertices[hole_places(kept)])
+    memory = Memory(row, kept.vertices, kept.neighbors)
+    Q = Rotation.random(random_state=seed).as_matrix()
+    moved = 2.5 * kept.vertices @ Q.T + [1, 2, 3]
+    assert_allclose(memory.places(moved), moved[row], atol=1e-9)
+    moved = moved + 0.3 * rng.normal(size=moved.shape)
+    for place, i in zip(memory.places(moved), row, strict=True):
+        star = sorted({int(i), *kept.neighbors[i].tolist(), *kept.neighbors[kept.neighbors[i]].ravel().tolist()})
+        times = np.array([1 + (kept.neighbors[kept.neighbors[i]] == k).sum() for k in star], dtype=float)
+        times[[k not in kept.neighbors[i] and k != i for k in star]] -= 1  # at two edges' distance only
+        times[star.index(i)] = 1
+        a, b = kept.vertices[star], moved[star]
+        a0, b0 = np.average(a, axis=0, weights=times), np.average(b, axis=0, weights=times)
+        turn = Rotation.align_vectors(b - b0, a - a0, weights=times)[0].apply(a - a0)
+        scale = (times[:, None] * turn * (b - b0)).sum() / (times[:, None] * turn**2).sum()
+        assert_allclose(place, b0 + scale * turn[star.index(i)], atol=1e-9)
 
 
 @given(seed=SEEDS)

@@ -39,49 +39,6 @@ def rim_bends(vertices, rim, before, after, bend, tangent):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
-def rim_frame(vertices, neighbors, i, a, b, frame):
-    """Fill the rows of `frame`: the unit chord from `a` to `b`, towards the surface across it, their cross product.
-
-    Returns the length of the chord. Rows are zero where the neighbors are on a line.
-    """
-    inner = neighbors[i, 0]
-    for j in range(1, 3):
-        if inner in (a, b):
-            inner = neighbors[i, j]
-    chord2 = along = 0.0
-    for j in range(3):
-        frame[0, j] = vertices[b, j] - vertices[a, j]
-        chord2 += frame[0, j] ** 2
-    chord = math.sqrt(chord2)
-    for j in range(3):
-        frame[0, j] = frame[0, j] / chord if chord > 0.0 else 0.0
-        frame[1, j] = vertices[inner, j] - 0.5 * (vertices[a, j] + vertices[b, j])
-        along += frame[1, j] * frame[0, j]
-    size2 = 0.0
-    for j in range(3):
-        frame[1, j] -= along * frame[0, j]
-        size2 += frame[1, j] ** 2
-    for j in range(3):
-        frame[1, j] = frame[1, j] / math.sqrt(size2) if size2 > 1e-24 * chord2 else 0.0
-    for j in range(3):
-        frame[2, j] = frame[0, (j + 1) % 3] * frame[1, (j + 2) % 3] - frame[0, (j + 2) % 3] * frame[1, (j + 1) % 3]
-    return chord
-
-
-@njit(cache=True, error_model="numpy", fastmath=FAST)
-def rim_places(vertices, neighbors, rim, before, after, frame, out):
-    """Fill where each rim vertex is in its neighbors' frame, from the middle of the chord, in chords."""
-    for k in range(rim.shape[0]):
-        i, a, b = rim[k], rim[before[k]], rim[after[k]]
-        chord = rim_frame(vertices, neighbors, i, a, b, frame)
-        for j in range(3):
-            out[k, j] = 0.0
-            for c in range(3):
-                out[k, j] += frame[j, c] * (vertices[i, c] - 0.5 * (vertices[a, c] + vertices[b, c]))
-            out[k, j] = out[k, j] / chord if chord > 0.0 else 0.0
-
-
-@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _carried(k, before, after, bend, tangent, wanted):
     """Fill the mean of a vertex's curvature vector and its neighbors', these turned by the smallest rotation."""
     for j in range(3):
@@ -98,7 +55,7 @@ def _carried(k, before, after, bend, tangent, wanted):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
-def rim_targets(vertices, neighbors, rim, before, after, constraint, remembered, bend, tangent, frame, out):
+def rim_targets(vertices, rim, before, after, constraint, remembered, bend, tangent, wanted, out):
     """Fill, per rim vertex, where its constraint wants it, its neighbors evenly on either side.
 
     The rim's own curvature under `free`, none under `orientation`, the `remembered` place under `shape`, and
@@ -114,12 +71,8 @@ def rim_targets(vertices, neighbors, rim, before, after, constraint, remembered,
         if kind == ORIENTATION:
             continue
         if kind == SHAPE:
-            chord = rim_frame(vertices, neighbors, i, rim[before[k]], rim[after[k]], frame)
-            for j in range(3):
-                for c in range(3):
-                    out[k, c] += chord * remembered[k, j] * frame[j, c]
+            out[k] = remembered[k]
             continue
-        wanted = frame[0]
         if kind == FREE:
             wanted[:] = bend[k]
         else:

@@ -14,7 +14,7 @@ from simplexmesh.motion import _kernels, _kernels_adapt, _kernels_averages, _ker
 from simplexmesh.motion.adapt import adapt
 from simplexmesh.motion.forces import CONSTRAINTS, Force, Frame, constraint_codes, pushed, several
 from simplexmesh.motion.parameters import carried, per_vertex, references, whole_per_vertex
-from simplexmesh.motion.rim import Rim
+from simplexmesh.motion.rim import Memory, Rim
 from simplexmesh.motion.state import State, Target
 from simplexmesh.motion.targets.door import ask, reach_above_zero, read_only
 
@@ -119,10 +119,10 @@ class DeformableModel:
         self.metric, self._reference_angle, self._prescribed = references(
             mesh, self.constraint, metric=metric, curvature=curvature, reference=reference
         )
+        self._buffers(mesh.vertices)
         if self._rim:
             kept = mesh if reference is None else reference
-            self._remembered = self._rim.places(kept.vertices, self._neighbors)
-        self._buffers(mesh.vertices)
+            self._memory = Memory(self._rim.vertices, kept.vertices, self._neighbors)
 
     def _buffers(self, vertices: Array) -> None:
         n = len(vertices)
@@ -210,7 +210,7 @@ class DeformableModel:
 
     def _on_rims(self, rim: Rim, gaps: Array, extra: Array | None, out: Array) -> None:
         """Replace the next positions of the vertices on holes: the contour's force in place of the surface's."""
-        goals = rim.targets(self._vertices, self._neighbors, self.constraint, self._remembered)
+        goals = rim.targets(self._vertices, self.constraint, self._memory)
         extra = np.zeros_like(self._vertices) if extra is None else extra
         _kernels_rim.rim_step(
             *(self._vertices, self._previous, self._neighbors, self._normals, rim.vertices, goals, extra, gaps),
