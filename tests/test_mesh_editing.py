@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from numpy.testing import assert_array_equal
 
 from simplexmesh.errors import TopologyError
-from simplexmesh.mesh import shapes
+from simplexmesh.mesh import macros, shapes
 from simplexmesh.mesh.check import check
 from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.mesh.edited import REASONS
@@ -177,6 +177,71 @@ def test_joins_and_cuts_among_the_others_are_undone(name, seed):
     assert_array_equal(edit.result().mesh.vertices, mesh.vertices)
 
 
+def outline(edit, faces):
+    """The darts around a set of faces, as far as they go in one line."""
+    inside = np.isin(edit._darts.face, sorted(faces))
+    dart = next((int(d) for f in faces for d in edit.around(f) if not inside[edit._darts.twin[d]]), None)
+    out = []
+    while dart is not None and dart not in out:
+        out.append(dart)
+        back = int(edit._darts.twin[dart])
+        ahead = 3 * (back // 3) + (back + 2) % 3
+        dart = ahead if not inside[edit._darts.twin[ahead]] else 3 * (back // 3) + (back + 1) % 3
+    return np.array(out, int)
+
+
+def any_edit(edit, rng):
+    """One of the seven operators, somewhere; return by how much V - E + F is to change, None if refused."""
+    dart = int(rng.choice(alive_darts(edit)))
+    face = edit.faces_beside(dart)[0]
+    kind = int(rng.integers(1, 8))
+    try:
+        if kind == 3:
+            zone = {face, *(edit.faces_beside(int(d))[1] for d in edit.around(face))}
+            edit.cut(outline(edit, zone), holes=bool(rng.integers(2)))
+            return 2
+        if kind == 4:
+            edit.join(face, int(edit._darts.face[rng.choice(alive_darts(edit))]))
+            return -2
+        if kind in (5, 6):
+            (macros.remove_face if kind == 5 else macros.refine_face)(edit, face)
+            return 0
+    except TopologyError:
+        return None
+    done = {
+        1: lambda: edit.remove_edges([dart]),
+        2: lambda: edit.insert_edges([dart], rng.choice(edit.around(face), 1)),
+        7: lambda: edit.swap_edges([dart]),
+    }[kind]()
+    return 0 if done.done.all() else None
+
+
+@given(name=names, seed=seeds)
+def test_all_seven_in_any_order_keep_the_mesh_complete_and_are_undone(name, seed):
+    mesh, rng = MESHES[name], np.random.default_rng(seed)
+    edit, start = EditableMesh(mesh), mesh.connectivity
+    euler = start.euler
+    for _ in range(100):
+        before = edit.n_edits
+        change = any_edit(edit, rng)
+        if change is None:
+            assert edit.n_edits == before
+            continue
+        euler += change
+        c = edit.result().mesh.connectivity
+        assert complete(c)
+        assert c.euler == euler == 2 * (c.n_components - c.genus)
+    labels_hold(edit)
+    edit.undo(edit.n_edits // 2)
+    labels_hold(edit)
+    edit.undo()
+    labels_hold(edit)
+    back = edit.result().mesh
+    assert_array_equal(back.connectivity.twin, start.twin)
+    assert_array_equal(back.connectivity.hole_darts, start.hole_darts)
+    assert_array_equal(back.vertices, mesh.vertices)
+
+
 def k33_on_the_torus():
     """Three hexagons, each sharing three edges with each other one."""
     neighbors = [[3, 4, 5], [3, 4, 5], [3, 4, 5], [0, 1, 2], [0, 1, 2], [0, 1, 2]]
@@ -247,6 +312,9 @@ def test_an_edge_beside_a_hole_opens_into_it():
         (lambda e: e.insert_edges([0], [2], 1.5), "at must be between 0 and 1, both left out"),
         (lambda e: e.join(0, 0), "faces 0 and 0 cannot be joined: they are one"),
         (lambda e: e.join(0, e.faces_beside(e.around(0)[0])[1]), "cannot be joined: they share an edge"),
+        (lambda e: e.cut([0, 1, 2]), "contour cannot be cut: dart 0 does not lead to the vertex of the next one, 1"),
+        (lambda e: e.cut([*e.around(7), *e.around(7)]), "contour cannot be cut: it comes to vertex .* twice"),
+        (lambda e: e.cut(outline(e, e.faces_beside(0))), "its vertex .* has all three neighbors on it"),
         (lambda e: e.cut(e.around(7)), "contour cannot be cut: it is face 7 itself"),
         (lambda e: e.join(0, 500), "face_b must be at most 161, not 500"),
         (lambda e: e.dart("edge", (0, 200)), "edge must be two neighboring vertices; 0 and 200 are not"),

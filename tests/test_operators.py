@@ -11,6 +11,7 @@ from numpy.testing import assert_array_equal
 from simplexmesh.errors import TopologyError
 from simplexmesh.mesh import shapes
 from simplexmesh.mesh.contours import Contour
+from simplexmesh.mesh.editing import EditableMesh
 from simplexmesh.mesh.joining import cut, join, together
 from simplexmesh.mesh.operators import insert_edge, refine_face, remove_edge, remove_face, swap_edge
 from tests.mesh_families import ALL
@@ -279,3 +280,41 @@ def test_a_contour_that_meets_a_face_twice_is_refused():
         cut(BALL, contour)
     with pytest.raises(TopologyError, match=f"face {hub} lies along its right in two places"):
         cut(BALL, contour.reversed())
+
+
+def mirrored(mesh):
+    """The mesh seen from inside."""
+    twin, turned = mesh.connectivity.twin[:, [0, 2, 1]], np.array([0, 2, 1])
+    return anywhere(type(mesh.connectivity)(3 * (twin // 3) + turned[twin % 3]))
+
+
+class TestWhatCanBeReached:
+    def test_from_the_tetrahedron_are_all_simple_polyhedra(self):
+        """Their numbers by vertices are those of the triangulations of the sphere (OEIS A000109)."""
+        level = [ALL["tetrahedron-1"]]
+        counted = [1]
+        for _ in range(5):
+            found = {}
+            for mesh in level:
+                c = mesh.connectivity
+                for begin, end in zip(c.face_offsets[:-1], c.face_offsets[1:], strict=True):
+                    darts = c.face_darts[begin:end].tolist()
+                    for i, one in enumerate(darts):
+                        for other in darts[:i]:
+                            out = insert_edge(mesh, one, other).mesh
+                            assert complete(out.connectivity)
+                            found.setdefault(min(map(str, (invariant(out), invariant(mirrored(out))))), out)
+            level = list(found.values())
+            counted.append(len(level))
+        assert counted == [1, 1, 2, 5, 14, 50]
+
+    @pytest.mark.parametrize("name", ["octahedron-1", "icosahedron-1", "tetrahedron-2", "icosahedron-2"])
+    def test_any_sphere_comes_down_to_the_tetrahedron_and_back(self, name):
+        edit = EditableMesh(ALL[name])
+        while edit.n_edits < ALL[name].n_vertices // 2 - 2:
+            assert edit.remove_edges(
+                np.arange(3 * edit.n_slots)[np.repeat(edit._darts.alive[: edit.n_slots], 3)]
+            ).done.any()
+        assert invariant(edit.result().mesh) == invariant(ALL["tetrahedron-1"])
+        edit.undo()
+        assert_array_equal(edit.result().mesh.connectivity.twin, ALL[name].connectivity.twin)

@@ -109,20 +109,20 @@ class EditableMesh:
         """How many edits can be undone."""
         return self._used[2]
 
-    def _reserve(self, edits: int) -> None:
-        """Make room for so many more edits of any kind."""
+    def _reserve(self, edits: int, vertices: int = 0, faces: int = 0) -> None:
+        """Make room for so many more."""
         n, f, rows = self._used
         d = self._darts
-        per_vertex, per_dart = n + 2 * edits, 3 * (n + 2 * edits)
+        per_vertex, per_dart, per_face = n + vertices, 3 * (n + vertices), f + faces
         self._darts = kernels.Darts(
             _grown(d.twin, per_dart),
             _grown(d.face, per_dart),
             _grown(d.alive, per_vertex),
             _grown(d.values, per_vertex),
             _grown(d.origin, per_vertex),
-            _grown(d.face_dart, f + 2 * edits),
-            _grown(d.face_size, f + 2 * edits),
-            _grown(d.face_hole, f + 2 * edits),
+            _grown(d.face_dart, per_face),
+            _grown(d.face_size, per_face),
+            _grown(d.face_hole, per_face),
             _grown(d.log, rows + edits),
             _grown(d.log_values, rows + edits),
             d.used,
@@ -219,7 +219,7 @@ class EditableMesh:
         parts = np.broadcast_to(np.asarray(at, np.float64), (m, 2))
         if not ((parts > 0) & (parts < 1)).all():
             raise ValueError("at must be between 0 and 1, both left out")
-        self._reserve(m)
+        self._reserve(m, *((2 * m, m) if kind == kernels.INSERT else ()))
         status, witness = np.empty(m, np.int32), np.empty(m, np.int32)
         kinds = np.full(m, kind, np.int32)
         darts32 = first.astype(np.int32), second.astype(np.int32)
@@ -234,10 +234,11 @@ class EditableMesh:
         """T3 along a closed path of darts, and return the faces that close its left and its right side."""
         path = _check.indices("darts", darts, (None,), 3 * self._used[0])
         d = self._darts
+        reason = "one of its vertices is gone" if not d.alive[path // 3].all() else seams.refusal_of_path(d.twin, path)
         seam = seams.along(d.twin, path)
-        if reason := seams.refusal_to_cut(seam, d.face):
+        if reason := reason or seams.refusal_to_cut(seam, d.face):
             raise TopologyError(f"contour cannot be cut: {reason}")
-        self._reserve(1)
+        self._reserve(1, faces=2)
         left, right, row = self._used[1], self._used[1] + 1, self.n_edits
         seams.open_faces(self._darts, seam, left, right)
         d = self._darts

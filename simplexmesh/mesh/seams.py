@@ -107,6 +107,22 @@ def sewn_faces(seam: Seam, face: NDArray[np.int32]) -> tuple[NDArray[np.int32], 
     return face[seam.onward[last_left % k]], face[seam.back[next_right % k]]
 
 
+def refusal_of_path(twin: NDArray[np.int32], darts: Indices) -> str:
+    """Return why darts one after the other are no contour, or nothing."""
+    vertices = darts // 3
+    if len(darts) < 3:
+        return f"it has {len(darts)} edges, where a contour has at least 3"
+    if (apart := twin[darts] // 3 != np.roll(vertices, -1)).any():
+        i = int(apart.argmax())
+        return f"dart {darts[i]} does not lead to the vertex of the next one, {darts[(i + 1) % len(darts)]}"
+    if (again := first_repeated(vertices)) >= 0:
+        return f"it comes to vertex {again} twice"
+    neighbors = twin[3 * vertices[:, None] + np.arange(3)] // 3
+    if (full := np.isin(neighbors, vertices).all(axis=1)).any():
+        return f"its vertex {vertices[full.argmax()]} has all three neighbors on it"
+    return ""
+
+
 def refusal_to_cut(seam: Seam, face: NDArray[np.int32]) -> str:
     """Return why T3 along a seam would not leave a complete mesh, or nothing."""
     sides = (

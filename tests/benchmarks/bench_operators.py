@@ -41,7 +41,7 @@ def batches(mesh: sm.SimplexMesh, edits: int, rng: np.random.Generator) -> list[
         best = np.inf
         for _ in range(3):
             edit = EditableMesh(mesh)
-            edit._reserve(edits)
+            edit._reserve(edits, 2 * edits, edits)
             seconds, batch = timed(lambda edit=edit, name=name, args=args: getattr(edit, name)(*args), 1)
             best = min(best, seconds)
         out.append((name, best, len(darts), int(batch.done.sum())))
