@@ -116,3 +116,13 @@ def test_refusals(value, error, message):
 def test_the_wrong_kind(convert, value, message):
     with pytest.raises(TypeError, match=message):
         convert(value)
+
+
+def test_a_simplex_mesh_becomes_what_is_wanted(tmp_path):
+    ball = sm.sphere(3)
+    assert as_data(ball) is ball
+    assert np.array_equal(as_points(ball).points, ball.vertices)
+    assert np.allclose(as_points(ball).normals, ball.normals, rtol=0, atol=1e-15)
+    assert as_triangles(ball).n_faces == ball.triangulated().n_faces
+    ball.save(tmp_path / "ball.vtp")
+    assert np.array_equal(sm.read_points(tmp_path / "ball.vtp").points, ball.vertices)

@@ -200,3 +200,11 @@ class TestPaths:
             sm.read(tmp_path)
         sentence(error)
         assert capfd.readouterr().err == ""
+
+
+@pytest.mark.parametrize("here", [".", "..", "./"])
+def test_a_folder_is_called_by_its_name(here, tmp_path, monkeypatch):
+    (tmp_path / "scans" / "inner").mkdir(parents=True)
+    monkeypatch.chdir(tmp_path / "scans" / ("inner" if here == ".." else ""))
+    with pytest.raises(OSError, match=r"^scans must be a folder of DICOM or TIFF slices"):
+        sm.read(here)

@@ -86,6 +86,12 @@ def as_points(value: Any, name: str = "points") -> PointCloud:
     ------
     TypeError
         It is something else than points or a surface.
+
+    Examples
+    --------
+    >>> import simplexmesh as sm
+    >>> as_points(sm.sphere(2)).normals.shape
+    (80, 3)
     """
     out = as_data(value, name)
     if isinstance(out, PointCloud):
@@ -94,7 +100,7 @@ def as_points(value: Any, name: str = "points") -> PointCloud:
         normals = out.vertex_normals
         return PointCloud(out.vertices, normals if normals.any(axis=1).all() else None).merged()
     if _is_simplex_mesh(out):
-        return PointCloud(out.vertices, out.normals).merged()
+        return PointCloud(out.vertices, out.normals if out.normals.any(axis=1).all() else None).merged()
     raise TypeError(f"{name} must be points, not {_said(value, out)}")
 
 

@@ -107,7 +107,7 @@ def read_volume(path: str | os.PathLike[str], *, spacing: ArrayLike | None = Non
 
 
 def read_points(path: str | os.PathLike[str]) -> PointCloud:
-    r"""Read a point cloud; of a triangulated surface, take the vertices and their normals.
+    r"""Read a point cloud; of a triangulated surface or a simplex mesh, take the vertices and their normals.
 
     Raises
     ------
@@ -130,6 +130,8 @@ def read_points(path: str | os.PathLike[str]) -> PointCloud:
         return out
     if isinstance(out, TriangleMesh):
         return PointCloud(out.vertices, out.vertex_normals if out.vertex_normals.any(axis=1).all() else None)
+    if hasattr(out, "connectivity"):
+        return PointCloud(out.vertices, out.normals if out.normals.any(axis=1).all() else None)
     raise _not_a("points", path, out)
 
 
@@ -239,7 +241,7 @@ def _existing(path: str | os.PathLike[str]) -> Path:
     where = Path(path).expanduser()
     if not where.exists():
         raise FileNotFoundError(f"path must be a file or folder, {os.fspath(path)!r} is not there")
-    return where
+    return where if where.name not in ("", "..") else where.resolve()  # a folder is called by its name in messages
 
 
 def _not_a(wanted: str, path: Any, got: Any) -> ValueError:

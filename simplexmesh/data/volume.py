@@ -138,7 +138,9 @@ class Volume:
             The volume holds intensities.
         """
         if not self.is_labels:
-            raise ValueError(f"volume must hold labels (whole numbers, at most {MOST_LABELS}, in patches); {self!r}")
+            raise ValueError(
+                f"volume holds intensities, not labels (whole numbers, at most {MOST_LABELS}, in patches); {self!r}"
+            )
         return sorted(int(label) for label in few_whole_numbers(self.values) or ())
 
     def mask(self, label: int) -> Volume:
@@ -147,12 +149,16 @@ class Volume:
         Raises
         ------
         ValueError
-            No sample has that label.
+            No sample has that label; the message says whether the volume holds intensities, or one value only.
         """
         inside = self.values == label
         if not inside.any():
-            present = f"; present are {self.labels()}" if self.is_labels else ""
-            raise ValueError(f"label must be present in the volume, {label!r} is not{present}")
+            low, high = self.range
+            if low == high:
+                raise ValueError(f"volume has the value {low:g} everywhere, label {label!r} is not in it")
+            if not self.is_labels:
+                raise ValueError(f"volume holds intensities, not labels; give level, not label {label!r}")
+            raise ValueError(f"label must be present in the volume, {label!r} is not; present are {self.labels()}")
         return self._with_values(inside)
 
     def smoothed(self, sigma: float) -> Volume:
