@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy.spatial.transform import Rotation
 
+from simplexmesh.data.box import box_around, box_slices
 from simplexmesh.data.volume import Volume
 
 positive = st.floats(0.01, 100)
@@ -104,7 +105,7 @@ class TestLabels:
     def test_intensities_are_not(self, values):
         volume = Volume(values)
         assert not volume.is_labels
-        with pytest.raises(ValueError, match="volume must hold labels"):
+        with pytest.raises(ValueError, match="volume holds intensities, not labels"):
             volume.labels()
 
     def test_mask(self):
@@ -115,6 +116,12 @@ class TestLabels:
         assert_array_equal(mask.T_world_index, volume.T_world_index)
         with pytest.raises(ValueError, match=r"label must be present in the volume, 9 is not; present are \[0, 1, 2"):
             volume.mask(9)
+
+    def test_a_label_that_cannot_be_is_told_why(self):
+        with pytest.raises(ValueError, match=r"volume holds intensities, not labels; give level, not label 3$"):
+            Volume(np.random.default_rng(0).random((5, 5, 5))).mask(3)
+        with pytest.raises(ValueError, match=r"volume has the value 0 everywhere, label 3 is not in it$"):
+            Volume(np.zeros((5, 5, 5))).mask(3)
 
 
 class TestFilters:
@@ -184,3 +191,21 @@ class TestRefusals:
         values[0, 0, 0], values[1, 2, 3], values[3, 3, 3] = np.nan, np.inf, -np.inf
         with pytest.raises(ValueError, match="values must be finite; 3 of 64 are NaN or infinite"):
             Volume(values)
+
+
+class TestBox:
+    @given(st.lists(st.tuples(st.integers(0, 4), st.integers(0, 5), st.integers(0, 6)), min_size=1), st.integers(0, 3))
+    def test_holds_all_and_touches_on_every_side(self, places, margin):
+        inside = np.zeros((5, 6, 7), bool)
+        inside[tuple(np.array(places).T)] = True
+        first, end = box_around(inside)
+        part = inside[box_slices(first, end, inside.shape)]
+        assert part.sum() == inside.sum()
+        for axis in range(3):
+            assert np.take(part, [0, -1], axis).any(axis=tuple({0, 1, 2} - {axis})).all()
+        wider = box_slices(first, end, inside.shape, margin=margin)
+        assert [s.start for s in wider] == np.maximum(first - margin, 0).tolist()
+        assert [s.stop for s in wider] == np.minimum(end + margin, inside.shape).tolist()
+
+    def test_of_nothing(self):
+        assert box_around(np.zeros((3, 3, 3), bool)) is None

@@ -1,0 +1,48 @@
+"""The box around an object in a grid."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Index = NDArray[np.int64]
+
+
+def box_around(inside: NDArray[np.bool_]) -> tuple[Index, Index] | None:
+    """Return the first index of the smallest box that holds all true samples, and the index after its last.
+
+    Parameters
+    ----------
+    inside : (nx, ny, nz) array of bool
+        Where the object is.
+
+    Returns
+    -------
+    first, end : (3,) arrays of int
+        So that `inside[box_slices(first, end, inside.shape)]` holds them all; None when there is none.
+
+    Examples
+    --------
+    >>> inside = np.zeros((5, 6, 7), bool)
+    >>> inside[1:3, 4, 2:7] = True
+    >>> first, end = box_around(inside)
+    >>> first.tolist(), end.tolist()
+    ([1, 4, 2], [3, 5, 7])
+    """
+    flat = inside.any(axis=2)
+    rows = [np.flatnonzero(line) for line in (flat.any(axis=1), flat.any(axis=0), inside.any(axis=(0, 1)))]
+    if not len(rows[0]):
+        return None
+    return np.array([row[0] for row in rows]), np.array([row[-1] + 1 for row in rows])
+
+
+def box_slices(first: Index, end: Index, shape: tuple[int, ...], *, margin: int = 0) -> tuple[slice, ...]:
+    """Return the slices of a box made wider by `margin` samples on every side, as far as the grid goes.
+
+    Examples
+    --------
+    >>> box_slices(np.array([1, 4, 2]), np.array([3, 5, 7]), (5, 6, 7), margin=1)
+    (slice(0, 4, None), slice(3, 6, None), slice(1, 7, None))
+    """
+    ends = zip(first.tolist(), end.tolist(), shape, strict=True)
+    return tuple(slice(max(0, a - margin), min(n, b + margin)) for a, b, n in ends)
