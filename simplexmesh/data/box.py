@@ -29,8 +29,7 @@ def box_around(inside: NDArray[np.bool_]) -> tuple[Index, Index] | None:
     >>> first.tolist(), end.tolist()
     ([1, 4, 2], [3, 5, 7])
     """
-    flat = inside.any(axis=2)
-    rows = [np.flatnonzero(line) for line in (flat.any(axis=1), flat.any(axis=0), inside.any(axis=(0, 1)))]
+    rows = [np.flatnonzero(inside.any(axis=tuple({0, 1, 2} - {axis}))) for axis in range(3)]
     if not len(rows[0]):
         return None
     return np.array([row[0] for row in rows]), np.array([row[-1] + 1 for row in rows])
