@@ -455,6 +455,16 @@ class TestView:
         assert (code, err) == (0, "")
         assert picture.exists()
 
+    def test_turns_what_is_up(self, command, files, tmp_path):
+        made = [command("view", files / "ball.vtp", "--up", up, "--picture", tmp_path / f"{up}.png")[0] for up in "yz"]
+        assert made == [0, 0]
+        assert (tmp_path / "y.png").read_bytes() != (tmp_path / "z.png").read_bytes()
+        code, _, err = command("view", files / "ball.vtp", "--up", "y", "--view", "xz")
+        assert (code, err) == (2, "error: --up is for the view iso: --view xz has its own axis up\n")
+        assert (
+            "--up must be one of 'auto', 'x', 'y', 'z', not 'w'" in command("view", files / "ball.vtp", "--up", "w")[2]
+        )
+
     def test_beside_its_data(self, command, files, tmp_path):
         code, _, err = command(
             "view", files / "ball.vtp", "--data", files / "ball.xyz", "--scalars", "distance",

@@ -175,6 +175,10 @@ class TestScale:
         assert self.limits([0.1] * 99 + [1000], diverging=False) == pytest.approx((0, 0.4))
         assert self.limits([-0.1, 0.1] * 500 + [1000], diverging=True) == pytest.approx((-0.1, 0.1))
 
+    def test_few_are_beyond_its_end(self):
+        values = np.random.default_rng(0).exponential(size=2000) ** 3
+        assert (values > self.limits(values, diverging=False)[1]).mean() == pytest.approx(0.02, abs=0.001)
+
     @pytest.mark.parametrize("diverging", [True, False])
     @pytest.mark.parametrize("values", [[0.0, 0.0], [np.nan, np.nan], [5.0, 5.0]])
     def test_is_never_empty(self, values, diverging):
@@ -249,6 +253,10 @@ class TestPicture:
         assert plotter.shape == (1, 5)
         assert sm.plot.picture(tmp_path / "all.png", plotter).stat().st_size > 10_000
 
+    def test_panels_use_the_level_for_volumes_only(self, ball):
+        plotter = sm.plot.panels({"volume": ball_volume(), "mesh": ball}, level=0.0, scalars="mean_curvature")
+        assert list(plotter.scalar_bars.keys()) == ["mean curvature\n"]
+
     def test_beside_colors_the_model_only(self, ball):
         plotter = sm.plot.beside(ball.vertices * 1.1, ball, scalars="distance", unit="mm")
         assert plotter.shape == (1, 2)
@@ -260,6 +268,24 @@ class TestPicture:
             (actor.prop.color.name, actor.prop.opacity) for actor in plotter.actors.values() if hasattr(actor, "mapper")
         ]
         assert found == [("red", 1.0), ("blue", 0.5)]
+
+    def test_colors_are_those_of_the_scale(self, tmp_path):
+        for value in (-0.9, 0.0, 0.5):
+            ball = sm.sphere(12)
+            plotter = sm.plot.surface(
+                ball, scalars=np.full(ball.n_vertices, value), limits=(-1, 1), edges=False, view="xz"
+            )
+            wanted = 255 * np.array(pv.LookupTable("viridis", scalar_range=(-1, 1))(value)[:3], dtype=float)
+            picture = sm.plot.picture(tmp_path / "ball.png", plotter)
+            seen = np.asarray(pv.read(picture).active_scalars, dtype=float).reshape(900, 1200, 3)[450:550, 550:650]
+            assert np.abs(seen - wanted).max() < 25
+
+    def test_is_lit_by_the_normals_of_the_mesh(self, ball):
+        plotter = sm.plot.surface(ball, edges=False)
+        (actor,) = [actor for actor in plotter.actors.values() if hasattr(actor, "mapper")]
+        np.testing.assert_allclose(
+            actor.mapper.dataset.point_data["Normals"][: ball.n_vertices], ball.normals, atol=1e-6
+        )
 
     def test_replaces_an_older_one_and_leaves_no_drafts(self, ball, tmp_path):
         path = tmp_path / "ball.png"

@@ -55,7 +55,7 @@ def command(
     output = writable(output, "--output", MODELS, inputs)
     if picture is not None:
         picture = writable(picture, "--picture", PICTURES, inputs)
-    camera, upwards = direction(view or "iso"), upward(up or "auto")
+    camera, upwards = direction(view or "iso"), upward(up or "auto", view or "iso")
     if picture is None and (view or up):
         raise ValueError(f"--{'view' if view else 'up'} is for the picture, and --picture is not given")
 

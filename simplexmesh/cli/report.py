@@ -168,7 +168,7 @@ def direction(view: str) -> str | None:
     return None if view == "iso" else view
 
 
-def upward(up: str) -> str:
+def upward(up: str, view: str = "iso") -> str:
     """Return the axis that points up.
 
     Examples
@@ -176,6 +176,8 @@ def upward(up: str) -> str:
     >>> upward("y")
     'y'
     """
+    if up != "auto" and view != "iso":
+        raise ValueError(f"--up is for the view iso: --view {view} has its own axis up")
     if up not in UPS:
         raise ValueError(f"--up must be one of {', '.join(map(repr, UPS))}, not {up!r}")
     return up

@@ -30,7 +30,7 @@ def command(
     """Open a window on a file; without a display, say so and write a picture to the current folder."""
     if picture is not None:
         picture = writable(picture, "--picture", PICTURES, [path, *([data] if data else [])])
-    camera, upwards = direction(side), upward(up)
+    camera, upwards = direction(side), upward(up, side)
 
     from simplexmesh import plot
     from simplexmesh.data.convert import as_data

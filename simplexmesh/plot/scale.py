@@ -27,7 +27,7 @@ def scale(
     elif limits is None and len(known):
         low, high = (float(known.min()), float(known.max()))
         if low >= 0:  # distances: from zero, and a few far ones must not hide how the others differ
-            low, high = 0.0, min(high, 4 * float(np.median(known)) or high)
+            low, high = 0.0, min(high, max(4 * float(np.median(known)), float(np.percentile(known, 98))) or high)
         limits = (low, high if high > low else low + 1.0)
     bar = {
         "title": f"{title}\n",  # the line break keeps it clear of the labels

@@ -54,7 +54,7 @@ def surface(
         What to color by. "distance" is that of each vertex to the surface in `data`, along its normal, as in
         `Reconstruction.distance`; vertices without data near are gray. Curvatures and
         angles have a diverging map with zero in the middle, cut at the 2nd and 98th percentile; others a plain
-        one, that of quantities without sign from zero to four times their median.
+        one, that of quantities without sign from zero to their 98th percentile, or four times their median.
     data : Volume, PointCloud, TriangleMesh or anything convertible to these, optional
         What "distance" is measured to.
     level, label : float, int, optional
@@ -185,9 +185,9 @@ def panels(
     plotter = stage(columns=len(shown))
     for column, (title, one) in enumerate(shown.items()):
         plotter.subplot(0, column)
-        of: dict[str, Any] = {"level": level, "label": label} if isinstance(one, Volume) else {}
-        if isinstance(one, SimplexMesh) and scalars is not None:
-            of = {"scalars": scalars, "data": data, "level": level, "label": label}
+        of: dict[str, Any] = {"scalars": scalars} if isinstance(one, SimplexMesh) else {}
+        if isinstance(one, Volume) or (isinstance(one, SimplexMesh) and data is not None):
+            of |= {"data": data, "level": level, "label": label}
         surface(one, title=title, plotter=plotter, **of, **options)
     return looked_at(plotter, view, up=upright(next(iter(shown.values())), up))
 
