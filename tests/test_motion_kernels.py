@@ -267,7 +267,7 @@ def test_remembered_places_are_those_of_the_best_similarity(seed):
     Q = Rotation.random(random_state=seed).as_matrix()
     moved = 2.5 * kept.vertices @ Q.T + [1, 2, 3]
     assert_allclose(memory.places(moved), moved[row], atol=1e-9)
-    moved = moved + 0.3 * rng.normal(size=moved.shape)
+    moved = moved + rng.choice([0.3, 3.0]) * rng.normal(size=moved.shape)
     for place, i in zip(memory.places(moved), row, strict=True):
         star = sorted({int(i), *kept.neighbors[i].tolist(), *kept.neighbors[kept.neighbors[i]].ravel().tolist()})
         times = np.array([1 + (kept.neighbors[kept.neighbors[i]] == k).sum() for k in star], dtype=float)

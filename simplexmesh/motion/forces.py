@@ -25,6 +25,12 @@ CONSTRAINTS = ("free", "orientation", "angle", "mean_curvature", "shape", "curva
 ``shape``           the simplex angle and metric parameters of a reference mesh: elastic shape memory, at any scale
 ``curvature``       a prescribed mean curvature
 ==================  =============================================================================================
+
+On the rim of a hole, a line, `free` keeps the line's curvature, `orientation` asks for a straight one, `shape` for the
+place among the vertices around that the reference has, the three others for continuous curvature along the line.
+
+Two angles have the same H. The one below a right angle is meant, unless the vertex and its three neighbors are all
+beyond it already, to the side of the H wanted: so a tetrahedron is at rest, and a spike is not.
 """
 
 

@@ -15,7 +15,10 @@ class Target(Protocol):
     """What a mesh can be drawn to: anything that answers one question."""
 
     def gap(self, vertices: Array, normals: Array, reach: float) -> Array:
-        """Return (n,) how far along its normal the data is from each vertex; NaN where nothing is within `reach`."""
+        """Return (n,) how far along its normal the data is from each vertex; NaN where nothing is within `reach`.
+
+        The model's own arrays are handed in, as views that cannot be written to; `reach` may be infinite.
+        """
 
 
 @dataclass(frozen=True)
@@ -27,7 +30,8 @@ class State:
     iteration : int
         Iterations done since the model was made.
     energy : float
-        Mean over the vertices of half of ``alpha |P* - P|^2 + beta gap^2``, in squared units.
+        Mean over the vertices of half of ``alpha |P* - P|^2 + beta gap^2``, in squared units; of a vertex on a rim, P*
+        is where the rim's force wants it.
     gap : float
         Mean distance to the data along the normals, in the mesh's unit; NaN when no vertex is within reach.
     reached : float

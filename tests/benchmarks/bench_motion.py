@@ -18,7 +18,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import simplexmesh as sm
-from simplexmesh.motion import _kernels
+from simplexmesh.motion import _kernels, _kernels_averages
 from tests import reference_motion as reference
 
 SIZES = (7, 22, 71, 224)  # 20 f^2 vertices: about 1e3, 1e4, 1e5, 1e6
@@ -44,18 +44,20 @@ def rough_sphere(frequency: int) -> sm.SimplexMesh:
 def internal_update() -> None:
     """Time the whole internal update through `DeformableModel.step` against its NumPy twin."""
     print(
-        "\n| vertices | step, ns/vertex | step, ms | rigidity 6 | NumPy twin, ns/vertex | ratio |"
-        "\n|--:|--:|--:|--:|--:|--:|"
+        "\n| vertices | step, ns/vertex | step, ms | rigidity 6 | adaptation | NumPy twin, ns/vertex | ratio |"
+        "\n|--:|--:|--:|--:|--:|--:|--:|"
     )
     for frequency in SIZES:
         mesh = rough_sphere(frequency)
         n = mesh.n_vertices
         model, stiff = sm.DeformableModel(mesh), sm.DeformableModel(mesh, rigidity=6)
+        adapting = sm.DeformableModel(mesh, adaptation=0.05)
         step, stiff_step = best(model.step), best(stiff.step)
+        adapted = best(lambda: [adapting.step() for _ in range(10)]) / 10  # noqa: B023
         here, metric, gaps = np.array(mesh.vertices), np.full((n, 3), 1 / 3), np.full(n, np.nan)
         twin = best(lambda: reference.update(here, here, mesh.neighbors, metric, 1, gaps), least=2)  # noqa: B023
         print(
-            f"| {n:,} | {1e9 * step / n:.1f} | {1e3 * step:.3f} | {1e9 * stiff_step / n:.1f} "
+            f"| {n:,} | {1e9 * step / n:.1f} | {1e3 * step:.3f} | {1e9 * stiff_step / n:.1f} | {1e9 * adapted / n:.1f} "
             f"| {1e9 * twin / n:.0f} | {twin / step:.0f} |"
         )
 
@@ -142,14 +144,23 @@ def crossover() -> None:
     )
     for frequency in (3, 5, 7, 10, 14, 20, 32):
         m = sm.DeformableModel(rough_sphere(frequency))
-        frame = (m._vertices, m._neighbors, m._normals, m._inverse_radius, m._curvature, m._area)
-        given = (m._vertices, m._previous, m._neighbors, m.metric, m._normals, m._inverse_radius, m._curvature)
-        step = (*given, m._no_gap, m.alpha, m.beta, m.damping, m._moves, m._energy)
+        frame = (m._vertices, m._neighbors, m._normals, m._inverse_radius, m._curvature, m._area, m._steep)
+        given = (
+            m._vertices,
+            m._previous,
+            m._neighbors,
+            m.metric,
+            m._normals,
+            m._inverse_radius,
+            m._steep,
+            m._curvature,
+        )
+        step = (*given, m._no_gap, m.alpha, m.beta, m.damping, m._next, m._moves, m._energy)
         average = (m._curvature, m._neighbors, m._scratch[0])
         cells = []
         for kernel, arguments in (
             (_kernels.frames, frame),
-            (_kernels.averages, average),
+            (_kernels_averages.averages, average),
             (_kernels.curvature_step, step),
         ):
             for each in (kernel.serial, kernel.parallel):

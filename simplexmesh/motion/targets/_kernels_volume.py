@@ -101,7 +101,7 @@ def isosurface_gaps(vertices, normals, values, strides, shape, to_index, level, 
         if not found:
             continue
         middle, fine, last = near, 1e-6 * abs(f_near - f_far), 0
-        for _ in range(12):  # regula falsi with halved weights (Illinois); the interpolant is a cubic in each cell
+        for _ in range(40):  # regula falsi with halved weights (Illinois): 4 or 5 turns, more across a kink
             middle = near + (far - near) * f_near / (f_near - f_far)
             f_middle = sign * (
                 trilinear(values, strides, shape, px + middle * dx, py + middle * dy, pz + middle * dz, outside) - level
