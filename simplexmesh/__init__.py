@@ -25,7 +25,7 @@ _HOME = {
     "mesh.duality": ["dual"],
     "mesh.shapes": ["sphere", "ellipsoid", "cylinder", "plane", "torus"],
     "mesh.operators": ["remove_edge", "insert_edge", "swap_edge", "remove_face", "refine_face"],
-    "mesh.joining": ["cut", "join"],
+    "mesh.joining": ["cut", "join", "parts"],
     "mesh.contours": ["Contour"],
     "mesh.editing": ["EditableMesh"],
     "mesh.regularize": ["regularize"],
@@ -64,6 +64,7 @@ if TYPE_CHECKING:  # the same list once more, for type checkers and editors; a t
     from simplexmesh.mesh.editing import EditableMesh as EditableMesh
     from simplexmesh.mesh.joining import cut as cut
     from simplexmesh.mesh.joining import join as join
+    from simplexmesh.mesh.joining import parts as parts
     from simplexmesh.mesh.operators import insert_edge as insert_edge
     from simplexmesh.mesh.operators import refine_face as refine_face
     from simplexmesh.mesh.operators import remove_edge as remove_edge

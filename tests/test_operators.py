@@ -12,7 +12,7 @@ from simplexmesh.errors import TopologyError
 from simplexmesh.mesh import shapes
 from simplexmesh.mesh.contours import Contour
 from simplexmesh.mesh.editing import EditableMesh
-from simplexmesh.mesh.joining import cut, join, together
+from simplexmesh.mesh.joining import cut, join, parts, together
 from simplexmesh.mesh.operators import insert_edge, refine_face, remove_edge, remove_face, swap_edge
 from tests.mesh_families import ALL
 from tests.reference_operators import Loops
@@ -318,3 +318,29 @@ class TestWhatCanBeReached:
         assert invariant(edit.result().mesh) == invariant(ALL["tetrahedron-1"])
         edit.undo()
         assert_array_equal(edit.result().mesh.connectivity.twin, ALL[name].connectivity.twin)
+
+
+class TestParts:
+    def test_together_are_the_whole(self):
+        mesh = together(ALL["torus"], ALL["plane"], ALL["icosahedron-1"])
+        mesh = mesh.with_data(number=np.arange(mesh.n_vertices))
+        pieces = parts(mesh)
+        assert [piece.mesh.genus for piece in pieces] == [1, 0, 0]
+        again = together(*(piece.mesh for piece in pieces))
+        assert_array_equal(again.connectivity.twin, mesh.connectivity.twin)
+        assert_array_equal(again.connectivity.hole_darts, mesh.connectivity.hole_darts)
+        assert_array_equal(again.data["number"], mesh.data["number"])
+        for piece in pieces:
+            kept = piece.vertex_map >= 0
+            assert_array_equal(piece.mesh.vertices[piece.vertex_map[kept]], mesh.vertices[kept])
+            sizes, faces = mesh.connectivity.face_sizes, piece.face_map
+            assert_array_equal(piece.mesh.connectivity.face_sizes[faces[faces >= 0]], sizes[faces >= 0])
+        assert sum((piece.face_map >= 0).astype(int) for piece in pieces).tolist() == [1] * len(sizes)
+
+    def test_of_what_a_cut_separated(self):
+        pairs = BALL.connectivity.edge_faces
+        (rim,) = Contour.of_faces(BALL, np.unique(pairs[(pairs == 5).any(axis=1)]))
+        pieces = parts(cut(BALL, rim).mesh)
+        assert len(pieces) == 2
+        assert all((piece.mesh.genus, piece.mesh.n_holes) == (0, 0) for piece in pieces)
+        assert sum(piece.mesh.n_vertices for piece in pieces) == BALL.n_vertices

@@ -150,3 +150,40 @@ def together(*meshes: SimplexMesh) -> SimplexMesh:
         Connectivity(np.concatenate(twin), np.concatenate(holes)),
         {name: np.concatenate([mesh.data[name] for mesh in meshes]) for name in names},
     )
+
+
+def parts(mesh: SimplexMesh) -> tuple[Edited, ...]:
+    """Return each connected component as a mesh of its own, with its data, and where its vertices and faces were.
+
+    Parameters
+    ----------
+    mesh : SimplexMesh
+        The mesh.
+
+    Returns
+    -------
+    tuple of Edited
+        In the order of their smallest vertices; in the maps the rest of the mesh is -1.
+
+    Examples
+    --------
+    >>> import simplexmesh as sm
+    >>> from simplexmesh.mesh.joining import parts, together
+    >>> [part.mesh.genus for part in parts(together(sm.sphere(4), sm.torus(14, 6)))]
+    [0, 1]
+    """
+    c = mesh.connectivity
+    first = c.face_darts[c.face_offsets[:-1]]
+    out = []
+    for label in range(c.n_components):
+        inside = c.components == label
+        number = np.where(inside, np.cumsum(inside) - 1, -1).astype(np.int32)
+        twin, holes = c.twin[inside], c.hole_darts[inside[c.hole_darts // 3]]
+        connectivity = Connectivity(3 * number[twin // 3] + twin % 3, 3 * number[holes // 3] + holes % 3)
+        kept = inside[first // 3]
+        face_map = np.full(len(first), -1, np.int32)
+        face_map[kept] = connectivity.face.reshape(-1)[3 * number[first[kept] // 3] + first[kept] % 3]
+        data = {name: values[inside] for name, values in mesh.data.items()}
+        part = SimplexMesh(mesh.vertices[inside], connectivity, data)
+        out.append(Edited(part, _check.frozen(number), _check.frozen(face_map)))
+    return tuple(out)
