@@ -15,6 +15,7 @@ import pyvista.examples
 
 import simplexmesh as sm
 from simplexmesh.cli import app, frog
+from simplexmesh.cli.report import dumped
 
 FOLDER = Path(__file__).parents[1] / "demos"
 
@@ -149,7 +150,7 @@ class TestFrog:
         written = {path.name for path in (tmp_path / "made" / "here").iterdir()}
         models = {"kidney.vtp", "spleen.vtp", "kidney_from_scan.vtp"}
         assert written == models | {"report.json", "report.md", "frog.png", "kidney_from_scan.png"}
-        assert json.loads((tmp_path / "made/here/report.json").read_text()) == facts
+        assert json.loads((tmp_path / "made/here/report.json").read_text()) == json.loads(dumped(facts))
         assert facts["organs"]["kidney"]["vertices"] == sm.read_mesh(tmp_path / "made/here/kidney.vtp").n_vertices
         text = (tmp_path / "made/here/report.md").read_text()
         assert "| kidney |" in text
