@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from simplexmesh import _check
 from simplexmesh.data.convert import as_data
 from simplexmesh.data.points import PointCloud
+from simplexmesh.data.poses import rigid
 from simplexmesh.data.reading import read_poses
 from simplexmesh.data.triangles import TriangleMesh
 
@@ -78,8 +78,8 @@ def _pose(table: Any, scan: Any, place: int) -> Array:
         path = Path(scan)
         for name in (path.name, path.stem):
             if name in table:
-                return _check.array(f"poses[{name!r}]", table[name], (4, 4))
+                return rigid(f"poses[{name!r}]", table[name])
         raise ValueError(f"poses must hold one for {path.name}; it names {', '.join(map(str, table))}")
     if place >= len(table):
         raise ValueError(f"poses must be one per scan; there are {len(table)} for scan number {place + 1}")
-    return _check.array(f"poses[{place}]", table[place], (4, 4))
+    return rigid(f"poses[{place}]", table[place])

@@ -115,6 +115,8 @@ class LabelSubject:
 
         if label is None:
             regions = [name for name in volume.labels() if name != 0]
+            if not regions:
+                raise ValueError("volume must hold a labeled region; it is 0 everywhere")
             if len(regions) != 1:
                 raise ValueError(f"label must be given, one of {regions}, for a volume of labels")
             label = regions[0]
@@ -204,8 +206,8 @@ class TrianglesSubject:
     def __init__(self, triangles: TriangleMesh, components: str) -> None:
         from simplexmesh.motion.targets.triangles import Triangles
 
-        self.triangles, self.components = triangles, components
-        self.target: Target = Triangles(triangles)
+        self.triangles, self.components = triangles.oriented(), components
+        self.target: Target = Triangles(self.triangles)
         self.resolution = float(np.linalg.norm(np.ptp(triangles.vertices, axis=0))) / 200
 
     @cached_property
@@ -227,7 +229,16 @@ class TrianglesSubject:
         """Return the dual of a coarse surface around even samples of the triangles."""
         from simplexmesh.motion.initial.from_points import start_from_points
 
-        return start_from_points(self.sampled, vertices, components=self.components, tunnels=tunnels or 0.0)
+        start = start_from_points(self.sampled, vertices, components=self.components, tunnels=tunnels or 0.0)
+        known = self.triangles.topology
+        if known.n_components == 1 and not known.n_borders and known.genus != start.report.genus and not tunnels:
+            warnings.warn(
+                f"the surface has genus {known.genus}, the model has {start.report.genus}: handles are lost that are "
+                "finer than its start could see; more vertices may keep them",
+                SimplexMeshWarning,
+                stacklevel=2,
+            )
+        return start
 
 
 def otsu_threshold(values: NDArray[Any]) -> float:
@@ -270,6 +281,8 @@ def as_subject(
     if isinstance(item, SimplexMesh):
         item = item.triangulated()
     if isinstance(item, Volume):
+        if item.range[0] == item.range[1] and label is None:
+            raise ValueError(f"volume must hold an object and its surroundings; it is {item.range[0]:g} everywhere")
         if level is not None and label is not None:
             raise ValueError("give level or label, not both")
         if label is not None or (level is None and item.is_labels):
