@@ -88,6 +88,16 @@ class TestThrough:
         out = cut(BALL, contour)
         assert (out.separated, out.mesh.genus, out.mesh.n_components) == (True, 0, 2)
 
+    def test_two_neighbors_are_joined_around_a_face(self):
+        contour = Contour.through(BALL, [7, int(BALL.neighbors[7, 0])])
+        assert contour.is_face
+        assert len(contour) >= 5
+
+    def test_legs_keep_away_from_each_other(self):
+        mesh = ALL["torus"]
+        contour = Contour.through(mesh, [0, 70, 130])  # the shortest paths come beside each other, a face apart
+        assert set(contour.vertices) >= {0, 70, 130}
+
     def test_two_vertices_are_enough(self):
         a, b = int(BALL.vertices[:, 0].argmax()), int(BALL.vertices[:, 0].argmin())
         assert Contour.through(BALL, [a, b]).separates

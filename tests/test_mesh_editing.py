@@ -294,6 +294,16 @@ def test_data_is_interpolated_on_new_vertices_and_kept_on_old():
     assert new.data["number"].tolist() == [*range(mesh.n_vertices), a, d]
 
 
+def test_joined_holes_are_holes_again_when_undone():
+    mesh = MESHES["torus with holes"]
+    holes = np.flatnonzero(mesh.connectivity.face_is_hole)
+    edit = EditableMesh(mesh)
+    edit.join(int(holes[0]), int(holes[2]))
+    assert (edit.result().mesh.n_holes, edit.result().mesh.genus) == (1, 2)
+    edit.undo()
+    assert_array_equal(edit.result().mesh.connectivity.hole_darts, mesh.connectivity.hole_darts)
+
+
 def test_an_edge_beside_a_hole_opens_into_it():
     mesh = MESHES["torus with holes"]
     edit = EditableMesh(mesh)

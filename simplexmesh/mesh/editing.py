@@ -264,9 +264,8 @@ class EditableMesh:
             raise TopologyError(f"{where}: {reason}")
         self._reserve(1)
         row = self.n_edits
-        labels = int(self._darts.face_hole[a]) + 2 * int(self._darts.face_hole[b])
         seams.sew_faces(self._darts, seam, a, b)
-        self._darts.log[row] = (kernels.JOIN, len(self._seams), 0, b, a, labels)
+        self._darts.log[row] = (kernels.JOIN, len(self._seams), 0, b, a, 0)  # their labels stay where they are
         self._darts.used[2] += 1
         self._seams.append(seam)
         return seam
@@ -288,14 +287,13 @@ class EditableMesh:
             if not left:
                 break
             row = self.n_edits - 1
-            kind, _, _, one, other, labels = self._darts.log[row].tolist()
+            kind, _, _, one, other, _ = self._darts.log[row].tolist()
             seam = self._seams.pop()
             if kind == kernels.CUT:
                 seams.sew_faces(self._darts, seam, one, other)
                 self._darts.used[1] -= 2
             else:
                 seams.open_faces(self._darts, seam, one, other)
-                self._darts.face_hole[[other, one]] = labels % 2 == 1, labels >= 2
             self._darts.used[2] = row
             left -= 1
         return total
