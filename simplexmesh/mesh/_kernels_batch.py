@@ -183,7 +183,6 @@ def even_out(d: Darts, limit: int) -> int:
         c = min(imbalance(d, edge), head.size - 1)
         if c != top:  # a hole has grown at its end
             place(edge, c if c >= 2 else 0, head, after, before, queued)
-            top = max(top, c)
             continue
         if refuse_swap(d, edge)[0] != DONE:
             continue
