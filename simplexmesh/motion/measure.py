@@ -45,7 +45,8 @@ def measured(mesh: SimplexMesh, subject: Subject, reach: float) -> tuple[Distanc
         far = np.flatnonzero(back > reach)
         enclosed = far[inside_surface(points[far], surface.vertices, surface.faces)]
     distance = Distance(Spread.of(away), Spread.of(back), Spread.of(back[enclosed]))
-    far = max(reach, FAR * float(np.linalg.norm(np.ptp(points, axis=0))))
+    diagonal = float(np.linalg.norm(np.ptp(points, axis=0)))
+    far = max(reach, FAR * diagonal)
     missed = (np.count_nonzero(back > far) - np.count_nonzero(back[enclosed] > far)) / max(len(back), 1)
     _remark(float((away > far).mean()), missed, mesh.n_holes == 0, subject.components)
     return distance, away
