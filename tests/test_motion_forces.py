@@ -22,6 +22,7 @@ def test_constraints_have_names_and_codes():
     assert_array_equal(constraint_codes("angle", 3), [2, 2, 2])
     assert_array_equal(constraint_codes(list(CONSTRAINTS), 6), range(6))
     assert_array_equal(constraint_codes([5, 0], 2), [5, 0])
+    assert_array_equal(constraint_codes(np.array(["free", "shape"], dtype=object), 2), [0, 4])
 
 
 @pytest.mark.parametrize(
@@ -33,6 +34,7 @@ def test_constraints_have_names_and_codes():
         ([[["free"] * 2]], ValueError, r"constraint must have shape \(2,\), not \(1, 1, 2\)"),
         ([0, 6], ValueError, r"constraint\[1\] is 6, outside 0..5"),
         ([0.5, 1.0], TypeError, "constraint must be int64, not float64"),
+        (np.array(["free", None]), TypeError, r"constraint must be numbers of shape \(2,\), not ndarray of object"),
         (3, ValueError, r"constraint must have shape \(2,\), not \(\)"),
     ],
 )
@@ -46,6 +48,12 @@ def test_a_force_adds_its_displacements():
     drift = np.array([0.01, -0.02, 0.03])
     moved = run(ball, 1, [lambda frame: np.tile(drift, (320, 1)), lambda frame: 0.005 * frame.normals], alpha=0.0)
     assert_allclose(moved.vertices, ball.vertices + drift + 0.005 * ball.normals, atol=1e-15)
+
+
+def test_one_force_need_not_be_in_a_list():
+    ball = sm.sphere(4)
+    force = repulsion([1, 0, 0], radius=0.4)
+    assert_array_equal(run(ball, 3, force).vertices, run(ball, 3, [force]).vertices)
 
 
 def test_a_force_sees_the_mesh_as_it_is_and_cannot_change_it():
