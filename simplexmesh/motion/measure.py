@@ -46,9 +46,9 @@ def measured(mesh: SimplexMesh, subject: Subject, reach: float) -> tuple[Distanc
         enclosed = far[inside_surface(points[far], surface.vertices, surface.faces)]
     distance = Distance(Spread.of(away), Spread.of(back), Spread.of(back[enclosed]))
     diagonal = float(np.linalg.norm(np.ptp(points, axis=0)))
-    far = max(reach, FAR * diagonal)
-    missed = (np.count_nonzero(back > far) - np.count_nonzero(back[enclosed] > far)) / max(len(back), 1)
-    _remark(float((away > far).mean()), missed, mesh.n_holes == 0, subject.components)
+    limit = max(reach, FAR * diagonal)
+    missed = (np.count_nonzero(back > limit) - np.count_nonzero(back[enclosed] > limit)) / max(len(back), 1)
+    _remark(float((away > limit).mean()), missed, mesh.n_holes == 0, subject.components)
     return distance, away
 
 
