@@ -180,7 +180,9 @@ def test_the_search_finds_what_fine_sampling_finds(seed):
     same = (np.abs(gaps - naive) < 5e-3) | (np.isnan(gaps) & np.isnan(naive))
     # what is passed over is thinner than the stride, along the normal
     for k in np.flatnonzero(~same):
-        beyond = vertices[k] + np.sign(naive[k]) * (np.abs(naive[k]) + np.linspace(0.002, 0.49, 200))[:, None] * n[k]
+        stride = 0.7 / np.abs(volume.to_index(n[k]) - volume.to_index(np.zeros(3))).max()
+        depth = np.abs(naive[k]) + np.linspace(0.002, stride, 200)
+        beyond = vertices[k] + np.sign(naive[k]) * depth[:, None] * n[k]
         value = reference.trilinear(volume.values, volume.to_index(beyond), volume.range[0]) - 0.2
         here = reference.trilinear(volume.values, volume.to_index(vertices[k : k + 1]), volume.range[0]) - 0.2
         assert ((value > 0) == (here > 0)).any() or np.abs(naive[k]) > 1.5

@@ -46,7 +46,7 @@ ROUND = {  # proportions from usual to extreme
 @pytest.mark.parametrize("name", ROUND)
 def test_about_so_many_vertices(name, n):
     off = abs(ROUND[name](n).n_vertices / n - 1)
-    assert off <= (0.13 if name == "sphere" and n < 233 else 0.105)
+    assert off <= (0.13 if (name == "sphere" and n < 233) or name in ("belt", "pole") else 0.1)
 
 
 @pytest.mark.parametrize("n", [4, 20, 24, 30, 40, 60, 90, 130, 170])

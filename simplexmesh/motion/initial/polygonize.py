@@ -17,6 +17,7 @@ Mask = NDArray[np.bool_]
 
 _LEAST = 0.05
 _INSIDE, _OUTSIDE = 0.3, 0.45
+_SPARE = (1.1, 1.5, 2.2)
 
 
 def isosurface(field: NDArray[Any], solid: Mask, triangles: int = 0) -> tuple[Array, Indices]:
@@ -51,10 +52,13 @@ def isosurface(field: NDArray[Any], solid: Mask, triangles: int = 0) -> tuple[Ar
     if not 0 < len(faces) < triangles:
         return vertices + corner, faces
     shape = np.array(field.shape)
-    fine = np.ceil((shape - 1) * np.sqrt(1.1 * triangles / len(faces))).astype(int) + 1
-    finer = _marched(ndimage.zoom(agreeing, fine / shape, order=1))
-    if _euler(finer[1]) == 2 * euler(solid):
-        return finer[0] * ((shape - 1) / (fine - 1)) + corner, finer[1]
+    for spare in _SPARE:
+        fine = np.ceil((shape - 1) * np.sqrt(spare * triangles / len(faces))).astype(int) + 1
+        finer = _marched(ndimage.zoom(agreeing, fine / shape, order=1))
+        if _euler(finer[1]) != 2 * euler(solid):
+            break
+        if len(finer[1]) >= triangles:
+            return finer[0] * ((shape - 1) / (fine - 1)) + corner, finer[1]
     while len(faces) < triangles:
         vertices, faces = halved(vertices, faces)
     return vertices + corner, faces
