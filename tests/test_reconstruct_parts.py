@@ -73,3 +73,22 @@ def test_a_fold_is_smoothed_away_and_the_rest_stays():
     far = np.linalg.norm(ball.vertices - [0, 0, 1], axis=1) > 1.2
     far &= np.linalg.norm(ball.vertices - [0, 0, -1], axis=1) > 1.2
     assert_array_equal(mended.vertices[far], ball.vertices[far])
+
+
+def test_what_resists_is_taken_back_to_the_start():
+    """Data that pulls two sides of a ball through each other wins against relaxing; the start settles it."""
+    ball = sm.sphere(8)
+    vertices = np.array(ball.vertices)
+    polar = np.abs(vertices[:, 2]) > 0.9
+    vertices[polar, 2] *= -0.6
+
+    class Crossed:
+        def gap(self, vertices, normals, reach):
+            return np.where(np.abs(vertices[:, 2]) < 0.7, -2.0 * np.ones(len(vertices)), np.nan)
+
+    torn = ball.moved(vertices)
+    _, without = untangled(torn, Crossed(), reach=9.0, rounds=2)
+    mended, left = untangled(torn, Crossed(), reach=9.0, rounds=2, start=ball)
+    assert without > 0
+    assert left == 0
+    assert mended.check(self_intersections=True).ok

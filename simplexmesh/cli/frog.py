@@ -53,7 +53,7 @@ COLORS = {
     "skeleton": "#d8cdb4",
 }
 UNSEEN = ("spleen",)  # it lies under others from every side
-SEALED = {"stomach": 40.0}  # its wall, labelled alone, has pinholes into the hollow within
+SEALED = {"stomach": 20.0}  # its wall, labelled alone, has pinholes into the hollow within
 SCANNED = "liver"
 SMALL = {"kidney": (8, 400, "largest"), "spleen": (14, 200, "largest")}
 NOISE = 0.005  # standard deviation of the scan's noise, in parts of its diagonal

@@ -192,7 +192,7 @@ def reconstruct(
         if not interrupted:
             try:
                 report(0.92, "untangling")
-                mesh, tangled = untangled(mesh, subject.target, reach=stages[-1].reach)
+                mesh, tangled = untangled(mesh, subject.target, reach=stages[-1].reach, start=start if found else None)
             except KeyboardInterrupt:
                 interrupted = True
         distance = UNMEASURED

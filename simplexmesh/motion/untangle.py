@@ -36,12 +36,14 @@ def grown(marked: NDArray[np.bool_], connectivity: Connectivity, rings: int) -> 
     return marked
 
 
-def untangled(mesh: SimplexMesh, target: Target, *, reach: float, rounds: int = 10) -> tuple[SimplexMesh, int]:
+def untangled(
+    mesh: SimplexMesh, target: Target, *, reach: float, start: SimplexMesh | None = None, rounds: int = 10
+) -> tuple[SimplexMesh, int]:
     """Return the mesh with its folds and self-intersections smoothed away, and how many vertices are still tangled.
 
     Tangled vertices and their surroundings, wider in every round, first relax without data under orientation
     continuity, then return to the data under a mean-curvature constraint, stiffer in every round. All other vertices
-    stay.
+    stay. What resists is taken back, in part and with its surroundings, to where it was at the start.
 
     Parameters
     ----------
@@ -49,6 +51,8 @@ def untangled(mesh: SimplexMesh, target: Target, *, reach: float, rounds: int = 
     target : Target
     reach : float
         How far the data is looked for.
+    start : SimplexMesh, optional
+        The same mesh before it moved, near the data and not tangled.
     rounds : int
         How often to try.
 
@@ -84,4 +88,23 @@ def untangled(mesh: SimplexMesh, target: Target, *, reach: float, rounds: int = 
         marked = tangled_vertices(mesh)
         if int(marked.sum()) < fewest:
             best, fewest = mesh, int(marked.sum())
+    if fewest and start is not None:
+        best, fewest = _taken_back(best, start, fewest)
+    return best, fewest
+
+
+def _taken_back(mesh: SimplexMesh, start: SimplexMesh, fewest: int) -> tuple[SimplexMesh, int]:
+    """Return the mesh with its tangled parts drawn back to the start, more and wider each time, where that helps."""
+    best = mesh
+    for rings in range(2, 9):
+        marked = tangled_vertices(mesh)
+        share = grown(marked, mesh.connectivity, rings).astype(float)
+        for _ in range(rings):
+            share = 0.25 * (share + share[mesh.connectivity.neighbors].sum(axis=1))
+        mesh = mesh.moved(mesh.vertices + share[:, None] * (start.vertices - mesh.vertices))
+        left = int(tangled_vertices(mesh).sum())
+        if left < fewest:
+            best, fewest = mesh, left
+        if not fewest:
+            break
     return best, fewest
