@@ -49,8 +49,11 @@ def _user_folder() -> Path:
 
 def _writable(folder: Path) -> bool:
     """Whether files can be written in the folder, or it can be made."""
-    while not folder.exists():
-        if folder == folder.parent:
-            return False
-        folder = folder.parent
+    try:
+        while not folder.exists():
+            if folder == folder.parent:
+                return False
+            folder = folder.parent
+    except OSError:  # a folder above must not even be searched
+        return False
     return folder.is_dir() and os.access(folder, os.W_OK | os.X_OK)

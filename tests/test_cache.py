@@ -94,3 +94,11 @@ def test_nothing_is_changed_where_a_folder_is_open(monkeypatch, tmp_path):
     _cache.ensure()
     assert "NUMBA_CACHE_DIR" not in os.environ
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_folder_that_must_not_be_searched_is_not_writable(monkeypatch):
+    def refused(self):
+        raise PermissionError(13, "permission denied")
+
+    monkeypatch.setattr(Path, "exists", refused)
+    assert not _cache._writable(Path("/closed/.cache/numba"))

@@ -235,3 +235,19 @@ def test_an_interrupt_while_measuring_keeps_the_model():
     assert model.tangled == 0
     assert np.isnan(model.distance.mesh_to_data.rms)
     assert_allclose(np.linalg.norm(model.mesh.vertices, axis=1), 1, atol=0.01)
+
+
+def test_an_interrupt_between_stages_keeps_the_last_one(monkeypatch):
+    made = []
+
+    class Impatient(sm.DeformableModel):
+        def __init__(self, *arguments, **options):
+            made.append(arguments[0])
+            if len(made) == 2:
+                raise KeyboardInterrupt
+            super().__init__(*arguments, **options)
+
+    monkeypatch.setattr("simplexmesh.motion.evolve.DeformableModel", Impatient)
+    model = sm.reconstruct(sm.sphere(12).vertices, vertices=300)
+    assert model.interrupted
+    assert_array_equal(model.mesh.vertices, made[1].vertices)

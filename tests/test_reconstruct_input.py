@@ -152,3 +152,24 @@ def test_scans_may_be_arrays_and_a_mesh_may_be_fitted_to_a_mesh():
         sm.reconstruct([front, back], poses=[np.eye(4)] * 3)
     mesh = sm.reconstruct(ball, vertices=400).mesh
     assert_allclose(np.linalg.norm(mesh.vertices, axis=1), 1, atol=0.02)
+
+
+def test_pieces_of_a_volume_that_are_left_out_are_told():
+    axis = np.arange(-10, 11.0)
+    x, y, z = np.meshgrid(np.arange(-10, 33.0), axis, axis, indexing="ij")
+    two = np.maximum(8 - np.sqrt(x * x + y * y + z * z), 7.4 - np.sqrt((x - 21) ** 2 + y * y + z * z))
+    with pytest.warns(sm.SimplexMeshWarning, match=r"4\d% of the surface is on smaller pieces that are left out"):
+        assert sm.reconstruct(sm.Volume(two), level=0.0, vertices=400).mesh.n_components == 1
+    with pytest.warns(sm.SimplexMeshWarning, match=r"4\d% of the surface is on smaller pieces"):
+        sm.reconstruct(sm.Volume((two > 0).astype(np.uint8)), label=1, vertices=400)
+    assert sm.reconstruct(sm.Volume(two), level=0.0, vertices=400, components="all").mesh.n_components == 2
+
+
+def test_scans_whose_normals_look_opposite_ways_are_fitted_without_them():
+    ball = sm.sphere(16)
+    upper = ball.vertices[:, 2] > -0.05
+    halves = [sm.PointCloud(ball.vertices[upper], ball.normals[upper])]
+    halves.append(sm.PointCloud(ball.vertices[~upper], -ball.normals[~upper]))
+    with pytest.warns(sm.SimplexMeshWarning, match="the points' normals bound no body and were left out"):
+        mesh = sm.reconstruct(halves, vertices=400).mesh
+    assert_allclose(np.linalg.norm(mesh.vertices, axis=1), 1, atol=0.01)

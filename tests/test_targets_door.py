@@ -180,3 +180,11 @@ def test_border_sides_belong_to_one_triangle(crowded):
     expected = [[edges[frozenset((f[j], f[(j + 1) % 3]))] == 1 for j in range(3)] for f in faces.tolist()]
     assert_array_equal(border_sides(faces), expected)
     assert border_sides(faces).any()
+
+
+def test_triangles_have_nothing_to_say_to_lost_vertices():
+    ball = sm.sphere(4).triangulated()
+    vertices = np.array([[np.nan, 0, 0], [0.9, 0, 0], [np.inf, 0, 0]])
+    normals = np.tile([1.0, 0, 0], (3, 1))
+    gaps = sm.targets.Triangles(ball).gap(vertices, normals, 1.0)
+    assert np.isnan(gaps).tolist() == [True, False, True]

@@ -9,6 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
+from simplexmesh.cli.interrupt import held_interrupts
 from simplexmesh.cli.report import (
     KEPT,
     MODELS,
@@ -45,7 +46,7 @@ def command(
     poses: Annotated[Path | None, typer.Option(help="Where each scan was taken, such as bun.conf.")] = None,
     components: Annotated[str, typer.Option(help="Which pieces to keep: largest or all.")] = "largest",
     tunnels: Annotated[float | None, typer.Option(help="Seal holes through the body narrower than this.")] = None,
-    iterations: Annotated[int, typer.Option(help="Most iterations of the fine stage.")] = 300,
+    iterations: Annotated[int, typer.Option(help="Most iterations of the fine stage.")] = 500,
     picture: Annotated[Path | None, typer.Option(help="Write a picture of data and model to this file.")] = None,
     view: Annotated[str | None, typer.Option(help="Side the picture is taken from: iso, xy, -xy, xz, yx, ...")] = None,
     up: Annotated[str | None, typer.Option(help="Axis that points up in the picture: x, y, z or auto.")] = None,
@@ -59,41 +60,39 @@ def command(
     if picture is None and (view or up):
         raise ValueError(f"--{'view' if view else 'up'} is for the picture, and --picture is not given")
 
-    from simplexmesh.motion.reconstruct import reconstruct
+    with held_interrupts() as interrupts:
+        from simplexmesh.motion.reconstruct import reconstruct
 
-    began = time.perf_counter()
-    data = loaded(inputs, poses)
-    with progress("reconstructing", wanted=not json) as report:
-        result = reconstruct(
-            data,
-            level=level,
-            label=label,
-            inside=inside,
-            vertices=vertices,
-            init=init,
-            components=components,
-            tunnels=tunnels,
-            iterations=iterations,
-            progress=report,
-        )
-    seconds = time.perf_counter() - began
-    with written_to(output, "the model"):
-        result.mesh.save(output)
-    interrupted = result.interrupted
-    if interrupted:
-        note(f"interrupted; the model reached so far is in {output}")
-    elif not result.converged:
-        note(f"the model did not come to rest in {len(result.history)} iterations; --iterations allows more")
-    facts = described(result) | {"seconds": round(seconds, 3), "output": str(output)}
-    for problem in facts["problems"]:
-        note(f"the model is not sound: {problem}")
-    if picture is not None and not interrupted:
-        try:
+        began = time.perf_counter()
+        data = loaded(inputs, poses)
+        interrupts.check()
+        with progress("reconstructing", wanted=not json) as report:
+            result = reconstruct(
+                data,
+                level=level,
+                label=label,
+                inside=inside,
+                vertices=vertices,
+                init=init,
+                components=components,
+                tunnels=tunnels,
+                iterations=iterations,
+                progress=interrupts.watching(report),
+            )
+        seconds = time.perf_counter() - began
+        with written_to(output, "the model"):
+            result.mesh.save(output)
+        interrupted = result.interrupted or interrupts.asked
+        if interrupted:
+            note(f"interrupted; the model reached so far is in {output}")
+        elif not result.converged:
+            note(f"the model did not come to rest in {len(result.history)} iterations; more --iterations may help")
+        facts = described(result) | {"seconds": round(seconds, 3), "output": str(output)}
+        for problem in facts["problems"]:
+            note(f"the model is not sound: {problem}")
+        if picture is not None and not interrupted:
             with written_to(picture, "the picture"):
                 _draw(picture, data, result, level, label, inside, camera, upwards)
-        except KeyboardInterrupt:
-            interrupted = True
-            note(f"interrupted; the model is in {output}, and there is no picture")
     if json:
         as_json(facts | {"notes": NOTES})
     else:

@@ -94,14 +94,15 @@ def evolved(
     course = Course(mesh)
     total, before = sum(stage.iterations for stage in stages), 0
     for stage in stages:
-        model = DeformableModel(
-            course.mesh, target, rigidity=stage.rigidity, reach=stage.reach, alpha=stage.alpha, beta=stage.beta,
-            adaptation=stage.adaptation,
-        )  # fmt: skip
         course.converged = False
         recent: list[State] = []
         still = 1e-3 * mean_edge(course.mesh)
+        model = None
         try:
+            model = DeformableModel(
+                course.mesh, target, rigidity=stage.rigidity, reach=stage.reach, alpha=stage.alpha, beta=stage.beta,
+                adaptation=stage.adaptation,
+            )  # fmt: skip
             for state in model.run(stage.iterations):
                 course.history.append(state)
                 recent.append(state)
@@ -112,7 +113,8 @@ def evolved(
                     break
         except KeyboardInterrupt:
             course.interrupted = True
-        course.mesh = model.mesh
+        if model is not None:
+            course.mesh = model.mesh
         before += stage.iterations
         if course.interrupted:
             break

@@ -26,10 +26,11 @@ FAR = 0.04
 """In shares of the data's diagonal: beyond any noise worth fitting."""
 
 
-def measured(mesh: SimplexMesh, subject: Subject, reach: float) -> tuple[Distance, Array]:
+def measured(mesh: SimplexMesh, subject: Subject, reach: float, *, dropped: bool = False) -> tuple[Distance, Array]:
     """Return the distances between a mesh and its data, both ways, and (n,) that of each vertex to the data.
 
-    A vertex without data along its normal within `reach` is as far away as the nearest point of the data.
+    A vertex without data along its normal within `reach` is as far away as the nearest point of the data. `dropped`
+    says that the start left pieces of the data out, for the remark on data that is missed.
     """
     points = subject.points
     if len(points) > MOST_POINTS:
@@ -48,18 +49,18 @@ def measured(mesh: SimplexMesh, subject: Subject, reach: float) -> tuple[Distanc
     diagonal = float(np.linalg.norm(np.ptp(points, axis=0)))
     limit = max(reach, FAR * diagonal)
     missed = (np.count_nonzero(back > limit) - np.count_nonzero(back[enclosed] > limit)) / max(len(back), 1)
-    _remark(float((away > limit).mean()), missed, mesh.n_holes == 0, subject.components)
+    _remark(float((away > limit).mean()), missed, mesh.n_holes == 0, dropped)
     return distance, away
 
 
-def _remark(unseen: float, missed: float, closed: bool, components: str) -> None:  # noqa: FBT001  a fact, not a switch
+def _remark(unseen: float, missed: float, closed: bool, dropped: bool) -> None:  # noqa: FBT001  facts, not switches
     """Warn when much of the model has no data near it, or much of the data no model."""
     if unseen > MOST_UNSEEN:
-        hint = "; where the data is an open surface, give init='plane' or 'cylinder'" if closed else ""
+        hint = "; where the data is an open surface, give init='plane'" if closed else ""
         _warn(f"{unseen:.0%} of the model is far from any data{hint}")
     if missed > MOST_MISSED:
-        hint = "; components='all' keeps all its pieces" if components == "largest" else ""
-        _warn(f"{missed:.0%} of the data is far from the model{hint}")
+        hint = "components='all' keeps all its pieces" if dropped else "more vertices or another start may reach it"
+        _warn(f"{missed:.0%} of the data is far from the model; {hint}")
 
 
 def _warn(message: str) -> None:

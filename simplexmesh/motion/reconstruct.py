@@ -92,7 +92,7 @@ def reconstruct(
     components: str = "largest",
     tunnels: float | None = None,
     poses: Any = None,
-    iterations: int = 300,
+    iterations: int = 500,
     rigidity: int = 1,
     adaptation: float = 0.05,
     progress: bool | Report = False,
@@ -198,7 +198,7 @@ def reconstruct(
         distance = UNMEASURED
         try:
             report(0.95, "measuring")
-            distance, away = measured(mesh, subject, stages[-1].reach)
+            distance, away = measured(mesh, subject, stages[-1].reach, dropped=bool(found and found.components_dropped))
             mesh = mesh.with_data(distance=away)
             report(1.0, "done")
         except KeyboardInterrupt:

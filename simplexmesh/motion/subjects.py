@@ -16,7 +16,7 @@ from simplexmesh.data.convert import as_data, as_triangles
 from simplexmesh.data.points import PointCloud
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.data.volume import Volume
-from simplexmesh.errors import SimplexMeshWarning
+from simplexmesh.errors import SimplexMeshWarning, TopologyError
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.crossings import outer_crossings
 from simplexmesh.motion.initial.indicator import Indicator
@@ -28,6 +28,9 @@ Array = NDArray[np.float64]
 
 MOST_POINTS = 200_000
 """Distances from the data to the mesh are taken from at most so many points."""
+
+MOST_LEFT_OUT = 0.1
+"""Smaller pieces of a volume that make up more of its surface are worth a word."""
 
 LEAST_AGREEMENT = 0.75
 """Normals of which fewer agree with those of their neighbors say nothing about inside and outside."""
@@ -89,8 +92,7 @@ class VolumeSubject:
     @cached_property
     def points(self) -> Array:
         """(m, 3) where grid lines leave the object."""
-        sign = 1.0 if self.inside == "above" else -1.0
-        return outer_crossings(self.volume, self.level, sign=sign, largest=self.components == "largest")
+        return _wanted(self.volume, self.level, 1.0 if self.inside == "above" else -1.0, self.components)
 
     def start(self, vertices: int, tunnels: float | None) -> Start:
         """Return the dual of a coarse isosurface."""
@@ -102,6 +104,19 @@ class VolumeSubject:
             )
         dark = replace(self.volume, values=-self.volume.values.astype(np.float32))
         return start_from_volume(dark, -self.level, None, vertices, components=self.components, tunnels=tunnels)
+
+
+def _wanted(volume: Volume, level: float, sign: float, components: str) -> Array:
+    """Return points on the pieces wanted, with a word when much lies on others."""
+    points = outer_crossings(volume, level, sign=sign)
+    if components == "all":
+        return points
+    largest = outer_crossings(volume, level, sign=sign, largest=True)
+    left = 1 - len(largest) / max(len(points), 1)
+    if left > MOST_LEFT_OUT:
+        message = f"{left:.0%} of the surface is on smaller pieces that are left out; components='all' keeps them"
+        warnings.warn(message, SimplexMeshWarning, stacklevel=3)
+    return largest
 
 
 class LabelSubject:
@@ -128,7 +143,7 @@ class LabelSubject:
     @cached_property
     def points(self) -> Array:
         """(m, 3) the middles of the grid lines' steps between the region and its surroundings."""
-        return outer_crossings(self.volume.mask(self.label), 0.5, largest=self.components == "largest")
+        return _wanted(self.volume.mask(self.label), 0.5, 1.0, self.components)
 
     def start(self, vertices: int, tunnels: float | None) -> Start:
         """Return the dual of a coarse isosurface of the smoothed region."""
@@ -173,7 +188,16 @@ class PointsSubject:
         """Return the dual of a coarse surface around the points."""
         from simplexmesh.motion.initial.from_points import start_from_points
 
-        start = start_from_points(self.cloud, vertices, components=self.components, tunnels=tunnels or 0.0)
+        try:
+            start = start_from_points(self.cloud, vertices, components=self.components, tunnels=tunnels or 0.0)
+        except TopologyError:
+            if self.cloud.normals is None:
+                raise
+            start = start_from_points(
+                PointCloud(self.cloud.points), vertices, components=self.components, tunnels=tunnels or 0.0
+            )
+            warnings.warn("the points' normals bound no body and were left out", SimplexMeshWarning, stacklevel=2)
+            self.cloud = PointCloud(self.cloud.points)
         self._indicator = start.indicator
         if self.cloud.normals is not None and start.indicator is not None:
             inward = start.indicator.at(self.cloud.points)[1]

@@ -61,7 +61,8 @@ class Triangles(BuiltIn):
     def gap(self, vertices: Array, normals: Array, reach: float) -> Array:
         """Return (n,) the signed distance along each normal, NaN where the closest point is beyond `reach`."""
         vertices, normals, reach = checked(vertices, normals, reach)
-        distance, closest, faces = self.closest(vertices)
+        known = np.isfinite(vertices)  # the tree has no answer to others
+        distance, closest, faces = self.closest(np.where(known, vertices, 0.0))
         facing = dot(self._normals[faces], normals)
         # at an edge the face found is an arbitrary one of several: the direction to the closest point decides too
         toward = closest - vertices
@@ -71,7 +72,7 @@ class Triangles(BuiltIn):
         if not self.oriented:
             agrees = (np.abs(facing) > 0.2) | straight
         agrees &= ~(self._beyond_border(closest, faces) & (np.abs(along) < 0.8 * distance))
-        return np.where(agrees & (distance <= reach), along, np.nan)
+        return np.where(agrees & (distance <= reach) & known.all(axis=1), along, np.nan)
 
     def _beyond_border(self, closest: Array, faces: NDArray[np.int64]) -> NDArray[np.bool_]:
         """Return (n,) whether closest points lie on the border of an open surface."""
