@@ -8,6 +8,7 @@ A surfel's row: point, unit normal, second-order form (xx, yy, zz, xy, xz, yz); 
 from __future__ import annotations
 
 import math
+from functools import partial
 
 import numpy as np
 from numba import njit, prange
@@ -144,10 +145,11 @@ def _along(table, support, neighbors, horizon, patches, i, x, y, z, a, b, c):
     return toward + (2.0 - math.sqrt(far)) * (value - toward)
 
 
-@Both
+@partial(Both, pays_from=1500)  # a vertex costs 60 ns or more
 def surfel_gaps(
     vertices,
     normals,
+    center,
     reach,
     search,
     table,
@@ -165,12 +167,13 @@ def surfel_gaps(
 ):
     """Fill the signed distance along each normal, NaN beyond `reach`; surfels are looked for up to `search`.
 
+    Surfels are given from `center`.
     `state` keeps the nearest surfel. Where that of the last call still is clearly nearer than the seven around it, and
     by less than half of the way to the eighth, it still is the nearest of all; otherwise it is looked for.
     """
     limit = search * search
     for v in prange(len(vertices)):
-        x, y, z = vertices[v, 0], vertices[v, 1], vertices[v, 2]
+        x, y, z = vertices[v, 0] - center[0], vertices[v, 1] - center[1], vertices[v, 2] - center[2]
         a, b, c = normals[v, 0], normals[v, 1], normals[v, 2]
         out[v] = math.nan
         if not a * a + b * b + c * c > 0.0:

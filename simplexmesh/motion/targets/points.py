@@ -54,14 +54,14 @@ class SurfelTarget(BuiltIn):
             the data only faces another way (more than 78 degrees from the normal).
         """
         vertices, normals, reach = checked(vertices, normals, reach)
-        near = vertices - self.center
-        if len(self._state) != len(near):
-            self._state = np.zeros(len(near), np.int64)
-        out = np.zeros(len(near))
+        if len(self._state) != len(vertices):
+            self._state = np.zeros(len(vertices), np.int64)
+        out = np.zeros(len(vertices))
         s = self.surfels
         _kernels_points.surfel_gaps(
-            near,
+            vertices,
             normals,
+            self.center,
             reach,
             reach + s.spacing,
             s.table,
