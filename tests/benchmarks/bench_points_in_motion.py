@@ -1,7 +1,7 @@
 """What the data force of points costs during whole reconstructions, far first iterations included, against a kd-tree.
 
-The peer is one `scipy.spatial.cKDTree.query` of the same vertices on a tree of the same points, with all cores, asked at
-every tenth iteration. Run: python tests/benchmarks/bench_points_in_motion.py
+The peer is one `scipy.spatial.cKDTree.query` of the same vertices on a tree of the same points, with all cores, asked
+at every tenth iteration. Run: python tests/benchmarks/bench_points_in_motion.py
 """
 
 from __future__ import annotations
