@@ -55,7 +55,8 @@ def sentence(error):
 @pytest.mark.parametrize("ending", ALL)
 class TestEveryFormat:
     def test_sound_files_are_read(self, whole, ending):
-        sm.read(whole / f"a{ending}")
+        kinds = (sm.Volume, sm.PointCloud, sm.TriangleMesh, sm.SimplexMesh)
+        assert isinstance(sm.read(whole / f"a{ending}"), kinds)
 
     @pytest.mark.parametrize("fraction", [0.25, 0.5, 0.8, 0.97])
     def test_truncated(self, whole, ending, fraction, tmp_path, capfd):

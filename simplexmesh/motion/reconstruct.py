@@ -198,7 +198,8 @@ def reconstruct(
         distance = UNMEASURED
         try:
             report(0.95, "measuring")
-            distance, away = measured(mesh, subject, stages[-1].reach, dropped=bool(found and found.components_dropped))
+            dropped = components == "largest" and found is not None and found.components_dropped > 0
+            distance, away = measured(mesh, subject, stages[-1].reach, dropped=dropped)
             mesh = mesh.with_data(distance=away)
             report(1.0, "done")
         except KeyboardInterrupt:
