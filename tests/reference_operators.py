@@ -94,3 +94,33 @@ class Loops:
         self.faces[right].remove(a)
         self.faces[near].insert(self.faces[near].index(a), b)
         self.faces[far].insert(self.faces[far].index(b), a)
+
+
+def refine_face(edit, face):
+    """T6 on an editable mesh, a T2 at a time."""
+    around = edit.around(face)
+    m, first = len(around), edit.n_slots
+    centroid = edit.values(around // 3).mean(axis=0)
+    edit.insert_edges(around[-1:], around[:1])
+    inner = 3 * first + 1  # from the middle of the edge before to that of the edge after the corner just cut
+    for k in range(1, m):
+        vertex = edit.n_slots
+        edit.insert_edges([inner], [around[k] if k < m - 1 else 3 * first + 1])
+        inner = 3 * vertex + 1
+    middles = np.array([first + 1, *range(first + 3, first + 2 * m - 2, 2), first])
+    inside = np.array([*range(first + 2, first + 2 * m - 1, 2), first + 2 * m - 1])
+    edit.set_values(inside, (edit.values(middles) + centroid) / 2)
+
+
+def remove_face(edit, face):
+    """T5 on an editable mesh, a T1 at a time; return the status of the one refused, 0 for none."""
+    beside = [edit.faces_beside(int(dart))[1] for dart in edit.around(face)]
+    for done, other in enumerate(beside):
+        (shared,) = [dart for dart in edit.around(other).tolist() if edit.faces_beside(dart)[1] == face]
+        batch = edit.remove_edges([shared])
+        if not batch.done.all():
+            edit.undo(done)
+            return int(batch.status[0])
+        if edit._darts.face_dart[face] < 0:  # it merged into the other, the larger one
+            face = other
+    return 0

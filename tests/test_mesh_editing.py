@@ -9,12 +9,13 @@ from hypothesis import strategies as st
 from numpy.testing import assert_array_equal
 
 from simplexmesh.errors import TopologyError
-from simplexmesh.mesh import macros, shapes
+from simplexmesh.mesh import shapes
 from simplexmesh.mesh.check import check
 from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.mesh.edited import REASONS
 from simplexmesh.mesh.editing import EditableMesh
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
+from tests import reference_operators
 from tests.mesh_families import CLOSED, OPEN, together
 from tests.reference_operators import Loops
 
@@ -139,6 +140,50 @@ def test_batches_equal_their_edits_one_by_one(name, seed):
 
 
 @given(name=names, seed=seeds)
+def test_batches_of_faces_equal_their_edges_one_by_one(name, seed):
+    mesh, rng = MESHES[name], np.random.default_rng(seed)
+    many, single = EditableMesh(mesh), EditableMesh(mesh)
+    number = {f: f for f in range(len(mesh.connectivity.face_sizes))}  # of the faces of `many` in `single`
+    for method in ("refine_faces", "remove_faces", "refine_faces"):
+        there = np.array(sorted(number))
+        faces = rng.choice(there, 12)
+        batch = getattr(many, method)(faces)
+        assert sum(batch.reasons.values()) == (~batch.done).sum()
+        touched = set()
+        for face, status in zip(faces.tolist(), batch.status.tolist(), strict=True):
+            assert status == expected_of_face(single, method, number[face], touched)
+        labels_hold(many)
+        assert_array_equal(many.result().mesh.connectivity.twin, single.result().mesh.connectivity.twin)
+        assert_array_equal(many.result().mesh.connectivity.hole_darts, single.result().mesh.connectivity.hole_darts)
+        assert_array_equal(many.result().mesh.vertices, single.result().mesh.vertices)
+        d, e = many._darts, single._darts
+        alive = np.flatnonzero(d.face_dart[: many._used[1]] >= 0)
+        number = dict(zip(alive.tolist(), e.face[d.face_dart[alive]].tolist(), strict=True))
+    many.undo()
+    assert_array_equal(many.result().mesh.connectivity.twin, mesh.connectivity.twin)
+    assert_array_equal(many.result().mesh.vertices, mesh.vertices)
+
+
+def expected_of_face(edit, method, face, touched):
+    """Do T6 or T5 by the reference, and return the status wanted of the batch; `touched` is of this batch."""
+    if face in touched:
+        return 1
+    if edit.is_hole(face):
+        return 9
+    if method == "refine_faces":
+        reference_operators.refine_face(edit, face)
+        touched.add(face)
+        return 0
+    beside = [edit.faces_beside(int(dart))[1] for dart in edit.around(face)]
+    if any(edit.is_hole(other) for other in beside):
+        return 10
+    status = reference_operators.remove_face(edit, face)
+    if not status:
+        touched.update([face, *beside])
+    return status
+
+
+@given(name=names, seed=seeds)
 def test_joins_and_cuts_among_the_others_are_undone(name, seed):
     mesh, rng = MESHES[name], np.random.default_rng(seed)
     edit, start = EditableMesh(mesh), mesh.connectivity
@@ -204,8 +249,8 @@ def any_edit(edit, rng):
             edit.join(face, int(edit._darts.face[rng.choice(alive_darts(edit))]))
             return -2
         if kind in (5, 6):
-            (macros.remove_face if kind == 5 else macros.refine_face)(edit, face)
-            return 0
+            done = (edit.remove_faces if kind == 5 else edit.refine_faces)([face])
+            return 0 if done.done.all() else None
     except TopologyError:
         return None
     done = {

@@ -230,7 +230,7 @@ class TestRefusals:
             (lambda: remove_face(ALL["cylinder"], 0), "face 0 cannot be removed: .* is a hole"),
             (
                 lambda: remove_face(ALL["tetrahedron-1"], 0),
-                "face 0 cannot be removed: between it and its neighbor, face .",
+                "face 0 cannot be removed: face ., at the end of an edge to be removed, is a triangle",
             ),
             (lambda: remove_face(BALL, 162), "face must be at most 161, not 162"),
             (

@@ -59,7 +59,7 @@ def apply(
         elif kind[i] == INSERT:
             status[i], witness[i] = refuse_insert(d, one, other)
             if status[i] == DONE:
-                insert(d, one, other, at[i, 0], at[i, 1])
+                insert(d, one, other, at[i, 0], at[i, 1], -1)
         else:
             status[i], witness[i] = refuse_swap(d, one)
             if status[i] == DONE:

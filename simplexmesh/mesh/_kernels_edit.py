@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 
 Indices = NDArray[np.int32]
 
-REMOVE, INSERT, CUT, JOIN, SWAP = 1, 2, 3, 4, 7
+REMOVE, INSERT, CUT, JOIN, REMOVE_FACE, REFINE_FACE, SWAP = range(1, 8)
 DONE, TOUCHED, OPPOSITE_TRIANGLE, SHARED, SAME_EDGE, NO_FACE, BESIDE_TRIANGLE, SAME_OPPOSITE, NEIGHBORS = range(9)
+HOLE, BESIDE_HOLE = 9, 10  # of T5 and T6
 VERTICES, FACES, EDITS = range(3)
 
 
@@ -200,8 +201,11 @@ def remove(d: Darts, dart: int) -> None:
 
 
 @njit(cache=True)
-def insert(d: Darts, one: int, other: int, at: float, at_other: float) -> None:
-    """T2: a vertex on each of two edges of the face on their left, joined; the smaller part becomes the new face."""
+def insert(d: Darts, one: int, other: int, at: float, at_other: float, side: int) -> None:
+    """T2: a vertex on each of two edges of the face on their left, joined.
+
+    The new face is the part on the left (side 0) or right (side 1) of the edge, the smaller one when side is -1.
+    """
     first = d.used[VERTICES]
     new = d.used[FACES]
     d.used[VERTICES] += 2
@@ -216,7 +220,7 @@ def insert(d: Darts, one: int, other: int, at: float, at_other: float) -> None:
         d.twin[3 * vertex + 2] = dart
     d.twin[p + 1], d.twin[q + 1] = q + 1, p + 1
     kept = d.face[one]
-    side = relink(d, p + 1, -1, kept, new)
+    side = relink(d, p + 1, side, kept, new)
     d.face_hole[new] = d.face_hole[kept]
     record(d, INSERT, p + 1, side, kept, new, 0)
 

@@ -20,6 +20,8 @@ REASONS = {
     kernels.BESIDE_TRIANGLE: "a side is a triangle",
     kernels.SAME_OPPOSITE: "opposite faces are one",
     kernels.NEIGHBORS: "opposite faces are adjacent",
+    kernels.HOLE: "the face is a hole",
+    kernels.BESIDE_HOLE: "a neighbor is a hole",
 }
 
 

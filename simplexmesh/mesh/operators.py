@@ -11,7 +11,6 @@ from collections.abc import Sequence
 from simplexmesh import _check
 from simplexmesh.errors import TopologyError
 from simplexmesh.mesh import _kernels_edit as kernels
-from simplexmesh.mesh import macros
 from simplexmesh.mesh.edited import Batch, Edited
 from simplexmesh.mesh.editing import EditableMesh
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
@@ -167,7 +166,7 @@ def remove_face(mesh: SimplexMesh, face: int) -> Edited:
     SimplexMesh(308 vertices, 156 faces, genus 0, 0 holes)
     """
     edit = EditableMesh(mesh)
-    macros.remove_face(edit, face)
+    _raise_kept(face, edit.remove_faces([edit.face(face)]), "removed")
     return edit.result()
 
 
@@ -175,7 +174,7 @@ def refine_face(mesh: SimplexMesh, face: int) -> Edited:
     """T6: put a ring of new faces between a face and its outline, by T2.
 
     For a face of m vertices, 2 m vertices, 3 m edges and m faces more: pentagons around a face of m vertices; each
-    neighbor gains a vertex.
+    neighbor gains a vertex. The face in the middle is the one refined, by the face map.
 
     Raises
     ------
@@ -194,7 +193,7 @@ def refine_face(mesh: SimplexMesh, face: int) -> Edited:
     SimplexMesh(332 vertices, 168 faces, genus 0, 0 holes)
     """
     edit = EditableMesh(mesh)
-    macros.refine_face(edit, face)
+    _raise_kept(face, edit.refine_faces([edit.face(face)]), "refined")
     return edit.result()
 
 
@@ -217,3 +216,16 @@ def _raise_refused(edit: EditableMesh, dart: int, batch: Batch, done: str) -> No
         kernels.NEIGHBORS: f"the faces opposite to it, one of them face {witness}, share an edge already",
     }[status]
     raise TopologyError(f"edge {_named(edit, dart)} cannot be {done}: {reason}")
+
+
+def _raise_kept(face: int, batch: Batch, done: str) -> None:
+    """Raise when the one face of a batch was left as it is, naming the condition."""
+    status, witness = int(batch.status[0]), int(batch.witness[0])
+    if status != kernels.DONE:
+        reason = {
+            kernels.HOLE: "it is a hole",
+            kernels.BESIDE_HOLE: f"its neighbor, face {witness}, is a hole",
+            kernels.OPPOSITE_TRIANGLE: f"face {witness}, at the end of an edge to be removed, is a triangle",
+            kernels.SHARED: f"face {witness} is adjacent to both sides of an edge to be removed",
+        }[status]
+        raise TopologyError(f"face {face} cannot be {done}: {reason}")

@@ -1,0 +1,181 @@
+"""The darts of a mesh copied with room to spare: what edits work on, what can be asked of it, and the mesh it makes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplexmesh import _check
+from simplexmesh.errors import TopologyError
+from simplexmesh.mesh import _kernels_batch
+from simplexmesh.mesh import _kernels_edit as kernels
+from simplexmesh.mesh.connectivity import Connectivity
+from simplexmesh.mesh.edited import Edited
+from simplexmesh.mesh.simplex_mesh import SimplexMesh
+
+Indices = NDArray[np.int64]
+
+
+def _grown(values: NDArray, rows: int) -> NDArray:  # type: ignore[type-arg]
+    """Return the array with room for at least so many rows, at least doubled when it had not."""
+    if rows <= len(values):
+        return values
+    out = np.zeros((max(rows, 2 * len(values)), *values.shape[1:]), values.dtype)
+    out[: len(values)] = values
+    return out
+
+
+class EditableDarts:
+    """A copy of the darts, faces and numbers of a complete mesh, with room for more; see `EditableMesh`."""
+
+    def __init__(self, mesh: SimplexMesh) -> None:
+        if not isinstance(mesh, SimplexMesh):
+            raise TypeError(f"mesh must be a SimplexMesh, not {type(mesh).__name__}")
+        c = mesh.connectivity
+        twin, face = c.twin.reshape(-1), c.face.reshape(-1)
+        if (dart := _kernels_batch.incomplete_edge(twin, face, c.face_darts, c.face_offsets)) >= 0:
+            raise TopologyError(
+                f"mesh is not complete: faces {face[dart]} and {face[twin[dart]]}, on both sides of edge "
+                f"{dart // 3}-{twin[dart] // 3}, are one or share another edge"
+            )
+        n, n_faces = c.n_vertices, len(c.face_sizes)
+        self._mesh = mesh
+        self._smooth = [name for name, values in mesh.data.items() if values.dtype.kind == "f"]
+        columns = [mesh.vertices, *(mesh.data[name].reshape(n, -1) for name in self._smooth)]
+        self._darts = kernels.Darts(
+            twin.copy(),
+            face.copy(),
+            np.ones(n, bool),
+            np.concatenate(columns, axis=1, dtype=np.float64),
+            np.arange(n, dtype=np.int32),
+            c.face_darts[c.face_offsets[:-1]],
+            c.face_sizes.copy(),
+            c.face_is_hole.copy(),
+            np.zeros((16, 6), np.int32),
+            np.zeros((16, 2, sum(column.shape[1] for column in columns))),
+            np.array([n, n_faces, 0]),
+        )
+
+    def __repr__(self) -> str:
+        n, f = int(self._darts.alive[: self._used[0]].sum()), int((self._darts.face_dart[: self._used[1]] >= 0).sum())
+        return f"EditableMesh({n} vertices, {f} faces with holes, {self.n_edits} edits)"
+
+    @property
+    def _used(self) -> list[int]:
+        return self._darts.used.tolist()
+
+    @property
+    def n_edits(self) -> int:
+        """How many edits can be undone."""
+        return self._used[2]
+
+    def _reserve(self, edits: int, vertices: int = 0, faces: int = 0) -> None:
+        """Make room for so many more."""
+        n, f, rows = self._used
+        d = self._darts
+        per_vertex, per_dart, per_face = n + vertices, 3 * (n + vertices), f + faces
+        self._darts = kernels.Darts(
+            _grown(d.twin, per_dart),
+            _grown(d.face, per_dart),
+            _grown(d.alive, per_vertex),
+            _grown(d.values, per_vertex),
+            _grown(d.origin, per_vertex),
+            _grown(d.face_dart, per_face),
+            _grown(d.face_size, per_face),
+            _grown(d.face_hole, per_face),
+            _grown(d.log, rows + edits),
+            _grown(d.log_values, rows + edits),
+            d.used,
+        )
+
+    # ---- what is there
+
+    def around(self, face: int) -> Indices:
+        """Return the darts around a face, counter-clockwise, from the one that it is remembered by."""
+        start = int(self._darts.face_dart[self.face(face)])
+        out, dart = [start], kernels.follow.py_func(self._darts.twin, start)
+        while dart != start:
+            out.append(int(dart))
+            dart = kernels.follow.py_func(self._darts.twin, dart)
+        return np.array(out)
+
+    def faces_beside(self, dart: int) -> tuple[int, int]:
+        """Return the faces on the left and on the right of a dart."""
+        return int(self._darts.face[dart]), int(self._darts.face[self._darts.twin[dart]])
+
+    def ends(self, dart: int) -> tuple[int, int]:
+        """Return the two ends of the edge of a dart."""
+        return dart // 3, int(self._darts.twin[dart]) // 3
+
+    def is_hole(self, face: int) -> bool:
+        """Return whether a face is a hole."""
+        return bool(self._darts.face_hole[self.face(face)])
+
+    @property
+    def n_slots(self) -> int:
+        """The number that the next new vertex gets."""
+        return self._used[0]
+
+    def values(self, vertices: Indices) -> NDArray[np.float64]:
+        """Return the positions of vertices, and after them their other interpolated numbers."""
+        return self._darts.values[vertices]
+
+    def set_values(self, vertices: Indices, values: NDArray[np.float64]) -> None:
+        """Change the positions of vertices and their other interpolated numbers; undoing does not know of it."""
+        self._darts.values[vertices] = values
+
+    def face(self, face: int, name: str = "face") -> int:
+        """Return the number of a face, checked."""
+        f = _check.integer(name, face, 0, self._used[1] - 1)
+        if self._darts.face_dart[f] < 0:
+            raise TopologyError(f"{name} {f} is gone, by an edit before")
+        return f
+
+    def dart(self, name: str, edge: int | Sequence[int]) -> int:
+        """Return the dart of an edge named by a dart or by its two ends, checked."""
+        if isinstance(edge, int | np.integer):
+            dart = _check.integer(name, edge, 0, 3 * self._used[0] - 1)
+            ends = [dart // 3]
+        else:
+            ends = _check.indices(name, edge, (2,), self._used[0]).tolist()
+            found = [d for d in range(3 * ends[0], 3 * ends[0] + 3) if self._darts.twin[d] // 3 == ends[1]]
+            if not found:
+                raise TopologyError(f"{name} must be two neighboring vertices; {ends[0]} and {ends[1]} are not")
+            dart = found[0]
+        for end in ends:
+            if not self._darts.alive[end]:
+                raise TopologyError(f"{name} ends at vertex {end}, which is gone by an edit before")
+        return dart
+
+    # ---- the mesh that it makes
+
+    def result(self) -> Edited:
+        """Return the mesh as it is now, vertices in their order with the gaps closed, and where everything went."""
+        d, (n, n_faces, _) = self._darts, self._used
+        alive = d.alive[:n]
+        number = np.where(alive, np.cumsum(alive) - 1, -1).astype(np.int32)
+        old = d.twin[: 3 * n].reshape(-1, 3)[alive]
+        faces = d.face_dart[:n_faces]
+        moved = np.where(faces >= 0, 3 * number[faces // 3] + faces % 3, -1)
+        connectivity = Connectivity(3 * number[old // 3] + old % 3, moved[d.face_hole[:n_faces] & (faces >= 0)])
+        face_map = np.where(moved >= 0, connectivity.face.reshape(-1)[moved], -1).astype(np.int32)
+        n_before, f_before = self._mesh.n_vertices, len(self._mesh.connectivity.face_sizes)
+        mesh = self._with_data(d.values[:n][alive], d.origin[:n][alive], connectivity)
+        return Edited(mesh, _check.frozen(number[:n_before]), _check.frozen(face_map[:f_before]))
+
+    def _with_data(
+        self, values: NDArray[np.float64], origin: NDArray[np.int32], connectivity: Connectivity
+    ) -> SimplexMesh:
+        """Return the mesh with the data of its vertices: interpolated numbers, the rest from where they came."""
+        at = 3
+        data = {}
+        for name, before in self._mesh.data.items():
+            if name in self._smooth:
+                width = before[0].size
+                data[name] = values[:, at : at + width].reshape(-1, *before.shape[1:]).astype(before.dtype)
+                at += width
+            else:
+                data[name] = before[origin]
+        return SimplexMesh(values[:, :3], connectivity, data)
