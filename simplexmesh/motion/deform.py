@@ -15,6 +15,7 @@ from simplexmesh.motion.adapt import adapt
 from simplexmesh.motion.forces import CONSTRAINTS, Force, Frame, constraint_codes, pushed, several
 from simplexmesh.motion.parameters import carried, per_vertex, references, whole_per_vertex
 from simplexmesh.motion.rim import Memory, Rim
+from simplexmesh.motion.shore import Shore
 from simplexmesh.motion.state import State, Target
 from simplexmesh.motion.targets.door import ask, reach_above_zero, read_only
 
@@ -58,6 +59,8 @@ class DeformableModel:
         The shape remembered by the constraint `shape`: same connectivity, any place and size.
     adaptation : float
         Every 10 iterations the metric parameters follow curvature with this strength, 0 (never) to 0.25.
+    seeking : float
+        Weight, 0 to 1, with which vertices on holes are drawn to the border of the data, where the target knows one.
     forces : callable or sequence of callables
         Each maps a `Frame` to displacements (n, 3), added in every iteration.
 
@@ -93,6 +96,7 @@ class DeformableModel:
         curvature: float | ArrayLike | None = None,
         reference: SimplexMesh | None = None,
         adaptation: float = 0.0,
+        seeking: float = 0.3,
         forces: Force | Sequence[Force] = (),
     ) -> None:
         if not isinstance(mesh, SimplexMesh):
@@ -106,6 +110,7 @@ class DeformableModel:
         self._start = mesh
         self._neighbors = mesh.connectivity.neighbors
         self._rim = Rim.of(mesh.connectivity)
+        self._shore = Shore.of(target, mesh, _check.number("seeking", seeking, 0.0, 1.0))
         self.rigidity = whole_per_vertex("rigidity", carried(rigidity, mesh, "rigidity", 1), n, 0, 1000)
         self.alpha = per_vertex("alpha", alpha, n, 0.0, 0.5)
         self.beta = per_vertex("beta", beta, n, 0.0, 1.0)
@@ -173,7 +178,7 @@ class DeformableModel:
             move = float(np.sqrt(self._moves.max()))
             resting = move <= tolerance and tolerance > 0
             if k % every == 0 or k == iterations or resting:
-                yield self._state(gaps, move)
+                yield State.of(self.iteration, self._energy, gaps, move)
             if resting:
                 return
 
@@ -211,7 +216,7 @@ class DeformableModel:
     def _on_rims(self, rim: Rim, gaps: Array, extra: Array | None, out: Array) -> None:
         """Replace the next positions of the vertices on holes: the contour's force in place of the surface's."""
         goals = rim.targets(self._vertices, self.constraint, self._memory)
-        extra = np.zeros_like(self._vertices) if extra is None else extra
+        extra = self._shore.added(extra, self._vertices, rim, self.reach)
         _kernels_rim.rim_step(
             *(self._vertices, self._previous, self._neighbors, self._normals, rim.vertices, goals, extra, gaps),
             *(self.alpha, self.beta, self.damping, out, self._moves, self._energy),
@@ -291,9 +296,3 @@ class DeformableModel:
         if abs(gaps[wrong]) > self._longest2**0.5:
             said += f": {type(self.target).__name__}.gap answered {gaps[wrong]:g} there"
         return DivergedError(said, self.mesh)
-
-    def _state(self, gaps: Array, move: float) -> State:
-        seen = np.isfinite(gaps)
-        reached = float(seen.mean())
-        gap = float(np.abs(gaps[seen]).mean()) if reached else float("nan")
-        return State(self.iteration, float(self._energy.mean()), gap, reached, move)

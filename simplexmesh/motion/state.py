@@ -45,3 +45,11 @@ class State:
     gap: float
     reached: float
     move: float
+
+    @classmethod
+    def of(cls, iteration: int, energy: Array, gaps: Array, move: float) -> State:
+        """Return the state of a mesh from the (n,) energies and gaps of its vertices."""
+        seen = np.isfinite(gaps)
+        reached = float(seen.mean())
+        gap = float(np.abs(gaps[seen]).mean()) if reached else float("nan")
+        return cls(iteration, float(energy.mean()), gap, reached, move)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from simplexmesh import _check
 from simplexmesh.data.convert import as_points
 from simplexmesh.data.points import PointCloud
 from simplexmesh.motion.targets import _kernels_points
+from simplexmesh.motion.targets.borders import Border, border_of_points
 from simplexmesh.motion.targets.door import BuiltIn, checked
 from simplexmesh.motion.targets.surfels import Surfels, fitted_surfels
 
@@ -118,6 +120,11 @@ class Points(SurfelTarget):
         self.cloud = cloud if isinstance(cloud, PointCloud) else as_points(cloud, "cloud")
         center = self.cloud.points.mean(axis=0)
         self._set(fitted_surfels(self.cloud.points - center, self.cloud.normals), center)
+
+    @cached_property
+    def border(self) -> Border:
+        """The points where the cloud ends; rims of a mesh are drawn there."""
+        return border_of_points(self.cloud.points)
 
     def oriented_by(self, directions: ArrayLike | Callable[[Array], Any]) -> Points:
         """Return the target of the same points with their outsides known.

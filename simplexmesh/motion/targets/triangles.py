@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Any
 
 import igl
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 from simplexmesh._vec import cross, dot, norm, normalized
 from simplexmesh.data.convert import as_triangles
 from simplexmesh.mesh import _kernels
+from simplexmesh.motion.targets.borders import Border, border_of_triangles
 from simplexmesh.motion.targets.door import BuiltIn, checked
 
 Array = NDArray[np.float64]
@@ -73,6 +75,11 @@ class Triangles(BuiltIn):
             agrees = (np.abs(facing) > 0.2) | straight
         agrees &= ~(self._beyond_border(closest, faces) & (np.abs(along) < 0.8 * distance))
         return np.where(agrees & (distance <= reach) & known.all(axis=1), along, np.nan)
+
+    @cached_property
+    def border(self) -> Border:
+        """Points along the border of an open surface; rims of a mesh are drawn there."""
+        return border_of_triangles(self.vertices, self.faces, self._on_border)
 
     def _beyond_border(self, closest: Array, faces: NDArray[np.int64]) -> NDArray[np.bool_]:
         """Return (n,) whether closest points lie on the border of an open surface."""

@@ -1,0 +1,274 @@
+"""Holes where there is no data: zones of faces far from it are cut off, along contours around them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from simplexmesh import _check
+from simplexmesh.errors import TopologyError
+from simplexmesh.mesh.contours import Contour
+from simplexmesh.mesh.edited import Edited
+from simplexmesh.mesh.joining import cut, parts, together
+from simplexmesh.mesh.simplex_mesh import SimplexMesh
+from simplexmesh.motion.evolve import mean_edge
+from simplexmesh.motion.state import Target
+from simplexmesh.motion.targets.door import ask, reach_above_zero
+from simplexmesh.motion.zones import connected, cuttable, with_holes_beside, without_islands
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class HoleProposal:
+    """A zone of the mesh that may be cut off, and what became of it.
+
+    Attributes
+    ----------
+    faces : (m,) array of int
+        The faces of the zone, on the mesh given; holes that it takes in are not among them.
+    vertices : (k,) array of int
+        Their vertices.
+    contours : tuple of Contour
+        The lines around it, longest first, the zone on their left; none when no valid ones were found.
+    area : float
+        Of the faces, in squared units.
+    mean_distance : float
+        Of the vertices that see data along their normals, however far; NaN when none does.
+    accepted : bool
+        Whether it was cut off.
+    reason : str
+        Why it was not; empty when it was.
+    """
+
+    faces: NDArray[np.int64]
+    vertices: NDArray[np.int64]
+    contours: tuple[Contour, ...]
+    area: float
+    mean_distance: float
+    accepted: bool = False
+    reason: str = ""
+
+    @property
+    def contour(self) -> Contour | None:
+        """The longest line around the zone, None without any."""
+        return self.contours[0] if self.contours else None
+
+    def __repr__(self) -> str:
+        what = "accepted" if self.accepted else f"refused: {self.reason}" if self.reason else "open"
+        return f"HoleProposal({len(self.faces)} faces, area {self.area:.4g}, {what})"
+
+
+@dataclass(frozen=True, eq=False)
+class Opened(Edited):
+    """A mesh with holes opened in it.
+
+    Attributes
+    ----------
+    proposals : tuple of HoleProposal
+        The zones found or given, largest area first, each with whether it was cut off or why not.
+    """
+
+    proposals: tuple[HoleProposal, ...]
+
+
+def open_holes(
+    mesh: SimplexMesh,
+    target: Target | None = None,
+    *,
+    distance: float | None = None,
+    fewest: int = 6,
+    zones: Iterable[ArrayLike] | None = None,
+    accept: Callable[[HoleProposal], bool] | None = None,
+) -> Opened:
+    """Cut off the zones of a mesh that are far from the data (T3), leaving holes with a contour around each.
+
+    A zone is a connected set of faces all of whose vertices have no data along their normals within `distance`. Beside
+    a hole it widens the hole. Its outline is shifted by a face here and there, so that it is a contour that can be cut;
+    groups of fewer than `fewest` faces that it encloses go with it.
+
+    Parameters
+    ----------
+    mesh : SimplexMesh
+    target : Target, optional
+        The data; may be left out when `zones` are given.
+    distance : float, optional
+        In the mesh's unit; default: twice the mean length of the edges.
+    fewest : int
+        Smaller zones, in faces, stay.
+    zones : iterable of arrays of int, optional
+        The faces of each zone, in place of those found.
+    accept : callable, optional
+        Asked about each zone; those it answers with False stay.
+
+    Returns
+    -------
+    Opened
+        The mesh, where everything went, and the proposals, with reasons for those refused.
+
+    Raises
+    ------
+    ValueError, TypeError
+        For a target without `gap`, neither target nor zones, faces out of range, holes or in two zones.
+
+    References
+    ----------
+    H. Delingette, thesis, 1994, section 5.4.1.
+
+    Examples
+    --------
+    >>> import simplexmesh as sm
+    >>> ball = sm.sphere(6)
+    >>> half = sm.PointCloud(sm.sphere(20).vertices[sm.sphere(20).vertices[:, 2] > 0])
+    >>> out = open_holes(ball, sm.targets.Points(half), distance=0.1)
+    >>> out.mesh.n_holes, out.mesh.n_components, out.proposals[0].accepted
+    (1, 1, True)
+    """
+    if not isinstance(mesh, SimplexMesh):
+        raise TypeError(f"mesh must be a SimplexMesh, not {type(mesh).__name__}")
+    if target is None and zones is None:
+        raise TypeError("open_holes needs a target, or zones")
+    if target is not None and not callable(getattr(target, "gap", None)):
+        raise TypeError(f"target must have a method gap(vertices, normals, reach), not {type(target).__name__}")
+    if accept is not None and not callable(accept):
+        raise TypeError(f"accept must be a function of a HoleProposal, not {type(accept).__name__}")
+    fewest = _check.integer("fewest", fewest, 1)
+    limit = 2 * mean_edge(mesh) if distance is None else reach_above_zero(distance)
+    if zones is None:
+        assert target is not None
+        found = zones_far(mesh, unseen(mesh, target, limit))
+    else:
+        found, fewest = _given_zones(mesh, zones), 1
+    away = np.full(mesh.n_vertices, np.nan) if target is None else _distances(mesh, target)
+    proposals = [_proposed(mesh, zone, away, fewest) for zone in found]
+    proposals.sort(key=lambda proposal: -proposal.area)
+    return _opened(mesh, [_decided(proposal, accept) for proposal in proposals])
+
+
+def unseen(mesh: SimplexMesh, target: Target, distance: float) -> Mask:
+    """Return (n,) whether a vertex has no data along its normal within a distance."""
+    gaps = ask(target, np.array(mesh.vertices), np.array(mesh.normals), distance)
+    return np.asarray(~(np.abs(gaps) <= distance))
+
+
+def zones_far(mesh: SimplexMesh, far: Mask) -> list[Mask]:
+    """Return the connected sets of faces whose vertices all are far, as masks; holes beside them belong to them."""
+    c = mesh.connectivity
+    near = np.zeros(len(c.face_sizes), bool)
+    near[c.face[~far].ravel()] = True
+    whole = connected(c, ~near | c.face_is_hole)
+    return [zone for zone in whole if (zone & ~c.face_is_hole).any()]
+
+
+def _given_zones(mesh: SimplexMesh, zones: Iterable[ArrayLike]) -> list[Mask]:
+    """Return the user's zones as masks, holes beside them taken in, each in one piece or more."""
+    c = mesh.connectivity
+    taken = np.zeros(len(c.face_sizes), bool)
+    out: list[Mask] = []
+    try:
+        listed = list(zones)
+    except TypeError:
+        raise TypeError(f"zones must be lists of faces, not {type(zones).__name__}") from None
+    for k, faces in enumerate(listed):
+        numbers = _check.indices(f"zones[{k}]", faces, (None,), len(taken)) if np.size(faces) else np.zeros(0, int)
+        if not len(numbers):
+            raise ValueError(f"zones[{k}] must hold at least one face")
+        if (hole := c.face_is_hole[numbers]).any():
+            raise ValueError(f"zones[{k}] must be faces; {numbers[hole.argmax()]} is a hole")
+        if (twice := taken[numbers]).any():
+            raise ValueError(f"zones must not overlap; face {numbers[twice.argmax()]} is in zones[{k}] and one before")
+        taken[numbers] = True
+        zone = np.zeros(len(taken), bool)
+        zone[numbers] = True
+        out += connected(c, with_holes_beside(c, zone))
+    return [zone for zone in out if (zone & ~c.face_is_hole).any()]
+
+
+def _distances(mesh: SimplexMesh, target: Target) -> Array:
+    """Return (n,) how far the data is along the normals, either way and however far."""
+    return np.abs(ask(target, np.array(mesh.vertices), np.array(mesh.normals), np.inf))
+
+
+def _proposed(mesh: SimplexMesh, zone: Mask, away: Array, fewest: int) -> HoleProposal:
+    """Return the proposal of a zone, with the contours it would be cut along, or why it cannot be."""
+    c = mesh.connectivity
+    size = int(np.count_nonzero(zone & ~c.face_is_hole))
+    reason = f"{size} faces, fewer than {fewest}" if size < fewest else ""
+    lines: tuple[Contour, ...] = ()
+    if not reason:
+        zone = without_islands(c, zone, fewest)
+        valid = cuttable(c, zone)
+        if valid is None:
+            reason = "no contour around it can be cut" if not zone.all() else "it is all of the mesh"
+        else:
+            zone = valid
+            found = Contour.of_faces(mesh, zone)
+            lines = tuple(sorted(found, key=lambda line: -line.length))
+    faces = np.flatnonzero(zone & ~c.face_is_hole)
+    vertices = np.flatnonzero((zone & ~c.face_is_hole)[c.vertex_faces].any(axis=1))
+    seen = away[vertices][np.isfinite(away[vertices])]
+    mean = float(seen.mean()) if len(seen) else float("nan")
+    area = float(_face_areas(mesh)[faces].sum())
+    return HoleProposal(_check.frozen(faces), _check.frozen(vertices), lines, area, mean, reason=reason)
+
+
+def _face_areas(mesh: SimplexMesh) -> Array:
+    from simplexmesh.mesh.face_geometry import face_areas
+
+    c = mesh.connectivity
+    return face_areas(mesh.vertices, c.face_vertices, c.face_offsets)
+
+
+def _decided(proposal: HoleProposal, accept: Callable[[HoleProposal], Any] | None) -> HoleProposal:
+    if proposal.reason:
+        return proposal
+    if accept is not None and not accept(proposal):
+        return replace(proposal, reason="refused by accept")
+    return replace(proposal, accepted=True)
+
+
+def _opened(mesh: SimplexMesh, proposals: Sequence[HoleProposal]) -> Opened:
+    """Cut along the contours of what was accepted, all together, and drop what comes off."""
+    c = mesh.connectivity
+    gone = np.zeros(len(c.face_sizes), bool)
+    for proposal in proposals:
+        if proposal.accepted:
+            gone[proposal.faces] = True
+    if not gone.any():
+        unchanged = Edited(mesh, *(_check.frozen(np.arange(n, dtype=np.int32)) for n in (mesh.n_vertices, len(gone))))
+        return Opened(unchanged.mesh, unchanged.vertex_map, unchanged.face_map, tuple(proposals))
+    off = cuttable(c, gone)
+    if off is None:
+        raise TopologyError("the zones accepted leave nothing of the mesh; accept fewer of them")
+    lines = Contour.of_faces(mesh, off)
+    face_map, now = np.arange(len(off), dtype=np.int32), mesh
+    for line in lines:
+        after = cut(now, Contour(now, line.vertices), holes=True)
+        face_map, now = after.face_map[face_map], after.mesh
+    pieces = parts(now)
+    kept = [piece for piece in pieces if (piece.face_map[face_map[off]] < 0).all()]
+    return Opened(*_assembled(kept, face_map), tuple(proposals))
+
+
+def _assembled(kept: Sequence[Edited], face_map: NDArray[np.int32]) -> tuple[SimplexMesh, Any, Any]:
+    """Return the pieces as one mesh, and where vertices and faces went."""
+    if len(kept) == 1:
+        return kept[0].mesh, kept[0].vertex_map, _check.frozen(kept[0].face_map[face_map])
+    whole = together(*(piece.mesh for piece in kept))
+    vertex_map = np.full(len(kept[0].vertex_map), -1, np.int32)
+    new_face = np.full(len(kept[0].face_map), -1, np.int32)
+    start = 0
+    for piece in kept:
+        inside = piece.vertex_map >= 0
+        vertex_map[inside] = piece.vertex_map[inside] + start
+        own = piece.mesh.connectivity
+        on = np.flatnonzero(piece.face_map >= 0)
+        first = own.face_darts[own.face_offsets[:-1]][piece.face_map[on]]
+        new_face[on] = whole.connectivity.face.reshape(-1)[first + 3 * start]
+        start += piece.mesh.n_vertices
+    return whole, _check.frozen(vertex_map), _check.frozen(new_face[face_map])
