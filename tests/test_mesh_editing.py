@@ -139,6 +139,28 @@ def test_batches_equal_their_edits_one_by_one(name, seed):
     assert_array_equal(many.result().mesh.vertices, single.result().mesh.vertices)
 
 
+@given(name=names, seed=seeds, method=st.sampled_from(["swap", "remove", "insert", "remove_faces", "refine_faces"]))
+def test_batches_out_of_order_are_those_of_their_sorted_edits(name, seed, method):
+    mesh, rng = MESHES[name], np.random.default_rng(seed)
+    loose, sorted_ = EditableMesh(mesh), EditableMesh(mesh)
+    c = mesh.connectivity
+    count = len(c.face_sizes) if method.endswith("faces") else c.twin.size
+    chosen = rng.integers(0, count, 30)
+    order = np.argsort(chosen, kind="stable")
+    args = (chosen,)
+    if method == "insert":
+        across = np.concatenate([rng.choice(loose.around(int(f)), 1) for f in c.face.reshape(-1)[chosen]])
+        args = chosen, across, rng.uniform(0.2, 0.8, (30, 2))
+    call = method if method.endswith("faces") else f"{method}_edges"
+    one = getattr(loose, call)(*args, in_order=False)
+    other = getattr(sorted_, call)(*(values[order] for values in args))
+    assert one.reasons == other.reasons
+    assert_array_equal(one.status[order], other.status)
+    assert_array_equal(one.witness[order], other.witness)
+    assert_array_equal(loose.result().mesh.connectivity.twin, sorted_.result().mesh.connectivity.twin)
+    assert_array_equal(loose.result().mesh.vertices, sorted_.result().mesh.vertices)
+
+
 @given(name=names, seed=seeds)
 def test_batches_of_faces_equal_their_edges_one_by_one(name, seed):
     mesh, rng = MESHES[name], np.random.default_rng(seed)

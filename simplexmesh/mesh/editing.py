@@ -17,11 +17,30 @@ from simplexmesh.mesh.seams import Seam
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 
 
-def _told(status: NDArray[np.int32], witness: NDArray[np.int32]) -> Batch:
-    """Return what became of a batch, with the reasons counted."""
+def _chosen(name: str, given: ArrayLike, count: int) -> NDArray[np.int32]:
+    """Return the darts or faces of a batch, checked; an empty list is none of them."""
+    values = np.asarray(given)
+    values = values if values.size else np.zeros(0, np.int64)
+    return _check.indices(name, values, (None,), count).astype(np.int32)
+
+
+def _parts(at: ArrayLike, count: int) -> NDArray[np.float64]:
+    """Return where on each of two darts new vertices are to go, checked."""
+    given = np.asarray(at)
+    given = given if given.ndim == 2 else np.broadcast_to(given, (count, 2)) if given.shape in ((), (2,)) else given
+    parts: NDArray[np.float64] = _check.array("at", given, (count, 2))
+    if not ((parts > 0) & (parts < 1)).all():
+        raise ValueError("at must be between 0 and 1, both left out")
+    return parts
+
+
+def _told(status: NDArray[np.int32], witness: NDArray[np.int32], order: slice | NDArray[np.intp]) -> Batch:
+    """Return what became of a batch that was done in some order, with the reasons counted."""
     counts = np.bincount(status, minlength=max(REASONS) + 1)
     reasons = {text: int(counts[code]) for code, text in REASONS.items() if counts[code]}
-    return Batch(status == kernels.DONE, MappingProxyType(reasons), status, witness)
+    given = np.empty((2, len(status)), np.int32)
+    given[:, order] = status, witness
+    return Batch(given[0] == kernels.DONE, MappingProxyType(reasons), given[0], given[1])
 
 
 class EditableMesh(EditableDarts):
@@ -66,66 +85,65 @@ class EditableMesh(EditableDarts):
         super().__init__(mesh)
         self._seams: list[Seam] = []
 
-    # ---- T1, T2, T7
+    # ---- T1, T2, T7: where two edits of a batch are in each other's way, the one given first is done
 
-    def remove_edges(self, darts: ArrayLike) -> Batch:
-        """T1 on many edges, each named by one of its darts; see `remove_edge`."""
-        return self._apply(kernels.REMOVE, darts, darts, 0.5)
+    def remove_edges(self, darts: ArrayLike, *, in_order: bool = True) -> Batch:
+        """T1 on many edges, each named by one of its darts; see `remove_edge`.
 
-    def insert_edges(self, darts: ArrayLike, others: ArrayLike, at: ArrayLike = 0.5) -> Batch:
+        With `in_order=False` they are done from the first dart to the last one instead of as given, which on large
+        meshes spares most of the waiting for memory; so for all batches.
+        """
+        return self._apply(kernels.REMOVE, darts, darts, 0.5, in_order)
+
+    def insert_edges(self, darts: ArrayLike, others: ArrayLike, at: ArrayLike = 0.5, *, in_order: bool = True) -> Batch:
         """T2 on many pairs of darts, which must have the same left face; `at` (m, 2) tells where on each dart."""
-        return self._apply(kernels.INSERT, darts, others, at)
+        return self._apply(kernels.INSERT, darts, others, at, in_order)
 
-    def swap_edges(self, darts: ArrayLike) -> Batch:
+    def swap_edges(self, darts: ArrayLike, *, in_order: bool = True) -> Batch:
         """T7 on many edges, each named by one of its darts; see `swap_edge`."""
-        return self._apply(kernels.SWAP, darts, darts, 0.5)
+        return self._apply(kernels.SWAP, darts, darts, 0.5, in_order)
 
-    def _apply(self, kind: int, darts: ArrayLike, others: ArrayLike, at: ArrayLike) -> Batch:
-        """Do many edits of a kind in order, leaving out what is illegal or touches an edge already changed."""
-        count = 3 * self._used[0]
-        given = [np.asarray(values) for values in (darts, others)]
-        first, second = (
-            _check.indices(name, values if values.size else np.zeros(0, np.int64), (None,), count)
-            for name, values in zip(("darts", "others"), given, strict=True)
-        )
-        if len(first) != len(second):
-            raise ValueError(f"others must have {len(first)} darts, as many as darts, not {len(second)}")
-        m = len(first)
-        parts = np.broadcast_to(np.asarray(at, np.float64), (m, 2))
-        if not ((parts > 0) & (parts < 1)).all():
-            raise ValueError("at must be between 0 and 1, both left out")
+    def _apply(self, kind: int, darts: ArrayLike, others: ArrayLike, at: ArrayLike, in_order: bool) -> Batch:  # noqa: FBT001
+        """Do many edits of a kind, leaving out what is illegal or touches an edge already changed."""
+        first = _chosen("darts", darts, 3 * self._used[0])
+        second = first if others is darts else _chosen("others", others, 3 * self._used[0])
+        if len(first) != (m := len(second)):
+            raise ValueError(f"others must have {len(first)} darts, as many as darts, not {m}")
+        order = slice(None) if in_order else np.argsort(first, kind="stable")
+        parts = _parts(at, m)[order]
         self._reserve(m, *((2 * m, m) if kind == kernels.INSERT else ()))
-        status, witness = np.empty(m, np.int32), np.empty(m, np.int32)
+        status, witness = np.empty((2, m), np.int32)
         kinds = np.full(m, kind, np.int32)
-        darts32 = first.astype(np.int32), second.astype(np.int32)
-        _kernels_batch.apply(self._darts, kinds, *darts32, np.ascontiguousarray(parts), status, witness)
-        return _told(status, witness)
+        _kernels_batch.apply(
+            self._darts, kinds, first[order], second[order], np.ascontiguousarray(parts), status, witness
+        )
+        return _told(status, witness, order)
 
     # ---- T5, T6
 
-    def remove_faces(self, faces: ArrayLike) -> Batch:
+    def remove_faces(self, faces: ArrayLike, *, in_order: bool = True) -> Batch:
         """T5 on many faces, each by T1 on its edges, all of them or none; see `remove_face`."""
-        return self._apply_to_faces(kernels.REMOVE_FACE, faces)
+        return self._apply_to_faces(kernels.REMOVE_FACE, faces, in_order)
 
-    def refine_faces(self, faces: ArrayLike) -> Batch:
+    def refine_faces(self, faces: ArrayLike, *, in_order: bool = True) -> Batch:
         """T6 on many faces, each by T2; the face in the middle keeps the number. See `refine_face`.
 
         Neighbors may be refined together: a face has the corners then that it has gained from its neighbors.
         """
-        return self._apply_to_faces(kernels.REFINE_FACE, faces)
+        return self._apply_to_faces(kernels.REFINE_FACE, faces, in_order)
 
-    def _apply_to_faces(self, kind: int, faces: ArrayLike) -> Batch:
-        """Do T6 or T5 on faces in order, leaving out what is illegal, gone, refined or merged by this batch."""
-        given = np.asarray(faces)
-        chosen = _check.indices("faces", given if given.size else np.zeros(0, np.int64), (None,), self._used[1])
+    def _apply_to_faces(self, kind: int, faces: ArrayLike, in_order: bool) -> Batch:  # noqa: FBT001
+        """Do T6 or T5 on many faces, leaving out what is illegal, gone, refined or merged by this batch."""
+        chosen = _chosen("faces", faces, self._used[1])
         # each is done once at most; refined, it may have gained a vertex at each edge before
         refining = kind == kernels.REFINE_FACE
         edits = int(self._darts.face_size[np.unique(chosen)].sum()) * (2 if refining else 1)
         self._reserve(edits, *((2 * edits, edits) if refining else ()))
-        status, witness = np.empty(len(chosen), np.int32), np.empty(len(chosen), np.int32)
+        order = slice(None) if in_order else np.argsort(chosen, kind="stable")
+        status, witness = np.empty((2, len(chosen)), np.int32)
         touched = np.zeros(self._used[1], bool)
-        _kernels_faces.apply(self._darts, kind, chosen.astype(np.int32), touched, status, witness)
-        return _told(status, witness)
+        _kernels_faces.apply(self._darts, kind, chosen[order], touched, status, witness)
+        return _told(status, witness, order)
 
     # ---- T3, T4
 

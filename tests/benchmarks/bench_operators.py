@@ -1,4 +1,4 @@
-"""What operators cost: edits per second in batches, at several sizes of mesh; regularizing; against a kd-tree query.
+"""What operators cost: nanoseconds of each in batches, at several sizes of mesh; regularizing; against a kd-tree query.
 
 Run with `python tests/benchmarks/bench_operators.py`; half a minute.
 """
@@ -29,35 +29,56 @@ def timed(function, rounds: int = 3) -> tuple[float, object]:
     return min(times), out
 
 
-def batches(mesh: sm.SimplexMesh, edits: int, rng: np.random.Generator) -> list[tuple[str, float, int]]:
-    """Return the seconds and the number done of `edits` random swaps, removals and insertions, and of their undoing."""
+def chosen(mesh: sm.SimplexMesh, count: int, rng: np.random.Generator) -> dict[str, tuple[np.ndarray, ...]]:
+    """Return random arguments for each batch: `count` edges, pairs of edges of a face, a sixth as many faces."""
     c = mesh.connectivity
-    out = []
-    darts = rng.permutation(c.edge_darts[:, 0])[:edits]
-    faces = c.face_offsets[:-1]
-    some = rng.integers(0, len(faces), edits)
-    one, other = c.face_darts[faces[some]], c.face_darts[faces[some] + 2]
-    for name, args in (("swap_edges", (darts,)), ("remove_edges", (darts,)), ("insert_edges", (one, other))):
+    darts = rng.permutation(c.edge_darts[:, 0])[:count]
+    some = c.face_offsets[:-1][rng.integers(0, len(c.face_sizes), count)]
+    faces = rng.permutation(len(c.face_sizes))[: count // 6]
+    return {
+        "swap_edges": (darts,),
+        "remove_edges": (darts,),
+        "insert_edges": (c.face_darts[some], c.face_darts[some + 2]),
+        "remove_faces": (faces,),
+        "refine_faces": (faces,),
+    }
+
+
+def batches(mesh: sm.SimplexMesh, count: int, rng: np.random.Generator, *, in_order: bool) -> dict[str, float]:
+    """Return the nanoseconds of a random edit of each kind, of undoing one, and of copying and closing up a vertex."""
+    out = {}
+    for name, args in chosen(mesh, count, rng).items():
         best = np.inf
         for _ in range(3):
-            edit = EditableMesh(mesh)
-            edit._reserve(edits, 2 * edits, edits)
-            seconds, batch = timed(lambda edit=edit, name=name, args=args: getattr(edit, name)(*args), 1)
+            copied, edit = timed(lambda: EditableMesh(mesh), 1)
+            edit._reserve(2 * count, 4 * count, 2 * count)
+            seconds, _ = timed(lambda edit=edit, name=name, args=args: getattr(edit, name)(*args, in_order=in_order), 1)
             best = min(best, seconds)
-        out.append((name, best, len(darts), int(batch.done.sum())))
-    seconds, _ = timed(edit.undo, 1)
-    out.append(("undo", seconds, out[-1][3], out[-1][3]))
-    return out
+        out[name] = 1e9 * best / len(args[0])
+    edits = edit.n_edits
+    closed, _ = timed(edit.result, 1)
+    out["undo"] = 1e9 * timed(edit.undo, 1)[0] / edits
+    return out | {"copy": 1e9 * copied / mesh.n_vertices, "result": 1e9 * closed / mesh.n_vertices}
+
+
+def print_rates() -> None:
+    """Print what an edit costs at four sizes of mesh, of as many edits as a quarter of the vertices."""
+    rng = np.random.default_rng(0)
+    batches(sm.sphere(8), 100, rng, in_order=True)
+    names = ("swap_edges", "remove_edges", "insert_edges", "remove_faces", "refine_faces", "undo", "copy", "result")
+    print("nanoseconds: of an edit tried, of one undone, of a vertex copied and a vertex in the result")
+    print("| vertices | order |", " | ".join(names), "|\n|", " --- |" * (2 + len(names)))
+    for vertices in (10_000, 50_000, 200_000, 1_000_000):
+        mesh = sm.sphere(vertices=vertices)
+        for in_order in (True, False):
+            costs = batches(mesh, vertices // 4, rng, in_order=in_order)
+            row = " | ".join(f"{costs[name]:.0f}" for name in names)
+            print(f"| {mesh.n_vertices} | {'random' if in_order else 'of memory'} | {row} |", flush=True)
 
 
 def main() -> None:
+    print_rates()
     rng = np.random.default_rng(0)
-    batches(sm.sphere(8), 100, rng)
-    print("| vertices | edits | tried | done | tried per s | done per s |\n| --- | --- | --- | --- | --- | --- |")
-    for vertices in (10_000, 200_000, 1_000_000):
-        mesh = sm.sphere(vertices=vertices)
-        for name, seconds, tried, done in batches(mesh, min(vertices // 4, 50_000), rng):
-            print(f"| {mesh.n_vertices} | {name} | {tried} | {done} | {tried / seconds:,.0f} | {done / seconds:,.0f} |")
     uneven = EditableMesh(sm.sphere(vertices=65_000))
     uneven.swap_edges(rng.integers(0, 3 * uneven.n_slots, 20_000))
     mesh = uneven.result().mesh
