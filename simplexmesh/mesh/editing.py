@@ -34,6 +34,14 @@ def _parts(at: ArrayLike, count: int) -> NDArray[np.float64]:
     return parts
 
 
+def _order(numbers: NDArray[np.int32], in_order: bool) -> slice | NDArray[np.intp]:  # noqa: FBT001
+    """Return in which order a batch is done: as given, or stably sorted, by 16 bits at a time as that is fastest."""
+    if in_order:
+        return slice(None)
+    low = np.argsort((numbers & 0xFFFF).astype(np.uint16), kind="stable")
+    return low[np.argsort((numbers[low] >> 16).astype(np.uint16), kind="stable")]
+
+
 def _told(status: NDArray[np.int32], witness: NDArray[np.int32], order: slice | NDArray[np.intp]) -> Batch:
     """Return what became of a batch that was done in some order, with the reasons counted."""
     counts = np.bincount(status, minlength=max(REASONS) + 1)
@@ -109,7 +117,7 @@ class EditableMesh(EditableDarts):
         second = first if others is darts else _chosen("others", others, 3 * self._used[0])
         if len(first) != (m := len(second)):
             raise ValueError(f"others must have {len(first)} darts, as many as darts, not {m}")
-        order = slice(None) if in_order else np.argsort(first, kind="stable")
+        order = _order(first, in_order)
         parts = _parts(at, m)[order]
         self._reserve(m, *((2 * m, m) if kind == kernels.INSERT else ()))
         status, witness = np.empty((2, m), np.int32)
@@ -139,7 +147,7 @@ class EditableMesh(EditableDarts):
         refining = kind == kernels.REFINE_FACE
         edits = int(self._darts.face_size[np.unique(chosen)].sum()) * (2 if refining else 1)
         self._reserve(edits, *((2 * edits, edits) if refining else ()))
-        order = slice(None) if in_order else np.argsort(chosen, kind="stable")
+        order = _order(chosen, in_order)
         status, witness = np.empty((2, len(chosen)), np.int32)
         touched = np.zeros(self._used[1], bool)
         _kernels_faces.apply(self._darts, kind, chosen[order], touched, status, witness)
