@@ -38,6 +38,8 @@ _HOME = {
     # III  the motion
     "motion.deform": ["DeformableModel"],
     "motion.reconstruct": ["reconstruct", "Reconstruction"],
+    "motion.refine": ["refine"],
+    "motion.redistribute": ["redistribute"],
 }
 _MODULE = {name: f"simplexmesh.{module}" for module, names in _HOME.items() for name in names}
 _SUBMODULES = {"targets": "simplexmesh.motion.targets", "plot": "simplexmesh.plot"}
@@ -81,6 +83,8 @@ if TYPE_CHECKING:  # the same list once more, for type checkers and editors; a t
     from simplexmesh.motion.deform import DeformableModel as DeformableModel
     from simplexmesh.motion.reconstruct import Reconstruction as Reconstruction
     from simplexmesh.motion.reconstruct import reconstruct as reconstruct
+    from simplexmesh.motion.redistribute import redistribute as redistribute
+    from simplexmesh.motion.refine import refine as refine
 
 
 def __getattr__(name: str) -> Any:

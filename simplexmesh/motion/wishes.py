@@ -1,0 +1,62 @@
+"""What a caller of refinement asks for, checked: a threshold, a zone, a reach, a target."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from simplexmesh import _check
+from simplexmesh.mesh.simplex_mesh import SimplexMesh
+from simplexmesh.motion.state import Target
+from simplexmesh.motion.subjects import as_subject
+from simplexmesh.motion.targets.door import reach_above_zero
+
+Mask = NDArray[np.bool_]
+
+THRESHOLDS = {"coarse": 2e-4, "medium": 2.5e-5, "fine": 3e-6}
+"""Scores by name. On a smooth surface a face's score falls with the cube of the number of faces: each has an eighth of
+the one before, and asks for about twice as many vertices."""
+
+
+def default_reach(mesh: SimplexMesh, reach: float | None) -> float:
+    """Return a reach that was given, checked, or 10 % of the mesh's diagonal."""
+    return 0.1 * float(np.linalg.norm(np.ptp(mesh.vertices, axis=0))) if reach is None else reach_above_zero(reach)
+
+
+def threshold_of(threshold: str | float) -> float:
+    """Return the score that a name stands for, or a number above 0 as it is."""
+    if isinstance(threshold, str):
+        return THRESHOLDS[_check.choice("threshold", threshold, tuple(THRESHOLDS))]
+    return _check.number("threshold", threshold, 0.0, open_low=True)
+
+
+def zone_of(mesh: SimplexMesh, zones: ArrayLike) -> Mask:
+    """Return (f,) which faces refinement is limited to."""
+    c = mesh.connectivity
+    given = np.asarray(zones)
+    if given.dtype == bool:
+        if given.shape == (c.n_vertices,):
+            return np.logical_and.reduceat(given[c.face_vertices], c.face_offsets[:-1])
+        if given.shape == (c.face_sizes.size,):
+            return given.copy()
+        raise ValueError(
+            f"zones must be a mask of the {c.face_sizes.size} faces or of the {c.n_vertices} vertices, "
+            f"not one of shape {given.shape}"
+        )
+    out = np.zeros(c.face_sizes.size, bool)
+    out[_check.indices("zones", given if given.size else np.zeros(0, np.int64), (None,), out.size)] = True
+    return out
+
+
+def as_target(target: Any, *, level: float | None, label: int | None) -> Target:
+    """Return a target as it is, and data made into one."""
+    if callable(getattr(target, "gap", None)):
+        if level is not None or label is not None:
+            raise ValueError(f"level and label are for volumes, not for {type(target).__name__}")
+        return target
+    try:
+        return as_subject(target, level=level, label=label, inside="above", components="largest").target
+    except TypeError as error:
+        raise TypeError(f"target must have a method gap(vertices, normals, reach) or be data; {error}") from error
