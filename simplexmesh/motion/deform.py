@@ -96,7 +96,7 @@ class DeformableModel:
         curvature: float | ArrayLike | None = None,
         reference: SimplexMesh | None = None,
         adaptation: float = 0.0,
-        seeking: float = 0.3,
+        seeking: float = 0.8,
         forces: Force | Sequence[Force] = (),
     ) -> None:
         if not isinstance(mesh, SimplexMesh):

@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 MOST_POINTS = 3000
 NARROWEST = 3.0
 """In mean edges of the mesh: it cannot have a rim around holes of the data that are not wider."""
-TAKEN = 1.5
+TAKEN = 3.0
 """In distances between neighbors on the rim: farther points of the border are some other rim's."""
 
 
@@ -82,7 +82,7 @@ class Shore:
         total = np.zeros_like(places)
         np.add.at(total, owner[taken], self.points[taken])
         has = count > 0
-        step[has] = 0.5 * (step[has] + total[has] / count[has, None] - places[has])
+        step[has] = total[has] / count[has, None] - places[has]
         along = normalized(ahead - back)
         step -= dot(step, along)[:, None] * along
         step[distance > reach] = 0.0

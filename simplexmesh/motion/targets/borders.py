@@ -10,7 +10,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from simplexmesh._vec import dot, norm
+from simplexmesh._vec import norm
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -137,13 +137,3 @@ def _one_sided(
     free = np.maximum(np.diff(angle, axis=1).max(axis=1), angle[:, 0] + 2 * np.pi - angle[:, -1])
     off = np.hypot(u.mean(axis=1), v.mean(axis=1)) / np.maximum(np.hypot(u, v).max(axis=1), 1e-300)
     return np.flatnonzero((free > WIDEST) & (off > LOPSIDED)), axes
-
-
-def sense(points: Array, normals: Array, border: Border) -> float:
-    """Return whether normals of an open surface look away from the middle of its border (positive) or towards it.
-
-    The volume between the surface and that middle, as a share of what it would be if all looked straight away.
-    """
-    middle = border.points.mean(axis=0) if len(border.points) else points.mean(axis=0)
-    away = points - middle
-    return float(dot(away, normals).sum() / max(float(norm(away).sum()), 1e-300))
