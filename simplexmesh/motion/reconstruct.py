@@ -15,13 +15,15 @@ from simplexmesh.data.reading import read_mesh
 from simplexmesh.errors import SimplexMeshWarning
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.distance import Distance, Spread
-from simplexmesh.motion.evolve import Stage, evolved, mean_edge
-from simplexmesh.motion.initial.primitives import PRIMITIVES, primitive_around
+from simplexmesh.motion.evolve import Stage, mean_edge
+from simplexmesh.motion.initial.primitives import ENCLOSING, PRIMITIVES, primitive_around
 from simplexmesh.motion.initial.report import StartReport
 from simplexmesh.motion.measure import measured
+from simplexmesh.motion.outward import turned_outward
 from simplexmesh.motion.progress import Report, reporting
 from simplexmesh.motion.state import State
 from simplexmesh.motion.subjects import Subject, as_subject
+from simplexmesh.motion.topology_adapt import Choice, TopologyRecord, plan_for, travelled
 from simplexmesh.motion.untangle import untangled
 
 Array = NDArray[np.float64]
@@ -55,6 +57,8 @@ class Reconstruction:
         None when the motion was interrupted before they were looked for.
     interrupted : bool
         Whether the motion was interrupted (Ctrl-C); `mesh` is then its last whole state.
+    topology : TopologyRecord
+        The holes and handles proposed on the way, each accepted or refused for a reason, and what was refined.
 
     Examples
     --------
@@ -72,6 +76,7 @@ class Reconstruction:
     found: StartReport | None = None
     tangled: int | None = None
     interrupted: bool = False
+    topology: TopologyRecord = field(default_factory=TopologyRecord)
 
     def __repr__(self) -> str:
         rest = "interrupted" if self.interrupted else "at rest" if self.converged else "still moving"
@@ -95,6 +100,9 @@ def reconstruct(
     iterations: int = 500,
     rigidity: int = 1,
     adaptation: float = 0.05,
+    holes: Choice | None = None,
+    handles: Choice | None = None,
+    refine: str | None = None,
     progress: bool | Report = False,
 ) -> Reconstruction:
     """Fit a simplex mesh to a volume, a point cloud, scans or a triangulated surface.
@@ -129,6 +137,14 @@ def reconstruct(
         How many edges far curvature is averaged in the fine stage: 1 follows the data closely, 6 is stiff.
     adaptation : float
         How strongly vertices gather where the surface bends, 0 to 0.25.
+    holes : {"auto", "none"}, callable or sequence of arrays of int
+        Whether holes are opened where the data ends: "auto" (the default for starts named but "auto"), none, those a
+        function of a `HoleProposal` accepts, or the zones given, by the faces of the start.
+    handles : {"auto", "none"}, callable or sequence of pairs of int
+        The same for handles, by pairs of faces that are joined.
+    refine : {"none", "auto", "coarse", "medium", "fine"}
+        How fine the faces become that bend or are far from the data: "auto" (the default for starts named but "auto")
+        begins with fewer vertices and uses all of `vertices`, the others stop at their fineness or at `vertices`.
     progress : bool or callable
         True shows a bar; a function is called with the share done and a message.
 
@@ -172,6 +188,7 @@ def reconstruct(
     _check.choice("inside", inside, ("above", "below"))
     tunnels = None if tunnels is None else _check.number("tunnels", tunnels, 0.0)
     given = _given_start(init)
+    plan = plan_for(None if given is not None else str(init), vertices, holes, handles, refine)
     if components == "all" and init != "auto":
         raise ValueError("components='all' needs init='auto'; a start given by you keeps its own components")
     with reporting(progress) as report:
@@ -185,9 +202,12 @@ def reconstruct(
             beginning = subject.start(vertices, tunnels)
             start, found = beginning.mesh, beginning.report
         else:
-            start = primitive_around(subject.points, str(init), vertices, facing=subject.facing)
+            subject = turned_outward(subject) if init in ENCLOSING else subject
+            start = primitive_around(subject.points, str(init), plan.first_vertices, facing=subject.facing)
         stages = _stages(start, subject, iterations, rigidity, adaptation, cell=found.cell if found else None)
-        course = evolved(start, subject.target, stages, watch=lambda share: report(0.1 + 0.8 * share, "fitting"))
+        course, topology = travelled(
+            start, subject.target, stages, plan, watch=lambda share: report(0.1 + 0.8 * share, "fitting")
+        )
         mesh, tangled, interrupted = course.mesh, None, course.interrupted
         if not interrupted:
             try:
@@ -210,7 +230,9 @@ def reconstruct(
             SimplexMeshWarning,
             stacklevel=2,
         )
-    return Reconstruction(mesh, distance, course.history, course.converged, start, found, tangled, interrupted)
+    return Reconstruction(
+        mesh, distance, course.history, course.converged, start, found, tangled, interrupted, topology
+    )
 
 
 def _given_start(init: str | Path | SimplexMesh) -> SimplexMesh | None:
@@ -243,8 +265,9 @@ def _stages(
             Stage(rigidity=rigidity, reach=min(last, reach), iterations=iterations // 2, beta=0.4),
         ]
     return [
-        Stage(rigidity=max(6, rigidity), reach=2.0 * radius, iterations=100, beta=0.1),
-        Stage(rigidity=max(6, rigidity), reach=0.4 * radius, iterations=100, beta=0.2),
+        Stage(rigidity=max(20, rigidity), reach=2.0 * radius, iterations=150, alpha=0.5, beta=0.03),
+        Stage(rigidity=max(10, rigidity), reach=0.8 * radius, iterations=60, alpha=0.5, beta=0.05),
+        Stage(rigidity=max(6, rigidity), reach=0.4 * radius, iterations=100, beta=0.1),
         Stage(rigidity=rigidity, reach=0.16 * radius, iterations=iterations, beta=0.3, adaptation=adaptation),
         Stage(rigidity=rigidity, reach=last, iterations=iterations // 2, beta=0.4),
     ]

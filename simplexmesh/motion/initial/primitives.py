@@ -13,6 +13,7 @@ from simplexmesh.mesh.simplex_mesh import SimplexMesh
 Array = NDArray[np.float64]
 
 PRIMITIVES = ("sphere", "ellipsoid", "cylinder", "plane", "torus")
+ENCLOSING = ("sphere", "ellipsoid")
 
 
 def principal_frame(points: Array) -> tuple[Array, Array]:
