@@ -14,6 +14,7 @@ from simplexmesh.mesh.contours import Contour
 from simplexmesh.mesh.editing import EditableMesh
 from simplexmesh.mesh.joining import cut, join, parts, together
 from simplexmesh.mesh.operators import insert_edge, refine_face, remove_edge, remove_face, swap_edge
+from tests.isomorphism import invariant, mirrored
 from tests.mesh_families import ALL
 from tests.reference_operators import Loops
 from tests.test_mesh_editing import anywhere, complete, heawood, k33_on_the_torus
@@ -26,26 +27,6 @@ seeds = st.integers(0, 2**32 - 1)
 def counts(mesh):
     c = mesh.connectivity
     return np.array([c.n_vertices, c.n_edges, len(c.face_sizes)])
-
-
-def invariant(mesh):
-    """The topology whatever the numbering: the least walk over all darts from which everything is told."""
-    twin = mesh.connectivity.twin.reshape(-1)
-    holes = mesh.connectivity.face_is_hole[mesh.connectivity.face.reshape(-1)]
-
-    def told(start):
-        number, order, out = {start // 3: 0}, [start], []
-        for dart in order:
-            for d in (dart, 3 * (dart // 3) + (dart + 1) % 3, 3 * (dart // 3) + (dart + 2) % 3):
-                other = int(twin[d])
-                if other // 3 not in number:
-                    number[other // 3] = len(order)
-                    order.append(other)
-                first = order[number[other // 3]]
-                out.append((number[other // 3], (other - first) % 3, bool(holes[d])))
-        return out
-
-    return min(map(told, range(len(twin))))
 
 
 class TestCounts:
@@ -280,12 +261,6 @@ def test_a_contour_that_meets_a_face_twice_is_refused():
         cut(BALL, contour)
     with pytest.raises(TopologyError, match=f"face {hub} lies along its right in two places"):
         cut(BALL, contour.reversed())
-
-
-def mirrored(mesh):
-    """The mesh seen from inside."""
-    twin, turned = mesh.connectivity.twin[:, [0, 2, 1]], np.array([0, 2, 1])
-    return anywhere(type(mesh.connectivity)(3 * (twin // 3) + turned[twin % 3]))
 
 
 class TestWhatCanBeReached:

@@ -1,0 +1,117 @@
+"""Whether two meshes are the same but for their numbering, and sequences of operators found from one to another."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import numpy as np
+
+from simplexmesh.errors import TopologyError
+from simplexmesh.mesh.connectivity import Connectivity
+from simplexmesh.mesh.editing import EditableMesh
+from simplexmesh.mesh.operators import insert_edge, remove_edge, swap_edge
+from simplexmesh.mesh.simplex_mesh import SimplexMesh
+
+
+def sizes(mesh):
+    """How many faces there are of each size, and how many holes."""
+    c = mesh.connectivity
+    return tuple(sorted(zip(c.face_sizes.tolist(), c.face_is_hole.tolist(), strict=True)))
+
+
+def invariant(mesh):
+    """The topology of a connected mesh whatever the numbering: the least of the walks from which everything is told.
+
+    Walks start at darts with the rarest sizes of faces around them.
+    """
+    c = mesh.connectivity
+    twin, face = c.twin.reshape(-1), c.face.reshape(-1)
+    holes = c.face_is_hole[face].tolist()
+    turned = np.arange(twin.size).reshape(-1, 3)[:, [1, 2, 0]].reshape(-1)
+    size = np.where(c.face_is_hole, -c.face_sizes, c.face_sizes)[face]
+    around = list(zip(size, size[twin], size[turned], size[turned[twin]], strict=True))
+    number_of = Counter(around)
+    rarest = min(number_of, key=lambda sizes: (number_of[sizes], sizes))
+    twin = twin.tolist()
+
+    def told(start):
+        number, order, out = {start // 3: 0}, [start], []
+        for dart in order:
+            for d in (dart, 3 * (dart // 3) + (dart + 1) % 3, 3 * (dart // 3) + (dart + 2) % 3):
+                other = twin[d]
+                if other // 3 not in number:
+                    number[other // 3] = len(order)
+                    order.append(other)
+                first = order[number[other // 3]]
+                out.append((number[other // 3], (other - first) % 3, holes[d]))
+        return tuple(out)
+
+    return min(told(dart) for dart, sizes in enumerate(around) if sizes == rarest)
+
+
+def mirrored(mesh):
+    """The mesh seen from inside."""
+    turned = np.array([0, 2, 1])
+    twin = mesh.connectivity.twin[:, turned]
+    return SimplexMesh(mesh.vertices, Connectivity(3 * (twin // 3) + turned[twin % 3]))
+
+
+def shrunk(mesh):
+    """The meshes that T1 on one edge makes, with the edge; T2 does not take back that a face opens into a hole."""
+    c = mesh.connectivity
+    alike = np.ptp(c.face_is_hole[c.edge_faces].astype(int), axis=1) == 0
+    darts = c.edge_darts[alike, 0].tolist()
+    legal = [dart for dart in darts if EditableMesh(mesh).remove_edges([dart]).done.all()]
+    return [(dart, remove_edge(mesh, dart).mesh) for dart in legal]
+
+
+def swapped(mesh):
+    """The meshes that T7 on one edge makes, with the edge."""
+    out = []
+    for dart in mesh.connectivity.edge_darts[:, 0].tolist():
+        try:
+            out.append((dart, swap_edge(mesh, dart).mesh))
+        except TopologyError:
+            continue
+    return out
+
+
+def grown(mesh, *, wanted=None):
+    """The meshes that T2 makes, with the two darts; only those with as many faces of each size as `wanted`."""
+    c = mesh.connectivity
+    out = []
+    for begin, end in zip(c.face_offsets[:-1], c.face_offsets[1:], strict=True):
+        darts = c.face_darts[begin:end].tolist()
+        for i, one in enumerate(darts):
+            for other in darts[:i]:
+                made = insert_edge(mesh, one, other).mesh
+                if wanted is None or sizes(made) == sizes(wanted):
+                    out.append(((one, other), made))
+    return out
+
+
+def unevenness(mesh):
+    return int(((mesh.connectivity.face_sizes - 6) ** 2).sum())
+
+
+def way_down(start, goal, width=12):
+    """Meshes from `start` to one like `goal`, each by a T1 from the one before, searching the most even."""
+    level = [[start]]
+    while level[0][-1].n_vertices > goal.n_vertices:
+        found = {}
+        ahead = [(way, made) for way in level for _, made in shrunk(way[-1])]
+        ahead.sort(key=lambda each: (sizes(each[1]) != sizes(goal), unevenness(each[1])))
+        for way, made in ahead[: 8 * width]:
+            found.setdefault(invariant(made), [*way, made])
+        level = list(found.values())[:width]
+    wanted = invariant(goal)
+    return next(way for way in level if invariant(way[-1]) == wanted)
+
+
+def way_up(start, goals):
+    """Meshes from `start` on like `goals`, each by a T2 from the one before."""
+    way = [start]
+    for goal in goals:
+        wanted = invariant(goal)
+        way.append(next(made for _, made in grown(way[-1], wanted=goal) if invariant(made) == wanted))
+    return way
