@@ -27,7 +27,8 @@ from simplexmesh.cli.report import (
 
 EXAMPLE = (
     "Examples: simplexmesh reconstruct head_ct.mhd --level 500 --vertices 3000 -o head.vtp ;  "
-    "simplexmesh reconstruct bun000.ply bun045.ply bun090.ply --poses bun.conf -o bunny.vtp"
+    "simplexmesh reconstruct bun000.ply bun045.ply bun090.ply --poses bun.conf -o bunny.vtp ;  "
+    "simplexmesh reconstruct face.vtk --init sphere --holes auto --refine fine -o face.vtp"
 )
 
 
@@ -47,6 +48,11 @@ def command(
     components: Annotated[str, typer.Option(help="Which pieces to keep: largest or all.")] = "largest",
     tunnels: Annotated[float | None, typer.Option(help="Seal holes through the body narrower than this.")] = None,
     iterations: Annotated[int, typer.Option(help="Most iterations of the fine stage.")] = 500,
+    holes: Annotated[str | None, typer.Option(help="Open holes where the data ends: auto or none.")] = None,
+    handles: Annotated[str | None, typer.Option(help="Join what should hang together: auto or none.")] = None,
+    refine: Annotated[
+        str | None, typer.Option(help="Divide faces on the way: none, auto, coarse, medium or fine.")
+    ] = None,
     picture: Annotated[Path | None, typer.Option(help="Write a picture of data and model to this file.")] = None,
     view: Annotated[str | None, typer.Option(help="Side the picture is taken from: iso, xy, -xy, xz, yx, ...")] = None,
     up: Annotated[str | None, typer.Option(help="Axis that points up in the picture: x, y, z or auto.")] = None,
@@ -77,6 +83,9 @@ def command(
                 components=components,
                 tunnels=tunnels,
                 iterations=iterations,
+                holes=holes,
+                handles=handles,
+                refine=refine,
                 progress=interrupts.watching(report),
             )
         seconds = time.perf_counter() - began
@@ -129,8 +138,32 @@ def described(result: Any) -> dict[str, Any]:
         "converged": result.converged,
         "interrupted": result.interrupted,
         "tangled": result.tangled,
+        "topology": _changes(result.topology),
         "problems": list(mesh.check(self_intersections=True).problems),
     }
+
+
+def _changes(topology: Any) -> dict[str, Any]:
+    """Return what was changed on the way, proposal by proposal."""
+    return {
+        kind: [
+            {"accepted": proposal.accepted, "reason": proposal.reason, "what": repr(proposal)} for proposal in proposals
+        ]
+        for kind, proposals in (("holes", topology.holes), ("handles", topology.handles))
+    } | {"refined": topology.refined, "swapped": topology.swapped}
+
+
+def _summary(changes: dict[str, Any]) -> dict[str, str]:
+    """Return the same in words, nothing where nothing was considered."""
+    said = []
+    for kind in ("holes", "handles"):
+        done = sum(proposal["accepted"] for proposal in changes[kind])
+        reasons = [proposal["reason"] for proposal in changes[kind] if not proposal["accepted"]]
+        if changes[kind]:
+            said.append(f"{done} {kind} made" + "".join(f", one refused: {reason}" for reason in reasons))
+    if changes["refined"]:
+        said.append(f"{changes['refined']:,} vertices by refinement")
+    return {"topology": "\n".join(said)} if said else {}
 
 
 def _draw(
@@ -162,6 +195,7 @@ def _print(facts: dict[str, Any], output: Path) -> None:
             "mesh to data": _spread(facts["distance"]["mesh_to_data"]),
             "data to mesh": _spread(facts["distance"]["data_to_mesh"]),
             **(within if enclosed["count"] else {}),
+            **_summary(facts["topology"]),
             "motion": f"{facts['iterations']} iterations, {rest}",
             "problems": "\n".join(facts["problems"]) or "none",
             "time": f"{facts['seconds']:.1f} s",

@@ -10,14 +10,17 @@ from simplexmesh.mesh.edited import Edited
 from simplexmesh.mesh.editing import EditableMesh
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 
-LONG = 1.6
+LONG = 1.4
 """Times the mean length of the edges that are not on a rim."""
+
+SMALLEST = 6
+"""Faces of fewer vertices would fall into pieces too small to be made even."""
 
 
 def divided_rims(mesh: SimplexMesh, most: int) -> Edited:
     """Return the mesh with the longest edges of its rims divided (T2 across the face beside), `most` of them at most.
 
-    An edge is long at 1.6 times the mean length of all edges inside. Refinement by faces alone leaves rims coarse: a
+    An edge is long at 1.4 times the mean length of all edges inside. Refinement by faces alone leaves rims coarse: a
     face beside a hole has one edge there, however many rings of faces come to lie within it.
 
     Examples
@@ -35,11 +38,12 @@ def divided_rims(mesh: SimplexMesh, most: int) -> Edited:
     none = np.arange(mesh.n_vertices, dtype=np.int32), np.arange(len(c.face_sizes), dtype=np.int32)
     if not on_hole.any() or most < 1:
         return Edited(mesh, *(_check.frozen(numbers) for numbers in none))
-    long = np.flatnonzero(on_hole & (length > LONG * float(length[~on_hole].mean())))
-    long = long[np.argsort(-length[long], kind="stable")][:most]
     face, twin = c.face.reshape(-1), c.twin.reshape(-1)
+    long = np.flatnonzero(on_hole & (length > LONG * float(length[~on_hole].mean())))
+    long = long[np.argsort(-length[long], kind="stable")]
     darts = c.edge_darts[long, 0].astype(np.int64)
     darts = np.where(c.face_is_hole[face[darts]], twin[darts], darts)
+    darts = darts[c.face_sizes[face[darts]] >= SMALLEST][:most]
     place = np.empty(len(face), np.int64)
     place[c.face_darts] = np.arange(len(face))
     first, size = c.face_offsets[face[darts]], c.face_sizes[face[darts]]

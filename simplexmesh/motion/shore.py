@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 MOST_POINTS = 3000
 NARROWEST = 3.0
 """In mean edges of the mesh: it cannot have a rim around holes of the data that are not wider."""
-TAKEN = 3.0
+TAKEN = 1.5
 """In distances between neighbors on the rim: farther points of the border are some other rim's."""
 
 

@@ -249,7 +249,7 @@ def _refine(journey: Journey, plan: Plan, stage: Stage) -> None:
         budget = min(plan.vertices - n, n // 4)
         if budget < 4:
             break
-        journey.mesh = with_even_metric(divided_rims(journey.mesh, budget // 8))
+        journey.mesh = with_even_metric(divided_rims(journey.mesh, budget // 6))
         budget -= journey.mesh.n_vertices - n
         step = refine_round(journey.mesh, journey.target, reach=stage.reach, threshold=limit, budget=budget)
         journey.mesh = step.mesh

@@ -81,6 +81,7 @@ def untangled(
             damping=1.0,
             reach=reach,
             rigidity=3 + attempt,
+            seeking=0.2 / (1 + attempt),
         )
         for _ in returning.run(20):
             pass
