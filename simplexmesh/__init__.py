@@ -40,6 +40,8 @@ _HOME = {
     "motion.reconstruct": ["reconstruct", "Reconstruction"],
     "motion.refine": ["refine"],
     "motion.redistribute": ["redistribute"],
+    "motion.holes": ["open_holes"],
+    "motion.handles": ["add_handles"],
 }
 _MODULE = {name: f"simplexmesh.{module}" for module, names in _HOME.items() for name in names}
 _SUBMODULES = {"targets": "simplexmesh.motion.targets", "plot": "simplexmesh.plot"}
@@ -81,6 +83,8 @@ if TYPE_CHECKING:  # the same list once more, for type checkers and editors; a t
     from simplexmesh.mesh.simplex_mesh import SimplexMesh as SimplexMesh
     from simplexmesh.motion import targets as targets
     from simplexmesh.motion.deform import DeformableModel as DeformableModel
+    from simplexmesh.motion.handles import add_handles as add_handles
+    from simplexmesh.motion.holes import open_holes as open_holes
     from simplexmesh.motion.reconstruct import Reconstruction as Reconstruction
     from simplexmesh.motion.reconstruct import reconstruct as reconstruct
     from simplexmesh.motion.redistribute import redistribute as redistribute

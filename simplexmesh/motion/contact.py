@@ -1,0 +1,62 @@
+"""Where a surface meets itself with its inside between: two films back to back."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+Array = NDArray[np.float64]
+
+OPPOSITE = -0.3
+"""Largest cosine between the normals of vertices that meet."""
+
+
+def contacts(
+    vertices: Array, normals: Array, edges: Array, rows: NDArray[np.integer]
+) -> tuple[NDArray[np.int64], Array]:
+    """Return, for each vertex asked about, another one behind it that looks the other way, and how far behind it is.
+
+    Parameters
+    ----------
+    vertices, normals : (n, 3) array of float
+    edges : (n,) array of float
+        The mean length of the edges at each vertex; others are looked for up to twice that far behind.
+    rows : (k,) array of int
+        The vertices to ask about.
+
+    Returns
+    -------
+    meets : (n,) array of int
+        The least deep such vertex, -1 when there is none or it was not asked for.
+    depth : (n,) array of float
+        How far it is behind, along the normal; slightly negative where the surface passed through itself.
+
+    Examples
+    --------
+    >>> import simplexmesh as sm
+    >>> ball = sm.sphere(6)
+    >>> pill = ball.moved(ball.vertices * [1, 1, 0.05])
+    >>> edges = np.full(ball.n_vertices, 0.1)
+    >>> bool((contacts(pill.vertices, pill.normals, edges, np.arange(ball.n_vertices))[0] >= 0).mean() > 0.9)
+    True
+    >>> bool((contacts(ball.vertices, ball.normals, edges, np.arange(ball.n_vertices))[0] >= 0).any())
+    False
+    """
+    meets, depth = np.full(len(vertices), -1), np.zeros(len(vertices))
+    if not len(rows):
+        return meets, depth
+    length = edges[rows]
+    behind = vertices[rows] - 0.8 * length[:, None] * normals[rows]
+    near = cKDTree(vertices).query_ball_point(behind, 1.2 * length, workers=-1)
+    counts = np.array([len(found) for found in near])
+    mine = np.repeat(rows, counts)
+    other = np.concatenate([np.asarray(found, np.int64) for found in near])
+    offset = vertices[other] - vertices[mine]
+    along = -np.einsum("ij,ij->i", offset, normals[mine])
+    aside = np.sqrt(np.maximum(np.einsum("ij,ij->i", offset, offset) - along**2, 0.0))
+    turned = np.einsum("ij,ij->i", normals[other], normals[mine]) < OPPOSITE
+    good = np.flatnonzero(turned & (along > -0.4 * edges[mine]) & (aside < 0.9 * edges[mine]))
+    good = good[np.argsort(-along[good], kind="stable")]  # the least deep is written last
+    meets[mine[good]], depth[mine[good]] = other[good], along[good]
+    return meets, depth

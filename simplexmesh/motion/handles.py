@@ -1,0 +1,275 @@
+"""Handles: pairs of holes that lie across from each other, joined into a tunnel or a bridge (T4)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplexmesh import _check
+from simplexmesh._vec import cross, dot, norm, normalized
+from simplexmesh.errors import TopologyError
+from simplexmesh.mesh.edited import Edited
+from simplexmesh.mesh.editing import EditableMesh
+from simplexmesh.mesh.simplex_mesh import SimplexMesh
+from simplexmesh.motion.state import Target
+from simplexmesh.motion.targets.door import ask
+
+Array = NDArray[np.float64]
+
+LEAST_ON_DATA = 0.5
+"""Holes far apart are joined where at least so much of the tube between them lies on the data."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class HandleProposal:
+    """Two faces that may be joined, and what became of them.
+
+    Attributes
+    ----------
+    faces : tuple of two int
+        On the mesh given.
+    centers : (2, 3) array of float
+        The centroids of their vertices.
+    radii : (2,) array of float
+        Mean distance of their vertices from the centroid.
+    distance : float
+        Between the centers, in the unit of the mesh.
+    angle : float
+        Between the planes, in radians: 0 when parallel and facing opposite ways, pi when they face the same way.
+    on_data : float or None
+        How much of the tube between them lies on the data, 0 to 1; None without a target.
+    accepted : bool
+        Whether they were joined.
+    reason : str
+        Why not; empty when they were.
+    """
+
+    faces: tuple[int, int]
+    centers: Array
+    radii: Array
+    distance: float
+    angle: float
+    on_data: float | None = None
+    accepted: bool = False
+    reason: str = ""
+
+    @property
+    def difference(self) -> float:
+        """By how much the smaller diameter is less than the larger one, 0 to 1."""
+        return 1.0 - float(self.radii.min() / max(self.radii.max(), np.finfo(float).tiny))
+
+    def __repr__(self) -> str:
+        what = "accepted" if self.accepted else f"refused: {self.reason}" if self.reason else "open"
+        return f"HandleProposal(faces {self.faces[0]} and {self.faces[1]}, {what})"
+
+
+@dataclass(frozen=True, eq=False)
+class Handled(Edited):
+    """A mesh with handles added to it.
+
+    Attributes
+    ----------
+    proposals : tuple of HandleProposal
+        The pairs looked at, the closest first, each with whether it was joined or why not.
+    """
+
+    proposals: tuple[HandleProposal, ...]
+
+
+def add_handles(
+    mesh: SimplexMesh,
+    target: Target | None = None,
+    *,
+    distance: float = 2.0,
+    difference: float = 0.2,
+    angle: float = float(np.radians(30.0)),
+    pairs: Iterable[Sequence[int]] | None = None,
+    accept: Callable[[HandleProposal], Any] | None = None,
+) -> Handled:
+    """Join pairs of holes that lie across from each other (T4): within one component, the genus rises by one for each.
+
+    Candidates are all pairs of holes whose centers are close, whose diameters are similar and whose planes are nearly
+    parallel. The closest pair, against its radius, is joined first, and each hole once. With a target, holes farther
+    apart are joined too where the tube between them lies on the data.
+
+    Parameters
+    ----------
+    mesh : SimplexMesh
+    target : Target, optional
+        The data, to tell tunnels that are deep from holes that have nothing to do with each other.
+    distance : float
+        How far apart the centers may be, in mean radii.
+    difference : float
+        By how much of the larger diameter the smaller one may be less.
+    angle : float
+        How far from parallel the planes may be, in radians.
+    pairs : iterable of pairs of int, optional
+        The faces to join, holes or not, in place of the candidates; only what the operator forbids is refused then.
+    accept : callable, optional
+        Asked about each pair that fulfills the conditions; those it answers with False are not joined.
+
+    Returns
+    -------
+    Handled
+        The mesh, where everything went, and the proposals, with reasons for those refused.
+
+    Raises
+    ------
+    ValueError, TypeError
+        For a target without `gap`, thresholds out of range, faces out of range, or in two pairs.
+
+    References
+    ----------
+    H. Delingette, thesis, 1994, section 5.4.2.
+
+    Examples
+    --------
+    >>> import simplexmesh as sm
+    >>> ball = sm.sphere(8)
+    >>> x, y, z = ball.vertices.T
+    >>> c = ball.connectivity
+    >>> caps = [[f for f in range(ball.n_faces) if (s * z[ball.faces[f]] > 0.7).all()] for s in (1, -1)]
+    >>> holed = sm.open_holes(ball, zones=caps).mesh
+    >>> out = sm.add_handles(holed, distance=3.0)
+    >>> out.mesh.genus, out.mesh.n_holes, out.proposals
+    (1, 0, (HandleProposal(faces 0 and 1, accepted),))
+    """
+    if not isinstance(mesh, SimplexMesh):
+        raise TypeError(f"mesh must be a SimplexMesh, not {type(mesh).__name__}")
+    if target is not None and not callable(getattr(target, "gap", None)):
+        raise TypeError(f"target must have a method gap(vertices, normals, reach), not {type(target).__name__}")
+    if accept is not None and not callable(accept):
+        raise TypeError(f"accept must be a function of a HandleProposal, not {type(accept).__name__}")
+    limits = (
+        _check.number("distance", distance, 0.0),
+        _check.number("difference", difference, 0.0, 1.0),
+        _check.number("angle", angle, 0.0, float(np.pi)),
+    )
+    if pairs is not None:
+        proposals = [_proposed(mesh, a, b, target) for a, b in _given(mesh, pairs)]
+    else:
+        holes = np.flatnonzero(mesh.connectivity.face_is_hole).tolist()
+        found = [_proposed(mesh, a, b, target) for a, b in combinations(holes, 2)]
+        proposals = [_judged(proposal, *limits) for proposal in sorted(found, key=_farness)]
+    return _joined(mesh, proposals, accept)
+
+
+def _given(mesh: SimplexMesh, pairs: Iterable[Sequence[int]]) -> list[list[int]]:
+    """Return the user's pairs, checked."""
+    try:
+        listed = list(pairs)
+    except TypeError:
+        raise TypeError(f"pairs must be pairs of faces, not {type(pairs).__name__}") from None
+    n = len(mesh.connectivity.face_sizes)
+    out = [_check.indices(f"pairs[{k}]", pair, (2,), n).tolist() for k, pair in enumerate(listed)]
+    seen: dict[int, int] = {}
+    for k, pair in enumerate(out):
+        for face in pair:
+            if face in seen:
+                where = "twice" if seen[face] == k else f"and in pairs[{seen[face]}]"
+                raise ValueError(f"pairs must not share a face; face {face} is in pairs[{k}] {where}")
+            seen[face] = k
+    return out
+
+
+def _farness(proposal: HandleProposal) -> float:
+    return proposal.distance / max(float(proposal.radii.mean()), np.finfo(float).tiny)
+
+
+def rim_frame(mesh: SimplexMesh, face: int) -> tuple[Array, Array, Array]:
+    """Return the vertices of a face in order (k, 3), their centroid, and the unit normal of their plane.
+
+    Examples
+    --------
+    >>> import simplexmesh as sm
+    >>> tube = sm.cylinder(12, 6)
+    >>> holes = np.flatnonzero(tube.connectivity.face_is_hole)
+    >>> sorted(float(np.round(rim_frame(tube, f)[2][2], 6)) for f in holes)
+    [-1.0, 1.0]
+    """
+    c = mesh.connectivity
+    rim = mesh.vertices[c.face_vertices[c.face_offsets[face] : c.face_offsets[face + 1]]]
+    center = rim.mean(axis=0)
+    return rim, center, normalized(cross(rim - center, np.roll(rim, -1, axis=0) - center).sum(axis=0))
+
+
+def _proposed(mesh: SimplexMesh, a: int, b: int, target: Target | None) -> HandleProposal:
+    """Return the measures of a pair of faces."""
+    frames = [rim_frame(mesh, face) for face in (a, b)]
+    centers = np.array([frame[1] for frame in frames])
+    radii = np.array([norm(frame[0] - frame[1]).mean() for frame in frames])
+    angle = float(np.arccos(np.clip(-dot(frames[0][2], frames[1][2]), -1.0, 1.0)))
+    on_data = None if target is None else _on_data(target, frames[0], frames[1], float(radii.mean()))
+    distance = float(norm(centers[1] - centers[0]))
+    return HandleProposal((a, b), _check.frozen(centers), _check.frozen(radii), distance, angle, on_data)
+
+
+def _on_data(target: Target, one: Any, other: Any, radius: float) -> float:
+    """Return how much of the straight tube between two rims has data within half a radius along its normals."""
+    (rim, center, normal), (far_rim, far_center, _) = one, other
+    near = _spread(rim)
+    far = _spread(far_rim)[::-1]
+    turn = min(range(len(far)), key=lambda k: float(norm(np.roll(far, k, axis=0) - near).sum()))
+    far = np.roll(far, turn, axis=0)
+    inward = -1.0 if dot(far_center - center, normal) < 0 else 1.0  # a tunnel is seen from its axis, a bridge from afar
+    seen = []
+    for part in (0.25, 0.5, 0.75):
+        ring = (1 - part) * near + part * far
+        along = far - near
+        away = ring - ring.mean(axis=0)
+        away = away - along * (dot(away, along) / np.maximum(dot(along, along), 1e-300))[:, None]
+        seen.append(ask(target, np.ascontiguousarray(ring), inward * normalized(away), 0.5 * radius))
+    return float(np.isfinite(np.concatenate(seen)).mean())
+
+
+def _spread(rim: Array, count: int = 32) -> Array:
+    """Return so many points at equal steps along a closed line."""
+    closed = np.concatenate([rim, rim[:1]])
+    length = np.concatenate([[0.0], np.cumsum(norm(np.diff(closed, axis=0)))])
+    places = np.linspace(0.0, length[-1], count, endpoint=False)
+    return np.stack([np.interp(places, length, closed[:, k]) for k in range(3)], axis=1)
+
+
+def _judged(proposal: HandleProposal, distance: float, difference: float, angle: float) -> HandleProposal:
+    """Return the proposal with the first condition it fails, if any."""
+    far = _farness(proposal)
+    if far > distance and not (proposal.on_data is not None and proposal.on_data >= LEAST_ON_DATA):
+        reason = f"centers are {far:.3g} mean radii apart"
+        return replace(
+            proposal, reason=reason if proposal.on_data is None else f"{reason}, and no data is between them"
+        )
+    if proposal.difference > difference:
+        return replace(proposal, reason=f"diameters differ by {proposal.difference:.0%}".replace("%", " %"))
+    if proposal.angle > angle:
+        return replace(proposal, reason=f"planes {np.degrees(proposal.angle):.0f} degrees apart")
+    return proposal
+
+
+def _joined(
+    mesh: SimplexMesh, proposals: Sequence[HandleProposal], accept: Callable[[HandleProposal], Any] | None
+) -> Handled:
+    """Join what may be, in order, and tell why the others are not."""
+    edit = EditableMesh(mesh)
+    partner: dict[int, int] = {}
+    out = []
+    for proposal in proposals:
+        a, b = proposal.faces
+        reason = proposal.reason
+        if not reason and (taken := [face for face in (a, b) if face in partner]):
+            reason = f"face {taken[0]} was joined to face {partner[taken[0]]}"
+        if not reason and accept is not None and not accept(proposal):
+            reason = "refused by accept"
+        if not reason:
+            try:
+                edit.join(a, b)
+                partner.update({a: b, b: a})
+            except TopologyError as error:
+                reason = str(error).partition(": ")[2]
+        out.append(replace(proposal, accepted=not reason, reason=reason))
+    done = edit.result()
+    return Handled(done.mesh, done.vertex_map, done.face_map, tuple(out))

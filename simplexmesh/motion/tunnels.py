@@ -1,0 +1,182 @@
+"""From a sphere to the right number of tunnels: wrap, open films that meet in pairs, join them, and wrap on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplexmesh import _check
+from simplexmesh.mesh.simplex_mesh import SimplexMesh
+from simplexmesh.motion.handles import HandleProposal, add_handles
+from simplexmesh.motion.holes import open_holes
+from simplexmesh.motion.wrap import ROUND, Samples, Wrapping
+from simplexmesh.motion.zones import connected
+
+Indices = NDArray[np.int64]
+
+AT_LEAST, AT_MOST, MOST_ROUNDS = 64, 480, 24
+"""Iterations before films are looked for, and how many times they are."""
+
+STILL = 0.03
+"""The mesh rests when over a third of `AT_LEAST` iterations no larger part of the free vertices, or of 50, sat down."""
+
+FEWEST_LINKS = 4
+"""Vertices that must meet between two films."""
+
+LEAST_SHARE = 0.3
+"""Of the smaller film's vertices, at least so many must meet the other one."""
+
+
+@dataclass(frozen=True, eq=False)
+class Tunneled:
+    """A mesh wrapped around data, with its tunnels.
+
+    Attributes
+    ----------
+    mesh : SimplexMesh
+    proposals : tuple of HandleProposal
+        Pairs of films that met, each joined or with the reason why not; faces as they were then.
+    """
+
+    mesh: SimplexMesh
+    proposals: tuple[HandleProposal, ...]
+
+
+def tunneled(
+    start: SimplexMesh,
+    samples: Samples,
+    *,
+    vertices: int,
+    accept: Callable[[HandleProposal], Any] | None = None,
+    watch: Callable[[SimplexMesh, int], None] | None = None,
+) -> Tunneled:
+    """Wrap a closed mesh around data and give it the handles the data has.
+
+    Parameters
+    ----------
+    start : SimplexMesh
+        Around the data.
+    samples : Samples
+        The data, closed.
+    vertices : int
+        About how many the mesh will have.
+    accept : callable, optional
+        Asked about each handle.
+    watch : callable, optional
+        Sees the mesh every few iterations, and how many handles were added so far.
+
+    Returns
+    -------
+    Tunneled
+
+    References
+    ----------
+    H. Delingette, thesis, 1994, sections 5.4.1 and 5.4.2. There the user sees to it that films over both ends of a
+    tunnel lie close together; here they are pressed into each other.
+    """
+    vertices = _check.integer("vertices", vertices, 20)
+    wrapping = Wrapping(start, samples, vertices)
+    joined: list[HandleProposal] = []
+    refused: list[HandleProposal] = []
+    look = None if watch is None else lambda mesh: watch(mesh, len(joined))
+    _settled(wrapping, look)
+    for _ in range(MOST_ROUNDS):
+        pairs = meeting_films(wrapping)
+        news, refused = False, []
+        for one, other in pairs:
+            mesh, proposal = _joined(wrapping.mesh, one, other, accept)
+            if proposal.accepted:
+                joined.append(proposal)
+                wrapping.took(mesh)
+                news = True
+                break  # faces have new numbers: look again
+            refused.append(proposal)
+        if not news:
+            break
+        _settled(wrapping, look)
+    return Tunneled(wrapping.mesh, (*joined, *refused))
+
+
+def _settled(wrapping: Wrapping, watch: Callable[[SimplexMesh], None] | None) -> None:
+    """Press until no more vertices come to sit on data."""
+    counts: list[int] = []
+    third = -(-AT_LEAST // 3 // ROUND) * ROUND
+    while len(counts) < AT_MOST // third:
+        wrapping.run(third, watch=watch)
+        counts.append(int(wrapping.free.sum()))
+        if not counts[-1]:
+            break
+        recent = counts[-3:]
+        if len(counts) >= 3 and max(recent) - min(recent) <= STILL * max(counts[-1], 50):
+            break
+
+
+def meeting_films(wrapping: Wrapping) -> list[tuple[Indices, Indices]]:
+    """Return pairs of sets of faces that meet back to back across no data, those that meet most first.
+
+    A film is a connected set of faces that do not sit on data. The two are parts of different films: two sides of one
+    flap meet as well, but no tunnel is there.
+    """
+    c = wrapping.mesh.connectivity
+    sizes = c.face_sizes
+    of_corner = np.repeat(np.arange(len(sizes)), sizes)
+    free = np.bincount(of_corner, wrapping.free[c.face_vertices]) / sizes
+    film = np.full(len(sizes), -1)
+    for k, piece in enumerate(connected(c, free > 0.5)):
+        film[piece] = k
+    on = film[c.vertex_faces].max(axis=1)
+    ahead = np.where((wrapping.meets >= 0) & (on >= 0), on[wrapping.meets], -1)
+    ahead = np.where(ahead == on, -1, ahead)
+    links = np.stack([on, ahead], axis=1)[ahead >= 0]
+    if not len(links):
+        return []
+    pairs, counts = np.unique(np.sort(links, axis=1), axis=0, return_counts=True)
+    whole = np.bincount(on[on >= 0], minlength=film.max() + 1)
+    out = []
+    for k in np.argsort(-counts, kind="stable"):
+        a, b = pairs[k].tolist()
+        if counts[k] < max(FEWEST_LINKS, LEAST_SHARE * min(whole[a], whole[b])):
+            continue
+        sides = []
+        for mine, other in ((a, b), (b, a)):
+            linked = (on == mine) & (ahead == other)
+            share = np.bincount(of_corner, linked[c.face_vertices], minlength=len(sizes)) / sizes
+            inside = (film == mine) & (share >= 0.5)
+            if not inside.any():
+                inside = (film == mine) & (share == np.where(film == mine, share, 0).max())
+            pieces = connected(c, inside)
+            sides.append(np.flatnonzero(max(pieces, key=np.count_nonzero)))
+        out.append((sides[0], sides[1]))
+    return out
+
+
+def _joined(
+    mesh: SimplexMesh, one: Indices, other: Indices, accept: Callable[[HandleProposal], Any] | None
+) -> tuple[SimplexMesh, HandleProposal]:
+    """Open two sets of faces, each to one hole, and join the holes."""
+    opened = open_holes(mesh, zones=[one, other], fewest=2)
+    holes = np.flatnonzero(opened.mesh.connectivity.face_is_hole)
+    now = opened.mesh
+    if len(holes) != 2 or now.n_components != mesh.n_components:  # single faces stand in for what cannot be cut off
+        now = mesh
+        holes = np.array(_closest(mesh, one, other))
+    out = add_handles(now, pairs=[holes.tolist()], accept=accept)
+    if not out.proposals[0].accepted and now is not mesh:
+        pair = _closest(mesh, one, other)
+        out = add_handles(mesh, pairs=[pair], accept=accept)
+    return out.mesh, replace(out.proposals[0])
+
+
+def _closest(mesh: SimplexMesh, one: Indices, other: Indices) -> tuple[int, int]:
+    """Return the two faces, one of each set, whose centroids are closest."""
+    from simplexmesh.mesh.face_geometry import face_centroids
+
+    c = mesh.connectivity
+    middles = face_centroids(mesh.vertices, c.face_vertices, c.face_offsets)
+    apart = np.linalg.norm(middles[one][:, None] - middles[other][None], axis=2)
+    i, j = np.unravel_index(int(apart.argmin()), apart.shape)
+    return int(one[i]), int(other[j])

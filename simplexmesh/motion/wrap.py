@@ -1,0 +1,167 @@
+"""Shrink-wrapping: a mesh around the data is pressed on to it, and films over what is hollow into each other.
+
+Far from the data a mesh has nothing to look for along its normals. A film under tension, pressed inwards, comes to all
+of it, however concave, and stops where it meets another film of the same mesh: across a tunnel.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from simplexmesh._vec import dot, norm, normalized
+from simplexmesh.mesh.evening import evened
+from simplexmesh.mesh.face_geometry import face_centroids
+from simplexmesh.mesh.simplex_mesh import SimplexMesh
+from simplexmesh.motion.contact import contacts
+from simplexmesh.motion.deform import DeformableModel
+from simplexmesh.motion.forces import CONSTRAINTS, Frame
+
+Array = NDArray[np.float64]
+
+GRADE = 0.15
+"""Edges are about this part of the distance to the data, where that is far."""
+
+NEAR = 1.5
+"""Data counts as near within so many edges."""
+
+FACING = 0.4
+"""Smallest cosine between the normals of a vertex that sits on the data and of the data there."""
+
+ROUND = 8
+"""Iterations between two rounds of evening the sizes of faces."""
+
+FILM, SKIN = CONSTRAINTS.index("orientation"), CONSTRAINTS.index("mean_curvature")
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """Points on the surface wanted, with unit normals.
+
+    Attributes
+    ----------
+    points, normals : (m, 3) array of float
+    oriented : bool
+        Whether the normals point outwards, or either way.
+    """
+
+    points: Array
+    normals: Array
+    oriented: bool
+
+    def area(self, neighbors: int = 8) -> float:
+        """Return about how large the surface is, from how far apart its points are.
+
+        Examples
+        --------
+        >>> import simplexmesh as sm
+        >>> ball = sm.sphere(16)
+        >>> bool(abs(Samples(ball.vertices, ball.normals, True).area() / ball.area - 1) < 0.1)
+        True
+        """
+        away = cKDTree(self.points).query(self.points, k=min(neighbors + 1, len(self.points)))[0][:, -1]
+        return float((np.pi * away**2 / neighbors).sum())
+
+
+class Wrapping:
+    """A mesh being wrapped around data.
+
+    Parameters
+    ----------
+    mesh : SimplexMesh
+        Around the data, closed.
+    samples : Samples
+    vertices : int
+        About how many it will have when it lies on the data; far away they are fewer.
+
+    Attributes
+    ----------
+    mesh : SimplexMesh
+        As it is now.
+    edge : float
+        The length of an edge on the data.
+    free : (n,) array of bool
+        Which vertices of `mesh` do not sit on data.
+    meets : (n,) array of int
+        For each free vertex the one that it meets across a film's inside, -1 when none.
+    """
+
+    def __init__(self, mesh: SimplexMesh, samples: Samples, vertices: int) -> None:
+        self.mesh = SimplexMesh(mesh.vertices, mesh.connectivity)
+        self.samples = samples
+        self._tree = cKDTree(samples.points)
+        self._area = max(samples.area(), np.finfo(float).tiny) / (vertices / 2)
+        self.edge = float(np.sqrt(2 * self._area / (3 * np.sqrt(3))))
+        spacing = self._tree.query(samples.points, k=min(2, len(samples.points)))[0][:, -1]
+        self._near = max(NEAR * self.edge, 2 * float(np.median(spacing)))
+        self._looks = 0
+        self._look(self.mesh.vertices, self.mesh.normals, self.mesh.neighbors)
+
+    def run(self, iterations: int, *, watch: Callable[[SimplexMesh], None] | None = None) -> None:
+        """Press for so many iterations; `watch` sees the mesh after every `ROUND` of them.
+
+        Raises
+        ------
+        DivergedError
+            When a vertex flies off.
+        """
+        for start in range(0, iterations, ROUND):
+            self.mesh = self._evened()
+            self._looks = 0
+            self._look(self.mesh.vertices, self.mesh.normals, self.mesh.neighbors)
+            model = DeformableModel(self.mesh, rigidity=2, damping=1.0, forces=self._push)
+            for _ in range(start, min(start + ROUND, iterations)):
+                code = np.where(self.free | self._folded, FILM, SKIN).astype(np.int8)
+                code.setflags(write=False)
+                model.constraint = code
+                model.alpha[:] = np.where(self._close & ~self._folded, 0.1, 0.4)
+                model.step()
+            self.mesh = SimplexMesh(model.mesh.vertices, model.mesh.connectivity)
+            if watch is not None:
+                watch(self.mesh)
+        self._look(self.mesh.vertices, self.mesh.normals, self.mesh.neighbors)
+
+    def took(self, mesh: SimplexMesh) -> None:
+        """Go on with another mesh, edited from the last one."""
+        self.mesh = SimplexMesh(mesh.vertices, mesh.connectivity)
+        self._look(mesh.vertices, mesh.normals, mesh.neighbors)
+
+    def _evened(self) -> SimplexMesh:
+        c = self.mesh.connectivity
+        away = self._tree.query(face_centroids(self.mesh.vertices, c.face_vertices, c.face_offsets))[0]
+        return evened(self.mesh, self._area * np.maximum(1.0, GRADE * away / self.edge) ** 2).mesh
+
+    def _look(self, vertices: Array, normals: Array, neighbors: NDArray[np.int32]) -> None:
+        """Find the data nearest to each vertex, who sits on it, and which films meet."""
+        self._away, self._nearest = self._tree.query(vertices, workers=-1)
+        facing = dot(normals, self.samples.normals[self._nearest])
+        self._close = self._away < self._near
+        self.free = ~(self._close & (np.abs(facing) > FACING))
+        self._folded = self._close & (facing < -FACING) if self.samples.oriented else np.zeros(len(vertices), bool)
+        self._edges = norm(vertices[neighbors] - vertices[:, None]).mean(axis=1)
+        self.meets, self._depth = contacts(vertices, normals, self._edges, np.flatnonzero(self.free))
+
+    def _push(self, frame: Frame) -> Array:
+        """Return the displacements: on to the data nearby, inwards where there is none, apart where films meet."""
+        V, N = frame.vertices, frame.normals
+        if self._looks % 2:
+            self._look(V, N, frame.neighbors)
+        self._looks += 1
+        out = np.zeros_like(V)
+        across = self.samples.normals[self._nearest]
+        toward = dot(self.samples.points[self._nearest] - V, across)[:, None] * across
+        out[self._close] = 0.6 * toward[self._close]
+        smooth = N + N[frame.neighbors].sum(axis=1)
+        smooth = normalized(smooth + smooth[frame.neighbors].sum(axis=1))
+        press = -(0.03 * self._away + 0.04 * self.edge)[:, None] * smooth
+        along = press - dot(press, across)[:, None] * across
+        press = np.where(self._close[:, None], along, press)  # along data, never through it
+        met = self.meets >= 0
+        out[self.free & ~met] += press[self.free & ~met]
+        apart = 0.2 * np.clip(0.6 * self._edges - self._depth, 0.0, 0.5 * self._edges)
+        out[met] += apart[met, None] * smooth[met]
+        return out
