@@ -5,11 +5,12 @@ BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 SOURCES := simplexmesh tests demos docs/conf.py
 
-.PHONY: help setup demo test lint types docs benchmark clean
+.PHONY: help setup demo test nightly lint types docs benchmark clean
 
 help:
 	@echo "make demo       reconstruct organs of the frog, then one of them from a noisy scan, into demo_output/"
 	@echo "make test       lint, types and the whole test suite"
+	@echo "make nightly    millions of random operators, and hypothesis looking for new examples"
 	@echo "make docs       the documentation, with the gallery, into docs/_build/html"
 	@echo "make benchmark  nanoseconds per vertex, and ratios against peers"
 	@echo "make clean      remove what was made"
@@ -35,6 +36,11 @@ types: $(READY)
 
 test: lint types
 	$(BIN)/python -m pytest --durations=10
+
+nightly: $(READY)
+	$(BIN)/python -m pytest -m nightly tests/nightly
+	HYPOTHESIS_PROFILE=thorough $(BIN)/python -m pytest tests/test_mesh_editing.py tests/test_operators*.py \
+	  tests/test_contours.py tests/test_regularize.py
 
 docs: $(READY)
 	$(BIN)/python -m sphinx -W --keep-going -q -b html docs docs/_build/html
