@@ -17,7 +17,7 @@ from simplexmesh.mesh.joining import cut, parts, together
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.evolve import mean_edge
 from simplexmesh.motion.state import Target
-from simplexmesh.motion.targets.door import ask, reach_above_zero
+from simplexmesh.motion.targets.door import ask
 from simplexmesh.motion.zones import connected, cuttable, with_holes_beside, without_islands
 
 Array = NDArray[np.float64]
@@ -44,6 +44,15 @@ class HoleProposal:
         Whether it was cut off.
     reason : str
         Why it was not; empty when it was.
+
+    Examples
+    --------
+    >>> import simplexmesh as sm
+    >>> ball = sm.sphere(6)
+    >>> cap = [f for f, corners in enumerate(ball.faces) if (ball.vertices[corners, 2] > 0.5).all()]
+    >>> proposal = sm.open_holes(ball, zones=[cap]).proposals[0]
+    >>> proposal.accepted, len(proposal.faces), len(proposal.contour)
+    (True, 73, 56)
     """
 
     faces: NDArray[np.int64]
@@ -138,7 +147,7 @@ def open_holes(
     if accept is not None and not callable(accept):
         raise TypeError(f"accept must be a function of a HoleProposal, not {type(accept).__name__}")
     fewest = _check.integer("fewest", fewest, 1)
-    limit = 2 * mean_edge(mesh) if distance is None else reach_above_zero(distance)
+    limit = 2 * mean_edge(mesh) if distance is None else _check.number("distance", distance, 0.0, open_low=True)
     if zones is None:
         assert target is not None
         found = zones_far(mesh, unseen(mesh, target, limit))

@@ -13,14 +13,14 @@ from simplexmesh.mesh.simplex_mesh import SimplexMesh
 LONG = 1.4
 """Times the mean length of the edges that are not on a rim."""
 
-SMALLEST = 6
-"""Faces of fewer vertices would fall into pieces too small to be made even."""
+SMALLEST, LONGER = 6, 2.0
+"""Faces of fewer vertices fall into pieces that are hard to make even; they are divided at longer edges only."""
 
 
 def divided_rims(mesh: SimplexMesh, most: int) -> Edited:
     """Return the mesh with the longest edges of its rims divided (T2 across the face beside), `most` of them at most.
 
-    An edge is long at 1.4 times the mean length of all edges inside. Refinement by faces alone leaves rims coarse: a
+    An edge is long at 1.4 times the mean length of all edges inside, or at 2 times beside a face of five. Refinement by faces alone leaves rims coarse: a
     face beside a hole has one edge there, however many rings of faces come to lie within it.
 
     Examples
@@ -43,7 +43,8 @@ def divided_rims(mesh: SimplexMesh, most: int) -> Edited:
     long = long[np.argsort(-length[long], kind="stable")]
     darts = c.edge_darts[long, 0].astype(np.int64)
     darts = np.where(c.face_is_hole[face[darts]], twin[darts], darts)
-    darts = darts[c.face_sizes[face[darts]] >= SMALLEST][:most]
+    longer = length[long] > LONGER * float(length[~on_hole].mean())
+    darts = darts[(c.face_sizes[face[darts]] >= SMALLEST) | longer][:most]
     place = np.empty(len(face), np.int64)
     place[c.face_darts] = np.arange(len(face))
     first, size = c.face_offsets[face[darts]], c.face_sizes[face[darts]]

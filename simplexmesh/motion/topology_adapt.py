@@ -14,16 +14,22 @@ from simplexmesh import _check
 from simplexmesh.mesh.regularize import regularize
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.evolve import Course, Stage, evolved, mean_edge
+from simplexmesh.motion.handles import HandleProposal, add_handles
 from simplexmesh.motion.holes import HoleProposal, open_holes
 from simplexmesh.motion.refine import THRESHOLDS, refine_round
 from simplexmesh.motion.rim_refine import divided_rims
 from simplexmesh.motion.settling import with_even_metric
 from simplexmesh.motion.state import State, Target
+from simplexmesh.motion.tunnels import tunneled
+from simplexmesh.motion.wrap import Samples
 
 Array = NDArray[np.float64]
 
 FAR_FROM_BORDER = 6.0
 """In mean edges: a hole is opened by itself only where the data ends no farther away."""
+
+FEWEST_FOR_TUNNELS = 1200
+"""Coarser meshes do not find their way through the holes of objects."""
 
 FIRST = 0.42
 """The share of the vertices that a start has when refinement spends the others: 720 of 1,700, as in the thesis."""
@@ -81,7 +87,7 @@ class TopologyRecord:
     """
 
     holes: tuple[HoleProposal, ...] = ()
-    handles: tuple[Any, ...] = ()
+    handles: tuple[HandleProposal, ...] = ()
     refined: int = 0
     swapped: int = 0
 
@@ -150,6 +156,7 @@ def travelled(
     stages: Sequence[Stage],
     plan: Plan,
     *,
+    samples: Samples | None = None,
     watch: Callable[[float], None] | None = None,
 ) -> tuple[Course, TopologyRecord]:
     """Move a mesh through stages and let its topology change between them.
@@ -165,6 +172,8 @@ def travelled(
         At least two.
     plan : Plan
         Without changes the mesh keeps its topology.
+    samples : Samples, optional
+        The data, when it is closed and the start encloses it: the mesh then finds its handles.
     watch : callable, optional
         Called with the share done.
 
@@ -179,9 +188,12 @@ def travelled(
         if not plan.changes:
             journey.move(*stages)
         else:
-            journey.move(*coarse, share=(0.0, 0.25))
-            _holes(journey, plan, replace(coarse[-1], iterations=60))
-            _handles(journey, plan, coarse[-1])
+            _given_handles(journey, plan)
+            if samples is not None and (plan.handles == "auto" or callable(plan.handles)):
+                fine = _tunnels(journey, plan, samples, fine)
+            else:
+                journey.move(*coarse, share=(0.0, 0.25))
+                _holes(journey, plan, replace(coarse[-1], iterations=60))
             _refine(journey, plan, fine)
             journey.move(fine, share=(0.7, 0.9))
             _even(journey, plan)
@@ -197,7 +209,7 @@ def _holes(journey: Journey, plan: Plan, settle: Stage) -> None:
         return
     for attempt in range(3):
         mesh = journey.mesh
-        choice: dict[str, Any] = {"fewest": max(6, mesh.n_faces // 50)}
+        choice: dict[str, Any] = {"fewest": max(3, mesh.n_faces // 100)}
         if plan.holes == "auto":
             choice["accept"] = _at_border(journey.target, mean_edge(mesh))
         elif callable(plan.holes):
@@ -207,10 +219,8 @@ def _holes(journey: Journey, plan: Plan, settle: Stage) -> None:
         else:
             choice["zones"] = plan.holes
         out = open_holes(mesh, journey.target, **choice)
-        told = [proposal for proposal in out.proposals if proposal.contours]
-        if told or not attempt:
-            before = [proposal for proposal in journey.record.holes if proposal.accepted]
-            journey.noted(holes=(*before, *told))
+        before = [proposal for proposal in journey.record.holes if proposal.accepted]
+        journey.noted(holes=(*before, *out.proposals))
         if out.mesh is mesh:
             return
         journey.mesh = out.mesh
@@ -232,8 +242,33 @@ def _at_border(target: Target, edge: float) -> Callable[[HoleProposal], bool]:
     return accept
 
 
-def _handles(journey: Journey, plan: Plan, settle: Stage) -> None:
-    """Join what should be joined."""
+def _given_handles(journey: Journey, plan: Plan) -> None:
+    """Join the pairs of faces of the start that the user gave."""
+    if plan.handles != "auto" and plan.handles != "none" and not callable(plan.handles):
+        out = add_handles(journey.mesh, pairs=plan.handles)
+        journey.mesh = out.mesh
+        journey.noted(handles=out.proposals)
+
+
+def _tunnels(journey: Journey, plan: Plan, samples: Samples, fine: Stage) -> Stage:
+    """Wrap the mesh around the data and add the handles it has; return the fine stage for a mesh that near."""
+
+    def watch(mesh: SimplexMesh, _: int) -> None:
+        journey.mesh = mesh
+
+    room = int(0.85 * plan.vertices)
+    out = tunneled(
+        journey.mesh,
+        samples,
+        vertices=min(max(plan.first_vertices, FEWEST_FOR_TUNNELS), room),
+        accept=plan.handles if callable(plan.handles) else None,
+        watch=watch,
+    )
+    journey.mesh = out.mesh
+    journey.noted(handles=out.proposals)
+    near = min(fine.reach, 4 * mean_edge(out.mesh))
+    journey.move(Stage(rigidity=3, reach=near, iterations=40), share=(0.25, 0.4))
+    return replace(fine, reach=near)
 
 
 def _refine(journey: Journey, plan: Plan, stage: Stage) -> None:

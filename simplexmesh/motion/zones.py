@@ -68,6 +68,14 @@ def cuttable(connectivity: Connectivity, zone: Mask) -> Mask | None:
     >>> cuttable(c, zone) is None
     True
     """
+    fixed = _shifted(connectivity, zone, giving_up=True)
+    if fixed is None and np.count_nonzero(zone & ~connectivity.face_is_hole) >= 3:
+        fixed = _shifted(connectivity, zone, giving_up=False)
+    return fixed
+
+
+def _shifted(connectivity: Connectivity, zone: Mask, *, giving_up: bool) -> Mask | None:
+    """Return a zone that can be cut off, by taking faces in and, for so many rounds, giving some up."""
     solid = ~connectivity.face_is_hole
     for attempt in range(MOST_ROUNDS + len(zone)):
         zone = with_holes_beside(connectivity, zone)
@@ -78,13 +86,22 @@ def cuttable(connectivity: Connectivity, zone: Mask) -> Mask | None:
             return zone
         if outside.any():
             zone = zone | outside
-        elif attempt < MOST_ROUNDS:
+        elif giving_up and attempt < MOST_ROUNDS:
             zone = zone & ~(inside & solid)
         else:
-            beside = inside[connectivity.edge_faces].any(axis=1)
-            zone = zone.copy()
-            zone[connectivity.edge_faces[beside].ravel()] = True
+            zone = zone | _around(connectivity, zone)
     return None
+
+
+def _around(connectivity: Connectivity, zone: Mask) -> Mask:
+    """Return the faces that lie beside two or more of a zone, or all beside it where there are none."""
+    pairs = connectivity.edge_faces
+    count = np.zeros(len(zone), np.int64)
+    for mine, other in ((0, 1), (1, 0)):
+        np.add.at(count, pairs[zone[pairs[:, other]], mine], 1)
+    beside = (count > 0) & ~zone
+    between = beside & (count > 1)
+    return between if between.any() else beside
 
 
 def _narrow(connectivity: Connectivity, zone: Mask) -> tuple[Mask, Mask]:

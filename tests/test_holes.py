@@ -1,0 +1,383 @@
+"""Holes: cut where there is no data, along contours that can be cut, their rims drawn to where the data ends."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial import cKDTree
+
+import simplexmesh as sm
+from simplexmesh.motion.evolve import mean_edge
+from simplexmesh.motion.holes import open_holes
+from simplexmesh.motion.outward import turned_outward
+from simplexmesh.motion.rim import Rim
+from simplexmesh.motion.rim_refine import divided_rims
+from simplexmesh.motion.shore import Shore
+from simplexmesh.motion.subjects import as_subject
+from simplexmesh.motion.targets.borders import border_of_points
+from simplexmesh.motion.zones import connected, cuttable
+
+FINE = sm.sphere(20).triangulated()
+
+
+def part(keep):
+    """Return the triangles of a fine sphere whose middles fulfill a condition."""
+    middles = FINE.vertices[FINE.faces].mean(axis=1)
+    return sm.TriangleMesh(FINE.vertices, FINE.faces[keep(middles)]).welded(report=False)
+
+
+def rim_points(mesh):
+    c = mesh.connectivity
+    return mesh.vertices[c.face_vertices[np.repeat(c.face_is_hole, c.face_sizes)]]
+
+
+def topologically_sound(mesh):
+    c = mesh.connectivity
+    n_faces = len(c.face_sizes)
+    return mesh.n_vertices - c.n_edges + n_faces == 2 * c.n_components - 2 * mesh.genus and c.face_sizes.min() >= 3
+
+
+def with_ends(points, normals, reach):
+    """Only the upper half of the unit sphere: the whole protocol, nothing known of borders."""
+    gaps = 1 - np.linalg.norm(points, axis=1)
+    return np.where((np.abs(gaps) < reach) & (points[:, 2] > 0), gaps, np.nan)
+
+
+class Dome:
+    """A target of the user's own."""
+
+    gap = staticmethod(with_ends)
+
+
+class TestOpening:
+    def test_half_a_ball_of_data_leaves_half_a_mesh_with_one_hole(self):
+        out = open_holes(sm.sphere(8), sm.targets.Triangles(part(lambda p: p[:, 2] > 0)))
+        assert (out.mesh.n_holes, out.mesh.n_components, out.mesh.genus) == (1, 1, 0)
+        assert topologically_sound(out.mesh)
+        assert out.mesh.vertices[:, 2].min() > -2 * mean_edge(out.mesh)
+        assert [proposal.accepted for proposal in out.proposals] == [True]
+
+    def test_a_band_of_data_leaves_two_holes(self):
+        out = open_holes(sm.sphere(8), sm.targets.Triangles(part(lambda p: np.abs(p[:, 2]) < 0.5)))
+        assert (out.mesh.n_holes, out.mesh.n_components) == (2, 1)
+
+    def test_two_caps_of_data_leave_two_pieces(self):
+        out = open_holes(sm.sphere(8), sm.targets.Triangles(part(lambda p: np.abs(p[:, 2]) > 0.5)))
+        assert (out.mesh.n_holes, out.mesh.n_components) == (2, 2)
+        assert len(out.proposals[0].contours) == 2
+
+    def test_a_closed_ball_of_data_leaves_the_mesh_as_it_is(self):
+        ball = sm.sphere(8)
+        out = open_holes(ball, sm.targets.Triangles(FINE))
+        assert out.mesh is ball
+        assert out.proposals == ()
+
+    def test_a_target_that_only_answers_gap_is_enough(self):
+        assert open_holes(sm.sphere(8), Dome()).mesh.n_holes == 1
+
+    def test_a_hole_widens_where_its_surroundings_have_no_data(self):
+        ball = sm.sphere(8)
+        small = open_holes(ball, zones=[np.flatnonzero(centers(ball)[:, 2] < -0.9)]).mesh
+        assert small.n_holes == 1
+        out = open_holes(small, Dome())
+        assert (out.mesh.n_holes, out.mesh.n_components) == (1, 1)
+        assert out.mesh.n_vertices < small.n_vertices
+
+    def test_zones_that_are_small_stay_and_are_told(self):
+        data = sm.targets.Triangles(part(lambda p: p[:, 2] > -0.9))
+        ball = sm.sphere(8)
+        assert open_holes(ball, data, fewest=1).mesh.n_holes == 1
+        out = open_holes(ball, data, fewest=100)
+        assert out.mesh is ball
+        assert "fewer than 100" in out.proposals[0].reason
+
+    def test_maps_lead_vertices_and_faces_to_where_they_are(self):
+        ball = sm.sphere(6).with_data(height=sm.sphere(6).vertices[:, 2])
+        out = open_holes(ball, sm.targets.Triangles(part(lambda p: np.abs(p[:, 2]) > 0.5)))
+        kept = np.flatnonzero(out.vertex_map >= 0)
+        assert np.array_equal(out.mesh.vertices[out.vertex_map[kept]], ball.vertices[kept])
+        assert np.array_equal(out.mesh.data["height"], out.mesh.vertices[:, 2])
+        whole = [f for f in np.flatnonzero(out.face_map >= 0) if (out.vertex_map[ball.faces[f]] >= 0).all()]
+        for f in whole:
+            now = np.asarray(out.mesh.connectivity.face_vertices)
+            offsets = out.mesh.connectivity.face_offsets
+            g = out.face_map[f]
+            assert set(now[offsets[g] : offsets[g + 1]]) <= set(out.vertex_map[ball.faces[f]])
+
+
+def centers(mesh):
+    return np.array([mesh.vertices[face].mean(axis=0) for face in mesh.faces])
+
+
+class TestChoosing:
+    def test_the_user_may_refuse(self):
+        ball, asked = sm.sphere(8), []
+        data = sm.targets.Triangles(part(lambda p: np.abs(p[:, 2]) < 0.5))
+
+        def accept(proposal):
+            asked.append(proposal)
+            return ball.vertices[proposal.vertices, 2].mean() > 0
+
+        out = open_holes(ball, data, accept=accept)
+        assert out.mesh.n_holes == 1
+        assert len(asked) == 2
+        assert sorted(proposal.reason for proposal in out.proposals) == ["", "refused by accept"]
+        assert asked[0].contour.separates
+        assert asked[0].area > 0
+        assert len(asked[0].faces) >= 6
+
+    def test_zones_given_are_cut_whatever_the_data(self):
+        ball = sm.sphere(8)
+        zones = [np.flatnonzero(centers(ball)[:, 2] > 0.8), np.flatnonzero(centers(ball)[:, 2] < -0.8)]
+        assert open_holes(ball, zones=zones).mesh.n_holes == 2
+
+    def test_a_zone_that_cannot_be_cut_off_is_told(self):
+        out = open_holes(sm.sphere(6), zones=[[3]])
+        assert out.proposals[0].reason == "no contour around it can be cut"
+
+    def test_mean_distance_is_that_along_normals(self):
+        ball = sm.sphere(8, radius=1.3)
+        out = open_holes(ball, sm.targets.Triangles(FINE), distance=0.1, accept=lambda proposal: False)
+        assert out.proposals == () or out.proposals[0].reason
+        far = open_holes(ball, Dome(), distance=0.1).proposals
+        assert far[0].reason == "it is all of the mesh"
+        assert far[0].mean_distance == pytest.approx(0.3, abs=1e-6)
+
+
+class TestBadInput:
+    def test_a_target_needs_gap(self):
+        with pytest.raises(TypeError, match="target must have a method gap"):
+            open_holes(sm.sphere(4), "face.vtk")
+
+    def test_one_of_target_and_zones_is_needed(self):
+        with pytest.raises(TypeError, match="needs a target, or zones"):
+            open_holes(sm.sphere(4))
+
+    def test_the_mesh_is_a_mesh(self):
+        with pytest.raises(TypeError, match="mesh must be a SimplexMesh, not TriangleMesh"):
+            open_holes(FINE, Dome())
+
+    @pytest.mark.parametrize(
+        ("zones", "error", "said"),
+        [
+            ([[0, 1000]], ValueError, r"zones\[0\]\[1\] is 1000, outside 0..161"),
+            ([[]], ValueError, r"zones\[0\] must hold at least one face"),
+            ([[1, 2], [2, 3]], ValueError, r"must not overlap; face 2 is in zones\[1\]"),
+            (7, TypeError, "zones must be lists of faces, not int"),
+        ],
+    )
+    def test_zones_are_lists_of_faces(self, zones, error, said):
+        with pytest.raises(error, match=said):
+            open_holes(sm.sphere(4), zones=zones)
+
+    def test_holes_are_no_zones(self):
+        tube = sm.cylinder(9, 6)
+        hole = int(np.flatnonzero(tube.connectivity.face_is_hole)[0])
+        with pytest.raises(ValueError, match=f"{hole} is a hole"):
+            open_holes(tube, zones=[[hole]])
+
+    @pytest.mark.parametrize(("option", "value"), [("distance", 0.0), ("fewest", 0)])
+    def test_numbers_are_positive(self, option, value):
+        with pytest.raises(ValueError, match=option):
+            open_holes(sm.sphere(4), Dome(), **{option: value})
+
+    def test_accept_is_a_function(self):
+        with pytest.raises(TypeError, match="accept must be a function"):
+            open_holes(sm.sphere(4), Dome(), accept=True)
+
+    @pytest.mark.parametrize(
+        ("option", "value", "error"),
+        [
+            ("holes", "some", ValueError),
+            ("handles", "some", ValueError),
+            ("refine", "finest", ValueError),
+            ("holes", 3, TypeError),
+        ],
+    )
+    def test_reconstruct_knows_its_words(self, option, value, error):
+        with pytest.raises(error, match=option):
+            sm.reconstruct(FINE, init="sphere", **{option: value})
+
+
+MESHES = [sm.sphere(6), sm.torus(20, 10), sm.cylinder(20, 12)]
+
+
+@given(st.sampled_from(MESHES), st.integers(0, 2**32 - 1))
+def test_any_set_of_faces_can_be_cut_off_or_is_refused(mesh, seed):
+    """Fields of all roughness, levels from few faces to nearly all: what is cut is sound, what stays is told."""
+    rng = np.random.default_rng(seed)
+    field = np.sin(centers(mesh) @ rng.normal(size=(3, 3)) * rng.uniform(1, 6)).sum(axis=1)
+    field += rng.normal(size=len(field)) * rng.uniform(0, 1)
+    faces = np.flatnonzero(~mesh.connectivity.face_is_hole)[field > np.quantile(field, rng.uniform(0.3, 0.97))]
+    try:
+        out = open_holes(mesh, zones=[faces])
+    except sm.TopologyError:
+        assert len(faces) > 0.3 * mesh.n_faces  # nothing is left of it
+        return
+    assert topologically_sound(out.mesh)
+    assert sm.SimplexMesh(
+        out.mesh.vertices, sm.Connectivity(out.mesh.connectivity.twin, out.mesh.connectivity.hole_darts)
+    )
+    sm.EditableMesh(out.mesh)  # refuses what is not complete
+    assert (out.mesh is mesh) == (not any(proposal.accepted for proposal in out.proposals))
+
+
+def test_a_zone_is_repaired_at_its_edge_only():
+    c = sm.sphere(12).connectivity
+    zone = centers(sm.sphere(12))[:, 2] > 0.3
+    zone[np.flatnonzero(zone)[0]] = False
+    fixed = cuttable(c, zone)
+    assert fixed is not None
+    assert len(connected(c, fixed)) == 1
+    assert np.count_nonzero(fixed != zone) < 0.1 * zone.sum()
+
+
+class TestBorders:
+    def test_points_on_a_grid_end_at_its_sides(self):
+        x, y = np.meshgrid(np.arange(20.0), np.arange(15.0))
+        border = border_of_points(np.stack([x.ravel(), y.ravel(), np.sin(0.2 * x.ravel())], axis=1))
+        on_side = (border.points[:, 0] % 19 == 0) | (border.points[:, 1] % 14 == 0)
+        assert on_side.all()
+        assert len(border.points) >= 2 * (18 + 13)
+
+    def test_a_closed_cloud_has_no_border(self):
+        assert not len(border_of_points(sm.sphere(20).vertices).points)
+
+    def test_uneven_sampling_is_no_border(self):
+        rng = np.random.default_rng(0)
+        points = rng.uniform(-1, 1, (6000, 2))
+        keep = (points[:, 0] < 0) | (rng.uniform(size=6000) < 0.1)
+        points = np.column_stack([points[keep], np.zeros(keep.sum())])
+        border = border_of_points(points)
+        inside = (np.abs(border.points[:, :2]) < 0.85).all(axis=1)
+        assert inside.mean() < 0.05
+        assert len(border.points) > 50
+
+    def test_the_border_of_triangles_is_as_wide_as_their_hole(self):
+        target = sm.targets.Triangles(part(lambda p: np.abs(p[:, 2]) < 0.5))
+        assert np.allclose(np.abs(target.border.points[:, 2]), 0.5, atol=0.1)
+        assert np.allclose(target.border.width, np.sqrt(2) * 2 * np.cos(np.arcsin(0.5)), rtol=0.1)
+        assert not len(target.border.wider(10.0))
+
+    def test_closed_triangles_have_none(self):
+        assert not len(sm.targets.Triangles(FINE).border.points)
+
+
+class TestRims:
+    def test_a_rim_goes_to_the_border_and_stays_even(self):
+        data = sm.targets.Triangles(part(lambda p: p[:, 2] > 0.2))
+        mesh = open_holes(sm.sphere(8), sm.targets.Triangles(part(lambda p: p[:, 2] > -0.3))).mesh
+        model = sm.DeformableModel(mesh, data, rigidity=2, reach=1.0)
+        for _ in model.run(150):
+            pass
+        rim = rim_points(model.mesh)
+        assert cKDTree(data.border.points).query(rim)[0].mean() < 0.1 * mean_edge(mesh)
+        side = np.linalg.norm(rim - np.roll(rim, 1, axis=0), axis=1)
+        assert side.max() < 2 * side.min()
+
+    def test_without_seeking_it_stays(self):
+        data = sm.targets.Triangles(part(lambda p: p[:, 2] > 0.2))
+        mesh = open_holes(sm.sphere(8), sm.targets.Triangles(part(lambda p: p[:, 2] > -0.3))).mesh
+        model = sm.DeformableModel(mesh, data, rigidity=2, reach=1.0, seeking=0.0)
+        for _ in model.run(150):
+            pass
+        assert cKDTree(data.border.points).query(rim_points(model.mesh))[0].mean() > mean_edge(mesh)
+
+    def test_the_pull_is_across_the_rim(self):
+        tube = sm.cylinder(24, 8)
+        rim = Rim.of(tube.connectivity)
+        turn = np.linspace(0, 2 * np.pi, 500)
+        z = tube.vertices[:, 2].max() + 0.3
+        ring = np.column_stack([np.cos(turn), np.sin(turn), np.full(500, z)])
+        pull = Shore(ring, 0.5).pull(tube.vertices, rim, 1.0)
+        places = tube.vertices[rim.vertices]
+        along = places[rim.after] - places[rim.before]
+        assert np.abs((pull * along).sum(axis=1)).max() < 1e-12
+        top = places[:, 2] > 0
+        assert np.allclose(pull[top, 2], 0.15, atol=0.01)
+        assert not pull[~top].any()  # beyond reach
+
+    def test_long_sides_of_rims_are_divided(self):
+        tube = sm.cylinder(9, 30)
+        tube = tube.moved(tube.vertices * [8, 8, 1])
+        out = divided_rims(tube, 4).mesh
+        assert out.n_vertices == tube.n_vertices + 8
+        assert topologically_sound(out)
+
+
+class TestOutward:
+    @pytest.mark.parametrize("turn", [1, -1])
+    def test_shells_look_away_from_the_middle_of_their_border(self, turn):
+        dome = part(lambda p: p[:, 2] > 0.2)
+        dome = sm.TriangleMesh(dome.vertices, dome.faces[:, ::turn])
+        subject = as_subject(dome, level=None, label=None, inside="above", components="largest")
+        assert turned_outward(subject).facing[2] > 0
+
+    @pytest.mark.parametrize("normals", [True, False])
+    def test_points_too_with_or_without_normals(self, normals):
+        ball = sm.sphere(20)
+        up = ball.vertices[:, 2] > 0.0
+        cloud = sm.PointCloud(ball.vertices[up], -ball.normals[up] if normals else None)
+        subject = as_subject(cloud, level=None, label=None, inside="above", components="largest")
+        out = turned_outward(subject).cloud
+        assert ((out.points * out.normals).sum(axis=1) > 0).mean() > 0.99
+
+
+class TestReconstruction:
+    @pytest.mark.parametrize("kind", ["triangles", "points"])
+    def test_half_a_ball_from_a_sphere(self, kind):
+        data = part(lambda p: p[:, 2] > 0)
+        given = data if kind == "triangles" else data.vertices
+        model = sm.reconstruct(given, init="sphere", vertices=600)
+        assert (model.mesh.n_holes, model.mesh.genus, model.mesh.n_components) == (1, 0, 1)
+        assert 540 <= model.mesh.n_vertices <= 660
+        assert [proposal.accepted for proposal in model.topology.holes] == [True]
+        assert model.topology.refined > 0
+        assert model.tangled == 0
+        assert model.distance.data_to_mesh.mean < 0.004
+        ends = sm.targets.Triangles(data).border.points
+        assert cKDTree(ends).query(rim_points(model.mesh))[0].mean() < 0.02
+
+    def test_a_pipe_open_at_both_ends_from_a_sphere(self):
+        pipe = sm.cylinder(60, 80, radius=0.7, height=2.0).triangulated()
+        model = sm.reconstruct(pipe, init="sphere", vertices=800)
+        assert (model.mesh.n_holes, model.mesh.genus) == (2, 0)
+        ends = np.abs(rim_points(model.mesh)[:, 2])
+        assert np.abs(ends - np.abs(pipe.vertices[:, 2]).max()).mean() < 0.05
+
+    def test_a_closed_ball_stays_closed_and_none_leaves_all_closed(self):
+        assert sm.reconstruct(FINE, init="sphere", vertices=400).mesh.n_holes == 0
+        half = part(lambda p: p[:, 2] > 0)
+        model = sm.reconstruct(half, init="sphere", vertices=400, holes="none")
+        assert model.mesh.n_holes == 0
+        assert model.topology.holes == ()
+
+    def test_the_automatic_start_keeps_its_topology(self):
+        model = sm.reconstruct(FINE, vertices=400)
+        assert model.topology == type(model.topology)()
+
+    def test_levels_of_refinement_stop_by_themselves(self):
+        egg = sm.ellipsoid((1.0, 1.0, 2.0), 20).triangulated()
+        counts = [
+            sm.reconstruct(egg, init="sphere", vertices=1500, refine=level).mesh.n_vertices
+            for level in ("none", "coarse", "auto")
+        ]
+        assert counts[1] < counts[2]
+        assert abs(counts[2] - 1500) <= 150
+        assert abs(counts[0] - 1500) <= 150
+
+
+def test_the_scan_of_a_face_from_a_sphere(data_folder):
+    """The thesis's own example: 720 vertices around, 1,700 in the end, one hole at the rim of the scan."""
+    scan = sm.read(data_folder / "fran_face.vtk")
+    model = sm.reconstruct(scan, init="sphere", vertices=1700)
+    assert abs(model.start.n_vertices - 720) < 30
+    assert abs(model.mesh.n_vertices - 1700) <= 170
+    assert (model.mesh.n_holes, model.mesh.genus, model.tangled) == (1, 0, 0)
+    assert model.distance.data_to_mesh.mean < 0.0015 * scan.diagonal
+    ends = sm.targets.Triangles(scan).border.points
+    rim = rim_points(model.mesh)
+    assert cKDTree(ends).query(rim)[0].mean() < 0.003 * scan.diagonal
+    assert cKDTree(rim).query(ends)[0].mean() < 0.01 * scan.diagonal
