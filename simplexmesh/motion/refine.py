@@ -33,7 +33,7 @@ def refine(
     vertices: int | None = None,
     zones: ArrayLike | None = None,
     reach: float | None = None,
-    rounds: int = 12,
+    rounds: int = 20,
     iterations: int = 30,
     adaptation: float = 0.05,
     rigidity: int = 1,

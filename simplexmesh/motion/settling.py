@@ -31,7 +31,7 @@ class Settling:
     reach : float
         How far the data is looked for.
     iterations : int
-        How many there are in a round.
+        How many there are in a round; 0 never moves anything.
     adaptation : float
         Strength with which metric parameters follow curvature.
     rigidity : int
@@ -67,11 +67,11 @@ class Settling:
         >>> bool(abs((out.vertices**2).sum(axis=1) - 1).max() < 0.01)
         True
         """
-        return self._moved(mesh, zone, self.iterations, attempts=3)
+        return self._moved(mesh, zone, self.iterations, attempts=3) if self.iterations else mesh
 
     def rested(self, mesh: SimplexMesh, zone: NDArray[np.bool_] | None = None) -> SimplexMesh:
         """Return the mesh after the last motion: longer, and folds attempted more often."""
-        return self._moved(mesh, zone, max(self.iterations, REST), attempts=10)
+        return self._moved(mesh, zone, max(self.iterations, REST), attempts=10) if self.iterations else mesh
 
     def _moved(self, mesh: SimplexMesh, zone: NDArray[np.bool_] | None, iterations: int, attempts: int) -> SimplexMesh:
         free = 1.0 if zone is None else zone[mesh.connectivity.vertex_faces].any(axis=1).astype(float)

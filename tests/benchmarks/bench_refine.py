@@ -1,0 +1,135 @@
+"""What placing vertices where they are needed brings: the same number of them, evenly spaced and redistributed.
+
+Usage: SIMPLEXMESH_DATA=folder python tests/benchmarks/bench_refine.py [head | fandisk | lion | vase | speed]
+
+Even: `reconstruct(..., adaptation=0)`, which spaces vertices evenly. Adapted: the same with adaptation=0.05 and no
+refinement. Redistributed: `redistribute` of the even mesh, to no more vertices than that has. Distances are from the
+points of the data to the surface of the mesh. Of the head those points do not count that either model closes over,
+walls of airways more than 4 mm deep.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+import warnings
+from pathlib import Path
+
+import numpy as np
+
+import simplexmesh as sm
+from simplexmesh.motion.face_score import face_distance, face_score
+from simplexmesh.motion.refine import refine_round
+from simplexmesh.motion.subjects import as_subject
+from simplexmesh.motion.targets.triangles import inside_surface, surface_distance
+from simplexmesh.motion.untangle import tangled_vertices
+
+CASES = {
+    "head": ("head_ct.mhd", 500, (1500, 3000, 6000), 4.0),
+    "fandisk": ("fandisk.off", None, (1000, 2000, 4000), None),
+    "lion": ("lion_head.off", None, (1500, 3000, 6000), None),
+}
+
+
+def folder() -> Path:
+    return Path(os.environ["SIMPLEXMESH_DATA"])
+
+
+def distances(mesh, points, deep=None):
+    """How far points are from a mesh, and whether it closes over them: they are inside and deeper than `deep`."""
+    surface = mesh.triangulated(method="fan")
+    away = surface_distance(points, surface.vertices, surface.faces)
+    closed = np.zeros(len(points), bool)
+    if deep is not None:
+        far = np.flatnonzero(away > deep)
+        closed[far] = inside_surface(points[far], surface.vertices, surface.faces)
+    return away, closed
+
+
+def rms(values):
+    return float(np.sqrt((values**2).mean()))
+
+
+def table(name: str) -> None:
+    """Print the distances of even and redistributed meshes of the same size."""
+    file, level, sizes, deep = CASES[name]
+    subject = as_subject(folder() / file, level=level, label=None, inside="above", components="largest")
+    points = subject.points[:: max(1, len(subject.points) // 40_000)]
+    percent = 100 / np.linalg.norm(np.ptp(points, axis=0))
+    print(f"\n{file}, data to mesh in % of the diagonal")
+    print("vertices |  even rms  mean  max | adapted rms | redistributed rms  mean  max | ratio | tangled | seconds")
+    for size in sizes:
+        even, adapted = (
+            sm.reconstruct(folder() / file, level=level, vertices=size, adaptation=strength) for strength in (0, 0.05)
+        )
+        began = time.perf_counter()
+        placed = sm.redistribute(even.mesh, subject.target)
+        took = time.perf_counter() - began
+        assert placed.mesh.n_vertices <= even.mesh.n_vertices
+        (a, closed_a), (b, closed_b), (c, _) = (
+            distances(m, points, deep) for m in (even.mesh, placed.mesh, adapted.mesh)
+        )
+        counts = ~(closed_a | closed_b)
+        a, b, c = (values[counts] * percent for values in (a, b, c))
+        print(
+            f"{placed.mesh.n_vertices:8d} | {rms(a):9.3f} {a.mean():6.3f} {a.max():5.2f} | {rms(c):9.3f}   "
+            f"| {rms(b):9.3f} {b.mean():6.3f} {b.max():5.2f}   | {rms(b) / rms(a):5.2f} "
+            f"| {even.tangled} -> {int(tangled_vertices(placed.mesh).sum())} | {took:.1f}"
+            + (f" ({counts.mean():.0%} of the points count)" if deep else "")
+        )
+
+
+def vase() -> None:
+    """Print how the deep cavity of the vase is filled from a sphere of 720 vertices."""
+    volume = sm.read_volume(folder() / "vase_ct.vti")
+    points = as_subject(volume, level=25, label=None, inside="above", components="largest").points
+    start = sm.reconstruct(volume, level=25, vertices=720, init="sphere").mesh
+    print("\nvase_ct.vti, level 25, from a sphere: data to mesh in voxels")
+    for what, mesh in (
+        ("fitted, 720 from a sphere", start),
+        ("refined, coarse", sm.refine(start, volume, level=25, threshold="coarse").mesh),
+        ("refined, medium", sm.refine(start, volume, level=25).mesh),
+        ("refined, fine", sm.refine(start, volume, level=25, threshold="fine").mesh),
+    ):
+        away, _ = distances(mesh, points)
+        print(
+            f"{what:26s} {mesh.n_vertices:5d} vertices: mean {away.mean():.2f} rms {rms(away):.2f} "
+            f"max {away.max():.1f}, {(away > 2).mean():.1%} of the points farther than 2"
+        )
+
+
+def least(job, times=5):
+    """Return the least time of several runs, in seconds."""
+    out = []
+    for _ in range(times):
+        began = time.perf_counter()
+        job()
+        out.append(time.perf_counter() - began)
+    return min(out)
+
+
+def speed() -> None:
+    """Print what scoring and a round of edits cost per vertex, beside one step of the motion."""
+    print("\nnanoseconds per vertex: score without distance, round of edits with all checks, step of motion")
+    ball = sm.targets.Triangles(sm.sphere(40).triangulated())
+    for frequency in (10, 30, 70):
+        mesh = sm.sphere(frequency)
+        away = face_distance(mesh, ball, 0.3)
+        model = sm.DeformableModel(mesh, ball, reach=0.3)
+        jobs = (
+            lambda mesh=mesh, away=away: face_score(mesh, away, 0.3),
+            lambda mesh=mesh: refine_round(mesh, ball, reach=0.3, threshold=1e-30, budget=mesh.n_vertices // 5),
+            model.step,
+        )
+        print(mesh.n_vertices, *(f"{least(job) / mesh.n_vertices * 1e9:9.0f}" for job in jobs))
+
+
+if __name__ == "__main__":
+    warnings.simplefilter("ignore")
+    chosen = sys.argv[1:] or [*CASES, "vase", "speed"]
+    for name in chosen:
+        if name in CASES:
+            table(name)
+        else:
+            {"vase": vase, "speed": speed}[name]()
