@@ -20,8 +20,8 @@ SMALLEST, LONGER = 6, 2.0
 def divided_rims(mesh: SimplexMesh, most: int) -> Edited:
     """Return the mesh with the longest edges of its rims divided (T2 across the face beside), `most` of them at most.
 
-    An edge is long at 1.4 times the mean length of all edges inside, or at 2 times beside a face of five. Refinement by faces alone leaves rims coarse: a
-    face beside a hole has one edge there, however many rings of faces come to lie within it.
+    An edge is long at 1.4 times the mean length of all edges inside, or at 2 times beside a face of five. Refinement by
+    faces alone leaves rims coarse: a face beside a hole has one edge there, however many faces come to lie within it.
 
     Examples
     --------

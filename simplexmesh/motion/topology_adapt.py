@@ -189,7 +189,8 @@ def travelled(
             journey.move(*stages)
         else:
             _given_handles(journey, plan)
-            if samples is not None and (plan.handles == "auto" or callable(plan.handles)):
+            wrapped = plan.handles == "auto" or callable(plan.handles)
+            if samples is not None and wrapped and isinstance(plan.holes, str):
                 fine = _tunnels(journey, plan, samples, fine)
             else:
                 journey.move(*coarse, share=(0.0, 0.25))
@@ -244,10 +245,11 @@ def _at_border(target: Target, edge: float) -> Callable[[HoleProposal], bool]:
 
 def _given_handles(journey: Journey, plan: Plan) -> None:
     """Join the pairs of faces of the start that the user gave."""
-    if plan.handles != "auto" and plan.handles != "none" and not callable(plan.handles):
-        out = add_handles(journey.mesh, pairs=plan.handles)
-        journey.mesh = out.mesh
-        journey.noted(handles=out.proposals)
+    if isinstance(plan.handles, str) or callable(plan.handles):
+        return
+    out = add_handles(journey.mesh, pairs=plan.handles)
+    journey.mesh = out.mesh
+    journey.noted(handles=out.proposals)
 
 
 def _tunnels(journey: Journey, plan: Plan, samples: Samples, fine: Stage) -> Stage:
