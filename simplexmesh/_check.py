@@ -7,10 +7,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
+
+Kind = TypeVar("Kind")
 
 
 def array(name: str, value: ArrayLike, shape: Sequence[int | None], dtype: DTypeLike = float) -> NDArray[Any]:
@@ -39,7 +41,8 @@ def array(name: str, value: ArrayLike, shape: Sequence[int | None], dtype: DType
     if out.ndim != len(shape) or any(n not in (None, m) for n, m in zip(shape, out.shape, strict=True)):
         raise ValueError(f"{name} must have shape {wanted}, not {out.shape}")
     if not np.can_cast(out.dtype, dtype, "same_kind"):
-        raise TypeError(f"{name} must be {np.dtype(dtype).name}, not {out.dtype}")
+        wanted = "whole numbers" if np.dtype(dtype).kind in "iu" else np.dtype(dtype).name
+        raise TypeError(f"{name} must be {wanted}, not {out.dtype}")
     out = out.astype(dtype, copy=False)
     if np.dtype(dtype).kind == "f" and not np.isfinite(out).all():
         bad = np.argwhere(~np.isfinite(out))[0]
@@ -125,6 +128,21 @@ def choice(name: str, value: Any, options: Sequence[str]) -> str:
     if value not in options:
         raise ValueError(f"{name} must be one of {', '.join(map(repr, options))}, not {value!r}")
     return str(value)
+
+
+def instance(name: str, value: Any, kind: type[Kind]) -> Kind:
+    """Return `value`, an object of the class `kind`, or say what it was.
+
+    Examples
+    --------
+    >>> instance("mesh", 3, dict)
+    Traceback (most recent call last):
+    ...
+    TypeError: mesh must be a dict, not int
+    """
+    if not isinstance(value, kind):
+        raise TypeError(f"{name} must be a {kind.__name__}, not {type(value).__name__}")
+    return value
 
 
 def frozen(values: ArrayLike, dtype: DTypeLike | None = None) -> NDArray[Any]:

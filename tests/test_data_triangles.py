@@ -139,7 +139,7 @@ def test_degenerate_faces_are_removed_and_reported(box):
         (CORNERS, [[0, 1, 8]], ValueError, r"faces\[0, 2\] is 8, outside 0..7"),
         (CORNERS, [[0, 1, -1]], ValueError, r"faces\[0, 2\] is -1, outside"),
         (CORNERS, [[0, 1, 2, 3]], ValueError, r"faces must have shape \(\*, 3\)"),
-        (CORNERS, [[0.0, 1.5, 2.0]], TypeError, "faces must be int64, not float64"),
+        (CORNERS, [[0.0, 1.5, 2.0]], TypeError, "faces must be whole numbers, not float64"),
         (CORNERS[:3], [[0, 1, 2]], ValueError, "vertices must be at least 4, not 3"),
         (CORNERS * np.nan, [[0, 1, 2]], ValueError, "vertices must be finite"),
     ],

@@ -112,7 +112,7 @@ class TestArray:
             (np.zeros((2, 2)), (4,), float, ValueError, "points must have shape (4,), not (2, 2)"),
             ([[0, 0, np.nan]], (None, 3), float, ValueError, "points must be finite; points[0, 2] is nan"),
             ([[0, np.inf, 0]], (None, 3), float, ValueError, "points must be finite; points[0, 1] is inf"),
-            (np.zeros((2, 3)), (None, 3), int, TypeError, "points must be int64, not float64"),
+            (np.zeros((2, 3)), (None, 3), int, TypeError, "points must be whole numbers, not float64"),
             ("dragon", (None, 3), float, TypeError, "points must be numbers of shape (*, 3), not str of <U6"),
             (None, (None, 3), float, TypeError, "points must be numbers of shape (*, 3), not NoneType of object"),
             (

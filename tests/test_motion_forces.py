@@ -33,7 +33,7 @@ def test_constraints_have_names_and_codes():
         (["free"], ValueError, r"constraint must have shape \(2,\), not \(1,\)"),
         ([[["free"] * 2]], ValueError, r"constraint must have shape \(2,\), not \(1, 1, 2\)"),
         ([0, 6], ValueError, r"constraint\[1\] is 6, outside 0..5"),
-        ([0.5, 1.0], TypeError, "constraint must be int64, not float64"),
+        ([0.5, 1.0], TypeError, "constraint must be whole numbers, not float64"),
         (np.array(["free", None]), TypeError, r"constraint must be numbers of shape \(2,\), not ndarray of object"),
         (3, ValueError, r"constraint must have shape \(2,\), not \(\)"),
     ],

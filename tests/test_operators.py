@@ -207,7 +207,7 @@ class TestRefusals:
             (lambda: remove_edge(BALL, 960), "edge must be at most 959, not 960"),
             (lambda: insert_edge(BALL, 0, 0), "edges 0-64 and 0-64 are one, where an edge is inserted between two"),
             (lambda: insert_edge(BALL, 0, 600), "edges 0-.* and 200-.* have no face in common"),
-            (lambda: insert_edge(BALL, 0, 1, at=(0.5, 2)), "at must be above 0 and at most 1, not 2"),
+            (lambda: insert_edge(BALL, 0, 1, at=(0.5, 2)), "at must be between 0 and 1, both left out, not 2"),
             (lambda: remove_face(ALL["cylinder"], 0), "face 0 cannot be removed: .* is a hole"),
             (
                 lambda: remove_face(ALL["tetrahedron-1"], 0),

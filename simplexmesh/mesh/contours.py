@@ -53,10 +53,10 @@ class Contour:
     vertices: Indices
 
     def __post_init__(self) -> None:
-        if not isinstance(self.mesh, SimplexMesh):
-            raise TypeError(f"mesh must be a SimplexMesh, not {type(self.mesh).__name__}")
-        c = self.mesh.connectivity
-        vertices = _check.frozen(_check.indices("contour", self.vertices, (None,), c.n_vertices))
+        c = _check.instance("mesh", self.mesh, SimplexMesh).connectivity
+        given = np.asarray(self.vertices)
+        given = given if given.size else np.zeros(0, np.int64)
+        vertices = _check.frozen(_check.indices("contour", given, (None,), c.n_vertices))
         object.__setattr__(self, "vertices", vertices)
         if len(vertices) < 3:
             raise TopologyError(f"contour must have at least 3 vertices, not {len(vertices)}")
@@ -84,14 +84,15 @@ class Contour:
     @classmethod
     def of_face(cls, mesh: SimplexMesh, face: int) -> Contour:
         """Return the outline of a face or hole, with the face on its left."""
-        c = mesh.connectivity
+        c = _check.instance("mesh", mesh, SimplexMesh).connectivity
         f = _check.integer("face", face, 0, len(c.face_sizes) - 1)
         return cls(mesh, c.face_vertices[c.face_offsets[f] : c.face_offsets[f + 1]].astype(np.int64))
 
     @classmethod
     def of_holes(cls, mesh: SimplexMesh) -> tuple[Contour, ...]:
         """Return the rim of each hole, with the hole on its left."""
-        return tuple(cls.of_face(mesh, int(f)) for f in np.flatnonzero(mesh.connectivity.face_is_hole))
+        c = _check.instance("mesh", mesh, SimplexMesh).connectivity
+        return tuple(cls.of_face(mesh, int(f)) for f in np.flatnonzero(c.face_is_hole))
 
     @classmethod
     def of_faces(cls, mesh: SimplexMesh, faces: ArrayLike) -> tuple[Contour, ...]:
@@ -111,7 +112,7 @@ class Contour:
         >>> Contour.of_faces(ball, ball.connectivity.vertex_faces[0])
         (Contour(11 vertices),)
         """
-        inside = _face_mask(mesh.connectivity, faces)
+        inside = _face_mask(_check.instance("mesh", mesh, SimplexMesh).connectivity, faces)
         return tuple(cls(mesh, loop) for loop in _outlines(mesh.connectivity, inside))
 
     @classmethod
@@ -126,7 +127,8 @@ class Contour:
         >>> Contour.through(ring, [x.argmax(), y.argmax(), x.argmin(), y.argmin()]).separates
         False
         """
-        places = _check.indices("picked", picked, (None,), mesh.n_vertices)
+        n_vertices = _check.instance("mesh", mesh, SimplexMesh).n_vertices
+        places = _check.indices("picked", picked, (None,), n_vertices)
         if len(places) < 2 or seams.first_repeated(places) >= 0:
             raise ValueError(f"picked must be at least 2 different vertices, not {places.tolist()}")
         return cls(mesh, _shortest(mesh, places))

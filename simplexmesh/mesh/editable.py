@@ -31,9 +31,7 @@ class EditableDarts:
     """A copy of the darts, faces and numbers of a complete mesh, with room for more; see `EditableMesh`."""
 
     def __init__(self, mesh: SimplexMesh) -> None:
-        if not isinstance(mesh, SimplexMesh):
-            raise TypeError(f"mesh must be a SimplexMesh, not {type(mesh).__name__}")
-        c = mesh.connectivity
+        c = _check.instance("mesh", mesh, SimplexMesh).connectivity
         twin, face = c.twin.reshape(-1), c.face.reshape(-1)
         if (dart := _kernels_batch.incomplete_edge(twin, face, c.face_darts, c.face_offsets)) >= 0:
             raise TopologyError(
@@ -102,11 +100,11 @@ class EditableDarts:
         return np.array(out)
 
     def faces_beside(self, dart: int) -> tuple[int, int]:
-        """Return the faces on the left and on the right of a dart."""
+        """Return the faces on the left and on the right of a dart; the dart is not checked."""
         return int(self._darts.face[dart]), int(self._darts.face[self._darts.twin[dart]])
 
     def ends(self, dart: int) -> tuple[int, int]:
-        """Return the two ends of the edge of a dart."""
+        """Return the two ends of the edge of a dart; the dart is not checked."""
         return dart // 3, int(self._darts.twin[dart]) // 3
 
     def is_hole(self, face: int) -> bool:
@@ -135,7 +133,9 @@ class EditableDarts:
 
     def dart(self, name: str, edge: int | Sequence[int]) -> int:
         """Return the dart of an edge named by a dart or by its two ends, checked."""
-        if isinstance(edge, int | np.integer):
+        if np.ndim(edge) == 0 or isinstance(edge, str):
+            if isinstance(edge, bool) or not isinstance(edge, int | np.integer):
+                raise TypeError(f"{name} must be a dart or the two ends of an edge, not {type(edge).__name__} {edge!r}")
             dart = _check.integer(name, edge, 0, 3 * self._used[0] - 1)
             ends = [dart // 3]
         else:

@@ -18,20 +18,24 @@ from simplexmesh.mesh.simplex_mesh import SimplexMesh
 
 
 def _chosen(name: str, given: ArrayLike, count: int) -> NDArray[np.int32]:
-    """Return the darts or faces of a batch, checked; an empty list is none of them."""
+    """Return the darts or faces of a batch, given by number or by mask, checked; an empty list is none of them."""
     values = np.asarray(given)
+    if values.dtype == bool:
+        return np.flatnonzero(_check.array(name, values, (count,), bool)).astype(np.int32)
     values = values if values.size else np.zeros(0, np.int64)
     return _check.indices(name, values, (None,), count).astype(np.int32)
 
 
-def _parts(at: ArrayLike, count: int) -> NDArray[np.float64]:
-    """Return where on each of two darts new vertices are to go, checked."""
+def places_on_edges(at: ArrayLike, count: int) -> NDArray[np.float64]:
+    """Return where on each of two darts new vertices are to go, (count, 2), given so or once for all; checked."""
     given = np.asarray(at)
-    given = given if given.ndim == 2 else np.broadcast_to(given, (count, 2)) if given.shape in ((), (2,)) else given
-    parts: NDArray[np.float64] = _check.array("at", given, (count, 2))
-    if not ((parts > 0) & (parts < 1)).all():
-        raise ValueError("at must be between 0 and 1, both left out")
-    return parts
+    if given.ndim < 2:
+        both = _check.number("at", at) if given.ndim == 0 else _check.array("at", given, (2,))
+        given = np.broadcast_to(both, (count, 2))
+    places: NDArray[np.float64] = _check.array("at", given, (count, 2))
+    if (wrong := (places <= 0) | (places >= 1)).any():
+        raise ValueError(f"at must be between 0 and 1, both left out, not {places[wrong][0]:g}")
+    return places
 
 
 def _order(numbers: NDArray[np.int32], in_order: bool) -> slice | NDArray[np.intp]:  # noqa: FBT001
@@ -118,12 +122,12 @@ class EditableMesh(EditableDarts):
         if len(first) != (m := len(second)):
             raise ValueError(f"others must have {len(first)} darts, as many as darts, not {m}")
         order = _order(first, in_order)
-        parts = _parts(at, m)[order]
+        places = places_on_edges(at, m)[order]
         self._reserve(m, *((2 * m, m) if kind == kernels.INSERT else ()))
         status, witness = np.empty((2, m), np.int32)
         kinds = np.full(m, kind, np.int32)
         _kernels_batch.apply(
-            self._darts, kinds, first[order], second[order], np.ascontiguousarray(parts), status, witness
+            self._darts, kinds, first[order], second[order], np.ascontiguousarray(places), status, witness
         )
         return _told(status, witness, order)
 
@@ -157,7 +161,7 @@ class EditableMesh(EditableDarts):
 
     def cut(self, darts: ArrayLike, *, holes: bool = False) -> tuple[int, int]:
         """T3 along a closed path of darts, and return the faces that close its left and its right side."""
-        path = _check.indices("darts", darts, (None,), 3 * self._used[0])
+        path = _chosen("darts", darts, 3 * self._used[0]).astype(np.int64)
         d = self._darts
         reason = "one of its vertices is gone" if not d.alive[path // 3].all() else seams.refusal_of_path(d.twin, path)
         seam = seams.along(d.twin, path)

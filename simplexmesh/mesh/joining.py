@@ -81,6 +81,7 @@ def cut(mesh: SimplexMesh, contour: Contour | Sequence[int], *, holes: bool = Fa
     >>> cut(ring, around, holes=True).mesh
     SimplexMesh(168 vertices, 84 faces, genus 0, 2 holes)
     """
+    _check.instance("mesh", mesh, SimplexMesh)
     line = contour if isinstance(contour, Contour) else Contour(mesh, contour)  # type: ignore[arg-type]
     if line.mesh.connectivity is not mesh.connectivity:
         line = Contour(mesh, line.vertices)
@@ -122,8 +123,7 @@ def join(mesh: SimplexMesh, *what: Any) -> Joined:
     """
     if len(what) == 3:
         other, face_a, face_b = what
-        if not isinstance(other, SimplexMesh):
-            raise TypeError(f"mesh_b must be a SimplexMesh, not {type(other).__name__}")
+        _check.instance("mesh_a", mesh, SimplexMesh), _check.instance("mesh_b", other, SimplexMesh)
         face_b = len(mesh.connectivity.face_sizes) + _check.integer(
             "face_b", face_b, 0, len(other.connectivity.face_sizes) - 1
         )
@@ -141,6 +141,10 @@ def join(mesh: SimplexMesh, *what: Any) -> Joined:
 
 def together(*meshes: SimplexMesh) -> SimplexMesh:
     """Return several meshes as the components of one, numbered one after the other; data that all have is kept."""
+    if not meshes:
+        raise TypeError("together takes at least one mesh")
+    for mesh in meshes:
+        _check.instance("mesh", mesh, SimplexMesh)
     starts = np.cumsum([0, *(3 * mesh.n_vertices for mesh in meshes)])[:-1]
     twin = [mesh.connectivity.twin.astype(np.int64) + at for mesh, at in zip(meshes, starts, strict=True)]
     holes = [mesh.connectivity.hole_darts.astype(np.int64) + at for mesh, at in zip(meshes, starts, strict=True)]
@@ -172,7 +176,7 @@ def parts(mesh: SimplexMesh) -> tuple[Edited, ...]:
     >>> [part.mesh.genus for part in parts(together(sm.sphere(4), sm.torus(14, 6)))]
     [0, 1]
     """
-    c = mesh.connectivity
+    c = _check.instance("mesh", mesh, SimplexMesh).connectivity
     first = c.face_darts[c.face_offsets[:-1]]
     out = []
     for label in range(c.n_components):

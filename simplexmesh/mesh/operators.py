@@ -8,11 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from simplexmesh import _check
 from simplexmesh.errors import TopologyError
 from simplexmesh.mesh import _kernels_edit as kernels
 from simplexmesh.mesh.edited import Batch, Edited
-from simplexmesh.mesh.editing import EditableMesh
+from simplexmesh.mesh.editing import EditableMesh, places_on_edges
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 
 Edge = int | Sequence[int]
@@ -76,7 +75,7 @@ def insert_edge(
     edge, other : int or pair of int
         Two edges of one face, each by a dart or its two ends.
     at : pair of float
-        Where on each edge, as a part of its length from the end named first; inside 0..1.
+        Where on each edge, as a part of its length from the end named first; inside 0..1. One number is for both.
     face : int, optional
         The face to divide, when it should be checked; the two edges have only one in common.
 
@@ -101,7 +100,9 @@ def insert_edge(
     edit = EditableMesh(mesh)
     twin = mesh.connectivity.twin.reshape(-1)
     darts = edit.dart("edge", edge), edit.dart("other", other)
-    parts = [_check.number("at", part, 0, 1, open_low=True) for part in at]
+    if face is not None:
+        edit.face(face)
+    places = places_on_edges(at, 1)[0].tolist()
     pairs = [(one, two) for one in (darts[0], int(twin[darts[0]])) for two in (darts[1], int(twin[darts[1]]))]
     common = [pair for pair in pairs if edit.faces_beside(pair[0])[0] == edit.faces_beside(pair[1])[0]]
     names = " and ".join(_named(edit, dart) for dart in darts)
@@ -109,7 +110,7 @@ def insert_edge(
         raise TopologyError(f"edges {names} are one, where an edge is inserted between two")
     if not common or (face is not None and edit.faces_beside(common[0][0])[0] != face):
         raise TopologyError(f"edges {names} have no face in common" if face is None else f"not both are on face {face}")
-    turned = [part if dart == given else 1 - part for part, dart, given in zip(parts, common[0], darts, strict=True)]
+    turned = [at if dart == given else 1 - at for at, dart, given in zip(places, common[0], darts, strict=True)]
     edit.insert_edges(common[0][:1], common[0][1:], [turned])
     return edit.result()
 
