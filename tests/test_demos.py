@@ -96,6 +96,17 @@ def test_the_noisy_torus_keeps_its_handle(ran):
     assert out["percent"] < 0.5
 
 
+def test_the_sphere_becomes_a_face_with_one_hole(ran, tmp_path):
+    demo, out = ran("sphere_to_face")
+    percent = list(out["percent"].values())
+    assert sorted(percent, reverse=True) == percent
+    assert percent[-1] < 0.5
+    assert [(mesh.n_holes, mesh.genus) for mesh in out["meshes"].values()] == [(0, 0), (0, 0), (1, 0), (1, 0)]
+    assert [proposal.accepted for proposal in out["proposals"]] == [True]
+    demo.write_film({**out, "film": out["film"][::8]}, tmp_path / "film.gif")
+    assert (tmp_path / "film.gif").stat().st_size > 50_000
+
+
 class TestFrog:
     def test_organs_and_scan(self, ran):
         _, out = ran("frog")
