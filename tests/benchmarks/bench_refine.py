@@ -19,7 +19,9 @@ from pathlib import Path
 import numpy as np
 
 import simplexmesh as sm
+from simplexmesh.motion.evolve import Stage, evolved
 from simplexmesh.motion.face_score import face_distance, face_score
+from simplexmesh.motion.initial.primitives import primitive_around
 from simplexmesh.motion.refine import refine_round
 from simplexmesh.motion.subjects import as_subject
 from simplexmesh.motion.targets.triangles import inside_surface, surface_distance
@@ -80,11 +82,19 @@ def table(name: str) -> None:
         )
 
 
+def wrapped(points, target, size):
+    """A sphere laid around data and drawn to it, coarse to fine as in the thesis, its topology kept."""
+    mesh = primitive_around(points, "sphere", size, facing=None)
+    radius = 0.5 * float(np.linalg.norm(np.ptp(points, axis=0)))
+    stages = [Stage(6, 2 * radius, 100, beta=0.1), Stage(6, 0.4 * radius, 100), Stage(1, 0.16 * radius, 500, beta=0.3)]
+    return evolved(mesh, target, stages).mesh
+
+
 def vase() -> None:
     """Print how the deep cavity of the vase is filled from a sphere of 720 vertices."""
     volume = sm.read_volume(folder() / "vase_ct.vti")
     points = as_subject(volume, level=25, label=None, inside="above", components="largest").points
-    start = sm.reconstruct(volume, level=25, vertices=720, init="sphere").mesh
+    start = wrapped(points, sm.targets.Isosurface(volume, 25), 720)
     print("\nvase_ct.vti, level 25, from a sphere: data to mesh in voxels")
     for what, mesh in (
         ("fitted, 720 from a sphere", start),
