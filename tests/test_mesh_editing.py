@@ -361,6 +361,19 @@ def test_data_is_interpolated_on_new_vertices_and_kept_on_old():
     assert new.data["number"].tolist() == [*range(mesh.n_vertices), a, d]
 
 
+def test_data_keeps_its_type_and_shape_even_without_numbers():
+    mesh = shapes.sphere(2)
+    n = mesh.n_vertices
+    data = {"none": np.zeros((n, 0)), "half": np.ones(n, np.float16), "flag": np.ones(n, bool), "t": np.ones((n, 2, 2))}
+    edit = EditableMesh(mesh.with_data(**data))
+    edit.refine_faces([0])
+    edit.swap_edges([100])
+    for name, values in edit.result().mesh.data.items():
+        assert values.dtype == data[name].dtype
+        assert values.shape == (edit.n_slots, *data[name].shape[1:])
+        assert (values == 1).all()
+
+
 def test_joined_holes_are_holes_again_when_undone():
     mesh = MESHES["torus with holes"]
     holes = np.flatnonzero(mesh.connectivity.face_is_hole)

@@ -54,6 +54,11 @@ NAMES = [  # what edges and faces may be called
     (lambda: sm.parts(None), TypeError, "mesh must be a SimplexMesh, not NoneType"),
     (lambda: sm.regularize(3), TypeError, "mesh must be a SimplexMesh, not int"),
     (lambda: together(), TypeError, "together takes at least one mesh"),
+    (
+        lambda: sm.join(BALL.with_data(x=np.zeros(320)), OTHER.with_data(x=np.zeros((1280, 2))), 0, 0),
+        ValueError,
+        "data 'x' must have one shape per vertex in all meshes, not () and (2,)",
+    ),
 ]
 INSERTIONS = [
     (lambda: sm.insert_edge(BALL, *PAIRS, at=(0.5,)), ValueError, "at must have shape (2,), not (1,)"),

@@ -41,7 +41,7 @@ class EditableDarts:
         n, n_faces = c.n_vertices, len(c.face_sizes)
         self._mesh = mesh
         self._smooth = [name for name, values in mesh.data.items() if values.dtype.kind == "f"]
-        columns = [mesh.vertices, *(mesh.data[name].reshape(n, -1) for name in self._smooth)]
+        columns = [mesh.vertices, *(mesh.data[name].reshape(n, mesh.data[name][0].size) for name in self._smooth)]
         self._darts = kernels.Darts(
             twin.copy(),
             face.copy(),
@@ -174,7 +174,7 @@ class EditableDarts:
         for name, before in self._mesh.data.items():
             if name in self._smooth:
                 width = before[0].size
-                data[name] = values[:, at : at + width].reshape(-1, *before.shape[1:]).astype(before.dtype)
+                data[name] = values[:, at : at + width].reshape(len(values), *before.shape[1:]).astype(before.dtype)
                 at += width
             else:
                 data[name] = before[origin]

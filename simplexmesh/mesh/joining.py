@@ -149,6 +149,10 @@ def together(*meshes: SimplexMesh) -> SimplexMesh:
     twin = [mesh.connectivity.twin.astype(np.int64) + at for mesh, at in zip(meshes, starts, strict=True)]
     holes = [mesh.connectivity.hole_darts.astype(np.int64) + at for mesh, at in zip(meshes, starts, strict=True)]
     names = [name for name in meshes[0].data if all(name in mesh.data for mesh in meshes)]
+    for name in names:
+        if len(shapes := {mesh.data[name].shape[1:] for mesh in meshes}) > 1:
+            told = " and ".join(str(shape) for shape in sorted(shapes))
+            raise ValueError(f"data {name!r} must have one shape per vertex in all meshes, not {told}")
     return SimplexMesh(
         np.concatenate([mesh.vertices for mesh in meshes]),
         Connectivity(np.concatenate(twin), np.concatenate(holes)),
