@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 FACING = 0.2
+TURN = 0.15
 FLOOR = 0.04
 
 
@@ -19,9 +20,9 @@ def height(surfel, place):
     return surfel[3:6] @ d - 0.5 * d @ form(surfel) @ d
 
 
-def faces(surfel, normal, oriented):
+def faces(surfel, normal, oriented, least=FACING):
     d = surfel[3:6] @ normal
-    return (d if oriented else abs(d)) > FACING or not surfel[3:6].any()
+    return (d if oriented else abs(d)) > least or not surfel[3:6].any()
 
 
 def nearest_facing(table, place, normal, oriented, reach):
@@ -31,6 +32,14 @@ def nearest_facing(table, place, normal, oriented, reach):
     distance[~seen | (distance > reach**2)] = np.inf
     best = int(np.argmin(distance))
     return best if np.isfinite(distance[best]) else -1
+
+
+def nearest_outside(table, neighbors, anchor, place, normal, oriented):
+    """How far is the nearest surfel that is not in the anchor's patch and faces along the normal, or almost does."""
+    distance = np.linalg.norm(table[:, :3] - place, axis=1)
+    distance[[anchor, *neighbors[anchor, :7]]] = np.inf
+    distance[[not faces(surfel, normal, oriented, FACING - TURN) for surfel in table]] = np.inf
+    return distance.min()
 
 
 def kinship(table, i, j, oriented):

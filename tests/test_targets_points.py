@@ -6,8 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from simplexmesh.data.points import PointCloud
-from simplexmesh.motion.targets import _kernels_fit, _kernels_points
+from simplexmesh.motion.targets import _kernels_fit, _kernels_nearest
 from simplexmesh.motion.targets.points import Points
+from simplexmesh.motion.targets.surfels import _linked
 from simplexmesh.motion.targets.tree import Tree
 from tests import reference_targets as naive
 
@@ -110,11 +111,59 @@ def test_walk_finds_the_nearest_facing_wherever_it_starts(seed, oriented):
     for _ in range(20):
         place, normal = rng.uniform(-1.4, 1.4, 3), sphere_points(1, rng)[0]
         reach = rng.uniform(0.05, 1.5)
-        found = _kernels_points.nearest_facing(
+        found, anchor, bound = _kernels_nearest.nearest_facing(
             s.table, s.neighbors, s.between, s.horizon, *tree, *place, *normal, oriented, reach**2,
             int(rng.integers(len(s))),
         )  # fmt: skip
         assert found == naive.nearest_facing(s.table, place, normal, oriented, reach)
+        assert found in (-1, anchor)
+        assert bound <= (1 + 1e-12) * naive.nearest_outside(s.table, s.neighbors, anchor, place, normal, oriented)
+
+
+@given(
+    seed=st.integers(0, 10_000),
+    oriented=st.booleans(),
+    step=st.sampled_from([0.0, 0.003, 0.02, 0.1]),
+    turn=st.sampled_from([0.0, 0.05, 1.0]),
+    reach=st.sampled_from([0.1, 0.4, np.inf]),
+)
+@settings(deadline=None, max_examples=25)
+def test_vertices_in_motion_know_what_a_search_would_find(seed, oriented, step, turn, reach):
+    # the second sheet faces the other way, now and then it is the nearer one
+    rng = np.random.default_rng(seed)
+    points, normals = torus_points(600, rng)
+    inner, inward = torus_points(300, rng, r=0.3)
+    cloud = PointCloud(np.concatenate([points, inner]), np.concatenate([normals, -inward]) if oriented else None)
+    target = Points(cloud)
+    places, directions = torus_points(60, rng)
+    places = places + rng.uniform(-0.3, 0.6, (60, 1)) * directions
+    for _ in range(6):
+        warm = target.gap(places, directions, reach)
+        fresh = Points.__new__(Points)
+        fresh._set(target.surfels, target.center)
+        np.testing.assert_array_equal(warm, fresh.gap(places, directions, reach))
+        places = places + step * rng.normal(size=places.shape)
+        directions = directions + turn * rng.normal(size=places.shape)
+        directions = directions / np.linalg.norm(directions, axis=1)[:, None]
+
+
+def test_among_many_alike_the_bound_is_given_up_and_not_the_answer():
+    # from the center of a sphere all surfels are as far; half of them almost face the right way, and are a bit nearer
+    rng = np.random.default_rng(6)
+    table = np.zeros((1500, 12))
+    facing = rng.random(1500) < 0.5
+    table[:, :3] = sphere_points(1500, rng) * (1 + 0.01 * facing + 1e-3 * rng.random(1500))[:, None]
+    cosine = np.where(facing, 0.5, 0.1)
+    table[:, 3:6] = np.stack([np.sqrt(1 - cosine**2), 0 * cosine, cosine], axis=1)
+    s = _linked(table, np.ones(1500), np.ones(1500), oriented=True)
+    tree = s.tree.starts, s.tree.ends, s.tree.boxes
+    up = np.array([0, 0, 1.0])
+    for place in 1e-3 * sphere_points(50, rng):
+        found, anchor, bound = _kernels_nearest.nearest_facing(
+            s.table, s.neighbors, s.between, s.horizon, *tree, *place, *up, True, 4.0, int(rng.integers(1500))
+        )
+        assert found == anchor == naive.nearest_facing(s.table, place, up, True, 2.0)
+        assert bound <= (1 + 1e-12) * naive.nearest_outside(s.table, s.neighbors, anchor, place, up, True)
 
 
 def test_gap_ends_where_the_blended_height_is_zero():

@@ -1,6 +1,7 @@
 """Surfels and those around them, packed side by side for vector arithmetic, and their blend.
 
-A surfel's row: point, unit normal, second-order form (xx, yy, zz, xy, xz, yz); see `_kernels_fit`.
+A surfel's row: point, unit normal, second-order form (xx, yy, zz, xy, xz, yz); see `_kernels_fit`. Functions called per
+vertex take a pointer to the first patch (see `_kernels_pointers`) and where theirs begins: its row r is at 8 r.
 """
 
 # mypy: allow-untyped-defs
@@ -57,32 +58,39 @@ def pack_patches(table, support, neighbors, oriented, patches):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
-def rivals(patch, x, y, z, limit):
+def rivals(patch, at, x, y, z, limit):
     """Return how many of a patch's other surfels are nearer than sqrt(limit) to a place, all in units of the patch."""
     one, zero = np.float32(1.0), np.float32(0.0)
     count = zero
     for k in range(LANES):
-        dx, dy, dz = x - patch[0, k], y - patch[1, k], z - patch[2, k]
+        dx, dy, dz = x - patch[at + k], y - patch[at + 8 + k], z - patch[at + 16 + k]
         count += one if dx * dx + dy * dy + dz * dz < limit else zero
     return count
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
-def blended(patch, x, y, z, a, b, c):
+def blended(patch, at, x, y, z, a, b, c):
     """Return value, slope, second order along (a, b, c) of a patch's blended height, its weight, its rivals' number."""
     one, zero, half = np.float32(1.0), np.float32(0.0), np.float32(0.5)
     total = f0 = f1 = f2 = rivals = zero
     limit = (x * x + y * y + z * z) * np.float32(0.9999)
     for k in range(LANES):
-        dx, dy, dz = x - patch[0, k], y - patch[1, k], z - patch[2, k]
+        dx, dy, dz = x - patch[at + k], y - patch[at + 8 + k], z - patch[at + 16 + k]
         d = dx * dx + dy * dy + dz * dz
-        share = patch[13, k]
+        share = patch[at + 104 + k]
         rivals += one if d < limit and share > zero else zero
-        w = one - d * patch[3, k]
+        w = one - d * patch[at + 24 + k]
         w = w if w > zero else zero
         w *= w
-        nx, ny, nz = patch[4, k], patch[5, k], patch[6, k]
-        xx, yy, zz, xy, xz, yz = patch[7, k], patch[8, k], patch[9, k], patch[10, k], patch[11, k], patch[12, k]
+        nx, ny, nz = patch[at + 32 + k], patch[at + 40 + k], patch[at + 48 + k]
+        xx, yy, zz, xy, xz, yz = (
+            patch[at + 56 + k],
+            patch[at + 64 + k],
+            patch[at + 72 + k],
+            patch[at + 80 + k],
+            patch[at + 88 + k],
+            patch[at + 96 + k],
+        )
         gx = xx * dx + xy * dy + xz * dz
         gy = xy * dx + yy * dy + yz * dz
         gz = xz * dx + yz * dy + zz * dz
@@ -97,12 +105,19 @@ def blended(patch, x, y, z, a, b, c):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
-def alone(patch, x, y, z, a, b, c):
+def alone(patch, at, x, y, z, a, b, c):
     """Return value, slope and second order along (a, b, c) of the height above a patch's first surfel."""
-    xx, yy, zz, xy, xz, yz = patch[7, 0], patch[8, 0], patch[9, 0], patch[10, 0], patch[11, 0], patch[12, 0]
+    xx, yy, zz, xy, xz, yz = (
+        patch[at + 56],
+        patch[at + 64],
+        patch[at + 72],
+        patch[at + 80],
+        patch[at + 88],
+        patch[at + 96],
+    )
     gx, gy, gz = xx * x + xy * y + xz * z, xy * x + yy * y + yz * z, xz * x + yz * y + zz * z
     hx, hy, hz = xx * a + xy * b + xz * c, xy * a + yy * b + yz * c, xz * a + yz * b + zz * c
-    nx, ny, nz = patch[4, 0], patch[5, 0], patch[6, 0]
+    nx, ny, nz = patch[at + 32], patch[at + 40], patch[at + 48]
     half = np.float32(0.5)
     return (
         nx * x + ny * y + nz * z - half * (gx * x + gy * y + gz * z),
@@ -112,13 +127,13 @@ def alone(patch, x, y, z, a, b, c):
 
 
 @njit(cache=True, error_model="numpy")
-def closer(patch, x, y, z):
+def closer(patch, at, x, y, z):
     """Return the lane of the surfel nearest to a place among those that face along with the first."""
     best, lane = math.inf, 0
     for k in range(LANES):
-        dx, dy, dz = x - patch[0, k], y - patch[1, k], z - patch[2, k]
+        dx, dy, dz = x - patch[at + k], y - patch[at + 8 + k], z - patch[at + 16 + k]
         d = dx * dx + dy * dy + dz * dz
-        if d < best and patch[13, k] > 0.0:
+        if d < best and patch[at + 104 + k] > 0.0:
             best, lane = d, k
     return lane
 

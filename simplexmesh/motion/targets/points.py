@@ -23,7 +23,8 @@ Array = NDArray[np.float64]
 class SurfelTarget(BuiltIn):
     """The surface that surfels describe; what `Points` and `LabelSurface` have in common.
 
-    Remembers where each vertex was, to start from there: the answer does not depend on it.
+    Remembers what was nearest to each vertex, and how far it may move before that must be found anew: the answer does
+    not depend on it.
 
     Attributes
     ----------
@@ -37,7 +38,7 @@ class SurfelTarget(BuiltIn):
 
     def _set(self, surfels: Surfels, center: Array) -> None:
         self.surfels, self.center = surfels, center
-        self._state = np.zeros(0, np.int64)
+        self._memory = np.zeros((0, 8))
 
     def gap(self, vertices: Array, normals: Array, reach: float) -> Array:
         """Return (n,) the signed distance along each normal to the surface of the data, NaN beyond `reach`.
@@ -56,8 +57,8 @@ class SurfelTarget(BuiltIn):
             the data only faces another way (more than 78 degrees from the normal).
         """
         vertices, normals, reach = checked(vertices, normals, reach)
-        if len(self._state) != len(vertices):
-            self._state = np.zeros(len(vertices), np.int64)
+        if len(self._memory) != len(vertices):
+            self._memory = np.zeros((len(vertices), 8))
         out = np.zeros(len(vertices))
         s = self.surfels
         _kernels_points.surfel_gaps(
@@ -66,8 +67,8 @@ class SurfelTarget(BuiltIn):
             self.center,
             reach,
             reach + s.spacing,
+            s.heads,
             s.table,
-            s.support,
             s.neighbors,
             s.between,
             s.horizon,
@@ -76,7 +77,7 @@ class SurfelTarget(BuiltIn):
             s.tree.ends,
             s.tree.boxes,
             s.oriented,
-            self._state,
+            self._memory,
             out,
         )
         return out

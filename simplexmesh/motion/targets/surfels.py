@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh import _vec
-from simplexmesh.motion.targets import _kernels_patches
+from simplexmesh.motion.targets import _kernels_patches, _kernels_points
 from simplexmesh.motion.targets import _kernels_surfels as kernels
 from simplexmesh.motion.targets._kernels_fit import COUNT, CURVATURE, LEAN, NOISE, OFFSET, VARIANCE
 from simplexmesh.motion.targets.tree import Tree
@@ -43,6 +43,8 @@ class Surfels:
         How far those are.
     horizon : (m,) array of float
         No surfel outside the neighbors is nearer than this.
+    heads : (m, 12) array of float
+        What a vertex asks of its surfel first: see `_kernels_points.pack_heads`.
     patches : (m, 14, 8) array of float32
         Each surfel with its nearest, packed: see `_kernels_patches.pack_patches`.
     noise : (m,) array of float
@@ -60,6 +62,7 @@ class Surfels:
     neighbors: NDArray[np.int32]
     between: Array
     horizon: Array
+    heads: Array
     patches: NDArray[np.float32]
     noise: Array
     radius: Array
@@ -254,12 +257,14 @@ def _linked(table: Array, noise: Array, radius: Array, *, oriented: bool, blende
     _kernels_patches.even_support(narrow, neighbors, support)
     patches = np.zeros((m, 14, _kernels_patches.LANES), np.float32)
     _kernels_patches.pack_patches(table, support, neighbors, oriented, patches)
+    between, horizon = np.ascontiguousarray(distance[:, :NEIGHBORS]), distance[:, -1].copy()
     return Surfels(
         table=table,
         support=support,
         neighbors=neighbors,
-        between=np.ascontiguousarray(distance[:, :NEIGHBORS]),
-        horizon=distance[:, -1].copy(),
+        between=between,
+        horizon=horizon,
+        heads=_kernels_points.pack_heads(table, support, between, horizon),
         patches=patches,
         noise=noise,
         radius=radius,
