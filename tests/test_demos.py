@@ -107,6 +107,17 @@ def test_the_sphere_becomes_a_face_with_one_hole(ran, tmp_path):
     assert (tmp_path / "film.gif").stat().st_size > 50_000
 
 
+def test_refinement_fills_the_bottle(ran, tmp_path):
+    demo, out = ran("refinement")
+    assert out["away"]["refined"] < 0.1 * out["away"]["coarse"]
+    assert out["away"]["refined"] < 0.003 * out["size"]
+    assert out["meshes"]["refined"].check(self_intersections=True).ok
+    counts = [mesh.n_vertices for mesh in out["film"]]
+    assert sorted(counts) == counts
+    demo.write_film({**out, "film": out["film"][::6]}, tmp_path / "film.gif")
+    assert (tmp_path / "film.gif").stat().st_size > 20_000
+
+
 class TestFrog:
     def test_organs_and_scan(self, ran):
         _, out = ran("frog")

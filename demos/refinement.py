@@ -1,0 +1,113 @@
+"""Refinement at work.
+
+A sphere of a few hundred vertices is drawn to a bottle and stays outside of it: it has too few vertices to go in. Faces
+that are large, long, bent and far from the data are divided, round by round, until none scores above the threshold: the
+cavity is filled, and polygons are small where it bends. Run as a script it also writes the film. The bottle is that of `vase_ct.vti` where `SIMPLEXMESH_DATA` names a folder that has it, otherwise a made one.
+"""
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pyvista as pv
+
+import simplexmesh as sm
+
+CLAY, INSIDE, LINES = "#c9d3dc", "#d9a273", "#4a545c"
+
+
+def main(size="large"):
+    """Fit a sphere to a bottle, coarsely, then refine it, and say how far the bottle is from the model each time."""
+    bottle, level = scanned(size)
+    target = sm.targets.Isosurface(bottle, level)
+    center, radius = middle(bottle, level)
+    coarse = sm.sphere(5, radius=1.1 * radius, center=center)
+    for far, rigidity, iterations in ((2.0, 6, 100), (0.4, 6, 100), (0.16, 1, 300)):
+        model = sm.DeformableModel(coarse, target, reach=far * radius, rigidity=rigidity)
+        for _ in model.run(iterations):
+            pass
+        coarse = model.mesh
+    film = [coarse]
+    refined = sm.refine(coarse, target, threshold="medium", watch=lambda _, mesh: film.append(mesh))
+    meshes = {"coarse": coarse, "refined": refined.mesh}
+    points = surface_points(bottle, level)
+    away = {name: far_from(points, mesh) for name, mesh in meshes.items()}
+    return {"meshes": meshes, "away": away, "film": [*film, refined.mesh], "rounds": refined.rounds, "size": 2 * radius}
+
+
+def scanned(size):
+    """Return the scan of a bottle and the level on its wall."""
+    real = Path(os.environ.get("SIMPLEXMESH_DATA", "")) / "vase_ct.vti"
+    if real.is_file() and size == "large":
+        return sm.read_volume(real), 25.0
+    x, y, z = np.meshgrid(*(np.linspace(-1.7, 1.7, 40) for _ in range(3)), indexing="ij")
+    around, up = np.hypot(x, z), y
+    wall = 0.5 + 0.5 * np.exp(-(((up + 0.4) / 0.8) ** 4))
+    outside = np.minimum(np.minimum(wall - around, 1.5 - up), up + 1.4)
+    cavity = np.minimum(wall - 0.28 - around, up + 1.1)
+    spacing = x[1, 0, 0] - x[0, 0, 0]
+    return sm.Volume(np.minimum(outside, -cavity), spacing=spacing, origin=(-1.7, -1.7, -1.7)), 0.0
+
+
+def surface_points(volume, level):
+    """Return points on the surface: where grid lines cross the level."""
+    inside, out = volume.values > level, []
+    for axis in range(3):
+        ends = [np.moveaxis(volume.values, axis, 0)[cut].astype(float) for cut in (slice(-1), slice(1, None))]
+        crossed = np.argwhere(np.moveaxis(inside, axis, 0)[:-1] != np.moveaxis(inside, axis, 0)[1:])
+        low, high = (end[tuple(crossed.T)] for end in ends)
+        at = crossed.astype(float)
+        at[:, 0] += (level - low) / (high - low)
+        out.append(volume.to_world(at[:, np.insert([1, 2], axis, 0)]))
+    return np.concatenate(out)
+
+
+def middle(volume, level):
+    """Return the center of the object and half its size."""
+    low, high = (volume.to_world(end(np.argwhere(volume.values > level), axis=0)) for end in (np.min, np.max))
+    return (low + high) / 2, float(np.linalg.norm(high - low) / 2)
+
+
+def far_from(points, mesh):
+    """Return the mean distance of points to a mesh."""
+    return float(np.abs(sm.targets.Triangles(mesh.triangulated(), oriented=False).closest(points)[0]).mean())
+
+
+def draw(plotter, mesh):
+    """Draw the faces of a mesh behind its middle, so that one looks into it."""
+    behind = [face for face in mesh.faces if mesh.vertices[face, 2].mean() < mesh.bounds.mean(axis=0)[2]]
+    half = pv.PolyData(np.array(mesh.vertices), np.concatenate([[len(face), *face] for face in behind]))
+    look = {"show_edges": True, "edge_color": LINES, "backface_params": {"color": INSIDE}}
+    plotter.add_mesh(half, color=CLAY, **look)
+    plotter.view_vector((0.35, 0.25, 1.0), (0.0, 1.0, 0.0))
+
+
+def show(out):
+    """Draw the coarse mesh and the refined one next to each other, cut open."""
+    plotter = sm.plot.stage(2)
+    for column, (name, mesh) in enumerate(out["meshes"].items()):
+        plotter.subplot(0, column)
+        draw(plotter, mesh)
+        percent = 100 * out["away"][name] / out["size"]
+        plotter.add_text(f"{name}: {mesh.n_vertices} vertices, {percent:.2g} % off", font_size=11, color=LINES)
+    return plotter
+
+
+def write_film(out, path):
+    """Write the film of the rounds as a .gif file."""
+    plotter = pv.Plotter(off_screen=True, window_size=(560, 700))
+    plotter.open_gif(str(path), fps=3)
+    last = out["film"][-1]
+    for mesh in [*out["film"], last, last, last]:
+        plotter.clear_actors()
+        draw(plotter, mesh)
+        plotter.add_text(f"{mesh.n_vertices} vertices", font_size=12, color=LINES)
+        plotter.write_frame()
+    plotter.close()
+
+
+if __name__ == "__main__":
+    result = main()
+    print(result["away"], result["meshes"])
+    write_film(result, "refinement.gif")
+    show(result).show()
