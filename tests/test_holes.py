@@ -14,6 +14,7 @@ from simplexmesh.motion.holes import open_holes
 from simplexmesh.motion.outward import turned_outward
 from simplexmesh.motion.rim import Rim
 from simplexmesh.motion.rim_refine import divided_rims
+from simplexmesh.motion.rim_upright import uprighted
 from simplexmesh.motion.shore import Shore
 from simplexmesh.motion.subjects import as_subject
 from simplexmesh.motion.targets.borders import border_of_points
@@ -307,6 +308,21 @@ class TestRims:
         assert topologically_sound(out)
 
 
+def test_corners_of_rims_look_the_right_way():
+    flat = sm.plane(vertices=300)
+    rim = flat.connectivity.face_is_hole[flat.connectivity.vertex_faces].any(axis=1)
+    corner = int(np.argmax(rim))
+    inside = np.setdiff1d(flat.neighbors[corner], np.flatnonzero(rim))[0]
+    vertices = flat.vertices.copy()
+    vertices[inside] += 1.2 * (vertices[corner] - vertices[inside])
+    worse = flat.moved(vertices)
+    assert "inverted" in worse.check().where
+    better = uprighted(worse)
+    assert "inverted" not in better.check().where
+    assert np.array_equal(better.vertices[rim], worse.vertices[rim])
+    assert uprighted(flat) is flat
+
+
 class TestOutward:
     @pytest.mark.parametrize("turn", [1, -1])
     def test_shells_look_away_from_the_middle_of_their_border(self, turn):
@@ -377,6 +393,7 @@ def test_the_scan_of_a_face_from_a_sphere(data_folder):
     assert abs(model.mesh.n_vertices - 1700) <= 170
     assert (model.mesh.n_holes, model.mesh.genus, model.tangled) == (1, 0, 0)
     assert model.distance.data_to_mesh.mean < 0.0015 * scan.diagonal
+    assert model.mesh.check(self_intersections=True).ok
     ends = sm.targets.Triangles(scan).border.points
     rim = rim_points(model.mesh)
     assert cKDTree(ends).query(rim)[0].mean() < 0.003 * scan.diagonal

@@ -247,7 +247,8 @@ def _given_handles(journey: Journey, plan: Plan) -> None:
     """Join the pairs of faces of the start that the user gave."""
     if isinstance(plan.handles, str) or callable(plan.handles):
         return
-    out = add_handles(journey.mesh, pairs=plan.handles)
+    pairs: Any = plan.handles
+    out = add_handles(journey.mesh, pairs=pairs)
     journey.mesh = out.mesh
     journey.noted(handles=out.proposals)
 
@@ -258,7 +259,7 @@ def _tunnels(journey: Journey, plan: Plan, samples: Samples, fine: Stage) -> Sta
     def watch(mesh: SimplexMesh, _: int) -> None:
         journey.mesh = mesh
 
-    room = int(0.85 * plan.vertices)
+    room = plan.vertices if plan.refine == "none" else int(0.85 * plan.vertices)
     out = tunneled(
         journey.mesh,
         samples,
