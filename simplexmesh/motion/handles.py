@@ -136,8 +136,8 @@ def add_handles(
     >>> caps = [[f for f in range(ball.n_faces) if (s * z[ball.faces[f]] > 0.7).all()] for s in (1, -1)]
     >>> holed = sm.open_holes(ball, zones=caps).mesh
     >>> out = sm.add_handles(holed, distance=3.0)
-    >>> out.mesh.genus, out.mesh.n_holes, out.proposals
-    (1, 0, (HandleProposal(faces 0 and 1, accepted),))
+    >>> out.mesh.genus, out.mesh.n_holes, [proposal.accepted for proposal in out.proposals]
+    (1, 0, [True])
     """
     if not isinstance(mesh, SimplexMesh):
         raise TypeError(f"mesh must be a SimplexMesh, not {type(mesh).__name__}")

@@ -13,16 +13,19 @@ from simplexmesh import _check
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.handles import HandleProposal, add_handles
 from simplexmesh.motion.holes import open_holes
-from simplexmesh.motion.wrap import ROUND, Samples, Wrapping
+from simplexmesh.motion.wrap import Samples, Wrapping
 from simplexmesh.motion.zones import connected
 
 Indices = NDArray[np.int64]
 
-AT_LEAST, AT_MOST, MOST_ROUNDS = 64, 480, 24
-"""Iterations before films are looked for, and how many times they are."""
+TURN, AT_MOST = 16, 640
+"""Iterations between two looks at which films meet, and at most."""
 
-STILL = 0.03
-"""The mesh rests when over a third of `AT_LEAST` iterations no larger part of the free vertices, or of 50, sat down."""
+RESTING, STILL = 5, 0.03
+"""The mesh rests when in so many turns no larger part of the free vertices, or of 50, sat down or rose."""
+
+CALM = 48
+"""Iterations without pressing at the end."""
 
 FEWEST_LINKS = 4
 """Vertices that must meet between two films."""
@@ -83,36 +86,24 @@ def tunneled(
     joined: list[HandleProposal] = []
     refused: list[HandleProposal] = []
     look = None if watch is None else lambda mesh: watch(mesh, len(joined))
-    _settled(wrapping, look)
-    for _ in range(MOST_ROUNDS):
-        pairs = meeting_films(wrapping)
-        news, refused = False, []
-        for one, other in pairs:
+    counts: list[int] = []
+    for _ in range(AT_MOST // TURN):
+        wrapping.run(TURN, watch=look)
+        counts.append(int(wrapping.free.sum()))
+        refused = []
+        for one, other in meeting_films(wrapping):
             mesh, proposal = _joined(wrapping.mesh, one, other, accept)
             if proposal.accepted:
                 joined.append(proposal)
                 wrapping.took(mesh)
-                news = True
+                counts.clear()
                 break  # faces have new numbers: look again
             refused.append(proposal)
-        if not news:
+        recent = counts[-RESTING:]
+        if len(recent) == RESTING and max(recent) - min(recent) <= STILL * max(max(recent), 50):
             break
-        _settled(wrapping, look)
+    wrapping.run(CALM, press=False, watch=look)
     return Tunneled(wrapping.mesh, (*joined, *refused))
-
-
-def _settled(wrapping: Wrapping, watch: Callable[[SimplexMesh], None] | None) -> None:
-    """Press until no more vertices come to sit on data."""
-    counts: list[int] = []
-    third = -(-AT_LEAST // 3 // ROUND) * ROUND
-    while len(counts) < AT_MOST // third:
-        wrapping.run(third, watch=watch)
-        counts.append(int(wrapping.free.sum()))
-        if not counts[-1]:
-            break
-        recent = counts[-3:]
-        if len(counts) >= 3 and max(recent) - min(recent) <= STILL * max(counts[-1], 50):
-            break
 
 
 def meeting_films(wrapping: Wrapping) -> list[tuple[Indices, Indices]]:

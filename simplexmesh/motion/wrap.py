@@ -38,6 +38,13 @@ ROUND = 8
 FILM, SKIN = CONSTRAINTS.index("orientation"), CONSTRAINTS.index("mean_curvature")
 
 
+def grown(marked: NDArray[np.bool_], neighbors: NDArray[np.int32], rings: int) -> NDArray[np.bool_]:
+    """Return the marked vertices and those within so many edges of one."""
+    for _ in range(rings):
+        marked = marked | marked[neighbors].any(axis=1)
+    return marked
+
+
 @dataclass(frozen=True, eq=False)
 class Samples:
     """Points on the surface wanted, with unit normals.
@@ -60,7 +67,7 @@ class Samples:
         --------
         >>> import simplexmesh as sm
         >>> ball = sm.sphere(16)
-        >>> bool(abs(Samples(ball.vertices, ball.normals, True).area() / ball.area - 1) < 0.1)
+        >>> bool(abs(Samples(ball.vertices, ball.normals, oriented=True).area() / ball.area - 1) < 0.1)
         True
         """
         away = cKDTree(self.points).query(self.points, k=min(neighbors + 1, len(self.points)))[0][:, -1]
@@ -101,24 +108,28 @@ class Wrapping:
         self._looks = 0
         self._look(self.mesh.vertices, self.mesh.normals, self.mesh.neighbors)
 
-    def run(self, iterations: int, *, watch: Callable[[SimplexMesh], None] | None = None) -> None:
+    def run(self, iterations: int, *, press: bool = True, watch: Callable[[SimplexMesh], None] | None = None) -> None:
         """Press for so many iterations; `watch` sees the mesh after every `ROUND` of them.
+
+        Without `press` all of it is under tension and drawn to the data nearby, so that folds come undone.
 
         Raises
         ------
         DivergedError
             When a vertex flies off.
         """
+        self._pressing = press
         for start in range(0, iterations, ROUND):
             self.mesh = self._evened()
             self._looks = 0
             self._look(self.mesh.vertices, self.mesh.normals, self.mesh.neighbors)
             model = DeformableModel(self.mesh, rigidity=2, damping=1.0, forces=self._push)
             for _ in range(start, min(start + ROUND, iterations)):
-                code = np.where(self.free | self._folded, FILM, SKIN).astype(np.int8)
+                slack = self.free | self._folded | np.full(len(self.free), not press)
+                code = np.where(slack, FILM, SKIN).astype(np.int8)
                 code.setflags(write=False)
                 model.constraint = code
-                model.alpha[:] = np.where(self._close & ~self._folded, 0.1, 0.4)
+                model.alpha[:] = np.where(self._close & ~self._folded, 0.1 if press else 0.3, 0.4)
                 model.step()
             self.mesh = SimplexMesh(model.mesh.vertices, model.mesh.connectivity)
             if watch is not None:
@@ -155,13 +166,16 @@ class Wrapping:
         across = self.samples.normals[self._nearest]
         toward = dot(self.samples.points[self._nearest] - V, across)[:, None] * across
         out[self._close] = 0.6 * toward[self._close]
+        if not self._pressing:
+            return out
         smooth = N + N[frame.neighbors].sum(axis=1)
         smooth = normalized(smooth + smooth[frame.neighbors].sum(axis=1))
         press = -(0.03 * self._away + 0.04 * self.edge)[:, None] * smooth
         along = press - dot(press, across)[:, None] * across
         press = np.where(self._close[:, None], along, press)  # along data, never through it
         met = self.meets >= 0
-        out[self.free & ~met] += press[self.free & ~met]
+        held = grown(met, frame.neighbors, 2)  # or two films would slide over each other
+        out[self.free & ~held] += press[self.free & ~held]
         apart = 0.2 * np.clip(0.6 * self._edges - self._depth, 0.0, 0.5 * self._edges)
         out[met] += apart[met, None] * smooth[met]
         return out

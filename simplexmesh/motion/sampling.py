@@ -1,0 +1,65 @@
+"""What a start around the data must know of it: points and normals on it, and, where it says so, its genus."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from simplexmesh._vec import norm
+from simplexmesh.motion.subjects import Subject, TrianglesSubject
+from simplexmesh.motion.wrap import Samples
+
+MOST_SAMPLES = 20_000
+
+WIDE = 0.05
+"""In diagonals of the data: it is open when a border of it is wider."""
+
+
+def closed_samples(subject: Subject) -> Samples | None:
+    """Return points with normals on the surface that a subject describes, None when that surface has a border.
+
+    Examples
+    --------
+    >>> import simplexmesh as sm
+    >>> from simplexmesh.motion.subjects import as_subject
+    >>> choices = {"level": None, "label": None, "inside": "above", "components": "largest"}
+    >>> whole = as_subject(sm.sphere(16).vertices, **choices)
+    >>> bool(len(closed_samples(whole).points) > 3000)
+    True
+    >>> half = as_subject(whole.points[whole.points[:, 2] > 0], **choices)
+    >>> closed_samples(half) is None
+    True
+    """
+    from simplexmesh.motion.targets.points import Points
+
+    border = getattr(subject.target, "border", None)
+    diagonal = float(norm(np.ptp(subject.points, axis=0)))
+    if border is not None and len(border.wider(WIDE * diagonal)):
+        return None
+    if isinstance(subject, TrianglesSubject):
+        cloud = subject.sampled
+        assert cloud.normals is not None
+        return _thinned(Samples(cloud.points, cloud.normals, oriented=True))
+    target = subject.target if hasattr(subject.target, "samples") else Points(subject.points)
+    points, normals = target.samples()
+    if not normals.any(axis=1).all():  # a surfel without a direction looks to its nearest neighbor that has one
+        known = np.flatnonzero(normals.any(axis=1))
+        normals = normals[known[cKDTree(points[known]).query(points)[1]]]
+    return _thinned(Samples(points, normals, bool(target.surfels.oriented)))  # type: ignore[attr-defined]
+
+
+def known_genus(subject: Subject) -> int | None:
+    """Return how many handles the data has, None when it does not say: only closed triangles in one piece do."""
+    if not isinstance(subject, TrianglesSubject):
+        return None
+    topology = subject.triangles.topology
+    return None if topology.n_components > 1 or topology.n_borders else int(topology.genus)
+
+
+def _thinned(samples: Samples) -> Samples:
+    """Return no more samples than needed, the same every time."""
+    n = len(samples.points)
+    if n <= MOST_SAMPLES:
+        return samples
+    rows = np.random.default_rng(0).choice(n, MOST_SAMPLES, replace=False)
+    return Samples(samples.points[rows], samples.normals[rows], samples.oriented)
