@@ -2,7 +2,8 @@
 
 A sphere of a few hundred vertices is drawn to a bottle and stays outside of it: it has too few vertices to go in. Faces
 that are large, long, bent and far from the data are divided, round by round, until none scores above the threshold: the
-cavity is filled, and polygons are small where it bends. Run as a script it also writes the film. The bottle is that of `vase_ct.vti` where `SIMPLEXMESH_DATA` names a folder that has it, otherwise a made one.
+cavity is filled, and polygons are small where it bends. Run as a script it also writes the film. The bottle is that of
+`vase_ct.vti` where `SIMPLEXMESH_DATA` names a folder that has it, otherwise a made one.
 """
 
 import os

@@ -1,6 +1,6 @@
 """What placing vertices where they are needed brings: the same number of them, evenly spaced and redistributed.
 
-Usage: SIMPLEXMESH_DATA=folder python tests/benchmarks/bench_refine.py [head | fandisk | lion | vase | speed]
+Usage: SIMPLEXMESH_DATA=folder python tests/benchmarks/bench_refine.py [head | fandisk | lion | vase | speed | picture]
 
 Even: `reconstruct(..., adaptation=0)`, which spaces vertices evenly. Adapted: the same with adaptation=0.05 and no
 refinement. Redistributed: `redistribute` of the even mesh, to no more vertices than that has. Distances are from the
@@ -17,6 +17,7 @@ import warnings
 from pathlib import Path
 
 import numpy as np
+import pyvista as pv
 
 import simplexmesh as sm
 from simplexmesh.motion.evolve import Stage, evolved
@@ -109,6 +110,27 @@ def vase() -> None:
         )
 
 
+def picture(path="redistributed.png") -> None:
+    """Draw even meshes above redistributed ones of the same size."""
+    plotter = pv.Plotter(off_screen=True, shape=(2, 3), window_size=(1500, 1000), border=False)
+    views = {
+        "head": ((0.6, -1, -0.2), (0, 0, -1)),
+        "fandisk": ((-1, 0.8, 0.3), (0, 0, 1)),
+        "lion": ((0.3, 0, 1), (0, 1, 0)),
+    }
+    for column, (name, (file, level, sizes, _)) in enumerate(CASES.items()):
+        even = sm.reconstruct(folder() / file, level=level, vertices=sizes[1], adaptation=0).mesh
+        placed = sm.redistribute(even, folder() / file, level=level).mesh
+        for row, mesh in enumerate((even, placed)):
+            plotter.subplot(row, column)
+            look = {"show_edges": True, "edge_color": "#4a545c", "ambient": 0.25}
+            plotter.add_mesh(mesh.to_pyvista(), color="#c9d3dc", **look)
+            plotter.view_vector(*views[name])
+            plotter.camera.zoom(1.15)
+    plotter.screenshot(path)
+    plotter.close()
+
+
 def least(job, times=5):
     """Return the least time of several runs, in seconds."""
     out = []
@@ -142,4 +164,4 @@ if __name__ == "__main__":
         if name in CASES:
             table(name)
         else:
-            {"vase": vase, "speed": speed}[name]()
+            {"vase": vase, "speed": speed, "picture": picture}[name]()
