@@ -356,6 +356,11 @@ class TestReconstruction:
         ends = sm.targets.Triangles(data).border.points
         assert cKDTree(ends).query(rim_points(model.mesh))[0].mean() < 0.02
 
+    def test_vertices_without_faces_are_no_data(self):
+        seen = FINE.faces[(FINE.vertices[FINE.faces][:, :, 2] > -0.3).all(axis=1)]
+        subject = as_subject((FINE.vertices, seen), level=None, label=None, inside="above", components="largest")
+        assert subject.points[:, 2].min() > -0.3 - 1e-9
+
     def test_a_pipe_open_at_both_ends_from_a_sphere(self):
         pipe = sm.cylinder(60, 80, radius=0.7, height=2.0).triangulated()
         model = sm.reconstruct(pipe, init="sphere", vertices=800)

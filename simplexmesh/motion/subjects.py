@@ -246,8 +246,9 @@ class TrianglesSubject:
 
     @property
     def points(self) -> Array:
-        """(m, 3) the vertices and even samples of the surface."""
-        return np.concatenate([self.triangles.vertices, self.sampled.points])
+        """(m, 3) the vertices and even samples of the surface; vertices without faces are not on it."""
+        used = np.unique(self.triangles.faces)
+        return np.concatenate([self.triangles.vertices[used], self.sampled.points])
 
     def start(self, vertices: int, tunnels: float | None) -> Start:
         """Return the dual of a coarse surface around even samples of the triangles."""
