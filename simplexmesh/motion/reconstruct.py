@@ -21,6 +21,8 @@ from simplexmesh.motion.initial.report import StartReport
 from simplexmesh.motion.measure import measured
 from simplexmesh.motion.outward import turned_outward
 from simplexmesh.motion.progress import Report, reporting
+from simplexmesh.motion.rim_upright import uprighted
+from simplexmesh.motion.sampling import closed_samples, known_genus
 from simplexmesh.motion.state import State
 from simplexmesh.motion.subjects import Subject, as_subject
 from simplexmesh.motion.topology_adapt import Choice, TopologyRecord, plan_for, travelled
@@ -205,14 +207,17 @@ def reconstruct(
             subject = turned_outward(subject) if init in ENCLOSING else subject
             start = primitive_around(subject.points, str(init), plan.first_vertices, facing=subject.facing)
         stages = _stages(start, subject, iterations, rigidity, adaptation, cell=found.cell if found else None)
+        samples = closed_samples(subject) if init in ENCLOSING and plan.handles != "none" else None
         course, topology = travelled(
-            start, subject.target, stages, plan, watch=lambda share: report(0.1 + 0.8 * share, "fitting")
-        )
+            start, subject.target, stages, plan, samples=samples,
+            watch=lambda share: report(0.1 + 0.8 * share, "fitting"),
+        )  # fmt: skip
         mesh, tangled, interrupted = course.mesh, None, course.interrupted
         if not interrupted:
             try:
                 report(0.92, "untangling")
                 mesh, tangled = untangled(mesh, subject.target, reach=stages[-1].reach, start=start if found else None)
+                mesh = uprighted(mesh)
             except KeyboardInterrupt:
                 interrupted = True
         distance = UNMEASURED
@@ -224,6 +229,13 @@ def reconstruct(
             report(1.0, "done")
         except KeyboardInterrupt:
             interrupted = True
+    if samples is not None and known_genus(subject) not in (None, mesh.genus) and not interrupted:
+        warnings.warn(
+            f"the surface has genus {known_genus(subject)}, the model has {mesh.genus}; more vertices may find the "
+            "handles that are left out, or init='auto'",
+            SimplexMeshWarning,
+            stacklevel=2,
+        )
     if tangled:
         warnings.warn(
             f"{tangled} vertices are on faces that are folded or cross others; more vertices or another start may help",
