@@ -111,7 +111,7 @@ def _search(table, neighbors, starts, ends, boxes, x, y, z, a, b, c, oriented, s
 
 
 @njit(cache=True, error_model="numpy")
-def _beyond(table, neighbors, horizon, i, x, y, z):
+def beyond(table, neighbors, horizon, i, x, y, z):
     """Return a distance that no surfel outside of the patch of `i` is nearer than."""
     bound = horizon[i] - math.sqrt(squared_distance(table, i, x, y, z))
     if bound <= 0.0:
@@ -154,7 +154,7 @@ def nearest_facing(table, neighbors, between, horizon, starts, ends, boxes, x, y
             if (d < best or (d == best and j < found)) and faces(table, j, a, b, c, oriented, FACING):
                 best, found, reach = d, j, math.sqrt(d)
         if proved or horizon[here] - own > reach:
-            bound = _beyond(table, neighbors, horizon, found, x, y, z)
+            bound = beyond(table, neighbors, horizon, found, x, y, z)
             return found if best <= limit else -1, found, bound
         if step == here:
             break

@@ -11,13 +11,14 @@ import numpy as np
 from numba import njit, prange
 
 from simplexmesh.motion._kernels import Both
-from simplexmesh.motion.targets._kernels_nearest import FACING, TURN, nearest_facing, nearest_in_patch
+from simplexmesh.motion.targets._kernels_nearest import FACING, TURN, beyond, nearest_facing, nearest_in_patch
 from simplexmesh.motion.targets._kernels_patches import LANES, alone, blended, closer, rivals
 from simplexmesh.motion.targets._kernels_pointers import start
 
 HEAD = 12  # numbers of a surfel's head: see `pack_heads`
 PATCH = 14 * LANES
 ROUNDING = 1.0 + 1e-12
+MARGIN = 1.1  # a nearest surfel becomes the anchor where what is outside its patch is farther by this
 
 
 def pack_heads(table, support, between, horizon):
@@ -144,18 +145,23 @@ def surfel_gaps(
         i = np.int64(memory[v, 7])
         m = np.int64(v) * 8
         if not _still_nearest(start(heads), start(patches), start(memory), m, x, y, z, a, b, c, oriented, limit):
-            bound, known = _bound(start(memory), m, x, y, z, a, b, c), False
+            bound, known, anchor = _bound(start(memory), m, x, y, z, a, b, c), False, i
             if bound > 0.0:
                 found, squared = nearest_in_patch(table, neighbors, i, x, y, z, a, b, c, oriented)
                 known = min(math.sqrt(squared), search) < bound
             if known:
                 i = found if squared <= limit else np.int64(-1)
+                if i >= 0 and i != anchor:
+                    bound = beyond(table, neighbors, horizon, i, x, y, z)
+                    if bound > MARGIN * math.sqrt(squared):
+                        anchor = i
             else:
                 if i == 0 and m > 0:  # never asked about: start from the vertex before
                     i = np.int64(memory[v - 1, 7])
                 i, anchor, bound = nearest_facing(
                     table, neighbors, between, horizon, starts, ends, boxes, x, y, z, a, b, c, oriented, limit, i
                 )
+            if not known or anchor != np.int64(memory[v, 7]):
                 memory[v, 0], memory[v, 1], memory[v, 2] = x, y, z
                 memory[v, 3], memory[v, 4], memory[v, 5] = a, b, c
                 memory[v, 6], memory[v, 7] = bound / ROUNDING, anchor
