@@ -375,6 +375,18 @@ class TestReconstruction:
         assert model.mesh.n_holes == 0
         assert model.topology.holes == ()
 
+    def test_the_user_is_asked_or_gives_the_zones(self):
+        half = part(lambda p: p[:, 2] > 0)
+        model = sm.reconstruct(half, init="sphere", vertices=400, holes=lambda proposal: False)
+        assert model.mesh.n_holes == 0
+        assert {proposal.reason for proposal in model.topology.holes} >= {"refused by accept"}
+        ball = sm.sphere(6, radius=1.2)
+        cap = np.flatnonzero(centers(ball)[:, 2] < -0.9)
+        with pytest.warns(sm.SimplexMeshWarning, match="of the data is far from the model"):
+            model = sm.reconstruct(FINE, init=ball, holes=[cap])
+        assert model.mesh.n_holes == 1
+        assert np.array_equal(model.topology.holes[0].faces, cap)
+
     def test_the_automatic_start_keeps_its_topology(self):
         model = sm.reconstruct(FINE, vertices=400)
         assert model.topology == type(model.topology)()

@@ -105,21 +105,20 @@ def _around(connectivity: Connectivity, zone: Mask) -> Mask:
 
 
 def _narrow(connectivity: Connectivity, zone: Mask) -> tuple[Mask, Mask]:
-    """Return the faces in the zone, and those outside of it, where an outline could not be cut along."""
+    """Return the faces in the zone, and those outside of it, where an outline could not be cut along.
+
+    Faces that an outline comes to twice on one side, and all on a side where it has less than three. An edge between two
+    vertices of an outline that is not part of it makes one or the other.
+    """
     twin, face = connectivity.twin.reshape(-1), connectivity.face.reshape(-1)
     border = np.flatnonzero(zone[face] & ~zone[face[twin]])
     ends = twin[border] // 3
     links = coo_array((np.ones(len(border), bool), (border // 3, ends)), shape=(len(twin) // 3,) * 2)
     _, loop = connected_components(links, directed=False)
     count = zone[connectivity.vertex_faces].sum(axis=1)
-    on = (count == 1) | (count == 2)
-    # a chord: an edge between two vertices of an outline that is not part of it
-    chord = on[np.arange(len(twin)) // 3] & on[twin // 3] & (loop[np.arange(len(twin)) // 3] == loop[twin // 3])
-    chord &= zone[face] == zone[face[twin]]
     narrow = []
     for darts, starts in ((border, count[border // 3] == 2), (twin[border], count[ends] == 1)):
         marked = np.zeros(len(zone), bool)
-        marked[face[chord & (zone[face] == zone[face[darts[0]]])]] = True
         along = np.stack([loop[darts // 3], face[darts]], axis=1)
         again, times = np.unique(along[starts], axis=0, return_counts=True)
         marked[again[times > 1, 1]] = True
