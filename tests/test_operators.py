@@ -133,6 +133,16 @@ class TestInverses:
         assert_array_equal(back.connectivity.twin, c.twin)
         assert_array_equal(back.vertices, mesh.vertices)
 
+    @pytest.mark.parametrize("name", ["tetrahedron-1", "icosahedron-2", "torus", "plane"])
+    def test_a_refined_face_stays_in_the_middle(self, name):
+        mesh = ALL[name]
+        for f in np.flatnonzero(~mesh.connectivity.face_is_hole)[:8].tolist():
+            out = refine_face(mesh, f)
+            c, middle = out.mesh.connectivity, out.face_map[f]
+            loop = c.face_vertices[c.face_offsets[middle] : c.face_offsets[middle + 1]]
+            assert len(loop) == mesh.connectivity.face_sizes[f]
+            assert (loop >= mesh.n_vertices).all()
+
     def test_refined_vertices_are_middles_and_halfway_to_the_centroid(self):
         mesh = shapes.torus(14, 6)
         loop = mesh.vertices[mesh.faces[0]]
