@@ -60,15 +60,16 @@ def divided(
     for face in faces[sizes < fewest].tolist():
         m = int(mesh.connectivity.face_sizes[face])
         around = edit.around(face)
-        whole = len(around) == m and all(may_grow[_across(edit, int(dart), len(may_grow))] for dart in around)
+        whole = len(around) == m and all(_may_grow(edit, int(dart), may_grow) for dart in around)
         if whole and 2 * m <= left and edit.refine_faces([face]).done.all():
             left, ringed = left - 2 * m, ringed + 1
     return done, ringed
 
 
-def _across(edit: EditableMesh, dart: int, count: int) -> int:
-    """Return the face on the right of a dart; for a face of this round's making, the last one known before."""
-    return min(edit.faces_beside(dart)[1], count - 1)
+def _may_grow(edit: EditableMesh, dart: int, may_grow: Mask) -> bool:
+    """Return whether the face on the right of a dart may get a vertex; one made in this round may."""
+    across = edit.faces_beside(dart)[1]
+    return across >= len(may_grow) or bool(may_grow[across])
 
 
 def _cut(edit: EditableMesh, mesh: SimplexMesh, faces: Indices, most: int, may_grow: Mask) -> int:
