@@ -112,7 +112,7 @@ def test_walk_finds_the_nearest_facing_wherever_it_starts(seed, oriented):
         place, normal = rng.uniform(-1.4, 1.4, 3), sphere_points(1, rng)[0]
         reach = rng.uniform(0.05, 1.5)
         found, anchor, bound = _kernels_nearest.nearest_facing(
-            s.table, s.neighbors, s.between, s.horizon, *tree, *place, *normal, oriented, reach**2,
+            s.tree.points, s.table, s.neighbors, s.between, s.horizon, *tree, *place, *normal, oriented, reach**2,
             int(rng.integers(len(s))),
         )  # fmt: skip
         assert found == naive.nearest_facing(s.table, place, normal, oriented, reach)
@@ -160,7 +160,17 @@ def test_among_many_alike_the_bound_is_given_up_and_not_the_answer():
     up = np.array([0, 0, 1.0])
     for place in 1e-3 * sphere_points(50, rng):
         found, anchor, bound = _kernels_nearest.nearest_facing(
-            s.table, s.neighbors, s.between, s.horizon, *tree, *place, *up, True, 4.0, int(rng.integers(1500))
+            s.tree.points,
+            s.table,
+            s.neighbors,
+            s.between,
+            s.horizon,
+            *tree,
+            *place,
+            *up,
+            True,
+            4.0,
+            int(rng.integers(1500)),
         )
         assert found == anchor == naive.nearest_facing(s.table, place, up, True, 2.0)
         assert bound <= (1 + 1e-12) * naive.nearest_outside(s.table, s.neighbors, anchor, place, up, True)

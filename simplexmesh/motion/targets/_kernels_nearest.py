@@ -13,6 +13,7 @@ import numpy as np
 from numba import njit
 
 from simplexmesh.motion.targets._kernels_patches import LANES
+from simplexmesh.motion.targets._kernels_pointers import floats, integers
 from simplexmesh.motion.targets._kernels_tree import box_distance
 
 FACING = 0.2  # smallest cosine between a vertex's normal and that of the data it may see
@@ -32,9 +33,9 @@ def faces(table, j, a, b, c, oriented, least):
 
 
 @njit(cache=True, error_model="numpy")
-def squared_distance(table, j, x, y, z):
+def squared_distance(points, j, x, y, z):
     """Return that from a surfel's point to a place."""
-    dx, dy, dz = table[j, 0] - x, table[j, 1] - y, table[j, 2] - z
+    dx, dy, dz = points[j, 0] - x, points[j, 1] - y, points[j, 2] - z
     return dx * dx + dy * dy + dz * dz
 
 
@@ -59,33 +60,33 @@ def _kept(held, apart, count, limit):
 
 
 @njit(cache=True, error_model="numpy")
-def _search(table, neighbors, starts, ends, boxes, x, y, z, a, b, c, oriented, squared, index, anchor, slack):
+def _search(points, table, neighbors, starts, ends, boxes, x, y, z, a, b, c, oriented, squared, index, anchor, slack):
     """Return the nearest surfel that faces the right way and is nearer than (squared, index), anchor, and bound.
 
     The anchor is the surfel found, or the one given where there is none. No surfel outside of the anchor's patch that
     faces the right way within `TURN` is nearer than the bound.
     """
-    stack = np.empty(96, np.int64)
-    held, apart = np.empty(HELD, np.int64), np.empty(HELD)
+    stack, boxed, held, apart = integers(96), floats(96), integers(HELD), floats(HELD)
     count, top = 0, 0
-    stack[0] = 0
+    stack[0], boxed[0] = 0, 0.0
     whole = True
     limit = max(squared, (math.sqrt(squared) + slack) ** 2)
     while top >= 0:
-        node = stack[top]
+        node, away = stack[top], boxed[top]
         top -= 1
-        if box_distance(boxes, node, x, y, z) > limit:
+        if away > limit:
             continue
         if 2 * node + 2 < len(starts):
             first, second = 2 * node + 1, 2 * node + 2
-            if box_distance(boxes, second, x, y, z) < box_distance(boxes, first, x, y, z):
-                first, second = second, first
-            stack[top + 1] = second
-            stack[top + 2] = first
+            near, far = box_distance(boxes, first, x, y, z), box_distance(boxes, second, x, y, z)
+            if far < near:
+                first, second, near, far = second, first, far, near
+            stack[top + 1], boxed[top + 1] = second, far
+            stack[top + 2], boxed[top + 2] = first, near
             top += 2
             continue
         for j in range(starts[node], ends[node]):
-            d = squared_distance(table, j, x, y, z)
+            d = squared_distance(points, j, x, y, z)
             if d > limit or not faces(table, j, a, b, c, oriented, FACING - TURN):
                 continue
             if (d < squared or (d == squared and j < index)) and faces(table, j, a, b, c, oriented, FACING):
@@ -111,19 +112,21 @@ def _search(table, neighbors, starts, ends, boxes, x, y, z, a, b, c, oriented, s
 
 
 @njit(cache=True, error_model="numpy")
-def beyond(table, neighbors, horizon, i, x, y, z):
+def beyond(points, neighbors, horizon, i, x, y, z):
     """Return a distance that no surfel outside of the patch of `i` is nearer than."""
-    bound = horizon[i] - math.sqrt(squared_distance(table, i, x, y, z))
+    bound = horizon[i] - math.sqrt(squared_distance(points, i, x, y, z))
     if bound <= 0.0:
         return 0.0
     bound *= bound
     for k in range(LANES - 1, neighbors.shape[1]):
-        bound = min(bound, squared_distance(table, neighbors[i, k], x, y, z))
+        bound = min(bound, squared_distance(points, neighbors[i, k], x, y, z))
     return math.sqrt(bound)
 
 
 @njit(cache=True, error_model="numpy")
-def nearest_facing(table, neighbors, between, horizon, starts, ends, boxes, x, y, z, a, b, c, oriented, limit, start):
+def nearest_facing(
+    points, table, neighbors, between, horizon, starts, ends, boxes, x, y, z, a, b, c, oriented, limit, start
+):
     """Return the nearest surfel within sqrt(limit) that faces the right way, or -1: a walk from `start`, with a proof.
 
     A surfel at distance d from surfel i is at least d - |v - i| from v: the neighbors of i, nearest first, need only be
@@ -136,7 +139,7 @@ def nearest_facing(table, neighbors, between, horizon, starts, ends, boxes, x, y
     here = np.int64(start)
     best, found = math.inf, np.int64(-1)
     for _ in range(12):
-        squared = squared_distance(table, here, x, y, z)
+        squared = squared_distance(points, here, x, y, z)
         own = math.sqrt(squared)
         best, found, reach = math.inf, np.int64(-1), math.inf
         if faces(table, here, a, b, c, oriented, FACING):
@@ -148,13 +151,13 @@ def nearest_facing(table, neighbors, between, horizon, starts, ends, boxes, x, y
                 proved = True
                 break
             j = np.int64(neighbors[here, k])
-            d = squared_distance(table, j, x, y, z)
+            d = squared_distance(points, j, x, y, z)
             if d < closest:
                 closest, step = d, j
             if (d < best or (d == best and j < found)) and faces(table, j, a, b, c, oriented, FACING):
                 best, found, reach = d, j, math.sqrt(d)
         if proved or horizon[here] - own > reach:
-            bound = beyond(table, neighbors, horizon, found, x, y, z)
+            bound = beyond(points, neighbors, horizon, found, x, y, z)
             return found if best <= limit else -1, found, bound
         if step == here:
             break
@@ -165,18 +168,18 @@ def nearest_facing(table, neighbors, between, horizon, starts, ends, boxes, x, y
     if not slack < math.inf:
         slack = 0.0
     found, anchor, bound = _search(
-        table, neighbors, starts, ends, boxes, x, y, z, a, b, c, oriented, best, found, here, slack
+        points, table, neighbors, starts, ends, boxes, x, y, z, a, b, c, oriented, best, found, here, slack
     )
     return found if found < len(table) else -1, anchor, bound
 
 
 @njit(cache=True, error_model="numpy")
-def nearest_in_patch(table, neighbors, i, x, y, z, a, b, c, oriented):
+def nearest_in_patch(points, table, neighbors, i, x, y, z, a, b, c, oriented):
     """Return the nearest surfel that faces the right way in the patch of surfel `i`, -1 if none, and how far it is."""
     best, found = math.inf, np.int64(-1)
     for k in range(-1, LANES - 1):
         j = i if k < 0 else np.int64(neighbors[i, k])
-        d = squared_distance(table, j, x, y, z)
+        d = squared_distance(points, j, x, y, z)
         if (d < best or (d == best and j < found)) and faces(table, j, a, b, c, oriented, FACING):
             best, found = d, j
     return found, best

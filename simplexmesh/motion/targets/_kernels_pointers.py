@@ -1,7 +1,8 @@
-"""Where an array starts, as a pointer: small functions that are called per vertex take it instead of the array.
+"""Pointers: where an array starts, and room on the stack; for small functions that are called per vertex.
 
 An array that is passed on, or cut into views, is counted as in use: two atomic additions, which cost as much as the
-arithmetic on a hundred numbers and more where two threads count on the same array. A pointer is one register.
+arithmetic on a hundred numbers and more where two threads count on the same array. A pointer is one register. An
+array of scratch comes from the heap, which costs as much again.
 """
 
 # mypy: allow-untyped-defs
@@ -9,6 +10,7 @@ arithmetic on a hundred numbers and more where two threads count on the same arr
 from __future__ import annotations
 
 from numba import types
+from numba.core import cgutils
 from numba.extending import intrinsic
 
 
@@ -20,3 +22,19 @@ def start(_typing, array):
         return context.make_array(signature.args[0])(context, builder, arguments[0]).data
 
     return types.CPointer(array.dtype)(array), code
+
+
+def _room(kind):
+    @intrinsic(prefer_literal=True)
+    def room(_typing, count):
+        """Return a pointer to room for so many numbers (a constant) on the stack: it ends with the function."""
+
+        def code(context, builder, signature, _arguments):
+            return cgutils.alloca_once(builder, context.get_value_type(kind), size=signature.args[0].literal_value)
+
+        return types.CPointer(kind)(count), code
+
+    return room
+
+
+floats, integers = _room(types.float64), _room(types.int64)

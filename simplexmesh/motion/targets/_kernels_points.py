@@ -115,6 +115,7 @@ def surfel_gaps(
     reach,
     search,
     heads,
+    points,
     table,
     neighbors,
     between,
@@ -147,19 +148,35 @@ def surfel_gaps(
         if not _still_nearest(start(heads), start(patches), start(memory), m, x, y, z, a, b, c, oriented, limit):
             bound, known, anchor = _bound(start(memory), m, x, y, z, a, b, c), False, i
             if bound > 0.0:
-                found, squared = nearest_in_patch(table, neighbors, i, x, y, z, a, b, c, oriented)
+                found, squared = nearest_in_patch(points, table, neighbors, i, x, y, z, a, b, c, oriented)
                 known = min(math.sqrt(squared), search) < bound
             if known:
                 i = found if squared <= limit else np.int64(-1)
                 if i >= 0 and i != anchor:
-                    bound = beyond(table, neighbors, horizon, i, x, y, z)
+                    bound = beyond(points, neighbors, horizon, i, x, y, z)
                     if bound > MARGIN * math.sqrt(squared):
                         anchor = i
             else:
                 if i == 0 and m > 0:  # never asked about: start from the vertex before
                     i = np.int64(memory[v - 1, 7])
                 i, anchor, bound = nearest_facing(
-                    table, neighbors, between, horizon, starts, ends, boxes, x, y, z, a, b, c, oriented, limit, i
+                    points,
+                    table,
+                    neighbors,
+                    between,
+                    horizon,
+                    starts,
+                    ends,
+                    boxes,
+                    x,
+                    y,
+                    z,
+                    a,
+                    b,
+                    c,
+                    oriented,
+                    limit,
+                    i,
                 )
             if not known or anchor != np.int64(memory[v, 7]):
                 memory[v, 0], memory[v, 1], memory[v, 2] = x, y, z

@@ -68,6 +68,7 @@ class SurfelTarget(BuiltIn):
             reach,
             reach + s.spacing,
             s.heads,
+            s.tree.points,
             s.table,
             s.neighbors,
             s.between,
