@@ -57,6 +57,6 @@ def contacts(
     aside = np.sqrt(np.maximum(np.einsum("ij,ij->i", offset, offset) - along**2, 0.0))
     turned = np.einsum("ij,ij->i", normals[other], normals[mine]) < OPPOSITE
     good = np.flatnonzero(turned & (along > -0.4 * edges[mine]) & (aside < 0.9 * edges[mine]))
-    good = good[np.argsort(-along[good], kind="stable")]  # the least deep is written last
+    good = good[np.lexsort((-other[good], -along[good]))]  # the least deep is written last, of equals the first
     meets[mine[good]], depth[mine[good]] = other[good], along[good]
     return meets, depth

@@ -151,11 +151,11 @@ def add_handles(
         _check.number("angle", angle, 0.0, float(np.pi)),
     )
     if pairs is not None:
-        proposals = [_proposed(mesh, a, b, target) for a, b in _given(mesh, pairs)]
+        proposals = [proposed(mesh, a, b, target) for a, b in _given(mesh, pairs)]
     else:
         holes = np.flatnonzero(mesh.connectivity.face_is_hole).tolist()
-        found = [_proposed(mesh, a, b, target) for a, b in combinations(holes, 2)]
-        proposals = [_judged(proposal, *limits) for proposal in sorted(found, key=_farness)]
+        found = [proposed(mesh, a, b, target) for a, b in combinations(holes, 2)]
+        proposals = [judged(proposal, *limits) for proposal in sorted(found, key=_farness)]
     return _joined(mesh, proposals, accept)
 
 
@@ -198,7 +198,7 @@ def rim_frame(mesh: SimplexMesh, face: int) -> tuple[Array, Array, Array]:
     return rim, center, normalized(cross(rim - center, np.roll(rim, -1, axis=0) - center).sum(axis=0))
 
 
-def _proposed(mesh: SimplexMesh, a: int, b: int, target: Target | None) -> HandleProposal:
+def proposed(mesh: SimplexMesh, a: int, b: int, target: Target | None) -> HandleProposal:
     """Return the measures of a pair of faces."""
     frames = [rim_frame(mesh, face) for face in (a, b)]
     centers = np.array([frame[1] for frame in frames])
@@ -235,7 +235,7 @@ def _spread(rim: Array, count: int = 32) -> Array:
     return np.stack([np.interp(places, length, closed[:, k]) for k in range(3)], axis=1)
 
 
-def _judged(proposal: HandleProposal, distance: float, difference: float, angle: float) -> HandleProposal:
+def judged(proposal: HandleProposal, distance: float, difference: float, angle: float) -> HandleProposal:
     """Return the proposal with the first condition it fails, if any."""
     far = _farness(proposal)
     if far > distance and not (proposal.on_data is not None and proposal.on_data >= LEAST_ON_DATA):

@@ -197,17 +197,18 @@ def reconstruct(
         report(0.0, "reading")
         subject = as_subject(data, level=level, label=label, inside=inside, components=components, poses=poses)
         report(0.05, "finding a start")
-        found = None
+        found, samples = None, None
         if given is not None:
             start = given
         elif init == "auto":
             beginning = subject.start(vertices, tunnels)
             start, found = beginning.mesh, beginning.report
         else:
-            subject = turned_outward(subject) if init in ENCLOSING else subject
+            if init in ENCLOSING:
+                samples = closed_samples(subject) if plan.handles != "none" else None
+                subject = turned_outward(subject) if samples is None else subject
             start = primitive_around(subject.points, str(init), plan.first_vertices, facing=subject.facing)
         stages = _stages(start, subject, iterations, rigidity, adaptation, cell=found.cell if found else None)
-        samples = closed_samples(subject) if init in ENCLOSING and plan.handles != "none" else None
         course, topology = travelled(
             start, subject.target, stages, plan, samples=samples,
             watch=lambda share: report(0.1 + 0.8 * share, "fitting"),

@@ -34,6 +34,9 @@ FEWEST_FOR_TUNNELS = 1200
 FIRST = 0.42
 """The share of the vertices that a start has when refinement spends the others: 720 of 1,700, as in the thesis."""
 
+ENOUGH = 720
+"""A start of fewer is too coarse to find holes; it gets up to eight tenths of the vertices."""
+
 TURN, MOST_TURNS = 21, 16
 NO_LIMIT = 1e-12
 
@@ -62,7 +65,7 @@ class Plan:
     @property
     def first_vertices(self) -> int:
         """How many the start should have: refinement adds the others."""
-        return self.vertices if self.refine == "none" else max(int(FIRST * self.vertices), min(self.vertices, 200))
+        return self.vertices if self.refine == "none" else max(int(FIRST * self.vertices), min(int(0.8 * self.vertices), ENOUGH))
 
     @property
     def changes(self) -> bool:
@@ -269,6 +272,9 @@ def _tunnels(journey: Journey, plan: Plan, samples: Samples, fine: Stage) -> Sta
     )
     journey.mesh = out.mesh
     journey.noted(handles=out.proposals)
+    if hasattr(journey.target, "oriented_by") and not samples.oriented:  # the mesh knows now which way is out
+        nearest = cKDTree(out.mesh.vertices)
+        journey.target = journey.target.oriented_by(lambda points: out.mesh.normals[nearest.query(points)[1]])
     near = min(fine.reach, 4 * mean_edge(out.mesh))
     journey.move(Stage(rigidity=3, reach=near, iterations=40), share=(0.25, 0.4))
     return replace(fine, reach=near)

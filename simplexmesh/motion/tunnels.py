@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from simplexmesh import _check
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-from simplexmesh.motion.handles import HandleProposal, add_handles
+from simplexmesh.motion.handles import HandleProposal, add_handles, judged, proposed
 from simplexmesh.motion.holes import open_holes
 from simplexmesh.motion.wrap import Samples, Wrapping
 from simplexmesh.motion.zones import connected
@@ -30,7 +30,10 @@ CALM = 48
 FEWEST_LINKS = 4
 """Vertices that must meet between two films."""
 
-LEAST_SHARE = 0.3
+APART, DIFFERENCE, ANGLE = 1.5, 0.6, float(np.radians(60.0))
+"""How far the two openings may be from each other's place, size and plane; they need not be in their final place."""
+
+LEAST_SHARE = 0.5
 """Of the smaller film's vertices, at least so many must meet the other one."""
 
 
@@ -85,25 +88,50 @@ def tunneled(
     wrapping = Wrapping(start, samples, vertices)
     joined: list[HandleProposal] = []
     refused: list[HandleProposal] = []
+    asked = None if accept is None else _Once(accept)
+    left = AT_MOST // TURN
     look = None if watch is None else lambda mesh: watch(mesh, len(joined))
     counts: list[int] = []
-    for _ in range(AT_MOST // TURN):
+    while left:
+        left -= 1
         wrapping.run(TURN, watch=look)
         counts.append(int(wrapping.free.sum()))
         refused = []
         for one, other in meeting_films(wrapping):
-            mesh, proposal = _joined(wrapping.mesh, one, other, accept)
+            mesh, proposal = _joined(wrapping.mesh, one, other, asked)
             if proposal.accepted:
                 joined.append(proposal)
                 wrapping.took(mesh)
                 counts.clear()
                 break  # faces have new numbers: look again
             refused.append(proposal)
+        if asked is not None and asked.refused:
+            left = min(left, RESTING)  # films that stay are not pressed for ever
         recent = counts[-RESTING:]
         if len(recent) == RESTING and max(recent) - min(recent) <= STILL * max(max(recent), 50):
             break
-    wrapping.run(CALM, press=False, watch=look)
+    for _ in range(CALM // TURN):
+        wrapping.aim(vertices)
+        wrapping.run(TURN, press=False, watch=look)
     return Tunneled(wrapping.mesh, (*joined, *refused))
+
+
+class _Once:
+    """Asks about each handle once: a pair of films refused meets again and again."""
+
+    def __init__(self, accept: Callable[[HandleProposal], Any]) -> None:
+        self._accept = accept
+        self.refused: list[HandleProposal] = []
+
+    def __call__(self, proposal: HandleProposal) -> bool:
+        middle = proposal.centers.mean(axis=0)
+        for before in self.refused:
+            if np.linalg.norm(before.centers.mean(axis=0) - middle) < before.radii.max() + before.distance:
+                return False
+        if self._accept(proposal):
+            return True
+        self.refused.append(proposal)
+        return False
 
 
 def meeting_films(wrapping: Wrapping) -> list[tuple[Indices, Indices]]:
@@ -149,17 +177,18 @@ def _joined(
     mesh: SimplexMesh, one: Indices, other: Indices, accept: Callable[[HandleProposal], Any] | None
 ) -> tuple[SimplexMesh, HandleProposal]:
     """Open two sets of faces, each to one hole, and join the holes."""
-    opened = open_holes(mesh, zones=[one, other], fewest=2)
-    holes = np.flatnonzero(opened.mesh.connectivity.face_is_hole)
-    now = opened.mesh
-    if len(holes) != 2 or now.n_components != mesh.n_components:  # single faces stand in for what cannot be cut off
-        now = mesh
-        holes = np.array(_closest(mesh, one, other))
-    out = add_handles(now, pairs=[holes.tolist()], accept=accept)
-    if not out.proposals[0].accepted and now is not mesh:
-        pair = _closest(mesh, one, other)
-        out = add_handles(mesh, pairs=[pair], accept=accept)
-    return out.mesh, replace(out.proposals[0])
+    opened = open_holes(mesh, zones=[one, other], fewest=2).mesh
+    if opened.n_holes == 2 and opened.n_components == mesh.n_components:
+        out = add_handles(opened, distance=APART, difference=DIFFERENCE, angle=ANGLE, accept=accept)
+        (proposal,) = out.proposals
+        if proposal.accepted or "edge" not in proposal.reason:
+            return out.mesh, proposal
+    pair = _closest(mesh, one, other)  # what cannot be cut off is too small: single faces stand for it
+    proposal = judged(proposed(mesh, *pair, None), APART, DIFFERENCE, ANGLE)
+    if proposal.reason:
+        return mesh, proposal
+    out = add_handles(mesh, pairs=[pair], accept=accept)
+    return out.mesh, out.proposals[0]
 
 
 def _closest(mesh: SimplexMesh, one: Indices, other: Indices) -> tuple[int, int]:

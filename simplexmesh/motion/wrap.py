@@ -136,6 +136,10 @@ class Wrapping:
                 watch(self.mesh)
         self._look(self.mesh.vertices, self.mesh.normals, self.mesh.neighbors)
 
+    def aim(self, vertices: int) -> None:
+        """Even out towards so many vertices from now on, whatever the area of the data was thought to be."""
+        self._area *= self.mesh.n_vertices / vertices
+
     def took(self, mesh: SimplexMesh) -> None:
         """Go on with another mesh, edited from the last one."""
         self.mesh = SimplexMesh(mesh.vertices, mesh.connectivity)

@@ -1,0 +1,301 @@
+"""Handles: which pairs of holes are joined, why others are not, and a sphere that becomes a torus."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import simplexmesh as sm
+from simplexmesh.mesh.evening import evened
+from simplexmesh.mesh.face_geometry import face_areas
+from simplexmesh.mesh.joining import together
+from simplexmesh.motion.contact import contacts
+from simplexmesh.motion.handles import add_handles, rim_frame
+from simplexmesh.motion.wrap import Samples, Wrapping
+
+
+def capped(ball, *caps):
+    """Return a ball with holes: each cap by a direction and the smallest cosine to it."""
+    zones = []
+    for direction, cosine in caps:
+        inside = ball.vertices @ np.asarray(direction, float) / np.linalg.norm(direction) > cosine
+        zones.append([f for f in range(ball.n_faces) if inside[ball.faces[f]].all()])
+    return sm.open_holes(ball, zones=zones).mesh
+
+
+def sound(mesh):
+    """Tell whether the topology is that of a complete mesh, whatever its shape."""
+    return set(mesh.check().where) <= {"folded", "inverted"}
+
+
+BALL = sm.sphere(10)
+OPPOSITE = capped(BALL, ((0, 0, 1), 0.7), ((0, 0, -1), 0.7))
+
+
+class TestConditions:
+    def test_two_opposite_holes_become_a_tunnel(self):
+        out = add_handles(OPPOSITE, distance=3.0)
+        assert (out.mesh.genus, out.mesh.n_holes, out.mesh.n_components) == (1, 0, 1)
+        assert out.mesh.n_vertices == OPPOSITE.n_vertices
+        assert sound(out.mesh)
+        (proposal,) = out.proposals
+        assert proposal.accepted
+        assert proposal.reason == ""
+        assert proposal.angle < 0.05
+        holes = np.flatnonzero(OPPOSITE.connectivity.face_is_hole)
+        assert sorted(proposal.faces) == sorted(holes)
+        assert (out.face_map[holes] == -1).all()
+        assert (out.vertex_map == np.arange(OPPOSITE.n_vertices)).all()
+
+    def test_the_measures_are_those_of_the_rims(self):
+        (proposal,) = add_handles(OPPOSITE, distance=0.0).proposals
+        for face, center, radius in zip(proposal.faces, proposal.centers, proposal.radii, strict=True):
+            c = OPPOSITE.connectivity
+            rim = OPPOSITE.vertices[c.face_vertices[c.face_offsets[face] : c.face_offsets[face + 1]]]
+            assert center == pytest.approx(rim.mean(axis=0))
+            assert radius == pytest.approx(np.linalg.norm(rim - rim.mean(axis=0), axis=1).mean())
+        assert proposal.distance == pytest.approx(np.linalg.norm(np.diff(proposal.centers, axis=0)))
+
+    def test_far_apart(self):
+        out = add_handles(OPPOSITE, distance=0.5)
+        assert out.mesh.genus == 0
+        assert not out.proposals[0].accepted
+        far = out.proposals[0].distance / out.proposals[0].radii.mean()
+        assert out.proposals[0].reason == f"centers are {far:.3g} mean radii apart"
+
+    def test_diameters_differ(self):
+        uneven = capped(BALL, ((0, 0, 1), 0.6), ((0, 0, -1), 0.9))
+        out = add_handles(uneven, distance=9.0)
+        (proposal,) = out.proposals
+        assert proposal.difference == pytest.approx(1 - proposal.radii.min() / proposal.radii.max())
+        assert proposal.reason == f"diameters differ by {100 * proposal.difference:.0f} %"
+        assert add_handles(uneven, distance=9.0, difference=0.9).mesh.genus == 1
+
+    def test_planes_not_parallel(self):
+        bent = capped(BALL, ((0, 0, 1), 0.85), ((1, 0, -0.6), 0.85))
+        out = add_handles(bent, distance=9.0, difference=0.5)
+        (proposal,) = out.proposals
+        turn = 180 - np.degrees(np.arccos(np.dot([0, 0, 1], [1, 0, -0.6]) / np.hypot(1, 0.6)))
+        assert np.degrees(proposal.angle) == pytest.approx(turn, abs=8)
+        assert proposal.reason == f"planes {np.degrees(proposal.angle):.0f} degrees apart"
+        assert add_handles(bent, distance=9.0, difference=0.5, angle=np.pi).mesh.genus == 1
+
+    def test_holes_that_face_the_same_way_are_half_a_turn_apart(self):
+        c = OPPOSITE.connectivity
+        a, b = np.flatnonzero(c.face_is_hole)
+        assert rim_frame(OPPOSITE, a)[2] @ rim_frame(OPPOSITE, b)[2] == pytest.approx(-1, abs=0.01)
+        beside = together(OPPOSITE, OPPOSITE.moved(OPPOSITE.vertices + np.array([3.0, 0, 0])))
+        out = add_handles(beside, distance=9.0, angle=3.0, accept=lambda p: False)
+        said = [proposal.reason for proposal in out.proposals]
+        assert said.count("planes 180 degrees apart") == 2
+        assert said.count("refused by accept") == 4
+
+    def test_each_hole_goes_to_its_closest_partner(self):
+        tube = sm.cylinder(12, 4, radius=1.0, height=1.0)
+        both = together(tube, tube.moved(tube.vertices + np.array([0, 0, 1.2])))
+        out = add_handles(both, distance=9.0)
+        assert out.mesh.n_components == 1
+        assert out.proposals[0].accepted
+        assert out.proposals[0].distance == pytest.approx(0.2, abs=0.05)
+        assert sum(proposal.accepted for proposal in out.proposals) == 2  # the two outer ends close the ring
+        taken = [proposal.reason for proposal in out.proposals if "was joined to face" in proposal.reason]
+        assert taken
+
+    def test_no_holes_no_proposals(self):
+        out = add_handles(BALL)
+        assert out.proposals == ()
+        assert out.mesh.connectivity.twin.tolist() == BALL.connectivity.twin.tolist()
+
+
+class TestChoice:
+    def test_accept_is_asked_about_what_fulfills_the_conditions(self):
+        asked = []
+        out = add_handles(OPPOSITE, distance=3.0, accept=lambda proposal: asked.append(proposal))
+        assert len(asked) == 1
+        assert not asked[0].accepted
+        assert out.proposals[0].reason == "refused by accept"
+        assert out.mesh.genus == 0
+        asked.clear()
+        add_handles(OPPOSITE, distance=0.1, accept=asked.append)
+        assert not asked
+
+    def test_pairs_of_any_faces(self):
+        top, bottom = (int((s * BALL.vertices[:, 2]).argmax()) for s in (1, -1))
+        pair = [int(BALL.connectivity.vertex_faces[v][0]) for v in (top, bottom)]
+        out = add_handles(BALL, pairs=[pair])
+        assert out.mesh.genus == 1
+        assert out.proposals[0].faces == tuple(pair)
+
+    def test_pairs_that_the_operator_forbids_tell_why(self):
+        c = BALL.connectivity
+        a, b = c.edge_faces[0].tolist()
+        out = add_handles(BALL, pairs=[[a, b]])
+        assert out.proposals[0].reason == "they share an edge"
+        near = sorted({int(f) for f in c.face[c.twin[c.face == a] // 3].ravel()} - {a, b})
+        between = [f for f in near if f not in c.edge_faces[(c.edge_faces == a).any(axis=1)]]
+        out = add_handles(BALL, pairs=[[a, between[0]]]) if between else None
+        if out is not None:
+            assert "shares an edge with both" in out.proposals[0].reason
+
+    def test_two_pairs_two_handles(self):
+        four = capped(BALL, *(((x, y, 0), 0.93) for x, y in ((1, 1), (-1, -1), (1, -1), (-1, 1))))
+        out = add_handles(four, distance=9.0, difference=0.5)
+        assert out.mesh.genus == 2
+        assert sum(proposal.accepted for proposal in out.proposals) == 2
+        assert sound(out.mesh)
+
+    def test_rims_of_different_counts(self):
+        uneven = capped(BALL, ((0, 0, 1), 0.6), ((0.1, 0, -1), 0.7))
+        sizes = uneven.connectivity.face_sizes[uneven.connectivity.face_is_hole]
+        assert sizes[0] != sizes[1]
+        out = add_handles(uneven, distance=9.0, difference=0.9)
+        assert out.mesh.genus == 1
+        assert sound(out.mesh)
+
+
+class TestTarget:
+    def test_far_holes_are_joined_where_the_tube_between_lies_on_data(self):
+        tunnel = np.stack(np.broadcast_arrays(*_tube(radius=0.72, height=1.4)), axis=-1).reshape(-1, 3)
+        cloud = sm.PointCloud(tunnel)
+        out = add_handles(OPPOSITE, sm.targets.Points(cloud), distance=0.5)
+        assert out.proposals[0].on_data > 0.9
+        assert out.mesh.genus == 1
+
+    def test_and_not_where_it_does_not(self):
+        outside = sm.targets.Points(sm.PointCloud(4 * BALL.vertices))
+        out = add_handles(OPPOSITE, outside, distance=0.5)
+        assert out.proposals[0].on_data == 0.0
+        assert out.proposals[0].reason.endswith("no data is between them")
+
+
+def _tube(radius, height):
+    turn, z = np.meshgrid(np.linspace(0, 2 * np.pi, 60, endpoint=False), np.linspace(-height / 2, height / 2, 30))
+    return radius * np.cos(turn), radius * np.sin(turn), z
+
+
+class TestBadInput:
+    @pytest.mark.parametrize(
+        ("given", "kind", "said"),
+        [
+            ({"pairs": [[0, 1, 2]]}, ValueError, r"pairs\[0\]"),
+            ({"pairs": [[0, 100_000]]}, ValueError, r"pairs\[0\]"),
+            ({"pairs": [[0, 50], [70, 50]]}, ValueError, "face 50 is in pairs.1. and in pairs.0."),
+            ({"pairs": [[4, 4]]}, ValueError, "face 4 is in pairs.0. twice"),
+            ({"pairs": 3}, TypeError, "pairs must be pairs of faces, not int"),
+            ({"accept": 3}, TypeError, "accept must be a function"),
+            ({"target": 3}, TypeError, "target must have a method gap"),
+            ({"distance": -1.0}, ValueError, "distance"),
+            ({"difference": 2.0}, ValueError, "difference"),
+            ({"angle": float("nan")}, ValueError, "angle"),
+        ],
+    )
+    def test_is_told_in_a_sentence(self, given, kind, said):
+        with pytest.raises(kind, match=said):
+            add_handles(BALL, **given)
+
+    def test_mesh_must_be_one(self):
+        with pytest.raises(TypeError, match="mesh must be a SimplexMesh"):
+            add_handles(BALL.vertices)
+
+
+class TestEvening:
+    def test_faces_come_to_the_size_wanted(self):
+        mesh = BALL.moved(BALL.vertices * [1, 1, 4])
+        wanted = mesh.area / mesh.n_faces
+        for _ in range(6):
+            mesh = evened(mesh, np.full(len(mesh.connectivity.face_sizes), wanted)).mesh
+            assert sound(mesh)
+        c = mesh.connectivity
+        size = face_areas(mesh.vertices, c.face_vertices, c.face_offsets) / wanted
+        assert size.min() > 0.25
+        assert size.max() < 2.0
+        assert mesh.genus == 0
+
+    def test_holes_stay(self):
+        wanted = np.full(len(OPPOSITE.connectivity.face_sizes), OPPOSITE.area / OPPOSITE.n_faces / 3)
+        out = evened(OPPOSITE, wanted)
+        assert out.mesh.n_holes == 2
+        assert out.mesh.n_faces > 1.5 * OPPOSITE.n_faces
+
+    def test_bad_sizes(self):
+        with pytest.raises(ValueError, match="wanted"):
+            evened(BALL, np.zeros(BALL.n_faces))
+        with pytest.raises(ValueError, match="wanted"):
+            evened(BALL, np.ones(3))
+
+
+def test_contacts_against_all_pairs():
+    rng = np.random.default_rng(1)
+    pill = BALL.moved(BALL.vertices * [1, 1, 0.08] + 0.005 * rng.normal(size=BALL.vertices.shape))
+    V, N = pill.vertices, pill.normals
+    edges = np.linalg.norm(V[pill.neighbors] - V[:, None], axis=2).mean(axis=1)
+    rows = np.arange(0, len(V), 40)
+    meets, depth = contacts(V, N, edges, rows)
+    for i in rows:
+        expected = (np.inf, -1)
+        for j in range(len(V)):
+            along = -(V[j] - V[i]) @ N[i]
+            aside = np.sqrt(max((V[j] - V[i]) @ (V[j] - V[i]) - along**2, 0))
+            inside = np.linalg.norm(V[j] - V[i] + 0.8 * edges[i] * N[i]) <= 1.2 * edges[i]
+            if inside and N[j] @ N[i] < -0.3 and along > -0.4 * edges[i] and aside < 0.9 * edges[i]:
+                expected = min(expected, (along, j))
+        assert meets[i] == expected[1]
+        if expected[1] >= 0:
+            assert depth[i] == pytest.approx(expected[0])
+    assert (np.delete(meets, rows) == -1).all()
+    assert (meets[rows] >= 0).mean() > 0.3
+
+
+def torus_points(count=6000, ring=1.0, tube=0.45):
+    """Return points spread over a torus at random, everywhere as dense."""
+    rng = np.random.default_rng(0)
+    u, v = rng.uniform(0, 2 * np.pi, (2, 2 * count))
+    kept = np.flatnonzero(rng.uniform(size=2 * count) < (ring + tube * np.cos(v)) / (ring + tube))[:count]
+    away = ring + tube * np.cos(v[kept])
+    return np.stack([away * np.cos(u[kept]), away * np.sin(u[kept]), tube * np.sin(v[kept])], axis=1)
+
+
+class TestWrapping:
+    def test_a_sphere_comes_to_a_cup(self):
+        ball = sm.sphere(24)
+        dent = ball.vertices.copy()
+        inside = np.exp(-6 * (1 - dent[:, 2]))
+        cup = ball.moved(dent * (1 - 0.7 * inside)[:, None])
+        wrapping = Wrapping(sm.sphere(8, radius=1.2), Samples(cup.vertices, cup.normals, oriented=True), 800)
+        wrapping.run(160)
+        away = np.sort(np.linalg.norm(cup.vertices[:, None] - wrapping.mesh.vertices[None], axis=2).min(axis=1))
+        assert away[-20] < 2 * wrapping.edge  # data to mesh: also the bottom of the dent
+        assert not wrapping.free.any()
+        assert wrapping.mesh.genus == 0
+
+
+def test_a_sphere_becomes_a_torus():
+    out = sm.reconstruct(torus_points(), init="sphere", vertices=900)
+    assert out.mesh.genus == 1
+    assert out.tangled == 0
+    assert [proposal.accepted for proposal in out.topology.handles] == [True]
+    x, y, z = out.mesh.vertices.T
+    assert np.abs(np.hypot(np.hypot(x, y) - 1.0, z) - 0.45).max() < 0.05
+    assert abs(out.mesh.n_vertices - 900) <= 90
+    assert out.mesh.check(self_intersections=True).ok
+
+
+def test_a_handle_refused_by_the_user_stays_a_film():
+    out = sm.reconstruct(torus_points(), init="sphere", vertices=900, handles=lambda proposal: False, iterations=20)
+    assert out.mesh.genus == 0
+    assert {proposal.reason for proposal in out.topology.handles} == {"refused by accept"}
+
+
+@pytest.mark.parametrize(("name", "genus"), [("torus.stl", 1), ("eight.off", 2)])
+def test_a_sphere_finds_the_genus_of_what_it_encloses(data_folder, name, genus):
+    surface = sm.read_triangles(data_folder / name)
+    out = sm.reconstruct(surface, init="sphere", vertices=2000)
+    assert out.mesh.genus == genus == sum(proposal.accepted for proposal in out.topology.handles)
+    assert out.tangled == 0
+    diagonal = np.linalg.norm(np.ptp(surface.vertices, axis=0))
+    assert out.distance.data_to_mesh.mean < 0.002 * diagonal
+
+
+def test_handles_too_fine_are_told(data_folder):
+    with pytest.warns(sm.SimplexMeshWarning, match="the surface has genus 2, the model has 0"):
+        sm.reconstruct(data_folder / "femur.off", init="sphere", vertices=1000, iterations=20)
