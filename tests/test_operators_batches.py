@@ -1,0 +1,110 @@
+"""Batches: many edits at a time are the edits one by one, whatever their order; what is left out is told."""
+
+from __future__ import annotations
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.testing import assert_array_equal
+
+from simplexmesh.mesh import shapes
+from simplexmesh.mesh.edited import REASONS
+from simplexmesh.mesh.editing import EditableMesh
+from tests import reference_operators
+from tests.test_mesh_editing import MESHES, alive_darts, labels_hold, names, seeds
+
+
+@given(name=names, seed=seeds)
+def test_batches_equal_their_edits_one_by_one(name, seed):
+    mesh, rng = MESHES[name], np.random.default_rng(seed)
+    many, single = EditableMesh(mesh), EditableMesh(mesh)
+    for method in ("swap_edges", "remove_edges", "swap_edges"):
+        darts = rng.choice(alive_darts(many), 30)
+        before = many._darts.twin[darts].copy()
+        batch = getattr(many, method)(darts)
+        assert sum(batch.reasons.values()) == (~batch.done).sum()
+        for dart, twin, status in zip(darts, before, batch.status, strict=True):
+            if single._darts.twin[dart] != twin or not single._darts.alive[dart // 3]:
+                assert REASONS[int(status)] == "touched by an edit before"
+            else:
+                assert getattr(single, method)([dart]).status[0] == status
+    assert_array_equal(many.result().mesh.connectivity.twin, single.result().mesh.connectivity.twin)
+    assert_array_equal(many.result().mesh.vertices, single.result().mesh.vertices)
+
+
+@given(name=names, seed=seeds, method=st.sampled_from(["swap", "remove", "insert", "remove_faces", "refine_faces"]))
+def test_batches_out_of_order_are_those_of_their_sorted_edits(name, seed, method):
+    mesh, rng = MESHES[name], np.random.default_rng(seed)
+    loose, sorted_ = EditableMesh(mesh), EditableMesh(mesh)
+    c = mesh.connectivity
+    count = len(c.face_sizes) if method.endswith("faces") else c.twin.size
+    chosen = rng.integers(0, count, 30)
+    order = np.argsort(chosen, kind="stable")
+    args = (chosen,)
+    if method == "insert":
+        across = np.concatenate([rng.choice(loose.around(int(f)), 1) for f in c.face.reshape(-1)[chosen]])
+        args = chosen, across, rng.uniform(0.2, 0.8, (30, 2))
+    call = method if method.endswith("faces") else f"{method}_edges"
+    one = getattr(loose, call)(*args, in_order=False)
+    other = getattr(sorted_, call)(*(values[order] for values in args))
+    assert one.reasons == other.reasons
+    assert_array_equal(one.status[order], other.status)
+    assert_array_equal(one.witness[order], other.witness)
+    assert_array_equal(loose.result().mesh.connectivity.twin, sorted_.result().mesh.connectivity.twin)
+    assert_array_equal(loose.result().mesh.vertices, sorted_.result().mesh.vertices)
+
+
+@given(name=names, seed=seeds)
+def test_batches_of_faces_equal_their_edges_one_by_one(name, seed):
+    mesh, rng = MESHES[name], np.random.default_rng(seed)
+    many, single = EditableMesh(mesh), EditableMesh(mesh)
+    number = {f: f for f in range(len(mesh.connectivity.face_sizes))}  # of the faces of `many` in `single`
+    for method in ("refine_faces", "remove_faces", "refine_faces"):
+        there = np.array(sorted(number))
+        faces = rng.choice(there, 12)
+        batch = getattr(many, method)(faces)
+        assert sum(batch.reasons.values()) == (~batch.done).sum()
+        touched = set()
+        for face, status in zip(faces.tolist(), batch.status.tolist(), strict=True):
+            assert status == expected_of_face(single, method, number[face], touched)
+        labels_hold(many)
+        assert_array_equal(many.result().mesh.connectivity.twin, single.result().mesh.connectivity.twin)
+        assert_array_equal(many.result().mesh.connectivity.hole_darts, single.result().mesh.connectivity.hole_darts)
+        assert_array_equal(many.result().mesh.vertices, single.result().mesh.vertices)
+        d, e = many._darts, single._darts
+        alive = np.flatnonzero(d.face_dart[: many._used[1]] >= 0)
+        number = dict(zip(alive.tolist(), e.face[d.face_dart[alive]].tolist(), strict=True))
+    many.undo()
+    assert_array_equal(many.result().mesh.connectivity.twin, mesh.connectivity.twin)
+    assert_array_equal(many.result().mesh.vertices, mesh.vertices)
+
+
+def expected_of_face(edit, method, face, touched):
+    """Do T6 or T5 by the reference, and return the status wanted of the batch; `touched` is of this batch."""
+    if face in touched:
+        return 1
+    if edit.is_hole(face):
+        return 9
+    if method == "refine_faces":
+        reference_operators.refine_face(edit, face)
+        touched.add(face)
+        return 0
+    beside = [edit.faces_beside(int(dart))[1] for dart in edit.around(face)]
+    if any(edit.is_hole(other) for other in beside):
+        return 10
+    status = reference_operators.remove_face(edit, face)
+    if not status:
+        touched.update([face, *beside])
+    return status
+
+
+def test_the_order_of_memory_is_that_of_large_numbers_too():
+    """Darts beyond two to the sixteenth, some of them twice."""
+    mesh = shapes.sphere(60)
+    darts = np.random.default_rng(0).integers(0, 3 * mesh.n_vertices, 3000)
+    darts[:50] = darts[-50:]
+    order = np.argsort(darts, kind="stable")
+    one, other = EditableMesh(mesh), EditableMesh(mesh)
+    loose, ordered = one.swap_edges(darts, in_order=False), other.swap_edges(darts[order])
+    assert_array_equal(loose.status[order], ordered.status)
+    assert_array_equal(one.result().mesh.connectivity.twin, other.result().mesh.connectivity.twin)
