@@ -15,10 +15,12 @@ from simplexmesh.motion.dividing import MOST_MERGED, divided, evened, removable
 from simplexmesh.motion.evolve import Stage, evolved
 from simplexmesh.motion.face_score import face_distance, face_score
 from simplexmesh.motion.initial.primitives import primitive_around
-from simplexmesh.motion.refine import THRESHOLDS, refine_round
+from simplexmesh.motion.redistribute import redistribute_round
+from simplexmesh.motion.refine import THRESHOLDS, refine_round, scored
 from simplexmesh.motion.refined import Refined
 from simplexmesh.motion.subjects import as_subject
 from simplexmesh.motion.targets.triangles import inside_surface, surface_distance
+from simplexmesh.motion.untangle import tangled_vertices
 from tests import reference_refine as reference
 from tests.mesh_families import ALL, shaken
 
@@ -165,15 +167,14 @@ class TestRound:
 
     def test_tangled_faces_are_left_alone(self):
         vertices = np.array(COARSE.vertices)
-        vertices[0] = 3 * vertices[COARSE.neighbors[0]].mean(axis=0) - 2 * vertices[0] - 0.9 * COARSE.normals[0]
+        vertices[0] = 3 * vertices[COARSE.neighbors[0, 0]] - 2 * vertices[0]
         tangled = COARSE.moved(vertices)
-        out = refine_round(tangled, sm.targets.Triangles(EGG), reach=0.4, threshold=1e-12)
-        faces = tangled.connectivity.vertex_faces[0]
-        first = out.face_map[faces]
-        assert (first >= 0).all()
-        assert out.inserted > 0
-        inside = np.flatnonzero((out.mesh.vertices == tangled.vertices[0]).all(axis=1))
-        assert len(inside) == 1  # its edges were not cut from within
+        target = sm.targets.Triangles(EGG)
+        faces = tangled.connectivity.vertex_faces[tangled_vertices(tangled)]
+        assert len(faces) > 0
+        assert (face_score(tangled, face_distance(tangled, target, 0.4), 0.4).total[faces] > 0).any()
+        assert (scored(tangled, target, 0.4)[faces] == 0).all()
+        assert (scored(tangled, target, 0.4) > 0).sum() > 20
 
 
 class TestRefine:
@@ -327,6 +328,15 @@ class TestRedistribute:
         out = sm.redistribute(self.EVEN, EGG, vertices=900, watch=stop)
         assert (out.interrupted, out.converged, len(out.rounds)) == (True, False, 1)
         assert out.mesh.n_vertices == out.rounds[0].n_vertices
+
+    def test_faces_are_merged_for_others_where_that_pays_only(self):
+        ball = sm.sphere(6)  # all faces are alike
+        assert redistribute_round(ball, Sphere(), reach=0.5, vertices=ball.n_vertices).rounds[0].merged == 0
+        part = sm.targets.Triangles(sm.TriangleMesh(*box()))
+        even = sm.reconstruct(sm.TriangleMesh(*box()), vertices=600, adaptation=0.0).mesh
+        step = redistribute_round(even, part, reach=0.2, vertices=even.n_vertices)
+        assert step.rounds[0].merged > 10
+        assert step.mesh.n_vertices == even.n_vertices
 
     def test_edges_that_may_go_leave_no_large_faces_and_no_triangles(self):
         mesh = self.EVEN
