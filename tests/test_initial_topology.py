@@ -9,7 +9,17 @@ from scipy import ndimage
 from simplexmesh.mesh.duality import dual
 from simplexmesh.motion.initial.polygonize import halved, isosurface
 from simplexmesh.motion.initial.remesh import decimated, relaxed
-from simplexmesh.motion.initial.topology import carved, closed, euler, genus, pieces, without_cavities, without_tunnels
+from simplexmesh.motion.initial.topology import (
+    carved,
+    closed,
+    euler,
+    genus,
+    pieces,
+    pinched,
+    thickened,
+    without_cavities,
+    without_tunnels,
+)
 
 X, Y, Z = np.indices((40, 40, 30)) - np.array([19.5, 19.5, 14.5]).reshape(3, 1, 1, 1)
 BALL = X**2 + Y**2 + Z**2 < 12**2
@@ -112,3 +122,37 @@ def test_decimation_and_relaxation_keep_topology_and_even_out_the_triangles():
         np.hypot(after.vertices[:, 0] - 19.5, after.vertices[:, 1] - 19.5) - 11, after.vertices[:, 2] - 14.5
     )
     assert np.abs(radius - 5).max() < 0.7
+
+
+def test_thickening_widens_a_sheet_only_where_asked_and_adds_no_pieces():
+    sheet = np.zeros((20, 20, 12), bool)
+    sheet[3:17, 3:17, 6] = True
+    out = thickened(sheet, np.array([[5, 5, 6]]), 2)
+    assert out[sheet].all()
+    assert out[5, 5].sum() == 3
+    assert np.array_equal(out[9:], sheet[9:])
+    assert genus(out) == 0
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_thickening_everywhere_leaves_no_thin_cell_no_new_piece_and_an_empty_border(seed):
+    rng = np.random.default_rng(seed)
+    solid = np.pad(ndimage.gaussian_filter(rng.normal(size=(9, 9, 9)), 0.7) > 0.2, 3)
+    if not solid.any():
+        return
+    out = thickened(solid, np.argwhere(solid), 3)
+    assert out[solid].all()
+    assert ndimage.label(out)[1] <= ndimage.label(solid)[1]
+    border = np.ones(solid.shape, bool)
+    border[1:-1, 1:-1, 1:-1] = False
+    assert not out[border].any()
+    block = ndimage.binary_opening(out, np.ones((2, 2, 2)))
+    assert block[solid].all()
+
+
+def test_where_cells_touch_along_an_edge_they_are_pinched():
+    solid = np.zeros((6, 6, 6), bool)
+    solid[2, 2, 2] = solid[3, 3, 2] = True
+    assert pinched(solid)[2:4, 2:4, 2].all()
+    solid[2, 3, 2] = True
+    assert not pinched(solid).any()

@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
+from scipy import ndimage
 
-from simplexmesh import Volume, read_volume
+from simplexmesh import Volume, read_volume, reconstruct
 from simplexmesh.motion.initial import start_from_volume
 
 SPACING, ORIGIN = np.array([0.06, 0.05, 0.09]), np.array([3.0, -2.0, 10.0])
@@ -93,6 +94,43 @@ def test_a_thin_body_is_not_smoothed_away():
     mesh = start_from_volume(Volume(values), label=1, vertices=300).mesh
     assert mesh.genus == 0
     assert np.ptp(mesh.bounds[:, 0]) > 27
+
+
+def shell(seed):
+    """Return the labels of a bowl with a wall of two voxels and ragged pinholes in it."""
+    rng = np.random.default_rng(seed)
+    x, y, z = np.indices((56, 56, 56)) - 27.5
+    far = np.sqrt(x**2 + y**2 + z**2) + 0.5 * ndimage.gaussian_filter(rng.normal(size=x.shape), 1.0)
+    wall = (far > 20) & (far < 22) & (z < 12)
+    holes = rng.normal(size=(20, 3))
+    holes *= 21 / np.linalg.norm(holes, axis=1)[:, None]
+    for hole in holes:
+        wall &= (x - hole[0]) ** 2 + (y - hole[1]) ** 2 + (z - hole[2]) ** 2 > rng.uniform(1, 6)
+    return wall
+
+
+def rods(seed):
+    """Return the labels of a bundle of crossing rods one and a half voxels thick."""
+    rng = np.random.default_rng(seed)
+    at = np.stack(np.indices((50, 50, 50)), axis=-1) - 24.5
+    solid = np.zeros(at.shape[:3], bool)
+    for _ in range(12):
+        along = rng.normal(size=3)
+        along /= np.linalg.norm(along)
+        off = at - rng.uniform(-6, 6, 3)
+        solid |= np.linalg.norm(off - (off @ along)[..., None] * along, axis=-1) < 1.5
+    return solid & (np.linalg.norm(at, axis=-1) < 22)
+
+
+@pytest.mark.parametrize(("body", "vertices"), [(shell, 8000), (rods, 4000)])
+@pytest.mark.parametrize("seed", [0, 1])
+def test_thin_bodies_start_and_end_untangled_and_close_to_their_labels(body, vertices, seed):
+    volume = Volume(body(seed).astype(np.uint8))
+    out = reconstruct(volume, label=1, vertices=vertices, tunnels=0.0)
+    assert out.start.check(self_intersections=True)
+    assert out.tangled == 0
+    assert out.mesh.n_components == 1
+    assert out.distance.mesh_to_data.rms < 0.25
 
 
 @pytest.mark.parametrize(

@@ -27,7 +27,7 @@ Report = Callable[[float, str], None]
 ORGANS = {
     "heart": (6, 2000, "largest"),
     "liver": (10, 5000, "largest"),
-    "stomach": (15, 10_000, "largest"),
+    "stomach": (15, 15_000, "largest"),
     "lung": (11, 3000, "all"),
     "kidney": (8, 2500, "largest"),
     "large intestine": (9, 2500, "largest"),
@@ -35,7 +35,7 @@ ORGANS = {
     "duodenum": (3, 2500, "largest"),
     "spleen": (14, 600, "largest"),
     "brain": (2, 2000, "largest"),
-    "retina": (4, 3000, "all"),
+    "retina": (4, 5000, "all"),
     "skeleton": (13, 40_000, "all"),
 }
 COLORS = {
@@ -53,7 +53,7 @@ COLORS = {
     "skeleton": "#d8cdb4",
 }
 UNSEEN = ("spleen",)  # it lies under others from every side
-SEALED = {"stomach": 20.0, "retina": 12.0}  # walls with pinholes into the hollow within
+SEALED = {"stomach": 4.0, "retina": 12.0, "skeleton": 0.0}  # tunnels that are noise
 SCANNED = "liver"
 SMALL = {"kidney": (8, 400, "largest"), "spleen": (14, 200, "largest")}
 NOISE = 0.005  # standard deviation of the scan's noise, in parts of its diagonal

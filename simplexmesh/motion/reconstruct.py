@@ -270,7 +270,8 @@ def _stages(
     edge = mean_edge(start)
     last = max(2 * subject.resolution, edge)
     if cell is not None:
-        near = 1.25 * max(subject.resolution, cell) if subject.encloses else max(3 * subject.resolution, 2 * edge)
+        seen = max(subject.resolution, cell, min(1.2 * edge, 1.5 * subject.resolution))  # few are further off
+        near = 1.25 * seen if subject.encloses else max(3 * subject.resolution, 2 * edge)
         reach = min(near, 0.2 * radius)
         return [
             Stage(rigidity=max(2, rigidity), reach=reach, iterations=40, beta=0.2),

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from itertools import product
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from simplexmesh.motion.initial.topology import euler
+from simplexmesh.motion.initial.topology import euler, pinched
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -93,33 +92,8 @@ def _agreeing(field: NDArray[Any], solid: Mask) -> NDArray[np.float32]:
     scale = float(np.median(np.abs(out[1:] - out[:-1])[crossing])) / 2 if crossing.any() else 1.0
     out = np.clip(out / (scale if scale > 0 else 1.0), -3, 3)
     out = np.where(solid, np.maximum(out, _LEAST), np.minimum(out, -_LEAST))
-    doubtful = _doubtful(solid)
+    doubtful = pinched(solid)
     return np.where(doubtful, np.minimum(out, np.where(solid, _INSIDE, -_OUTSIDE)), out).astype(np.float32)
-
-
-def _doubtful(solid: Mask) -> Mask:
-    """Return the samples of every cube of the grid in which inside cells meet only along an edge or at a corner."""
-    corner = {}
-    for shift in product((0, 1), repeat=3):
-        corner[shift] = solid[tuple(slice(s, n - 1 + s) for s, n in zip(shift, solid.shape, strict=True))]
-    bad = np.zeros(tuple(n - 1 for n in solid.shape), bool)
-    count = sum(c.astype(np.int8) for c in corner.values())
-    for axis, side in product(range(3), (0, 1)):
-        a, b, c, d = (corner[_placed(axis, side, p, q)] for p, q in ((0, 0), (1, 1), (0, 1), (1, 0)))
-        bad |= (a == b) & (c == d) & (a != c)
-    for p, q in product((0, 1), repeat=2):
-        a, b = corner[0, p, q], corner[1, 1 - p, 1 - q]
-        bad |= (a == b) & (count == np.where(a, 2, 6))
-    out = np.zeros(solid.shape, bool)
-    for shift in corner:
-        out[tuple(slice(s, n - 1 + s) for s, n in zip(shift, solid.shape, strict=True))] |= bad
-    return out
-
-
-def _placed(axis: int, side: int, p: int, q: int) -> tuple[int, ...]:
-    at = [p, q]
-    at.insert(axis, side)
-    return tuple(at)
 
 
 def _euler(faces: Indices) -> int:

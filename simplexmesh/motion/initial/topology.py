@@ -6,6 +6,8 @@ through corners too (26 neighbors), so that inside and outside never cross (Rose
 
 from __future__ import annotations
 
+from itertools import product
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
@@ -82,10 +84,71 @@ def closed(solid: Mask, radius: float) -> Mask:
     The solid must lie at least `radius` + 1 cells from the border.
     """
     grown = ndimage.distance_transform_edt(~solid) <= radius
-    label, count = ndimage.label((ndimage.distance_transform_edt(grown) > radius) | solid)
+    return without_cavities(_with((ndimage.distance_transform_edt(grown) > radius) | solid, solid))
+
+
+def _with(grown: Mask, solid: Mask) -> Mask:
+    """Return those pieces of the grown solid that hold some of the solid itself."""
+    label, count = ndimage.label(grown)
     kept = np.zeros(count + 1, bool)
     kept[np.unique(label[solid])] = True
-    return without_cavities(kept[label])
+    return kept[label]
+
+
+def thickened(solid: Mask, places: NDArray[np.int64], rings: int) -> Mask:
+    """Return the solid with another layer of cells within `rings` cells of some places.
+
+    Thin sheets, rods and pinches there get wider than the faces of a mesh are long; pinholes and narrow clefts close.
+    The border stays empty.
+
+    Parameters
+    ----------
+    solid : (nx, ny, nz) array of bool
+    places : (n, 3) array of int
+        Cells.
+    rings : int
+
+    Examples
+    --------
+    >>> sheet = np.zeros((9, 9, 7), bool)
+    >>> sheet[2:7, 2:7, 3] = True
+    >>> thick = thickened(sheet, np.array([[2, 2, 3]]), 2)
+    >>> [int(thick[i, i].sum()) for i in (2, 4, 6)]
+    [3, 3, 1]
+    """
+    near = np.zeros(solid.shape, bool)
+    near[tuple(np.clip(places, 0, np.array(solid.shape) - 1).T)] = True
+    near = ndimage.binary_dilation(near, _CORNERS, iterations=rings)
+    out = solid | (near & ndimage.binary_dilation(solid, _CORNERS))
+    for axis in range(3):
+        side = np.moveaxis(out, axis, 0)
+        side[0] = side[-1] = False
+    return without_cavities(_with(out, solid))
+
+
+def pinched(solid: Mask) -> Mask:
+    """Return the samples of every cube of the grid in which inside cells meet only along an edge or at a corner."""
+    corner = {}
+    for shift in product((0, 1), repeat=3):
+        corner[shift] = solid[tuple(slice(s, n - 1 + s) for s, n in zip(shift, solid.shape, strict=True))]
+    bad = np.zeros(tuple(n - 1 for n in solid.shape), bool)
+    count = sum(c.astype(np.int8) for c in corner.values())
+    for axis, side in product(range(3), (0, 1)):
+        a, b, c, d = (corner[_placed(axis, side, p, q)] for p, q in ((0, 0), (1, 1), (0, 1), (1, 0)))
+        bad |= (a == b) & (c == d) & (a != c)
+    for p, q in product((0, 1), repeat=2):
+        a, b = corner[0, p, q], corner[1, 1 - p, 1 - q]
+        bad |= (a == b) & (count == np.where(a, 2, 6))
+    out = np.zeros(solid.shape, bool)
+    for shift in corner:
+        out[tuple(slice(s, n - 1 + s) for s, n in zip(shift, solid.shape, strict=True))] |= bad
+    return out
+
+
+def _placed(axis: int, side: int, p: int, q: int) -> tuple[int, ...]:
+    at = [p, q]
+    at.insert(axis, side)
+    return tuple(at)
 
 
 def _joined(*, corners: bool) -> NDArray[np.int64]:

@@ -1,0 +1,100 @@
+"""What may change of a mesh's topology on its way to the data, and what did."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from simplexmesh import _check
+from simplexmesh.motion.handles import HandleProposal
+from simplexmesh.motion.holes import HoleProposal
+from simplexmesh.motion.refine import THRESHOLDS
+
+FIRST = 0.42
+"""The share of the vertices that a start has when refinement spends the others: 720 of 1,700, as in the thesis."""
+
+ENOUGH = 720
+"""A start of fewer is too coarse to find holes; it gets up to eight tenths of the vertices."""
+
+Choice = str | Sequence[Any] | Callable[[Any], bool]
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What may change on the way.
+
+    Attributes
+    ----------
+    holes, handles : {"auto", "none"}, function or sequence
+        Which proposals are accepted; a sequence gives the zones, or the pairs of faces.
+    refine : {"none", "auto", "coarse", "medium", "fine"}
+        How fine faces become; "auto" uses all vertices up to `vertices`.
+    vertices : int
+        The most there may be.
+    """
+
+    holes: Choice = "none"
+    handles: Choice = "none"
+    refine: str = "none"
+    vertices: int = 0
+
+    @property
+    def first_vertices(self) -> int:
+        """How many the start should have: refinement adds the others."""
+        if self.refine == "none":
+            return self.vertices
+        return max(int(FIRST * self.vertices), min(int(0.8 * self.vertices), ENOUGH))
+
+    @property
+    def changes(self) -> bool:
+        """Whether anything may."""
+        return not (self.holes == "none" and self.handles == "none" and self.refine == "none")
+
+
+@dataclass(frozen=True)
+class TopologyRecord:
+    """What was changed of a mesh's topology while it moved.
+
+    Attributes
+    ----------
+    holes : tuple of HoleProposal
+        The zones far from the data, each cut off or with the reason why not.
+    handles : tuple
+        The pairs of faces considered for a handle, likewise.
+    refined : int
+        Vertices that refinement added.
+    swapped : int
+        Edges swapped to even out the sizes of faces.
+    """
+
+    holes: tuple[HoleProposal, ...] = ()
+    handles: tuple[HandleProposal, ...] = ()
+    refined: int = 0
+    swapped: int = 0
+
+
+def plan_for(init: str | None, vertices: int, holes: Choice | None, handles: Choice | None, refine: str | None) -> Plan:
+    """Return what may change, checked: everything for starts that are primitives, nothing for others, by default.
+
+    Raises
+    ------
+    ValueError, TypeError
+        For a word that is none of those known, or anything but words, functions and sequences.
+
+    Examples
+    --------
+    >>> plan_for("sphere", 1000, None, None, None).refine, plan_for("auto", 1000, None, None, None).changes
+    ('auto', False)
+    """
+    usual = "none" if init in (None, "auto") else "auto"
+    for name, given in (("holes", holes), ("handles", handles)):
+        if isinstance(given, str):
+            _check.choice(name, given, ("auto", "none"))
+        elif given is not None and not callable(given) and not hasattr(given, "__len__"):
+            raise TypeError(f"{name} must be a word, a function or a sequence, not {type(given).__name__}")
+    if refine is not None:
+        _check.choice("refine", refine, ("none", "auto", *THRESHOLDS))
+    return Plan(
+        usual if holes is None else holes, usual if handles is None else handles, refine or usual, vertices
+    )  # fmt: skip
