@@ -340,6 +340,14 @@ class TestOutward:
         out = turned_outward(subject).cloud
         assert ((out.points * out.normals).sum(axis=1) > 0).mean() > 0.99
 
+    def test_thin_sheets_that_bound_no_body(self):
+        x, y = np.random.default_rng(0).uniform(-1, 1, (2, 3000))
+        subject = as_subject(
+            np.column_stack([x, y, 0.1 * np.sin(3 * x)]), level=None, label=None, inside="above", components="largest"
+        )
+        up = turned_outward(subject).cloud.normals[:, 2] > 0
+        assert up.all() or not up.any()
+
 
 class TestReconstruction:
     @pytest.mark.parametrize("kind", ["triangles", "points"])
@@ -368,6 +376,26 @@ class TestReconstruction:
         ends = np.abs(rim_points(model.mesh)[:, 2])
         assert np.abs(ends - np.abs(pipe.vertices[:, 2]).max()).mean() < 0.05
 
+    def test_noise_does_not_hide_the_end_of_the_data(self):
+        rng = np.random.default_rng(0)
+        points = rng.normal(size=(6000, 3))
+        points /= np.linalg.norm(points, axis=1)[:, None]
+        points = points[points[:, 2] > 0] + rng.normal(size=(np.count_nonzero(points[:, 2] > 0), 3)) * 0.01
+        model = sm.reconstruct(points, init="sphere", vertices=600)
+        assert (model.mesh.n_holes, model.mesh.genus, model.tangled) == (1, 0, 0)
+        assert np.abs(np.linalg.norm(model.mesh.vertices, axis=1) - 1).mean() < 0.004
+        assert np.abs(rim_points(model.mesh)[:, 2]).mean() < 0.05
+
+    @pytest.mark.parametrize("init", ["sphere", "plane"])
+    def test_a_flat_ring_has_two_holes_and_all_its_vertices(self, init):
+        x, y = np.random.default_rng(0).uniform(-1, 1, (2, 6000))
+        ring = (np.hypot(x, y) < 1) & (np.hypot(x, y) > 0.4)
+        model = sm.reconstruct(np.column_stack([x, y, 0 * x])[ring], init=init, vertices=600)
+        assert (model.mesh.n_holes, model.mesh.genus, model.tangled) == (2, 0, 0)
+        assert abs(model.mesh.n_vertices - 600) <= 60
+        reach = np.hypot(*rim_points(model.mesh)[:, :2].T)
+        assert np.minimum(np.abs(reach - 1), np.abs(reach - 0.4)).mean() < 0.03
+
     def test_a_closed_ball_stays_closed_and_none_leaves_all_closed(self):
         assert sm.reconstruct(FINE, init="sphere", vertices=400).mesh.n_holes == 0
         half = part(lambda p: p[:, 2] > 0)
@@ -380,6 +408,8 @@ class TestReconstruction:
         model = sm.reconstruct(half, init="sphere", vertices=400, holes=lambda proposal: False)
         assert model.mesh.n_holes == 0
         assert {proposal.reason for proposal in model.topology.holes} >= {"refused by accept"}
+        model = sm.reconstruct(half, init="sphere", vertices=400, holes=lambda proposal: "not that")
+        assert "not that" in {proposal.reason for proposal in model.topology.holes}
         ball = sm.sphere(6, radius=1.2)
         cap = np.flatnonzero(centers(ball)[:, 2] < -0.9)
         with pytest.warns(sm.SimplexMeshWarning, match="of the data is far from the model"):
@@ -394,12 +424,23 @@ class TestReconstruction:
     def test_levels_of_refinement_stop_by_themselves(self):
         egg = sm.ellipsoid((1.0, 1.0, 2.0), 20).triangulated()
         counts = [
-            sm.reconstruct(egg, init="sphere", vertices=1500, refine=level).mesh.n_vertices
+            sm.reconstruct(egg, init="sphere", vertices=1500, refine=level, handles="none").mesh.n_vertices
             for level in ("none", "coarse", "auto")
         ]
         assert counts[1] < counts[2]
         assert abs(counts[2] - 1500) <= 150
         assert abs(counts[0] - 1500) <= 150
+
+
+@pytest.mark.filterwarnings("ignore:merged:simplexmesh.errors.SimplexMeshWarning")
+@pytest.mark.parametrize("name", ["rabbit_scan.vtk", "part_scan.ply", "lion_head.off", "mannequin.off"])
+def test_open_scans_from_a_sphere(data_folder, name):
+    scan = sm.read(data_folder / name)
+    model = sm.reconstruct(scan, init="sphere", vertices=2000)
+    assert (model.mesh.n_holes, model.mesh.genus, model.tangled) == (1, 0, 0)
+    assert model.distance.data_to_mesh.mean < 0.004 * scan.diagonal
+    ends = sm.targets.Triangles(scan).border.wider(0.05 * scan.diagonal)
+    assert cKDTree(ends).query(rim_points(model.mesh))[0].mean() < 0.003 * scan.diagonal
 
 
 def test_the_scan_of_a_face_from_a_sphere(data_folder):

@@ -93,7 +93,7 @@ def open_holes(
     distance: float | None = None,
     fewest: int = 6,
     zones: Iterable[ArrayLike] | None = None,
-    accept: Callable[[HoleProposal], bool] | None = None,
+    accept: Callable[[HoleProposal], Any] | None = None,
 ) -> Opened:
     """Cut off the zones of a mesh that are far from the data (T3), leaving holes with a contour around each.
 
@@ -113,7 +113,7 @@ def open_holes(
     zones : iterable of arrays of int, optional
         The faces of each zone, in place of those found.
     accept : callable, optional
-        Asked about each zone; those it answers with False stay.
+        Asked about each zone; those it answers with False stay, and so do those it answers with a text: the reason.
 
     Returns
     -------
@@ -160,9 +160,11 @@ def open_holes(
 
 
 def unseen(mesh: SimplexMesh, target: Target, distance: float) -> Mask:
-    """Return (n,) whether a vertex has no data along its normal within a distance."""
+    """Return (n,) whether a vertex has no data along its normal within a distance, or none anywhere so near."""
     gaps = ask(target, np.array(mesh.vertices), np.array(mesh.normals), distance)
-    return np.asarray(~(np.abs(gaps) <= distance))
+    beyond = getattr(target, "beyond", None)
+    lost = ~(np.abs(gaps) <= distance)
+    return np.asarray(lost if beyond is None else lost | beyond(mesh.vertices, distance))
 
 
 def zones_far(mesh: SimplexMesh, far: Mask) -> list[Mask]:
@@ -236,8 +238,9 @@ def _face_areas(mesh: SimplexMesh) -> Array:
 def _decided(proposal: HoleProposal, accept: Callable[[HoleProposal], Any] | None) -> HoleProposal:
     if proposal.reason:
         return proposal
-    if accept is not None and not accept(proposal):
-        return replace(proposal, reason="refused by accept")
+    answer = True if accept is None else accept(proposal)
+    if isinstance(answer, str) or not answer:
+        return replace(proposal, reason=answer if isinstance(answer, str) and answer else "refused by accept")
     return replace(proposal, accepted=True)
 
 

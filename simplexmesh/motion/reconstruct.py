@@ -20,12 +20,13 @@ from simplexmesh.motion.initial.primitives import ENCLOSING, PRIMITIVES, primiti
 from simplexmesh.motion.initial.report import StartReport
 from simplexmesh.motion.measure import measured
 from simplexmesh.motion.outward import turned_outward
+from simplexmesh.motion.plan import Choice, TopologyRecord, plan_for
 from simplexmesh.motion.progress import Report, reporting
 from simplexmesh.motion.rim_upright import uprighted
 from simplexmesh.motion.sampling import closed_samples, known_genus
 from simplexmesh.motion.state import State
 from simplexmesh.motion.subjects import Subject, as_subject
-from simplexmesh.motion.topology_adapt import Choice, TopologyRecord, plan_for, travelled
+from simplexmesh.motion.topology_adapt import travelled
 from simplexmesh.motion.untangle import untangled
 
 Array = NDArray[np.float64]

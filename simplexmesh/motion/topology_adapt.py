@@ -10,12 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from simplexmesh import _check
+from simplexmesh.mesh.editing import EditableMesh
+from simplexmesh.mesh.face_geometry import face_areas
 from simplexmesh.mesh.regularize import regularize
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
+from simplexmesh.motion.dividing import divided
 from simplexmesh.motion.evolve import Course, Stage, evolved, mean_edge
-from simplexmesh.motion.handles import HandleProposal, add_handles
+from simplexmesh.motion.handles import add_handles
 from simplexmesh.motion.holes import HoleProposal, open_holes
+from simplexmesh.motion.plan import Plan, TopologyRecord
 from simplexmesh.motion.refine import THRESHOLDS, refine_round
 from simplexmesh.motion.rim_refine import divided_rims
 from simplexmesh.motion.settling import with_even_metric
@@ -28,71 +31,11 @@ Array = NDArray[np.float64]
 FAR_FROM_BORDER = 6.0
 """In mean edges: a hole is opened by itself only where the data ends no farther away."""
 
-FEWEST_FOR_TUNNELS = 1200
+WRAPPED, FEWEST_FOR_TUNNELS = 0.5, 1200
 """Coarser meshes do not find their way through the holes of objects."""
-
-FIRST = 0.42
-"""The share of the vertices that a start has when refinement spends the others: 720 of 1,700, as in the thesis."""
-
-ENOUGH = 720
-"""A start of fewer is too coarse to find holes; it gets up to eight tenths of the vertices."""
 
 TURN, MOST_TURNS = 21, 16
 NO_LIMIT = 1e-12
-
-Choice = str | Sequence[Any] | Callable[[Any], bool]
-
-
-@dataclass(frozen=True)
-class Plan:
-    """What may change on the way.
-
-    Attributes
-    ----------
-    holes, handles : {"auto", "none"}, function or sequence
-        Which proposals are accepted; a sequence gives the zones, or the pairs of faces.
-    refine : {"none", "auto", "coarse", "medium", "fine"}
-        How fine faces become; "auto" uses all vertices up to `vertices`.
-    vertices : int
-        The most there may be.
-    """
-
-    holes: Choice = "none"
-    handles: Choice = "none"
-    refine: str = "none"
-    vertices: int = 0
-
-    @property
-    def first_vertices(self) -> int:
-        """How many the start should have: refinement adds the others."""
-        return self.vertices if self.refine == "none" else max(int(FIRST * self.vertices), min(int(0.8 * self.vertices), ENOUGH))
-
-    @property
-    def changes(self) -> bool:
-        """Whether anything may."""
-        return not (self.holes == "none" and self.handles == "none" and self.refine == "none")
-
-
-@dataclass(frozen=True)
-class TopologyRecord:
-    """What was changed of a mesh's topology while it moved.
-
-    Attributes
-    ----------
-    holes : tuple of HoleProposal
-        The zones far from the data, each cut off or with the reason why not.
-    handles : tuple
-        The pairs of faces considered for a handle, likewise.
-    refined : int
-        Vertices that refinement added.
-    swapped : int
-        Edges swapped to even out the sizes of faces.
-    """
-
-    holes: tuple[HoleProposal, ...] = ()
-    handles: tuple[HandleProposal, ...] = ()
-    refined: int = 0
-    swapped: int = 0
 
 
 @dataclass
@@ -103,7 +46,7 @@ class Journey:
     target: Target
     watch: Callable[[float], None] | None = None
     history: list[State] = field(default_factory=list)
-    record: TopologyRecord = TopologyRecord()
+    record: TopologyRecord = field(default_factory=TopologyRecord)
     converged: bool = False
 
     def move(self, *stages: Stage, share: tuple[float, float] = (0.0, 1.0)) -> None:
@@ -125,32 +68,6 @@ class Journey:
     def noted(self, **changes: Any) -> None:
         """Write down what was done."""
         self.record = replace(self.record, **changes)
-
-
-def plan_for(init: str | None, vertices: int, holes: Choice | None, handles: Choice | None, refine: str | None) -> Plan:
-    """Return what may change, checked: everything for starts that are primitives, nothing for others, by default.
-
-    Raises
-    ------
-    ValueError, TypeError
-        For a word that is none of those known, or anything but words, functions and sequences.
-
-    Examples
-    --------
-    >>> plan_for("sphere", 1000, None, None, None).refine, plan_for("auto", 1000, None, None, None).changes
-    ('auto', False)
-    """
-    usual = "none" if init in (None, "auto") else "auto"
-    for name, given in (("holes", holes), ("handles", handles)):
-        if isinstance(given, str):
-            _check.choice(name, given, ("auto", "none"))
-        elif given is not None and not callable(given) and not hasattr(given, "__len__"):
-            raise TypeError(f"{name} must be a word, a function or a sequence, not {type(given).__name__}")
-    if refine is not None:
-        _check.choice("refine", refine, ("none", "auto", *THRESHOLDS))
-    return Plan(
-        usual if holes is None else holes, usual if handles is None else handles, refine or usual, vertices
-    )  # fmt: skip
 
 
 def travelled(
@@ -231,17 +148,18 @@ def _holes(journey: Journey, plan: Plan, settle: Stage) -> None:
         journey.move(settle, share=(0.25 + 0.05 * attempt, 0.3 + 0.05 * attempt))
 
 
-def _at_border(target: Target, edge: float) -> Callable[[HoleProposal], bool]:
+def _at_border(target: Target, edge: float) -> Callable[[HoleProposal], bool | str]:
     """Return what accepts zones beside a border of the data: elsewhere the mesh has only not arrived yet."""
     border = getattr(target, "border", None)
     points = np.zeros((0, 3)) if border is None else border.wider(3 * edge)
     tree = cKDTree(points) if len(points) else None
 
-    def accept(proposal: HoleProposal) -> bool:
+    def accept(proposal: HoleProposal) -> bool | str:
         line = proposal.contour
         if tree is None or line is None:
-            return False
-        return bool(np.median(tree.query(line.mesh.vertices[line.vertices])[0]) < FAR_FROM_BORDER * edge)
+            return "the data has no border wide enough"
+        away = float(np.median(tree.query(line.mesh.vertices[line.vertices])[0]))
+        return away < FAR_FROM_BORDER * edge or f"the data ends {away:.4g} away"
 
     return accept
 
@@ -262,11 +180,13 @@ def _tunnels(journey: Journey, plan: Plan, samples: Samples, fine: Stage) -> Sta
     def watch(mesh: SimplexMesh, _: int) -> None:
         journey.mesh = mesh
 
-    room = plan.vertices if plan.refine == "none" else int(0.85 * plan.vertices)
+    wanted = plan.vertices
+    if plan.refine != "none":
+        wanted = min(max(int(WRAPPED * wanted), FEWEST_FOR_TUNNELS), int(0.85 * wanted))
     out = tunneled(
         journey.mesh,
         samples,
-        vertices=min(max(plan.first_vertices, FEWEST_FOR_TUNNELS), room),
+        vertices=wanted,
         accept=plan.handles if callable(plan.handles) else None,
         watch=watch,
     )
@@ -297,9 +217,22 @@ def _refine(journey: Journey, plan: Plan, stage: Stage) -> None:
         budget -= journey.mesh.n_vertices - n
         step = refine_round(journey.mesh, journey.target, reach=stage.reach, threshold=limit, budget=budget)
         journey.mesh = step.mesh
+        if journey.mesh.n_vertices - n < budget // 2 and plan.refine == "auto":  # flat: no face asks for more
+            journey.mesh = _evenly(journey.mesh, budget + n - journey.mesh.n_vertices)
         if journey.mesh.n_vertices == n:
             break
     journey.noted(refined=journey.mesh.n_vertices - before)
+
+
+def _evenly(mesh: SimplexMesh, budget: int) -> SimplexMesh:
+    """Return the mesh with its largest faces divided, whatever they fit."""
+    c = mesh.connectivity
+    area = np.where(c.face_is_hole, 0.0, face_areas(mesh.vertices, c.face_vertices, c.face_offsets))
+    largest = np.argsort(-area, kind="stable")[: np.count_nonzero(~c.face_is_hole) // 2]
+    edit = EditableMesh(mesh)
+    divided(edit, mesh, largest, budget, np.ones(len(area), bool))
+    edit.even_out()
+    return with_even_metric(edit.result())
 
 
 def _even(journey: Journey, plan: Plan) -> None:

@@ -107,8 +107,8 @@ def _around(connectivity: Connectivity, zone: Mask) -> Mask:
 def _narrow(connectivity: Connectivity, zone: Mask) -> tuple[Mask, Mask]:
     """Return the faces in the zone, and those outside of it, where an outline could not be cut along.
 
-    Faces that an outline comes to twice on one side, and all on a side where it has less than three. An edge between two
-    vertices of an outline that is not part of it makes one or the other.
+    Faces that an outline comes to twice on one side, and all on a side where it has less than three. An edge between
+    two vertices of an outline that is not part of it makes one or the other.
     """
     twin, face = connectivity.twin.reshape(-1), connectivity.face.reshape(-1)
     border = np.flatnonzero(zone[face] & ~zone[face[twin]])

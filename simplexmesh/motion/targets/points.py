@@ -83,6 +83,17 @@ class SurfelTarget(BuiltIn):
         )
         return out
 
+    def beyond(self, places: Array, distance: float) -> NDArray[np.bool_]:
+        """Return (n,) whether places are farther than a distance from all the data, wherever its surface would go on.
+
+        Where the noise is large the surface found reaches out past its border, and `gap` with it.
+        """
+        if not np.isfinite(self.surfels.horizon).any():
+            return np.zeros(len(places), bool)
+        nearest, _ = self.surfels.tree.nearest(np.asarray(places) - self.center, 1)
+        between = 0.5 * float(np.quantile(self.surfels.horizon[np.isfinite(self.surfels.horizon)], 0.9))
+        return np.asarray(nearest[:, 0] > distance + between)
+
     @property
     def noise(self) -> float:
         """Standard deviation of the data about the surface found, along its normal; in the data's unit."""
