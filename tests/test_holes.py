@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -9,6 +11,7 @@ from hypothesis import strategies as st
 from scipy.spatial import cKDTree
 
 import simplexmesh as sm
+from simplexmesh.cli import app
 from simplexmesh.motion.evolve import mean_edge
 from simplexmesh.motion.holes import open_holes
 from simplexmesh.motion.outward import turned_outward
@@ -430,6 +433,29 @@ class TestReconstruction:
         assert counts[1] < counts[2]
         assert abs(counts[2] - 1500) <= 150
         assert abs(counts[0] - 1500) <= 150
+
+
+class TestCommand:
+    def test_it_tells_what_was_opened_and_why_the_rest_was_not(self, tmp_path, capsys):
+        half = open_holes(sm.sphere(12), Dome()).mesh
+        half.save(tmp_path / "half.ply")
+        wanted = ["reconstruct", str(tmp_path / "half.ply"), "--init", "sphere", "--vertices", "400"]
+        assert app.run([*wanted, "--holes", "auto", "--refine", "auto", "-o", str(tmp_path / "m.vtp"), "--json"]) == 0
+        facts = json.loads(capsys.readouterr().out)
+        assert facts["holes"] == 1
+        assert [hole["accepted"] for hole in facts["topology"]["holes"]].count(True) == 1
+        assert facts["topology"]["refined"] > 0
+        assert app.run([*wanted, "-o", str(tmp_path / "m.vtp")]) == 0
+        assert "1 holes made" in capsys.readouterr().out
+
+    @pytest.mark.parametrize("option", ["--holes", "--handles", "--refine"])
+    def test_words_it_does_not_know_are_named(self, option, tmp_path, capsys):
+        ball = tmp_path / "ball.ply"
+        sm.sphere(4).save(ball)
+        assert app.run(["reconstruct", str(ball), option, "some", "-o", str(tmp_path / "m.vtp")]) == 2
+        said = capsys.readouterr().err
+        assert f"{option[2:]} must be one of" in said
+        assert "not 'some'" in said
 
 
 @pytest.mark.filterwarnings("ignore:merged:simplexmesh.errors.SimplexMeshWarning")
