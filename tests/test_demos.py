@@ -107,6 +107,16 @@ def test_the_sphere_becomes_a_face_with_one_hole(ran, tmp_path):
     assert (tmp_path / "film.gif").stat().st_size > 50_000
 
 
+def test_a_handle_appears_on_the_sphere(ran, tmp_path):
+    demo, out = ran("sphere_to_torus")
+    assert (out["genus"][0], out["genus"][-1]) == (0, 1)
+    assert sorted(out["genus"]) == out["genus"]
+    assert out["off"] < 0.02
+    assert out["tangled"] == 0
+    demo.write_film({**out, "film": out["film"][::6]}, tmp_path / "film.gif")
+    assert (tmp_path / "film.gif").stat().st_size > 20_000
+
+
 def test_refinement_fills_the_bottle(ran, tmp_path):
     demo, out = ran("refinement")
     assert out["away"]["refined"] < 0.1 * out["away"]["coarse"]

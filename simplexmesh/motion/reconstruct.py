@@ -23,7 +23,7 @@ from simplexmesh.motion.outward import turned_outward
 from simplexmesh.motion.plan import Choice, TopologyRecord, plan_for
 from simplexmesh.motion.progress import Report, reporting
 from simplexmesh.motion.rim_upright import uprighted
-from simplexmesh.motion.sampling import closed_samples, known_genus
+from simplexmesh.motion.sampling import closed_samples
 from simplexmesh.motion.state import State
 from simplexmesh.motion.subjects import Subject, as_subject
 from simplexmesh.motion.topology_adapt import travelled
@@ -231,10 +231,10 @@ def reconstruct(
             report(1.0, "done")
         except KeyboardInterrupt:
             interrupted = True
-    if samples is not None and known_genus(subject) not in (None, mesh.genus) and not interrupted:
+    if samples is not None and samples.genus not in (None, mesh.genus) and not interrupted:
         warnings.warn(
-            f"the surface has genus {known_genus(subject)}, the model has {mesh.genus}; more vertices may find the "
-            "handles that are left out, or init='auto'",
+            f"the surface has genus {samples.genus}, the model has {mesh.genus}; more vertices may find the handles "
+            "that are left out, or init='auto'",
             SimplexMeshWarning,
             stacklevel=2,
         )

@@ -39,7 +39,7 @@ def closed_samples(subject: Subject) -> Samples | None:
     if isinstance(subject, TrianglesSubject):
         cloud = subject.sampled
         assert cloud.normals is not None
-        return _thinned(Samples(cloud.points, cloud.normals, oriented=True))
+        return _thinned(Samples(cloud.points, cloud.normals, oriented=True, genus=known_genus(subject)))
     target = subject.target if hasattr(subject.target, "samples") else Points(subject.points)
     points, normals = target.samples()
     if not normals.any(axis=1).all():  # a surfel without a direction looks to its nearest neighbor that has one
@@ -62,4 +62,4 @@ def _thinned(samples: Samples) -> Samples:
     if n <= MOST_SAMPLES:
         return samples
     rows = np.random.default_rng(0).choice(n, MOST_SAMPLES, replace=False)
-    return Samples(samples.points[rows], samples.normals[rows], samples.oriented)
+    return Samples(samples.points[rows], samples.normals[rows], samples.oriented, samples.genus)

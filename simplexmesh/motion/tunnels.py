@@ -13,7 +13,7 @@ from simplexmesh import _check
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.handles import HandleProposal, add_handles, judged, proposed
 from simplexmesh.motion.holes import open_holes
-from simplexmesh.motion.wrap import Samples, Wrapping
+from simplexmesh.motion.wrap import Samples, Wrapping, grown
 from simplexmesh.motion.zones import connected
 
 Indices = NDArray[np.int64]
@@ -97,7 +97,8 @@ def tunneled(
         wrapping.run(TURN, watch=look)
         counts.append(int(wrapping.free.sum()))
         refused = []
-        for one, other in meeting_films(wrapping):
+        enough = samples.genus is not None and wrapping.mesh.genus >= samples.genus
+        for one, other in () if enough else meeting_films(wrapping):
             mesh, proposal = _joined(wrapping.mesh, one, other, asked)
             if proposal.accepted:
                 joined.append(proposal)
@@ -160,7 +161,7 @@ def meeting_films(wrapping: Wrapping) -> list[tuple[Indices, Indices]]:
         a, b = pairs[k].tolist()
         if counts[k] < max(FEWEST_LINKS, LEAST_SHARE * min(whole[a], whole[b])):
             continue
-        sides = []
+        sides, spans, alone = [], True, True
         for mine, other in ((a, b), (b, a)):
             linked = (on == mine) & (ahead == other)
             share = np.bincount(of_corner, linked[c.face_vertices], minlength=len(sizes)) / sizes
@@ -168,8 +169,12 @@ def meeting_films(wrapping: Wrapping) -> list[tuple[Indices, Indices]]:
             if not inside.any():
                 inside = (film == mine) & (share == np.where(film == mine, share, 0).max())
             pieces = connected(c, inside)
+            spans &= bool((linked & ~wrapping.close).any())
+            around = on[grown(on == mine, wrapping.mesh.neighbors, 3)]
+            alone &= not ((around >= 0) & (around != a) & (around != b)).any()
             sides.append(np.flatnonzero(max(pieces, key=np.count_nonzero)))
-        out.append((sides[0], sides[1]))
+        if spans or alone:  # else it is a scrap on the wall beside a film
+            out.append((sides[0], sides[1]))
     return out
 
 

@@ -54,11 +54,14 @@ class Samples:
     points, normals : (m, 3) array of float
     oriented : bool
         Whether the normals point outwards, or either way.
+    genus : int, optional
+        How many handles the data has, when it says so.
     """
 
     points: Array
     normals: Array
     oriented: bool
+    genus: int | None = None
 
     def area(self, neighbors: int = 8) -> float:
         """Return about how large the surface is, from how far apart its points are.
@@ -95,6 +98,8 @@ class Wrapping:
         Which vertices of `mesh` do not sit on data.
     meets : (n,) array of int
         For each free vertex the one that it meets across a film's inside, -1 when none.
+    close : (n,) array of bool
+        Which vertices have data near, whether they sit on it or not.
     """
 
     def __init__(self, mesh: SimplexMesh, samples: Samples, vertices: int) -> None:
@@ -129,7 +134,7 @@ class Wrapping:
                 code = np.where(slack, FILM, SKIN).astype(np.int8)
                 code.setflags(write=False)
                 model.constraint = code
-                model.alpha[:] = np.where(self._close & ~self._folded, 0.1 if press else 0.3, 0.4)
+                model.alpha[:] = np.where(self.close & ~self._folded, 0.1 if press else 0.3, 0.4)
                 model.step()
             self.mesh = SimplexMesh(model.mesh.vertices, model.mesh.connectivity)
             if watch is not None:
@@ -154,9 +159,9 @@ class Wrapping:
         """Find the data nearest to each vertex, who sits on it, and which films meet."""
         self._away, self._nearest = self._tree.query(vertices, workers=-1)
         facing = dot(normals, self.samples.normals[self._nearest])
-        self._close = self._away < self._near
-        self.free = ~(self._close & (np.abs(facing) > FACING))
-        self._folded = self._close & (facing < -FACING) if self.samples.oriented else np.zeros(len(vertices), bool)
+        self.close = self._away < self._near
+        self.free = ~(self.close & (np.abs(facing) > FACING))
+        self._folded = self.close & (facing < -FACING) if self.samples.oriented else np.zeros(len(vertices), bool)
         self._edges = norm(vertices[neighbors] - vertices[:, None]).mean(axis=1)
         self.meets, self._depth = contacts(vertices, normals, self._edges, np.flatnonzero(self.free))
 
@@ -169,14 +174,14 @@ class Wrapping:
         out = np.zeros_like(V)
         across = self.samples.normals[self._nearest]
         toward = dot(self.samples.points[self._nearest] - V, across)[:, None] * across
-        out[self._close] = 0.6 * toward[self._close]
+        out[self.close] = 0.6 * toward[self.close]
         if not self._pressing:
             return out
         smooth = N + N[frame.neighbors].sum(axis=1)
         smooth = normalized(smooth + smooth[frame.neighbors].sum(axis=1))
         press = -(0.03 * self._away + 0.04 * self.edge)[:, None] * smooth
         along = press - dot(press, across)[:, None] * across
-        press = np.where(self._close[:, None], along, press)  # along data, never through it
+        press = np.where(self.close[:, None], along, press)  # along data, never through it
         met = self.meets >= 0
         held = grown(met, frame.neighbors, 2)  # or two films would slide over each other
         out[self.free & ~held] += press[self.free & ~held]
