@@ -11,6 +11,7 @@ from simplexmesh.mesh.face_geometry import face_areas
 from simplexmesh.mesh.joining import together
 from simplexmesh.motion.contact import contacts
 from simplexmesh.motion.handles import add_handles, rim_frame
+from simplexmesh.motion.tunnels import tunneled
 from simplexmesh.motion.wrap import Samples, Wrapping
 
 
@@ -278,6 +279,34 @@ def test_a_sphere_becomes_a_torus():
     assert np.abs(np.hypot(np.hypot(x, y) - 1.0, z) - 0.45).max() < 0.05
     assert abs(out.mesh.n_vertices - 900) <= 90
     assert out.mesh.check(self_intersections=True).ok
+
+
+@pytest.mark.parametrize("inside", ["above", "below"])
+def test_a_sphere_finds_the_handle_of_a_level_of_a_volume(inside):
+    x, y, z = np.mgrid[-1.6:1.6:41j, -1.6:1.6:41j, -0.8:0.8:21j]
+    deep = 0.45 - np.hypot(np.hypot(x, y) - 1.0, z)
+    values = deep if inside == "above" else -deep
+    volume = sm.Volume(values, spacing=0.08, origin=(-1.6, -1.6, -0.8))
+    out = sm.reconstruct(volume, level=0.0, inside=inside, init="sphere", vertices=1000)
+    assert (out.mesh.genus, out.tangled) == (1, 0)
+    assert out.distance.data_to_mesh.rms < 0.01
+
+
+def test_a_ball_gets_no_handle():
+    out = sm.reconstruct(sm.sphere(14).vertices * [1.0, 0.6, 1.5], init="sphere", vertices=600)
+    assert out.mesh.genus == 0
+    assert out.topology.handles == ()
+    assert out.tangled == 0
+
+
+def test_data_that_knows_its_genus_gets_no_more_handles():
+    samples = Samples(torus_points(), np.zeros((6000, 3)), oriented=False)
+    u = np.arctan2(samples.points[:, 1], samples.points[:, 0])
+    normals = samples.points - np.stack([np.cos(u), np.sin(u), 0 * u], axis=1)
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    for genus, found in ((0, 0), (1, 1), (None, 1), (5, 1)):
+        known = Samples(samples.points, normals, oriented=True, genus=genus)
+        assert tunneled(sm.sphere(6, radius=1.6), known, vertices=1000).mesh.genus == found
 
 
 def test_a_handle_refused_by_the_user_stays_a_film():

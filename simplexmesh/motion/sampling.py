@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import cKDTree
 
-from simplexmesh._vec import norm
-from simplexmesh.motion.subjects import Subject, TrianglesSubject
+from simplexmesh._vec import norm, normalized
+from simplexmesh.motion.subjects import Subject, TrianglesSubject, VolumeSubject
 from simplexmesh.motion.wrap import Samples
 
 MOST_SAMPLES = 20_000
@@ -40,12 +40,33 @@ def closed_samples(subject: Subject) -> Samples | None:
         cloud = subject.sampled
         assert cloud.normals is not None
         return _thinned(Samples(cloud.points, cloud.normals, oriented=True, genus=known_genus(subject)))
+    if isinstance(subject, VolumeSubject):
+        return _of_volume(subject)
     target = subject.target if hasattr(subject.target, "samples") else Points(subject.points)
     points, normals = target.samples()
     if not normals.any(axis=1).all():  # a surfel without a direction looks to its nearest neighbor that has one
         known = np.flatnonzero(normals.any(axis=1))
         normals = normals[known[cKDTree(points[known]).query(points)[1]]]
     return _thinned(Samples(points, normals, bool(target.surfels.oriented)))  # type: ignore[attr-defined]
+
+
+def _of_volume(subject: VolumeSubject) -> Samples:
+    """Return the points where grid lines leave the object, and normals down the gradient there."""
+    from scipy.ndimage import map_coordinates
+
+    thin = _thinned(Samples(subject.points, np.zeros_like(subject.points), oriented=True))
+    values = subject.volume.values.astype(np.float32, copy=False)
+    step = float(np.max(subject.volume.spacing))
+    slope = np.zeros_like(thin.points)
+    for axis in range(3):
+        for sign in (1.0, -1.0):
+            places = thin.points.copy()
+            places[:, axis] += sign * step
+            index = subject.volume.to_index(places)
+            slope[:, axis] += sign * map_coordinates(values, index.T, order=1, mode="nearest")
+    outward = -slope if subject.inside == "above" else slope
+    known = norm(outward) > 0
+    return Samples(thin.points[known], normalized(outward[known]), oriented=True)
 
 
 def known_genus(subject: Subject) -> int | None:
