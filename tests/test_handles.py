@@ -168,6 +168,13 @@ class TestTarget:
         assert out.proposals[0].on_data == 0.0
         assert out.proposals[0].reason.endswith("no data is between them")
 
+    def test_a_tunnel_is_seen_from_its_axis(self):
+        tunnel = np.stack(np.broadcast_arrays(*_tube(radius=0.72, height=1.4)), axis=-1).reshape(-1, 3)
+        outward = tunnel * [1, 1, 0]
+        for sign, found in ((-1, 1), (1, 0)):
+            cloud = sm.PointCloud(tunnel, sign * outward)
+            assert add_handles(OPPOSITE, sm.targets.Points(cloud), distance=0.5).mesh.genus == found
+
 
 def _tube(radius, height):
     turn, z = np.meshgrid(np.linspace(0, 2 * np.pi, 60, endpoint=False), np.linspace(-height / 2, height / 2, 30))
@@ -279,6 +286,28 @@ def test_a_sphere_becomes_a_torus():
     assert np.abs(np.hypot(np.hypot(x, y) - 1.0, z) - 0.45).max() < 0.05
     assert abs(out.mesh.n_vertices - 900) <= 90
     assert out.mesh.check(self_intersections=True).ok
+
+
+def test_two_sides_of_a_flap_are_no_handle():
+    rng = np.random.default_rng(0)
+    gap, tube = 0.6, 0.3
+    u = rng.uniform(gap, 2 * np.pi - gap, 5000)
+    direction = rng.normal(size=(5000, 3))
+    ring = np.stack([np.cos(u), np.sin(u), 0 * u], axis=1)
+    along = np.stack([-np.sin(u), np.cos(u), 0 * u], axis=1)
+    direction -= (direction * along).sum(axis=1)[:, None] * along
+    direction /= np.linalg.norm(direction, axis=1)[:, None]
+    ends = []
+    for end, sign in ((gap, -1), (2 * np.pi - gap, 1)):
+        cap = rng.normal(size=(600, 3))
+        cap /= np.linalg.norm(cap, axis=1)[:, None]
+        out = sign * np.array([-np.sin(end), np.cos(end), 0])
+        cap = cap[cap @ out > 0]
+        ends.append((np.array([np.cos(end), np.sin(end), 0]) + tube * cap, cap))
+    points = np.concatenate([ring + tube * direction, *(place for place, _ in ends)])
+    normals = np.concatenate([direction, *(cap for _, cap in ends)])
+    out = tunneled(sm.sphere(8, radius=1.5), Samples(points, normals, oriented=True), vertices=1000)
+    assert (out.mesh.genus, out.proposals) == (0, ())
 
 
 @pytest.mark.parametrize("inside", ["above", "below"])
