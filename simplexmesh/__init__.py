@@ -42,6 +42,9 @@ _HOME = {
     "motion.redistribute": ["redistribute"],
     "motion.holes": ["open_holes"],
     "motion.handles": ["add_handles"],
+    # IV   the recognition
+    "recognition.sai": ["SAI", "sai"],
+    "recognition.match": ["Match", "match"],
 }
 _MODULE = {name: f"simplexmesh.{module}" for module, names in _HOME.items() for name in names}
 _SUBMODULES = {"targets": "simplexmesh.motion.targets", "plot": "simplexmesh.plot"}
@@ -89,6 +92,10 @@ if TYPE_CHECKING:  # the same list once more, for type checkers and editors; a t
     from simplexmesh.motion.reconstruct import reconstruct as reconstruct
     from simplexmesh.motion.redistribute import redistribute as redistribute
     from simplexmesh.motion.refine import refine as refine
+    from simplexmesh.recognition.match import Match as Match
+    from simplexmesh.recognition.match import match as match
+    from simplexmesh.recognition.sai import SAI as SAI
+    from simplexmesh.recognition.sai import sai as sai
 
 
 def __getattr__(name: str) -> Any:

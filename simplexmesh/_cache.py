@@ -1,4 +1,4 @@
-"""Where numba keeps compiled kernels when neither the package's folder nor the user's can be written to."""
+"""Where compiled kernels and tables are kept: numba's folder when its own are closed, and the one of tables."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import os
 import sys
 from pathlib import Path
 
-ROOMS = ("mesh", "data", "motion")
+ROOMS = ("mesh", "data", "motion", "recognition")
 
 
 def ensure() -> None:
@@ -57,3 +57,18 @@ def _writable(folder: Path) -> bool:
     except OSError:  # a folder above must not even be searched
         return False
     return folder.is_dir() and os.access(folder, os.W_OK | os.X_OK)
+
+
+def tables() -> Path | None:
+    """Return the folder for tables that are computed once and shared by processes, or None where none can be written.
+
+    The environment variable SIMPLEXMESH_CACHE names another one.
+
+    Examples
+    --------
+    >>> tables() is None or tables().name != ""
+    True
+    """
+    named = os.environ.get("SIMPLEXMESH_CACHE")
+    folder = Path(named) if named else _user_folder().with_name("simplexmesh")
+    return folder if _writable(folder) else None

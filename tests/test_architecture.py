@@ -21,8 +21,9 @@ BELOW = {
     "mesh": FLOOR,
     "data": FLOOR | {"mesh"},
     "motion": FLOOR | {"mesh", "data"},
-    "plot": FLOOR | {"mesh", "data", "motion"},
-    "cli": FLOOR | {"mesh", "data", "motion", "plot", "front"},
+    "recognition": FLOOR | {"mesh", "data", "motion"},
+    "plot": FLOOR | {"mesh", "data", "motion", "recognition"},
+    "cli": FLOOR | {"mesh", "data", "motion", "recognition", "plot", "front"},
 }
 
 # Imports that point up, each with its reason.
@@ -44,7 +45,7 @@ DOORS = {
     "plyfile": ["/data/ply.py"],
     "pyvista": ["/plot/*.py", "/data/vtk.py", "/data/convert.py", "/data/writing.py", "/cli/*.py"],
     "vtkmodules": ["/data/vtk.py"],
-    "scipy": ["/mesh/*.py", "/data/*.py", "/motion/*.py", "/motion/*/*.py", "/plot/*.py", "/cli/*.py"],
+    "scipy": ["/mesh/*.py", "/data/*.py", "/motion/*.py", "/motion/*/*.py", "/recognition/*.py", "/plot/*.py", "/cli/*.py"],
     "rich": ["/cli/*.py", "/motion/progress.py"],
     "typer": ["/cli/*.py"],
     "importlib": ["/__init__.py", "/mesh/simplex_mesh.py", "/motion/targets/__init__.py"],  # imports by name hide
@@ -204,6 +205,8 @@ def test_the_exceptions_are_still_needed():
         ("motion/deform.py", "from simplexmesh import Volume", "motion must not import simplexmesh.Volume"),
         ("data/points.py", "def f():\n    from simplexmesh.motion.deform import State", "data must not import"),
         ("motion/deform.py", "import simplexmesh.plot", "motion must not import simplexmesh.plot"),
+        ("motion/deform.py", "from simplexmesh.recognition import sai", "motion must not import simplexmesh.recog"),
+        ("recognition/match.py", "import simplexmesh.plot", "recognition must not import simplexmesh.plot"),
         ("mesh/shapes.py", "_upstairs('data.writing')", "mesh must not import simplexmesh.data.writing"),
         ("mesh/shapes.py", "__import__('simplexmesh.plot')", "mesh must not import simplexmesh.plot"),
         ("errors.py", "import simplexmesh._check", "errors must not import simplexmesh._check"),

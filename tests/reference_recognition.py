@@ -1,0 +1,104 @@
+"""The recognition done plainly: every rotation, every vertex, and the thesis's first method of two scales."""
+
+from __future__ import annotations
+
+import numpy as np
+
+import simplexmesh as sm
+from simplexmesh.recognition.spheres import ball
+
+
+def nearest_vertices(frequency, R):
+    """Where a rotation takes each vertex of the sphere: the vertex of largest cosine, by comparing with all."""
+    vertices = ball(frequency).vertices
+    return np.argmax(vertices @ R.T @ vertices.T, axis=1)
+
+
+def search(table, first, second):
+    """Equation 6.4: the sum over l of (first[R_j(l)] - second[l])^2, for each row of a table of indices."""
+    return np.array([((first[row] - second) ** 2).sum() for row in table])
+
+
+def search_seen(table, first, first_seen, second, second_seen):
+    """The same over the vertices seen in both, and how many they are."""
+    total, common = np.zeros(len(table)), np.zeros(len(table))
+    for j, row in enumerate(table):
+        both = first_seen[row] & second_seen
+        total[j], common[j] = ((first[row] - second)[both] ** 2).sum(), both.sum()
+    return total, common
+
+
+def interpolated(frequency, values, direction):
+    """The value at a unit vector, linear in a triangle of a vertex and two of its faces' centers."""
+    here = ball(frequency)
+    means = np.array([values[loop].mean() for loop in here.mesh.faces])
+    for i in np.argsort(-(here.vertices @ direction))[:12]:
+        for j in range(3):
+            f, g = here.mesh.connectivity.face[i, j - 1], here.mesh.connectivity.face[i, j]
+            corners = np.stack([here.vertices[i], here.centers[f], here.centers[g]], axis=1)
+            weights = np.linalg.solve(corners, direction)
+            if weights.min() >= -1e-9:
+                return weights @ [values[i], means[f], means[g]] / weights.sum()
+    raise AssertionError("no triangle holds the direction")
+
+
+def zxz(alpha, beta, gamma):
+    """The rotation of figure 6.8: about z, about x, about the new z."""
+
+    def about(axis, angle):
+        c, s = np.cos(angle), np.sin(angle)
+        return (
+            np.array([[1, 0, 0], [0, c, -s], [0, s, c]])
+            if axis == "x"
+            else np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+        )
+
+    return about("z", alpha) @ about("x", beta) @ about("z", gamma)
+
+
+def distance(frequency, first, second, R):
+    """Equation 6.3 over n: the mean square of first(R P) - second(P)."""
+    here = ball(frequency)
+    return ((here.interpolated(first, here.places(here.vertices @ R.T)) - second) ** 2).mean()
+
+
+def two_scales(frequency, first, second, *, coarse=10.0, fine=1.0, reach=8.0):
+    """The thesis's first method: all of z-x-z in steps of 10 degrees, then steps of 1 degree around the minimum."""
+    around = np.radians(np.arange(0, 360, coarse))
+    best, at = np.inf, None
+    vertices = ball(frequency).vertices
+    for alpha in around:
+        for beta in np.radians(np.arange(0, 180 + coarse, coarse)):
+            turns = np.stack([zxz(alpha, beta, gamma) for gamma in around])
+            rows = np.argmax(np.einsum("kab,nb->kna", turns, vertices) @ vertices.T, axis=2)
+            sums = ((first[rows] - second) ** 2).sum(axis=1)
+            if sums.min() < best:
+                best, at = sums.min(), (alpha, beta, around[sums.argmin()])
+    steps = np.radians(np.arange(-reach, reach + fine, 2 * fine))
+    near = [(a, b, c) for a in at[0] + steps for b in at[1] + steps for c in at[2] + steps]
+    values = [distance(frequency, first, second, zxz(*angles)) for angles in near]
+    return zxz(*near[int(np.argmin(values))])
+
+
+def angle(A, B):
+    """Degrees between two rotations."""
+    return float(np.degrees(np.arccos(np.clip((np.trace(A @ B.T) - 1) / 2, -1, 1))))
+
+
+def random_rotation(rng):
+    """A rotation drawn evenly."""
+    q, r = np.linalg.qr(rng.normal(size=(3, 3)))
+    q = q * np.sign(np.diag(r))
+    return q if np.linalg.det(q) > 0 else -q
+
+
+def lumpy(frequency=14, seed=0, lumps=6):
+    """A closed body without symmetry: a sphere with bumps and dents."""
+    rng = np.random.default_rng(seed)
+    mesh = sm.sphere(frequency)
+    directions = rng.normal(size=(lumps, 3))
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    height = rng.uniform(-0.3, 0.45, lumps)
+    width = rng.uniform(0.25, 0.6, lumps)
+    radius = 1 + (height * np.exp((mesh.vertices @ directions.T - 1) / width**2)).sum(axis=1)
+    return mesh.moved(mesh.vertices * radius[:, None] * [1.2, 1.0, 0.9])

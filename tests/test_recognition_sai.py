@@ -1,0 +1,188 @@
+"""Signatures: what they are made of, that they are the object's own, and their files."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import simplexmesh as sm
+from simplexmesh.recognition.fitting import centered, vertex_areas
+from simplexmesh.recognition.spheres import ball, boosted
+from tests import reference_recognition as reference
+
+
+@pytest.fixture(scope="module")
+def body():
+    return reference.lumpy()
+
+
+@pytest.fixture(scope="module")
+def signature(body):
+    return sm.sai(body, frequency=7)
+
+
+class TestSignature:
+    def test_is_a_sphere_at_rest_on_the_object(self, body, signature):
+        assert signature.angles.shape == (980,)
+        assert np.array_equal(signature.mesh.connectivity.twin, sm.sphere(7).connectivity.twin)
+        assert signature.distance.max() < 0.06 * np.ptp(body.vertices)
+        assert signature.area == pytest.approx(body.area, rel=0.03)
+        assert not signature.hidden.any()
+        assert signature.visible_fraction == pytest.approx(1)
+        assert signature.visible_area == pytest.approx(signature.area)
+
+    def test_metric_parameters_are_nearly_a_third(self, signature):
+        assert np.median(np.abs(signature.mesh.metric - 1 / 3)) < 0.02
+
+    def test_area_is_balanced_on_the_sphere(self, signature):
+        areas = vertex_areas(signature.mesh)
+        assert np.linalg.norm(areas @ signature.directions / areas.sum()) < 0.03
+
+    def test_angles_are_those_of_the_mesh(self, signature):
+        assert np.array_equal(signature.angles, signature.mesh.simplex_angle)
+
+    def test_any_kind_of_data_gives_the_same(self, body, signature):
+        triangles = body.triangulated()
+        cloud = triangles.sampled(6000, rng=1)
+        for data in (triangles, cloud, cloud.points, [cloud.points[:3000], cloud.points[3000:]]):
+            other = sm.sai(data, frequency=7)
+            (found, *_) = sm.match(signature, other)
+            assert found.distance < 0.06
+            assert reference.angle(found.T_a_b[:3, :3], np.eye(3)) < 1.5
+
+    def test_a_volume(self):
+        at = np.stack(np.meshgrid(*[np.arange(-14.0, 15.0)] * 3, indexing="ij"), axis=-1)
+        field = 1 - np.sqrt(((at / [12.0, 9.0, 7.0]) ** 2).sum(axis=-1)) + 0.05 * at[..., 0] * at[..., 1] / 81
+        volume = sm.Volume(field, origin=(-14, -14, -14))
+        found = sm.sai(volume, frequency=5, level=0.0)
+        labels = sm.sai(sm.Volume((field > 0).astype(np.uint8), origin=(-14, -14, -14)), frequency=5, label=1)
+        assert labels.area == pytest.approx(found.area, rel=0.05)
+        assert sm.match(found, labels)[0].distance < 0.1
+
+
+class TestInvariance:
+    @pytest.mark.parametrize("seed", [0, 1, 2])
+    def test_to_pose_size_and_sampling(self, body, signature, seed):
+        rng = np.random.default_rng(seed)
+        R, t, size = reference.random_rotation(rng), rng.normal(size=3) * 10, rng.uniform(0.01, 100)
+        points = body.triangulated().sampled(8000, rng=rng).points
+        other = sm.sai(size * (points @ R.T + t), frequency=7)
+        (found, second, *_) = sm.match(other, signature)
+        assert found.distance < 0.5 * second.distance
+        shrunk = sm.SAI(7, other.mesh.moved(other.mesh.vertices / size), other.hidden)
+        found = sm.match(shrunk, signature)[0]
+        assert reference.angle(found.T_a_b[:3, :3], R) < 1.5
+        assert np.allclose(found.T_a_b[:3, :3] @ [0, 0, 0] + found.T_a_b[:3, 3], t, atol=0.05)
+
+    def test_centering_forgets_where_the_motion_began(self):
+        here = ball(7)
+        egg = here.mesh.moved(here.vertices * [1.3, 1.0, 0.8])
+        slid = boosted(here.vertices, np.array([0.2, 0.1, -0.15]))
+        other = here.mesh.moved(here.interpolated(egg.vertices, here.places(slid)))
+        one, two = centered(egg, 7, 7), centered(other, 7, 7)
+        assert np.linalg.norm(one.vertices - two.vertices, axis=1).max() < 0.05  # chords lie below
+        assert np.linalg.norm(egg.vertices - other.vertices, axis=1).max() > 0.2
+
+
+class TestHidden:
+    def test_one_view_labels_what_it_did_not_see(self, body):
+        triangles = body.triangulated()
+        cloud = triangles.sampled(12000, rng=0)
+        front = cloud.points[cloud.points[:, 2] > 0.1]
+        view = sm.sai(front, frequency=7)
+        behind = view.mesh.vertices[:, 2] < -0.1
+        assert view.hidden[behind].all() or not behind.any()
+        assert 0.3 < view.visible_fraction < 0.95
+        assert 0 < view.visible_area < view.area
+        near = view.mesh.vertices[~view.hidden]
+        assert (near[:, 2] > -0.2).all()
+
+    def test_a_threshold_of_ones_own(self, body):
+        points = body.triangulated().sampled(3000, rng=0).points
+        all_seen, few = sm.sai(points, 5, threshold=10.0), sm.sai(points, 5, threshold=0.035)
+        assert not all_seen.hidden.any()
+        assert np.array_equal(few.hidden, few.distance > 0.035)
+
+
+class TestFiles:
+    def test_come_back_as_they_were(self, signature, tmp_path):
+        hidden = signature.directions[:, 0] > 0.5
+        one = sm.SAI(7, signature.mesh, hidden, signature.distance, 0.25)
+        one.save(tmp_path / "one.npz")
+        other = sm.SAI.load(tmp_path / "one.npz")
+        assert other.frequency == 7
+        assert np.array_equal(other.mesh.vertices, one.mesh.vertices)
+        assert np.array_equal(other.hidden, hidden)
+        assert np.array_equal(other.distance, one.distance)
+        assert other.threshold == 0.25
+        assert [path.name for path in tmp_path.iterdir()] == ["one.npz"]
+
+    @pytest.mark.parametrize("keep", [0, 3, 100, 5000, -1, -100])
+    def test_cut_short(self, signature, tmp_path, keep):
+        signature.save(tmp_path / "one.npz")
+        whole = (tmp_path / "one.npz").read_bytes()
+        (tmp_path / "one.npz").write_bytes(whole[:keep])
+        with pytest.raises(OSError, match=r"one\.npz is not a whole signature written by SAI\.save"):
+            sm.SAI.load(tmp_path / "one.npz")
+
+    def test_damaged_inside(self, signature, tmp_path):
+        signature.save(tmp_path / "one.npz")
+        whole = bytearray((tmp_path / "one.npz").read_bytes())
+        whole[len(whole) // 2] ^= 0xFF
+        (tmp_path / "one.npz").write_bytes(whole)
+        with pytest.raises(OSError, match=r"one\.npz is not a whole signature"):
+            sm.SAI.load(tmp_path / "one.npz")
+
+    def test_something_else(self, tmp_path):
+        np.savez(tmp_path / "other.npz", vertices=np.zeros(3))
+        (tmp_path / "text.npz").write_text("not a signature")
+        for name in ("other.npz", "text.npz"):
+            with pytest.raises(OSError, match="is not a whole signature"):
+                sm.SAI.load(tmp_path / name)
+
+    def test_absent_file_and_folder(self, signature, tmp_path):
+        with pytest.raises(FileNotFoundError, match="there is no file"):
+            sm.SAI.load(tmp_path / "absent.npz")
+        with pytest.raises(FileNotFoundError, match="there is no folder"):
+            signature.save(tmp_path / "absent" / "one.npz")
+
+    def test_a_failed_write_leaves_the_old_file(self, signature, tmp_path, monkeypatch):
+        signature.save(tmp_path / "one.npz")
+        before = (tmp_path / "one.npz").read_bytes()
+        monkeypatch.setattr(np, "savez_compressed", lambda *_, **__: (_ for _ in ()).throw(OSError("disk full")))
+        with pytest.raises(OSError, match="disk full"):
+            signature.save(tmp_path / "one.npz")
+        assert (tmp_path / "one.npz").read_bytes() == before
+        assert len(list(tmp_path.iterdir())) == 1
+
+
+class TestDoor:
+    @pytest.mark.parametrize("frequency", [4, 13, 0])
+    def test_frequency_out_of_range(self, frequency):
+        with pytest.raises(ValueError, match=f"frequency must be at .* not {frequency}"):
+            sm.sai(np.zeros((200, 3)), frequency)
+
+    def test_too_small(self):
+        points = np.random.default_rng(0).normal(size=(30, 3))
+        with pytest.raises(ValueError, match="data must hold at least 100 points to carry a signature, not 30"):
+            sm.sai(points)
+
+    def test_flat(self):
+        points = np.random.default_rng(0).normal(size=(300, 3)) * [1, 1, 0] + [0, 0, 5]
+        with pytest.raises(ValueError, match="its points lie in a plane"):
+            sm.sai(points)
+
+    def test_level_for_points(self):
+        with pytest.raises(ValueError, match="level and label are for volumes"):
+            sm.sai(np.random.default_rng(0).normal(size=(300, 3)), level=1.0)
+
+    def test_mesh_of_another_connectivity(self):
+        with pytest.raises(ValueError, match="mesh must have the connectivity of the sphere of frequency 5"):
+            sm.SAI(5, sm.torus())
+        with pytest.raises(TypeError, match="mesh must be a SimplexMesh, not ndarray"):
+            sm.SAI(5, np.zeros((500, 3)))
+
+    @pytest.mark.parametrize("hidden", [np.zeros(3, bool), np.zeros(500), np.zeros((500, 1), bool)])
+    def test_hidden_of_another_shape(self, hidden):
+        with pytest.raises(ValueError, match="hidden must be 500 values true or false"):
+            sm.SAI(5, sm.sphere(5), hidden)
