@@ -33,6 +33,7 @@ UPWARD = {
         "mesh/simplex_mesh.py",
         "simplexmesh.data.writing",
     ): "users look for mesh.save() and mesh.to_pyvista() on the mesh",
+    ("recognition/sai.py", "simplexmesh.plot.attribute_image"): "users look for sai.plot() on the signature",
 }
 
 # Heavy or special library -> the files that may name it, as patterns; `/` starts at the package.
@@ -45,7 +46,10 @@ DOORS = {
     "plyfile": ["/data/ply.py"],
     "pyvista": ["/plot/*.py", "/data/vtk.py", "/data/convert.py", "/data/writing.py", "/cli/*.py"],
     "vtkmodules": ["/data/vtk.py"],
-    "scipy": ["/mesh/*.py", "/data/*.py", "/motion/*.py", "/motion/*/*.py", "/recognition/*.py", "/plot/*.py", "/cli/*.py"],
+    "scipy": [
+        *("/mesh/*.py", "/data/*.py", "/motion/*.py", "/motion/*/*.py", "/recognition/*.py"),
+        *("/plot/*.py", "/cli/*.py"),
+    ],
     "rich": ["/cli/*.py", "/motion/progress.py"],
     "typer": ["/cli/*.py"],
     "importlib": ["/__init__.py", "/mesh/simplex_mesh.py", "/motion/targets/__init__.py"],  # imports by name hide

@@ -186,3 +186,19 @@ class TestDoor:
     def test_hidden_of_another_shape(self, hidden):
         with pytest.raises(ValueError, match="hidden must be 500 values true or false"):
             sm.SAI(5, sm.sphere(5), hidden)
+
+
+class TestPicture:
+    def test_radius_is_pi_and_the_angle(self, signature):
+        hidden = signature.directions[:, 2] > 0.7
+        one = sm.SAI(7, signature.mesh, hidden)
+        plotter = one.plot(fitted=True, view="xy", title="lumps")
+        things = [each.mapper.dataset for each in plotter.renderers[1].actors.values() if hasattr(each, "mapper")]
+        shown = max(things, key=lambda each: each.n_points)
+        radius = np.linalg.norm(shown.points[: one.n_vertices], axis=1)
+        assert np.allclose(radius, np.pi + np.where(hidden, 0, one.angles), atol=1e-5)
+        plotter.close()
+
+    def test_of_something_else(self):
+        with pytest.raises(TypeError, match="sai must be an SAI"):
+            sm.plot.signature(sm.sphere(5))

@@ -125,6 +125,23 @@ class SAI:
         length = float(np.linalg.norm(mean))
         return np.array([1.0, 0.0, 0.0]) if length < 1e-6 * cells.sum() else mean / length
 
+    def plot(self, **options: Any) -> Any:
+        """Show the signature on the sphere, each vertex at the radius pi + phi, gray where hidden.
+
+        Parameters
+        ----------
+        **options
+            As for `simplexmesh.plot.signature`.
+
+        Returns
+        -------
+        pyvista.Plotter
+            `.show()` opens it; `simplexmesh.plot.picture` writes it to a file.
+        """
+        from simplexmesh.plot.attribute_image import signature
+
+        return signature(self, **options)
+
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the signature to a file, whole or not at all.
 

@@ -36,7 +36,7 @@ def write(path: str | os.PathLike[str], **parts: NDArray[Any]) -> None:
     draft = place.with_name(f".{place.name}.{os.getpid()}.part")
     try:
         with draft.open("wb") as file:
-            np.savez_compressed(file, kind=np.array(KIND), **parts)
+            np.savez_compressed(file, kind=np.array(KIND), **parts)  # type: ignore[arg-type]
         os.replace(draft, place)
     finally:
         draft.unlink(missing_ok=True)

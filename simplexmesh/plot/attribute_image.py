@@ -1,0 +1,73 @@
+"""A signature as the thesis draws it: on the sphere, as far out as its angle is large."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import pyvista as pv
+
+from simplexmesh.plot.camera import looked_at
+from simplexmesh.plot.scenes import surface
+from simplexmesh.plot.stage import stage
+from simplexmesh.recognition.sai import SAI
+
+NAME = "simplex angle (rad)"
+
+
+def signature(
+    sai: SAI,
+    *,
+    fitted: bool = False,
+    view: str | Sequence[float] | None = None,
+    title: str | None = None,
+    limits: tuple[float, float] | None = None,
+) -> pv.Plotter:
+    """Show a signature: each vertex of the sphere at the radius pi + phi, colored by phi; at pi and gray where hidden.
+
+    Parameters
+    ----------
+    sai : SAI
+        Made by `simplexmesh.sai`.
+    fitted : bool
+        Whether the mesh fitted to the object is shown on the left, as large as the sphere and in the same colors.
+    view : str or (3,) vector, optional
+        As for `looked_at`.
+    title : str, optional
+        Text over the picture.
+    limits : (2,) tuple of float, optional
+        Ends of the color scale, in radians.
+
+    Returns
+    -------
+    pyvista.Plotter
+
+    References
+    ----------
+    H. Delingette, thesis, 1994, section 6.2.2.
+
+    Examples
+    --------
+    >>> import simplexmesh as sm
+    >>> plotter = signature(sm.sai(sm.ellipsoid((3, 2, 1), 12), frequency=5))
+    >>> plotter.close()
+    """
+    if not isinstance(sai, SAI):
+        raise TypeError(f"sai must be an SAI, made by simplexmesh.sai, not {type(sai).__name__}")
+    values = np.where(sai.hidden, np.nan, sai.angles)
+    if limits is None:
+        most = float(np.nanpercentile(np.abs(values), 98))
+        limits = (-most, most)
+    plotter = stage(columns=2 if fitted else 1)
+    images = [sai.mesh.moved(sai.directions * (np.pi + np.where(sai.hidden, 0.0, sai.angles))[:, None])]
+    if fitted:
+        at = sai.mesh.vertices - 0.5 * (sai.mesh.vertices.min(axis=0) + sai.mesh.vertices.max(axis=0))
+        images.insert(0, sai.mesh.moved(at * (1.1 * np.pi / np.linalg.norm(at, axis=1).max())))
+    for column, mesh in enumerate(images):
+        plotter.subplot(0, column)
+        shown = mesh.with_data(**{NAME: values})
+        surface(
+            shown, scalars=NAME, limits=limits, plotter=plotter,
+            title=title if column == 0 else None,
+        )  # fmt: skip
+    return looked_at(plotter, view)

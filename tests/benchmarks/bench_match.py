@@ -1,0 +1,78 @@
+"""What comparing signatures costs, in ratios to the same sums in NumPy run in the same process.
+
+Run with `python tests/benchmarks/bench_match.py`; half a minute. A table is printed in Markdown.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parents[2]))
+
+import simplexmesh as sm
+from simplexmesh.recognition.match import searched
+from simplexmesh.recognition.occlusion import Signature
+from simplexmesh.recognition.rotations import built, rotations
+from simplexmesh.recognition.spheres import ball
+from tests import reference_recognition as reference
+
+
+def best(function: Callable[[], object], least: int = 5) -> float:
+    """Return the least time of one call in seconds, after a warm-up."""
+    function()
+    times = []
+    for _ in range(least):
+        start = time.perf_counter()
+        function()
+        times.append(time.perf_counter() - start)
+    return min(times)
+
+
+def searches() -> None:
+    """Time the comparison under all rotations of a table against its NumPy twin."""
+    print(
+        "| frequency | vertices | family | rotations | build, s | search, ms | hidden parts, ms | NumPy, ms | ratio |"
+        "\n|--:|--:|---|--:|--:|--:|--:|--:|--:|"
+    )
+    rng = np.random.default_rng(0)
+    for frequency in (5, 9, 12):
+        n = 20 * frequency**2
+        values = rng.normal(size=(2, n))
+        seen = rng.random((2, n)) < 0.7
+        for family in ("darts", "even"):
+            start = time.perf_counter()
+            built(frequency, family)
+            build = time.perf_counter() - start
+            table = rotations(frequency, family)
+            whole = [Signature(each, np.ones(n, bool), ball(frequency).vertices) for each in values]
+            part = [Signature(each, some, ball(frequency).vertices) for each, some in zip(values, seen, strict=True)]
+            search = best(lambda: searched(*whole, table))  # noqa: B023
+            hidden = best(lambda: searched(*part, table))  # noqa: B023
+            rows = table.indices()
+            plain = best(lambda: ((values[0][rows] - values[1]) ** 2).sum(axis=1), 2)  # noqa: B023
+            print(
+                f"| {frequency} | {n:,} | {family} | {len(table):,} | {build:.2f} | {1e3 * search:.2f} "
+                f"| {1e3 * hidden:.2f} | {1e3 * plain:.0f} | {plain / search:.0f} |"
+            )
+
+
+def whole_steps() -> None:
+    """Time a fit and a whole match."""
+    cloud = reference.lumpy(20).triangulated().sampled(40_000, rng=0).points
+    print("\n| frequency | fit of 40,000 points, s (processor) | match, ms |\n|--:|--:|--:|")
+    for frequency in (5, 9, 12):
+        one = sm.sai(cloud, frequency)
+        start, used = time.perf_counter(), time.process_time()
+        other = sm.sai(cloud @ np.diag([-1.0, -1, 1]), frequency)
+        spent, used = time.perf_counter() - start, time.process_time() - used
+        print(f"| {frequency} | {spent:.2f} ({used:.2f}) | {1e3 * best(lambda: sm.match(one, other)):.0f} |")  # noqa: B023
+
+
+if __name__ == "__main__":
+    searches()
+    whole_steps()
