@@ -91,7 +91,7 @@ class TestNear:
     def test_agrees_with_the_thesis_first_method_of_two_scales(self):
         R = reference.random_rotation(np.random.default_rng(11))
         one, other = sai_of(bumpy()), sai_of(bumpy(turn=R.T))
-        (found, *_) = sm.match(one, other, smoothing=0)
+        (found, *_) = sm.match(one, other, smoothing=0, limit=np.pi)
         slow = reference.two_scales(F, one.angles, other.angles)
         assert reference.angle(found.rotation, slow) < 3.0
         assert found.distance**2 <= reference.distance(F, one.angles, other.angles, slow)
@@ -106,7 +106,7 @@ class TestNear:
     def test_distance_is_that_of_the_rotation_returned(self):
         R = reference.random_rotation(np.random.default_rng(6))
         one, other = sai_of(bumpy()), sai_of(bumpy(seed=3, turn=R))
-        for found in sm.match(one, other, smoothing=0):
+        for found in sm.match(one, other, smoothing=0, limit=np.pi):
             plain = reference.distance(F, one.angles, other.angles, found.rotation)
             assert found.distance**2 == pytest.approx(plain, rel=1e-6)
 
@@ -203,6 +203,24 @@ class TestOcclusion:
         values = np.where(seen, 2.0, 1e6)
         assert np.allclose(smoothed(values, seen, neighbors, 3)[seen], 2.0)
 
+    def test_the_rim_is_left_out_and_tips_are_cut(self):
+        hidden = ball(F).vertices[:, 2] < 0
+        one = sai_of(bumpy(), hidden)
+        part = signature_of(one, limit=0.2)
+        rim = hidden[one.mesh.neighbors].any(axis=1) & ~hidden
+        assert rim.any()
+        assert not part.seen[rim | hidden].any()
+        assert part.seen[~(rim | hidden)].all()
+        assert np.allclose(part.values[part.seen], np.clip(one.angles, -0.2, 0.2)[part.seen])
+
+    def test_angles_grow_with_the_piece_of_surface_a_vertex_stands_for(self):
+        coarse, fine = sai_of(bumpy(5)), sai_of(bumpy(10))  # four times the vertices
+        finer = signature_of(coarse, scale=4.0)
+        at = finer.seen & (ball(5).vertices @ coarse.center > np.cos(1.0))
+        same = ball(10).interpolated(fine.angles, ball(10).places(finer.sources))
+        assert np.corrcoef(finer.values[at], same[at])[0, 1] > 0.9
+        assert np.median(np.abs(finer.values - same)[at]) < 0.3 * np.median(np.abs(same[at]))
+
 
 class TestRigid:
     def test_points_then_planes(self):
@@ -235,6 +253,8 @@ class TestDoor:
             {"minimum_overlap": 1.5},
             {"method": "random"},
             {"smoothing": -1},
+            {"limit": 0.0},
+            {"limit": 4.0},
             {"scale": 0.0},
             {"scale": "big"},
         ],

@@ -109,6 +109,7 @@ def match(
     minimum_overlap: float = 0.5,
     method: str = "even",
     smoothing: int = 2,
+    limit: float = 0.3,
     refine: bool = True,
     scale: float | str = "auto",
 ) -> list[Match]:
@@ -127,6 +128,9 @@ def match(
     smoothing : int
         How often angles are averaged with their neighbors' before they are compared; the sharper a signature is, the
         nearer a rotation must be to be noticed.
+    limit : float
+        Angles beyond this, in radians, count as this: tips and pits say that they are there, but how sharp they are is
+        a matter of a vertex or two. Pi leaves them as they are.
     refine : bool
         Whether each hypothesis is followed to its minimum between the rotations of the table.
     scale : float or {"auto"}
@@ -163,12 +167,13 @@ def match(
     best = _check.integer("best", best, 1)
     minimum_overlap = _check.number("minimum_overlap", minimum_overlap, 0.0, 1.0, open_low=True)
     smoothing = _check.integer("smoothing", smoothing, 0)
+    limit = _check.number("limit", limit, 0.0, np.pi, open_low=True)
     table = rotations(sai_a.frequency, _check.choice("method", method, FAMILIES))
     here = ball(sai_a.frequency)
     found: list[_Hypothesis] = []
     for factor, which in _scales(sai_a, sai_b, scale):
-        a = signature_of(sai_a, smoothing=smoothing, scale=factor if which == "a" else 1.0)
-        b = signature_of(sai_b, smoothing=smoothing, scale=factor if which == "b" else 1.0)
+        a = signature_of(sai_a, smoothing=smoothing, limit=limit, scale=factor if which == "a" else 1.0)
+        b = signature_of(sai_b, smoothing=smoothing, limit=limit, scale=factor if which == "b" else 1.0)
         if not (a.seen.any() and b.seen.any()):
             continue
         least = max(1, int(np.ceil(minimum_overlap * min(a.seen.sum(), b.seen.sum()))))

@@ -80,8 +80,10 @@ def scaled_directions(directions: Array, center: Array, k: float) -> tuple[Array
     return normalized(np.where(exist[:, None], sources, -center)), exist
 
 
-def signature_of(one: SAI, *, smoothing: int = 0, scale: float = 1.0) -> Signature:
+def signature_of(one: SAI, *, smoothing: int = 0, scale: float = 1.0, limit: float = np.pi) -> Signature:
     """Return the values of a signature that are compared.
+
+    Vertices next to hidden ones are left out as well: the surface bends over the rim of what was seen.
 
     Parameters
     ----------
@@ -92,16 +94,18 @@ def signature_of(one: SAI, *, smoothing: int = 0, scale: float = 1.0) -> Signatu
         By how much what was seen is scaled about its center; see `scaled_directions`. A vertex then stands for a
         larger or smaller piece of the surface, and its angle, which is the size of that piece times curvature, is
         changed with it (the thesis leaves that out).
+    limit : float
+        Angles beyond this, in radians, count as this.
     """
     here = ball(one.frequency)
-    seen = ~one.hidden
-    values = smoothed(one.angles, seen, one.mesh.neighbors, smoothing)
+    values = smoothed(one.angles, ~one.hidden, one.mesh.neighbors, smoothing)
+    seen = ~(one.hidden | one.hidden[one.mesh.neighbors].any(axis=1))
     if scale == 1.0:
-        return Signature(values, seen, here.vertices)
+        return Signature(np.clip(values, -limit, limit), seen, here.vertices)
     sources, exist = scaled_directions(here.vertices, one.center, scale)
     places = here.places(sources)
     values = here.interpolated(2 * np.arctan(np.tan(values / 2) / np.sqrt(scale)), places)
-    return Signature(values, exist & seen[places.vertex], sources)
+    return Signature(np.clip(values, -limit, limit), exist & seen[places.vertex], sources)
 
 
 def smoothed(values: Array, seen: NDArray[np.bool_], neighbors: NDArray[np.int32], passes: int) -> Array:
