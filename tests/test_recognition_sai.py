@@ -202,3 +202,27 @@ class TestPicture:
     def test_of_something_else(self):
         with pytest.raises(TypeError, match="sai must be an SAI"):
             sm.plot.signature(sm.sphere(5))
+
+
+class TestFilms:
+    def test_that_come_loose_are_not_kept(self, body, monkeypatch):
+        from simplexmesh.recognition import fitting
+
+        moved, after = fitting._moved, []
+
+        def loosened(mesh, *rest):
+            after.append(moved(mesh, *rest))
+            return after[-1].moved(after[-1].vertices * (2.0 if len(after) > 6 else 1.0))
+
+        monkeypatch.setattr(fitting, "_moved", loosened)
+        found = sm.sai(body, frequency=5)
+        assert np.array_equal(found.mesh.vertices, after[5].vertices)
+
+    def test_are_taut_outside_of_the_data(self):
+        from simplexmesh.recognition.fitting import Box
+
+        points = np.random.default_rng(0).uniform(-1, 1, (4000, 3)) * [3, 2, 1]
+        R = reference.random_rotation(np.random.default_rng(1))
+        box = Box.around(points @ R.T + [5, 0, 0])
+        probes = np.array([[0, 0, 0], [2.7, 1.7, 0.8], [3.3, 0, 0], [0, 2.3, 0], [0, 0, -1.2]])
+        assert box.left_by(probes @ R.T + [5, 0, 0]).tolist() == [False, False, True, True, True]

@@ -20,6 +20,7 @@ def signature(
     *,
     fitted: bool = False,
     view: str | Sequence[float] | None = None,
+    up: str = "z",
     title: str | None = None,
     limits: tuple[float, float] | None = None,
 ) -> pv.Plotter:
@@ -33,6 +34,8 @@ def signature(
         Whether the mesh fitted to the object is shown on the left, as large as the sphere and in the same colors.
     view : str or (3,) vector, optional
         As for `looked_at`.
+    up : {"x", "y", "z"}
+        The axis that points up.
     title : str, optional
         Text over the picture.
     limits : (2,) tuple of float, optional
@@ -70,4 +73,4 @@ def signature(
             shown, scalars=NAME, limits=limits, plotter=plotter,
             title=title if column == 0 else None,
         )  # fmt: skip
-    return looked_at(plotter, view)
+    return looked_at(plotter, view, up=up)

@@ -15,7 +15,7 @@ from simplexmesh.motion.evolve import mean_edge
 from simplexmesh.motion.forces import CONSTRAINTS
 from simplexmesh.motion.initial.orientation import turned
 from simplexmesh.motion.initial.planes import planes
-from simplexmesh.motion.initial.primitives import primitive_around
+from simplexmesh.motion.initial.primitives import primitive_around, principal_frame
 from simplexmesh.motion.outward import STRAIGHT, sense
 from simplexmesh.motion.state import Target
 from simplexmesh.motion.targets.borders import border_of_points
@@ -28,9 +28,10 @@ MOST_POINTS = 10_000
 """The surface is found from so many points, chosen at random; more change it by less than the mesh can show."""
 
 SMOOTH, TAUT = (np.int8(CONSTRAINTS.index(name)) for name in ("mean_curvature", "orientation"))
-"""What vertices keep to: curvature goes on smoothly, save where there is no data and the surface is hollow: a smooth
-film there would go on bulging inward through the body."""
+"""What vertices keep to: curvature goes on smoothly, save where there is no data and the surface is hollow or has left
+the data's box. A smooth film would go on bulging there, through the body or away from it, and never rest."""
 
+GROWTH = 1.25
 FREE_DAMPING = 0.6
 """Where there is no data to hold them, vertices must not swing."""
 
@@ -101,20 +102,24 @@ def fitted(points: Array, normals: Array | None, frequency: int) -> SimplexMesh:
     """
     cloud = facing_outward(points, normals)
     target = Points(cloud)
-    half = 0.5 * float(norm(np.ptp(points, axis=0)))
+    box = Box.around(points)
     start = primitive_around(cloud.points, "ellipsoid", 20 * COARSE**2)
     mesh = ball(COARSE).mesh.moved(start.vertices)
     for phase in FIRST:
-        mesh = _moved(mesh, COARSE, target, phase, half, frequency if phase.centered else COARSE)
+        mesh = _moved(mesh, COARSE, target, phase, box, frequency if phase.centered else COARSE)
+    area = np.inf
     for phase in THEN:
-        mesh = _moved(mesh, frequency, target, phase, half, frequency)
+        following = _moved(mesh, frequency, target, phase, box, frequency)
+        if following.area > GROWTH * area:  # a film where no data is has come loose: it would only grow
+            break
+        mesh, area = following, min(area, following.area)
     return mesh
 
 
-def _moved(mesh: SimplexMesh, frequency: int, target: Target, phase: Phase, half: float, to: int) -> SimplexMesh:
+def _moved(mesh: SimplexMesh, frequency: int, target: Target, phase: Phase, box: Box, to: int) -> SimplexMesh:
     """Return the mesh after a phase, on the sphere of frequency `to`."""
     model = DeformableModel(
-        mesh, target, rigidity=phase.rigidity, reach=phase.reach * half, alpha=phase.alpha, beta=phase.beta,
+        mesh, target, rigidity=phase.rigidity, reach=phase.reach * box.radius, alpha=phase.alpha, beta=phase.beta,
         damping=phase.damping,
     )  # fmt: skip
     still, before = phase.tolerance * LOOK * mean_edge(mesh), mesh.vertices
@@ -123,7 +128,8 @@ def _moved(mesh: SimplexMesh, frequency: int, target: Target, phase: Phase, half
         if iteration % LOOK == 0:
             now = model.mesh
             free = np.isnan(gaps)
-            model.constraint = np.where(free & (now.mean_curvature < 0), TAUT, SMOOTH)
+            bulging = (now.mean_curvature < 0) | box.left_by(now.vertices)
+            model.constraint = np.where(free & bulging, TAUT, SMOOTH)
             model.damping = np.where(free, FREE_DAMPING, phase.damping)
             if norm(now.vertices - before).max() <= still:
                 break
@@ -131,6 +137,38 @@ def _moved(mesh: SimplexMesh, frequency: int, target: Target, phase: Phase, half
     if not phase.centered:
         return mesh.moved(model.mesh.vertices)
     return centered(mesh.moved(model.mesh.vertices), frequency, to)
+
+
+@dataclass(frozen=True, eq=False)
+class Box:
+    """The box around the data along its principal axes.
+
+    Attributes
+    ----------
+    center : (3,) array of float
+    axes : (3, 3) array of float
+        As rows.
+    sides : (3,) array of float
+        Half the length of each side.
+    radius : float
+        Half the diagonal of the data's box along x, y and z.
+    """
+
+    center: Array
+    axes: Array
+    sides: Array
+    radius: float
+
+    @staticmethod
+    def around(points: Array) -> Box:
+        """Return the box around points (m, 3)."""
+        center, axes = principal_frame(points)
+        sides = np.abs((points - center) @ axes.T).max(axis=0)
+        return Box(center, axes, sides, 0.5 * float(norm(np.ptp(points, axis=0))))
+
+    def left_by(self, points: Array) -> NDArray[np.bool_]:
+        """Return (k,) whether points are outside."""
+        return np.asarray((np.abs((points - self.center) @ self.axes.T) > self.sides).any(axis=1))
 
 
 def vertex_areas(mesh: SimplexMesh) -> Array:
