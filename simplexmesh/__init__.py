@@ -29,6 +29,7 @@ _HOME = {
     "mesh.contours": ["Contour"],
     "mesh.editing": ["EditableMesh"],
     "mesh.regularize": ["regularize"],
+    "mesh.decimate": ["decimate", "Decimated"],
     # II   the data
     "data.volume": ["Volume"],
     "data.points": ["PointCloud"],
@@ -67,6 +68,8 @@ if TYPE_CHECKING:  # the same list once more, for type checkers and editors; a t
     from simplexmesh.errors import TopologyError as TopologyError
     from simplexmesh.mesh.connectivity import Connectivity as Connectivity
     from simplexmesh.mesh.contours import Contour as Contour
+    from simplexmesh.mesh.decimate import Decimated as Decimated
+    from simplexmesh.mesh.decimate import decimate as decimate
     from simplexmesh.mesh.duality import dual as dual
     from simplexmesh.mesh.editing import EditableMesh as EditableMesh
     from simplexmesh.mesh.joining import cut as cut

@@ -1,0 +1,228 @@
+"""Kernels that fit a coarse mesh to samples of a surface: where each sample belongs, and the least squares of it all.
+
+Each face is a fan about its centroid. A sample belongs to the closest point of the fan it was told of or of fans next
+to it; that point is a weighted mean of two vertices and a centroid, so that the distance is linear in the vertices.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int32]
+
+STEPS = 12
+CLOSER = 1 - 1e-9
+
+
+class Faces(NamedTuple):
+    """The faces of a mesh, corner after corner, as in `Connectivity`."""
+
+    vertices: Indices  # (3n,)
+    offsets: Indices  # (f + 1,)
+    ahead: Indices  # (3n,) the vertex after each corner
+    owner: Indices  # (3n,) the face of each corner
+    across: Indices  # (3n,) the corner on the other side of the edge from each corner to the next
+    hole: NDArray[np.bool_]  # (f,)
+
+
+class Places(NamedTuple):
+    """Where samples belong."""
+
+    corner: Indices  # (s,) the corner whose fan triangle, or edge of a rim, it is
+    weights: Array  # (s, 3) of the corner, of the one after it, and of the centroid of the face
+
+
+@njit(cache=True, error_model="numpy")
+def centroids(vertices: Array, faces: Faces, out: Array) -> None:
+    """Put the mean of each face's vertices into `out` (f, 3)."""
+    for f in range(faces.offsets.size - 1):
+        first, last = faces.offsets[f], faces.offsets[f + 1]
+        for k in range(3):
+            total = 0.0
+            for c in range(first, last):
+                total += vertices[faces.vertices[c], k]
+            out[f, k] = total / (last - first)
+
+
+@njit(cache=True, error_model="numpy")
+def closest_on_triangle(p: Array, a: Array, b: Array, c: Array, out: Array) -> float:
+    """Put the weights of the point of a triangle closest to `p` into `out`, and return its squared distance.
+
+    C. Ericson, Real-Time Collision Detection, 2005, section 5.1.5.
+    """
+    d1 = d2 = d3 = d4 = d5 = d6 = 0.0
+    for k in range(3):
+        ab, ac = b[k] - a[k], c[k] - a[k]
+        d1 += ab * (p[k] - a[k])
+        d2 += ac * (p[k] - a[k])
+        d3 += ab * (p[k] - b[k])
+        d4 += ac * (p[k] - b[k])
+        d5 += ab * (p[k] - c[k])
+        d6 += ac * (p[k] - c[k])
+    va, vb, vc = d3 * d6 - d5 * d4, d5 * d2 - d1 * d6, d1 * d4 - d3 * d2
+    v = w = 0.0
+    if d1 <= 0 and d2 <= 0:
+        pass
+    elif d3 >= 0 and d4 <= d3:
+        v = 1.0
+    elif d6 >= 0 and d5 <= d6:
+        w = 1.0
+    elif vc <= 0 and d1 >= 0 and d3 <= 0:
+        v = d1 / (d1 - d3) if d1 > d3 else 0.0
+    elif vb <= 0 and d2 >= 0 and d6 <= 0:
+        w = d2 / (d2 - d6) if d2 > d6 else 0.0
+    elif va <= 0 and d4 >= d3 and d5 >= d6:
+        w = (d4 - d3) / (d4 - d3 + d5 - d6) if d4 - d3 + d5 - d6 > 0 else 0.0
+        v = 1 - w
+    else:
+        v, w = vb / (va + vb + vc), vc / (va + vb + vc)
+    out[0], out[1], out[2] = 1 - v - w, v, w
+    squared = 0.0
+    for k in range(3):
+        squared += (p[k] - a[k] - v * (b[k] - a[k]) - w * (c[k] - a[k])) ** 2
+    return squared
+
+
+@njit(cache=True, error_model="numpy")
+def locate(
+    vertices: Array, middle: Array, faces: Faces, samples: Array, start: Indices, places: Places, squared: Array
+) -> None:
+    """Find where samples belong, each from a face on: to the face across an edge as long as it is closer."""
+    weights = np.empty(3)
+    for s in range(samples.shape[0]):
+        face, best = start[s], np.inf
+        for _ in range(STEPS):
+            before = best
+            for c in range(faces.offsets[face], faces.offsets[face + 1]):
+                a, b = vertices[faces.vertices[c]], vertices[faces.ahead[c]]
+                found = closest_on_triangle(samples[s], a, b, middle[face], weights)
+                if found < best * CLOSER:
+                    best = found
+                    places.corner[s] = c
+                    places.weights[s] = weights
+            start[s] = faces.owner[places.corner[s]]
+            if best >= before or places.weights[s, 2] > 0:
+                break
+            face = faces.owner[faces.across[places.corner[s]]]
+            if faces.hole[face]:
+                break
+        squared[s] = best
+
+
+@njit(cache=True, error_model="numpy")
+def locate_on_rim(vertices: Array, faces: Faces, samples: Array, places: Places) -> None:
+    """Find where samples of a rim belong, each from a corner of a hole on: to the edge before or after while closer."""
+    for s in range(samples.shape[0]):
+        at, best = places.corner[s], np.inf
+        hole = faces.owner[at]
+        first, size = faces.offsets[hole], faces.offsets[hole + 1] - faces.offsets[hole]
+        for way in (1, -1):
+            c = at
+            for _ in range(size):
+                a, b = vertices[faces.vertices[c]], vertices[faces.ahead[c]]
+                along = squared = 0.0
+                for k in range(3):
+                    along += (samples[s, k] - a[k]) * (b[k] - a[k])
+                    squared += (b[k] - a[k]) ** 2
+                t = min(max(along / squared, 0.0), 1.0) if squared > 0 else 0.0
+                found = 0.0
+                for k in range(3):
+                    found += (samples[s, k] - a[k] - t * (b[k] - a[k])) ** 2
+                if found < best * CLOSER:
+                    best = found
+                    places.corner[s] = c
+                    places.weights[s, 0], places.weights[s, 1], places.weights[s, 2] = 1 - t, t, 0.0
+                elif c != at:
+                    break
+                c = first + (c - first + way) % size
+
+
+@njit(cache=True, error_model="numpy")
+def interpolated(values: Array, middle: Array, faces: Faces, places: Places, s: int, out: Array) -> None:
+    """Put the weighted mean that a sample belongs to into `out`."""
+    c = places.corner[s]
+    w = places.weights[s]
+    a, b, m = values[faces.vertices[c]], values[faces.ahead[c]], middle[faces.owner[c]]
+    for k in range(3):
+        out[k] = w[0] * a[k] + w[1] * b[k] + w[2] * m[k]
+
+
+class Terms(NamedTuple):
+    """The least squares: samples pull their places along and across a direction, vertices keep to their neighbors."""
+
+    samples: Array  # (s, 3)
+    direction: Array  # (s, 3) unit vectors
+    along: Array  # (s,) weight of the squared distance along the direction
+    across: Array  # (s,) and square to it
+    neighbors: Indices  # (n, 3) of each vertex; on a rim the two on it, the second one twice
+    share: Array  # (n, 3) of the mean of the neighbors
+    normal: Array  # (n, 3) unit vectors
+    even: Array  # (n,) weight of the squared distance to that mean, along the surface
+    stay: Array  # (n,) weight of the squared move
+
+
+@njit(cache=True, error_model="numpy")
+def pulled(v: Array, middle: Array, faces: Faces, places: Places, t: Terms, offset: float, out: Array) -> None:
+    """Put half the gradient at `v` into `out`: of the full quadratic with offset 1, of its homogeneous part with 0."""
+    out[:] = 0.0
+    centroids(v, faces, middle)
+    pull = np.zeros(middle.shape)
+    p = np.empty(3)
+    for s in range(t.samples.shape[0]):
+        interpolated(v, middle, faces, places, s, p)
+        dot = 0.0
+        for k in range(3):
+            p[k] -= offset * t.samples[s, k]
+            dot += p[k] * t.direction[s, k]
+        c = places.corner[s]
+        a, b, f = faces.vertices[c], faces.ahead[c], faces.owner[c]
+        for k in range(3):
+            force = t.across[s] * p[k] + (t.along[s] - t.across[s]) * dot * t.direction[s, k]
+            out[a, k] += places.weights[s, 0] * force
+            out[b, k] += places.weights[s, 1] * force
+            pull[f, k] += places.weights[s, 2] * force
+    for f in range(pull.shape[0]):
+        size = faces.offsets[f + 1] - faces.offsets[f]
+        for c in range(faces.offsets[f], faces.offsets[f + 1]):
+            for k in range(3):
+                out[faces.vertices[c], k] += pull[f, k] / size
+    for i in range(v.shape[0]):
+        one, two, three = t.neighbors[i, 0], t.neighbors[i, 1], t.neighbors[i, 2]
+        dot = 0.0
+        for k in range(3):
+            p[k] = v[i, k] - t.share[i, 0] * v[one, k] - t.share[i, 1] * v[two, k] - t.share[i, 2] * v[three, k]
+            dot += p[k] * t.normal[i, k]
+        for k in range(3):
+            force = t.even[i] * (p[k] - dot * t.normal[i, k])
+            out[i, k] += force + (1 - offset) * t.stay[i] * v[i, k]
+            out[one, k] -= t.share[i, 0] * force
+            out[two, k] -= t.share[i, 1] * force
+            out[three, k] -= t.share[i, 2] * force
+
+
+@njit(cache=True, error_model="numpy")
+def solved(vertices: Array, faces: Faces, places: Places, t: Terms, iterations: int) -> Array:
+    """Return the vertices that are best by so many iterations of conjugate gradients."""
+    middle = np.empty((faces.offsets.size - 1, 3))
+    move = np.zeros_like(vertices)
+    left, image = np.empty_like(vertices), np.empty_like(vertices)
+    pulled(vertices, middle, faces, places, t, 1.0, left)
+    left = -left
+    way = left.copy()
+    size = (left * left).sum()
+    for _ in range(iterations):
+        if size == 0:
+            break
+        pulled(way, middle, faces, places, t, 0.0, image)
+        step = size / (way * image).sum()
+        move += step * way
+        left -= step * image
+        now = (left * left).sum()
+        way = left + now / size * way
+        size = now
+    return vertices + move

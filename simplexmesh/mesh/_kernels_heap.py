@@ -1,0 +1,78 @@
+"""Kernels of a queue of numbered things by cost, each of which can be moved when its cost changes."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int32]
+
+
+class Heap(NamedTuple):
+    """Numbers, the cheapest first; `place` tells where each is, -1 when it is not."""
+
+    item: Indices
+    place: Indices
+    cost: Array
+    size: NDArray[np.int64]
+
+
+@njit(cache=True)
+def new_heap(count: int) -> Heap:
+    """Return an empty heap for the numbers below `count`."""
+    return Heap(np.empty(count, np.int32), np.full(count, -1, np.int32), np.empty(count), np.zeros(1, np.int64))
+
+
+@njit(cache=True)
+def sift(heap: Heap, at: int) -> None:
+    """Move what is in a place up or down to where it belongs; of equal costs the smaller number comes first."""
+    item = heap.item[at]
+    cost = heap.cost[item]
+    while at > 0:
+        above = heap.item[(at - 1) // 2]
+        if heap.cost[above] < cost or (heap.cost[above] == cost and above < item):
+            break
+        heap.item[at] = above
+        heap.place[above] = at
+        at = (at - 1) // 2
+    while 2 * at + 1 < heap.size[0]:
+        below = 2 * at + 1
+        if below + 1 < heap.size[0]:
+            one, other = heap.item[below], heap.item[below + 1]
+            if heap.cost[other] < heap.cost[one] or (heap.cost[other] == heap.cost[one] and other < one):
+                below += 1
+        child = heap.item[below]
+        if cost < heap.cost[child] or (cost == heap.cost[child] and item < child):
+            break
+        heap.item[at] = child
+        heap.place[child] = at
+        at = below
+    heap.item[at] = item
+    heap.place[item] = at
+
+
+@njit(cache=True)
+def put(heap: Heap, item: int, cost: float) -> None:
+    """Put a number in, or move it; take it out when its cost is infinite."""
+    at = heap.place[item]
+    if cost == np.inf:
+        if at < 0:
+            return
+        heap.place[item] = -1
+        heap.size[0] -= 1
+        last = heap.item[heap.size[0]]
+        if last != item:
+            heap.item[at] = last
+            heap.place[last] = at
+            sift(heap, at)
+        return
+    heap.cost[item] = cost
+    if at < 0:
+        at = heap.size[0]
+        heap.item[at] = item
+        heap.size[0] += 1
+    sift(heap, at)

@@ -1,0 +1,245 @@
+"""A coarse mesh fitted to the surface it stands for: least squares, and folds and crossings smoothed away."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplexmesh.mesh import _kernels_fitting as kernels
+from simplexmesh.mesh import face_geometry
+from simplexmesh.mesh.connectivity import Connectivity
+from simplexmesh.mesh.simplex_mesh import SimplexMesh
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int32]
+
+ROUNDS = 6
+ITERATIONS = 12
+ACROSS = 0.05
+"""How much of the weight of a sample is that of its distance along the surface."""
+
+EVEN, STAY = 0.05, 1e-3
+"""The weights of a vertex's distance to its neighbors' mean and of its move, in those of its samples."""
+
+REPAIRS, BACK = 12, 6
+
+
+@dataclass(frozen=True)
+class Surface:
+    """Samples of a surface: its vertices and the centroids of its faces, and again the vertices on its rims.
+
+    Attributes
+    ----------
+    points, normals : (s, 3) arrays of float
+        With unit normals.
+    weights : (s,) array of float
+        The area that each stands for.
+    faces : (s,) array of int
+        The face of the surface that each is on.
+    rim_points : (r, 3) array of float
+        The vertices on holes.
+    rim_weights : (r,) array of float
+        The length that each stands for.
+    rim_faces, rim_holes : (r,) arrays of int
+        The face and the hole that each is on.
+    """
+
+    points: Array
+    normals: Array
+    weights: Array
+    faces: Indices
+    rim_points: Array
+    rim_weights: Array
+    rim_faces: Indices
+    rim_holes: Indices
+
+    @classmethod
+    def of(cls, mesh: SimplexMesh) -> Surface:
+        """Return the samples of a mesh."""
+        c = mesh.connectivity
+        loops = c.face_vertices, c.face_offsets
+        solid = ~c.face_is_hole
+        area = np.where(solid, mesh.face_areas, 0.0)
+        own = c.vertex_faces[np.arange(c.n_vertices), solid[c.vertex_faces].argmax(axis=1)]
+        on_rim = np.flatnonzero(np.repeat(c.face_is_hole, c.face_sizes))
+        here, there = (mesh.vertices[v[on_rim]] for v in (loops[0], face_geometry.following(*loops)))
+        twins = c.twin.reshape(-1)[c.face_darts[on_rim]]
+        return cls(
+            np.concatenate([mesh.vertices, face_geometry.face_centroids(mesh.vertices, *loops)[solid]]),
+            np.concatenate([mesh.normals, face_geometry.face_normals(mesh.vertices, *loops)[solid]]),
+            np.concatenate([(area / c.face_sizes)[c.vertex_faces].sum(axis=1) / 2, area[solid] / 2]),
+            np.concatenate([own, np.flatnonzero(solid)]).astype(np.int32),
+            here,
+            np.linalg.norm(there - here, axis=1),
+            c.face.reshape(-1)[twins],
+            np.repeat(np.arange(len(c.face_sizes)), c.face_sizes)[on_rim].astype(np.int32),
+        )
+
+
+def _faces(c: Connectivity) -> kernels.Faces:
+    """Return the faces as the kernels want them."""
+    corner = np.empty(c.twin.size, np.int32)
+    corner[c.face_darts] = np.arange(c.twin.size)
+    owner = np.repeat(np.arange(len(c.face_sizes)), c.face_sizes)
+    ahead = face_geometry.following(c.face_vertices, c.face_offsets)
+    across = corner[c.twin.reshape(-1)[c.face_darts]]
+    flat = [np.ascontiguousarray(v, np.int32) for v in (c.face_vertices, c.face_offsets, ahead, owner, across)]
+    return kernels.Faces(flat[0], flat[1], flat[2], flat[3], flat[4], c.face_is_hole)
+
+
+class Fit:
+    """A mesh that is being fitted to a surface.
+
+    Parameters
+    ----------
+    surface : Surface
+        What it stands for.
+    mesh : SimplexMesh
+        The mesh; its vertices are near the surface.
+    part_of : (f,) array of int
+        For each face of the surface the face of the mesh that it is part of; -1 where it is none.
+    """
+
+    def __init__(self, surface: Surface, mesh: SimplexMesh, part_of: Indices) -> None:
+        self._surface = surface
+        self.mesh = mesh
+        c = mesh.connectivity
+        self._faces = _faces(c)
+        self._start = part_of[surface.faces].astype(np.int32)
+        n, r = len(surface.points), len(surface.rim_points)
+        self._places = kernels.Places(np.zeros(n, np.int32), np.zeros((n, 3)))
+        self._rim_places = kernels.Places(np.zeros(r, np.int32), np.zeros((r, 3)))
+        self._squared = np.empty(n)
+        self._care = np.zeros(mesh.n_vertices)
+        self._find_rims(part_of)
+        self._locate()
+
+    def _find_rims(self, part_of: Indices) -> None:
+        """Start each sample of a rim on the edge between its face and its hole."""
+        s, f = self._surface, self._faces
+        n_faces = len(f.hole)
+        rims = np.flatnonzero(f.hole[f.owner])
+        keys = f.owner[f.across[rims]].astype(np.int64) * n_faces + f.owner[rims]
+        order = np.argsort(keys)
+        wanted = part_of[s.rim_faces].astype(np.int64) * n_faces + part_of[s.rim_holes]
+        if len(rims):
+            self._rim_places.corner[:] = rims[order[np.searchsorted(keys[order], wanted).clip(0, len(rims) - 1)]]
+
+    def _locate(self) -> None:
+        """Find where the samples belong."""
+        f, v = self._faces, self.mesh.vertices
+        self._middle = np.empty((len(f.hole), 3))
+        kernels.centroids(v, f, self._middle)
+        kernels.locate(v, self._middle, f, self._surface.points, self._start, self._places, self._squared)
+        kernels.locate_on_rim(v, f, self._surface.rim_points, self._rim_places)
+
+    def distances(self) -> tuple[float, float]:
+        """Return the rms and the largest distance of the samples, those on rims to the rims included in the latter."""
+        weights = self._surface.weights
+        largest = [float(self._squared.max())]
+        if len(self._surface.rim_points):
+            c, w = self._rim_places
+            v, f = self.mesh.vertices, self._faces
+            there = w[:, :1] * v[f.vertices[c]] + w[:, 1:2] * v[f.ahead[c]]
+            largest.append(float(((there - self._surface.rim_points) ** 2).sum(axis=1).max()))
+        return float(np.sqrt((weights * self._squared).sum() / weights.sum())), float(np.sqrt(max(largest)))
+
+    def move(self, vertices: Array) -> None:
+        """Put the vertices elsewhere."""
+        self.mesh = self.mesh.moved(vertices)
+        self._locate()
+
+    def improve(self, rounds: int) -> None:
+        """Least squares, again and again, the samples finding their places in between."""
+        for _ in range(rounds):
+            one, other = self._places, self._rim_places
+            places = kernels.Places(
+                np.concatenate([one.corner, other.corner]), np.concatenate([one.weights, other.weights])
+            )
+            terms = self._terms()
+            self.move(kernels.solved(np.array(self.mesh.vertices), self._faces, places, terms, ITERATIONS))
+
+    def _terms(self) -> kernels.Terms:
+        s, f, mesh = self._surface, self._faces, self.mesh
+        c = mesh.connectivity
+        ends = mesh.vertices[f.ahead[self._rim_places.corner]] - mesh.vertices[f.vertices[self._rim_places.corner]]
+        along = ends / np.maximum(np.linalg.norm(ends, axis=1, keepdims=True), np.finfo(float).tiny)
+        rim_weight = s.rim_weights * np.sqrt(s.weights.sum() / max(mesh.n_faces, 1))
+        covered = np.bincount(self._start, s.weights, len(f.hole)) / c.face_sizes
+        weight = covered[c.vertex_faces].sum(axis=1) * 10.0**self._care
+        neighbors, share = np.array(c.neighbors), np.full((mesh.n_vertices, 3), 1 / 3)
+        rims = np.flatnonzero(f.hole[f.owner])
+        on_rim = f.ahead[rims]
+        behind, ahead = f.vertices[rims], f.ahead[self._next(rims)]
+        neighbors[on_rim] = np.stack([behind, ahead, ahead], axis=1)
+        share[on_rim] = (0.5, 0.5, 0)
+        normal = np.where(self._care[:, None] > 0, 0.0, mesh.normals)
+        return kernels.Terms(
+            np.concatenate([s.points, s.rim_points]),
+            np.concatenate([s.normals, along]),
+            np.concatenate([s.weights, ACROSS * rim_weight]),
+            np.concatenate([ACROSS * s.weights, rim_weight]),
+            np.ascontiguousarray(neighbors, np.int32),
+            share,
+            normal,
+            EVEN * weight,
+            STAY * weight,
+        )
+
+    def _next(self, corners: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Return the corner after each one around its face."""
+        last = self._faces.offsets[self._faces.owner[corners] + 1] - 1
+        return np.asarray(np.where(corners == last, self._faces.offsets[self._faces.owner[corners]], corners + 1))
+
+    def repair(self, start: Array) -> bool:
+        """Take folds and crossings back towards where vertices were at the start, then smooth what is left.
+
+        Wider where they resist; return whether none is left.
+        """
+        best, fewest = self.mesh, np.inf
+        for attempt in range(REPAIRS):
+            wrong = self.tangled()
+            if wrong.sum() < fewest:
+                best, fewest = self.mesh, wrong.sum()
+            if not fewest:
+                break
+            free = wrong
+            for _ in range(attempt // 3):
+                free = free | free[self.mesh.neighbors].any(axis=1)
+            if attempt < BACK:
+                vertices = np.array(self.mesh.vertices)
+                vertices[free] = (vertices[free] + start[free]) / 2
+            else:
+                vertices = _smoothed(self.mesh, free, 1)
+            self.mesh = self.mesh.moved(vertices)
+        self.move(best.vertices)
+        return not fewest
+
+    def tangled(self) -> NDArray[np.bool_]:
+        """Return (n,) which vertices are wrong: inverted, or on a face that is folded, flat or crosses another."""
+        c, found = self.mesh.connectivity, self.mesh.check(self_intersections=True).where
+        faces = np.zeros(len(c.face_sizes), bool)
+        for kind in ("folded", "flat_faces", "crossing"):
+            faces[np.ravel(found.get(kind, [])).astype(int)] = True
+        out: NDArray[np.bool_] = np.asarray(faces[c.vertex_faces].any(axis=1))
+        for kind in ("inverted", "collinear"):
+            out[np.asarray(found.get(kind, []), int)] = True
+        out[c.edge_vertices[np.asarray(found.get("flat_edges", []), int)].ravel()] = True
+        return out
+
+
+def _smoothed(mesh: SimplexMesh, free: NDArray[np.bool_], steps: int) -> Array:
+    """Return the vertices, the free ones moved towards the mean of their neighbors; no component shrinks."""
+    c, v = mesh.connectivity, np.array(mesh.vertices)
+    for _ in range(steps):
+        v[free] = (v[free] + v[c.neighbors[free]].mean(axis=1)) / 2
+    size = np.bincount(c.components)
+    for k in np.flatnonzero(np.bincount(c.components, free) == size):
+        mine = c.components == k
+        middle = mesh.vertices[mine].mean(axis=0)
+        now = v[mine] - v[mine].mean(axis=0)
+        scale = np.linalg.norm(mesh.vertices[mine] - middle) / max(float(np.linalg.norm(now)), np.finfo(float).tiny)
+        v[mine] = middle + scale * now
+    return v
