@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 import simplexmesh as sm
 from simplexmesh.recognition.spheres import ball
@@ -67,10 +68,12 @@ def two_scales(frequency, first, second, *, coarse=10.0, fine=1.0, reach=8.0):
     around = np.radians(np.arange(0, 360, coarse))
     best, at = np.inf, None
     vertices = ball(frequency).vertices
+    tree = cKDTree(vertices)
     for alpha in around:
         for beta in np.radians(np.arange(0, 180 + coarse, coarse)):
             turns = np.stack([zxz(alpha, beta, gamma) for gamma in around])
-            rows = np.argmax(np.einsum("kab,nb->kna", turns, vertices) @ vertices.T, axis=2)
+            images = np.einsum("kab,nb->kna", turns, vertices).reshape(-1, 3)
+            rows = tree.query(images)[1].reshape(len(turns), -1)
             sums = ((first[rows] - second) ** 2).sum(axis=1)
             if sums.min() < best:
                 best, at = sums.min(), (alpha, beta, around[sums.argmin()])

@@ -92,7 +92,7 @@ class TestNear:
         R = reference.random_rotation(np.random.default_rng(11))
         one, other = sai_of(bumpy()), sai_of(bumpy(turn=R.T))
         (found, *_) = sm.match(one, other, smoothing=0, limit=np.pi)
-        slow = reference.two_scales(F, one.angles, other.angles)
+        slow = reference.two_scales(F, one.angles, other.angles, coarse=15.0, reach=8.0)
         assert reference.angle(found.rotation, slow) < 3.0
         assert found.distance**2 <= reference.distance(F, one.angles, other.angles, slow)
 
