@@ -31,7 +31,10 @@ napoleon_google_docstring = False
 napoleon_use_rtype = False
 napoleon_use_ivar = True
 
-ORDER = ["frog", "shapes", "curvature", "dented", "noisy_scan", "sphere_to_face", "sphere_to_torus", "refinement"]
+ORDER = [
+    *("frog", "shapes", "curvature", "dented", "noisy_scan"),
+    *("sphere_to_face", "sphere_to_torus", "refinement", "decimated"),
+]
 
 
 def draw_gallery(app):

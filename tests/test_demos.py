@@ -54,8 +54,8 @@ def test_every_demo_draws(ran, name, tmp_path):
 
 def test_the_gallery_has_every_demo():
     text = (FOLDER.parent / "docs" / "conf.py").read_text(encoding="utf-8")
-    (order,) = re.findall(r"^ORDER = \[(.*)\]$", text, re.MULTILINE)
-    assert sorted(order.replace('"', "").split(", ")) == NAMES
+    (order,) = re.findall(r"^ORDER = \[(.*?)\]$", text, re.MULTILINE | re.DOTALL)
+    assert sorted(re.findall(r'"(\w+)"', order)) == NAMES
 
 
 def test_the_picture_of_the_readme_has_all_its_colors():
@@ -126,6 +126,19 @@ def test_refinement_fills_the_bottle(ran, tmp_path):
     assert sorted(counts) == counts
     demo.write_film({**out, "film": out["film"][::6]}, tmp_path / "film.gif")
     assert (tmp_path / "film.gif").stat().st_size > 20_000
+
+
+def test_a_tenth_of_the_vertices_is_close_to_marching_cubes(ran):
+    _, out = ran("decimated")
+    full, tenth, few = out["models"].values()
+    assert 9 < full.n_vertices / tenth.n_vertices < 11
+    assert 35 < full.n_vertices / few.n_vertices < 45
+    assert all((mesh.genus, mesh.n_holes, mesh.n_components) == (0, 0, 1) for mesh in out["models"].values())
+    assert all(mesh.check(self_intersections=True).ok for mesh in (tenth, few))
+    close, loose = out["away"].values()
+    assert close["rms"] < 0.0005 * out["diagonal"]
+    assert close["rms"] < loose["rms"] < 0.002 * out["diagonal"]
+    assert tenth.volume == pytest.approx(full.volume, rel=0.005)
 
 
 class TestFrog:

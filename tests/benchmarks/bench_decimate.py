@@ -1,0 +1,153 @@
+"""How fast decimation is and how close it stays, beside decimation of the dual triangles by libigl and VTK.
+
+Usage: SIMPLEXMESH_DATA=folder python tests/benchmarks/bench_decimate.py [head | fandisk | elephant | picture]
+
+A simplex mesh of n vertices and its dual of n triangles are taken down to the same number. Each result is compared with
+what it was made of: rms of 60,000 points of either surface to the other, in % of the diagonal, and the larger of both
+largest distances. Seconds are the least of three calls after a first one, which is told as cold.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+import warnings
+from pathlib import Path
+
+import igl
+import numpy as np
+import pyvista as pv
+from PIL import Image
+
+import simplexmesh as sm
+from simplexmesh.motion.targets.triangles import surface_distance
+
+CASES = {"head": 4000, "fandisk": 1000, "elephant": 1000}
+SAMPLES = 60_000
+
+
+def loaded(name: str) -> sm.SimplexMesh:
+    """Return the dual of a file of triangles, or of marching cubes of the head CT at the skin."""
+    folder = Path(os.environ["SIMPLEXMESH_DATA"])
+    if name != "head":
+        return sm.dual(sm.read_triangles(folder / f"{name}.off"))
+    from skimage.measure import marching_cubes
+
+    volume = sm.read_volume(folder / "head_ct.mhd")
+    corners, faces, _, _ = marching_cubes(np.pad(np.asarray(volume.values, float), 1), 500)
+    return sm.dual((volume.to_world(corners - 1), faces))
+
+
+def sampled(vertices, faces):
+    """Return points spread evenly over triangles."""
+    rng = np.random.default_rng(0)
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    row = rng.choice(len(faces), SAMPLES, p=area / area.sum())
+    u, v = rng.random((2, SAMPLES))
+    u, v = np.where(u + v > 1, (1 - u, 1 - v), (u, v))
+    return a[row] + u[:, None] * (b - a)[row] + v[:, None] * (c - a)[row]
+
+
+def apart(before, after):
+    """Return rms of the points of each surface to the other, and the largest of these distances."""
+    there = surface_distance(sampled(*before), *after)
+    back = surface_distance(sampled(*after), *before)
+    return rms(there), rms(back), max(there.max(), back.max())
+
+
+def rms(values):
+    return float(np.sqrt((values**2).mean()))
+
+
+def timed(job, times=3):
+    """Return what a job returns, the time of its first call, and the least of the others."""
+    seconds = []
+    for _ in range(times + 1):
+        began = time.perf_counter()
+        out = job()
+        seconds.append(time.perf_counter() - began)
+    return out, seconds[0], min(seconds[1:])
+
+
+def corners_and_faces(out):
+    """Return the vertices and triangles of what a peer gave."""
+    if isinstance(out, pv.PolyData):
+        return np.array(out.points, float), np.array(out.regular_faces, np.int64)
+    vertices, faces = (part for part in out if isinstance(part, np.ndarray) and part.ndim == 2)
+    return np.ascontiguousarray(vertices, float), np.ascontiguousarray(faces, np.int64)
+
+
+def peers(triangles, count):
+    """Return the peers by name, as jobs."""
+    vertices, faces = np.array(triangles.vertices, float), np.array(triangles.faces, np.int64)
+    polygons = pv.PolyData.from_regular_faces(vertices, faces)
+    share = 1 - count / len(faces)
+    return {
+        "igl.qslim": lambda: igl.qslim(vertices, faces, count),
+        "VTK quadrics": lambda: polygons.decimate(share),
+        "VTK pro": lambda: polygons.decimate_pro(share, preserve_topology=True),
+    }
+
+
+def table(name: str) -> None:
+    """Print times and distances of our decimation and of the peers' for one mesh."""
+    mesh, count = loaded(name), CASES[name]
+    percent = 100 / float(np.linalg.norm(np.ptp(mesh.bounds, axis=0)))
+    out, cold, ours = timed(lambda: sm.decimate(mesh, vertices=count))
+    problems = out.mesh.check(self_intersections=True).problems
+    print(f"\n{name}: {mesh} to {out.mesh}")
+    print(f"first call {cold:.2f} s, {len(out.exceptions)} exceptions, problems: {'; '.join(problems) or 'none'}")
+    print("| | vertices or triangles | seconds | times ours | rms there | rms back | largest |")
+    print("|---|--:|--:|--:|--:|--:|--:|")
+    fan, dual = mesh.triangulated(method="fan"), mesh.triangulated(method="dual")
+    pairs = [("simplexmesh", out.mesh.n_vertices, ours, fan, out.mesh.triangulated(method="fan"))]
+    for peer, job in peers(dual, count).items():
+        got, _, seconds = timed(job)
+        surface = sm.TriangleMesh(*corners_and_faces(got))
+        pairs.append((peer, len(surface.faces), seconds, dual, surface))
+    for title, size, seconds, before, after in pairs:
+        measured = apart((before.vertices, before.faces), (after.vertices, after.faces))
+        there, back, most = (percent * value for value in measured)
+        row = f"{size:,} | {seconds:.3f} | {seconds / ours:.2f} | {there:.4f} | {back:.4f} | {most:.2f}"
+        print(f"| {title} | {row} |", flush=True)
+
+
+def picture(path: str = "decimated.png") -> None:
+    """Draw head, fandisk and elephant before and after."""
+    views = {
+        "head": ((0.6, -1, -0.2), (0, 0, -1)),
+        "fandisk": ((-1, 0.8, 0.3), (0, 0, 1)),
+        "elephant": ((0.5, 0.2, 1), (0, 1, 0)),
+    }
+    plotter = pv.Plotter(off_screen=True, shape=(2, 3), window_size=(1200, 800), border=False)
+    for column, (name, view) in enumerate(views.items()):
+        mesh = loaded(name)
+        for row, shown in enumerate((mesh, sm.decimate(mesh, vertices=CASES[name]).mesh)):
+            plotter.subplot(row, column)
+            look = {"show_edges": True, "edge_color": "#4a545c", "line_width": 1.0 if row else 0.3, "ambient": 0.25}
+            plotter.add_mesh(shown.to_pyvista(), color="#c9d3dc", **look)
+            plotter.add_text(f"{shown.n_vertices:,} vertices", position="lower_edge", font_size=9, color="#4a545c")
+            plotter.view_vector(*view)
+            plotter.camera.zoom(1.35)
+    plotter.screenshot(path)
+    plotter.close()
+    Image.open(path).quantize(64).save(path, optimize=True)
+
+
+def main() -> None:
+    """Print the tables asked for, all without a name."""
+    warnings.simplefilter("ignore", sm.SimplexMeshWarning)
+    if "SIMPLEXMESH_DATA" not in os.environ:
+        print("set SIMPLEXMESH_DATA to the folder of real data")
+        return
+    if "picture" in sys.argv:
+        picture()
+        return
+    for name in [name for name in CASES if name in sys.argv] or CASES:
+        table(name)
+
+
+if __name__ == "__main__":
+    main()
