@@ -82,7 +82,7 @@ def median(values, count):
 
 @njit(cache=True, error_model="numpy")
 def plane_normal(points, members, count, x, y, z, radius, normal):
-    """Fill `normal` with that of the plane of the members, weighted towards the place."""
+    """Fill `normal` with that of the plane of the members, weighted towards the place; return their second moments."""
     w0 = mx = my = mz = 0.0
     limit = 1.0 / (radius * radius)
     for m in range(count):
@@ -110,7 +110,7 @@ def plane_normal(points, members, count, x, y, z, radius, normal):
     total = c[0, 0] + c[1, 1] + c[2, 2]
     if total > 0.0:
         c /= total
-    smallest_axis(c, normal)
+    return smallest_axis(c, normal)
 
 
 @njit(cache=True, error_model="numpy")

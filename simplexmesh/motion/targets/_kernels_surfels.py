@@ -16,6 +16,7 @@ from simplexmesh.motion.targets._kernels_tree import within
 MOST = 2048  # points of one fit; beyond that every second, third... is taken
 ALIKE = 0.3  # smallest cosine between the normals of points that are taken for one surface
 RATIO = math.sqrt(2.0)  # from one scale to the next
+ROUND = 0.2  # second moment across a row of points, over that along it, which tells of other rows
 
 
 @njit(cache=True, error_model="numpy")
@@ -140,8 +141,37 @@ def _fit_place(data, place, facing, radius, members, work, stack, surfel, before
     if not fine or (sure and abs(report[OFFSET]) > jump):
         surfel[:] = before
         report[:] = first
-    report[NOISE] = min(report[NOISE], first[NOISE])
+    if report[NOISE] > first[NOISE]:  # points without noise bend away from a wider fit: that is none of theirs
+        if len(spread) == 0:
+            report[VARIANCE] *= (first[NOISE] / report[NOISE]) ** 2
+        report[NOISE] = first[NOISE]
     return True
+
+
+@njit(cache=True, error_model="numpy", parallel=True)
+def widen(points, starts, ends, boxes, centers, largest, radii):
+    """Widen `radii` (m,) to where the points around ``points[centers]`` are no longer in a line, if within `largest`.
+
+    Points measured row by row: the nearest may all be of one row, which says nothing of the surface. They are no line
+    where, of the eigenvalues a <= b <= c of their covariance, b - a > `ROUND` c.
+    """
+    for q in prange(len(centers)):
+        stack = np.empty(96, np.int64)
+        members = np.empty(MOST, np.int64)
+        axis = np.zeros(3)
+        x, y, z = points[centers[q], 0], points[centers[q], 1], points[centers[q], 2]
+        radius = radii[q]
+        while radius <= largest:
+            count = within(points, starts, ends, boxes, x, y, z, radius, 1, members, stack)
+            if count >= MOST:
+                break
+            a = b = c = 0.0
+            if count >= 3:
+                a, b, c = plane_normal(points, members, count, x, y, z, radius, axis)
+            if b - a > ROUND * c:
+                radii[q] = radius if radius == radii[q] else 1.25 * radius  # a smaller fit comes first
+                break
+            radius *= RATIO
 
 
 @njit(cache=True, error_model="numpy", parallel=True)

@@ -176,9 +176,12 @@ def _chosen_radii(data: tuple[NDArray[Any], ...], tree: Tree, pilots: NDArray[np
     _, index = near.nearest(tree.points[pilots], min(POOL, len(pilots)))
     around = near.order[index]
     bases = np.median(_base_radii(tree, pilots)[around], axis=1)
-    low, high = tree.boxes[0, :3], tree.boxes[0, 3:]
+    largest = max(0.3 * float(np.linalg.norm(tree.boxes[0, 3:] - tree.boxes[0, :3])), bases.max())
+    wide = bases.copy()
+    kernels.widen(*tree.arrays, pilots, largest, wide)
+    bases = np.maximum(bases, np.median(wide[around], axis=1))
     table = np.zeros((len(pilots), LEVELS, 6))
-    kernels.fit_scales(*data, pilots, bases, max(0.3 * float(np.linalg.norm(high - low)), bases.max()), table)
+    kernels.fit_scales(*data, pilots, bases, largest, table)
     variance, offset = table[:, :, VARIANCE], table[:, :, OFFSET]
     # errors of fourth order grow fourfold from scale to scale: what the next scale changes tells this one's
     doubt = np.maximum(variance[:, :-1] - variance[:, 1:], 0.25 * variance[:, :-1])
