@@ -34,12 +34,7 @@ def array(name: str, value: ArrayLike, shape: Sequence[int | None], dtype: DType
     >>> array("points", [[0, 0, 1]], (None, 3))
     array([[0., 0., 1.]])
     """
-    out = np.asarray(value)
-    wanted = "(" + ", ".join("*" if n is None else str(n) for n in shape) + ("," if len(shape) == 1 else "") + ")"
-    if out.dtype.kind not in "biuf":
-        raise TypeError(f"{name} must be numbers of shape {wanted}, not {type(value).__name__} of {out.dtype}")
-    if out.ndim != len(shape) or any(n not in (None, m) for n, m in zip(shape, out.shape, strict=True)):
-        raise ValueError(f"{name} must have shape {wanted}, not {out.shape}")
+    out = _numbers(name, value, shape)
     if not np.can_cast(out.dtype, dtype, "same_kind"):
         wanted = "whole numbers" if np.dtype(dtype).kind in "iu" else np.dtype(dtype).name
         raise TypeError(f"{name} must be {wanted}, not {out.dtype}")
@@ -50,8 +45,37 @@ def array(name: str, value: ArrayLike, shape: Sequence[int | None], dtype: DType
     return out
 
 
+def listed(name: str, value: Any) -> NDArray[Any]:
+    """Return `value` as an array of whatever it holds, or say that it is ragged.
+
+    Examples
+    --------
+    >>> listed("edge", [[0, 1], [2]])
+    Traceback (most recent call last):
+    ...
+    ValueError: edge must be an array, but its rows have different lengths
+    """
+    try:
+        return np.asarray(value)
+    except ValueError:
+        raise ValueError(f"{name} must be an array, but its rows have different lengths") from None
+
+
+def _numbers(name: str, value: ArrayLike, shape: Sequence[int | None]) -> NDArray[Any]:
+    """Return `value` as an array of numbers of some kind, of a shape."""
+    wanted = "(" + ", ".join("*" if n is None else str(n) for n in shape) + ("," if len(shape) == 1 else "") + ")"
+    out = listed(name, value)
+    if out.dtype.kind not in "biuf":
+        raise TypeError(f"{name} must be numbers of shape {wanted}, not {type(value).__name__} of {out.dtype}")
+    if out.ndim != len(shape) or any(n not in (None, m) for n, m in zip(shape, out.shape, strict=True)):
+        raise ValueError(f"{name} must have shape {wanted}, not {out.shape}")
+    return out
+
+
 def indices(name: str, value: ArrayLike, shape: Sequence[int | None], count: int) -> NDArray[np.int64]:
     """Return `value` as int64 indices into something of `count` rows, or say which one is outside.
+
+    An empty list is no index; true and false are none either, see `selection`.
 
     Examples
     --------
@@ -60,12 +84,33 @@ def indices(name: str, value: ArrayLike, shape: Sequence[int | None], count: int
     ...
     ValueError: faces[0, 2] is 99, outside 0..2
     """
-    out = array(name, value, shape, np.int64)
+    given = _numbers(name, value, shape)
+    if given.dtype == bool:
+        raise TypeError(f"{name} must be whole numbers, not bool")
+    out = array(name, given, shape, np.int64) if given.size else np.zeros(given.shape, np.int64)
     wrong = (out < 0) | (out >= count)
     if wrong.any():
         bad = np.argwhere(wrong)[0]
         raise ValueError(f"{name}{bad.tolist()} is {out[tuple(bad)]}, outside 0..{count - 1}")
     return out
+
+
+def selection(name: str, value: ArrayLike, count: int) -> NDArray[np.int64]:
+    """Return which of `count` things are chosen, as given by number or by mask: (m,) int64 indices.
+
+    Examples
+    --------
+    >>> selection("faces", [False, True, True], 3)
+    array([1, 2])
+    >>> selection("faces", [False, True], 3)
+    Traceback (most recent call last):
+    ...
+    ValueError: faces must have shape (3,), not (2,)
+    """
+    given = _numbers(name, value, (None,))
+    if given.dtype == bool:
+        return np.flatnonzero(array(name, given, (count,), bool))
+    return indices(name, given, (None,), count)
 
 
 def number(name: str, value: Any, low: float = -math.inf, high: float = math.inf, *, open_low: bool = False) -> float:
@@ -78,7 +123,8 @@ def number(name: str, value: Any, low: float = -math.inf, high: float = math.inf
     ...
     TypeError: level must be a number, not str
     """
-    if isinstance(value, bool | str | bytes) or (not np.isscalar(value) and np.ndim(value) != 0):
+    plain = np.isscalar(value) or getattr(value, "ndim", 1) == 0
+    if not plain or isinstance(value, bool | np.bool_ | str | bytes):
         raise TypeError(f"{name} must be a number, not {type(value).__name__}")
     try:
         out = float(value)

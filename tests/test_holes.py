@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from numpy.testing import assert_array_equal
 from scipy.spatial import cKDTree
 
 import simplexmesh as sm
@@ -181,6 +182,36 @@ class TestBadInput:
         hole = int(np.flatnonzero(tube.connectivity.face_is_hole)[0])
         with pytest.raises(ValueError, match=f"{hole} is a hole"):
             open_holes(tube, zones=[[hole]])
+
+    def test_zones_may_be_masks(self):
+        ball = sm.sphere(6)
+        cap = np.array([(ball.vertices[corners, 2] > 0.5).all() for corners in ball.faces])
+        marked, numbered = open_holes(ball, zones=[cap]), open_holes(ball, zones=[np.flatnonzero(cap)])
+        assert marked.mesh.n_holes == 1
+        assert_array_equal(marked.face_map, numbered.face_map)
+        with pytest.raises(ValueError, match=r"^zones\[0\] must have shape \(362,\), not \(361,\)$"):
+            open_holes(ball, zones=[cap[:-1]])
+
+    @pytest.mark.parametrize("answer", [None, 1, np.ones(3, bool), [], b"no"])
+    def test_answers_are_yes_or_no_or_a_reason(self, answer):
+        ball = sm.sphere(6)
+        said = f"^accept must return True, False or a text with the reason, not {type(answer).__name__}$"
+        with pytest.raises(TypeError, match=said):
+            open_holes(ball, zones=[range(30)], accept=lambda proposal: answer)
+
+    def test_many_holes_are_cut_at_once_and_the_maps_hold(self):
+        ball = sm.sphere(12)
+        c = ball.connectivity
+        corners = [ball.vertices @ axis for axis in np.concatenate([np.eye(3), -np.eye(3)])]
+        zones = [np.logical_and.reduceat((far > 0.85)[c.face_vertices], c.face_offsets[:-1]) for far in corners]
+        out = open_holes(ball, zones=zones)
+        assert (out.mesh.n_holes, out.mesh.n_components, out.mesh.check().ok) == (6, 1, True)
+        assert (out.face_map < 0).sum() >= 6 * 20
+        now = out.mesh.connectivity
+        loops = np.split(now.face_vertices, now.face_offsets[1:-1])  # with holes
+        for face in np.flatnonzero(out.face_map >= 0).tolist():
+            kept = {int(v) for v in out.vertex_map[ball.faces[face]]} - {-1}
+            assert kept == set(loops[out.face_map[face]].tolist())
 
     @pytest.mark.parametrize(("option", "value"), [("distance", 0.0), ("fewest", 0)])
     def test_numbers_are_positive(self, option, value):

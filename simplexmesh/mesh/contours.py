@@ -54,9 +54,7 @@ class Contour:
 
     def __post_init__(self) -> None:
         c = _check.instance("mesh", self.mesh, SimplexMesh).connectivity
-        given = np.asarray(self.vertices)
-        given = given if given.size else np.zeros(0, np.int64)
-        vertices = _check.frozen(_check.indices("contour", given, (None,), c.n_vertices))
+        vertices = _check.frozen(_check.indices("contour", self.vertices, (None,), c.n_vertices))
         object.__setattr__(self, "vertices", vertices)
         if len(vertices) < 3:
             raise TopologyError(f"contour must have at least 3 vertices, not {len(vertices)}")
@@ -182,14 +180,9 @@ class Contour:
 
 
 def _face_mask(connectivity: Connectivity, faces: ArrayLike) -> NDArray[np.bool_]:
-    """Return the faces as a mask, neither empty nor everything."""
-    n = len(connectivity.face_sizes)
-    given = np.asarray(faces)
-    if given.dtype == bool:
-        inside: NDArray[np.bool_] = _check.array("faces", given, (n,), bool)
-    else:
-        inside = np.zeros(n, bool)
-        inside[_check.indices("faces", given if given.size else np.zeros(0, np.int64), (None,), n)] = True
+    """Return the faces as a mask, not empty."""
+    inside = np.zeros(len(connectivity.face_sizes), bool)
+    inside[_check.selection("faces", faces, len(inside))] = True
     if not inside.any():
         raise ValueError("faces must be at least one, not none")
     return inside

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh import _check
 from simplexmesh.errors import TopologyError
@@ -100,12 +100,14 @@ class EditableDarts:
         return np.array(out)
 
     def faces_beside(self, dart: int) -> tuple[int, int]:
-        """Return the faces on the left and on the right of a dart; the dart is not checked."""
-        return int(self._darts.face[dart]), int(self._darts.face[self._darts.twin[dart]])
+        """Return the faces on the left and on the right of a dart."""
+        d = self.dart("dart", dart)
+        return int(self._darts.face[d]), int(self._darts.face[self._darts.twin[d]])
 
     def ends(self, dart: int) -> tuple[int, int]:
-        """Return the two ends of the edge of a dart; the dart is not checked."""
-        return dart // 3, int(self._darts.twin[dart]) // 3
+        """Return the two ends of the edge of a dart."""
+        d = self.dart("dart", dart)
+        return d // 3, int(self._darts.twin[d]) // 3
 
     def is_hole(self, face: int) -> bool:
         """Return whether a face is a hole."""
@@ -116,13 +118,14 @@ class EditableDarts:
         """The number that the next new vertex gets."""
         return self._used[0]
 
-    def values(self, vertices: Indices) -> NDArray[np.float64]:
-        """Return the positions of vertices, and after them their other interpolated numbers."""
-        return self._darts.values[vertices]
+    def values(self, vertices: ArrayLike) -> NDArray[np.float64]:
+        """Return (m, k) the positions of m vertices, and after them their other interpolated numbers."""
+        return self._darts.values[_check.selection("vertices", vertices, self._used[0])]
 
-    def set_values(self, vertices: Indices, values: NDArray[np.float64]) -> None:
-        """Change the positions of vertices and their other interpolated numbers; undoing does not know of it."""
-        self._darts.values[vertices] = values
+    def set_values(self, vertices: ArrayLike, values: ArrayLike) -> None:
+        """Change the positions of m vertices and their other interpolated numbers, (m, k); undo does not know of it."""
+        rows = _check.selection("vertices", vertices, self._used[0])
+        self._darts.values[rows] = _check.array("values", values, (len(rows), self._darts.values.shape[1]))
 
     def face(self, face: int, name: str = "face") -> int:
         """Return the number of a face, checked."""
@@ -133,7 +136,7 @@ class EditableDarts:
 
     def dart(self, name: str, edge: int | Sequence[int]) -> int:
         """Return the dart of an edge named by a dart or by its two ends, checked."""
-        if np.ndim(edge) == 0 or isinstance(edge, str):
+        if _check.listed(name, edge).ndim == 0:
             if isinstance(edge, bool) or not isinstance(edge, int | np.integer):
                 raise TypeError(f"{name} must be a dart or the two ends of an edge, not {type(edge).__name__} {edge!r}")
             dart = _check.integer(name, edge, 0, 3 * self._used[0] - 1)

@@ -19,18 +19,14 @@ from simplexmesh.mesh.simplex_mesh import SimplexMesh
 
 def _chosen(name: str, given: ArrayLike, count: int) -> NDArray[np.int32]:
     """Return the darts or faces of a batch, given by number or by mask, checked; an empty list is none of them."""
-    values = np.asarray(given)
-    if values.dtype == bool:
-        return np.flatnonzero(_check.array(name, values, (count,), bool)).astype(np.int32)
-    values = values if values.size else np.zeros(0, np.int64)
-    return _check.indices(name, values, (None,), count).astype(np.int32)
+    return _check.selection(name, given, count).astype(np.int32)
 
 
 def places_on_edges(at: ArrayLike, count: int) -> NDArray[np.float64]:
     """Return where on each of two darts new vertices are to go, (count, 2), given so or once for all; checked."""
-    given = np.asarray(at)
+    given = _check.listed("at", at)
     if given.ndim < 2:
-        both = _check.number("at", at) if given.ndim == 0 else _check.array("at", given, (2,))
+        both = _check.number("at", at) if given.ndim == 0 else _check.array("at", at, (2,))
         given = np.broadcast_to(both, (count, 2))
     places: NDArray[np.float64] = _check.array("at", given, (count, 2))
     if (wrong := (places <= 0) | (places >= 1)).any():
@@ -161,7 +157,7 @@ class EditableMesh(EditableDarts):
 
     def cut(self, darts: ArrayLike, *, holes: bool = False) -> tuple[int, int]:
         """T3 along a closed path of darts, and return the faces that close its left and its right side."""
-        path = _chosen("darts", darts, 3 * self._used[0]).astype(np.int64)
+        path = _check.indices("darts", darts, (None,), 3 * self._used[0])
         d = self._darts
         reason = "one of its vertices is gone" if not d.alive[path // 3].all() else seams.refusal_of_path(d.twin, path)
         seam = seams.along(d.twin, path)
@@ -201,6 +197,7 @@ class EditableMesh(EditableDarts):
 
     def even_out(self, limit: int = 2**62) -> int:
         """T7 on the most unequal edge, again and again; return how often. The log is lost. See `regularize`."""
+        limit = _check.integer("limit", limit, 0)
         self._darts.used[2] = 0
         self._seams.clear()
         return int(_kernels_batch.even_out(self._darts, limit))

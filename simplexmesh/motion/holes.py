@@ -13,7 +13,9 @@ from simplexmesh import _check
 from simplexmesh.errors import TopologyError
 from simplexmesh.mesh.contours import Contour
 from simplexmesh.mesh.edited import Edited
-from simplexmesh.mesh.joining import cut, parts, together
+from simplexmesh.mesh.editing import EditableMesh
+from simplexmesh.mesh.face_geometry import face_areas
+from simplexmesh.mesh.joining import parts, together
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.evolve import mean_edge
 from simplexmesh.motion.state import Target
@@ -110,10 +112,11 @@ def open_holes(
         In the mesh's unit; default: twice the mean length of the edges.
     fewest : int
         Smaller zones, in faces, stay.
-    zones : iterable of arrays of int, optional
-        The faces of each zone, in place of those found.
+    zones : iterable of arrays of int or of bool, optional
+        The faces of each zone, by number or as a mask of all faces with holes, in place of those found.
     accept : callable, optional
         Asked about each zone; those it answers with False stay, and so do those it answers with a text: the reason.
+        It must answer with one of these or True.
 
     Returns
     -------
@@ -123,7 +126,8 @@ def open_holes(
     Raises
     ------
     ValueError, TypeError
-        For a target without `gap`, neither target nor zones, faces out of range, holes or in two zones.
+        For a target without `gap`, neither target nor zones, faces out of range, holes or in two zones, or an answer of
+        `accept` that is neither.
 
     References
     ----------
@@ -154,7 +158,8 @@ def open_holes(
     else:
         found, fewest = _given_zones(mesh, zones), 1
     away = np.full(mesh.n_vertices, np.nan) if target is None else _distances(mesh, target)
-    proposals = [_proposed(mesh, zone, away, fewest) for zone in found]
+    areas = face_areas(mesh.vertices, mesh.connectivity.face_vertices, mesh.connectivity.face_offsets)
+    proposals = [_proposed(mesh, zone, away, areas, fewest) for zone in found]
     proposals.sort(key=lambda proposal: -proposal.area)
     return _opened(mesh, [_decided(proposal, accept) for proposal in proposals])
 
@@ -186,7 +191,7 @@ def _given_zones(mesh: SimplexMesh, zones: Iterable[ArrayLike]) -> list[Mask]:
     except TypeError:
         raise TypeError(f"zones must be lists of faces, not {type(zones).__name__}") from None
     for k, faces in enumerate(listed):
-        numbers = _check.indices(f"zones[{k}]", faces, (None,), len(taken)) if np.size(faces) else np.zeros(0, int)
+        numbers = _check.selection(f"zones[{k}]", faces, len(taken))
         if not len(numbers):
             raise ValueError(f"zones[{k}] must hold at least one face")
         if (hole := c.face_is_hole[numbers]).any():
@@ -205,7 +210,7 @@ def _distances(mesh: SimplexMesh, target: Target) -> Array:
     return np.abs(ask(target, np.array(mesh.vertices), np.array(mesh.normals), np.inf))
 
 
-def _proposed(mesh: SimplexMesh, zone: Mask, away: Array, fewest: int) -> HoleProposal:
+def _proposed(mesh: SimplexMesh, zone: Mask, away: Array, areas: Array, fewest: int) -> HoleProposal:
     """Return the proposal of a zone, with the contours it would be cut along, or why it cannot be."""
     c = mesh.connectivity
     size = int(np.count_nonzero(zone & ~c.face_is_hole))
@@ -224,24 +229,30 @@ def _proposed(mesh: SimplexMesh, zone: Mask, away: Array, fewest: int) -> HolePr
     vertices = np.flatnonzero((zone & ~c.face_is_hole)[c.vertex_faces].any(axis=1))
     seen = away[vertices][np.isfinite(away[vertices])]
     mean = float(seen.mean()) if len(seen) else float("nan")
-    area = float(_face_areas(mesh)[faces].sum())
+    area = float(areas[faces].sum())
     return HoleProposal(_check.frozen(faces), _check.frozen(vertices), lines, area, mean, reason=reason)
-
-
-def _face_areas(mesh: SimplexMesh) -> Array:
-    from simplexmesh.mesh.face_geometry import face_areas
-
-    c = mesh.connectivity
-    return face_areas(mesh.vertices, c.face_vertices, c.face_offsets)
 
 
 def _decided(proposal: HoleProposal, accept: Callable[[HoleProposal], Any] | None) -> HoleProposal:
     if proposal.reason:
         return proposal
-    answer = True if accept is None else accept(proposal)
-    if isinstance(answer, str) or not answer:
-        return replace(proposal, reason=answer if isinstance(answer, str) and answer else "refused by accept")
-    return replace(proposal, accepted=True)
+    reason = "" if accept is None else refusal(accept(proposal))
+    return replace(proposal, accepted=not reason, reason=reason)
+
+
+def refusal(answer: Any) -> str:
+    """Return why a proposal is refused, as the user's function answered; nothing when it is accepted.
+
+    Examples
+    --------
+    >>> refusal(True), refusal(False), refusal("too wide")
+    ('', 'refused by accept', 'too wide')
+    """
+    if not isinstance(answer, bool | np.bool_ | str):
+        raise TypeError(f"accept must return True, False or a text with the reason, not {type(answer).__name__}")
+    if isinstance(answer, str):
+        return answer or "refused by accept"
+    return "" if answer else "refused by accept"
 
 
 def _opened(mesh: SimplexMesh, proposals: Sequence[HoleProposal]) -> Opened:
@@ -257,14 +268,12 @@ def _opened(mesh: SimplexMesh, proposals: Sequence[HoleProposal]) -> Opened:
     off = cuttable(c, gone)
     if off is None:
         raise TopologyError("the zones accepted leave nothing of the mesh; accept fewer of them")
-    lines = Contour.of_faces(mesh, off)
-    face_map, now = np.arange(len(off), dtype=np.int32), mesh
-    for line in lines:
-        after = cut(now, Contour(now, line.vertices), holes=True)
-        face_map, now = after.face_map[face_map], after.mesh
-    pieces = parts(now)
-    kept = [piece for piece in pieces if (piece.face_map[face_map[off]] < 0).all()]
-    return Opened(*_assembled(kept, face_map), tuple(proposals))
+    edit = EditableMesh(mesh)
+    for line in Contour.of_faces(mesh, off):
+        edit.cut(line.darts, holes=True)
+    after = edit.result()
+    kept = [piece for piece in parts(after.mesh) if (piece.face_map[after.face_map[off]] < 0).all()]
+    return Opened(*_assembled(kept, after.face_map), tuple(proposals))
 
 
 def _assembled(kept: Sequence[Edited], face_map: NDArray[np.int32]) -> tuple[SimplexMesh, Any, Any]:

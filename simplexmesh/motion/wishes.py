@@ -35,7 +35,7 @@ def threshold_of(threshold: str | float) -> float:
 def zone_of(mesh: SimplexMesh, zones: ArrayLike) -> Mask:
     """Return (f,) which faces refinement is limited to."""
     c = mesh.connectivity
-    given = np.asarray(zones)
+    given = _check.listed("zones", zones)
     if given.dtype == bool:
         if given.shape == (c.n_vertices,):
             return np.logical_and.reduceat(given[c.face_vertices], c.face_offsets[:-1])
@@ -46,7 +46,7 @@ def zone_of(mesh: SimplexMesh, zones: ArrayLike) -> Mask:
             f"not one of shape {given.shape}"
         )
     out = np.zeros(c.face_sizes.size, bool)
-    out[_check.indices("zones", given if given.size else np.zeros(0, np.int64), (None,), out.size)] = True
+    out[_check.indices("zones", zones, (None,), out.size)] = True
     return out
 
 

@@ -26,7 +26,7 @@ def connected(connectivity: Connectivity, zone: Mask) -> list[Mask]:
     [1, 1]
     """
     between = connectivity.edge_faces
-    inside = between[zone[between].all(axis=1)]
+    inside = between[zone[between[:, 0]] & zone[between[:, 1]]]
     n = len(zone)
     graph = coo_array((np.ones(len(inside), bool), inside.T), shape=(n, n))
     _, label = connected_components(graph, directed=False)
@@ -46,7 +46,8 @@ def with_holes_beside(connectivity: Connectivity, zone: Mask) -> Mask:
     """Return the zone with just those holes that share an edge with a face of it."""
     faces = zone & ~connectivity.face_is_hole
     beside = np.zeros(len(zone), bool)
-    beside[connectivity.edge_faces[faces[connectivity.edge_faces].any(axis=1)].ravel()] = True
+    one, other = connectivity.edge_faces.T
+    beside[one[faces[other]]] = beside[other[faces[one]]] = True
     return np.asarray(faces | (beside & connectivity.face_is_hole))
 
 
@@ -115,9 +116,9 @@ def _narrow(connectivity: Connectivity, zone: Mask) -> tuple[Mask, Mask]:
     ends = twin[border] // 3
     links = coo_array((np.ones(len(border), bool), (border // 3, ends)), shape=(len(twin) // 3,) * 2)
     _, loop = connected_components(links, directed=False)
-    count = zone[connectivity.vertex_faces].sum(axis=1)
     narrow = []
-    for darts, starts in ((border, count[border // 3] == 2), (twin[border], count[ends] == 1)):
+    for darts, faces_in in ((border, 2), (twin[border], 1)):
+        starts = zone[connectivity.vertex_faces[darts // 3]].sum(axis=1) == faces_in
         marked = np.zeros(len(zone), bool)
         along = np.stack([loop[darts // 3], face[darts]], axis=1)
         again, times = np.unique(along[starts], axis=0, return_counts=True)
