@@ -382,6 +382,8 @@ def box():
         ),
         ((COARSE, EGG, {"reach": -1.0}), ValueError, "reach must be .*"),
         ((COARSE, Sphere(), {"level": 3.0}), ValueError, "level and label are for volumes, not for Sphere"),
+        ((COARSE, EGG, {"zones": [[1], [2, 3]]}), ValueError, "zones must be an array, but its rows have .*"),
+        ((COARSE, EGG, {"watch": "no"}), TypeError, "watch must be a function of a Round and the mesh, not str"),
         ((COARSE, EGG, {"adaptation": 2}), ValueError, "adaptation must be .*"),
     ],
 )
@@ -396,6 +398,11 @@ def test_redistribute_says_what_is_wrong():
         sm.redistribute(EGG, EGG)
     with pytest.raises(ValueError, match=r"^vertices must be .*20.*3$"):
         sm.redistribute(COARSE, EGG, vertices=3)
+    eight = sm.join(sm.torus(14, 6), sm.torus(14, 6), 0, 0).mesh
+    with pytest.raises(ValueError, match=r"^vertices must be at least 24, for genus 2, not 20$"):
+        sm.redistribute(eight, EGG, vertices=20)
+    with pytest.raises(TypeError, match=r"^watch must be a function of a Round and the mesh, not int$"):
+        sm.redistribute(COARSE, EGG, watch=3)
 
 
 def test_the_bottom_of_a_deep_cavity_is_filled(data_folder):

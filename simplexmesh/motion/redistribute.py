@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from simplexmesh import _check
 from simplexmesh.mesh.edited import Edited
 from simplexmesh.mesh.editing import EditableMesh
+from simplexmesh.mesh.least import least_vertices
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.dividing import composed, divided, evened, removable, taken_apart
 from simplexmesh.motion.face_score import face_distance, face_score
@@ -105,7 +106,11 @@ def redistribute(
     if not isinstance(mesh, SimplexMesh):
         raise TypeError(f"mesh must be a SimplexMesh, not {type(mesh).__name__}")
     wanted = mesh.n_vertices if vertices is None else _check.integer("vertices", vertices, 20)
+    if wanted < (fewest := least_vertices(mesh.connectivity)):
+        raise ValueError(f"vertices must be at least {fewest}, for genus {mesh.genus}, not {wanted}")
     rounds = _check.integer("rounds", rounds, 0)
+    if watch is not None and not callable(watch):
+        raise TypeError(f"watch must be a function of a Round and the mesh, not {type(watch).__name__}")
     goal, reach = as_target(target, level=level, label=label), default_reach(mesh, reach)
     settling = Settling.checked(goal, reach, iterations=iterations, adaptation=adaptation, rigidity=rigidity)
     ledger = Ledger(mesh, settling, watch=watch)

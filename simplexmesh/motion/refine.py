@@ -109,6 +109,8 @@ def refine(
         raise ValueError(f"vertices must be at least {mesh.n_vertices}, what the mesh has, not {most}")
     zone = None if zones is None else zone_of(mesh, zones)
     rounds = _check.integer("rounds", rounds, 0)
+    if watch is not None and not callable(watch):
+        raise TypeError(f"watch must be a function of a Round and the mesh, not {type(watch).__name__}")
     goal, reach = as_target(target, level=level, label=label), default_reach(mesh, reach)
     settling = Settling.checked(goal, reach, iterations=iterations, adaptation=adaptation, rigidity=rigidity)
     ledger = Ledger(mesh, settling, zone, watch)
