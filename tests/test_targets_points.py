@@ -349,6 +349,37 @@ def test_the_answer_does_not_depend_on_the_calls_before():
     np.testing.assert_array_equal(warm.gap(fewer, normals[::7], 0.25), Points(points).gap(fewer, normals[::7], 0.25))
 
 
+@pytest.mark.parametrize("reach", [0.5, np.inf])
+def test_where_nothing_faces_a_vertex_there_is_no_gap_and_the_next_call_knows_its_way(reach):
+    points, normals = torus_points(2000, np.random.default_rng(2))
+    target = Points(PointCloud(points[points[:, 2] > 0.2], normals[points[:, 2] > 0.2]))
+    places, down = np.zeros((5, 3)), np.tile([0.0, 0.0, -1.0], (5, 1))
+    for _ in range(2):
+        assert np.isnan(target.gap(places, down, reach)).all()
+        anchors = target._memory[:, 7]
+        assert ((anchors >= 0) & (anchors < len(target.surfels))).all()  # a kernel reads there unchecked
+
+
+@pytest.mark.parametrize("broken", [np.nan, np.inf, 1e300])
+def test_vertices_that_are_nowhere_have_no_gap_and_harm_no_others(broken):
+    rng = np.random.default_rng(2)
+    target, fresh = (Points(torus_points(2000, np.random.default_rng(1))[0]) for _ in range(2))
+    places, normals = torus_points(50, rng)
+    wrong = places.copy()
+    wrong[::7, 1] = broken
+    for reach in (0.3, np.inf):
+        gap = target.gap(wrong, normals, reach)
+        assert not np.isfinite(gap[::7]).any() or broken == 1e300
+        np.testing.assert_array_equal(
+            np.delete(gap, np.s_[::7]), np.delete(fresh.gap(places, normals, reach), np.s_[::7])
+        )
+        np.testing.assert_array_equal(target.gap(places, normals, reach), fresh.gap(places, normals, reach))
+        mixed = rng.permutation(50)
+        np.testing.assert_array_equal(
+            target.gap(places[mixed], normals[mixed], reach), fresh.gap(places, normals, reach)[mixed]
+        )
+
+
 def test_nothing_within_reach_is_nan():
     points, normals = torus_points(2000, np.random.default_rng(1))
     target = Points(points)

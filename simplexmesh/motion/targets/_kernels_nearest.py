@@ -162,7 +162,7 @@ def nearest_facing(
         if step == here:
             break
         here = step
-    if best > limit:
+    if found < 0 or best > limit:  # found none: even where nothing is too far
         best, found = limit, np.int64(len(table))
     slack = SLACK * between[here, LANES - 1]
     if not slack < math.inf:
