@@ -393,6 +393,23 @@ def test_what_is_wrong_is_said(arguments, error, message):
         sm.refine(mesh, target, **options)
 
 
+def test_a_mesh_without_size_is_told():
+    point = COARSE.moved(np.ones((160, 3)))
+    for action in (sm.refine, sm.redistribute, sm.open_holes):
+        with pytest.raises(ValueError, match=r"^mesh must have some size, but all its vertices are at one point$"):
+            action(point, sm.targets.Triangles(EGG))
+
+
+def test_redistribute_tells_when_the_number_was_not_reached():
+    assert sm.redistribute(COARSE, EGG, vertices=170, rounds=0).converged
+    ring = sm.torus(14, 6)
+    out = sm.redistribute(ring, ring.triangulated(), vertices=20, rounds=1, iterations=1)
+    assert out.mesh.n_vertices > 20
+    assert not out.converged
+    assert repr(out).endswith("rounds, not converged)")
+    assert f"{168 - out.mesh.n_vertices} vertices taken away" in repr(out)
+
+
 def test_redistribute_says_what_is_wrong():
     with pytest.raises(TypeError, match=r"^mesh must be a SimplexMesh, not TriangleMesh$"):
         sm.redistribute(EGG, EGG)

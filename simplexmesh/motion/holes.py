@@ -152,6 +152,8 @@ def open_holes(
         raise TypeError(f"accept must be a function of a HoleProposal, not {type(accept).__name__}")
     fewest = _check.integer("fewest", fewest, 1)
     limit = 2 * mean_edge(mesh) if distance is None else _check.number("distance", distance, 0.0, open_low=True)
+    if limit == 0.0:
+        raise ValueError("mesh must have some size, but all its vertices are at one point")
     if zones is None:
         assert target is not None
         found = zones_far(mesh, unseen(mesh, target, limit))

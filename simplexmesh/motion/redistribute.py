@@ -118,7 +118,7 @@ def redistribute(
         for count in _course(mesh.n_vertices, wanted, rounds):
             ledger.enter(redistribute_round(ledger.mesh, goal, reach=reach, vertices=count))
         ledger.close()
-        ledger.converged = True
+        ledger.converged = abs(ledger.mesh.n_vertices - wanted) <= max(1, 0.01 * wanted)
     except KeyboardInterrupt:
         ledger.interrupted = True
     return ledger.result()

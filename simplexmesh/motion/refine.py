@@ -161,8 +161,8 @@ def refine_round(
     >>> import simplexmesh as sm
     >>> ball = sm.targets.Triangles(sm.sphere(20).triangulated())
     >>> refine_round(sm.sphere(4), ball, reach=0.5, threshold=1e-6, budget=20)
-    Refined(SimplexMesh(340 vertices, 172 faces, genus 0, 0 holes), 20 vertices added in 1 rounds, faces above the threshold left)
-    """  # noqa: E501
+    Refined(SimplexMesh(340 vertices, 172 faces, genus 0, 0 holes), 20 vertices added in 1 rounds, not converged)
+    """
     scores = scored(mesh, target, reach)
     allowed = ~mesh.connectivity.face_is_hole if zone is None else zone & ~mesh.connectivity.face_is_hole
     above = np.flatnonzero(allowed & (scores > threshold))

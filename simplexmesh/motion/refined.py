@@ -52,7 +52,8 @@ class Refined(Edited):
     rounds : tuple of Round
         What was done, round by round.
     converged : bool
-        Whether in the end no face that may be divided scored above the threshold.
+        Whether in the end no face that may be divided scored above the threshold; of `redistribute`, whether the number
+        of vertices is within 1 % of that asked for.
     interrupted : bool
         Whether the refinement was interrupted (Ctrl-C); `mesh` is then its last whole state.
     """
@@ -63,12 +64,13 @@ class Refined(Edited):
 
     @property
     def inserted(self) -> int:
-        """How many vertices were added."""
+        """How many vertices were added; below 0 when some were taken away."""
         return self.mesh.n_vertices - int(self.vertex_map.size)
 
     def __repr__(self) -> str:
-        end = "interrupted" if self.interrupted else "converged" if self.converged else "faces above the threshold left"
-        return f"Refined({self.mesh!r}, {self.inserted} vertices added in {len(self.rounds)} rounds, {end})"
+        end = "interrupted" if self.interrupted else "converged" if self.converged else "not converged"
+        change = f"{abs(self.inserted)} vertices {'added' if self.inserted >= 0 else 'taken away'}"
+        return f"Refined({self.mesh!r}, {change} in {len(self.rounds)} rounds, {end})"
 
 
 @dataclass

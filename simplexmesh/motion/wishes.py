@@ -22,7 +22,12 @@ the one before, and asks for about twice as many vertices."""
 
 def default_reach(mesh: SimplexMesh, reach: float | None) -> float:
     """Return a reach that was given, checked, or 10 % of the mesh's diagonal."""
-    return 0.1 * float(np.linalg.norm(np.ptp(mesh.vertices, axis=0))) if reach is None else reach_above_zero(reach)
+    if reach is not None:
+        return reach_above_zero(reach)
+    diagonal = float(np.linalg.norm(np.ptp(mesh.vertices, axis=0)))
+    if diagonal == 0.0:
+        raise ValueError("mesh must have some size, but all its vertices are at one point")
+    return 0.1 * diagonal
 
 
 def threshold_of(threshold: str | float) -> float:
