@@ -66,7 +66,7 @@ class TestModel:
     def test_has_the_number_asked_for_and_lies_on_the_old_one(self, command, files, tmp_path):
         code, out, err = command(files / "ball.vtp", "--vertices", 300, "-o", tmp_path / "small.vtp")
         small = sm.read_mesh(tmp_path / "small.vtp")
-        assert (code, err) == (0, "")
+        assert (code, err) == (0, "")  # not a word on what it was made of
         assert (small.n_vertices, small.genus, small.n_holes) == (300, 0, 0)
         assert small.check(self_intersections=True).ok
         assert sm.read(tmp_path / "small.vtp").volume == pytest.approx(BALL.volume, rel=0.02)
@@ -129,6 +129,7 @@ class TestModel:
         problems = bad.check(self_intersections=True).problems
         assert (code, len(problems) > 0) == (0, True)
         assert all(f"note: the model is not sound: {problem}" in err for problem in problems)
+        assert f"note: nor was what it was made of: {'; '.join(problems)}\n" in err
         code, out, err = command(*arguments, "--json")
         assert json.loads(out)["problems"] == list(problems)
         assert f"note: the model {tmp_path / 'same.vtp'} was replaced" in err

@@ -48,6 +48,8 @@ def command(
             result.mesh.save(output)
     for problem in facts["problems"]:
         note(f"the model is not sound: {problem}")
+    if facts["problems"] and (older := mesh.check(self_intersections=True).problems):
+        note(f"nor was what it was made of: {'; '.join(older)}")
     if json:
         as_json(facts | {"notes": NOTES})
     else:
