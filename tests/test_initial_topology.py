@@ -134,6 +134,18 @@ def test_thickening_widens_a_sheet_only_where_asked_and_adds_no_pieces():
     assert genus(out) == 0
 
 
+@pytest.mark.parametrize(("inner", "filled"), [(10, False), (4, True)])
+def test_thickening_does_not_shut_the_opening_of_a_hollow(inner, filled):
+    box = np.zeros((24, 24, 24), bool)
+    box[6 : 8 + inner, 6 : 8 + inner, 6 : 8 + inner] = True
+    box[7 : 7 + inner, 7 : 7 + inner, 7 : 7 + inner] = False
+    box[9, 9, 6] = False
+    out = thickened(box, np.array([[9, 9, 6]]), 3)
+    assert out[box].all()
+    assert out[9, 9, 9] == filled
+    assert np.array_equal(without_cavities(out), out)
+
+
 @given(st.integers(0, 2**32 - 1))
 def test_thickening_everywhere_leaves_no_thin_cell_no_new_piece_and_an_empty_border(seed):
     rng = np.random.default_rng(seed)

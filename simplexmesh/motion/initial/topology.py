@@ -17,6 +17,7 @@ from simplexmesh.motion.initial import _kernels_grid
 Mask = NDArray[np.bool_]
 
 _CORNERS = np.ones((3, 3, 3))
+_WIDE = 2  # layers that a hollow is deeper than, or it is but a cleft
 
 
 def genus(solid: Mask) -> int:
@@ -99,7 +100,7 @@ def thickened(solid: Mask, places: NDArray[np.int64], rings: int) -> Mask:
     """Return the solid with another layer of cells within `rings` cells of some places.
 
     Thin sheets, rods and pinches there get wider than the faces of a mesh are long; pinholes and narrow clefts close.
-    The border stays empty.
+    Openings of hollows wider than clefts stay open. The border stays empty, and the solid must have no cavities.
 
     Parameters
     ----------
@@ -123,7 +124,23 @@ def thickened(solid: Mask, places: NDArray[np.int64], rings: int) -> Mask:
     for axis in range(3):
         side = np.moveaxis(out, axis, 0)
         side[0] = side[-1] = False
-    return without_cavities(_with(out, solid))
+    return without_cavities(_opened(_with(out, solid), solid))
+
+
+def _opened(grown: Mask, solid: Mask) -> Mask:
+    """Return the grown solid less what was added around its wide hollows, where that has shut them."""
+    while True:
+        label, count = ndimage.label(~grown, _CORNERS)
+        if count <= 1:
+            return grown
+        wide = np.unique(label[ndimage.binary_erosion(label > 0, _CORNERS, iterations=_WIDE)])
+        hollows = np.isin(label, wide[(wide > 0) & (wide != label[0, 0, 0])])
+        added = ndimage.label(grown & ~solid, _CORNERS)[0]
+        plugs = np.unique(added[ndimage.binary_dilation(hollows, _CORNERS)])
+        plugs = plugs[plugs > 0]
+        if not len(plugs):
+            return grown
+        grown = grown & ~np.isin(added, plugs)
 
 
 def pinched(solid: Mask) -> Mask:
