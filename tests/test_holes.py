@@ -22,7 +22,7 @@ from simplexmesh.motion.rim_upright import uprighted
 from simplexmesh.motion.shore import Shore
 from simplexmesh.motion.subjects import as_subject
 from simplexmesh.motion.targets.borders import border_of_points
-from simplexmesh.motion.zones import connected, cuttable
+from simplexmesh.motion.zones import connected, cuttable, with_holes_beside
 
 FINE = sm.sphere(20).triangulated()
 
@@ -149,6 +149,22 @@ class TestChoosing:
         far = open_holes(ball, Dome(), distance=0.1).proposals
         assert far[0].reason == "it is all of the mesh"
         assert far[0].mean_distance == pytest.approx(0.3, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    "mesh", [sm.cylinder(9, 6), sm.plane(vertices=200), sm.sphere(4)], ids=["tube", "sheet", "ball"]
+)
+def test_a_zone_takes_in_just_the_holes_that_share_an_edge_with_it(mesh):
+    c = mesh.connectivity
+    rng = np.random.default_rng(0)
+    for _ in range(20):
+        zone = rng.random(len(c.face_sizes)) < 0.05
+        wanted = {f for f in np.flatnonzero(zone).tolist() if not c.face_is_hole[f]}
+        for one, other in c.edge_faces.tolist():
+            for mine, hole in ((one, other), (other, one)):
+                if zone[mine] and not c.face_is_hole[mine] and c.face_is_hole[hole]:
+                    wanted.add(hole)
+        assert set(np.flatnonzero(with_holes_beside(c, zone)).tolist()) == wanted
 
 
 class TestBadInput:
@@ -333,6 +349,18 @@ class TestRims:
         top = places[:, 2] > 0
         assert np.allclose(pull[top, 2], 0.15, atol=0.01)
         assert not pull[~top].any()  # beyond reach
+
+    def test_corners_of_the_border_draw_the_nearest_vertex(self):
+        tube = sm.cylinder(6, 8)
+        rim = Rim.of(tube.connectivity)
+        places = tube.vertices[rim.vertices]
+        one = int(places[:, 2].argmax())
+        up = np.array([0.0, 0.0, 1.0])
+        border = np.concatenate([places[places[:, 2] > 0] + 0.1 * up, [places[one] + 0.4 * up] * 3])
+        pull = Shore(border, 1.0).pull(tube.vertices, rim, 1.0)
+        assert pull[one] @ up == pytest.approx((0.1 + 3 * 0.4) / 4)  # the mean of those that it is nearest to
+        others = (places[:, 2] > 0) & (np.arange(len(places)) != one)
+        assert np.allclose(pull[others] @ up, 0.1)
 
     def test_long_sides_of_rims_are_divided(self):
         tube = sm.cylinder(9, 30)
