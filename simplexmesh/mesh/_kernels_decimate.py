@@ -12,21 +12,18 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from simplexmesh.mesh._kernels_batch import imbalance
 from simplexmesh.mesh._kernels_edit import (
     DONE,
-    EDITS,
     VERTICES,
     Darts,
+    adjacent,
     follow,
     refuse_remove,
-    refuse_swap,
     remove,
     turn,
-    turn_edge,
 )
 from simplexmesh.mesh._kernels_heap import Heap, new_heap, put
-from simplexmesh.mesh._kernels_quadrics import TERMS, cross, holes_around, optimum
+from simplexmesh.mesh._kernels_quadrics import TERMS, cross, optimum
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int32]
@@ -50,10 +47,12 @@ class Weights(NamedTuple):
     spread: float  # the squared length of the edge in the dual, the same: faces are even where the surface is flat
     sizes: float  # how uneven sizes of faces become
     turn: float  # least cosine of the turn of a dual triangle
+    bend: float  # least cosine between the normals of neighboring dual triangles
     shape: float  # least quality of a dual triangle, 1 when it is regular
     least: int  # least number of vertices of a face
     most: int  # largest number of vertices of a face
     piece: int  # least number of vertices of a component
+    necks: bool  # whether three faces may make a ring around more than a vertex
 
 
 @njit(cache=True, error_model="numpy")
@@ -103,6 +102,17 @@ def worsens(old: Array, new: Array, one: Array, other: Array, w: Weights, n: Arr
 
 
 @njit(cache=True, error_model="numpy")
+def creased(d: Darts, c: Corners, walk: int, p: Array, w: Weights, n: Array) -> bool:
+    """Return whether the triangle of a dart's vertex, its corner at `p`, folds back on the one opposite."""
+    across = d.twin[turn(turn(walk))]
+    one, other, third = d.face[turn(walk)], d.face[turn(turn(walk))], d.face[turn(across)]
+    if d.face_hole[one] or d.face_hole[other] or d.face_hole[third]:
+        return False
+    size = cross(p, c.points[one], c.points[other], n[0]) * cross(c.points[third], c.points[other], c.points[one], n[1])
+    return n[0, 0] * n[1, 0] + n[0, 1] * n[1, 1] + n[0, 2] * n[1, 2] < w.bend * size
+
+
+@njit(cache=True, error_model="numpy")
 def folds(d: Darts, c: Corners, dart: int, p: Array, w: Weights, n: Array) -> bool:
     """Return whether a triangle around the edge of a dart turns or thins too much when both corners go to `p`."""
     back = d.twin[dart]
@@ -111,6 +121,8 @@ def folds(d: Darts, c: Corners, dart: int, p: Array, w: Weights, n: Array) -> bo
         walk = follow(d.twin, start)
         while walk != start:
             if walk // 3 != dart // 3 and walk // 3 != back // 3:
+                if creased(d, c, walk, p, w, n):
+                    return True
                 one, other = d.face[turn(walk)], d.face[turn(turn(walk))]
                 if not d.face_hole[one] and not d.face_hole[other]:
                     if worsens(old, p, c.points[one], c.points[other], w, n):
@@ -137,7 +149,25 @@ def refused(d: Darts, c: Corners, dart: int, w: Weights) -> bool:
     merged = d.face_size[d.face[dart]] + d.face_size[d.face[back]] - 4
     if merged < w.least or merged > w.most or c.left[c.component[dart // 3]] - 2 < w.piece:
         return True
-    return refuse_remove(d, dart)[0] != DONE
+    return refuse_remove(d, dart)[0] != DONE or (not w.necks and chokes(d, dart))
+
+
+@njit(cache=True)
+def chokes(d: Darts, dart: int) -> bool:
+    """Return whether T1 on an edge makes a ring of three faces around more than a vertex: a thin neck."""
+    back = d.twin[dart]
+    near, far = d.face[turn(dart)], d.face[turn(back)]
+    walk = follow(d.twin, dart)
+    while walk != dart:
+        one = d.face[d.twin[walk]]
+        step = follow(d.twin, back)
+        while step != back and one != near and one != far and not d.face_hole[one]:
+            other = d.face[d.twin[step]]
+            if other != near and other != far and not d.face_hole[other] and adjacent(d, one, other):
+                return True
+            step = follow(d.twin, step)
+        walk = follow(d.twin, walk)
+    return False
 
 
 @njit(cache=True)
@@ -211,61 +241,3 @@ def collapse_cheapest(d: Darts, c: Corners, w: Weights, count: int) -> int:
         look(d, c, heap, kept, w, q, p)
         done += 1
     return done
-
-
-@njit(cache=True, error_model="numpy")
-def bends(d: Darts, c: Corners, dart: int, w: Weights, n: Array) -> bool:
-    """Return whether T7 on an edge turns a dual triangle too far from the two of before, or makes one too thin."""
-    back = d.twin[dart]
-    left, right = c.points[d.face[dart]], c.points[d.face[back]]
-    near, far = c.points[d.face[turn(dart)]], c.points[d.face[turn(back)]]
-    one, other = cross(left, far, near, n[0]), cross(right, near, far, n[1])
-    two, three = cross(near, left, right, n[2]), cross(far, right, left, n[3])
-    quality = min(shape(left, far, near, one), shape(right, near, far, other))
-    if quality < w.shape and quality < min(shape(near, left, right, two), shape(far, right, left, three)):
-        return True
-    size = (one, other, two, three)
-    for i in range(2):
-        for j in range(2, 4):
-            dot = n[i, 0] * n[j, 0] + n[i, 1] * n[j, 1] + n[i, 2] * n[j, 2]
-            if not dot > w.turn * size[i] * size[j]:
-                return True
-    return False
-
-
-@njit(cache=True)
-def even_out_flat(d: Darts, c: Corners, w: Weights, passes: int) -> int:
-    """T7 on unequal edges that bend nothing and are away from holes, pass after pass; return how many were."""
-    n = np.empty((4, 3))
-    swaps = 0
-    for _ in range(passes):
-        before = swaps
-        for dart in range(3 * d.used[VERTICES]):
-            if not d.alive[dart // 3] or dart > d.twin[dart] or imbalance(d, dart) < 2:
-                continue
-            back = d.twin[dart]
-            if d.face_hole[d.face[turn(dart)]] or d.face_hole[d.face[turn(back)]]:
-                continue
-            if refuse_swap(d, dart)[0] != DONE or bends(d, c, dart, w, n):
-                continue
-            turn_edge(d, dart)
-            swaps += 1
-        if swaps == before:
-            break
-    d.used[EDITS] = 0
-    return swaps
-
-
-@njit(cache=True)
-def place_vertices(d: Darts, c: Corners, origin: Array) -> None:
-    """Put each vertex at the centroid of its dual triangle, on a rim at the middle of its edge of the border."""
-    for i in range(d.used[VERTICES]):
-        holes = holes_around(d.face, d.face_hole, i)
-        if not d.alive[i] or holes > 1:
-            continue
-        for k in range(3):
-            total = 0.0
-            for j in range(3):
-                if not d.face_hole[d.face[3 * i + j]]:
-                    total += c.points[d.face[3 * i + j], k]
-            d.values[i, k] = origin[k] + total / (3 - holes)

@@ -16,6 +16,7 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.int32]
 
 STEPS = 12
+MISSES = 32
 CLOSER = 1 - 1e-9
 
 
@@ -115,14 +116,46 @@ def locate(
 
 
 @njit(cache=True, error_model="numpy")
+def settle(
+    vertices: Array,
+    middle: Array,
+    faces: Faces,
+    samples: Array,
+    start: Indices,
+    places: Places,
+    squared: Array,
+    above: float,
+) -> None:
+    """Look for something closer in all faces around, again and again, for samples farther than `above`, squared."""
+    weights = np.empty(3)
+    for s in range(samples.shape[0]):
+        face, before = start[s], np.inf
+        while squared[s] > above and squared[s] < before:
+            before = squared[s]
+            here = face
+            for e in range(faces.offsets[here], faces.offsets[here + 1]):
+                other = faces.owner[faces.across[e]]
+                if faces.hole[other]:
+                    continue
+                for c in range(faces.offsets[other], faces.offsets[other + 1]):
+                    a, b = vertices[faces.vertices[c]], vertices[faces.ahead[c]]
+                    found = closest_on_triangle(samples[s], a, b, middle[other], weights)
+                    if found < squared[s] * CLOSER:
+                        squared[s], face = found, other
+                        places.corner[s] = c
+                        places.weights[s] = weights
+        start[s] = face
+
+
+@njit(cache=True, error_model="numpy")
 def locate_on_rim(vertices: Array, faces: Faces, samples: Array, places: Places) -> None:
-    """Find where samples of a rim belong, each from a corner of a hole on: to the edge before or after while closer."""
+    """Find where samples of a rim belong, each from a corner of a hole on, until it has long not been closer."""
     for s in range(samples.shape[0]):
         at, best = places.corner[s], np.inf
         hole = faces.owner[at]
         first, size = faces.offsets[hole], faces.offsets[hole + 1] - faces.offsets[hole]
         for way in (1, -1):
-            c = at
+            c, misses = at, 0
             for _ in range(size):
                 a, b = vertices[faces.vertices[c]], vertices[faces.ahead[c]]
                 along = squared = 0.0
@@ -137,7 +170,9 @@ def locate_on_rim(vertices: Array, faces: Faces, samples: Array, places: Places)
                     best = found
                     places.corner[s] = c
                     places.weights[s, 0], places.weights[s, 1], places.weights[s, 2] = 1 - t, t, 0.0
-                elif c != at:
+                    misses = 0
+                misses += 1
+                if misses > MISSES:
                     break
                 c = first + (c - first + way) % size
 
@@ -186,7 +221,7 @@ def pulled(v: Array, middle: Array, faces: Faces, places: Places, t: Terms, offs
             out[a, k] += places.weights[s, 0] * force
             out[b, k] += places.weights[s, 1] * force
             pull[f, k] += places.weights[s, 2] * force
-    for f in range(pull.shape[0]):
+    for f in range(faces.offsets.size - 1):
         size = faces.offsets[f + 1] - faces.offsets[f]
         for c in range(faces.offsets[f], faces.offsets[f + 1]):
             for k in range(3):

@@ -9,26 +9,36 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh import _check
+from simplexmesh._vec import normalized
 from simplexmesh.errors import SimplexMeshWarning, TopologyError
+from simplexmesh.mesh import _kernels_corners as evening
 from simplexmesh.mesh import _kernels_decimate as kernels
 from simplexmesh.mesh import _kernels_quadrics as quadrics
 from simplexmesh.mesh.edited import Edited
 from simplexmesh.mesh.editing import EditableMesh
-from simplexmesh.mesh.fitting import Fit, Surface
+from simplexmesh.mesh.fitting import Fit, Surface, tangled_vertices
 from simplexmesh.mesh.least import least_vertices
+from simplexmesh.mesh.nearest import Nearest
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 
+Array = NDArray[np.float64]
 Indices = NDArray[np.int32]
 
-WEIGHTS = kernels.Weights(stay=1e-3, spread=3e-4, sizes=0.05, turn=0.17, shape=0.1, least=4, most=10, piece=20)
-LAST_RESORT = WEIGHTS._replace(sizes=0.0, least=3, most=2**30, piece=4)
-EVENING = WEIGHTS._replace(turn=0.5)
+WEIGHTS = kernels.Weights(
+    stay=1e-3, spread=2e-4, sizes=0.05, turn=0.17, bend=-0.5, shape=0.1, least=4, most=10, piece=20, necks=False
+)
+LAST_RESORT = WEIGHTS._replace(sizes=0.0, bend=-1.0, least=3, most=2**30, piece=4, necks=True)
 SHARPENING = 3
 """Rounds in which the corners of the dual triangulation are found, whose centroids the vertices are."""
 
 ON_RIM = 1.0
 PASSES = 20
-ROUNDS = 4
+ROUNDS = 6
+CORNER = 0.87
+"""A rim has a corner where its direction turns by a smaller cosine than this."""
+
+MARGIN, PULLED, PRECISION = 0.95, 0.8, 50
+"""Surfaces are compared at points, so that a part of a tolerance is spared; how near the fewest vertices are found."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,7 +129,7 @@ def decimate(mesh: SimplexMesh, *, vertices: int | None = None, tolerance: float
     if tolerance is not None:
         return _within(mesh, _check.number("tolerance", tolerance, 0, open_low=True))
     wanted = _count(mesh, vertices)
-    out = _decimated(mesh, wanted)
+    out, _ = _decimated(mesh, wanted)
     if (left := out.mesh.n_vertices) > wanted:
         message = f"{left} vertices are left, not {wanted}: no other edge can be removed without a fold"
         warnings.warn(message, SimplexMeshWarning, stacklevel=2)
@@ -143,24 +153,33 @@ def _count(mesh: SimplexMesh, vertices: int | None) -> int:
     return wanted
 
 
-def _decimated(mesh: SimplexMesh, wanted: int) -> Decimated:
-    """Return the mesh with so many vertices, or more when no more can go."""
+def _decimated(
+    mesh: SimplexMesh, wanted: int, surface: Nearest | None = None, bound: float = 0.0
+) -> tuple[Decimated, int]:
+    """Return the mesh with so many vertices, or more when no more can go, and how many are on faces that fold or cross.
+
+    With as many as there are, the mesh is returned as it is. Vertices farther from a surface than a bound go to it.
+    """
     edit = EditableMesh(mesh)
     if wanted >= mesh.n_vertices:
         same = edit.result()
-        return _result(Fit(Surface.of(mesh), same.mesh, same.face_map), same)
+        return _result(Fit(Surface.of(mesh), mesh, same.face_map), same), 0
     edit._reserve((mesh.n_vertices - wanted) // 2)
-    into = _collapsed(mesh, edit, (mesh.n_vertices - wanted) // 2)
+    into, points = _collapsed(mesh, edit, (mesh.n_vertices - wanted) // 2)
     out = edit.result()
-    fit = Fit(Surface.of(mesh), out.mesh, out.face_map[into])
-    start = fit.mesh.vertices
+    kept = out.face_map >= 0
+    points[out.face_map[kept]] = points[kept]
+    vertices = _corners_kept(out.mesh, points)
+    fit = Fit(Surface.of(mesh), out.mesh.moved(vertices), out.face_map[into])
     fit.improve(ROUNDS)
-    fit.repair(start)
-    return _result(fit, out)
+    if surface is not None:
+        fit.move(surface.pulled(fit.mesh, bound))
+    wrong = fit.repair(vertices)
+    return _result(fit, out), wrong
 
 
-def _collapsed(mesh: SimplexMesh, edit: EditableMesh, count: int) -> Indices:
-    """T1 up to `count` times and T7; place the vertices, and return for each face the one that it is part of."""
+def _collapsed(mesh: SimplexMesh, edit: EditableMesh, count: int) -> tuple[Indices, Array]:
+    """T1 up to `count` times and T7, vertices placed; return what each face is part of now, and the dual corners."""
     d, c = edit._darts, mesh.connectivity
     origin = mesh.vertices.mean(axis=0)
     vertices = mesh.vertices - origin
@@ -171,27 +190,47 @@ def _collapsed(mesh: SimplexMesh, edit: EditableMesh, count: int) -> Indices:
     done = kernels.collapse_cheapest(d, corners, WEIGHTS, count)
     if done < count:
         kernels.collapse_cheapest(d, corners, LAST_RESORT, count - done)
-    kernels.even_out_flat(d, corners, EVENING, PASSES)
-    kernels.place_vertices(d, corners, origin)
+    evening.even_out_flat(d, corners, WEIGHTS, PASSES)
+    evening.place_vertices(d, corners, origin)
     while (into[into] != into).any():
         into = into[into]
-    return into
+    return into, points + origin
+
+
+def _corners_kept(mesh: SimplexMesh, points: Array) -> Array:
+    """Return the vertices, one of those on a rim put into each corner that the border of the dual has there."""
+    c, vertices = mesh.connectivity, np.array(mesh.vertices)
+    for hole in np.flatnonzero(c.face_is_hole).tolist():
+        darts = c.face_darts[c.face_offsets[hole] : c.face_offsets[hole + 1]]
+        face, ends = c.face.reshape(-1)[c.twin.reshape(-1)[darts]], np.stack([darts // 3, np.roll(darts // 3, -1)])
+        if c.face_is_hole[face].any():
+            continue
+        here = points[face]
+        ahead, behind = normalized(np.roll(here, -1, axis=0) - here), normalized(here - np.roll(here, 1, axis=0))
+        taken = set()
+        for k in np.flatnonzero((ahead * behind).sum(axis=1) < CORNER).tolist():
+            one, other = ends[:, k].tolist()
+            if np.linalg.norm(vertices[one] - here[k]) > np.linalg.norm(vertices[other] - here[k]):
+                one, other = other, one
+            if free := [v for v in (one, other) if v not in taken]:
+                vertices[free[0]] = here[k]
+                taken.add(free[0])
+    return vertices
 
 
 def _within(mesh: SimplexMesh, tolerance: float) -> Decimated:
-    """Return the mesh with the fewest vertices found by halving that stays within a tolerance."""
+    """Return the mesh with the fewest vertices found by halving that stays within a tolerance, untangled."""
     low, high = least_vertices(mesh.connectivity) // 2, mesh.n_vertices // 2
-    best = _decimated(mesh, mesh.n_vertices)
-    while high - low > max(1, low // 50):
-        middle = int(np.sqrt(low * high))
-        middle = min(max(middle, low + 1), high - 1)
-        out = _decimated(mesh, 2 * middle)
-        if out.largest <= tolerance:
-            best, high = out, middle
-        else:
-            low = middle
-        if out.mesh.n_vertices > 2 * middle and out is best:
-            break
+    best, accepted = _decimated(mesh, mesh.n_vertices)[0], int(tangled_vertices(mesh).sum())
+    surface = Nearest(mesh)
+    while high - low > max(1, low // PRECISION):
+        middle = min(max(int(np.sqrt(low * high)), low + 1), high - 1)
+        out, wrong = _decimated(mesh, 2 * middle, surface, PULLED * tolerance)
+        left = out.mesh.n_vertices // 2
+        near = out.largest <= MARGIN * tolerance and surface.largest(out.mesh) <= MARGIN * tolerance
+        if near and wrong <= accepted and left < high:
+            best, high = out, left
+        low = max(low, left if left > middle else 0, middle if high != middle else 0)
     return best
 
 

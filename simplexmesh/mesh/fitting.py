@@ -15,15 +15,17 @@ from simplexmesh.mesh.simplex_mesh import SimplexMesh
 Array = NDArray[np.float64]
 Indices = NDArray[np.int32]
 
-ROUNDS = 6
 ITERATIONS = 12
-ACROSS = 0.05
+ACROSS = 0.02
 """How much of the weight of a sample is that of its distance along the surface."""
 
-EVEN, STAY = 0.05, 1e-3
+EVEN, STAY = 0.01, 1e-3
 """The weights of a vertex's distance to its neighbors' mean and of its move, in those of its samples."""
 
-REPAIRS, BACK = 12, 6
+FAR = 0.01
+"""From which part of the largest squared distance on it is looked for more widely."""
+
+REPAIRS = ("care", "care", "half", "start", "smooth", "widely smooth")
 
 
 @dataclass(frozen=True)
@@ -78,7 +80,7 @@ class Surface:
         )
 
 
-def _faces(c: Connectivity) -> kernels.Faces:
+def faces_of(c: Connectivity) -> kernels.Faces:
     """Return the faces as the kernels want them."""
     corner = np.empty(c.twin.size, np.int32)
     corner[c.face_darts] = np.arange(c.twin.size)
@@ -87,6 +89,19 @@ def _faces(c: Connectivity) -> kernels.Faces:
     across = corner[c.twin.reshape(-1)[c.face_darts]]
     flat = [np.ascontiguousarray(v, np.int32) for v in (c.face_vertices, c.face_offsets, ahead, owner, across)]
     return kernels.Faces(flat[0], flat[1], flat[2], flat[3], flat[4], c.face_is_hole)
+
+
+def tangled_vertices(mesh: SimplexMesh) -> NDArray[np.bool_]:
+    """Return (n,) which vertices are wrong: inverted, or on a face that is folded, flat or crosses another."""
+    c, found = mesh.connectivity, mesh.check(self_intersections=True).where
+    faces = np.zeros(len(c.face_sizes), bool)
+    for kind in ("folded", "flat_faces", "crossing"):
+        faces[np.ravel(found.get(kind, [])).astype(int)] = True
+    out: NDArray[np.bool_] = np.asarray(faces[c.vertex_faces].any(axis=1))
+    for kind in ("inverted", "collinear"):
+        out[np.asarray(found.get(kind, []), int)] = True
+    out[c.edge_vertices[np.asarray(found.get("flat_edges", []), int)].ravel()] = True
+    return out
 
 
 class Fit:
@@ -106,7 +121,7 @@ class Fit:
         self._surface = surface
         self.mesh = mesh
         c = mesh.connectivity
-        self._faces = _faces(c)
+        self._faces = faces_of(c)
         self._start = part_of[surface.faces].astype(np.int32)
         n, r = len(surface.points), len(surface.rim_points)
         self._places = kernels.Places(np.zeros(n, np.int32), np.zeros((n, 3)))
@@ -137,11 +152,15 @@ class Fit:
 
     def distances(self) -> tuple[float, float]:
         """Return the rms and the largest distance of the samples, those on rims to the rims included in the latter."""
-        weights = self._surface.weights
+        weights, f = self._surface.weights, self._faces
+        far = FAR * float(self._squared.max())
+        kernels.settle(
+            self.mesh.vertices, self._middle, f, self._surface.points, self._start, self._places, self._squared, far
+        )
         largest = [float(self._squared.max())]
         if len(self._surface.rim_points):
             c, w = self._rim_places
-            v, f = self.mesh.vertices, self._faces
+            v = self.mesh.vertices
             there = w[:, :1] * v[f.vertices[c]] + w[:, 1:2] * v[f.ahead[c]]
             largest.append(float(((there - self._surface.rim_points) ** 2).sum(axis=1).max()))
         return float(np.sqrt((weights * self._squared).sum() / weights.sum())), float(np.sqrt(max(largest)))
@@ -193,53 +212,42 @@ class Fit:
         last = self._faces.offsets[self._faces.owner[corners] + 1] - 1
         return np.asarray(np.where(corners == last, self._faces.offsets[self._faces.owner[corners]], corners + 1))
 
-    def repair(self, start: Array) -> bool:
-        """Take folds and crossings back towards where vertices were at the start, then smooth what is left.
+    def repair(self, start: Array) -> int:
+        """Undo folds and crossings; return the number of vertices on faces that are wrong still.
 
-        Wider where they resist; return whether none is left.
+        What is wrong is first fitted once more with ten, then a hundred times the weight on even edges; then it goes
+        half the way to the start, then to it; then it is smoothed, at last with what is next to it. The best is kept.
         """
-        best, fewest = self.mesh, np.inf
-        for attempt in range(REPAIRS):
-            wrong = self.tangled()
-            if wrong.sum() < fewest:
-                best, fewest = self.mesh, wrong.sum()
-            if not fewest:
+        best, fewest = self.mesh, self.mesh.n_vertices + 1
+        for attempt in (*REPAIRS, ""):
+            wrong = tangled_vertices(self.mesh)
+            if (count := int(wrong.sum())) < fewest:
+                best, fewest = self.mesh, count
+            if not fewest or not attempt:
                 break
-            free = wrong
-            for _ in range(attempt // 3):
-                free = free | free[self.mesh.neighbors].any(axis=1)
-            if attempt < BACK:
-                vertices = np.array(self.mesh.vertices)
-                vertices[free] = (vertices[free] + start[free]) / 2
-            else:
-                vertices = _smoothed(self.mesh, free, 1)
+            if attempt == "care":
+                self._care[wrong] += 1
+                self.improve(1)
+                continue
+            vertices = np.array(self.mesh.vertices)
+            if attempt == "widely smooth":
+                wrong |= wrong[self.mesh.neighbors].any(axis=1)
+            share = {"half": 0.5, "start": 1.0}.get(attempt)
+            there = _smoothed(self.mesh, wrong) if share is None else start
+            vertices[wrong] += (share or 1.0) * (there[wrong] - vertices[wrong])
             self.mesh = self.mesh.moved(vertices)
         self.move(best.vertices)
-        return not fewest
-
-    def tangled(self) -> NDArray[np.bool_]:
-        """Return (n,) which vertices are wrong: inverted, or on a face that is folded, flat or crosses another."""
-        c, found = self.mesh.connectivity, self.mesh.check(self_intersections=True).where
-        faces = np.zeros(len(c.face_sizes), bool)
-        for kind in ("folded", "flat_faces", "crossing"):
-            faces[np.ravel(found.get(kind, [])).astype(int)] = True
-        out: NDArray[np.bool_] = np.asarray(faces[c.vertex_faces].any(axis=1))
-        for kind in ("inverted", "collinear"):
-            out[np.asarray(found.get(kind, []), int)] = True
-        out[c.edge_vertices[np.asarray(found.get("flat_edges", []), int)].ravel()] = True
-        return out
+        return fewest
 
 
-def _smoothed(mesh: SimplexMesh, free: NDArray[np.bool_], steps: int) -> Array:
-    """Return the vertices, the free ones moved towards the mean of their neighbors; no component shrinks."""
+def _smoothed(mesh: SimplexMesh, free: NDArray[np.bool_]) -> Array:
+    """Return the vertices, the free ones moved half the way to the mean of their neighbors, twice.
+
+    Those on a rim stay, and so do components that are free as a whole, which would shrink.
+    """
     c, v = mesh.connectivity, np.array(mesh.vertices)
-    for _ in range(steps):
+    held = np.bincount(c.components, free) == np.bincount(c.components)
+    free = free & ~held[c.components] & ~c.face_is_hole[c.vertex_faces].any(axis=1)
+    for _ in range(2):
         v[free] = (v[free] + v[c.neighbors[free]].mean(axis=1)) / 2
-    size = np.bincount(c.components)
-    for k in np.flatnonzero(np.bincount(c.components, free) == size):
-        mine = c.components == k
-        middle = mesh.vertices[mine].mean(axis=0)
-        now = v[mine] - v[mine].mean(axis=0)
-        scale = np.linalg.norm(mesh.vertices[mine] - middle) / max(float(np.linalg.norm(now)), np.finfo(float).tiny)
-        v[mine] = middle + scale * now
     return v
