@@ -150,7 +150,7 @@ def _fit_place(data, place, facing, radius, members, work, stack, surfel, before
 
 @njit(cache=True, error_model="numpy", parallel=True)
 def widen(points, starts, ends, boxes, centers, largest, radii):
-    """Widen `radii` (m,) to where the points around ``points[centers]`` are no longer in a line, if within `largest`.
+    """Widen `radii` (m,) to where the points around ``points[centers]`` are in no line, if below `largest` (m,).
 
     Points measured row by row: the nearest may all be of one row, which says nothing of the surface. They are no line
     where, of the eigenvalues a <= b <= c of their covariance, b - a > `ROUND` c.
@@ -161,7 +161,7 @@ def widen(points, starts, ends, boxes, centers, largest, radii):
         axis = np.zeros(3)
         x, y, z = points[centers[q], 0], points[centers[q], 1], points[centers[q], 2]
         radius = radii[q]
-        while radius <= largest:
+        while radius <= largest[q]:
             count = within(points, starts, ends, boxes, x, y, z, radius, 1, members, stack)
             if count >= MOST:
                 break

@@ -21,6 +21,7 @@ MOST_SURFELS = 60_000
 PILOTS = 2_000
 SMALLEST = 12  # points that the smallest scale reaches
 LEVELS = 14
+LONGEST = 6.0  # how far other rows of points are looked for, in radii of the smallest scale
 NEIGHBORS = 12
 POOL = 24  # pilots whose biases are averaged
 BLEND = 1.1  # blending quiets the variance more than the bias: the best radius is larger than that of one fit
@@ -177,9 +178,10 @@ def _chosen_radii(data: tuple[NDArray[Any], ...], tree: Tree, pilots: NDArray[np
     around = near.order[index]
     bases = np.median(_base_radii(tree, pilots)[around], axis=1)
     largest = max(0.3 * float(np.linalg.norm(tree.boxes[0, 3:] - tree.boxes[0, :3])), bases.max())
-    wide = bases.copy()
-    kernels.widen(*tree.arrays, pilots, largest, wide)
-    bases = np.maximum(bases, np.median(wide[around], axis=1))
+    if not len(data[2]):  # points whose errors are known come from a grid, not in rows
+        wide = bases.copy()
+        kernels.widen(*tree.arrays, pilots, np.minimum(largest, LONGEST * bases), wide)
+        bases = np.maximum(bases, np.median(wide[around], axis=1))
     table = np.zeros((len(pilots), LEVELS, 6))
     kernels.fit_scales(*data, pilots, bases, largest, table)
     variance, offset = table[:, :, VARIANCE], table[:, :, OFFSET]
