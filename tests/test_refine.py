@@ -18,6 +18,7 @@ from simplexmesh.motion.initial.primitives import primitive_around
 from simplexmesh.motion.redistribute import redistribute_round
 from simplexmesh.motion.refine import THRESHOLDS, refine_round, scored
 from simplexmesh.motion.refined import Refined
+from simplexmesh.motion.settling import with_even_metric
 from simplexmesh.motion.subjects import as_subject
 from simplexmesh.motion.targets.triangles import inside_surface, surface_distance
 from simplexmesh.motion.untangle import tangled_vertices
@@ -391,6 +392,16 @@ def test_what_is_wrong_is_said(arguments, error, message):
     mesh, target, options = arguments
     with pytest.raises(error, match=f"^{message}$"):
         sm.refine(mesh, target, **options)
+
+
+def test_only_new_vertices_get_equal_metric_parameters():
+    metric = np.random.default_rng(0).dirichlet([5, 5, 5], COARSE.n_vertices)
+    step = sm.refine_face(COARSE.with_data(metric=metric), 7)
+    now = with_even_metric(step).data["metric"]
+    assert np.array_equal(now[step.vertex_map], metric)
+    new = np.setdiff1d(np.arange(len(now)), step.vertex_map)
+    assert len(new) == len(now) - len(metric) > 0
+    assert (now[new] == 1 / 3).all()
 
 
 def test_a_mesh_without_size_is_told():
