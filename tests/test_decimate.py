@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
+import igl
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.testing import assert_array_equal
+from numpy.testing import assert_allclose, assert_array_equal
 
 from simplexmesh.errors import TopologyError
+from simplexmesh.mesh import _kernels_decimate as kernels
+from simplexmesh.mesh import _kernels_quadrics as quadrics
 from simplexmesh.mesh import shapes
-from simplexmesh.mesh.decimate import decimate
+from simplexmesh.mesh.decimate import WEIGHTS, decimate
+from simplexmesh.mesh.duality import dual
+from simplexmesh.mesh.editing import EditableMesh
 from simplexmesh.mesh.least import least_vertices
+from tests.reference_decimate import Decimation, planes_around
+from tests.reference_operators import Loops
 from tests.test_mesh_editing import MESHES, complete
 
 names = st.sampled_from(["sphere", "torus", "two tori", "plane", "cylinder", "torus with holes"])
@@ -74,3 +81,111 @@ def test_bad_input_is_told(given_, error, says):
 def test_only_a_mesh_is_decimated():
     with pytest.raises(TypeError, match="mesh must be a SimplexMesh, not list"):
         decimate([], vertices=4)
+
+
+def shaken(mesh, seed, size=0.15):
+    """The mesh with its vertices moved at random by a part of the edges, so that no two costs are equal."""
+    rng = np.random.default_rng(seed)
+    a, b = mesh.vertices[mesh.connectivity.edge_vertices.T]
+    length = np.linalg.norm(a - b, axis=1).mean()
+    return mesh.moved(mesh.vertices + size * length * rng.uniform(-1, 1, mesh.vertices.shape))
+
+
+@settings(max_examples=20, deadline=None)
+@given(name=names, seed=st.integers(0, 2**16), count=st.integers(1, 12), strict=st.booleans())
+def test_the_order_is_that_of_the_plain_telling(name, seed, count, strict):
+    mesh = shaken(MESHES[name], seed)
+    weights = WEIGHTS._replace(turn=0.8, bend=0.3, shape=0.5) if strict else WEIGHTS
+    edit = EditableMesh(mesh)
+    edit._reserve(count)
+    d, c = edit._darts, mesh.connectivity
+    points, rim = quadrics.face_points(d.face, d.face_hole, mesh.vertices, 3)
+    twin = Decimation(mesh, points.copy(), rim.copy(), weights, 1.0)
+    planes = quadrics.face_quadrics(d.face, d.twin, d.face_hole, mesh.vertices, points, 1.0)
+    into = np.arange(len(points), dtype=np.int32)
+    corners = kernels.Corners(points, planes, rim, into, c.components, np.bincount(c.components))
+    done = kernels.collapse_cheapest(d, corners, weights, count)
+    assert done == twin.run(count)
+    assert Loops(edit.result().mesh.connectivity).canonical() == twin.loops.canonical(edit.result().vertex_map)
+    for f, loop in twin.loops.faces.items():
+        if f not in twin.loops.holes:
+            dart = next(x for x in range(3 * loop[0], 3 * loop[0] + 3) if d.twin[x] // 3 == loop[1])
+            assert_allclose(points[d.face[dart]], twin.points[f], atol=1e-8)
+
+
+@pytest.mark.parametrize("name", ["sphere", "plane"])
+def test_quadrics_are_squared_distances_to_planes(name):
+    mesh = shaken(MESHES[name], 1)
+    d = EditableMesh(mesh)._darts
+    points, rim = quadrics.face_points(d.face, d.face_hole, mesh.vertices, 3)
+    found = quadrics.face_quadrics(d.face, d.twin, d.face_hole, mesh.vertices, points, 2.0)
+    x = np.random.default_rng(0).normal(size=3)
+    for f, plain in planes_around(mesh, points, 2.0).items():
+        q = found[f]
+        a = np.array([[q[0], q[3], q[4]], [q[3], q[1], q[5]], [q[4], q[5], q[2]]])
+        assert_allclose(x @ a @ x + 2 * q[6:9] @ x + q[9], np.append(x, 1) @ plain @ np.append(x, 1), atol=1e-12)
+    assert rim.any() == (name == "plane")
+
+
+def test_the_corners_of_a_dual_are_found_again():
+    ball = shapes.sphere(6)
+    bumpy = ball.triangulated("dual").vertices * np.random.default_rng(0).uniform(0.9, 1.1, (ball.n_faces, 1))
+    mesh = dual((bumpy, ball.triangulated("dual").faces))
+    d = EditableMesh(mesh)._darts
+    errors = [
+        np.abs(quadrics.face_points(d.face, d.face_hole, mesh.vertices, rounds)[0] - bumpy).max()
+        for rounds in (0, 3, 200)
+    ]
+    assert errors[0] > 1.2 * errors[1] > 0
+    assert errors[2] < 0.1 * errors[0]
+
+
+def test_a_plane_stays_flat_and_keeps_its_corners():
+    plane = shapes.plane(20, 20)
+    out = decimate(plane, vertices=100)
+    assert np.abs(out.mesh.vertices[:, 2]).max() < 1e-12
+    assert out.mesh.check(self_intersections=True)
+    low, high = out.mesh.bounds
+    assert_allclose((low[:2], high[:2]), ((-0.5, -0.5), (0.5, 0.5)), atol=5e-3)
+    assert abs(out.mesh.area - plane.area) < 2e-3
+
+
+def test_the_error_on_a_sphere_is_as_small_as_its_faces_allow():
+    ball = shapes.sphere(20)
+    for n in (200, 800):
+        out = decimate(ball, vertices=n)
+        radius = np.linalg.norm(out.mesh.triangulated().vertices, axis=1)
+        assert out.mesh.check(self_intersections=True)
+        assert len(out.exceptions) <= 0.02 * out.mesh.n_faces
+        # a flat face of area 8 pi / n on the unit sphere is 4 / n high, and half of that from its mean
+        assert out.rms < 2 / n
+        assert abs(radius - 1).max() < 8 / n
+
+
+@pytest.mark.parametrize(
+    ("name", "tolerance"), [("sphere", 0.03), ("cylinder", 0.05), ("plane", 0.01), ("torus", 0.05)]
+)
+def test_a_tolerance_holds_both_ways(name, tolerance):
+    mesh = {
+        "sphere": lambda: shapes.sphere(8),
+        "cylinder": lambda: shapes.cylinder(24, 14),
+        "plane": lambda: shapes.plane(14, 14),
+        "torus": lambda: shapes.torus(28, 14),
+    }[name]()
+    out = decimate(mesh, tolerance=tolerance)
+    assert out.mesh.n_vertices < 0.6 * mesh.n_vertices
+    assert topology(out.mesh) == topology(mesh)
+    assert out.mesh.check(self_intersections=True)
+    assert out.largest <= tolerance
+    for one, other in ((mesh, out.mesh), (out.mesh, mesh)):
+        assert farthest(one.triangulated(), other.triangulated()) <= tolerance
+
+
+def farthest(one, other):
+    """The largest distance of random points of a triangulation to another one, by libigl."""
+    rng = np.random.default_rng(0)
+    a, b, c = (one.vertices[one.faces[:, k]] for k in range(3))
+    share = rng.dirichlet((1, 1, 1), 10)
+    points = np.concatenate([s[0] * a + s[1] * b + s[2] * c for s in share])
+    squared = igl.point_mesh_squared_distance(points, np.array(other.vertices), np.array(other.faces, np.int64))[0]
+    return float(np.sqrt(squared.max()))
