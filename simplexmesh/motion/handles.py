@@ -32,7 +32,7 @@ class HandleProposal:
     Attributes
     ----------
     faces : tuple of two int
-        On the mesh given.
+        On the mesh given; -1 for a tunnel of the data that was not found.
     centers : (2, 3) array of float
         The centroids of their vertices.
     radii : (2,) array of float
@@ -47,6 +47,8 @@ class HandleProposal:
         Whether they were joined.
     reason : str
         Why not; empty when they were.
+    winding : (2 g,) array of int or None
+        How the edge of the film ran around the loops of data that knows its tunnels, see `motion.walls`.
     """
 
     faces: tuple[int, int]
@@ -57,6 +59,7 @@ class HandleProposal:
     on_data: float | None = None
     accepted: bool = False
     reason: str = ""
+    winding: NDArray[np.int64] | None = None
 
     @property
     def difference(self) -> float:
@@ -65,7 +68,8 @@ class HandleProposal:
 
     def __repr__(self) -> str:
         what = "accepted" if self.accepted else f"refused: {self.reason}" if self.reason else "open"
-        return f"HandleProposal(faces {self.faces[0]} and {self.faces[1]}, {what})"
+        where = f"faces {self.faces[0]} and {self.faces[1]}" if self.faces[0] >= 0 else "a tunnel"
+        return f"HandleProposal({where}, {what})"
 
 
 @dataclass(frozen=True, eq=False)

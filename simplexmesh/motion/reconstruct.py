@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +18,7 @@ from simplexmesh.motion.distance import Distance, Spread
 from simplexmesh.motion.evolve import Stage, mean_edge
 from simplexmesh.motion.initial.primitives import ENCLOSING, PRIMITIVES, primitive_around
 from simplexmesh.motion.initial.report import StartReport
+from simplexmesh.motion.left_out import noted
 from simplexmesh.motion.measure import measured
 from simplexmesh.motion.outward import turned_outward
 from simplexmesh.motion.plan import Choice, TopologyRecord, plan_for
@@ -231,13 +232,11 @@ def reconstruct(
             report(1.0, "done")
         except KeyboardInterrupt:
             interrupted = True
-    if samples is not None and samples.genus not in (None, mesh.genus) and not interrupted:
-        warnings.warn(
-            f"the surface has genus {samples.genus}, the model has {mesh.genus}; more vertices may find the handles "
-            "that are left out, or init='auto'",
-            SimplexMeshWarning,
-            stacklevel=2,
-        )
+    if samples is not None and not interrupted:
+        handles_now, lack = noted(samples, topology.handles, mesh)
+        topology = replace(topology, handles=handles_now)
+        if lack:
+            warnings.warn(lack, SimplexMeshWarning, stacklevel=2)
     if tangled:
         warnings.warn(
             f"{tangled} vertices are on faces that are folded or cross others; more vertices or another start may help",

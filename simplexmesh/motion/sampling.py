@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from scipy.spatial import cKDTree
 
 from simplexmesh._vec import norm, normalized
+from simplexmesh.errors import TopologyError
 from simplexmesh.motion.subjects import Subject, TrianglesSubject, VolumeSubject
+from simplexmesh.motion.walls import MOST, Walls
 from simplexmesh.motion.wrap import Samples
 
 MOST_SAMPLES = 20_000
@@ -39,7 +43,9 @@ def closed_samples(subject: Subject) -> Samples | None:
     if isinstance(subject, TrianglesSubject):
         cloud = subject.sampled
         assert cloud.normals is not None
-        return _thinned(Samples(cloud.points, cloud.normals, oriented=True, genus=known_genus(subject)))
+        genus = known_genus(subject)
+        samples = Samples(cloud.points, cloud.normals, oriented=True, genus=genus, walls=known_walls(subject, genus))
+        return _thinned(samples)
     if isinstance(subject, VolumeSubject):
         return _of_volume(subject)
     target = subject.target if hasattr(subject.target, "samples") else Points(subject.points)
@@ -77,10 +83,21 @@ def known_genus(subject: Subject) -> int | None:
     return None if topology.n_components > 1 or topology.n_borders else int(topology.genus)
 
 
+def known_walls(subject: TrianglesSubject, genus: int | None) -> Walls | None:
+    """Return what tells the tunnels of closed triangles, None when they have none, or too many to keep."""
+    surface = subject.triangles
+    if not genus or 3 * genus * surface.n_faces > MOST:
+        return None
+    try:
+        return Walls(surface.vertices, surface.faces)
+    except TopologyError:  # vertices that two sheets share
+        return None
+
+
 def _thinned(samples: Samples) -> Samples:
     """Return no more samples than needed, the same every time."""
     n = len(samples.points)
     if n <= MOST_SAMPLES:
         return samples
     rows = np.random.default_rng(0).choice(n, MOST_SAMPLES, replace=False)
-    return Samples(samples.points[rows], samples.normals[rows], samples.oriented, samples.genus)
+    return replace(samples, points=samples.points[rows], normals=samples.normals[rows])

@@ -20,6 +20,7 @@ from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.contact import contacts
 from simplexmesh.motion.deform import DeformableModel
 from simplexmesh.motion.forces import CONSTRAINTS, Frame
+from simplexmesh.motion.walls import Walls
 
 Array = NDArray[np.float64]
 
@@ -56,12 +57,15 @@ class Samples:
         Whether the normals point outwards, or either way.
     genus : int, optional
         How many handles the data has, when it says so.
+    walls : Walls, optional
+        What tells which lines run around the data's tunnels, when it is known.
     """
 
     points: Array
     normals: Array
     oriented: bool
     genus: int | None = None
+    walls: Walls | None = None
 
     def area(self, neighbors: int = 8) -> float:
         """Return about how large the surface is, from how far apart its points are.

@@ -1,0 +1,111 @@
+"""Which tunnels of a surface a model lacks, each with its place, its girth and why."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from simplexmesh import _check
+from simplexmesh._vec import norm
+from simplexmesh.mesh.loops import Loop
+from simplexmesh.mesh.simplex_mesh import SimplexMesh
+from simplexmesh.motion.evolve import mean_edge
+from simplexmesh.motion.handles import HandleProposal
+from simplexmesh.motion.walls import Walls, independent
+from simplexmesh.motion.wrap import Samples
+
+EDGES_AROUND = 9.0
+"""Films fit through a tunnel with so many edges around it."""
+
+MOST_TOLD = 4
+
+
+def left_out(
+    walls: Walls, proposals: Sequence[HandleProposal], *, edge: float, vertices: int
+) -> tuple[HandleProposal, ...]:
+    """Return a refused proposal for each tunnel of a surface that none accepted runs through, the narrowest first.
+
+    Parameters
+    ----------
+    walls : Walls
+        The surface.
+    proposals : sequence of HandleProposal
+        What was looked at. A tunnel refused then is refused for the same reason.
+    edge : float
+        The mean length of the model's edges.
+    vertices : int
+        How many the model has.
+
+    Returns
+    -------
+    tuple of HandleProposal
+        Faces are -1; both centers are that of the shortest loop around the tunnel, radii are its girth / 2 pi.
+
+    Examples
+    --------
+    >>> import simplexmesh as sm
+    >>> donut = sm.torus(24, 12).triangulated()
+    >>> [proposal.reason for proposal in left_out(Walls(donut.vertices, donut.faces), (), edge=0.1, vertices=900)]
+    ['its films did not meet']
+    """
+    known = [x.winding for x in proposals if x.accepted and x.winding is not None]
+    refused = [x for x in proposals if not x.accepted]
+    out = []
+    for loop in reversed(walls.tunnels):
+        winding = walls.along(loop.vertices)
+        if not independent(known, winding):
+            continue
+        known.append(winding)
+        centers = _check.frozen(np.stack([loop.center, loop.center]))
+        radii = _check.frozen(np.full(2, loop.length / (2 * np.pi)))
+        out.append(HandleProposal((-1, -1), centers, radii, 0.0, 0.0, reason=_why(loop, edge, vertices, refused)))
+    return tuple(out[::-1])
+
+
+def _why(loop: Loop, edge: float, n: int, refused: Sequence[HandleProposal]) -> str:
+    around = loop.length / edge
+    if around < EDGES_AROUND:
+        needed = n * (EDGES_AROUND / around) ** 2
+        digits = 10 ** max(int(np.log10(needed)) - 1, 0)
+        return (
+            f"its girth of {loop.length:.3g} is {around:.2g} edges of the model; "
+            f"about {round(needed / digits) * digits:,} vertices would fit through"
+        )
+    for proposal in refused:
+        reach = proposal.radii.max() + proposal.distance
+        if proposal.faces[0] >= 0 and norm(proposal.centers.mean(axis=0) - loop.center) < reach:
+            return f"its films met, but {proposal.reason}"
+    return "its films did not meet"
+
+
+def told(proposals: Sequence[HandleProposal]) -> str:
+    """Return a sentence on tunnels left out.
+
+    Examples
+    --------
+    >>> loop = np.zeros((2, 3)), np.array([0.5, 0.5])
+    >>> told([HandleProposal((-1, -1), *loop, 0.0, 0.0, reason="its films did not meet")])
+    'left out: the tunnel of girth 3.14 at (0, 0, 0): its films did not meet'
+    """
+    said = []
+    for proposal in proposals[:MOST_TOLD]:
+        place = ", ".join(f"{x:.3g}" for x in (proposal.centers[0] + 0.0).tolist())
+        said.append(f"the tunnel of girth {2 * np.pi * proposal.radii[0]:.3g} at ({place}): {proposal.reason}")
+    if len(proposals) > MOST_TOLD:
+        said.append(f"{len(proposals) - MOST_TOLD} more, in topology.handles")
+    return "left out: " + "; ".join(said)
+
+
+def noted(
+    samples: Samples, proposals: tuple[HandleProposal, ...], mesh: SimplexMesh
+) -> tuple[tuple[HandleProposal, ...], str]:
+    """Return the proposals with those for tunnels left out, and a sentence on them, empty when there are none."""
+    missing: tuple[HandleProposal, ...] = ()
+    if samples.walls is not None:
+        missing = left_out(samples.walls, proposals, edge=mean_edge(mesh), vertices=mesh.n_vertices)
+    if not missing and samples.genus in (None, mesh.genus):
+        return proposals, ""
+    why = told(missing) if missing else "more vertices may find the handles that are left out"
+    said = f"the surface has genus {samples.genus}, the model has {mesh.genus}; {why}; init='auto' may find more"
+    return (*proposals, *missing), said
