@@ -179,6 +179,7 @@ class TestReconstruct:
         ends = mesh.vertices[mesh.connectivity.edge_vertices]
         assert facts["mean_edge"] == pytest.approx(np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1).mean())
         assert (facts["problems"], facts["tangled"]) == ([], 0)
+        assert facts["topology"].keys() == {"holes", "handles", "refined", "exchanged", "swapped", "exceptions"}
         assert any("did not come to rest" in said for said in facts["notes"])
 
     def test_a_bad_model_is_told(self, command, files, tmp_path, monkeypatch):

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 import simplexmesh as sm
+from simplexmesh.motion.subjects import as_subject
+from simplexmesh.motion.targets.triangles import inside_surface, surface_distance
 
 pytestmark = pytest.mark.data
 
@@ -71,6 +73,31 @@ def test_volumes_are_met_to_a_quarter_of_a_voxel(data_folder, name, level, verti
     at = np.rint(volume.to_index(model.mesh.vertices - 2 * volume.spacing.max() * model.mesh.normals)).astype(int)
     at = np.clip(at, 0, np.array(volume.shape) - 1)
     assert (volume.values[tuple(at.T)] > level).mean() > 0.85  # two voxels inwards is inside
+
+
+@pytest.mark.parametrize(
+    ("name", "level", "vertices"),
+    [("head_ct.mhd", 500, 3000), ("fandisk.off", None, 2000), ("lion_head.off", None, 3000)],
+)
+@pytest.mark.filterwarnings("ignore::simplexmesh.errors.SimplexMeshWarning")  # the lion's head is open
+def test_vertices_are_spent_where_the_data_asks_for_them(data_folder, name, level, vertices):
+    data = sm.read(data_folder / name)
+    models = [
+        sm.reconstruct(data, level=level, vertices=vertices, placement=placement) for placement in ("even", "adaptive")
+    ]
+    points = as_subject(data, level=level, label=None, inside="above", components="largest").points[::3]
+    closed, away = np.zeros(len(points), bool), []
+    for model in models:
+        surface = model.mesh.triangulated(method="fan")
+        away.append(surface_distance(points, surface.vertices, surface.faces))
+        if level is not None:  # walls of airways that a model closes over
+            closed |= (away[-1] > 4) & inside_surface(points, surface.vertices, surface.faces)
+    assert closed.mean() < 0.25
+    even, adaptive = (np.sqrt((distance[~closed] ** 2).mean()) for distance in away)
+    assert models[1].mesh.n_vertices <= models[0].mesh.n_vertices
+    assert adaptive < 0.75 * even
+    sizes = models[1].mesh.connectivity.face_sizes
+    assert len(models[1].topology.exceptions) < 0.01 * len(sizes)
 
 
 def test_six_range_scans_become_one_body(data_folder):

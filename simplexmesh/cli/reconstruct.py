@@ -53,6 +53,9 @@ def command(
     refine: Annotated[
         str | None, typer.Option(help="Divide faces on the way: none, auto, coarse, medium or fine.")
     ] = None,
+    placement: Annotated[
+        str | None, typer.Option(help="Vertices where the data asks for them, or evenly spaced: adaptive or even.")
+    ] = None,
     picture: Annotated[Path | None, typer.Option(help="Write a picture of data and model to this file.")] = None,
     view: Annotated[str | None, typer.Option(help="Side the picture is taken from: iso, xy, -xy, xz, yx, ...")] = None,
     up: Annotated[str | None, typer.Option(help="Axis that points up in the picture: x, y, z or auto.")] = None,
@@ -86,6 +89,7 @@ def command(
                 holes=holes,
                 handles=handles,
                 refine=refine,
+                placement=placement,
                 progress=interrupts.watching(report),
             )
         seconds = time.perf_counter() - began
@@ -150,7 +154,7 @@ def _changes(topology: Any) -> dict[str, Any]:
             {"accepted": proposal.accepted, "reason": proposal.reason, "what": repr(proposal)} for proposal in proposals
         ]
         for kind, proposals in (("holes", topology.holes), ("handles", topology.handles))
-    } | {"refined": topology.refined, "swapped": topology.swapped}
+    } | {name: getattr(topology, name) for name in ("refined", "exchanged", "swapped", "exceptions")}
 
 
 def _summary(changes: dict[str, Any]) -> dict[str, str]:
@@ -163,6 +167,10 @@ def _summary(changes: dict[str, Any]) -> dict[str, str]:
             said.append(f"{done} {kind} made" + "".join(f", one refused: {reason}" for reason in reasons))
     if changes["refined"]:
         said.append(f"{changes['refined']:,} vertices by refinement")
+    if changes["exchanged"]:
+        said.append(f"{changes['exchanged']:,} faces divided for as many merged")
+    if changes["exceptions"]:
+        said.append(f"{len(changes['exceptions']):,} faces of fewer than 5 or more than 7 vertices")
     return {"topology": "\n".join(said)} if said else {}
 
 

@@ -32,12 +32,15 @@ class Plan:
         How fine faces become; "auto" uses all vertices up to `vertices`.
     vertices : int
         The most there may be.
+    placement : {"even", "adaptive"}
+        Whether faces are divided and merged for each other where the data asks for it.
     """
 
     holes: Choice = "none"
     handles: Choice = "none"
     refine: str = "none"
     vertices: int = 0
+    placement: str = "even"
 
     @property
     def first_vertices(self) -> int:
@@ -64,18 +67,31 @@ class TopologyRecord:
         The pairs of faces considered for a handle, likewise.
     refined : int
         Vertices that refinement added.
+    exchanged : int
+        Pairs of faces that were merged so that other faces could be divided.
     swapped : int
-        Edges swapped to even out the sizes of faces.
+        Edges swapped to even out the sizes of faces, by all of these; wrapping, which does so all the time, left out.
+    exceptions : tuple of int
+        The faces of the final mesh, holes left out, that have fewer than five or more than seven vertices still.
     """
 
     holes: tuple[HoleProposal, ...] = ()
     handles: tuple[HandleProposal, ...] = ()
     refined: int = 0
+    exchanged: int = 0
     swapped: int = 0
+    exceptions: tuple[int, ...] = ()
 
 
-def plan_for(init: str | None, vertices: int, holes: Choice | None, handles: Choice | None, refine: str | None) -> Plan:
-    """Return what may change, checked: everything for starts that are primitives, nothing for others, by default.
+def plan_for(
+    init: str | None,
+    vertices: int,
+    holes: Choice | None,
+    handles: Choice | None,
+    refine: str | None,
+    placement: str | None = None,
+) -> Plan:
+    """Return what may change, checked, by default all for primitives, the placement for starts found, else nothing.
 
     Raises
     ------
@@ -95,6 +111,12 @@ def plan_for(init: str | None, vertices: int, holes: Choice | None, handles: Cho
             raise TypeError(f"{name} must be a word, a function or a sequence, not {type(given).__name__}")
     if refine is not None:
         _check.choice("refine", refine, ("none", "auto", *THRESHOLDS))
+    if placement is not None:
+        _check.choice("placement", placement, ("adaptive", "even"))
     return Plan(
-        usual if holes is None else holes, usual if handles is None else handles, refine or usual, vertices
-    )  # fmt: skip
+        usual if holes is None else holes,
+        usual if handles is None else handles,
+        refine or usual,
+        vertices,
+        placement or ("even" if init is None else "adaptive"),
+    )

@@ -15,24 +15,26 @@ from simplexmesh.data.reading import read_mesh
 from simplexmesh.errors import SimplexMeshWarning
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.distance import Distance, Spread
-from simplexmesh.motion.evolve import Stage, mean_edge
 from simplexmesh.motion.initial.primitives import ENCLOSING, PRIMITIVES, primitive_around
 from simplexmesh.motion.initial.report import StartReport
 from simplexmesh.motion.left_out import noted
 from simplexmesh.motion.measure import measured
 from simplexmesh.motion.outward import turned_outward
+from simplexmesh.motion.placing import thin
 from simplexmesh.motion.plan import Choice, TopologyRecord, plan_for
 from simplexmesh.motion.progress import Report, reporting
 from simplexmesh.motion.rim_upright import uprighted
 from simplexmesh.motion.sampling import closed_samples
+from simplexmesh.motion.stages import stages_for
 from simplexmesh.motion.state import State
-from simplexmesh.motion.subjects import Subject, as_subject
+from simplexmesh.motion.subjects import as_subject
 from simplexmesh.motion.topology_adapt import travelled
 from simplexmesh.motion.untangle import untangled
 
 Array = NDArray[np.float64]
 
 FEWEST_VERTICES = 20
+ADAPTATION = 0.05
 UNMEASURED = Distance(*(Spread.of(np.zeros(0)) for _ in range(3)))
 
 
@@ -103,7 +105,8 @@ def reconstruct(
     poses: Any = None,
     iterations: int = 500,
     rigidity: int = 1,
-    adaptation: float = 0.05,
+    adaptation: float | None = None,
+    placement: str | None = None,
     holes: Choice | None = None,
     handles: Choice | None = None,
     refine: str | None = None,
@@ -140,7 +143,11 @@ def reconstruct(
     rigidity : int
         How many edges far curvature is averaged in the fine stage: 1 follows the data closely, 6 is stiff.
     adaptation : float
-        How strongly vertices gather where the surface bends, 0 to 0.25.
+        How strongly vertices slide to where the surface bends, 0 to 0.25. Default: 0.05, or 0 for an even placement.
+    placement : {"adaptive", "even"}
+        Whether the vertices are spent where curvature and distance to the data ask for them, as by `redistribute`: the
+        faces that need it most are divided, those that need it least are merged. Default: "adaptive", but "even" when
+        `adaptation` is 0, for a mesh given as start, and for bodies of a volume thinner than 4.5 edges on average.
     holes : {"auto", "none"}, callable or sequence of arrays of int
         Whether holes are opened where the data ends: "auto" (the default for starts named but "auto"), none, those a
         function of a `HoleProposal` accepts, or the zones given, by the faces of the start.
@@ -187,12 +194,15 @@ def reconstruct(
     vertices = _check.integer("vertices", vertices, FEWEST_VERTICES)
     iterations = _check.integer("iterations", iterations, 0)
     rigidity = _check.integer("rigidity", rigidity, 0)
-    adaptation = _check.number("adaptation", adaptation, 0.0, 0.25)
     _check.choice("components", components, ("largest", "all"))
     _check.choice("inside", inside, ("above", "below"))
     tunnels = None if tunnels is None else _check.number("tunnels", tunnels, 0.0)
     given = _given_start(init)
-    plan = plan_for(None if given is not None else str(init), vertices, holes, handles, refine)
+    if adaptation is None:
+        adaptation = 0.0 if placement == "even" else ADAPTATION
+    adaptation = _check.number("adaptation", adaptation, 0.0, 0.25)
+    placement = "even" if placement is None and not adaptation else placement
+    plan = plan_for(None if given is not None else str(init), vertices, holes, handles, refine, placement)
     if components == "all" and init != "auto":
         raise ValueError("components='all' needs init='auto'; a start given by you keeps its own components")
     with reporting(progress) as report:
@@ -205,21 +215,24 @@ def reconstruct(
         elif init == "auto":
             beginning = subject.start(vertices, tunnels)
             start, found = beginning.mesh, beginning.report
+            if placement is None and subject.encloses and thin(start):
+                plan = replace(plan, placement="even")
         else:
             if init in ENCLOSING:
                 samples = closed_samples(subject) if plan.handles != "none" else None
                 subject = turned_outward(subject) if samples is None else subject
             start = primitive_around(subject.points, str(init), plan.first_vertices, facing=subject.facing)
-        stages = _stages(start, subject, iterations, rigidity, adaptation, cell=found.cell if found else None)
-        course, topology = travelled(
+        stages = stages_for(start, subject, iterations, rigidity, adaptation, cell=found.cell if found else None)
+        journey = travelled(
             start, subject.target, stages, plan, samples=samples,
             watch=lambda share: report(0.1 + 0.8 * share, "fitting"),
         )  # fmt: skip
-        mesh, tangled, interrupted = course.mesh, None, course.interrupted
+        mesh, tangled, interrupted = journey.mesh, None, journey.interrupted
         if not interrupted:
             try:
                 report(0.92, "untangling")
-                mesh, tangled = untangled(mesh, subject.target, reach=stages[-1].reach, start=start if found else None)
+                refuge = journey.refuge if found else None
+                mesh, tangled = untangled(mesh, journey.target, reach=stages[-1].reach, start=refuge)
                 mesh = uprighted(mesh)
             except KeyboardInterrupt:
                 interrupted = True
@@ -232,9 +245,10 @@ def reconstruct(
             report(1.0, "done")
         except KeyboardInterrupt:
             interrupted = True
+    record = journey.record
     if samples is not None and not interrupted:
-        handles_now, lack = noted(samples, topology.handles, mesh)
-        topology = replace(topology, handles=handles_now)
+        handles_now, lack = noted(samples, record.handles, mesh)
+        record = replace(record, handles=handles_now)
         if lack:
             warnings.warn(lack, SimplexMeshWarning, stacklevel=2)
     if tangled:
@@ -244,7 +258,7 @@ def reconstruct(
             stacklevel=2,
         )
     return Reconstruction(
-        mesh, distance, course.history, course.converged, start, found, tangled, interrupted, topology
+        mesh, distance, journey.history, journey.converged, start, found, tangled, interrupted, record
     )
 
 
@@ -260,28 +274,3 @@ def _given_start(init: str | Path | SimplexMesh) -> SimplexMesh | None:
         raise TypeError(f"init must be a name, a path or a SimplexMesh, not {type(init).__name__}")
     _check.choice("init", init, ("auto", *PRIMITIVES))
     return None
-
-
-def _stages(
-    start: SimplexMesh, subject: Subject, iterations: int, rigidity: int, adaptation: float, *, cell: float | None
-) -> list[Stage]:
-    """Return coarse to fine: a start that is near needs only to settle; one from afar must first find the data."""
-    radius = 0.5 * float(np.linalg.norm(np.ptp(subject.points, axis=0)))
-    edge = mean_edge(start)
-    last = max(2 * subject.resolution, edge)
-    if cell is not None:
-        seen = max(subject.resolution, cell, min(1.2 * edge, 1.5 * subject.resolution))  # few are further off
-        near = 1.25 * seen if subject.encloses else max(3 * subject.resolution, 2 * edge)
-        reach = min(near, 0.2 * radius)
-        return [
-            Stage(rigidity=max(2, rigidity), reach=reach, iterations=40, beta=0.2),
-            Stage(rigidity=rigidity, reach=reach, iterations=iterations, beta=0.4, adaptation=adaptation),
-            Stage(rigidity=rigidity, reach=min(last, reach), iterations=iterations // 2, beta=0.4),
-        ]
-    return [
-        Stage(rigidity=max(20, rigidity), reach=2.0 * radius, iterations=150, alpha=0.5, beta=0.03),
-        Stage(rigidity=max(10, rigidity), reach=0.8 * radius, iterations=60, alpha=0.5, beta=0.05),
-        Stage(rigidity=max(6, rigidity), reach=0.4 * radius, iterations=100, beta=0.1),
-        Stage(rigidity=rigidity, reach=0.16 * radius, iterations=iterations, beta=0.3, adaptation=adaptation),
-        Stage(rigidity=rigidity, reach=last, iterations=iterations // 2, beta=0.4),
-    ]

@@ -13,8 +13,9 @@ from simplexmesh import _check
 from simplexmesh.mesh.edited import Edited
 from simplexmesh.mesh.editing import EditableMesh
 from simplexmesh.mesh.least import least_vertices
+from simplexmesh.mesh.regularize import regularize
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-from simplexmesh.motion.dividing import composed, divided, evened, removable, taken_apart
+from simplexmesh.motion.dividing import composed, divided, removable, taken_apart
 from simplexmesh.motion.face_score import face_distance, face_score
 from simplexmesh.motion.refined import Ledger, Refined, Round
 from simplexmesh.motion.settling import Settling, with_even_metric
@@ -131,7 +132,9 @@ def _course(start: int, wanted: int, rounds: int) -> list[int]:
     return [round(start * (wanted / start) ** (k / steps)) for k in range(1, steps + 1)] + [wanted] * rounds
 
 
-def redistribute_round(mesh: SimplexMesh, target: Target, *, reach: float, vertices: int) -> Refined:
+def redistribute_round(
+    mesh: SimplexMesh, target: Target, *, reach: float, vertices: int, tangled: NDArray[np.bool_] | None = None
+) -> Refined:
     """Do one round of edits without motion: merge low faces and divide high ones, to end with so many vertices.
 
     Parameters
@@ -142,6 +145,9 @@ def redistribute_round(mesh: SimplexMesh, target: Target, *, reach: float, verti
         How far the data is looked for.
     vertices : int
         How many to have after it, within one or what can be done at once.
+    tangled : (n,) array of bool, optional
+        Which vertices are tangled, when that is known: their faces are neither divided nor merged for others. To find
+        out is half the cost of a round.
 
     Returns
     -------
@@ -158,7 +164,7 @@ def redistribute_round(mesh: SimplexMesh, target: Target, *, reach: float, verti
     c = mesh.connectivity
     parts = face_score(mesh, face_distance(mesh, target, reach), reach)
     scores = parts.total
-    scores[c.vertex_faces[tangled_vertices(mesh)].ravel()] = 0.0
+    scores[c.vertex_faces[tangled_vertices(mesh) if tangled is None else tangled].ravel()] = 0.0
     order = np.argsort(-scores, kind="stable")
     high = order[(scores[order] > 0) & ~c.face_is_hole[order] & (c.face_sizes[order] > 4)]
     change = (vertices - mesh.n_vertices) // 2
@@ -170,10 +176,10 @@ def redistribute_round(mesh: SimplexMesh, target: Target, *, reach: float, verti
     removed = int(edit.remove_edges(darts[low[: _exchanged(merged[low], scores[high], change)]]).done.sum())
     cut, _ = divided(edit, mesh, high, 2 * max(change + removed, 0), np.ones(scores.size, bool), fewest=5)
     first = edit.result()
-    even = evened(first.mesh, None)
+    even = regularize(first.mesh)
     maps = composed((first.vertex_map, first.face_map), even)
     out = Edited(even.mesh, _check.frozen(maps[0]), _check.frozen(maps[1]))
-    told = Round(0, float(scores.max(initial=0.0)), cut, 0, out.mesh.n_vertices, removed)
+    told = Round(0, float(scores.max(initial=0.0)), cut, 0, out.mesh.n_vertices, removed, even.swaps)
     return Refined(with_even_metric(out), out.vertex_map, out.face_map, (told,))
 
 

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from simplexmesh import _check
 from simplexmesh.mesh.edited import Edited
 from simplexmesh.mesh.editing import EditableMesh
+from simplexmesh.mesh.regularize import Regularized
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.dividing import carried_zone, composed, divided, evened
 from simplexmesh.motion.face_score import face_distance, face_score
@@ -175,7 +176,10 @@ def refine_round(
     even = evened(first.mesh, None if zone is None else carried_zone(zone, first))
     maps = composed((first.vertex_map, first.face_map), even)
     out = Edited(even.mesh, *(_check.frozen(part) for part in maps))
-    told = Round(len(above), float(scores[allowed].max(initial=0.0)), cut, ringed, out.mesh.n_vertices)
+    told = Round(
+        len(above), float(scores[allowed].max(initial=0.0)), cut, ringed, out.mesh.n_vertices,
+        swapped=even.swaps if isinstance(even, Regularized) else 0,
+    )  # fmt: skip
     return Refined(with_even_metric(out), out.vertex_map, out.face_map, (told,), not len(above))
 
 

@@ -33,6 +33,8 @@ class Round:
         Vertices after.
     merged : int
         How many pairs of faces were merged (T1), by `redistribute` only.
+    swapped : int
+        How many edges were swapped (T7) to even out the sizes of faces; not counted in zones.
     """
 
     above: int
@@ -41,6 +43,7 @@ class Round:
     ringed: int
     n_vertices: int
     merged: int = 0
+    swapped: int = 0
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,9 +1,9 @@
-"""A mesh that finds its topology on the way: coarse motion, holes and handles, fine motion with refinement."""
+"""A mesh that finds its topology on the way: coarse motion, holes and handles, fine motion in turns with edits."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -15,14 +15,16 @@ from simplexmesh.mesh.face_geometry import face_areas
 from simplexmesh.mesh.regularize import regularize
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.dividing import divided
-from simplexmesh.motion.evolve import Course, Stage, evolved, mean_edge
+from simplexmesh.motion.evolve import Stage, mean_edge
 from simplexmesh.motion.handles import add_handles
 from simplexmesh.motion.holes import HoleProposal, open_holes
-from simplexmesh.motion.plan import Plan, TopologyRecord
+from simplexmesh.motion.journey import Journey
+from simplexmesh.motion.placing import exchange
+from simplexmesh.motion.plan import Plan
 from simplexmesh.motion.refine import THRESHOLDS, refine_round
 from simplexmesh.motion.rim_refine import divided_rims
 from simplexmesh.motion.settling import with_even_metric
-from simplexmesh.motion.state import State, Target
+from simplexmesh.motion.state import Target
 from simplexmesh.motion.tunnels import tunneled
 from simplexmesh.motion.wrap import Samples
 
@@ -34,40 +36,11 @@ FAR_FROM_BORDER = 6.0
 WRAPPED, FEWEST_FOR_TUNNELS = 0.5, 1200
 """Coarser meshes do not find their way through the holes of objects."""
 
+USUAL_LOOKS = 40
+"""How often the mesh is usually seen while it is wrapped; nobody knows beforehand how often it will be."""
+
 TURN, MOST_TURNS = 21, 16
 NO_LIMIT = 1e-12
-
-
-@dataclass
-class Journey:
-    """A mesh on its way, and what happened to it so far."""
-
-    mesh: SimplexMesh
-    target: Target
-    watch: Callable[[float], None] | None = None
-    history: list[State] = field(default_factory=list)
-    record: TopologyRecord = field(default_factory=TopologyRecord)
-    converged: bool = False
-
-    def move(self, *stages: Stage, share: tuple[float, float] = (0.0, 1.0)) -> None:
-        """Move through stages, which are `share` of the whole way.
-
-        Raises
-        ------
-        KeyboardInterrupt
-            When interrupted; the mesh is its last whole state.
-        """
-        low, high = share
-        watch = self.watch or (lambda part: None)
-        course = evolved(self.mesh, self.target, stages, watch=lambda part: watch(low + part * (high - low)))
-        self.mesh, self.converged = course.mesh, course.converged
-        self.history += course.history
-        if course.interrupted:
-            raise KeyboardInterrupt
-
-    def noted(self, **changes: Any) -> None:
-        """Write down what was done."""
-        self.record = replace(self.record, **changes)
 
 
 def travelled(
@@ -78,11 +51,11 @@ def travelled(
     *,
     samples: Samples | None = None,
     watch: Callable[[float], None] | None = None,
-) -> tuple[Course, TopologyRecord]:
+) -> Journey:
     """Move a mesh through stages and let its topology change between them.
 
-    Stiff stages; holes, then handles; the last but one stage, in turns with refinement; even face sizes; the last
-    stage (Delingette 1994, figure 5.6).
+    Stiff stages; holes, then handles; the last but one stage, in turns with refinement; faces merged for others; even
+    face sizes; the last stage (Delingette 1994, figure 5.6).
 
     Parameters
     ----------
@@ -91,7 +64,7 @@ def travelled(
     stages : sequence of Stage
         At least two.
     plan : Plan
-        Without changes the mesh keeps its topology.
+        Without changes the mesh keeps its topology, and with an even placement its faces.
     samples : Samples, optional
         The data, when it is closed and the start encloses it: the mesh then finds its handles.
     watch : callable, optional
@@ -99,14 +72,15 @@ def travelled(
 
     Returns
     -------
-    Course, TopologyRecord
+    Journey
+        At its end. Its `refuge` is a mesh of the same faces, near the data and not tangled, when one is known.
     """
     journey = Journey(start, target, watch)
     *coarse, fine, last = stages
-    interrupted = False
     try:
         if not plan.changes:
-            journey.move(*stages)
+            journey.refuge = start
+            journey.move(*coarse, fine, share=(0.0, 0.7))
         else:
             _given_handles(journey, plan)
             wrapped = plan.handles == "auto" or callable(plan.handles)
@@ -116,12 +90,18 @@ def travelled(
                 journey.move(*coarse, share=(0.0, 0.25))
                 _holes(journey, plan, replace(coarse[-1], iterations=60))
             _refine(journey, plan, fine)
-            journey.move(fine, share=(0.7, 0.9))
-            _even(journey, plan)
-            journey.move(last, share=(0.9, 1.0))
+            journey.move(fine, share=(0.65, 0.7))
+        if plan.placement == "adaptive" and fine.iterations:
+            exchange(journey, fine)
+        if plan.refine != "none":
+            _even(journey)
+        journey.move(last, share=(0.9, 1.0))
     except KeyboardInterrupt:
-        interrupted = True
-    return Course(journey.mesh, journey.history, journey.converged, interrupted), journey.record
+        journey.interrupted = True
+    c = journey.mesh.connectivity
+    odd = ((c.face_sizes < 5) | (c.face_sizes > 7)) & ~c.face_is_hole
+    journey.noted(exceptions=tuple(np.flatnonzero(odd).tolist()))
+    return journey
 
 
 def _holes(journey: Journey, plan: Plan, settle: Stage) -> None:
@@ -176,9 +156,13 @@ def _given_handles(journey: Journey, plan: Plan) -> None:
 
 def _tunnels(journey: Journey, plan: Plan, samples: Samples, fine: Stage) -> Stage:
     """Wrap the mesh around the data and add the handles it has; return the fine stage for a mesh that near."""
+    seen = 0
 
     def watch(mesh: SimplexMesh, _: int) -> None:
-        journey.mesh = mesh
+        nonlocal seen
+        journey.mesh, seen = mesh, seen + 1
+        if journey.watch is not None:
+            journey.watch(0.25 * seen / (seen + USUAL_LOOKS))
 
     wanted = plan.vertices
     if plan.refine != "none":
@@ -208,7 +192,7 @@ def _refine(journey: Journey, plan: Plan, stage: Stage) -> None:
     turn = replace(stage, iterations=TURN)
     before = journey.mesh.n_vertices
     for k in range(MOST_TURNS):
-        journey.move(turn, share=(0.4 + 0.3 * k / MOST_TURNS, 0.4 + 0.3 * (k + 1) / MOST_TURNS))
+        journey.move(turn, share=(0.4 + 0.25 * k / MOST_TURNS, 0.4 + 0.25 * (k + 1) / MOST_TURNS))
         n = journey.mesh.n_vertices
         budget = min(plan.vertices - n, n // 4)
         if budget < 4:
@@ -217,27 +201,29 @@ def _refine(journey: Journey, plan: Plan, stage: Stage) -> None:
         budget -= journey.mesh.n_vertices - n
         step = refine_round(journey.mesh, journey.target, reach=stage.reach, threshold=limit, budget=budget)
         journey.mesh = step.mesh
+        journey.counted(swapped=step.rounds[0].swapped)
         if journey.mesh.n_vertices - n < budget // 2 and plan.refine == "auto":  # flat: no face asks for more
-            journey.mesh = _evenly(journey.mesh, budget + n - journey.mesh.n_vertices)
+            journey.mesh, swaps = _evenly(journey.mesh, budget + n - journey.mesh.n_vertices)
+            journey.counted(swapped=swaps)
         if journey.mesh.n_vertices == n:
             break
     journey.noted(refined=journey.mesh.n_vertices - before)
 
 
-def _evenly(mesh: SimplexMesh, budget: int) -> SimplexMesh:
-    """Return the mesh with its largest faces divided, whatever they fit."""
+def _evenly(mesh: SimplexMesh, budget: int) -> tuple[SimplexMesh, int]:
+    """Return the mesh with its largest faces divided, whatever they fit, and how many edges were swapped."""
     c = mesh.connectivity
     area = np.where(c.face_is_hole, 0.0, face_areas(mesh.vertices, c.face_vertices, c.face_offsets))
     largest = np.argsort(-area, kind="stable")[: np.count_nonzero(~c.face_is_hole) // 2]
     edit = EditableMesh(mesh)
     divided(edit, mesh, largest, budget, np.ones(len(area), bool))
-    edit.even_out()
-    return with_even_metric(edit.result())
+    swaps = edit.even_out()
+    return with_even_metric(edit.result()), swaps
 
 
-def _even(journey: Journey, plan: Plan) -> None:
+def _even(journey: Journey) -> None:
     """Swap edges until faces have five, six or seven vertices, where refinement left others."""
-    if plan.refine != "none":
-        even = regularize(journey.mesh)
-        journey.mesh = even.mesh
-        journey.noted(swapped=even.swaps)
+    even = regularize(journey.mesh)
+    if even.swaps:
+        journey.mesh, journey.refuge = even.mesh, None
+        journey.counted(swapped=even.swaps)

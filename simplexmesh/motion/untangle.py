@@ -23,10 +23,28 @@ def tangled_vertices(mesh: SimplexMesh) -> NDArray[np.bool_]:
     False
     """
     whole = mesh.connectivity
-    folded = face_inversions(mesh.vertices, mesh.normals, whole.face_vertices, whole.face_offsets) > 0
-    on_face = folded & ~whole.face_is_hole
+    on_face = _folded(mesh)
     on_face[self_intersections(mesh.vertices, whole).ravel()] = True
     return np.asarray(on_face[whole.vertex_faces].any(axis=1))
+
+
+def folded_vertices(mesh: SimplexMesh) -> NDArray[np.bool_]:
+    """Return (n,) whether a vertex is on a folded face: most tangles begin so, and it is found much sooner.
+
+    Examples
+    --------
+    >>> import simplexmesh as sm
+    >>> bool(folded_vertices(sm.sphere(4)).any())
+    False
+    """
+    return np.asarray(_folded(mesh)[mesh.connectivity.vertex_faces].any(axis=1))
+
+
+def _folded(mesh: SimplexMesh) -> NDArray[np.bool_]:
+    """Return (f,) which faces are folded, holes left out."""
+    c = mesh.connectivity
+    inverted = face_inversions(mesh.vertices, mesh.normals, c.face_vertices, c.face_offsets) > 0
+    return np.asarray(inverted & ~c.face_is_hole)
 
 
 def grown(marked: NDArray[np.bool_], connectivity: Connectivity, rings: int) -> NDArray[np.bool_]:
