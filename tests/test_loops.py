@@ -172,3 +172,12 @@ def test_the_handles_of_a_bone_scan_are_steps_of_its_voxels(data_folder):
     surface = sm.read_triangles(data_folder / "femur.off").oriented()
     girths = [loop.length / surface.diagonal for loop in tunnel_loops(surface.vertices, surface.faces)]
     assert girths == pytest.approx([0.0032, 0.0098], abs=0.0002)
+
+
+def test_a_knot_leads_no_films(data_folder):
+    from simplexmesh.motion.sampling import known_walls
+    from simplexmesh.motion.subjects import TrianglesSubject
+
+    knot, ring = (TrianglesSubject(sm.read_triangles(data_folder / name), "all") for name in ("knot1.off", "torus.stl"))
+    assert known_walls(knot, 1) is None
+    assert known_walls(ring, 1) is not None

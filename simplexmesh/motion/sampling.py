@@ -84,14 +84,15 @@ def known_genus(subject: Subject) -> int | None:
 
 
 def known_walls(subject: TrianglesSubject, genus: int | None) -> Walls | None:
-    """Return what tells the tunnels of closed triangles, None when they have none, or too many to keep."""
+    """Return what tells the tunnels of closed triangles, None when there are none, some are knotted, or too many."""
     surface = subject.triangles
     if not genus or 3 * genus * surface.n_faces > MOST:
         return None
     try:
-        return Walls(surface.vertices, surface.faces)
+        walls = Walls(surface.vertices, surface.faces)
     except TopologyError:  # vertices that two sheets share
         return None
+    return walls if len(walls.tunnels) == genus else None
 
 
 def _thinned(samples: Samples) -> Samples:
