@@ -46,6 +46,7 @@ _HOME = {
     # IV   the recognition
     "recognition.sai": ["SAI", "sai"],
     "recognition.match": ["Match", "match"],
+    "recognition.register": ["Pose", "Registration", "register"],
 }
 _MODULE = {name: f"simplexmesh.{module}" for module, names in _HOME.items() for name in names}
 _SUBMODULES = {"targets": "simplexmesh.motion.targets", "plot": "simplexmesh.plot"}
@@ -97,6 +98,9 @@ if TYPE_CHECKING:  # the same list once more, for type checkers and editors; a t
     from simplexmesh.motion.refine import refine as refine
     from simplexmesh.recognition.match import Match as Match
     from simplexmesh.recognition.match import match as match
+    from simplexmesh.recognition.register import Pose as Pose
+    from simplexmesh.recognition.register import Registration as Registration
+    from simplexmesh.recognition.register import register as register
     from simplexmesh.recognition.sai import SAI as SAI
     from simplexmesh.recognition.sai import sai as sai
 

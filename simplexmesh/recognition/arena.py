@@ -1,0 +1,129 @@
+"""Two surfaces in one unit, the target on a grid that knows which of its points is about nearest."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from simplexmesh._vec import norm
+from simplexmesh.recognition import _kernels_register
+from simplexmesh.recognition.surfaces import Surface
+
+Array = NDArray[np.float64]
+
+CELLS = 64
+MARGIN = 6
+JUDGED, FOLLOWED = 400, 700
+"""So many points of the source judge a motion, and move one."""
+
+WIDTHS = (
+    (0.10, 0.09, 0.08, 0.07, 0.06, 0.05),
+    (0.06, 0.05, 0.045, 0.04, 0.035, 0.03, 0.025, 0.022, 0.02, 0.02, 0.02),
+)
+"""Widths of the weights while a motion is followed, in shares of the smaller surface's size."""
+
+APART = np.radians(8.0)
+FAR = 0.06
+"""Motions nearer than this to each other are one."""
+
+
+@dataclass(frozen=True, eq=False)
+class Arena:
+    """Source and target, shifted to the target's middle and scaled by the larger extent.
+
+    Attributes
+    ----------
+    source, target : Surface
+    judging, following : (m,) array of int
+        Points of the source.
+    grid : (i, j, k) array of int32
+    low : (3,) array of float
+    cell : float
+    size : float
+        Extent of the smaller surface.
+    """
+
+    source: Surface
+    target: Surface
+    judging: NDArray[np.int64]
+    following: NDArray[np.int64]
+    grid: NDArray[np.int32]
+    low: Array
+    cell: float
+    size: float
+
+    @property
+    def blur(self) -> float:
+        """How far points of one surface scatter about the other where both agree."""
+        return float(np.hypot(self.source.noise, self.target.noise))
+
+    @property
+    def width(self) -> float:
+        """Farther from the target's planes than this, points speak against a motion while it is only near."""
+        return max(0.03 * self.size, 3 * self.blur)
+
+    def scores(self, motions: Array) -> Array:
+        """Return the scores of motions (h, 12), 0 to 1."""
+        out = np.zeros(len(motions))
+        chosen = self.judging
+        _kernels_register.judge(
+            *(motions, self.source.points[chosen], self.source.normals[chosen], self.grid, self.low, self.cell),
+            *(self.target.points, self.target.normals, self.width, max(2 * self.cell, 2 * self.width), out),
+        )
+        return out
+
+    def followed(self, motions: Array, *, stage: int) -> Array:
+        """Return motions (h, 12) moved to where the source fits the target best around: roughly (0), then well (1)."""
+        out = motions.copy()
+        chosen = self.following[:: 1 if stage else 2]
+        widths = np.maximum(np.array(WIDTHS[stage]) * self.size, 2 * self.blur)
+        _kernels_register.follow(
+            *(out, self.source.points[chosen], self.source.normals[chosen], self.grid, self.low, self.cell),
+            *(self.target.points, self.target.normals, widths),
+        )
+        return out
+
+    def distinct(self, motions: Array, most: int, apart: float = APART, far: float = FAR) -> list[int]:
+        """Return which motions, in order, differ from all kept before, at most so many.
+
+        Those are one that turn by less than `apart` from each other, in radians, and take the source's middle nearer
+        than `far`, in sizes of the smaller surface. The source's middle is zero.
+        """
+        kept: list[int] = []
+        R, t = motions.reshape(-1, 3, 4)[:, :, :3], motions.reshape(-1, 3, 4)[:, :, 3]
+        limit = 1 + 2 * np.cos(apart)
+        for k in range(len(motions)):
+            if len(kept) == most:
+                break
+            turned = np.einsum("kab,ab->k", R[kept], R[k]) > limit
+            if not (turned & (norm(t[kept] - t[k]) < far * self.size)).any():
+                kept.append(k)
+        return kept
+
+
+def arena_of(source: Surface, target: Surface, rng: np.random.Generator) -> tuple[Arena, Array, float]:
+    """Return the arena, and the point and the length that were taken for zero and for one."""
+    middle, unit = target.points.mean(axis=0), max(source.extent, target.extent)
+    here, there = (
+        Surface((one.points - shift) / unit, one.normals, one.spacing / unit, one.noise / unit)
+        for one, shift in ((source, source.points.mean(axis=0)), (target, middle))
+    )
+    low, high = there.points.min(axis=0), there.points.max(axis=0)
+    cell = float((high - low).max()) / CELLS
+    low = low - MARGIN * cell
+    shape = (np.ceil((high - low) / cell) + MARGIN).astype(int)
+    places = ((there.points - low) / cell).astype(int)
+    holder = np.full(shape, -1, np.int32)
+    holder[tuple(places.T)] = np.arange(len(places))
+    near = ndimage.distance_transform_edt(holder < 0, return_distances=False, return_indices=True)
+    grid = holder[tuple(near)]
+    size = min(source.extent, target.extent) / unit
+    return Arena(here, there, here.some(JUDGED, rng), here.some(FOLLOWED, rng), grid, low, cell, size), middle, unit
+
+
+def rows(R: Array, t: Array) -> Array:
+    """Return motions (h, 12) of rotations (h, 3, 3) and shifts (h, 3)."""
+    return np.concatenate([R, t[:, :, None]], axis=2).reshape(-1, 12)

@@ -1,0 +1,131 @@
+"""What is to be registered: points on a surface, normals away from the solid, how dense and how noisy they are."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from simplexmesh._vec import dot, norm
+from simplexmesh.data.points import distinct
+from simplexmesh.motion.initial.orientation import turned
+from simplexmesh.motion.initial.planes import planes
+from simplexmesh.motion.outward import STRAIGHT, sense
+from simplexmesh.motion.subjects import PointsSubject, TrianglesSubject, as_subject
+from simplexmesh.motion.targets.borders import border_of_points
+
+Array = NDArray[np.float64]
+
+MOST_POINTS = 40_000
+"""More are thinned out at random; the pose gains nothing that its covariance would show."""
+
+FEWEST_POINTS = 50
+THINNEST = 1e-3
+"""Points whose second extent is less than this of the largest lie on a line."""
+
+TURNED_POINTS = 4_000
+CELLS = 32
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """Points of a surface.
+
+    Attributes
+    ----------
+    points, normals : (n, 3) array of float
+        Unit normals, away from the solid as well as can be told.
+    spacing : float
+        The side of the square each point stands for, in the data's unit.
+    noise : float
+        Median distance of points to the planes of their neighbors.
+    """
+
+    points: Array
+    normals: Array
+    spacing: float
+    noise: float
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+    @property
+    def extent(self) -> float:
+        """Length of the diagonal of the points' box."""
+        return float(norm(np.ptp(self.points, axis=0)))
+
+    @property
+    def area(self) -> float:
+        """About the area of what was seen, in the data's unit squared."""
+        return len(self.points) * self.spacing**2
+
+    def some(self, count: int, rng: np.random.Generator) -> NDArray[np.int64]:
+        """Return which points to take, at most so many, at random."""
+        if len(self.points) <= count:
+            return np.arange(len(self.points))
+        return np.sort(rng.choice(len(self.points), count, replace=False))
+
+
+def surface_of(
+    data: Any, name: str, *, level: float | None = None, label: int | None = None, inside: str = "above",
+    poses: ArrayLike | None = None, most: int = MOST_POINTS,
+) -> Surface:  # fmt: skip
+    """Return the surface of any data, or say what is wrong with it.
+
+    Raises
+    ------
+    ValueError, TypeError, OSError
+
+    Examples
+    --------
+    >>> import simplexmesh as sm
+    >>> ball = surface_of(sm.sphere(12).vertices, "source")
+    >>> len(ball), bool((dot(ball.points, ball.normals) > 0.9).all()), bool(abs(ball.area / (4 * np.pi) - 1) < 0.1)
+    (2880, True, True)
+    """
+    try:
+        subject = as_subject(data, level=level, label=label, inside=inside, components="all", poses=poses)
+    except (ValueError, TypeError) as error:
+        raise type(error)(f"{name}: {error}") from None
+    known: Array | None = None
+    if isinstance(subject, PointsSubject):
+        points, known = subject.cloud.points, subject.cloud.normals
+    elif isinstance(subject, TrianglesSubject):
+        points, known = subject.sampled.points, subject.sampled.normals
+    else:
+        points = subject.points
+    first = distinct(points)[0]
+    points, known = points[first], None if known is None else known[first]
+    if len(points) < FEWEST_POINTS:
+        raise ValueError(f"{name} must hold at least {FEWEST_POINTS} points to be registered, not {len(points)}")
+    extents = np.linalg.svd(points - points.mean(axis=0), full_matrices=False, compute_uv=False)
+    if not extents[1] > THINNEST * extents[0]:
+        raise ValueError(f"{name} must be points on a surface to be registered; they lie on a line")
+    if len(points) > most:
+        chosen = np.sort(np.random.default_rng(0).choice(len(points), most, replace=False))
+        points, known = points[chosen], None if known is None else known[chosen]
+    found = planes(points)
+    normals = found.normals
+    if known is not None:
+        normals = np.where(dot(normals, known)[:, None] < 0, -normals, normals)
+    else:
+        normals = oriented(points, normals)
+    return Surface(points, normals, found.spacing, found.noise)
+
+
+def oriented(points: Array, normals: Array) -> Array:
+    """Return normals (n, 3) of either sign turned out of the body that points bound, or of the shell they are.
+
+    Seen from the middle of a shell's border, or of a body, normals in the mean look away.
+    """
+    some = points
+    if len(points) > TURNED_POINTS:
+        some = points[np.sort(np.random.default_rng(0).choice(len(points), TURNED_POINTS, replace=False))]
+    cell = float(np.ptp(points, axis=0).max()) / CELLS
+    inward = turned(some, planes(some), cell).at(points)[1]
+    normals = np.where(dot(normals, inward)[:, None] > 0, -normals, normals)
+    border = border_of_points(some)
+    middle = border.points.mean(axis=0) if len(border.points) else points.mean(axis=0)
+    return normals if sense(points, normals, middle) >= -STRAIGHT else -normals

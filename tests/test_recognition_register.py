@@ -1,0 +1,250 @@
+"""Registration: the motion applied is the one found, symmetric objects are said to be, bad input is told."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import simplexmesh as sm
+from simplexmesh.recognition import _kernels_register as kernels
+from simplexmesh.recognition.arena import arena_of, rows
+from simplexmesh.recognition.icp import about_zero
+from simplexmesh.recognition.rotations import rotations_of
+from simplexmesh.recognition.starts import frames_of, from_pairs
+from simplexmesh.recognition.surfaces import Surface, surface_of
+from simplexmesh.recognition.verify import Court
+from tests import reference_recognition as reference
+
+
+def lumpy(count, rng, noise=0.0):
+    """New points on a body without symmetry, 4 or so in diameter."""
+    points = reference.lumpy(16).triangulated().sampled(count, rng=rng).points
+    return points + noise * rng.normal(size=points.shape)
+
+
+def motion(rng, shift=3.0):
+    T = np.eye(4)
+    T[:3, :3], T[:3, 3] = reference.random_rotation(rng), shift * rng.normal(size=3)
+    return T
+
+
+def moved(T, points):
+    return points @ T[:3, :3].T + T[:3, 3]
+
+
+def turn_between(T, S):
+    return np.degrees(np.linalg.norm(rotation_vector(T[:3, :3].T @ S[:3, :3])))
+
+
+def rotation_vector(R):
+    from scipy.spatial.transform import Rotation
+
+    return Rotation.from_matrix(R).as_rotvec()
+
+
+class TestMotionsAreFound:
+    @pytest.mark.parametrize("seed", range(4))
+    def test_of_a_whole_body_sampled_anew(self, seed):
+        rng = np.random.default_rng(seed)
+        T = motion(rng)
+        found = sm.register(lumpy(3000, rng, 0.005), moved(T, lumpy(3000, rng, 0.005)))
+        assert turn_between(found.T_target_source, T) < 0.5
+        assert_allclose(found.T_target_source[:3, 3], T[:3, 3], atol=0.02)
+        assert not found.ambiguous
+        assert found.overlap > 0.9
+
+    def test_exactly_where_the_points_are_the_same(self):
+        rng = np.random.default_rng(5)
+        points, T = lumpy(2000, rng), motion(rng)
+        found = sm.register(points, moved(T, points))
+        assert_allclose(found.T_target_source, T, atol=1e-4)
+        assert found.error < 1e-4
+
+    @pytest.mark.parametrize("seed", range(3))
+    def test_of_a_part(self, seed):
+        rng = np.random.default_rng(seed)
+        points, T = lumpy(6000, rng), motion(rng)
+        points = points[points @ rng.normal(size=3) > 0.0]
+        found = sm.register(points, moved(T, lumpy(5000, rng)))
+        assert turn_between(found.T_target_source, T) < 2.0
+        assert found.overlap > 0.85
+
+    @pytest.mark.parametrize("size", [1e-4, 1e5])
+    def test_in_any_unit(self, size):
+        rng = np.random.default_rng(1)
+        T = motion(rng)
+        T[:3, 3] *= size
+        found = sm.register(size * lumpy(2000, rng), moved(T, size * lumpy(2000, rng)))
+        assert turn_between(found.T_target_source, T) < 0.5
+        assert_allclose(found.T_target_source[:3, 3] / size, T[:3, 3] / size, atol=0.02)
+
+    def test_the_same_every_time(self):
+        rng = np.random.default_rng(2)
+        a, b = lumpy(1500, rng), lumpy(1500, rng)
+        assert np.array_equal(sm.register(a, b).T_target_source, sm.register(a, b).T_target_source)
+
+    def test_between_kinds_of_data(self):
+        rng = np.random.default_rng(3)
+        mesh, T = reference.lumpy(16), motion(rng)
+        cloud = sm.PointCloud(mesh.vertices, mesh.normals).transformed(T)
+        for source in (mesh, mesh.triangulated()):
+            assert turn_between(sm.register(source, cloud).T_target_source, T) < 0.5
+
+    def test_a_level_of_a_volume(self):
+        grid = np.stack(np.meshgrid(*[np.linspace(-2, 2, 40)] * 3, indexing="ij"), axis=-1)
+        blobs = ((0, 0, 0), (0.9, 0.3, 0), (-0.2, 0.8, 0.6))
+        values = sum(np.exp(-((grid - c) ** 2).sum(axis=-1) / 0.3) for c in blobs)
+        volume = sm.Volume(values.astype(np.float32), spacing=(0.1, 0.1, 0.1))
+        turned = sm.Volume(np.ascontiguousarray(values.transpose(1, 0, 2)[::-1]).astype(np.float32), (0.1, 0.1, 0.1))
+        found = sm.register(volume, turned, level=0.5)
+        T = np.array([[0, -1.0, 0, 3.9], [1, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
+        assert turn_between(found.T_target_source, T) < 0.5
+
+
+class TestWhatIsUncertain:
+    def test_an_ellipsoid_has_four_poses_and_each_fits(self):
+        rng = np.random.default_rng(0)
+        body = sm.ellipsoid((3, 2, 1), 16).triangulated()
+        source, target = (body.sampled(3000, rng=rng).points for _ in range(2))
+        found = sm.register(source, target)
+        assert found.ambiguous
+        assert len(found.open_motions) == 0
+        equal = [pose for pose in found.poses if pose.equivalent]
+        assert len(equal) == 3
+        for pose in equal:
+            at = moved(pose.T_target_source, source)
+            assert np.abs(((at / [3, 2, 1]) ** 2).sum(axis=1) - 1).max() < 0.05
+
+    @pytest.mark.parametrize(
+        ("body", "free"),
+        [(sm.torus(radius=2.0, tube_radius=0.7), 1), (sm.ellipsoid((2, 1, 1), 16), 1), (sm.sphere(16), 3)],
+    )
+    def test_open_motions_are_counted(self, body, free):
+        rng = np.random.default_rng(0)
+        body = body.triangulated()
+        found = sm.register(body.sampled(2000, rng=rng).points, body.sampled(2000, rng=rng).points)
+        assert found.ambiguous
+        assert len(found.open_motions) == free
+
+    def test_an_open_motion_is_the_turn_about_the_axis(self):
+        rng = np.random.default_rng(0)
+        shift = np.array([5.0, -3, 1])
+        body = sm.ellipsoid((2, 1, 1), 16).triangulated()
+        found = sm.register(body.sampled(2000, rng=rng).points, body.sampled(2000, rng=rng).points + shift)
+        (open_motion,) = found.open_motions
+        turn = open_motion[:3] / np.linalg.norm(open_motion[:3])
+        assert abs(turn[0]) > 0.99
+        assert_allclose(np.cross(open_motion[:3], shift) + open_motion[3:], 0, atol=0.1 * np.linalg.norm(open_motion))
+
+    def test_errors_are_as_large_as_the_covariance_says(self):
+        rng = np.random.default_rng(0)
+        squares = []
+        for _ in range(6):
+            T = motion(rng, shift=0.3)
+            found = sm.register(lumpy(1500, rng, 0.01), moved(T, lumpy(1500, rng, 0.01)))
+            error = T @ np.linalg.inv(found.T_target_source)
+            x = np.concatenate([rotation_vector(error[:3, :3]), error[:3, 3]])
+            squares.append(x @ np.linalg.solve(found.covariance, x) / 6)
+        assert 0.1 < np.mean(squares) < 10
+
+    def test_a_turn_about_a_point_leaves_it_where_it_is(self):
+        rng = np.random.default_rng(0)
+        point, turn = rng.normal(size=(2, 3))
+        x = about_zero(point) @ np.concatenate([turn, np.zeros(3)])
+        assert_allclose(np.cross(x[:3], point) + x[3:], 0, atol=1e-12)
+
+
+class TestKernels:
+    def test_a_pair_votes_for_the_motion_that_was_applied(self):
+        rng = np.random.default_rng(0)
+        points = rng.normal(size=(60, 3))
+        normals = points / np.linalg.norm(points, axis=1, keepdims=True)
+        normals = normals @ rotations_of(np.array([[0.3, 0.2, 0.1]]))[0]
+        T = motion(rng)
+        one = Surface(points, normals, 0.1, 0.0)
+        other = Surface(moved(T, points), normals @ T[:3, :3].T, 0.1, 0.0)
+        found = from_pairs(one, other, 4.0, rng).reshape(-1, 3, 4)
+        angle = [turn_between(each, T) for each in found]
+        assert np.count_nonzero(np.array(angle) < 15) > 20
+
+    def test_scores_are_those_of_the_plain_sum(self):
+        rng = np.random.default_rng(1)
+        a, b = (surface_of(lumpy(600, rng), name) for name in ("source", "target"))
+        arena, _, _ = arena_of(a, b, rng)
+        motions = rows(rotations_of(0.05 * rng.normal(size=(5, 3))), 0.01 * rng.normal(size=(5, 3)))
+        source, target = arena.source, arena.target
+        width, reach = arena.width, max(2 * arena.cell, 2 * arena.width)
+        for motion_, score in zip(motions.reshape(-1, 3, 4), arena.scores(motions), strict=True):
+            at = moved(np.vstack([motion_, [0, 0, 0, 1]]), source.points[arena.judging])
+            cells = ((at - arena.low) / arena.cell).astype(int)
+            near = arena.grid[tuple(cells.T)]
+            lack = ((at - target.points[near]) * target.normals[near]).sum(axis=1)
+            far = np.linalg.norm(at - target.points[near], axis=1)
+            alike = (source.normals[arena.judging] @ motion_[:, :3].T * target.normals[near]).sum(axis=1)
+            on = (far <= reach) & (np.abs(lack) <= width) & (alike > 0)
+            assert score == pytest.approx(float((on * (1 - (lack / width) ** 2) * alike).mean()), rel=1e-6)
+
+    def test_six_equations_are_solved(self):
+        rng = np.random.default_rng(0)
+        A, b, x = rng.normal(size=(6, 6)), rng.normal(size=6), np.zeros(6)
+        A = A @ A.T + np.eye(6)
+        kernels._solved(A.copy(), b, x)
+        assert_allclose(A @ x, b)
+
+    def test_frames_take_normals_to_the_x_axis(self):
+        normals = np.vstack([np.eye(3), -np.eye(3)])
+        frames = frames_of(normals)
+        assert_allclose(np.einsum("nij,nj->ni", frames, normals), np.tile([1.0, 0, 0], (6, 1)))
+        assert_allclose(np.linalg.det(frames), 1)
+
+
+def test_a_verdict_is_perfect_for_the_same_surface():
+    rng = np.random.default_rng(0)
+    one = surface_of(lumpy(800, rng), "source")
+    verdict = Court.of(one, one, one.extent, 500, rng).judged(np.eye(4))
+    assert verdict.score == pytest.approx(1.0)
+    assert verdict.overlap == 1.0
+    assert verdict.error == pytest.approx(0.0, abs=1e-12)
+
+
+class TestBadInput:
+    def test_too_few_points(self):
+        with pytest.raises(ValueError, match="source must hold at least 50 points to be registered, not 20"):
+            sm.register(np.random.default_rng(0).normal(size=(20, 3)), sm.sphere(8))
+
+    def test_not_numbers(self):
+        points = lumpy(500, np.random.default_rng(0))
+        points[3, 1] = np.nan
+        with pytest.raises(ValueError, match=r"target: points must be finite"):
+            sm.register(sm.sphere(8), points)
+
+    def test_all_in_one_place(self):
+        with (
+            pytest.warns(sm.SimplexMeshWarning, match="merged 99"),
+            pytest.raises(ValueError, match="source: points must be at least 4, not 1"),
+        ):
+            sm.register(np.ones((100, 3)), sm.sphere(8))
+
+    def test_on_a_line(self):
+        line = np.linspace(0, 1, 100)[:, None] * [1.0, 2, 3]
+        with pytest.raises(ValueError, match="source must be points on a surface"):
+            sm.register(line, sm.sphere(8))
+
+    def test_nothing_in_common(self):
+        rng = np.random.default_rng(0)
+        flat = np.concatenate([rng.uniform(-1, 1, size=(800, 2)), np.zeros((800, 1))], axis=1)
+        with pytest.raises(ValueError, match="must agree on at least 90%"):
+            sm.register(flat, sm.torus(radius=2.0, tube_radius=0.7), minimum_overlap=0.9)
+
+    def test_no_such_file(self, tmp_path):
+        with pytest.raises(OSError, match="absent"):
+            sm.register(tmp_path / "absent.ply", sm.sphere(8))
+
+    def test_level_of_what_is_no_volume(self):
+        with pytest.raises(ValueError, match="source: level and label are for volumes"):
+            sm.register(sm.sphere(8), sm.sphere(8), level=0.5)
+
+    def test_levels_of_three(self):
+        with pytest.raises(ValueError, match="level must be one number or a pair"):
+            sm.register(sm.sphere(8), sm.sphere(8), level=(1, 2, 3))
