@@ -17,6 +17,7 @@ from simplexmesh.mesh.decimate import WEIGHTS, decimate
 from simplexmesh.mesh.duality import dual
 from simplexmesh.mesh.editing import EditableMesh
 from simplexmesh.mesh.least import least_vertices
+from simplexmesh.mesh.nearest import Nearest
 from tests.reference_decimate import Decimation, planes_around
 from tests.reference_operators import Loops
 from tests.test_mesh_editing import MESHES, complete
@@ -91,11 +92,24 @@ def shaken(mesh, seed, size=0.15):
     return mesh.moved(mesh.vertices + size * length * rng.uniform(-1, 1, mesh.vertices.shape))
 
 
-@settings(max_examples=20, deadline=None)
-@given(name=names, seed=st.integers(0, 2**16), count=st.integers(1, 12), strict=st.booleans())
-def test_the_order_is_that_of_the_plain_telling(name, seed, count, strict):
+STRICT = (
+    {},
+    {"turn": 0.99},
+    {"bend": 0.5},
+    {"shape": 0.8},
+    {"sizes": 3.0},
+    {"piece": 40},
+    {"most": 7},
+    {"spread": 0.1},
+)
+
+
+@pytest.mark.parametrize("strict", STRICT, ids=str)
+@settings(max_examples=3, deadline=None)
+@given(name=names, seed=st.integers(0, 2**16), count=st.integers(10, 20))
+def test_the_order_is_that_of_the_plain_telling(strict, name, seed, count):
     mesh = shaken(MESHES[name], seed)
-    weights = WEIGHTS._replace(turn=0.8, bend=0.3, shape=0.5) if strict else WEIGHTS
+    weights = WEIGHTS._replace(**strict)
     edit = EditableMesh(mesh)
     edit._reserve(count)
     d, c = edit._darts, mesh.connectivity
@@ -111,6 +125,33 @@ def test_the_order_is_that_of_the_plain_telling(name, seed, count, strict):
         if f not in twin.loops.holes:
             dart = next(x for x in range(3 * loop[0], 3 * loop[0] + 3) if d.twin[x] // 3 == loop[1])
             assert_allclose(points[d.face[dart]], twin.points[f], atol=1e-8)
+
+
+def collapsed(mesh, count, weights):
+    """How many edges were removed, and the mesh."""
+    edit = EditableMesh(mesh)
+    edit._reserve(count)
+    d, c = edit._darts, mesh.connectivity
+    points, rim = quadrics.face_points(d.face, d.face_hole, mesh.vertices, 3)
+    planes = quadrics.face_quadrics(d.face, d.twin, d.face_hole, mesh.vertices, points, 1.0)
+    into = np.arange(len(points), dtype=np.int32)
+    corners = kernels.Corners(points, planes, rim, into, c.components, np.bincount(c.components))
+    return kernels.collapse_cheapest(d, corners, weights, count), edit.result().mesh
+
+
+@pytest.mark.parametrize("necks", [False, True])
+def test_no_three_faces_make_a_thin_neck(necks):
+    tube = shapes.cylinder(6, 16)
+    tube = shaken(tube.moved(tube.vertices * (0.3, 0.3, 3.0)), 0)
+    lax = WEIGHTS._replace(turn=-1.0, bend=-1.0, shape=0.0, spread=0.0, necks=necks, most=100)
+    _, mesh = collapsed(tube, 60, lax)
+    c = mesh.connectivity
+    beside = {f: set() for f in np.flatnonzero(~c.face_is_hole).tolist()}
+    for a, b in c.edge_faces[~c.face_is_hole[c.edge_faces].any(axis=1)].tolist():
+        beside[a].add(b)
+        beside[b].add(a)
+    rings = {frozenset((a, b, x)) for a in beside for b in beside[a] for x in beside[a] & beside[b]}
+    assert bool(rings - {frozenset(faces) for faces in c.face.tolist()}) == necks
 
 
 @pytest.mark.parametrize("name", ["sphere", "plane"])
@@ -179,6 +220,20 @@ def test_a_tolerance_holds_both_ways(name, tolerance):
     assert out.largest <= tolerance
     for one, other in ((mesh, out.mesh), (out.mesh, mesh)):
         assert farthest(one.triangulated(), other.triangulated()) <= tolerance
+
+
+def test_the_nearest_of_a_surface_is_that_of_libigl():
+    ball, torus = shapes.sphere(6), shapes.torus(30, 12)
+    for one, other in ((ball, shaken(ball, 0, 0.5)), (torus, shaken(torus, 1, 0.5))):
+        fan, there = one.triangulated(), other.triangulated()
+        a, b, c = (there.vertices[there.faces[:, k]] for k in range(3))
+        points = np.concatenate([there.vertices, (a + b) / 2, (b + c) / 2, (c + a) / 2])
+        corners, faces = np.array(fan.vertices), np.array(fan.faces, np.int64)
+        squared = igl.point_mesh_squared_distance(points, corners, faces)[0]
+        assert_allclose(Nearest(one).largest(other), np.sqrt(squared.max()), rtol=1e-9)
+        pulled = Nearest(one).pulled(other, 0.0)
+        squared = igl.point_mesh_squared_distance(pulled, corners, faces)[0]
+        assert squared.max() < 1e-24
 
 
 def farthest(one, other):

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh import _check
-from simplexmesh._vec import normalized
 from simplexmesh.errors import SimplexMeshWarning, TopologyError
 from simplexmesh.mesh import _kernels_corners as evening
 from simplexmesh.mesh import _kernels_decimate as kernels
@@ -21,7 +20,6 @@ from simplexmesh.mesh.least import least_vertices
 from simplexmesh.mesh.nearest import Nearest
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 
-Array = NDArray[np.float64]
 Indices = NDArray[np.int32]
 
 WEIGHTS = kernels.Weights(
@@ -34,8 +32,6 @@ SHARPENING = 3
 ON_RIM = 1.0
 PASSES = 20
 ROUNDS = 6
-CORNER = 0.87
-"""A rim has a corner where its direction turns by a smaller cosine than this."""
 
 MARGIN, PULLED, PRECISION = 0.95, 0.8, 50
 """Surfaces are compared at points, so that a part of a tolerance is spared; how near the fewest vertices are found."""
@@ -165,21 +161,18 @@ def _decimated(
         same = edit.result()
         return _result(Fit(Surface.of(mesh), mesh, same.face_map), same), 0
     edit._reserve((mesh.n_vertices - wanted) // 2)
-    into, points = _collapsed(mesh, edit, (mesh.n_vertices - wanted) // 2)
+    into = _collapsed(mesh, edit, (mesh.n_vertices - wanted) // 2)
     out = edit.result()
-    kept = out.face_map >= 0
-    points[out.face_map[kept]] = points[kept]
-    vertices = _corners_kept(out.mesh, points)
-    fit = Fit(Surface.of(mesh), out.mesh.moved(vertices), out.face_map[into])
+    fit = Fit(Surface.of(mesh), out.mesh, out.face_map[into])
     fit.improve(ROUNDS)
     if surface is not None:
         fit.move(surface.pulled(fit.mesh, bound))
-    wrong = fit.repair(vertices)
+    wrong = fit.repair(out.mesh.vertices)
     return _result(fit, out), wrong
 
 
-def _collapsed(mesh: SimplexMesh, edit: EditableMesh, count: int) -> tuple[Indices, Array]:
-    """T1 up to `count` times and T7, vertices placed; return what each face is part of now, and the dual corners."""
+def _collapsed(mesh: SimplexMesh, edit: EditableMesh, count: int) -> Indices:
+    """T1 up to `count` times and T7, and vertices placed; return the face that each face is part of."""
     d, c = edit._darts, mesh.connectivity
     origin = mesh.vertices.mean(axis=0)
     vertices = mesh.vertices - origin
@@ -194,28 +187,7 @@ def _collapsed(mesh: SimplexMesh, edit: EditableMesh, count: int) -> tuple[Indic
     evening.place_vertices(d, corners, origin)
     while (into[into] != into).any():
         into = into[into]
-    return into, points + origin
-
-
-def _corners_kept(mesh: SimplexMesh, points: Array) -> Array:
-    """Return the vertices, one of those on a rim put into each corner that the border of the dual has there."""
-    c, vertices = mesh.connectivity, np.array(mesh.vertices)
-    for hole in np.flatnonzero(c.face_is_hole).tolist():
-        darts = c.face_darts[c.face_offsets[hole] : c.face_offsets[hole + 1]]
-        face, ends = c.face.reshape(-1)[c.twin.reshape(-1)[darts]], np.stack([darts // 3, np.roll(darts // 3, -1)])
-        if c.face_is_hole[face].any():
-            continue
-        here = points[face]
-        ahead, behind = normalized(np.roll(here, -1, axis=0) - here), normalized(here - np.roll(here, 1, axis=0))
-        taken = set()
-        for k in np.flatnonzero((ahead * behind).sum(axis=1) < CORNER).tolist():
-            one, other = ends[:, k].tolist()
-            if np.linalg.norm(vertices[one] - here[k]) > np.linalg.norm(vertices[other] - here[k]):
-                one, other = other, one
-            if free := [v for v in (one, other) if v not in taken]:
-                vertices[free[0]] = here[k]
-                taken.add(free[0])
-    return vertices
+    return into
 
 
 def _within(mesh: SimplexMesh, tolerance: float) -> Decimated:
