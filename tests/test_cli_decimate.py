@@ -91,6 +91,11 @@ class TestModel:
             sizes.append(facts["vertices"])
         assert BALL.n_vertices > sizes[0] > sizes[1]
 
+    def test_says_when_the_tolerance_lets_nothing_go(self, command, files, tmp_path):
+        code, _, err = command(files / "ball.vtp", "--tolerance", 1e-9, "-o", tmp_path / "same.vtp")
+        assert (code, err) == (0, "note: nothing could be removed within --tolerance; the model is as it was\n")
+        assert np.array_equal(sm.read_mesh(tmp_path / "same.vtp").vertices, BALL.vertices)
+
     def test_json_tells_all_there_is_to_know(self, command, files, tmp_path):
         path = tmp_path / "small.vtp"
         _, out, err = command(files / "ball.vtp", "--vertices", 300, "-o", path, "--json")

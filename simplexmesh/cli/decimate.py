@@ -46,6 +46,8 @@ def command(
         interrupts.check()
         with written_to(output, "the model"):
             result.mesh.save(output)
+    if tolerance is not None and result.mesh.n_vertices == mesh.n_vertices:
+        note("nothing could be removed within --tolerance; the model is as it was")
     for problem in facts["problems"]:
         note(f"the model is not sound: {problem}")
     if facts["problems"] and (older := mesh.check(self_intersections=True).problems):
