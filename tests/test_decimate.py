@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 
-from simplexmesh.errors import TopologyError
+from simplexmesh.errors import SimplexMeshWarning, TopologyError
 from simplexmesh.mesh import _kernels_decimate as kernels
 from simplexmesh.mesh import _kernels_quadrics as quadrics
 from simplexmesh.mesh import shapes
@@ -31,6 +31,7 @@ def topology(mesh):
     return mesh.genus, mesh.n_holes, mesh.n_components
 
 
+@pytest.mark.filterwarnings("ignore:.*fold or cross")
 @settings(max_examples=30)
 @given(name=names, part=parts)
 def test_topology_stays(name, part):
@@ -244,3 +245,22 @@ def farthest(one, other):
     points = np.concatenate([s[0] * a + s[1] * b + s[2] * c for s in share])
     squared = igl.point_mesh_squared_distance(points, np.array(other.vertices), np.array(other.faces, np.int64))[0]
     return float(np.sqrt(squared.max()))
+
+
+def test_what_is_left_tangled_is_told():
+    flat = shapes.sphere(10)
+    flat = flat.moved(flat.vertices * (1, 1, 1e-3))
+    crossed = flat.moved(flat.vertices * (1, 1, -1))
+    with pytest.warns(SimplexMeshWarning, match="vertices of the decimated mesh are on faces that fold or cross"):
+        decimate(crossed, vertices=200)
+
+
+def test_no_more_is_removed_than_can_be():
+    torus = MESHES["torus"]
+    least = least_vertices(torus.connectivity)
+    with pytest.warns(SimplexMeshWarning) as told:
+        out = decimate(torus, vertices=least)
+    assert complete(out.mesh.connectivity)
+    assert topology(out.mesh) == topology(torus)
+    if out.mesh.n_vertices > least:
+        assert any(f"{out.mesh.n_vertices} vertices are left, not {least}" in str(w.message) for w in told)
