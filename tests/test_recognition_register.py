@@ -162,8 +162,8 @@ class TestKernels:
         normals = points / np.linalg.norm(points, axis=1, keepdims=True)
         normals = normals @ rotations_of(np.array([[0.3, 0.2, 0.1]]))[0]
         T = motion(rng)
-        one = Surface(points, normals, 0.1, 0.0)
-        other = Surface(moved(T, points), normals @ T[:3, :3].T, 0.1, 0.0)
+        one = Surface(points, normals, 0.1, 0.0, points)
+        other = Surface(moved(T, points), normals @ T[:3, :3].T, 0.1, 0.0, moved(T, points))
         found = from_pairs(one, other, 4.0, rng).reshape(-1, 3, 4)
         angle = [turn_between(each, T) for each in found]
         assert np.count_nonzero(np.array(angle) < 15) > 20
@@ -174,7 +174,7 @@ class TestKernels:
         arena, _, _ = arena_of(a, b, rng)
         motions = rows(rotations_of(0.05 * rng.normal(size=(5, 3))), 0.01 * rng.normal(size=(5, 3)))
         source, target = arena.source, arena.target
-        width, reach = arena.width, max(2 * arena.cell, 2 * arena.width)
+        width, reach = arena.width(0), max(2 * arena.cell, 2 * arena.width(0))
         for motion_, score in zip(motions.reshape(-1, 3, 4), arena.scores(motions), strict=True):
             at = moved(np.vstack([motion_, [0, 0, 0, 1]]), source.points[arena.judging])
             cells = ((at - arena.low) / arena.cell).astype(int)
@@ -182,8 +182,9 @@ class TestKernels:
             lack = ((at - target.points[near]) * target.normals[near]).sum(axis=1)
             far = np.linalg.norm(at - target.points[near], axis=1)
             alike = (source.normals[arena.judging] @ motion_[:, :3].T * target.normals[near]).sum(axis=1)
-            on = (far <= reach) & (np.abs(lack) <= width) & (alike > 0)
-            assert score == pytest.approx(float((on * (1 - (lack / width) ** 2) * alike).mean()), rel=1e-6)
+            on = (far <= reach) & (alike > 0)
+            mark = np.maximum(1 - (lack / width) ** 2, -1)
+            assert score == pytest.approx(float((on * mark * alike).mean()), rel=1e-6)
 
     def test_six_equations_are_solved(self):
         rng = np.random.default_rng(0)

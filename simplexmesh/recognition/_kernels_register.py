@@ -121,7 +121,10 @@ def _cell(grid, low, cell, x, y, z):
 
 @njit(cache=True, error_model="numpy", parallel=True)
 def judge(motions, points, normals, grid, low, cell, target, target_normals, width, reach, scores):
-    """Score motions: the mean over points of how near they come to the target's planes, and how alike normals are."""
+    """Score motions: the mean over points of how near they come to the target's planes, and how alike normals are.
+
+    Points that come near the target but off its planes speak against a motion; those far from it do not.
+    """
     for h in prange(len(motions)):
         m = motions[h]
         total = 0.0
@@ -136,7 +139,7 @@ def judge(motions, points, normals, grid, low, cell, target, target_normals, wid
             dx, dy, dz = x - target[t, 0], y - target[t, 1], z - target[t, 2]
             lack = dx * target_normals[t, 0] + dy * target_normals[t, 1] + dz * target_normals[t, 2]
             far = dx * dx + dy * dy + dz * dz
-            if far > reach * reach or abs(lack) > width:
+            if far > reach * reach:
                 continue
             px, py, pz = normals[s, 0], normals[s, 1], normals[s, 2]
             alike = (
@@ -145,7 +148,7 @@ def judge(motions, points, normals, grid, low, cell, target, target_normals, wid
                 + (m[8] * px + m[9] * py + m[10] * pz) * target_normals[t, 2]
             )
             if alike > 0:
-                total += (1 - (lack / width) ** 2) * alike
+                total += max(-1.0, 1 - (lack / width) ** 2) * alike
         scores[h] = total / len(points)
 
 

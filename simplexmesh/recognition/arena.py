@@ -16,6 +16,9 @@ Array = NDArray[np.float64]
 
 CELLS = 64
 MARGIN = 6
+JUDGING = (0.03, 0.015, 0.006)
+"""Distances to planes that still speak for a motion, in sizes of the smaller surface, at each stage."""
+
 JUDGED, FOLLOWED = 400, 700
 """So many points of the source judge a motion, and move one."""
 
@@ -37,6 +40,7 @@ class Arena:
     Attributes
     ----------
     source, target : Surface
+        Smooth.
     judging, following : (m,) array of int
         Points of the source.
     grid : (i, j, k) array of int32
@@ -60,18 +64,17 @@ class Arena:
         """How far points of one surface scatter about the other where both agree."""
         return float(np.hypot(self.source.noise, self.target.noise))
 
-    @property
-    def width(self) -> float:
-        """Farther from the target's planes than this, points speak against a motion while it is only near."""
-        return max(0.03 * self.size, 3 * self.blur)
+    def width(self, stage: int) -> float:
+        """Farther from the target's planes than this, points speak against a motion."""
+        return float(np.hypot(JUDGING[stage] * self.size, 2 * self.blur))
 
-    def scores(self, motions: Array) -> Array:
-        """Return the scores of motions (h, 12), 0 to 1."""
+    def scores(self, motions: Array, *, stage: int = 0) -> Array:
+        """Return the scores of motions (h, 12), at most 1; stages count how often they were followed."""
         out = np.zeros(len(motions))
-        chosen = self.judging
+        chosen, width = self.judging, self.width(stage)
         _kernels_register.judge(
             *(motions, self.source.points[chosen], self.source.normals[chosen], self.grid, self.low, self.cell),
-            *(self.target.points, self.target.normals, self.width, max(2 * self.cell, 2 * self.width), out),
+            *(self.target.points, self.target.normals, width, max(2 * self.cell, 2 * width), out),
         )
         return out
 
@@ -107,10 +110,7 @@ class Arena:
 def arena_of(source: Surface, target: Surface, rng: np.random.Generator) -> tuple[Arena, Array, float]:
     """Return the arena, and the point and the length that were taken for zero and for one."""
     middle, unit = target.points.mean(axis=0), max(source.extent, target.extent)
-    here, there = (
-        Surface((one.points - shift) / unit, one.normals, one.spacing / unit, one.noise / unit)
-        for one, shift in ((source, source.points.mean(axis=0)), (target, middle))
-    )
+    here, there = source.placed(source.points.mean(axis=0), unit).smoothed(), target.placed(middle, unit).smoothed()
     low, high = there.points.min(axis=0), there.points.max(axis=0)
     cell = float((high - low).max()) / CELLS
     low = low - MARGIN * cell

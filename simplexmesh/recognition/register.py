@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from simplexmesh import _check
 from simplexmesh.motion.progress import Report, reporting
 from simplexmesh.recognition.arena import Arena, arena_of
-from simplexmesh.recognition.icp import about_zero, refined
+from simplexmesh.recognition.icp import about_zero, paired, refined
 from simplexmesh.recognition.starts import begun
-from simplexmesh.recognition.surfaces import surface_of
+from simplexmesh.recognition.surfaces import Surface, surface_of
 from simplexmesh.recognition.verify import Court, Verdict
 
 Array = NDArray[np.float64]
@@ -27,7 +28,7 @@ APART, FAR = np.radians(12.0), 0.1
 PROMISING = 0.6
 """Motions are tried on the points whose score on the grid is at least so much of the best."""
 
-ASKED, LAST_ASKED = 1500, 5000
+ASKED = 2000
 FIRST_ROUNDS = 8
 
 
@@ -39,7 +40,7 @@ class Pose:
     ----------
     T_target_source : (4, 4) array of float
     score : float
-        0 to 1, the share of the smaller surface that agrees with the other.
+        At most 1, as in `Registration`.
     equivalent : bool
         Whether the data does not tell it from the best.
 
@@ -69,7 +70,8 @@ class Registration:
     overlap : float
         The share of the source that lies on the target.
     score : float
-        0 to 1, the share of the smaller surface that agrees with the other, by distance and normals.
+        At most 1: the share of the smaller surface that agrees with the other, by distance and normals, less what
+        runs near it but not on it.
     ambiguous : bool
         Whether other poses fit as well: the object is symmetric, or what both show of it is.
     poses : tuple of Pose
@@ -84,8 +86,8 @@ class Registration:
     Examples
     --------
     >>> import simplexmesh as sm
-    >>> ring = sm.torus(radius=2.0, tube_radius=0.7)
-    >>> found = sm.register(ring, ring)
+    >>> ring = sm.torus(radius=2.0, tube_radius=0.7).triangulated()
+    >>> found = sm.register(ring.sampled(2000, rng=0), ring.sampled(2000, rng=1))
     >>> found.ambiguous, len(found.open_motions)
     (True, 1)
     """
@@ -112,7 +114,7 @@ def register(
     level: float | tuple[float | None, float | None] | None = None,
     label: int | tuple[int | None, int | None] | None = None,
     inside: str = "above",
-    minimum_overlap: float = 0.05,
+    minimum_overlap: float = 0.1,
     progress: bool | Report = False,
 ) -> Registration:
     """Find the rigid motion that brings one object to another, without a first guess and without any scale.
@@ -130,7 +132,7 @@ def register(
     inside : {"above", "below"}
         As in `reconstruct`.
     minimum_overlap : float
-        The least share of the smaller surface that must agree.
+        The least score, as a share of the smaller surface; poses found by chance have less than 0.1.
     progress : bool or callable
         True shows a bar; a function is called with the share done and a message.
 
@@ -183,7 +185,8 @@ def register(
                 f"has {best:.1%}"
             )
         report(0.9, "refining")
-        found = concluded(court, verdicts, rng)
+        raw = (here.placed(here.points.mean(axis=0), unit), there.placed(middle, unit))
+        found = concluded(court, verdicts, *raw)
         report(1.0, "done")
     return _told(*found, middle, here.points.mean(axis=0), unit)
 
@@ -195,7 +198,7 @@ def followed(arena: Arena, motions: Array) -> Array:
         order = np.argsort(-scores, kind="stable")[:FOLLOWED]
         order = order[arena.distinct(motions[order], count)] if stage else order
         motions = arena.followed(motions[order], stage=stage)
-        scores = arena.scores(motions)
+        scores = arena.scores(motions, stage=stage + 1)
     order = np.argsort(-scores, kind="stable")
     motions = motions[order[scores[order] >= PROMISING * scores[order[0]]]]
     return motions[arena.distinct(motions, TRIED)]
@@ -215,13 +218,19 @@ def tried(arena: Arena, court: Court, motions: Array) -> list[Verdict]:
 
 
 def concluded(
-    court: Court, verdicts: list[Verdict], rng: np.random.Generator
+    court: Court, verdicts: list[Verdict], source: Surface, target: Surface
 ) -> tuple[Verdict, list[tuple[Verdict, bool]], Array, Array]:
-    """Return the best verdict on all points, the others with whether they equal it, open motions, covariance."""
-    last = Court.of(court.source, court.target, court.size, LAST_ASKED, rng)
-    T, covariance = refined(court.source, court.target, court.trees[1], verdicts[0].T, court.reach)
-    others = [(each, each.equals(verdicts[0])) for each in verdicts[1:]]
-    return last.judged(T), others, last.open_motions(T), covariance
+    """Return the best verdict, the others with whether they equal it, open motions and covariance.
+
+    The best is refined on all points as they were measured.
+    """
+    first = verdicts[0]
+    reach = max(court.reach, 4 * float(np.hypot(source.noise, target.noise)))
+    T, covariance = refined(source, target, cKDTree(target.points), first.T, reach)
+    found = paired(source, target, cKDTree(target.points), T, reach)
+    best = replace(court.judged(T), error=float(np.sqrt((found.lack[found.common] ** 2).mean())))
+    others = [(each, each.equals(first)) for each in verdicts[1:]]
+    return best, others, court.open_motions(T), covariance
 
 
 def _told(

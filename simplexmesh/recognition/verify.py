@@ -21,6 +21,9 @@ SURE = 3.0
 SLIGHT = 0.03
 """... and more than this share of what agrees."""
 
+TRIFLE = 0.004
+"""Differences of this share of the size of the smaller surface never count much: facets, tolerances."""
+
 OPEN = 0.15
 """Small motions that the normals hold less than this, over what they hold most, may be open."""
 
@@ -56,10 +59,10 @@ class Court:
     def of(source: Surface, target: Surface, size: float, most: int, rng: np.random.Generator) -> Court:
         """Return the court of two surfaces, asking at most so many points of each."""
         spacing = max(source.spacing, target.spacing)
-        width = 3 * float(np.hypot(source.noise, target.noise)) + 0.25 * spacing
+        width = float(np.hypot(3 * np.hypot(source.noise, target.noise) + 0.1 * spacing, TRIFLE * size))
         trees = (cKDTree(source.points), cKDTree(target.points))
         samples = (source.some(most, rng), target.some(most, rng))
-        return Court(source, target, trees, samples, width, max(2.5 * spacing, 1.5 * width), size)
+        return Court(source, target, trees, samples, width, max(2.5 * spacing, 2.0 * width), size)
 
     def pairings(self, T: Array) -> tuple[Pairing, Pairing]:
         """Return what the source's sample lies on in the target, and the target's in the source."""
@@ -70,8 +73,11 @@ class Court:
         )
 
     def marks(self, found: Pairing) -> Array:
-        """Return how much each point speaks for the motion, 0 to 1."""
-        near = np.clip(1 - (found.lack / self.width) ** 2, 0, None)
+        """Return how much each point speaks for the motion, or against it: -1 to 1.
+
+        Where one surface runs near the other but not on it, they are not the same surface.
+        """
+        near = np.clip(1 - (found.lack / self.width) ** 2, -1, None)
         return np.asarray(np.where(found.common, near * found.alike, 0.0))
 
     def judged(self, T: Array) -> Verdict:
@@ -130,7 +136,7 @@ class Verdict:
     ----------
     T : (4, 4) array of float
     score : float
-        0 to 1, the share of the smaller surface that agrees with the other, by distance and normals.
+        At most 1: the share of the smaller surface that agrees with the other, less what runs near it but not on it.
     overlap : float
         The share of the source that lies on the target.
     error : float
