@@ -15,7 +15,7 @@ from simplexmesh.mesh import _kernels_decimate as kernels
 from simplexmesh.mesh import _kernels_quadrics as quadrics
 from simplexmesh.mesh.edited import Edited
 from simplexmesh.mesh.editing import EditableMesh
-from simplexmesh.mesh.fitting import Fit, Surface, tangled_vertices
+from simplexmesh.mesh.fitting import REPAIRS, Fit, Surface, tangled_vertices
 from simplexmesh.mesh.least import least_vertices
 from simplexmesh.mesh.nearest import Nearest
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
@@ -32,6 +32,9 @@ SHARPENING = 3
 ON_RIM = 1.0
 PASSES = 20
 ROUNDS = 6
+
+GENTLE = REPAIRS[:2]
+"""Repairs that stay near the surface, for what is tangled anyway."""
 
 MARGIN, PULLED, PRECISION = 0.95, 0.8, 50
 """Surfaces are compared at points, so that a part of a tolerance is spared; how near the fewest vertices are found."""
@@ -155,9 +158,13 @@ def _count(mesh: SimplexMesh, vertices: int | None) -> int:
 
 
 def _decimated(
-    mesh: SimplexMesh, wanted: int, surface: Nearest | None = None, bound: float = 0.0
+    mesh: SimplexMesh,
+    wanted: int,
+    surface: Nearest | None = None,
+    bound: float = 0.0,
+    repairs: tuple[str, ...] = REPAIRS,
 ) -> tuple[Decimated, int]:
-    """Return the mesh with so many vertices, or more when no more can go, and how many are on faces that fold or cross.
+    """Return the mesh with so many vertices, or more when no more can go, and how many are on faces that fold.
 
     With as many as there are, the mesh is returned as it is. Vertices farther from a surface than a bound go to it.
     """
@@ -172,7 +179,7 @@ def _decimated(
     fit.improve(ROUNDS)
     if surface is not None:
         fit.move(surface.pulled(fit.mesh, bound))
-    wrong = fit.repair(out.mesh.vertices)
+    wrong = fit.repair(out.mesh.vertices, repairs)
     return _result(fit, out), wrong
 
 
@@ -202,7 +209,7 @@ def _within(mesh: SimplexMesh, tolerance: float) -> Decimated:
     surface = Nearest(mesh)
     while high - low > max(1, low // PRECISION):
         middle = min(max(int(np.sqrt(low * high)), low + 1), high - 1)
-        out, wrong = _decimated(mesh, 2 * middle, surface, PULLED * tolerance)
+        out, wrong = _decimated(mesh, 2 * middle, surface, PULLED * tolerance, REPAIRS if sound else GENTLE)
         left = out.mesh.n_vertices // 2
         near = out.largest <= MARGIN * tolerance and surface.largest(out.mesh) <= MARGIN * tolerance
         if near and not (wrong and sound) and left < high:

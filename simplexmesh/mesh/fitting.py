@@ -212,14 +212,14 @@ class Fit:
         last = self._faces.offsets[self._faces.owner[corners] + 1] - 1
         return np.asarray(np.where(corners == last, self._faces.offsets[self._faces.owner[corners]], corners + 1))
 
-    def repair(self, start: Array) -> int:
+    def repair(self, start: Array, repairs: tuple[str, ...] = REPAIRS) -> int:
         """Undo folds and crossings; return the number of vertices on faces that are wrong still.
 
         What is wrong is first fitted once more with ten, then a hundred times the weight on even edges; then it goes
         half the way to the start, then to it; then it is smoothed, at last with what is next to it. The best is kept.
         """
         best, fewest = self.mesh, self.mesh.n_vertices + 1
-        for attempt in (*REPAIRS, ""):
+        for attempt in (*repairs, ""):
             wrong = tangled_vertices(self.mesh)
             if (count := int(wrong.sum())) < fewest:
                 best, fewest = self.mesh, count
