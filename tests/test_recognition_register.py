@@ -91,6 +91,15 @@ class TestMotionsAreFound:
         for source in (mesh, mesh.triangulated()):
             assert turn_between(sm.register(source, cloud).T_target_source, T) < 0.5
 
+    def test_points_without_normals_get_those_that_look_out(self):
+        mesh = reference.lumpy(16)
+        bare = surface_of(mesh.vertices, "source")
+        assert ((bare.normals * mesh.normals).sum(axis=1) > 0.7).mean() > 0.98
+        rng = np.random.default_rng(3)
+        T = motion(rng)
+        cloud = sm.PointCloud(mesh.vertices, mesh.normals).transformed(T)
+        assert turn_between(sm.register(lumpy(2000, rng), cloud).T_target_source, T) < 0.5
+
     def test_a_level_of_a_volume(self):
         grid = np.stack(np.meshgrid(*[np.linspace(-2, 2, 40)] * 3, indexing="ij"), axis=-1)
         blobs = ((0, 0, 0), (0.9, 0.3, 0), (-0.2, 0.8, 0.6))
