@@ -93,16 +93,25 @@ def _degenerate(vertices: Array, connectivity: Connectivity) -> list[Finding]:
     ]
 
 
-def _misoriented(vertices: Array, connectivity: Connectivity) -> list[Finding]:
-    """Return the vertices whose normal points against their faces, and the faces folded against their vertices."""
+def misoriented(vertices: Array, connectivity: Connectivity) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Return (n,) which vertices have a normal against that of their faces, and (f,) which faces are folded.
+
+    A face is folded where triangles of its fan point against the normals of their vertices. Holes are not.
+    """
     loops = connectivity.face_vertices, connectivity.face_offsets
     normals = geometry.normals(vertices, connectivity.neighbors)
     vectors = np.add.reduceat(face_geometry.fan_vectors(vertices, *loops), loops[1][:-1], axis=0)
     vectors[connectivity.face_is_hole] = 0
     around = vectors[connectivity.face].sum(axis=1)
     folded = (face_geometry.face_inversions(vertices, normals, *loops) > 0) & ~connectivity.face_is_hole
+    return np.asarray(dot(normals, around) < 0), np.asarray(folded)
+
+
+def _misoriented(vertices: Array, connectivity: Connectivity) -> list[Finding]:
+    """Return the vertices whose normal points against their faces, and the faces folded against their vertices."""
+    inverted, folded = misoriented(vertices, connectivity)
     return [
-        ("inverted", "vertices have a normal against that of their faces", np.flatnonzero(dot(normals, around) < 0)),
+        ("inverted", "vertices have a normal against that of their faces", np.flatnonzero(inverted)),
         ("folded", "faces have triangles that point against the normals of their vertices", np.flatnonzero(folded)),
     ]
 

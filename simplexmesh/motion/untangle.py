@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from simplexmesh.mesh.check import misoriented
 from simplexmesh.mesh.connectivity import Connectivity
-from simplexmesh.mesh.face_geometry import face_inversions
 from simplexmesh.mesh.self_intersection import self_intersections
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.deform import DeformableModel
@@ -14,7 +14,7 @@ from simplexmesh.motion.state import Target
 
 
 def tangled_vertices(mesh: SimplexMesh) -> NDArray[np.bool_]:
-    """Return (n,) whether a vertex is on a face that is folded or meets another face.
+    """Return (n,) whether a vertex is turned against its faces, or on a face that is folded or meets another face.
 
     Examples
     --------
@@ -22,14 +22,13 @@ def tangled_vertices(mesh: SimplexMesh) -> NDArray[np.bool_]:
     >>> bool(tangled_vertices(sm.sphere(4)).any())
     False
     """
-    whole = mesh.connectivity
-    on_face = _folded(mesh)
-    on_face[self_intersections(mesh.vertices, whole).ravel()] = True
-    return np.asarray(on_face[whole.vertex_faces].any(axis=1))
+    crossing = np.zeros(len(mesh.connectivity.face_sizes), bool)
+    crossing[self_intersections(mesh.vertices, mesh.connectivity).ravel()] = True
+    return np.asarray(folded_vertices(mesh) | crossing[mesh.connectivity.vertex_faces].any(axis=1))
 
 
 def folded_vertices(mesh: SimplexMesh) -> NDArray[np.bool_]:
-    """Return (n,) whether a vertex is on a folded face: most tangles begin so, and it is found much sooner.
+    """Return (n,) whether a vertex is turned or on a folded face: most tangles begin so, and it is found much sooner.
 
     Examples
     --------
@@ -37,14 +36,8 @@ def folded_vertices(mesh: SimplexMesh) -> NDArray[np.bool_]:
     >>> bool(folded_vertices(sm.sphere(4)).any())
     False
     """
-    return np.asarray(_folded(mesh)[mesh.connectivity.vertex_faces].any(axis=1))
-
-
-def _folded(mesh: SimplexMesh) -> NDArray[np.bool_]:
-    """Return (f,) which faces are folded, holes left out."""
-    c = mesh.connectivity
-    inverted = face_inversions(mesh.vertices, mesh.normals, c.face_vertices, c.face_offsets) > 0
-    return np.asarray(inverted & ~c.face_is_hole)
+    inverted, folded = misoriented(mesh.vertices, mesh.connectivity)
+    return np.asarray(inverted | folded[mesh.connectivity.vertex_faces].any(axis=1))
 
 
 def grown(marked: NDArray[np.bool_], connectivity: Connectivity, rings: int) -> NDArray[np.bool_]:
