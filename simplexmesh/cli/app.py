@@ -11,7 +11,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperCommand, TyperGroup
 
-from simplexmesh.cli import decimate, demo, info, reconstruct, view
+from simplexmesh.cli import decimate, demo, info, reconstruct, register, view
 from simplexmesh.cli.report import INTERRUPTED, KEPT, NOTES, as_json, error, note
 from simplexmesh.errors import DivergedError
 
@@ -55,6 +55,7 @@ app = typer.Typer(
 app.command("demo", cls=_Command, epilog=demo.EXAMPLE)(demo.command)
 app.command("reconstruct", cls=_Command, epilog=reconstruct.EXAMPLE)(reconstruct.command)
 app.command("decimate", cls=_Command, epilog=decimate.EXAMPLE)(decimate.command)
+app.command("register", cls=_Command, epilog=register.EXAMPLE)(register.command)
 app.command("info", cls=_Command, epilog=info.EXAMPLE)(info.command)
 app.command("view", cls=_Command, epilog=view.EXAMPLE)(view.command)
 

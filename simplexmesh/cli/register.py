@@ -1,0 +1,104 @@
+"""`simplexmesh register`: where one object, or a part of it, lies on another."""
+
+from __future__ import annotations
+
+import os
+import time
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from simplexmesh.cli.interrupt import held_interrupts
+from simplexmesh.cli.report import NOTES, PICTURES, as_json, dumped, note, progress, table, writable, written_to
+
+EXAMPLE = "Example: simplexmesh register bun045.ply bun000.ply -o pose.json --picture before_after.png"
+COLORS = ("#c8553d", "#2a6f97")
+MOST_DRAWN = 20_000
+
+
+def command(
+    source: Annotated[Path, typer.Argument(metavar="SOURCE", help="What is moved: a scan, a surface, a volume.")],
+    target: Annotated[Path, typer.Argument(metavar="TARGET", help="What it is brought to.")],
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="The pose, .json, as --poses reads it.")] = None,
+    level: Annotated[float | None, typer.Option(help="Surface meant, of volumes of intensities.")] = None,
+    label: Annotated[int | None, typer.Option(help="Region meant, of volumes of labels.")] = None,
+    picture: Annotated[Path | None, typer.Option(help="Write a picture of both before and after.")] = None,
+    json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
+) -> None:
+    """Find the rigid motion between two objects, without a first guess and without any scale."""
+    if output is not None:
+        output = writable(output, "--output", (".json",), [source, target])
+    if picture is not None:
+        picture = writable(picture, "--picture", PICTURES, [source, target])
+    with held_interrupts() as interrupts, progress("registering", wanted=not json) as report:
+        from simplexmesh.data.reading import read
+        from simplexmesh.recognition.register import register
+
+        began = time.perf_counter()
+        here, there = read(source), read(target)
+        found = register(here, there, level=level, label=label, progress=interrupts.watching(report))
+        seconds = time.perf_counter() - began
+        interrupts.check()
+        if output is not None:
+            with written_to(output, "the pose"):
+                _write(output, dumped({source.name: found.T_target_source}))
+        if picture is not None:
+            with written_to(picture, "the picture"):
+                _draw(picture, here, there, found.T_target_source, level, label)
+    if found.ambiguous:
+        note("other poses fit as well: the objects, or what both show of them, are symmetric")
+    facts = {
+        "T_target_source": found.T_target_source,
+        "error": found.error,
+        "overlap": found.overlap,
+        "score": found.score,
+        "ambiguous": found.ambiguous,
+        "open_motions": found.open_motions,
+        "covariance": found.covariance,
+        "poses": [
+            {"T_target_source": each.T_target_source, "score": each.score, "equivalent": each.equivalent}
+            for each in found.poses
+        ],
+        "seconds": round(seconds, 3),
+    }
+    if json:
+        as_json(facts | {"notes": NOTES})
+        return
+    table(
+        f"{source.name} on {target.name}",
+        {
+            "T_target_source": "\n".join(" ".join(f"{x: .6g}" for x in row) for row in found.T_target_source),
+            "error": f"{found.error:.4g}",
+            "overlap": f"{found.overlap:.0%} of the source",
+            "score": f"{found.score:.2f}",
+            "ambiguous": "yes" if found.ambiguous else "no",
+            "time": f"{seconds:.1f} s",
+        },
+    )
+
+
+def _write(path: Path, text: str) -> None:
+    """Write text, whole or not at all."""
+    draft = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        draft.write_text(text + "\n", encoding="utf-8")
+        os.replace(draft, path)
+    finally:
+        draft.unlink(missing_ok=True)
+
+
+def _draw(path: Path, source: Any, target: Any, T: Any, level: float | None, label: int | None) -> None:
+    """Write a picture of the points of both, as they came and as they lie."""
+    from simplexmesh import plot
+    from simplexmesh.recognition.surfaces import surface_of
+
+    one, other = (surface_of(data, "data", level=level, label=label, most=MOST_DRAWN) for data in (source, target))
+    plotter = plot.stage(2)
+    for column, points in enumerate((one.points, one.points @ T[:3, :3].T + T[:3, 3])):
+        plotter.subplot(0, column)
+        for place, color in zip((points, other.points), COLORS, strict=True):
+            plotter.add_points(place, color=color, point_size=4, render_points_as_spheres=True)
+        plotter.add_text("after" if column else "before", font_size=12, color="#1d2b36")
+        plotter.reset_camera()
+    plot.picture(path, plotter)

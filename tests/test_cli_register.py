@@ -1,0 +1,67 @@
+"""`simplexmesh register`: the pose it prints and writes is the one that was applied."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+import simplexmesh as sm
+from simplexmesh.cli import app
+from tests import reference_recognition as reference
+
+T = np.array([[0, -1.0, 0, 5], [1, 0, 0, 0], [0, 0, 1, -2], [0, 0, 0, 1]])
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("registered")
+    mesh = reference.lumpy(12)
+    np.savetxt(folder / "source.xyz", mesh.vertices)
+    mesh.moved(mesh.vertices @ T[:3, :3].T + T[:3, 3]).save(folder / "target.stl")
+    np.savetxt(folder / "few.xyz", mesh.vertices[:20])
+    return folder
+
+
+@pytest.fixture
+def command(capsys):
+    def run(*words):
+        code = app.run(["register", *map(str, words)])
+        return code, *capsys.readouterr()
+
+    return run
+
+
+def test_prints_and_writes_the_pose(command, files, tmp_path):
+    where, shown = tmp_path / "pose.json", tmp_path / "seen.png"
+    code, out, _ = command(files / "source.xyz", files / "target.stl", "-o", where, "--json", "--picture", shown)
+    assert code == 0
+    facts = json.loads(out)
+    assert np.allclose(facts["T_target_source"], T, atol=0.03)
+    assert np.allclose(sm.read_poses(where)["source.xyz"], facts["T_target_source"])
+    assert not facts["ambiguous"]
+    assert shown.stat().st_size > 10_000
+    assert sorted(each.name for each in tmp_path.iterdir()) == ["pose.json", "seen.png"]
+
+
+def test_a_table(command, files):
+    code, out, _ = command(files / "source.xyz", files / "target.stl")
+    assert code == 0
+    assert "overlap" in out
+    assert "ambiguous" in out
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("few.xyz", "target.stl"), "source must hold at least 50 points"),
+        (("absent.xyz", "target.stl"), "absent.xyz"),
+        (("source.xyz", "target.stl", "-o", "pose.txt"), "--output must end with one of .json"),
+    ],
+)
+def test_bad_input_gets_one_sentence(command, files, words, said):
+    code, out, err = command(*(files / word if word.endswith(("xyz", "stl")) else word for word in words))
+    assert code == 2
+    assert said in err
+    assert out == ""
