@@ -109,6 +109,13 @@ class TestMotionsAreFound:
         found = sm.register(volume, turned, level=0.5)
         T = np.array([[0, -1.0, 0, 3.9], [1, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
         assert turn_between(found.T_target_source, T) < 0.5
+        dark = sm.register(
+            sm.Volume(-volume.values, volume.spacing),
+            sm.Volume(-turned.values, turned.spacing),
+            level=-0.5,
+            inside="below",
+        )
+        assert_allclose(dark.T_target_source, found.T_target_source, atol=1e-3)
 
 
 class TestWhatIsUncertain:

@@ -130,7 +130,7 @@ def register(
     level, label : number or pair of numbers, optional
         The surface meant where the data are volumes, for both or for (source, target); as in `reconstruct`.
     inside : {"above", "below"}
-        As in `reconstruct`.
+        Where a volume's object is, as in `reconstruct`; other data takes no notice.
     minimum_overlap : float
         The least score, as a share of the smaller surface; poses found by chance have less than 0.1.
     progress : bool or callable
@@ -168,7 +168,7 @@ def register(
     with reporting(progress) as report:
         report(0.0, "reading")
         here, there = (
-            surface_of(data, name, level=levels[k], label=labels[k], inside=inside if _is_volume(data) else "above")
+            surface_of(data, name, level=levels[k], label=labels[k], inside=inside)
             for k, (name, data) in enumerate((("source", source), ("target", target)))
         )
         report(0.4, "voting")
@@ -266,9 +266,3 @@ def _both(name: str, value: Any) -> tuple[Any, Any]:
             raise ValueError(f"{name} must be one number or a pair (source, target), not {len(value)} of them")
         return value[0], value[1]
     return value, value
-
-
-def _is_volume(data: Any) -> bool:
-    from simplexmesh.data.volume import Volume
-
-    return isinstance(data, Volume)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,7 +11,10 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import cKDTree
 
 from simplexmesh._vec import dot, norm
+from simplexmesh.data.convert import as_data
 from simplexmesh.data.points import distinct
+from simplexmesh.data.volume import Volume
+from simplexmesh.errors import TopologyError
 from simplexmesh.motion.initial.orientation import turned
 from simplexmesh.motion.initial.planes import planes
 from simplexmesh.motion.outward import STRAIGHT, sense
@@ -102,10 +106,20 @@ def surface_of(
     >>> len(ball), bool((dot(ball.points, ball.normals) > 0.9).all()), bool(abs(ball.area / (4 * np.pi) - 1) < 0.1)
     (2880, True, True)
     """
+    if isinstance(data, str | os.PathLike):
+        data = as_data(data, name)
     try:
-        subject = as_subject(data, level=level, label=label, inside=inside, components="all", poses=poses)
+        subject = as_subject(
+            data,
+            level=level,
+            label=label,
+            inside=inside if isinstance(data, Volume) else "above",
+            components="all",
+            poses=poses,
+        )
     except (ValueError, TypeError) as error:
-        raise type(error)(f"{name}: {error}") from None
+        kind = type(error) if isinstance(error, TypeError | TopologyError) else ValueError
+        raise kind(f"{name}: {error}") from None
     known: Array | None = None
     if isinstance(subject, PointsSubject):
         points, known = subject.cloud.points, subject.cloud.normals
