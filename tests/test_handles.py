@@ -111,7 +111,7 @@ class TestConditions:
 class TestChoice:
     def test_accept_is_asked_about_what_fulfills_the_conditions(self):
         asked = []
-        out = add_handles(OPPOSITE, distance=3.0, accept=lambda proposal: asked.append(proposal))
+        out = add_handles(OPPOSITE, distance=3.0, accept=lambda proposal: bool(asked.append(proposal)))
         assert len(asked) == 1
         assert not asked[0].accepted
         assert out.proposals[0].reason == "refused by accept"
@@ -119,6 +119,12 @@ class TestChoice:
         asked.clear()
         add_handles(OPPOSITE, distance=0.1, accept=asked.append)
         assert not asked
+
+    def test_accept_may_say_why_not_and_nothing_else_is_an_answer(self):
+        out = add_handles(OPPOSITE, distance=3.0, accept=lambda proposal: "it is a handle of a cup")
+        assert (out.mesh.genus, out.proposals[0].reason) == (0, "it is a handle of a cup")
+        with pytest.raises(TypeError, match="accept must return True, False or a text with the reason, not NoneType"):
+            add_handles(OPPOSITE, distance=3.0, accept=lambda proposal: None)
 
     def test_pairs_of_any_faces(self):
         top, bottom = (int((s * BALL.vertices[:, 2]).argmax()) for s in (1, -1))

@@ -199,3 +199,12 @@ def test_large_meshes_take_the_parallel_kernels():
     assert sm.sphere(18).n_vertices > _kernels.PARALLEL_FROM
     ball = irregular_sphere(frequency=18)
     assert norm(evolved(ball, 20, metric=ball.metric).vertices - ball.vertices).max() < 1e-12
+
+
+def test_rounding_on_a_plane_draws_no_vertex():
+    sheet = sm.plane(12, 12)
+    noise = np.random.default_rng(0).normal(size=sheet.n_vertices)
+    model = sm.DeformableModel(sheet.moved(sheet.vertices + 1e-9 * noise[:, None] * [0, 0, 1]), adaptation=0.25)
+    for _ in model.run(30):
+        pass
+    assert np.abs(model.metric - 1 / 3).max() < 1e-4

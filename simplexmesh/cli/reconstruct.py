@@ -164,7 +164,10 @@ def _summary(changes: dict[str, Any]) -> dict[str, str]:
         done = sum(proposal["accepted"] for proposal in changes[kind])
         reasons = [proposal["reason"] for proposal in changes[kind] if not proposal["accepted"]]
         if changes[kind]:
-            said.append(f"{done} {kind} made" + "".join(f", one refused: {reason}" for reason in reasons))
+            said.append(
+                f"{done} {kind[:-1] if done == 1 else kind} made"
+                + "".join(f", one refused: {reason}" for reason in reasons)
+            )
     if changes["refined"]:
         said.append(f"{changes['refined']:,} vertices by refinement")
     if changes["exchanged"]:

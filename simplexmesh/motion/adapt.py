@@ -13,6 +13,9 @@ Array = NDArray[np.float64]
 LOWEST, HIGHEST = 0.05, 0.833
 """Metric parameters stay in this range (thesis, section 5.5.1): no vertex lands on a neighbor."""
 
+FLAT = 0.005
+"""Radians that normals turn along a mean edge where nothing bends: less is rounding, which vertices must not follow."""
+
 
 def curvedness(vertices: Array, normals: Array, neighbors: NDArray[np.int32]) -> Array:
     """Return how much the surface bends at each vertex, sqrt((k1^2 + k2^2) / 2) in the limit, from the turn of normals.
@@ -78,9 +81,11 @@ def adapted_metric(metric: Array, curvature: Array, neighbors: NDArray[np.int32]
     return out
 
 
-def adapt(metric: Array, curvature: Array, neighbors: NDArray[np.int32], strength: float, out: Array) -> None:
-    """Do what `adapted_metric` does, into `out`, which is not `metric`."""
-    floor = max(float(np.abs(curvature).mean()), 1e-300)
+def adapt(
+    metric: Array, curvature: Array, neighbors: NDArray[np.int32], strength: float, out: Array, *, least: float = 1e-300
+) -> None:
+    """Do what `adapted_metric` does, into `out`, which is not `metric`; curvature below `least` counts as none."""
+    floor = max(float(np.abs(curvature).mean()), least)
     _kernels_adapt.adapted(metric, curvature, floor, neighbors, float(strength), LOWEST, HIGHEST, out)
 
 

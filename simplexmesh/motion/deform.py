@@ -11,7 +11,7 @@ from simplexmesh import _check
 from simplexmesh.errors import DivergedError
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion import _kernels, _kernels_adapt, _kernels_averages, _kernels_rim
-from simplexmesh.motion.adapt import adapt
+from simplexmesh.motion.adapt import FLAT, adapt
 from simplexmesh.motion.forces import CONSTRAINTS, Force, Frame, constraint_codes, pushed, several
 from simplexmesh.motion.parameters import carried, per_vertex, references, whole_per_vertex
 from simplexmesh.motion.rim import Memory, Rim
@@ -286,7 +286,8 @@ class DeformableModel:
         bend, spare = self._moment, np.empty_like(self.metric)
         _kernels_adapt.curvedness(self._vertices, self._normals, self._neighbors, bend)
         smooth = self._smoothed(bend, np.full(len(bend), 2))
-        adapt(self.metric, smooth, self._neighbors, self.adaptation, spare)
+        edge = float(np.linalg.norm(self._vertices[self._neighbors[:, 0]] - self._vertices, axis=1).mean())
+        adapt(self.metric, smooth, self._neighbors, self.adaptation, spare, least=FLAT / max(edge, 1e-300))
         return spare
 
     def _diverged(self, gaps: Array) -> DivergedError:

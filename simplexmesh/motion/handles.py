@@ -16,6 +16,7 @@ from simplexmesh.errors import TopologyError
 from simplexmesh.mesh.edited import Edited
 from simplexmesh.mesh.editing import EditableMesh
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
+from simplexmesh.motion.holes import refusal
 from simplexmesh.motion.state import Target
 from simplexmesh.motion.targets.door import ask
 
@@ -266,8 +267,8 @@ def _joined(
         reason = proposal.reason
         if not reason and (taken := [face for face in (a, b) if face in partner]):
             reason = f"face {taken[0]} was joined to face {partner[taken[0]]}"
-        if not reason and accept is not None and not accept(proposal):
-            reason = "refused by accept"
+        if not reason and accept is not None:
+            reason = refusal(accept(proposal))
         if not reason:
             try:
                 edit.join(a, b)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from simplexmesh import _check
+from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.handles import HandleProposal
 from simplexmesh.motion.holes import HoleProposal
 from simplexmesh.motion.refine import THRESHOLDS
@@ -32,8 +33,9 @@ class Plan:
         How fine faces become; "auto" uses all vertices up to `vertices`.
     vertices : int
         The most there may be.
-    placement : {"even", "adaptive"}
-        Whether faces are divided and merged for each other where the data asks for it.
+    placement : {"even", "adaptive", "closed"}
+        Whether faces are divided and merged for each other where the data asks for it; "closed" while there is no hole:
+        between coarser faces rims lose their way.
     """
 
     holes: Choice = "none"
@@ -48,6 +50,10 @@ class Plan:
         if self.refine == "none":
             return self.vertices
         return max(int(FIRST * self.vertices), min(int(0.8 * self.vertices), ENOUGH))
+
+    def exchanges(self, mesh: SimplexMesh) -> bool:
+        """Whether faces of this mesh are to be exchanged."""
+        return self.placement == "adaptive" or (self.placement == "closed" and not mesh.n_holes)
 
     @property
     def changes(self) -> bool:
@@ -118,5 +124,5 @@ def plan_for(
         usual if handles is None else handles,
         refine or usual,
         vertices,
-        placement or ("even" if init is None else "adaptive"),
+        placement or ("even" if init is None else "closed"),
     )

@@ -147,7 +147,8 @@ def reconstruct(
     placement : {"adaptive", "even"}
         Whether the vertices are spent where curvature and distance to the data ask for them, as by `redistribute`: the
         faces that need it most are divided, those that need it least are merged. Default: "adaptive", but "even" when
-        `adaptation` is 0, for a mesh given as start, and for bodies of a volume thinner than 4.5 edges on average.
+        `adaptation` is 0, for a mesh given as start, for models with holes (`refine` spends their vertices) and for
+        bodies of a volume thinner than 4.5 edges on average.
     holes : {"auto", "none"}, callable or sequence of arrays of int
         Whether holes are opened where the data ends: "auto" (the default for starts named but "auto"), none, those a
         function of a `HoleProposal` accepts, or the zones given, by the faces of the start.

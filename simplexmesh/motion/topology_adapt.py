@@ -91,7 +91,7 @@ def travelled(
                 _holes(journey, plan, replace(coarse[-1], iterations=60))
             _refine(journey, plan, fine)
             journey.move(fine, share=(0.65, 0.7))
-        if plan.placement == "adaptive" and fine.iterations:
+        if plan.exchanges(journey.mesh) and fine.iterations:
             exchange(journey, fine)
         if plan.refine != "none":
             _even(journey)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from simplexmesh import _check
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.handles import HandleProposal, add_handles, judged, proposed
-from simplexmesh.motion.holes import open_holes
+from simplexmesh.motion.holes import open_holes, refusal
 from simplexmesh.motion.walls import Walls, independent
 from simplexmesh.motion.wrap import Samples, Wrapping, grown
 from simplexmesh.motion.zones import connected, without_islands
@@ -223,15 +223,15 @@ class _Once:
         self._accept = accept
         self.refused: list[HandleProposal] = []
 
-    def __call__(self, proposal: HandleProposal) -> bool:
+    def __call__(self, proposal: HandleProposal) -> bool | str:
         middle = proposal.centers.mean(axis=0)
         for before in self.refused:
             if np.linalg.norm(before.centers.mean(axis=0) - middle) < before.radii.max() + before.distance:
                 return False
-        if self._accept(proposal):
-            return True
-        self.refused.append(proposal)
-        return False
+        reason = refusal(self._accept(proposal))
+        if reason:
+            self.refused.append(proposal)
+        return reason or True
 
 
 def meeting_films(wrapping: Wrapping) -> list[tuple[Indices, Indices]]:
