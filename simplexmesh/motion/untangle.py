@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from simplexmesh.errors import DivergedError
 from simplexmesh.mesh.check import misoriented
 from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.mesh.self_intersection import self_intersections
@@ -79,30 +80,37 @@ def untangled(
     for attempt in range(rounds):
         if not fewest:
             break
-        free = grown(marked, mesh.connectivity, 2 + attempt)
-        weight = free.astype(float)
-        relaxing = DeformableModel(mesh, alpha=0.5 * weight, damping=1.0, constraint="orientation")
-        for _ in relaxing.run(5 + 5 * attempt):
-            pass
-        returning = DeformableModel(
-            relaxing.mesh,
-            target,
-            alpha=0.4 * weight,
-            beta=0.2 / (1 + attempt) * weight,
-            damping=1.0,
-            reach=reach,
-            rigidity=3 + attempt,
-            seeking=0.2 / (1 + attempt),
-        )
-        for _ in returning.run(20):
-            pass
-        mesh = returning.mesh
+        free = grown(marked, mesh.connectivity, 2 + attempt).astype(float)
+        try:
+            mesh = _smoothed(mesh, target, free, reach, attempt)
+        except DivergedError:  # a mesh too coarse for its topology has no smooth shape: the best so far stays
+            break
         marked = tangled_vertices(mesh)
         if int(marked.sum()) < fewest:
             best, fewest = mesh, int(marked.sum())
     if fewest and start is not None:
         best, fewest = _taken_back(best, start, fewest)
     return best, fewest
+
+
+def _smoothed(mesh: SimplexMesh, target: Target, free: NDArray[np.float64], reach: float, attempt: int) -> SimplexMesh:
+    """Return the mesh with its free vertices relaxed without data, then back on it, stiffer with each attempt."""
+    relaxing = DeformableModel(mesh, alpha=0.5 * free, damping=1.0, constraint="orientation")
+    for _ in relaxing.run(5 + 5 * attempt):
+        pass
+    returning = DeformableModel(
+        relaxing.mesh,
+        target,
+        alpha=0.4 * free,
+        beta=0.2 / (1 + attempt) * free,
+        damping=1.0,
+        reach=reach,
+        rigidity=3 + attempt,
+        seeking=0.2 / (1 + attempt),
+    )
+    for _ in returning.run(20):
+        pass
+    return returning.mesh
 
 
 def _taken_back(mesh: SimplexMesh, start: SimplexMesh, fewest: int) -> tuple[SimplexMesh, int]:
