@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import typer
 
 from simplexmesh.cli.interrupt import held_interrupts
-from simplexmesh.cli.report import MODELS, NOTES, as_json, note, progress, table, writable, written_to
+from simplexmesh.cli.report import MODELS, NOTES, as_json, mesh_numbers, note, progress, table, writable, written_to
 
 EXAMPLE = (
     "Examples: simplexmesh decimate head.vtp --vertices 2000 -o small.vtp ;  "
@@ -97,23 +97,9 @@ def described(before: Any, result: Any) -> dict[str, Any]:
 
     mesh = result.mesh
     return {
-        "vertices": mesh.n_vertices,
-        "faces": mesh.n_faces,
-        "genus": mesh.genus,
-        "holes": mesh.n_holes,
-        "components": mesh.n_components,
-        "area": mesh.area,
-        "volume": mesh.volume,
+        **mesh_numbers(mesh),
         "mean_edge": mean_edge(mesh),
-        "before": {
-            "vertices": before.n_vertices,
-            "faces": before.n_faces,
-            "genus": before.genus,
-            "holes": before.n_holes,
-            "components": before.n_components,
-            "area": before.area,
-            "volume": before.volume,
-        },
+        "before": mesh_numbers(before),
         "diagonal": diagonal(before),
         "rms": result.rms,
         "largest": result.largest,

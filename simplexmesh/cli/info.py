@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from simplexmesh.cli.report import as_json, table
+from simplexmesh.cli.report import as_json, mesh_numbers, table
 
 EXAMPLE = "Example: simplexmesh info head.vtp"
 
@@ -80,13 +80,7 @@ def _simplex_mesh(mesh: Any) -> dict[str, Any]:
     found = mesh.check(self_intersections=True)
     return {
         "kind": "simplex mesh",
-        "vertices": mesh.n_vertices,
-        "faces": mesh.n_faces,
-        "genus": mesh.genus,
-        "holes": mesh.n_holes,
-        "components": mesh.n_components,
-        "area": mesh.area,
-        "volume": mesh.volume,
+        **mesh_numbers(mesh),
         "arrays": sorted(mesh.data),
         "problems": list(found.problems),
     }

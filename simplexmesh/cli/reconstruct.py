@@ -17,6 +17,7 @@ from simplexmesh.cli.report import (
     PICTURES,
     as_json,
     direction,
+    mesh_numbers,
     note,
     progress,
     table,
@@ -129,13 +130,7 @@ def described(result: Any) -> dict[str, Any]:
 
     mesh = result.mesh
     return {
-        "vertices": mesh.n_vertices,
-        "faces": mesh.n_faces,
-        "genus": mesh.genus,
-        "holes": mesh.n_holes,
-        "components": mesh.n_components,
-        "area": mesh.area,
-        "volume": mesh.volume,
+        **mesh_numbers(mesh),
         "mean_edge": mean_edge(mesh),
         "distance": asdict(result.distance),
         "iterations": len(result.history),

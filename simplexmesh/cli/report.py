@@ -22,6 +22,26 @@ NOTES: list[str] = []  # what was said so far, for JSON
 VIEWS = ("iso", "xy", "xz", "yz", "yx", "zx", "zy", "-xy", "-xz", "-yz", "-yx", "-zx", "-zy")
 
 
+def mesh_numbers(mesh: Any) -> dict[str, Any]:
+    """Return the numbers that every command tells of a simplex mesh.
+
+    Examples
+    --------
+    >>> import simplexmesh as sm
+    >>> mesh_numbers(sm.sphere(2))["vertices"]
+    80
+    """
+    return {
+        "vertices": mesh.n_vertices,
+        "faces": mesh.n_faces,
+        "genus": mesh.genus,
+        "holes": mesh.n_holes,
+        "components": mesh.n_components,
+        "area": mesh.area,
+        "volume": mesh.volume,
+    }
+
+
 def note(message: str) -> None:
     """Say something worth knowing, on the error stream."""
     NOTES.append(message)

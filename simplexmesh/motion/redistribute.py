@@ -104,8 +104,7 @@ def redistribute(
     >>> abs(out.mesh.n_vertices - 300) <= 3, out.mesh.genus
     (True, 0)
     """
-    if not isinstance(mesh, SimplexMesh):
-        raise TypeError(f"mesh must be a SimplexMesh, not {type(mesh).__name__}")
+    _check.instance("mesh", mesh, SimplexMesh)
     wanted = mesh.n_vertices if vertices is None else _check.integer("vertices", vertices, 20)
     if wanted < (fewest := least_vertices(mesh.connectivity)):
         raise ValueError(f"vertices must be at least {fewest}, for genus {mesh.genus}, not {wanted}")

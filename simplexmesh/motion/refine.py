@@ -102,8 +102,7 @@ def refine(
     >>> 100 < out.mesh.n_vertices <= 300, out.inserted == out.mesh.n_vertices - coarse.n_vertices
     (True, True)
     """
-    if not isinstance(mesh, SimplexMesh):
-        raise TypeError(f"mesh must be a SimplexMesh, not {type(mesh).__name__}")
+    _check.instance("mesh", mesh, SimplexMesh)
     limit = threshold_of(threshold)
     most = None if vertices is None else _check.integer("vertices", vertices, 4)
     if most is not None and most < mesh.n_vertices:
