@@ -14,7 +14,7 @@ import pyvista as pv
 
 import simplexmesh as sm
 
-CLAY, INSIDE, LINES = "#c9d3dc", "#d9a273", "#4a545c"
+CLAY, INSIDE, LINES, WALL = "#c9d3dc", "#d9a273", "#4a545c", "#8a3b12"
 
 
 def main(size="large"):
@@ -75,11 +75,18 @@ def far_from(points, mesh):
 
 
 def draw(plotter, mesh):
-    """Draw the faces of a mesh behind its middle, so that one looks into it."""
-    behind = [face for face in mesh.faces if mesh.vertices[face, 2].mean() < mesh.bounds.mean(axis=0)[2]]
-    half = pv.PolyData(np.array(mesh.vertices), np.concatenate([[len(face), *face] for face in behind]))
-    look = {"show_edges": True, "edge_color": LINES, "backface_params": {"color": INSIDE}}
-    plotter.add_mesh(half, color=CLAY, **look)
+    """Draw the half of a mesh behind its middle, cut by a plane, so that one looks into it."""
+    cut = {"normal": "z", "origin": mesh.bounds.mean(axis=0)}
+    fan = mesh.triangulated()
+    fan = pv.PolyData.from_regular_faces(fan.vertices, fan.faces)
+    lines = pv.PolyData(
+        np.array(mesh.vertices), lines=np.insert(mesh.connectivity.edge_vertices.astype(np.int64), 0, 2, axis=1).ravel()
+    )
+    half = plotter.add_mesh(fan.clip(**cut), color=CLAY, backface_params={"color": INSIDE})
+    half.mapper.SetResolveCoincidentTopologyToPolygonOffset()  # so that lines lie on top
+    half.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(2.0, 2.0)
+    plotter.add_mesh(lines.clip(**cut), color=LINES, lighting=False)
+    plotter.add_mesh(fan.slice(**cut), color=WALL, line_width=3, lighting=False)
     plotter.view_vector((0.35, 0.25, 1.0), (0.0, 1.0, 0.0))
 
 
@@ -90,7 +97,8 @@ def show(out):
         plotter.subplot(0, column)
         draw(plotter, mesh)
         percent = 100 * out["away"][name] / out["size"]
-        plotter.add_text(f"{name}: {mesh.n_vertices} vertices, {percent:.2g} % off", font_size=11, color=LINES)
+        title = f"{name}: {mesh.n_vertices} vertices, {percent:.2g} % off"
+        plotter.add_text(title, position="upper_edge", font_size=11, color=LINES)
     return plotter
 
 
