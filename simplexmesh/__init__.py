@@ -45,7 +45,8 @@ _HOME = {
     "motion.handles": ["add_handles"],
     # IV   the recognition
     "recognition.sai": ["SAI", "sai"],
-    "recognition.match": ["Match", "match"],
+    "recognition.matches": ["Match"],
+    "recognition.match": ["match"],
     "recognition.register": ["Pose", "Registration", "register"],
 }
 _MODULE = {name: f"simplexmesh.{module}" for module, names in _HOME.items() for name in names}
@@ -96,8 +97,8 @@ if TYPE_CHECKING:  # the same list once more, for type checkers and editors; a t
     from simplexmesh.motion.reconstruct import reconstruct as reconstruct
     from simplexmesh.motion.redistribute import redistribute as redistribute
     from simplexmesh.motion.refine import refine as refine
-    from simplexmesh.recognition.match import Match as Match
     from simplexmesh.recognition.match import match as match
+    from simplexmesh.recognition.matches import Match as Match
     from simplexmesh.recognition.register import Pose as Pose
     from simplexmesh.recognition.register import Registration as Registration
     from simplexmesh.recognition.register import register as register

@@ -105,3 +105,52 @@ def lumpy(frequency=14, seed=0, lumps=6):
     width = rng.uniform(0.25, 0.6, lumps)
     radius = 1 + (height * np.exp((mesh.vertices @ directions.T - 1) / width**2)).sum(axis=1)
     return mesh.moved(mesh.vertices * radius[:, None] * [1.2, 1.0, 0.9])
+
+
+def form_energy(cut, forms):
+    """Half the sum over triangles of the squared gradient times area, twice: the energy of each form."""
+    number = {tuple(sorted(pair)): k for k, pair in enumerate(cut.edges.tolist())}
+    total = np.zeros(forms.shape[1])
+    for a, b, c in cut.faces.tolist():
+        values = [np.zeros(forms.shape[1])]
+        for other in (b, c):
+            k = number[min(a, other), max(a, other)]
+            values.append(forms[k] if cut.edges[k, 0] == a else -forms[k])
+        one, two = cut.vertices[b] - cut.vertices[a], cut.vertices[c] - cut.vertices[a]
+        metric = np.array([[one @ one, one @ two], [one @ two, two @ two]])
+        steps = np.stack(values[1:])
+        slopes = np.linalg.solve(metric, steps)
+        total += (steps * slopes).sum(axis=0) * 0.5 * np.sqrt(np.linalg.det(metric))
+    return total
+
+
+def slid(grid, topology, a, b, row, column, *, flipped):
+    """The sum of squared differences of two signatures on a patch under one shift of the grid, and its area."""
+    shown = []
+    for values, seen in (a, b):
+        at = np.einsum("rcj,rcj->rc", values[grid.corners], grid.weights)
+        shown.append((at, seen[grid.corners].all(axis=2)))
+    (one, there), (other, here) = shown
+    rows, columns = one.shape
+    total = common = 0.0
+    for r in range(rows):
+        for c in range(columns):
+            at, to = ((-r) % rows if topology == "torus" else rows - 1 - r, -c % columns) if flipped else (r, c)
+            q = ((r + row) % rows, (c + column) % columns)
+            if there[q] and here[at, to]:
+                area = grid.areas[r, 0]
+                total += area * (one[q] - other[at, to]) ** 2
+                common += area
+    return total, common
+
+
+def on_model(topology, frequency, at):
+    """Where places of a patch are on the torus, tube or disc that is drawn."""
+    if topology == "plane":
+        return np.column_stack([at, 0 * at[:, 0]])
+    x, y = 2 * np.pi * at.T
+    if topology == "torus":
+        reach = 1 + 0.35 * np.cos(y)
+        return np.stack([reach * np.cos(x), reach * np.sin(x), 0.35 * np.sin(y)], axis=1)
+    tall = 2 * np.pi * np.sqrt(0.75) * (2 * frequency - 1) / (5 * frequency)
+    return np.stack([np.cos(x), np.sin(x), tall * (at[:, 1] - 0.5)], axis=1)

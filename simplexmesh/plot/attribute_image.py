@@ -9,10 +9,11 @@ import pyvista as pv
 
 from simplexmesh.plot.camera import looked_at
 from simplexmesh.plot.scenes import surface
+from simplexmesh.plot.skin import SIGNED
 from simplexmesh.plot.stage import stage
 from simplexmesh.recognition.sai import SAI
 
-NAME = "simplex angle (rad)"
+(NAME,) = SIGNED
 
 
 def signature(
@@ -25,6 +26,8 @@ def signature(
     limits: tuple[float, float] | None = None,
 ) -> pv.Plotter:
     """Show a signature: each vertex of the sphere at the radius pi + phi, colored by phi; at pi and gray where hidden.
+
+    On a torus, a tube or a disc vertices stand off the model, pi times its size, by phi as well.
 
     Parameters
     ----------
@@ -62,10 +65,13 @@ def signature(
         most = float(np.nanpercentile(np.abs(values), 98))
         limits = (-most, most)
     plotter = stage(columns=2 if fitted else 1)
-    images = [sai.mesh.moved(sai.directions * (np.pi + np.where(sai.hidden, 0.0, sai.angles))[:, None])]
+    model = sai.domain.mesh
+    outward = model.vertices if sai.topology == "sphere" else model.normals
+    images = [model.moved(np.pi * model.vertices + np.where(sai.hidden, 0.0, sai.angles)[:, None] * outward)]
     if fitted:
         at = sai.mesh.vertices - 0.5 * (sai.mesh.vertices.min(axis=0) + sai.mesh.vertices.max(axis=0))
-        images.insert(0, sai.mesh.moved(at * (1.1 * np.pi / np.linalg.norm(at, axis=1).max())))
+        size = 1.1 * np.pi * np.linalg.norm(model.vertices, axis=1).max()
+        images.insert(0, sai.mesh.moved(at * (size / np.linalg.norm(at, axis=1).max())))
     for column, mesh in enumerate(images):
         plotter.subplot(0, column)
         shown = mesh.with_data(**{NAME: values})

@@ -25,6 +25,7 @@ CREASE = 30.0  # degrees; triangles that meet at more are drawn with an edge
 MOST_BENT = 60.0  # the same for surfaces of volumes, which bend in steps
 DISK, CORNERS = 0.5, 8  # radius of a point's disk, in distances to its neighbors, and how round it is
 DIVERGING = {"mean_curvature": ("mean curvature", -1), "simplex_angle": ("simplex angle, rad", 0)}  # name, power
+SIGNED = ("simplex angle (rad)",)  # vertex arrays that have zero in the middle even where all are positive
 
 
 def thing(given: Any) -> Any:
@@ -140,7 +141,8 @@ def scalars_of(
     values = np.asarray(mesh.data[_check.choice("scalars", wanted, names)], dtype=float)
     if values.ndim != 1:
         raise ValueError(f"scalars {wanted!r} must have one number for each vertex, not shape {values.shape}")
-    return values, wanted.replace("_", " "), 0, bool((values < 0).any() and (values > 0).any())
+    signed = wanted in SIGNED or ((values < 0).any() and (values > 0).any())
+    return values, wanted.replace("_", " "), 0, bool(signed)
 
 
 def distances(mesh: SimplexMesh, data: Any, level: float | None, label: int | None, inside: str = "above") -> Array:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -12,10 +11,11 @@ from numpy.typing import NDArray
 from simplexmesh import _check
 from simplexmesh._vec import normalized
 from simplexmesh.recognition import _kernels_match
+from simplexmesh.recognition.matches import Match
 from simplexmesh.recognition.occlusion import WHOLE, Signature, scale_factor, signature_of
-from simplexmesh.recognition.rigid import rigid_fit, to_planes
-from simplexmesh.recognition.rotations import FAMILIES, TURNS, Rotations, angles_between, rotations
+from simplexmesh.recognition.rotations import FAMILIES, TURNS, Rotations, rotations
 from simplexmesh.recognition.sai import SAI
+from simplexmesh.recognition.sliding import slid
 from simplexmesh.recognition.spheres import Ball, ball
 
 Array = NDArray[np.float64]
@@ -32,73 +32,6 @@ CANDIDATES = 4
 
 FIRST_STEPS, LAST_STEPS = 4, 25
 LONGEST = np.radians(6.0)
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Match:
-    """One hypothesis of how two signatures lie on each other.
-
-    Attributes
-    ----------
-    rotation : (3, 3) array of float
-        R of equation 6.2, proper: ``phi_a(R p) = phi_b(p)``. It turns the sphere of b to that of a; it is not the
-        rotation between the objects, which is in `T_a_b`.
-    distance : float
-        Root mean square difference of the angles over what is visible of both, in radians.
-    overlap : float
-        The common part, as a share of what is visible of the signature that shows less.
-    scale : float
-        By how much what is visible of `scaled` was scaled about its center (k of equation 6.8, times what was tried).
-    scaled : {"a", "b", ""}
-        Which of the two.
-    vertices_a, vertices_b : (c,) array of int
-        Vertices that correspond, each to the nearest.
-    points_a, points_b : (c, 3) array of float
-        Points of the two objects that correspond, between vertices where need be.
-    normals_a : (c, 3) array of float
-        The outward normals of a there.
-
-    Examples
-    --------
-    >>> import simplexmesh as sm
-    >>> one = sm.sai(sm.ellipsoid((3, 2, 1), 12), frequency=5)
-    >>> [f"{each.overlap:.0%}" for each in sm.match(one, one, best=2)]
-    ['100%', '100%']
-    """
-
-    rotation: Array
-    distance: float
-    overlap: float
-    scale: float
-    scaled: str
-    vertices_a: Indices
-    vertices_b: Indices
-    points_a: Array
-    points_b: Array
-    normals_a: Array
-
-    def __repr__(self) -> str:
-        turn = np.degrees(angles_between(np.eye(3)[None], self.rotation[None])[0, 0])
-        scale = f", scale {self.scale:.2f} of {self.scaled}" if self.scaled else ""
-        return f"Match(distance {self.distance:.4f}, overlap {self.overlap:.0%}, turned by {turn:.1f} degrees{scale})"
-
-    @cached_property
-    def T_a_b(self) -> Array:
-        """(4, 4) the rigid motion that brings object b to object a (section 6.3.3).
-
-        Points that correspond are brought together in least squares (E0), then points to tangent planes (E1): what
-        corresponds may have slid along the surface.
-
-        Examples
-        --------
-        >>> import simplexmesh as sm
-        >>> egg = sm.sphere(12)
-        >>> egg = egg.moved(egg.vertices * [1.6, 1.3, 1.0] + 0.1 * egg.vertices**2)
-        >>> one = sm.sai(egg, frequency=6)
-        >>> bool(np.allclose(match(one, one)[0].T_a_b, np.eye(4), atol=1e-6))
-        True
-        """
-        return to_planes(self.points_b, self.points_a, self.normals_a, rigid_fit(self.points_b, self.points_a))
 
 
 def match(
@@ -118,7 +51,8 @@ def match(
     Parameters
     ----------
     sai_a, sai_b : SAI
-        Of one frequency.
+        Of one frequency and topology. Those on a torus, a tube or a disc are compared under all shifts along the
+        directions that are closed, and half turns; `method`, `refine` and `scale` are for spheres.
     best : int
         How many hypotheses to return at most, each at least 15 degrees from the others.
     minimum_overlap : float
@@ -164,11 +98,16 @@ def match(
             raise TypeError(f"{name} must be an SAI, made by sm.sai, not {type(one).__name__}")
     if sai_a.frequency != sai_b.frequency:
         raise ValueError(f"sai_b must have the frequency of sai_a, {sai_a.frequency}, not {sai_b.frequency}")
+    if sai_a.topology != sai_b.topology:
+        raise ValueError(f"sai_b must have the topology of sai_a, {sai_a.topology}, not {sai_b.topology}")
     best = _check.integer("best", best, 1)
     minimum_overlap = _check.number("minimum_overlap", minimum_overlap, 0.0, 1.0, open_low=True)
     smoothing = _check.integer("smoothing", smoothing, 0)
     limit = _check.number("limit", limit, 0.0, np.pi, open_low=True)
-    table = rotations(sai_a.frequency, _check.choice("method", method, FAMILIES))
+    _check.choice("method", method, FAMILIES)
+    if sai_a.topology != "sphere":
+        return slid(sai_a, sai_b, best, minimum_overlap, smoothing, limit)
+    table = rotations(sai_a.frequency, method)
     here = ball(sai_a.frequency)
     found: list[_Hypothesis] = []
     for factor, which in _scales(sai_a, sai_b, scale):

@@ -1,4 +1,4 @@
-"""Spherical attribute images: the shape of an object as one number per vertex of a sphere."""
+"""Spherical attribute images: the shape of an object as one number per vertex of a sphere, torus, tube or disc."""
 
 from __future__ import annotations
 
@@ -13,18 +13,16 @@ from scipy.spatial import cKDTree
 
 from simplexmesh import _check
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-from simplexmesh.motion.evolve import mean_edge
 from simplexmesh.motion.progress import Report, reporting
-from simplexmesh.motion.subjects import PointsSubject, Subject, TrianglesSubject, as_subject
+from simplexmesh.motion.subjects import as_subject
 from simplexmesh.recognition.fitting import fitted, vertex_areas
-from simplexmesh.recognition.spheres import ball, checked_frequency
+from simplexmesh.recognition.laying import laid
+from simplexmesh.recognition.patches import TOPOLOGIES, Patch, domain
+from simplexmesh.recognition.samples import reach_of, samples, sound
+from simplexmesh.recognition.spheres import Ball, checked_frequency
 from simplexmesh.recognition.storing import understood, write
 
 Array = NDArray[np.float64]
-
-FEWEST_POINTS = 100
-FLATTEST = 1e-3
-"""Points whose least extent is less than this of the largest lie in a plane."""
 
 LEAST_SEEN = 0.05
 
@@ -39,12 +37,15 @@ class SAI:
         f, 5 to 12: the sphere has 20 f^2 vertices.
     mesh : SimplexMesh
         The sphere fitted to the object, in the object's place; its connectivity is that of ``sm.sphere(frequency)``.
+        For other topologies a torus, a tube or a disc: see `simplexmesh.recognition.patches`.
     hidden : (n,) array of bool, optional
         Vertices that no data is near: they bridge what was not seen. None are by default.
     distance : (n,) array of float, optional
         From each vertex to the nearest data, in the data's unit.
     threshold : float
         Vertices farther away than this from the data are hidden.
+    topology : {"sphere", "torus", "cylinder", "plane"}
+        What the mesh is; "plane" is a disc.
 
     Raises
     ------
@@ -63,15 +64,16 @@ class SAI:
     hidden: NDArray[np.bool_] = None  # type: ignore[assignment]
     distance: Array = None  # type: ignore[assignment]
     threshold: float = float("inf")
+    topology: str = "sphere"
 
     def __post_init__(self) -> None:
         f = checked_frequency(self.frequency)
         if not isinstance(self.mesh, SimplexMesh):
             raise TypeError(f"mesh must be a SimplexMesh, not {type(self.mesh).__name__}")
-        shared = ball(f).mesh.connectivity
+        shared = domain(_check.choice("topology", self.topology, TOPOLOGIES), f).mesh.connectivity
         if self.mesh.connectivity is not shared and not np.array_equal(self.mesh.connectivity.twin, shared.twin):
             raise ValueError(
-                f"mesh must have the connectivity of the sphere of frequency {f}, not that of {self.mesh!r}"
+                f"mesh must have the connectivity of the {self.topology} of frequency {f}, not that of {self.mesh!r}"
             )
         n = self.mesh.n_vertices
         hidden = np.zeros(n, bool) if self.hidden is None else np.asarray(self.hidden)
@@ -82,8 +84,14 @@ class SAI:
         object.__setattr__(self, "distance", _check.frozen(distance))
 
     def __repr__(self) -> str:
-        seen = "" if not self.hidden.any() else f", {self.visible_fraction:.0%} of the sphere seen"
-        return f"SAI(frequency {self.frequency}, {self.n_vertices} vertices{seen})"
+        kind = "" if self.topology == "sphere" else f"{self.topology}, "
+        seen = "" if not self.hidden.any() else f", {self.visible_fraction:.0%} of the {self.topology} seen"
+        return f"SAI({kind}frequency {self.frequency}, {self.n_vertices} vertices{seen})"
+
+    @property
+    def domain(self) -> Ball | Patch:
+        """The regular mesh the signature lives on: a unit sphere, or the torus, tube or disc of its topology."""
+        return domain(self.topology, self.frequency)
 
     @property
     def n_vertices(self) -> int:
@@ -97,8 +105,8 @@ class SAI:
 
     @property
     def directions(self) -> Array:
-        """(n, 3) where each vertex is on the unit sphere."""
-        return ball(self.frequency).vertices
+        """(n, 3) where each vertex is on the unit sphere, or on the model of another topology."""
+        return self.domain.vertices
 
     @property
     def area(self) -> float:
@@ -114,19 +122,19 @@ class SAI:
     @cached_property
     def visible_fraction(self) -> float:
         """The share of the unit sphere that was seen (A2 of equation 6.8, over 4 pi)."""
-        cells = ball(self.frequency).cell_areas
+        cells = self.domain.cell_areas
         return float(cells[~self.hidden].sum() / cells.sum())
 
     @cached_property
     def center(self) -> Array:
         """(3,) the mean direction of what was seen, a unit vector; the x axis where all was seen."""
-        cells = ball(self.frequency).cell_areas
+        cells = self.domain.cell_areas
         mean = (self.directions * cells[:, None])[~self.hidden].sum(axis=0)
         length = float(np.linalg.norm(mean))
         return np.array([1.0, 0.0, 0.0]) if length < 1e-6 * cells.sum() else mean / length
 
     def plot(self, **options: Any) -> Any:
-        """Show the signature on the sphere, each vertex at the radius pi + phi, gray where hidden.
+        """Show the signature on the sphere, each vertex at the radius pi + phi, gray where hidden; others likewise.
 
         Parameters
         ----------
@@ -157,6 +165,7 @@ class SAI:
             hidden=self.hidden,
             distance=self.distance,
             threshold=np.array(self.threshold),
+            topology=np.array(self.topology),
         )
 
     @staticmethod
@@ -170,8 +179,9 @@ class SAI:
         """
         with understood(path) as parts:
             frequency = int(parts["frequency"])
-            mesh = ball(checked_frequency(frequency)).mesh.moved(parts["vertices"])
-            return SAI(frequency, mesh, parts["hidden"], parts["distance"], float(parts["threshold"]))
+            topology = str(parts["topology"]) if "topology" in parts else "sphere"
+            mesh = domain(topology, frequency).mesh.moved(parts["vertices"])
+            return SAI(frequency, mesh, parts["hidden"], parts["distance"], float(parts["threshold"]), topology)
 
 
 def sai(
@@ -183,9 +193,10 @@ def sai(
     inside: str = "above",
     poses: ArrayLike | None = None,
     threshold: float | None = None,
+    topology: str = "sphere",
     progress: bool | Report = False,
 ) -> SAI:
-    """Return the spherical attribute image of an object.
+    """Return the spherical attribute image of an object, or its image on a torus, a tube or a disc.
 
     A quasi-regular sphere is laid around the data as an ellipsoid and moves under strong, then light smoothing with
     metric parameters 1/3 until it rests. Its simplex angles do not change with the object's place, size and pose;
@@ -204,6 +215,9 @@ def sai(
     threshold : float, optional
         Vertices farther than this from the data are labelled hidden, in the data's unit. Default: three times the
         distance between neighboring samples where they are sparse, and at least three quarters of the mesh's edges.
+    topology : {"sphere", "torus", "cylinder", "plane"}
+        On what: a "torus" for objects with one handle and no border, knotted or not, a "cylinder" for tubes with two
+        borders, a "plane" for sheets with one border. The sphere suits any object; it seals handles.
     progress : bool or callable
         True shows a bar; a function is called with the share done and a message.
 
@@ -214,7 +228,8 @@ def sai(
     Raises
     ------
     ValueError, TypeError, OSError
-        Data that is not there, too small or flat to carry a signature; a frequency out of range.
+        Data that is not there, too small or flat to carry a signature, of another topology than asked for; a frequency
+        out of range.
     DivergedError
         When the motion left the finite numbers.
 
@@ -224,10 +239,13 @@ def sai(
     balanced about the center of the sphere, which makes the result repeatable: see `simplexmesh.recognition.fitting`.
     Data with handles gets them sealed.
 
+    A torus, a tube or a disc is laid on the data along a map that keeps angles but for a stretch of the whole, found
+    from harmonic functions (`simplexmesh.recognition.unrolling`), then smoothed on the data.
+
     References
     ----------
-    H. Delingette, thesis, 1994, section 6.2; H. Delingette, M. Hebert, K. Ikeuchi, *A spherical representation for the
-    recognition of curved objects*, ICCV 1993.
+    H. Delingette, thesis, 1994, section 6.2 and figure 6.21; H. Delingette, M. Hebert, K. Ikeuchi, *A spherical
+    representation for the recognition of curved objects*, ICCV 1993.
 
     Examples
     --------
@@ -239,52 +257,27 @@ def sai(
     frequency = checked_frequency(frequency)
     limit = None if threshold is None else _check.number("threshold", threshold, 0.0, open_low=True)
     _check.choice("inside", inside, ("above", "below"))
+    _check.choice("topology", topology, TOPOLOGIES)
     with reporting(progress) as report:
         report(0.0, "reading")
         subject = as_subject(data, level=level, label=label, inside=inside, components="largest", poses=poses)
-        points, normals = _samples(subject)
-        _sound(points)
+        points, normals = samples(subject)
+        sound(points)
         report(0.1, "fitting")
-        mesh = fitted(points, normals, frequency)
+        if topology == "sphere":
+            mesh = fitted(points, normals, frequency)
+        else:
+            told = {"level": level, "label": label, "inside": inside, "poses": poses}
+            mesh = laid(subject, data, topology, frequency, told)
         report(0.9, "labeling")
         tree = cKDTree(points)
         distance = tree.query(mesh.vertices, workers=-1)[0]
-        limit = _threshold(points, tree, mesh) if limit is None else limit
-        found = SAI(frequency, mesh, distance > limit, distance, limit)
+        limit = reach_of(points, tree, mesh) if limit is None else limit
+        found = SAI(frequency, mesh, distance > limit, distance, limit, topology)
         if found.visible_fraction < LEAST_SEEN:
             raise ValueError(
-                f"data must be near the sphere fitted to it on at least {LEAST_SEEN:.0%} of it; it is on "
+                f"data must be near the {topology} fitted to it on at least {LEAST_SEEN:.0%} of it; it is on "
                 f"{found.visible_fraction:.1%}, with threshold {limit:g}"
             )
         report(1.0, "done")
     return found
-
-
-def _samples(subject: Subject) -> tuple[Array, Array | None]:
-    """Return points on the surface, and normals where the data knows them."""
-    if isinstance(subject, PointsSubject):
-        return subject.cloud.points, subject.cloud.normals
-    if isinstance(subject, TrianglesSubject):
-        return subject.sampled.points, subject.sampled.normals
-    return subject.points, None
-
-
-def _sound(points: Array) -> None:
-    """Refuse what cannot carry a signature.
-
-    Raises
-    ------
-    ValueError
-    """
-    if len(points) < FEWEST_POINTS:
-        raise ValueError(f"data must hold at least {FEWEST_POINTS} points to carry a signature, not {len(points)}")
-    extents = np.linalg.svd(points - points.mean(axis=0), full_matrices=False, compute_uv=False)
-    if not extents[2] > FLATTEST * extents[0]:
-        raise ValueError("data must bend to carry a signature; its points lie in a plane")
-
-
-def _threshold(points: Array, tree: cKDTree, mesh: SimplexMesh) -> float:
-    """Return how far from the data a vertex may be and still be seen."""
-    some = points[np.linspace(0, len(points) - 1, min(len(points), 2000)).astype(np.int64)]
-    near = tree.query(some, k=min(5, len(points)), workers=-1)[0][:, -1]
-    return max(3.0 * float(np.quantile(near, 0.95)), 0.75 * mean_edge(mesh))

@@ -5,6 +5,7 @@ Run with `python tests/benchmarks/bench_match.py`; half a minute. A table is pri
 
 from __future__ import annotations
 
+import os
 import sys
 import time
 from collections.abc import Callable
@@ -73,6 +74,46 @@ def whole_steps() -> None:
         print(f"| {frequency} | {spent:.2f} ({used:.2f}) | {1e3 * best(lambda: sm.match(one, other)):.0f} |")  # noqa: B023
 
 
+PATCHES = {"kitten.xyz": "torus", "knot1.off": "torus", "fran_face.vtk": "plane", "part_scan.ply": "plane"}
+
+
+def other_topologies(runs: int = 10, noise: float = 0.001) -> None:
+    """Find objects of other topologies turned at random, with noise in shares of the diagonal."""
+    folder = os.environ.get("SIMPLEXMESH_DATA")
+    if folder is None:
+        return
+    print(
+        "\n| object | topology | found | median | largest | next distance | sai, s | match, ms |\n|---|---|--:|--:|--:|--:|--:|--:|"
+    )
+    for name, topology in PATCHES.items():
+        data = sm.read(Path(folder) / name)
+        data = data.welded(report=False) if isinstance(data, sm.TriangleMesh) else data.points
+        one, rng = sm.sai(data, topology=topology), np.random.default_rng(0)
+        angles, ratios, fits, matches = [], [], [], []
+        for _ in range(runs):
+            R = reference.random_rotation(rng)
+            if isinstance(data, sm.TriangleMesh):
+                off = noise * data.diagonal * rng.normal(size=data.vertices.shape)
+                other = sm.TriangleMesh((data.vertices + off) @ R.T, data.faces)
+            else:
+                some = data[rng.permutation(len(data))[: int(0.9 * len(data))]]
+                other = (some + noise * np.linalg.norm(np.ptp(some, axis=0)) * rng.normal(size=some.shape)) @ R.T
+            start = time.perf_counter()
+            two = sm.sai(other, topology=topology)
+            middle = time.perf_counter()
+            found = sm.match(two, one)
+            matches.append(time.perf_counter() - middle)
+            fits.append(middle - start)
+            away = [reference.angle(each.T_a_b[:3, :3], R) for each in found[: 3 if name == "knot1.off" else 1]]
+            angles.append(min(away))  # the knot has a threefold axis
+            ratios.append(found[len(away)].distance / found[0].distance)
+        print(
+            f"| {name} | {topology} | {np.mean(np.array(angles) < 5):.0%} | {np.median(angles):.2f} | {max(angles):.2f} "
+            f"| {np.median(ratios):.1f} times | {min(fits):.2f} | {1e3 * min(matches):.0f} |"
+        )
+
+
 if __name__ == "__main__":
     searches()
     whole_steps()
+    other_topologies()
