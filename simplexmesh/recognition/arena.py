@@ -111,17 +111,30 @@ def arena_of(source: Surface, target: Surface, rng: np.random.Generator) -> tupl
     """Return the arena, and the point and the length that were taken for zero and for one."""
     middle, unit = target.points.mean(axis=0), max(source.extent, target.extent)
     here, there = source.placed(source.points.mean(axis=0), unit).smoothed(), target.placed(middle, unit).smoothed()
-    low, high = there.points.min(axis=0), there.points.max(axis=0)
+    grid, low, cell = grid_of(there.points)
+    size = min(source.extent, target.extent) / unit
+    return Arena(here, there, here.some(JUDGED, rng), here.some(FOLLOWED, rng), grid, low, cell, size), middle, unit
+
+
+def grid_of(points: Array) -> tuple[NDArray[np.int32], Array, float]:
+    """Return a grid around points that knows which is about nearest to each cell, its corner, and its cells' side.
+
+    Examples
+    --------
+    >>> grid, low, cell = grid_of(np.array([[0.0, 0, 0], [1, 0, 0]]))
+    >>> x = ((np.array([0.1, 0, 0]) - low) / cell).astype(int)
+    >>> int(grid[tuple(x)])
+    0
+    """
+    low, high = points.min(axis=0), points.max(axis=0)
     cell = float((high - low).max()) / CELLS
     low = low - MARGIN * cell
     shape = (np.ceil((high - low) / cell) + MARGIN).astype(int)
-    places = ((there.points - low) / cell).astype(int)
+    places = ((points - low) / cell).astype(int)
     holder = np.full(shape, -1, np.int32)
     holder[tuple(places.T)] = np.arange(len(places))
     near = ndimage.distance_transform_edt(holder < 0, return_distances=False, return_indices=True)
-    grid = holder[tuple(near)]
-    size = min(source.extent, target.extent) / unit
-    return Arena(here, there, here.some(JUDGED, rng), here.some(FOLLOWED, rng), grid, low, cell, size), middle, unit
+    return holder[tuple(near)], low, cell
 
 
 def rows(R: Array, t: Array) -> Array:

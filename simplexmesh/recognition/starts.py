@@ -63,17 +63,23 @@ def from_pairs(source: Surface, target: Surface, size: float, rng: np.random.Gen
     return rows(R, q[at] - np.einsum("hij,hj->hi", R, p[i]))
 
 
-def from_middles(source: Surface, target: Surface) -> Array:
-    """Return motions (h, 12) that bring middles together: the four of the principal axes, then turns all around."""
+def from_axes(source: Surface, target: Surface) -> Array:
+    """Return the four motions (4, 12) that bring middles and principal axes together."""
     here, there = source.points.mean(axis=0), target.points.mean(axis=0)
     A = np.linalg.svd(source.points - here, full_matrices=False)[2]
     B = np.linalg.svd(target.points - there, full_matrices=False)[2]
     A, B = A * np.sign(np.linalg.det(A)), B * np.sign(np.linalg.det(B))
     flips = [np.diag(f) for f in itertools.product((1.0, -1.0), repeat=3) if np.prod(f) > 0]
-    group = icosahedral_group()
-    spread = np.einsum("gab,jbc->jgac", group, even_representatives(SPREAD, group)).reshape(-1, 3, 3)
-    R = np.concatenate([np.stack([B.T @ flip @ A for flip in flips]), spread])
+    R = np.stack([B.T @ flip @ A for flip in flips])
     return rows(R, there - R @ here)
+
+
+def from_middles(source: Surface, target: Surface) -> Array:
+    """Return motions (h, 12) that bring middles together: the four of the principal axes, then turns all around."""
+    here, there = source.points.mean(axis=0), target.points.mean(axis=0)
+    group = icosahedral_group()
+    R = np.einsum("gab,jbc->jgac", group, even_representatives(SPREAD, group)).reshape(-1, 3, 3)
+    return np.concatenate([from_axes(source, target), rows(R, there - R @ here)])
 
 
 def begun(arena: Arena, rng: np.random.Generator) -> Array:
