@@ -154,3 +154,84 @@ def on_model(topology, frequency, at):
         return np.stack([reach * np.cos(x), reach * np.sin(x), 0.35 * np.sin(y)], axis=1)
     tall = 2 * np.pi * np.sqrt(0.75) * (2 * frequency - 1) / (5 * frequency)
     return np.stack([np.cos(x), np.sin(x), tall * (at[:, 1] - 0.5)], axis=1)
+
+
+def triangles_of(frequency):
+    """Every triangle of a vertex and two of its faces' centers: the vertex, the two faces, the inverse of corners."""
+    here = ball(frequency)
+    vertex = np.repeat(np.arange(len(here.vertices)), 3)
+    faces = here.mesh.connectivity.face
+    pairs = np.stack([np.roll(faces, 1, axis=1), faces], axis=2).reshape(-1, 2)
+    corners = np.stack([here.vertices[vertex], here.centers[pairs[:, 0]], here.centers[pairs[:, 1]]], axis=2)
+    return vertex, pairs, np.linalg.inv(corners)
+
+
+def residuals(frequency, R, first, seen_first, second, seen):
+    """The sum of squares of first(R p) - second(p), how many count, and the normal equations for a small turn."""
+    here = ball(frequency)
+    vertex, pairs, inverse = triangles_of(frequency)
+    means = np.array([first[loop].mean() for loop in here.mesh.faces])
+    total, count, A, b = 0.0, 0, np.zeros((3, 3)), np.zeros(3)
+    for p in np.flatnonzero(seen):
+        x = R @ here.vertices[p]
+        weights = inverse @ x
+        at = int(weights.min(axis=1).argmax())
+        if not seen_first[vertex[at]]:
+            continue
+        values = np.array([first[vertex[at]], *means[pairs[at]]])
+        whole = weights[at].sum()
+        value = values @ weights[at] / whole
+        slope = inverse[at].T @ (values - value) / whole
+        row, lack = np.cross(x, slope), value - second[p]
+        total, count = total + lack**2, count + 1
+        A, b = A + np.outer(row, row), b + lack * row
+    return total, count, A, b
+
+
+def turned(w, R):
+    """R followed by a turn of |w| about w."""
+    angle = np.linalg.norm(w)
+    if angle == 0:
+        return R.copy()
+    x, y, z = w / angle
+    K = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    return (np.eye(3) + np.sin(angle) * K + (1 - np.cos(angle)) * K @ K) @ R
+
+
+def followed(frequency, R, first, seen_first, second, seen, *, least, steps, longest):
+    """Levenberg and Marquardt's method for one rotation: the rotation, the mean square difference, how many count."""
+
+    def at(turn):
+        total, count, A, b = residuals(frequency, turn, first, seen_first, second, seen)
+        return total / count if count >= max(least, 1) else np.inf, count, A, b
+
+    mean, count, A, b = at(R)
+    damping = 1e-3
+    for _ in range(steps):
+        if not mean < np.inf:
+            break
+        w = -np.linalg.solve(A + damping * np.trace(A) * np.eye(3), b)
+        length = np.linalg.norm(w)
+        other = turned(w * min(1.0, longest / length), R)
+        new, number, new_A, new_b = at(other)
+        if new <= mean:
+            gain, mean, count, R, A, b = mean - new, new, number, other, new_A, new_b
+            damping = max(0.2 * damping, 1e-9)
+            if length < 1e-4 or gain <= 1e-7 * mean:
+                break
+        else:
+            damping *= 8.0
+            if damping > 1e4 or length < 1e-4:
+                break
+    return R, mean, count
+
+
+def plane_fits(points, near):
+    """Planes through rows of points: unit normals, mean squared distances to them, the first of each row on it."""
+    local = points[near]
+    middle = local.mean(axis=1)
+    local = local - middle[:, None]
+    values, vectors = np.linalg.eigh(np.einsum("nki,nkj->nij", local, local) / near.shape[1])
+    normals = vectors[:, :, 0]
+    first = points[near[:, 0]]
+    return normals, values[:, 0], first - normals * ((first - middle) * normals).sum(axis=1)[:, None]
