@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 import simplexmesh as sm
+from simplexmesh.recognition import _kernels_planes as planes
 from simplexmesh.recognition import _kernels_register as kernels
 from simplexmesh.recognition.arena import arena_of, rows
 from simplexmesh.recognition.icp import about_zero
@@ -118,6 +121,22 @@ class TestMotionsAreFound:
         assert_allclose(dark.T_target_source, found.T_target_source, atol=1e-3)
 
 
+class TestHowExact:
+    def test_nearly_as_exact_as_noise_allows(self):
+        """No unbiased estimate has less than the information of both surfaces' points (Cramér and Rao)."""
+        rng, noise, count = np.random.default_rng(0), 0.05, 12_000
+        surface = reference.lumpy(16).triangulated().sampled(20_000, rng=0)
+        points, normals = surface.points - surface.points.mean(axis=0), surface.normals
+        rows_ = np.hstack([np.cross(points, normals), normals])
+        least = 2 * noise**2 * np.linalg.inv(rows_.T @ rows_ * (count / len(points)))
+        squares = []
+        for _ in range(3):
+            T = motion(rng)
+            found = sm.register(lumpy(count, rng, noise), moved(T, lumpy(count, rng, noise)))
+            squares.append(np.radians(turn_between(found.T_target_source, T)) ** 2)
+        assert np.mean(squares) < 3 * np.trace(least[:3, :3])
+
+
 class TestWhatIsUncertain:
     def test_an_ellipsoid_has_four_poses_and_each_fits(self):
         rng = np.random.default_rng(0)
@@ -172,6 +191,25 @@ class TestWhatIsUncertain:
 
 
 class TestKernels:
+    @given(st.integers(0, 2**32 - 1), st.integers(3, 20), st.floats(-6, 6), st.floats(0, 1))
+    def test_planes_are_those_of_the_eigenvectors(self, seed, count, size, flatness):
+        rng = np.random.default_rng(seed)
+        points = 10.0**size * (rng.normal(size=(60, 3)) * [1, 0.7, flatness] + rng.normal(size=3))
+        near = rng.integers(0, len(points), (15, count))
+        near[:, 0] = np.arange(15)
+        out = np.empty((15, 3)), np.empty(15), np.empty((15, 3))
+        planes.fit_planes(points, near, *out)
+        _, spread, smooth = reference.plane_fits(points, near)
+        scale = 10.0**size
+        assert_allclose(out[1], np.maximum(spread, 0), atol=1e-12 * scale**2)
+        assert_allclose((out[0] ** 2).sum(axis=1), 1)
+        local = points[near] - points[near].mean(axis=1, keepdims=True)
+        assert_allclose((np.einsum("nka,na->nk", local, out[0]) ** 2).mean(axis=1), out[1], atol=1e-12 * scale**2)
+        assert_allclose(np.einsum("na,na->n", points[near].mean(axis=1) - out[2], out[0]), 0, atol=1e-9 * scale)
+        gap = np.linalg.eigvalsh(np.einsum("nki,nkj->nij", local, local))
+        sure = gap[:, 1] - gap[:, 0] > 1e-3 * gap[:, 2]
+        assert_allclose(out[2][sure], smooth[sure], atol=1e-9 * scale)
+
     def test_a_pair_votes_for_the_motion_that_was_applied(self):
         rng = np.random.default_rng(0)
         points = rng.normal(size=(60, 3))

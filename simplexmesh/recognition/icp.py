@@ -19,6 +19,7 @@ ALIKE = 0.5
 
 STILL = 1e-6
 LOST = 1e-10
+FEWEST = 12
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,13 +66,12 @@ def information(at: Array, normals: Array, weight: Array) -> tuple[Array, Array]
 
 def refined(
     source: Surface, target: Surface, tree: cKDTree, start: Array, reach: float, *,
-    chosen: NDArray[np.int64] | slice = slice(None), rounds: int = 20,
-) -> tuple[Array, Array]:  # fmt: skip
-    """Return the motion (4, 4) that brings points to tangent planes, from a start nearby, and its covariance (6, 6).
+    chosen: NDArray[np.int64] | slice = slice(None), rounds: int = 20, still: float = 0.0,
+) -> Array:  # fmt: skip
+    """Return the motion (4, 4) that brings points to tangent planes, from a start nearby.
 
-    Gauss and Newton's method with Geman and McClure's weights, at twice the spread of the residuals. The covariance is
-    that of a small motion after it, a rotation vector and a shift; what the normals leave open (equation 6.12 of the
-    thesis: their matrix is singular) is not moved and has an enormous variance.
+    Gauss and Newton's method with Geman and McClure's weights, at twice the spread of the residuals. What the normals
+    leave open (equation 6.12 of the thesis: their matrix is singular) is not moved.
 
     Parameters
     ----------
@@ -81,19 +81,19 @@ def refined(
     start : (4, 4) array of float
     reach : float
         Points farther than this from the target have no part in it, nor those whose normals are not alike.
+    still : float
+        Done when a step is smaller than this share of what is uncertain about the motion.
     """
-    T, covariance = start.copy(), np.full((6, 6), np.inf)
+    T = start.copy()
     for _ in range(rounds):
         found = paired(source, target, tree, T, reach, chosen)
         common = found.common
-        if np.count_nonzero(common) < 12:
-            return start, covariance
-        lack, normals, at = found.lack[common], target.normals[found.near[common]], found.at[common]
-        middle = at.mean(axis=0)
-        arm = float(np.sqrt(((at - middle) ** 2).sum(axis=1).mean()))
-        spread = max(2 * 1.4826 * float(np.median(np.abs(lack))), 1e-9 * arm)
-        weight = found.alike[common] / (1 + (lack / spread) ** 2) ** 2
-        rows, matrix = information((at - middle) / arm, normals, weight)
+        if np.count_nonzero(common) < FEWEST:
+            return start
+        lack, normals = found.lack[common], target.normals[found.near[common]]
+        middle, arm, arms = _centered(found.at[common])
+        weight = _trust(lack, arm) * found.alike[common]
+        rows, matrix = information(arms, normals, weight)
         values, vectors = np.linalg.eigh(matrix)
         sound = values > LOST * values[-1]
         x = -vectors[:, sound] @ ((vectors[:, sound].T @ (rows.T @ (weight * lack))) / values[sound])
@@ -101,15 +101,56 @@ def refined(
         step[:3, :3] = rotations_of(x[None, :3] / arm)[0]
         step[:3, 3] = middle + x[3:] - step[:3, :3] @ middle
         T = step @ T
-        if norm(x) < STILL * arm:
+        if norm(x) < STILL * arm or x @ matrix @ x < still**2 * _variance(lack, weight):
             break
+    return T
+
+
+def uncertainty(source: Surface, target: Surface, found: Pairing, T: Array) -> tuple[Array, float]:
+    """Return the covariance (6, 6) of a small motion after T, and the root mean square distance to planes.
+
+    A rotation vector and a shift. What the normals leave open has an enormous variance.
+
+    Parameters
+    ----------
+    source, target : Surface
+        As they were measured.
+    found : Pairing
+        Of all points of the source.
+    T : (4, 4) array of float
+    """
+    common = found.common
+    if np.count_nonzero(common) < FEWEST:
+        return np.full((6, 6), np.inf), float("inf")
+    near = found.near[common]
+    at, normals = source.points[common] @ T[:3, :3].T + T[:3, 3], target.normals[near]
+    lack = dot(at - target.points[near], normals)
+    middle, arm, arms = _centered(at)
+    weight = _trust(lack, arm) * found.alike[common]
+    values, vectors = np.linalg.eigh(information(arms, normals, weight)[1])
     # Points that come to lie on the same plane of the target share its error.
-    shared = np.count_nonzero(common) / len(np.unique(found.near[common]))
-    variance = shared * float((weight * lack**2).sum() / max(weight.sum() - 6, 1.0))
-    inverse = (vectors / np.maximum(values, LOST * values[-1])) @ vectors.T * variance
-    scale = np.diag([1 / arm] * 3 + [1.0] * 3)
-    A = about_zero(middle) @ scale
-    return T, A @ inverse @ A.T
+    shared = len(near) / len(np.unique(near))
+    inverse = (vectors / np.maximum(values, LOST * values[-1])) @ vectors.T * shared * _variance(lack, weight)
+    A = about_zero(middle) @ np.diag([1 / arm] * 3 + [1.0] * 3)
+    return A @ inverse @ A.T, float(np.sqrt((lack**2).mean()))
+
+
+def _centered(at: Array) -> tuple[Array, float, Array]:
+    """Return the middle of points, their root mean square distance to it, and the points as seen from there in it."""
+    middle = at.mean(axis=0)
+    arm = float(np.sqrt(((at - middle) ** 2).sum(axis=1).mean()))
+    return middle, arm, (at - middle) / arm
+
+
+def _trust(lack: Array, arm: float) -> Array:
+    """Return Geman and McClure's weights, at twice the spread of residuals."""
+    spread = max(2 * 1.4826 * float(np.median(np.abs(lack))), 1e-9 * arm)
+    return np.asarray(1 / (1 + (lack / spread) ** 2) ** 2)
+
+
+def _variance(lack: Array, weight: Array) -> float:
+    """Return the variance of residuals."""
+    return float((weight * lack**2).sum() / max(weight.sum() - 6, 1.0))
 
 
 def about_zero(middle: Array) -> Array:

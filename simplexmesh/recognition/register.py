@@ -7,12 +7,11 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from simplexmesh import _check
 from simplexmesh.motion.progress import Report, reporting
 from simplexmesh.recognition.arena import Arena, arena_of
-from simplexmesh.recognition.icp import about_zero, paired, refined
+from simplexmesh.recognition.icp import about_zero, paired, refined, uncertainty
 from simplexmesh.recognition.starts import begun
 from simplexmesh.recognition.surfaces import Surface, surface_of
 from simplexmesh.recognition.verify import Court, Verdict
@@ -30,6 +29,8 @@ PROMISING = 0.6
 
 ASKED = 2000
 FIRST_ROUNDS = 8
+SETTLED = 0.03
+"""The last refinement ends when a step is smaller than this share of the pose's own uncertainty."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -209,8 +210,8 @@ def tried(arena: Arena, court: Court, motions: Array) -> list[Verdict]:
     found = []
     for motion in motions:
         start = np.vstack([motion.reshape(3, 4), [0, 0, 0, 1]])
-        T, _ = refined(court.source, court.target, court.trees[1], start, 2 * court.reach,
-                       chosen=court.samples[0], rounds=FIRST_ROUNDS)  # fmt: skip
+        T = refined(court.source, court.target, court.trees[1], start, 2 * court.reach,
+                    chosen=court.samples[0], rounds=FIRST_ROUNDS)  # fmt: skip
         found.append(court.judged(T))
     found.sort(key=lambda verdict: -verdict.score)
     ends = np.array([verdict.T[:3].ravel() for verdict in found]).reshape(-1, 12)
@@ -222,13 +223,13 @@ def concluded(
 ) -> tuple[Verdict, list[tuple[Verdict, bool]], Array, Array]:
     """Return the best verdict, the others with whether they equal it, open motions and covariance.
 
-    The best is refined on all points as they were measured.
+    The best is refined on all points, on the planes of their neighbors: these know more than one point does. What it
+    leaves uncertain is told from the points as they were measured.
     """
-    first = verdicts[0]
-    reach = max(court.reach, 4 * float(np.hypot(source.noise, target.noise)))
-    T, covariance = refined(source, target, cKDTree(target.points), first.T, reach)
-    found = paired(source, target, cKDTree(target.points), T, reach)
-    best = replace(court.judged(T), error=float(np.sqrt((found.lack[found.common] ** 2).mean())))
+    first, tree = verdicts[0], court.trees[1]
+    T = refined(court.source, court.target, tree, first.T, court.reach, still=SETTLED)
+    covariance, error = uncertainty(source, target, paired(court.source, court.target, tree, T, court.reach), T)
+    best = replace(court.judged(T), error=error)
     others = [(each, each.equals(first)) for each in verdicts[1:]]
     return best, others, court.open_motions(T), covariance
 

@@ -16,10 +16,11 @@ from simplexmesh.data.points import distinct
 from simplexmesh.data.volume import Volume
 from simplexmesh.errors import TopologyError
 from simplexmesh.motion.initial.orientation import turned
-from simplexmesh.motion.initial.planes import planes
+from simplexmesh.motion.initial.planes import Planes
 from simplexmesh.motion.outward import STRAIGHT, sense
 from simplexmesh.motion.subjects import PointsSubject, TrianglesSubject, as_subject
 from simplexmesh.motion.targets.borders import border_of_points
+from simplexmesh.recognition import _kernels_planes
 
 Array = NDArray[np.float64]
 
@@ -31,6 +32,9 @@ THINNEST = 1e-3
 """Points whose second extent is less than this of the largest lie on a line."""
 
 FEW, MANY, NOISY = 16, 40, 0.25
+MEASURED = 2_000
+"""Spacing and noise are taken from about so many points."""
+
 SMOOTHED = 0.35
 TURNED_POINTS = 4_000
 CELLS = 32
@@ -151,21 +155,23 @@ def local_planes(points: Array) -> tuple[float, float, Array, Array]:
     Sixteen neighbors, or forty where the noise is more than a fourth of the spacing.
     """
     tree = cKDTree(points)
-    spacing, noise = 0.0, 0.0
-    for count in (FEW, MANY):
-        count = min(count, len(points))
-        distance, near = tree.query(points, k=count, workers=-1)
-        local = points[near]
-        middle = local.mean(axis=1)
-        local = local - middle[:, None]
-        values, vectors = np.linalg.eigh(np.einsum("nki,nkj->nij", local, local) / count)
-        normals = vectors[:, :, 0]
-        if count == FEW:
-            spacing = float(np.median(distance[:, -1])) * np.sqrt(np.pi / count)
-            noise = float(np.sqrt(max(0.0, np.median(values[:, 0]))))
-        if noise < NOISY * spacing:
-            break
-    return spacing, noise, normals, points - normals * dot(points - middle, normals)[:, None]
+    few = min(FEW, len(points))
+    some = points if len(points) <= MEASURED else points[:: len(points) // MEASURED]
+    distance, near = tree.query(some, k=few, workers=-1)
+    spacing = float(np.median(distance[:, -1])) * np.sqrt(np.pi / few)
+    noise = float(np.sqrt(np.median(_planes_of(points, near)[1])))
+    count = few if noise < NOISY * spacing else min(MANY, len(points))
+    if count > few or some is not points:
+        _, near = tree.query(points, k=count, workers=-1)
+    normals, _, smooth = _planes_of(points, near)
+    return spacing, noise, normals, smooth
+
+
+def _planes_of(points: Array, near: NDArray[np.int64]) -> tuple[Array, Array, Array]:
+    """Return normals (m, 3), mean squared distances (m,) of neighbors (m, k) to their planes, the first on them."""
+    out = np.empty((len(near), 3)), np.empty(len(near)), np.empty((len(near), 3))
+    _kernels_planes.fit_planes(points, near, *out)
+    return out
 
 
 def oriented(points: Array, normals: Array) -> Array:
@@ -177,7 +183,8 @@ def oriented(points: Array, normals: Array) -> Array:
     if len(points) > TURNED_POINTS:
         some = points[np.sort(np.random.default_rng(0).choice(len(points), TURNED_POINTS, replace=False))]
     cell = float(np.ptp(points, axis=0).max()) / CELLS
-    inward = turned(some, planes(some), cell).at(points)[1]
+    spacing, noise, sided, _ = local_planes(some)
+    inward = turned(some, Planes(sided, spacing, noise), cell).at(points)[1]
     normals = np.where(dot(normals, inward)[:, None] > 0, -normals, normals)
     border = border_of_points(some)
     middle = border.points.mean(axis=0) if len(border.points) else points.mean(axis=0)
