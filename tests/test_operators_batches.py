@@ -1,4 +1,4 @@
-"""Batches: many edits at a time are the edits one by one, whatever their order; what is left out is told."""
+"""Batches: many edits are the edits one by one, in the order of memory or as given; what is left out is told."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def test_batches_equal_their_edits_one_by_one(name, seed):
     for method in ("swap_edges", "remove_edges", "swap_edges"):
         darts = rng.choice(alive_darts(many), 30)
         before = many._darts.twin[darts].copy()
-        batch = getattr(many, method)(darts)
+        batch = getattr(many, method)(darts, in_order=True)
         assert sum(batch.reasons.values()) == (~batch.done).sum()
         for dart, twin, status in zip(darts, before, batch.status, strict=True):
             if single._darts.twin[dart] != twin or not single._darts.alive[dart // 3]:
@@ -33,7 +33,7 @@ def test_batches_equal_their_edits_one_by_one(name, seed):
 
 
 @given(name=names, seed=seeds, method=st.sampled_from(["swap", "remove", "insert", "remove_faces", "refine_faces"]))
-def test_batches_out_of_order_are_those_of_their_sorted_edits(name, seed, method):
+def test_batches_are_done_from_the_first_place_in_memory_to_the_last_unless_told(name, seed, method):
     mesh, rng = MESHES[name], np.random.default_rng(seed)
     loose, sorted_ = EditableMesh(mesh), EditableMesh(mesh)
     c = mesh.connectivity
@@ -45,8 +45,8 @@ def test_batches_out_of_order_are_those_of_their_sorted_edits(name, seed, method
         across = np.concatenate([rng.choice(loose.around(int(f)), 1) for f in c.face.reshape(-1)[chosen]])
         args = chosen, across, rng.uniform(0.2, 0.8, (30, 2))
     call = method if method.endswith("faces") else f"{method}_edges"
-    one = getattr(loose, call)(*args, in_order=False)
-    other = getattr(sorted_, call)(*(values[order] for values in args))
+    one = getattr(loose, call)(*args)
+    other = getattr(sorted_, call)(*(values[order] for values in args), in_order=True)
     assert one.reasons == other.reasons
     assert_array_equal(one.status[order], other.status)
     assert_array_equal(one.witness[order], other.witness)
@@ -62,7 +62,7 @@ def test_batches_of_faces_equal_their_edges_one_by_one(name, seed):
     for method in ("refine_faces", "remove_faces", "refine_faces"):
         there = np.array(sorted(number))
         faces = rng.choice(there, 12)
-        batch = getattr(many, method)(faces)
+        batch = getattr(many, method)(faces, in_order=True)
         assert sum(batch.reasons.values()) == (~batch.done).sum()
         touched = set()
         for face, status in zip(faces.tolist(), batch.status.tolist(), strict=True):
@@ -105,6 +105,6 @@ def test_the_order_of_memory_is_that_of_large_numbers_too():
     darts[:50] = darts[-50:]
     order = np.argsort(darts, kind="stable")
     one, other = EditableMesh(mesh), EditableMesh(mesh)
-    loose, ordered = one.swap_edges(darts, in_order=False), other.swap_edges(darts[order])
+    loose, ordered = one.swap_edges(darts), other.swap_edges(darts[order], in_order=True)
     assert_array_equal(loose.status[order], ordered.status)
     assert_array_equal(one.result().mesh.connectivity.twin, other.result().mesh.connectivity.twin)

@@ -23,8 +23,8 @@ def uneven(mesh, rng, swaps=60, removals=10):
     """The mesh after random swaps and removals."""
     edit = EditableMesh(mesh)
     darts = np.arange(mesh.connectivity.twin.size)
-    edit.swap_edges(rng.choice(darts, swaps))
-    edit.remove_edges(rng.choice(darts, removals))
+    edit.swap_edges(rng.choice(darts, swaps), in_order=True)
+    edit.remove_edges(rng.choice(darts, removals), in_order=True)
     return edit.result().mesh
 
 

@@ -36,7 +36,7 @@ def places_on_edges(at: ArrayLike, count: int) -> NDArray[np.float64]:
 
 def _order(numbers: NDArray[np.int32], in_order: bool) -> slice | NDArray[np.intp]:  # noqa: FBT001
     """Return in which order a batch is done: as given, or stably sorted, by 16 bits at a time as that is fastest."""
-    if in_order:
+    if in_order or len(numbers) < 2:
         return slice(None)
     low = np.argsort((numbers & 0xFFFF).astype(np.uint16), kind="stable")
     return low[np.argsort((numbers[low] >> 16).astype(np.uint16), kind="stable")]
@@ -93,21 +93,24 @@ class EditableMesh(EditableDarts):
         super().__init__(mesh)
         self._seams: list[Seam] = []
 
-    # ---- T1, T2, T7: where two edits of a batch are in each other's way, the one given first is done
+    # ---- T1, T2, T7: where two edits of a batch are in each other's way, the one that comes first is done
 
-    def remove_edges(self, darts: ArrayLike, *, in_order: bool = True) -> Batch:
+    def remove_edges(self, darts: ArrayLike, *, in_order: bool = False) -> Batch:
         """T1 on many edges, each named by one of its darts; see `remove_edge`.
 
-        With `in_order=False` they are done from the first dart to the last one instead of as given, which on large
-        meshes spares most of the waiting for memory; so for all batches.
+        They are done from the smallest dart to the largest one, so that on large meshes neighbors in memory come one
+        after the other. With `in_order=True` they are done as given, where those given first are to have precedence; in
+        random order that takes two to four times as long on a million vertices. So for all batches.
         """
         return self._apply(kernels.REMOVE, darts, darts, 0.5, in_order)
 
-    def insert_edges(self, darts: ArrayLike, others: ArrayLike, at: ArrayLike = 0.5, *, in_order: bool = True) -> Batch:
+    def insert_edges(
+        self, darts: ArrayLike, others: ArrayLike, at: ArrayLike = 0.5, *, in_order: bool = False
+    ) -> Batch:
         """T2 on many pairs of darts, which must have the same left face; `at` (m, 2) tells where on each dart."""
         return self._apply(kernels.INSERT, darts, others, at, in_order)
 
-    def swap_edges(self, darts: ArrayLike, *, in_order: bool = True) -> Batch:
+    def swap_edges(self, darts: ArrayLike, *, in_order: bool = False) -> Batch:
         """T7 on many edges, each named by one of its darts; see `swap_edge`."""
         return self._apply(kernels.SWAP, darts, darts, 0.5, in_order)
 
@@ -129,11 +132,11 @@ class EditableMesh(EditableDarts):
 
     # ---- T5, T6
 
-    def remove_faces(self, faces: ArrayLike, *, in_order: bool = True) -> Batch:
+    def remove_faces(self, faces: ArrayLike, *, in_order: bool = False) -> Batch:
         """T5 on many faces, each by T1 on its edges, all of them or none; see `remove_face`."""
         return self._apply_to_faces(kernels.REMOVE_FACE, faces, in_order)
 
-    def refine_faces(self, faces: ArrayLike, *, in_order: bool = True) -> Batch:
+    def refine_faces(self, faces: ArrayLike, *, in_order: bool = False) -> Batch:
         """T6 on many faces, each by T2; the face in the middle keeps the number. See `refine_face`.
 
         Neighbors may be refined together: a face has the corners then that it has gained from its neighbors.

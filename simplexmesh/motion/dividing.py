@@ -81,7 +81,7 @@ def _cut(edit: EditableMesh, mesh: SimplexMesh, faces: Indices, most: int, may_g
     pairs = pairs[pairs[:, 0] >= 0]
     done = at = 0
     while done < most and at < len(pairs):
-        batch = edit.insert_edges(pairs[at : at + most - done, 0], pairs[at : at + most - done, 1])
+        batch = edit.insert_edges(*pairs[at : at + most - done].T, in_order=True)
         at += most - done
         done += int(batch.done.sum())
     return done
@@ -150,9 +150,10 @@ def evened(mesh: SimplexMesh, zone: Mask | None) -> Edited:
         if not fit.any():
             break
         darts, around = darts[fit], around[fit]
-        first = taken_apart(around[np.argsort(-excess[fit], kind="stable")], c.face_sizes.size, len(darts))
+        order = np.argsort(-excess[fit], kind="stable")
+        first = taken_apart(around[order], c.face_sizes.size, len(darts))
         edit = EditableMesh(mesh)
-        if not edit.swap_edges(darts[np.argsort(-excess[fit], kind="stable")][first]).done.any():
+        if not edit.swap_edges(darts[order][first], in_order=True).done.any():
             break
         step = edit.result()
         mesh, maps = step.mesh, composed(maps, step)

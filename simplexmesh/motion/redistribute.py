@@ -172,7 +172,8 @@ def redistribute_round(
     sorted_ = np.argsort(merged, kind="stable")
     low = sorted_[taken_apart(around[sorted_], c.face_sizes.size, most)]
     edit = EditableMesh(mesh)
-    removed = int(edit.remove_edges(darts[low[: _exchanged(merged[low], scores[high], change)]]).done.sum())
+    few = darts[low[: _exchanged(merged[low], scores[high], change)]]
+    removed = int(edit.remove_edges(few, in_order=True).done.sum())
     cut, _ = divided(edit, mesh, high, 2 * max(change + removed, 0), np.ones(scores.size, bool), fewest=5)
     first = edit.result()
     even = regularize(first.mesh)
