@@ -48,6 +48,7 @@ _HOME = {
     "recognition.matches": ["Match"],
     "recognition.match": ["match"],
     "recognition.register": ["Pose", "Registration", "register"],
+    "recognition.library": ["ModelLibrary", "Recognition"],
 }
 _MODULE = {name: f"simplexmesh.{module}" for module, names in _HOME.items() for name in names}
 _SUBMODULES = {"targets": "simplexmesh.motion.targets", "plot": "simplexmesh.plot"}
@@ -97,6 +98,8 @@ if TYPE_CHECKING:  # the same list once more, for type checkers and editors; a t
     from simplexmesh.motion.reconstruct import reconstruct as reconstruct
     from simplexmesh.motion.redistribute import redistribute as redistribute
     from simplexmesh.motion.refine import refine as refine
+    from simplexmesh.recognition.library import ModelLibrary as ModelLibrary
+    from simplexmesh.recognition.library import Recognition as Recognition
     from simplexmesh.recognition.match import match as match
     from simplexmesh.recognition.matches import Match as Match
     from simplexmesh.recognition.register import Pose as Pose

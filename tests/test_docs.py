@@ -68,8 +68,13 @@ def test_commands_exist_as_written(page):
             words = shlex.split(line, comments=True)
             if words[:1] != ["simplexmesh"]:
                 continue
-            known = {option for parameter in commands[words[1]].params for option in parameter.opts} | {"--help"}
-            assert [word for word in words[2:] if re.match(r"--?[a-z]", word) and word not in known] == []
+            command, *words = words[1:]
+            known = commands[command]
+            if hasattr(known, "commands"):
+                command, *words = words
+                known = known.commands[command]
+            known = {option for parameter in known.params for option in parameter.opts} | {"--help"}
+            assert [word for word in words if re.match(r"--?[a-z]", word) and word not in known] == []
 
 
 def test_a_failing_block_is_seen():

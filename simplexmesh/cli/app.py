@@ -11,7 +11,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperCommand, TyperGroup
 
-from simplexmesh.cli import decimate, demo, info, reconstruct, register, view
+from simplexmesh.cli import decimate, demo, info, library, reconstruct, register, view
 from simplexmesh.cli.report import INTERRUPTED, KEPT, NOTES, as_json, error, note
 from simplexmesh.errors import DivergedError
 
@@ -56,6 +56,17 @@ app.command("demo", cls=_Command, epilog=demo.EXAMPLE)(demo.command)
 app.command("reconstruct", cls=_Command, epilog=reconstruct.EXAMPLE)(reconstruct.command)
 app.command("decimate", cls=_Command, epilog=decimate.EXAMPLE)(decimate.command)
 app.command("register", cls=_Command, epilog=register.EXAMPLE)(register.command)
+_library = typer.Typer(
+    cls=_Group,
+    help="Models in one file, and which of them a scan shows: add, list, recognise.",
+    epilog=library.EXAMPLE,
+    no_args_is_help=True,
+    rich_markup_mode="rich",
+)
+_library.command("add", cls=_Command, epilog=library.ADD_EXAMPLE)(library.add)
+_library.command("list", cls=_Command, epilog=library.LIST_EXAMPLE)(library.list_models)
+_library.command("recognise", cls=_Command, epilog=library.RECOGNISE_EXAMPLE)(library.recognise)
+app.add_typer(_library, name="library")
 app.command("info", cls=_Command, epilog=info.EXAMPLE)(info.command)
 app.command("view", cls=_Command, epilog=view.EXAMPLE)(view.command)
 

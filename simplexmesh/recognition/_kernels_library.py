@@ -1,0 +1,135 @@
+"""What tells one shape from another without a pose: images about points, distances; and pairs that agree on a pose."""
+
+# mypy: allow-untyped-defs
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit, prange
+
+FLAGS = {"nsz", "arcp", "contract", "reassoc"}
+AWAY, ALONG = 5, 8
+"""Bins of a spin image: distances from the normal, heights along it."""
+
+LENGTHS, BENDS, REACHES = 22, 4, 22
+"""Bins of a profile: lengths of pairs by how their normals bend, and distances from the middle."""
+
+
+@njit(cache=True, error_model="numpy", parallel=True, fastmath=FLAGS)
+def spin_images(points, normals, chosen, radius, images):
+    """Fill, for each chosen point, where the points within a radius lie: how far from its normal, how high along it.
+
+    Each point is shared between the nearest bins; points near the radius count less.
+    """
+    for k in prange(len(chosen)):
+        i = chosen[k]
+        for j in range(len(points)):
+            dx, dy, dz = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1], points[j, 2] - points[i, 2]
+            square = (dx * dx + dy * dy + dz * dz) / (radius * radius)
+            if square > 1.0:
+                continue
+            height = (dx * normals[i, 0] + dy * normals[i, 1] + dz * normals[i, 2]) / radius
+            away = math.sqrt(max(square - height * height, 0.0))
+            weight = 1.0 - square * square
+            x, y = away * AWAY - 0.5, (height + 1.0) * 0.5 * ALONG - 0.5
+            left, low = math.floor(x), math.floor(y)
+            for a in range(2):
+                for b in range(2):
+                    share = (x - left if a else 1.0 - x + left) * (y - low if b else 1.0 - y + low)
+                    column, row = min(max(left + a, 0), AWAY - 1), min(max(low + b, 0), ALONG - 1)
+                    images[k, column * ALONG + row] += weight * share
+
+
+@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+def pair_profile(points, normals, longest, pairs):
+    """Count pairs of points by their distance and the cosine between their normals, into `pairs` (LENGTHS, BENDS).
+
+    Distances from `longest` on go into the last bin.
+    """
+    for i in range(len(points)):
+        for j in range(i):
+            dx, dy, dz = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1], points[j, 2] - points[i, 2]
+            bend = normals[i, 0] * normals[j, 0] + normals[i, 1] * normals[j, 1] + normals[i, 2] * normals[j, 2]
+            length = math.sqrt(dx * dx + dy * dy + dz * dz)
+            a = min(int(length / longest * LENGTHS), LENGTHS - 1)
+            b = min(max(int((bend + 1.0) * 0.5 * BENDS), 0), BENDS - 1)
+            pairs[a, b] += 1.0
+
+
+@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+def _alike(d, e, n, m, bend):
+    """Whether the cosines between a direction and a normal differ little between two pairs."""
+    here = d[0] * n[0] + d[1] * n[1] + d[2] * n[2]
+    return abs(here - e[0] * m[0] - e[1] * m[1] - e[2] * m[2]) <= bend
+
+
+@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+def agreeing(p, n, q, m, shortest, slack, bend, degree, pairs):
+    """Find which two correspondences (p, n) to (q, m) of points with normals one motion may bring about.
+
+    Their distances differ by no more than `slack` and are longer than `shortest`, and the three cosines between their
+    line and the normals differ by no more than `bend`. `degree` becomes how many agree with each; the pairs go into
+    `pairs`, which has room for all. Return how many they are.
+    """
+    count = 0
+    degree[:] = 0
+    d, e = np.zeros(3), np.zeros(3)
+    for i in range(len(p)):
+        for j in range(i):
+            here = there = 0.0
+            for a in range(3):
+                d[a], e[a] = p[j, a] - p[i, a], q[j, a] - q[i, a]
+                here += d[a] * d[a]
+                there += e[a] * e[a]
+            here, there = math.sqrt(here), math.sqrt(there)
+            if here < shortest or there < 0.5 * shortest or abs(here - there) > slack:
+                continue
+            for a in range(3):
+                d[a] /= here
+                e[a] /= there
+            if not (_alike(d, e, n[i], m[i], bend) and _alike(d, e, n[j], m[j], bend)):
+                continue
+            if not _alike(n[i], m[i], n[j], m[j], bend):
+                continue
+            degree[i] += 1
+            degree[j] += 1
+            pairs[count, 0], pairs[count, 1] = i, j
+            count += 1
+    return count
+
+
+@njit(cache=True, error_model="numpy", parallel=True, fastmath=FLAGS)
+def nearest(rows, squares, starts, asked, out):
+    """Fill `out[m, k]` with the least of `squares[i] - 2 rows[i] asked[:, k]` over the rows i of each group m.
+
+    Its rows are from ``starts[m]`` to ``starts[m + 1]``; the innermost loops run along k.
+    """
+    for m in prange(len(starts) - 1):
+        product = np.empty(asked.shape[1], np.float32)
+        for i in range(starts[m], starts[m + 1]):
+            product[:] = np.float32(0.0)
+            for d in range(asked.shape[0]):
+                value = rows[i, d]
+                for k in range(asked.shape[1]):
+                    product[k] += value * asked[d, k]
+            for k in range(asked.shape[1]):
+                out[m, k] = min(out[m, k], squares[i] - np.float32(2.0) * product[k])
+
+
+@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+def two_likest(rows, squares, asked, likest):
+    """Fill `likest` (k, 2) with the rows of which `squares[i] - 2 rows[i] asked[k]` is least, and second least."""
+    for k in range(len(asked)):
+        least, second = np.float32(np.inf), np.float32(np.inf)
+        for i in range(len(rows)):
+            product = np.float32(0.0)
+            for d in range(rows.shape[1]):
+                product += rows[i, d] * asked[k, d]
+            value = squares[i] - np.float32(2.0) * product
+            if value < least:
+                second, likest[k, 1] = least, likest[k, 0]
+                least, likest[k, 0] = value, i
+            elif value < second:
+                second, likest[k, 1] = value, i

@@ -1,0 +1,81 @@
+"""What a library compares, done plainly: point by point, pair by pair."""
+
+from __future__ import annotations
+
+import numpy as np
+
+
+def spin_images(points, normals, chosen, radius, shape):
+    """Where the points within a radius of each chosen one lie, shared between bins by how near these are."""
+    away_bins, along_bins = shape
+    images = np.zeros((len(chosen), away_bins, along_bins))
+    for k, i in enumerate(chosen):
+        for q in points:
+            offset = (q - points[i]) / radius
+            square = offset @ offset
+            if square > 1:
+                continue
+            height = offset @ normals[i]
+            x = np.sqrt(max(square - height**2, 0)) * away_bins - 0.5
+            y = (height + 1) / 2 * along_bins - 0.5
+            for a, share_a in ((np.floor(x), 1 - x % 1), (np.floor(x) + 1, x % 1)):
+                for b, share_b in ((np.floor(y), 1 - y % 1), (np.floor(y) + 1, y % 1)):
+                    place = int(np.clip(a, 0, away_bins - 1)), int(np.clip(b, 0, along_bins - 1))
+                    images[k][place] += (1 - square**2) * share_a * share_b
+    return images.reshape(len(chosen), -1)
+
+
+def pair_profile(points, normals, longest, shape):
+    """How many pairs have a distance and a cosine between normals."""
+    pairs = np.zeros(shape)
+    for i in range(len(points)):
+        for j in range(i):
+            length = np.linalg.norm(points[j] - points[i]) / longest
+            bend = (normals[i] @ normals[j] + 1) / 2
+            pairs[min(int(length * shape[0]), shape[0] - 1), min(max(int(bend * shape[1]), 0), shape[1] - 1)] += 1
+    return pairs
+
+
+def agreeing(p, n, q, m, shortest, slack, bend):
+    """Which two correspondences one motion may bring about."""
+    pairs = []
+    for i in range(len(p)):
+        for j in range(i):
+            d, e = p[j] - p[i], q[j] - q[i]
+            here, there = np.linalg.norm(d), np.linalg.norm(e)
+            if here < shortest or there < shortest / 2 or abs(here - there) > slack:
+                continue
+            d, e = d / here, e / there
+            cosines = [d @ n[i] - e @ m[i], d @ n[j] - e @ m[j], n[i] @ n[j] - m[i] @ m[j]]
+            if max(np.abs(cosines)) <= bend:
+                pairs.append((i, j))
+    return pairs
+
+
+def squared_distances(rows, asked):
+    """The squared distance of each of some rows to each asked (k, d)."""
+    return ((rows[:, None] - asked[None]) ** 2).sum(axis=2)
+
+
+def harmonics(degree, directions):
+    """An orthonormal basis of the spherical harmonics of a degree, at unit vectors: polynomials made harmonic.
+
+    Of the homogeneous polynomials of the degree those that are orthogonal, in the mean over the sphere, to all of lower
+    degree with the same parity.
+    """
+    rng = np.random.default_rng(0)
+    dense = rng.normal(size=(40_000, 3))
+    dense /= np.linalg.norm(dense, axis=1, keepdims=True)
+
+    def monomials(at, d):
+        return np.stack([at[:, 0] ** i * at[:, 1] ** j * at[:, 2] ** (d - i - j)
+                         for i in range(d + 1) for j in range(d + 1 - i)], axis=1)  # fmt: skip
+
+    below = monomials(dense, degree - 2) if degree >= 2 else np.zeros((len(dense), 0))
+    mine = monomials(dense, degree)
+    lower = np.linalg.lstsq(below, mine, rcond=None)[0] if degree >= 2 else np.zeros((0, mine.shape[1]))
+    rest = mine - below @ lower
+    values, vectors = np.linalg.eigh(rest.T @ rest * 4 * np.pi / len(dense))
+    kept = vectors[:, -(2 * degree + 1) :] / np.sqrt(values[-(2 * degree + 1) :])
+    there = monomials(directions, degree - 2) @ lower if degree >= 2 else 0.0
+    return (monomials(directions, degree) - there) @ kept

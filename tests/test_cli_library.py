@@ -1,0 +1,127 @@
+"""`simplexmesh library`: what it adds, lists and recognises is what the library does."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+import simplexmesh as sm
+from simplexmesh.cli import app
+from tests import reference_recognition as reference
+
+T = np.array([[0, -1.0, 0, 5], [1, 0, 0, 0], [0, 0, 1, -2], [0, 0, 0, 1]])
+
+
+@pytest.fixture
+def command(capsys):
+    def run(*words):
+        code = app.run(["library", *map(str, words)])
+        return code, *capsys.readouterr()
+
+    return run
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("models")
+    mesh = reference.lumpy(12)
+    mesh.save(folder / "lumpy.stl")
+    sm.torus(radius=1.2, tube_radius=0.4).save(folder / "ring.vtp")
+    np.savetxt(folder / "scan.xyz", mesh.vertices @ T[:3, :3].T + T[:3, 3])
+    np.savetxt(folder / "few.xyz", mesh.vertices[:20])
+    (folder / "broken.sml").write_text("not a library\n" * 100)
+    sm.ModelLibrary(folder / "empty.sml").add("ring", sm.torus(radius=1.2, tube_radius=0.4))
+    sm.ModelLibrary(folder / "empty.sml").remove("ring")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def models(files):
+    library = sm.ModelLibrary(files / "models.sml")
+    for name in ("lumpy.stl", "ring.vtp"):
+        library.add(name.partition(".")[0], files / name)
+    return library.path
+
+
+def test_adds_and_lists(command, files, tmp_path):
+    where = tmp_path / "models.sml"
+    code, out, _ = command("add", where, files / "lumpy.stl", files / "ring.vtp", "--json")
+    assert code == 0
+    assert json.loads(out)["added"] == ["lumpy", "ring"]
+    code, out, _ = command("add", where, files / "ring.vtp", "--name", "another ring")
+    assert code == 0
+    assert "another ring" in out
+    code, out, _ = command("list", where)
+    assert out.splitlines() == ["lumpy", "ring", "another ring"]
+    code, out, err = command("add", where, files / "ring.vtp")
+    assert (code, out) == (2, "")
+    assert "replace the model 'ring'" in err
+    assert command("add", where, files / "ring.vtp", "--replace")[0] == 0
+    assert json.loads(command("list", where, "--json")[1])["models"] == ["lumpy", "another ring", "ring"]
+
+
+def test_recognises_and_draws(command, files, models, tmp_path):
+    code, out, _ = command("recognise", models, files / "scan.xyz", "--json", "--picture", tmp_path / "found.png")
+    assert code == 0
+    found = json.loads(out)["models"]
+    assert found[0]["name"] == "lumpy"
+    assert found[0]["score"] > 0.9
+    assert np.allclose(found[0]["T_scan_model"], T, atol=0.05)
+    assert (tmp_path / "found.png").stat().st_size > 10_000
+    code, out, _ = command("recognise", models, files / "scan.xyz", "--best", 1)
+    assert code == 0
+    assert "lumpy" in out
+    assert "ring" not in out
+
+
+def test_interrupted_while_adding(command, files, tmp_path, monkeypatch):
+    add = sm.ModelLibrary.add
+
+    def stopped(self, name, *rest, **options):
+        if name == "ring":
+            raise KeyboardInterrupt
+        add(self, name, *rest, **options)
+
+    monkeypatch.setattr(sm.ModelLibrary, "add", stopped)
+    code, _, err = command("add", tmp_path / "models.sml", files / "lumpy.stl", files / "ring.vtp")
+    assert code == 130
+    assert "what was added before is kept" in err
+    assert list(sm.ModelLibrary(tmp_path / "models.sml")) == ["lumpy"]
+    code, _, err = command("add", tmp_path / "none.sml", files / "ring.vtp")
+    assert code == 130
+    assert "nothing was written" in err
+    assert not (tmp_path / "none.sml").exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("recognise", "models.sml", "few.xyz"), "data must hold at least 50 points"),
+        (("recognise", "models.sml", "absent.xyz"), "absent.xyz"),
+        (("recognise", "absent.sml", "scan.xyz"), "there is no model library"),
+        (("recognise", "broken.sml", "scan.xyz"), "broken.sml is not a whole model library"),
+        (("recognise", "empty.sml", "scan.xyz"), "it is empty"),
+        (("recognise", "models.sml", "scan.xyz", "--picture", "found.doc"), "--picture must end with one of"),
+        (("list", "absent.sml"), "there is no model library"),
+        (("list", "broken.sml"), "is not a whole model library"),
+        (("add", "broken.sml", "ring.vtp"), "is not a whole model library"),
+        (("add", "models.sml", "few.xyz"), "data must hold at least 50 points"),
+        (("add", "models.sml", "ring.vtp", "scan.xyz", "--name", "x"), "--name is for one file, not 2"),
+    ],
+)
+def test_bad_input(command, files, models, words, said):
+    before = models.read_bytes()
+    code, out, err = command(*(files / word if "." in word else word for word in words))
+    assert (code, out) == (2, "")
+    assert said in err
+    assert models.read_bytes() == before
+
+
+@pytest.mark.parametrize("name", ["add", "list", "recognise"])
+def test_help_shows_an_example(command, name):
+    code, out, _ = command(name, "--help")
+    assert code == 0
+    assert f"simplexmesh library {name} " in " ".join(out.split())
+    assert "bool" not in out

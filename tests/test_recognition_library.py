@@ -1,0 +1,435 @@
+"""A library keeps what was added whatever happens, and tells what a scan shows."""
+
+from __future__ import annotations
+
+import itertools
+import os
+import signal
+import sqlite3
+import subprocess
+import sys
+import textwrap
+from contextlib import contextmanager
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import simplexmesh as sm
+from simplexmesh.recognition import _kernels_library as kernels
+from simplexmesh.recognition.models import Model, model_of
+from simplexmesh.recognition.profile import profile_of
+from simplexmesh.recognition.shelf import Images
+from simplexmesh.recognition.spectrum import power_spectrum
+from simplexmesh.recognition.spheres import ball
+from simplexmesh.recognition.surfaces import surface_of
+from tests import reference_library as plain
+from tests import reference_recognition as reference
+
+
+def bodies():
+    """Five bodies of about one size."""
+    cube = np.array([[x, y, z] for x in (-1.0, 1) for y in (-1.0, 1) for z in (-1.0, 1)])
+    faces = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+    triangles = np.array([[f[0], f[k], f[k + 1]] for f in faces for k in (1, 2)])
+    return {
+        "lumpy": reference.lumpy(12).triangulated(),
+        "other": reference.lumpy(12, seed=4).triangulated(),
+        "egg": sm.ellipsoid((1.5, 1.1, 0.8), 12).triangulated(),
+        "ring": sm.torus(radius=1.2, tube_radius=0.4).triangulated(),
+        "brick": sm.TriangleMesh(cube * [1.3, 1.0, 0.6], triangles),
+    }
+
+
+@pytest.fixture(scope="module")
+def known():
+    return bodies()
+
+
+@pytest.fixture(scope="module")
+def library(known, tmp_path_factory):
+    made = sm.ModelLibrary(tmp_path_factory.mktemp("library") / "models.sml")
+    for name, mesh in known.items():
+        made.add(name, mesh)
+    return made
+
+
+def scan_of(mesh, share, noise, rng):
+    """Points of a body, one side of a random plane, noisy, turned; and the motion."""
+    points = mesh.sampled(12_000, rng=rng).points
+    size = np.linalg.norm(np.ptp(points, axis=0))
+    height = points @ rng.normal(size=3)
+    points = points[height <= np.quantile(height, share)]
+    points = rng.permutation(points)[:3000] + noise * size * rng.normal(size=(3000, 3))
+    T = np.eye(4)
+    T[:3, :3], T[:3, 3] = reference.random_rotation(rng), rng.normal(size=3)
+    return points @ T[:3, :3].T + T[:3, 3], T
+
+
+class TestRecognition:
+    @pytest.mark.parametrize(("share", "noise"), [(1.0, 0.01), (0.7, 0.005), (0.5, 0.005)])
+    def test_finds_each_body_and_where_it_lies(self, library, known, share, noise):
+        rng = np.random.default_rng(3)
+        for name, mesh in known.items():
+            scan, T = scan_of(mesh, share, noise, rng)
+            found = library.recognise(scan)
+            assert found[0].name == name
+            if name in ("lumpy", "other"):
+                assert reference.angle(found[0].T_scan_model[:3, :3], T[:3, :3]) < 3
+                assert np.linalg.norm(found[0].T_scan_model[:3, 3] - T[:3, 3]) < 0.1
+                assert found[0].overlap > 0.7
+                assert found[0].error < 0.06
+            scores = [each.score for each in found]
+            assert scores == sorted(scores, reverse=True)
+
+    def test_symmetric_bodies_come_to_lie_on_themselves(self, library, known):
+        scan, T = scan_of(known["egg"], 1.0, 0.002, np.random.default_rng(0))
+        found = library.recognise(scan)[0]
+        back = np.linalg.inv(T) @ found.T_scan_model
+        at = known["egg"].vertices @ back[:3, :3].T + back[:3, 3]
+        assert np.abs(((at / [1.5, 1.1, 0.8]) ** 2).sum(axis=1) - 1).max() < 0.05
+
+    def test_meshes_and_files_are_scans_too(self, library, known, tmp_path):
+        assert library.recognise(known["ring"])[0].name == "ring"
+        np.savetxt(tmp_path / "scan.xyz", known["brick"].sampled(2000, rng=0).points)
+        assert library.recognise(tmp_path / "scan.xyz")[0].name == "brick"
+
+    def test_another_unit_is_another_body(self, library, known):
+        scan, _ = scan_of(known["lumpy"], 1.0, 0.002, np.random.default_rng(1))
+        assert all(each.score < 0.5 for each in library.recognise(3 * scan))
+        one = sm.ModelLibrary(library.path.with_name("small.sml"))
+        one.add("lumpy", known["lumpy"].vertices * 1e-3)
+        assert one.recognise(scan * 1e-3)[0].score > 0.8
+
+    def test_best_and_least_score(self, library, known):
+        scan, _ = scan_of(known["lumpy"], 1.0, 0.002, np.random.default_rng(1))
+        assert len(library.recognise(scan, best=2, minimum_score=0.0)) <= 2
+        assert [each.name for each in library.recognise(scan, minimum_score=0.6)] == ["lumpy"]
+
+    def test_the_same_twice(self, library, known):
+        scan, _ = scan_of(known["other"], 0.6, 0.005, np.random.default_rng(1))
+        one, two = library.recognise(scan), library.recognise(scan)
+        assert [(each.name, each.score) for each in one] == [(each.name, each.score) for each in two]
+
+    def test_progress_is_told(self, library, known):
+        told = []
+        library.recognise(known["ring"], progress=lambda share, message: told.append(share))
+        assert told == sorted(told)
+        assert told[-1] == 1.0
+
+
+class TestKeeping:
+    def test_names_in_the_order_they_were_added(self, library, known):
+        assert list(library) == list(known) == list(library.names)
+        assert len(library) == 5
+        assert "egg" in library
+        assert "cow" not in library
+        assert "5 models" in repr(library)
+
+    def test_is_there_when_opened_again(self, library, known):
+        assert sm.ModelLibrary(str(library.path)).names == tuple(known)
+        assert sorted(each.name for each in library.path.parent.glob("models*")) == ["models.sml"]
+
+    def test_a_name_is_taken_once_unless_it_is_replaced(self, known, tmp_path):
+        library = sm.ModelLibrary(tmp_path / "models.sml")
+        library.add("egg", known["lumpy"])
+        with pytest.raises(ValueError, match="replace the model 'egg'"):
+            library.add("egg", known["egg"])
+        assert library.recognise(known["lumpy"])[0].score > 0.9
+        library.add("egg", known["egg"], replace=True)
+        assert len(library) == 1
+        assert library.recognise(known["egg"])[0].score > 0.9
+
+    def test_removed_is_gone(self, known, tmp_path):
+        library = sm.ModelLibrary(tmp_path / "models.sml")
+        library.add("egg", known["egg"])
+        library.add("ring", known["ring"])
+        library.recognise(known["egg"])
+        library.remove("egg")
+        assert list(library) == ["ring"]
+        assert "egg" not in [each.name for each in library.recognise(known["egg"], minimum_score=0.0)]
+        with pytest.raises(ValueError, match="there is none called 'egg'"):
+            library.remove("egg")
+
+    def test_what_others_add_and_replace_is_seen(self, known, tmp_path):
+        one, other = sm.ModelLibrary(tmp_path / "models.sml"), sm.ModelLibrary(tmp_path / "models.sml")
+        one.add("egg", known["egg"])
+        assert other.recognise(known["egg"])[0].name == "egg"
+        one.add("ring", known["ring"])
+        assert other.recognise(known["ring"])[0].name == "ring"
+        one.path.unlink()
+        one.add("brick", known["brick"])
+        one.add("lumpy", known["lumpy"])
+        assert list(other) == ["brick", "lumpy"]
+        assert other.recognise(known["brick"])[0].name == "brick"
+
+    def test_points_of_a_model(self, library):
+        cloud = library.points("ring")
+        x, y, z = cloud.points.T
+        assert np.abs(np.hypot(np.hypot(x, y) - 1.2, z) - 0.4).max() < 0.05
+        with pytest.raises(ValueError, match="none called 'cow'"):
+            library.points("cow")
+
+    def test_a_reader_reads_while_another_writes(self, library, known):
+        held = sqlite3.connect(library.path, isolation_level=None)
+        held.execute("BEGIN IMMEDIATE")
+        try:
+            assert sm.ModelLibrary(library.path).recognise(known["ring"])[0].name == "ring"
+        finally:
+            held.execute("ROLLBACK")
+            held.close()
+
+
+@contextmanager
+def python(source, *arguments):
+    """Run Python on a source."""
+    with subprocess.Popen(
+        [sys.executable, "-c", textwrap.dedent(source), *map(str, arguments)], stdout=subprocess.PIPE, text=True
+    ) as started:
+        yield started
+
+
+class TestCrashes:
+    def test_what_was_added_survives_a_kill(self, tmp_path):
+        path = tmp_path / "models.sml"
+        source = """
+            import sys
+            import simplexmesh as sm
+            egg, library = sm.ellipsoid((3, 2, 1), 10), sm.ModelLibrary(sys.argv[1])
+            for k in range(10_000):
+                library.add(f"egg {k}", egg)
+                print(k, flush=True)
+            """
+        with python(source, path) as adding:
+            done = [adding.stdout.readline() for _ in range(4)]
+            adding.kill()
+            done += adding.stdout.readlines()
+        names = sm.ModelLibrary(path).names
+        assert names[: len(done)] == tuple(f"egg {k}" for k in range(len(done)))
+        assert len(names) - len(done) in (0, 1)  # the last may be on disk and not yet told
+        assert sm.ModelLibrary(path).recognise(sm.ellipsoid((3, 2, 1), 12))[0].score > 0.9
+
+    @pytest.mark.parametrize("first", [False, True])
+    def test_in_the_middle_of_adding(self, tmp_path, known, first):
+        path = tmp_path / "models.sml"
+        if not first:
+            sm.ModelLibrary(path).add("ring", known["ring"])
+        source = """
+            import os, signal, sys
+            from pathlib import Path
+            from simplexmesh.recognition.store import Store
+            Store._changed = staticmethod(lambda file: os.kill(os.getpid(), signal.SIGKILL))
+            Store(Path(sys.argv[1])).put("egg", bytes(20_000_000), replace=False)  # more than is held in memory
+            """
+        with python(source, path) as adding:
+            assert adding.wait() == -signal.SIGKILL
+        if not first:
+            assert path.stat().st_size > 10_000_000  # it was in the file already
+        library = sm.ModelLibrary(path)
+        assert list(library) == ([] if first else ["ring"])
+        library.add("egg", known["egg"])
+        assert library.recognise(known["egg"])[0].name == "egg"
+
+    def test_two_add_at_the_same_time(self, tmp_path):
+        source = """
+            import sys
+            from pathlib import Path
+            from simplexmesh.recognition.store import Store
+            for k in range(40):
+                Store(Path(sys.argv[1])).put(f"{sys.argv[2]} {k}", bytes(50_000), replace=False)
+            """
+        path = tmp_path / "models.sml"
+        with python(source, path, "one") as one, python(source, path, "other") as other:
+            assert (one.wait(), other.wait()) == (0, 0)
+        names = list(sm.ModelLibrary(path))
+        assert sorted(names) == sorted(f"{name} {k}" for name in ("one", "other") for k in range(40))
+
+
+class TestBadInput:
+    @pytest.mark.parametrize("length", [0, 60, 700, 5000, -1, -5000])
+    def test_cut_short(self, library, known, tmp_path, length):
+        whole = library.path.read_bytes()
+        path = tmp_path / "cut.sml"
+        path.write_bytes(whole[:length])
+        with pytest.raises(OSError, match=r"cut.sml is (empty, not a|not a whole) model library|cut.sml is damaged"):
+            sm.ModelLibrary(path).recognise(known["egg"])
+
+    def test_damaged_inside(self, library, known, tmp_path):
+        whole = bytearray(library.path.read_bytes())
+        at = len(whole) // 2
+        whole[at : at + 50] = bytes(50)
+        path = tmp_path / "damaged.sml"
+        path.write_bytes(whole)
+        with pytest.raises(OSError, match=r"damaged.sml is (damaged: the data of|not a whole model library)"):
+            sm.ModelLibrary(path).recognise(known["egg"])
+
+    def test_not_a_library(self, known, tmp_path):
+        (tmp_path / "text.sml").write_text("cow\n" * 1000)
+        with pytest.raises(OSError, match=r"text.sml is not a whole model library: file is not a database"):
+            sm.ModelLibrary(tmp_path / "text.sml")
+        other = sqlite3.connect(tmp_path / "other.sml")
+        other.execute("CREATE TABLE models (name TEXT)")
+        other.close()
+        for use in (sm.ModelLibrary, lambda path: sm.ModelLibrary(path).add("egg", known["egg"])):
+            with pytest.raises(OSError, match="is a database of another program"):
+                use(tmp_path / "other.sml")
+
+    def test_of_another_version(self, library, tmp_path):
+        path = tmp_path / "newer.sml"
+        path.write_bytes(library.path.read_bytes())
+        later = sqlite3.connect(path)
+        later.execute("PRAGMA user_version = 7")
+        later.close()
+        with pytest.raises(OSError, match="laid out as version 7"):
+            sm.ModelLibrary(path)
+
+    def test_absent_or_elsewhere(self, known, tmp_path):
+        library = sm.ModelLibrary(tmp_path / "absent.sml")
+        assert len(library) == 0
+        with pytest.raises(FileNotFoundError, match="there is no model library"):
+            library.recognise(known["egg"])
+        assert not library.path.exists()
+        with pytest.raises(FileNotFoundError, match="there is no folder"):
+            sm.ModelLibrary(tmp_path / "nowhere" / "models.sml")
+        with pytest.raises(IsADirectoryError, match="is a folder"):
+            sm.ModelLibrary(tmp_path)
+        with pytest.raises(TypeError, match="path must be the name of a file, not int"):
+            sm.ModelLibrary(7)
+
+    def test_an_empty_library(self, known, tmp_path):
+        library = sm.ModelLibrary(tmp_path / "models.sml")
+        library.add("egg", known["egg"])
+        library.remove("egg")
+        with pytest.raises(ValueError, match="must hold models to recognize anything; it is empty"):
+            library.recognise(known["egg"])
+
+    @pytest.mark.parametrize(
+        ("scan", "said"),
+        [
+            (np.random.default_rng(0).normal(size=(20, 3)), "data must hold at least 50 points"),
+            (np.linspace(0, 1, 300)[:, None] * [1.0, 2, 3], "lie on a line"),
+            (np.full((100, 3), np.nan), "finite"),
+            (np.zeros((100, 2)), "shape"),
+        ],
+    )
+    def test_scans_and_models_that_cannot_be(self, library, scan, said):
+        with pytest.raises(ValueError, match=said):
+            library.recognise(scan)
+        with pytest.raises(ValueError, match=said):
+            library.add("cow", scan)
+        assert "cow" not in library
+
+    @pytest.mark.parametrize(("name", "kind"), [(7, TypeError), ("", ValueError), ("a\nb", ValueError)])
+    def test_names(self, library, known, name, kind):
+        with pytest.raises(kind, match="name must be"):
+            library.add(name, known["egg"])
+        with pytest.raises(kind, match="name must be"):
+            library.remove(name)
+
+    @pytest.mark.parametrize("options", [{"best": 0}, {"minimum_score": 2.0}, {"inside": "left"}])
+    def test_options(self, library, known, options):
+        with pytest.raises(ValueError, match=f"{next(iter(options))} must be"):
+            library.recognise(known["egg"], **options)
+
+    @pytest.mark.skipif(os.name == "nt" or os.geteuid() == 0, reason="root may write anywhere")
+    def test_a_folder_that_cannot_be_written_to_can_be_read(self, library, known, tmp_path):
+        path = tmp_path / "models.sml"
+        path.write_bytes(library.path.read_bytes())
+        tmp_path.chmod(0o500)
+        try:
+            assert sm.ModelLibrary(path).recognise(known["ring"])[0].name == "ring"
+            with pytest.raises(OSError, match="cannot be used now"):
+                sm.ModelLibrary(path).add("egg again", known["egg"])
+        finally:
+            tmp_path.chmod(0o700)
+
+
+seeds = st.integers(0, 2**32 - 1)
+
+
+def oriented_points(rng, count):
+    normals = rng.normal(size=(count, 3))
+    return rng.normal(size=(count, 3)), normals / np.linalg.norm(normals, axis=1, keepdims=True)
+
+
+@settings(max_examples=10, deadline=None)
+@given(seeds)
+def test_kernels_do_what_plain_code_does(seed):
+    rng = np.random.default_rng(seed)
+    points, normals = oriented_points(rng, 40)
+    chosen = rng.permutation(40)[:6]
+    images = np.zeros((6, kernels.AWAY * kernels.ALONG))
+    kernels.spin_images(points, normals, chosen, 1.3, images)
+    shape = kernels.AWAY, kernels.ALONG
+    np.testing.assert_allclose(images, plain.spin_images(points, normals, chosen, 1.3, shape), atol=1e-9)
+
+    pairs = np.zeros((kernels.LENGTHS, kernels.BENDS))
+    kernels.pair_profile(points, normals, 3.0, pairs)
+    np.testing.assert_array_equal(pairs, plain.pair_profile(points, normals, 3.0, pairs.shape))
+
+    moved = points + 0.1 * rng.normal(size=points.shape)
+    degree, found = np.zeros(40), np.zeros((1000, 2), np.int64)
+    count = kernels.agreeing(points, normals, moved, normals, 0.5, 0.1, 0.1, degree, found)
+    expected = plain.agreeing(points, normals, moved, normals, 0.5, 0.1, 0.1)
+    assert [tuple(pair) for pair in found[:count].tolist()] == expected
+    np.testing.assert_array_equal(degree, np.bincount(np.ravel(expected).astype(int), minlength=40))
+
+    rows, asked = rng.normal(size=(30, 8)).astype(np.float32), rng.normal(size=(5, 8)).astype(np.float32)
+    squares, starts = (rows**2).sum(axis=1), np.array([0, 12, 13, 30])
+    out = np.full((3, 5), np.inf, np.float32)
+    kernels.nearest(rows, squares, starts, np.ascontiguousarray(asked.T), out)
+    expected = plain.squared_distances(rows, asked)
+    least = [expected[a:b].min(axis=0) for a, b in itertools.pairwise(starts)]
+    np.testing.assert_allclose(out + (asked**2).sum(axis=1), least, atol=1e-4)
+    likest = np.zeros((5, 2), np.int64)
+    kernels.two_likest(rows, squares, asked, likest)
+    np.testing.assert_array_equal(likest, np.argsort(expected, axis=0)[:2].T)
+
+
+def test_images_and_profiles_do_not_change_with_the_pose(known):
+    rng = np.random.default_rng(0)
+    cloud = known["lumpy"].sampled(2000, rng=rng)
+    R = reference.random_rotation(rng)
+    moved = sm.PointCloud(cloud.points @ R.T + [3, -2, 1], cloud.normals @ R.T)
+    one, other = (model_of(surface_of(each, "data")) for each in (cloud, moved))
+    np.testing.assert_allclose(one.profile, other.profile, atol=2e-2)
+    assert np.abs(one.bag.images.astype(int) - other.bag.images).mean() < 0.5
+    assert not np.allclose(one.profile, profile_of(surface_of(known["other"], "data")), atol=2e-2)
+
+
+def test_a_model_packed_and_unpacked(known):
+    model = model_of(surface_of(known["brick"].sampled(1500, rng=0), "data"))
+    again = Model.unpacked(model.packed())
+    np.testing.assert_allclose(again.surface.points, model.surface.points, atol=3e-5)
+    np.testing.assert_allclose(again.surface.normals, model.surface.normals, atol=1e-4)
+    np.testing.assert_array_equal(again.bag.images, model.bag.images)
+    np.testing.assert_array_equal(again.bag.chosen, model.bag.chosen)
+    np.testing.assert_array_equal(again.profile, model.profile)
+    assert (again.surface.spacing, again.surface.noise) == (model.surface.spacing, model.surface.noise)
+    assert again.bag.first == model.bag.first
+
+
+def test_few_directions_keep_the_nearest(known):
+    """Distances in the directions that are kept are hardly less than in all."""
+    models = [model_of(surface_of(mesh, name)) for name, mesh in known.items()]
+    octave = models[0].bag.first + 1
+    images = Images.of(models, octave)
+    asked = models[1].bag.at(octave)[:20]
+    found = images.nearest(asked)
+    whole = np.array([plain.squared_distances(model.bag.at(octave), asked).min(axis=0) for model in models])
+    assert (found <= whole + 1e-4).all()
+    assert found[1].max() < 1e-4
+    np.testing.assert_allclose(np.sqrt(np.maximum(found, 0)), np.sqrt(whole), atol=0.12)
+    assert images.likest(asked, 1)[:, 0].tolist() == list(range(20))
+    assert images.likest(asked, 9) is None
+
+
+def test_the_power_of_harmonics():
+    """The addition theorem gives what a basis of harmonics gives."""
+    signature = sm.sai(reference.lumpy(12), 5)
+    values = np.clip(signature.angles, -0.3, 0.3) * ball(5).cell_areas
+    power = power_spectrum(signature, 5, smoothing=0)
+    for degree in range(6):
+        basis = plain.harmonics(degree, ball(5).vertices)
+        assert power[degree] == pytest.approx(np.linalg.norm(values @ basis), rel=0.05, abs=1e-3)
