@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from itertools import combinations
 
 import numpy as np
 
@@ -76,6 +77,20 @@ def swapped(mesh):
     return out
 
 
+def holes_parted(mesh):
+    """The meshes that T2 makes of a hole, which is two then."""
+    c = mesh.connectivity
+    loops = [np.split(c.face_darts, c.face_offsets[1:-1])[hole].tolist() for hole in np.flatnonzero(c.face_is_hole)]
+    return [insert_edge(mesh, *pair).mesh for darts in loops for pair in combinations(darts, 2)]
+
+
+def holes_merged(mesh):
+    """The meshes that T1 on an edge between two holes makes."""
+    c = mesh.connectivity
+    darts = c.edge_darts[c.face_is_hole[c.edge_faces].all(axis=1), 0].tolist()
+    return [remove_edge(mesh, dart).mesh for dart in darts if EditableMesh(mesh).remove_edges([dart]).done.all()]
+
+
 def grown(mesh, *, wanted=None):
     """The meshes that T2 makes, with the two darts; only those with as many faces of each size as `wanted`."""
     c = mesh.connectivity
@@ -115,3 +130,15 @@ def way_up(start, goals):
         wanted = invariant(goal)
         way.append(next(made for _, made in grown(way[-1], wanted=goal) if invariant(made) == wanted))
     return way
+
+
+def ways_by_swaps(start):
+    """The meshes on the way to each one that T7 leads to, by its invariant; each by a T7 from the one before."""
+    ways, ahead = {invariant(start): [start]}, [start]
+    while ahead:
+        mesh = ahead.pop(0)
+        for _, made in swapped(mesh):
+            if (name := invariant(made)) not in ways:
+                ways[name] = [*ways[invariant(mesh)], made]
+                ahead.append(made)
+    return ways
