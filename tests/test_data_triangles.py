@@ -8,7 +8,8 @@ from numpy.testing import assert_allclose, assert_array_equal
 from scipy.spatial.transform import Rotation
 
 import simplexmesh as sm
-from simplexmesh.data.triangles import TriangleMesh, fans
+from simplexmesh.data.polygons import fans
+from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.errors import SimplexMeshWarning
 
 CORNERS = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)], float)

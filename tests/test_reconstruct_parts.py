@@ -8,8 +8,8 @@ from numpy.testing import assert_allclose, assert_array_equal
 import simplexmesh as sm
 from simplexmesh.motion.crossings import outer_crossings
 from simplexmesh.motion.initial.primitives import primitive_around, principal_frame
-from simplexmesh.motion.subjects import otsu_threshold
 from simplexmesh.motion.targets.triangles import inside_surface
+from simplexmesh.motion.threshold import otsu_threshold
 from simplexmesh.motion.untangle import tangled_vertices, untangled
 
 

@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from simplexmesh.data.triangles import TriangleMesh, fans
+from simplexmesh.data.polygons import fans
+from simplexmesh.data.triangles import TriangleMesh
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]

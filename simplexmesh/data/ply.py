@@ -10,8 +10,9 @@ import plyfile
 from numpy.typing import NDArray
 
 from simplexmesh.data.points import PointCloud, measured
+from simplexmesh.data.polygons import fans
 from simplexmesh.data.range_grid import grid_normals
-from simplexmesh.data.triangles import TriangleMesh, fans
+from simplexmesh.data.triangles import TriangleMesh
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]

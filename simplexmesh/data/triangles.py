@@ -5,13 +5,14 @@ from __future__ import annotations
 import warnings
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh import _check, _vec
-from simplexmesh.data.points import PointCloud, affine, distinct
+from simplexmesh.data.points import PointCloud, affine
+from simplexmesh.data.welding import are_proper, distinct_positions, report_welding
 from simplexmesh.errors import SimplexMeshWarning
 
 if TYPE_CHECKING:
@@ -64,11 +65,11 @@ class TriangleMesh:
         if np.ndim(self.faces) == 2 and not len(self.faces):
             raise ValueError("faces must be at least one, not none")
         faces = _check.indices("faces", self.faces, (None, 3), len(vertices))
-        proper = _proper(faces)
-        if not proper.all():
-            gone = int(np.count_nonzero(~proper))
+        whole = are_proper(faces)
+        if not whole.all():
+            gone = int(np.count_nonzero(~whole))
             warnings.warn(f"removed {gone:,} degenerate faces of {len(faces):,}", SimplexMeshWarning, stacklevel=3)
-            faces = faces[proper]
+            faces = faces[whole]
             if not len(faces):
                 raise ValueError("faces must be at least one with three different vertices, not none")
         object.__setattr__(self, "vertices", _check.frozen(vertices))
@@ -243,15 +244,15 @@ class TriangleMesh:
         SimplexMeshWarning
             When vertices were merged or faces removed.
         """
-        unique, place = _positions(self.vertices, _check.number("tolerance", tolerance, 0.0))
+        unique, place = distinct_positions(self.vertices, _check.number("tolerance", tolerance, 0.0))
         faces = place[self.faces]
-        proper = _proper(faces)
-        used, faces = np.unique(faces[proper], return_inverse=True)
+        whole = are_proper(faces)
+        used, faces = np.unique(faces[whole], return_inverse=True)
         if not len(used):
             raise ValueError("faces must be at least one with three different positions, not none")
         if report:
-            _report_welding(len(place) - len(unique), int(np.count_nonzero(~proper)), len(unique) - len(used))
-        if len(used) == len(self.vertices) and proper.all():
+            report_welding(len(place) - len(unique), int(np.count_nonzero(~whole)), len(unique) - len(used))
+        if len(used) == len(self.vertices) and whole.all():
             return self
         return TriangleMesh(unique[used], faces.reshape(-1, 3))
 
@@ -282,57 +283,3 @@ class TriangleMesh:
         u, v = np.where(u + v > 1, 1 - u, u), np.where(u + v > 1, 1 - v, v)
         a, b, c = (self.vertices[self.faces[face, j]] for j in range(3))
         return PointCloud(a + u * (b - a) + v * (c - a), self.face_vectors[face])
-
-
-def fans(sizes: Indices, flat: NDArray[Any]) -> Indices:
-    """Return the triangles of polygons given one after the other, each cut into a fan around its first corner.
-
-    Examples
-    --------
-    >>> fans(np.array([4, 3]), np.array([0, 1, 2, 3, 5, 6, 7]))
-    array([[0, 1, 2],
-           [0, 2, 3],
-           [5, 6, 7]])
-    """
-    corners = flat.astype(np.int64)
-    starts = np.cumsum(sizes) - sizes
-    cuts = np.maximum(sizes - 2, 0)
-    first = np.repeat(starts, cuts)
-    step = np.arange(cuts.sum()) - np.repeat(np.cumsum(cuts) - cuts, cuts) + 1
-    return np.stack([corners[first], corners[first + step], corners[first + step + 1]], axis=1)
-
-
-def _proper(faces: Indices) -> NDArray[np.bool_]:
-    a, b, c = faces.T
-    out: NDArray[np.bool_] = (a != b) & (b != c) & (c != a)
-    return out
-
-
-def _positions(vertices: Array, tolerance: float) -> tuple[Array, Indices]:
-    """Return the different positions in order of first appearance, and the place of each vertex among them."""
-    if tolerance > 0:
-        vertices = vertices[_representatives(vertices, tolerance)]
-    first, place = distinct(vertices)
-    return vertices[first], place
-
-
-def _representatives(vertices: Array, tolerance: float) -> Indices:
-    """Return for each vertex the first one of those it is linked to by steps of at most `tolerance`."""
-    from scipy import sparse, spatial
-    from scipy.sparse import csgraph
-
-    pairs = spatial.cKDTree(vertices).query_pairs(tolerance, output_type="ndarray")
-    n = len(vertices)
-    links = sparse.coo_matrix((np.ones(len(pairs), dtype=bool), (pairs[:, 0], pairs[:, 1])), shape=(n, n))
-    _, group = csgraph.connected_components(links, directed=False)
-    _, first = np.unique(group, return_index=True)
-    out: Indices = first[group]
-    return out
-
-
-def _report_welding(merged: int, collapsed: int, unused: int) -> None:
-    parts = [(merged, "merged {:,} duplicate vertices"), (collapsed, "removed {:,} collapsed faces")]
-    parts.append((unused, "removed {:,} vertices without face"))
-    said = [text.format(count) for count, text in parts if count]
-    if said:
-        warnings.warn(", ".join(said), SimplexMeshWarning, stacklevel=3)

@@ -9,7 +9,6 @@ from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from simplexmesh import _check
 from simplexmesh.data.convert import as_data, as_triangles
@@ -22,7 +21,9 @@ from simplexmesh.motion.crossings import outer_crossings
 from simplexmesh.motion.initial.indicator import Indicator
 from simplexmesh.motion.initial.start import Start
 from simplexmesh.motion.scans import are_scans, joined_scans
+from simplexmesh.motion.sound_normals import with_sound_normals
 from simplexmesh.motion.state import Target
+from simplexmesh.motion.threshold import otsu_threshold
 
 Array = NDArray[np.float64]
 
@@ -31,9 +32,6 @@ MOST_POINTS = 200_000
 
 MOST_LEFT_OUT = 0.1
 """Smaller pieces of a volume that make up more of its surface are worth a word."""
-
-LEAST_AGREEMENT = 0.75
-"""Normals of which fewer agree with those of their neighbors say nothing about inside and outside."""
 
 
 class Subject(Protocol):
@@ -158,7 +156,7 @@ class PointsSubject:
     encloses = False
 
     def __init__(self, cloud: PointCloud, components: str) -> None:
-        self.cloud, self.components = _with_sound_normals(cloud), components
+        self.cloud, self.components = with_sound_normals(cloud), components
         self._indicator: Indicator | None = None
         extent = float(np.linalg.norm(np.ptp(cloud.points, axis=0)))
         self.resolution = extent / max(np.sqrt(len(cloud.points)), 1.0)
@@ -207,21 +205,6 @@ class PointsSubject:
         return start
 
 
-def _with_sound_normals(cloud: PointCloud) -> PointCloud:
-    """Return the cloud, without its normals where those of neighboring points contradict each other."""
-    if cloud.normals is None:
-        return cloud
-    some = np.linspace(0, len(cloud.points) - 1, min(len(cloud.points), 2000)).astype(int)
-    _, near = cKDTree(cloud.points).query(cloud.points[some], k=min(5, len(cloud.points)))
-    agree = np.einsum("ij,ikj->ik", cloud.normals[some], cloud.normals[near[:, 1:]]) > 0
-    if agree.mean() > LEAST_AGREEMENT:
-        return cloud
-    share = f"{1 - agree.mean():.0%}"
-    warnings.warn(f"normals of neighboring points contradict each other ({share}); they were left out",
-                  SimplexMeshWarning, stacklevel=2)  # fmt: skip
-    return PointCloud(cloud.points)
-
-
 class TrianglesSubject:
     """A triangulated surface, scanned or CAD."""
 
@@ -264,24 +247,6 @@ class TrianglesSubject:
                 stacklevel=2,
             )
         return start
-
-
-def otsu_threshold(values: NDArray[Any]) -> float:
-    """Return the level that splits a histogram of the values with the largest variance between the halves (Otsu 1979).
-
-    Examples
-    --------
-    >>> 2 < otsu_threshold(np.array([0, 1, 1, 2, 9, 10, 10, 11])) < 9
-    True
-    """
-    counts, edges = np.histogram(values, bins=256)
-    middles = 0.5 * (edges[:-1] + edges[1:])
-    below = np.cumsum(counts)[:-1].astype(float)
-    above = counts.sum() - below
-    sums = np.cumsum(counts * middles)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        spread = below * above * (sums[:-1] / below - (sums[-1] - sums[:-1]) / above) ** 2
-    return float(edges[1 + int(np.nanargmax(spread))])
 
 
 def as_subject(

@@ -1,0 +1,52 @@
+"""Which vertices of triangles are one: stored apart, or closer than a tolerance."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplexmesh.data.points import distinct
+from simplexmesh.errors import SimplexMeshWarning
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+
+def are_proper(faces: Indices) -> NDArray[np.bool_]:
+    """Return (f,) whether each triangle has three different vertices."""
+    a, b, c = faces.T
+    out: NDArray[np.bool_] = (a != b) & (b != c) & (c != a)
+    return out
+
+
+def distinct_positions(vertices: Array, tolerance: float) -> tuple[Array, Indices]:
+    """Return the different positions in order of first appearance, and the place of each vertex among them."""
+    if tolerance > 0:
+        vertices = vertices[_representatives(vertices, tolerance)]
+    first, place = distinct(vertices)
+    return vertices[first], place
+
+
+def _representatives(vertices: Array, tolerance: float) -> Indices:
+    """Return for each vertex the first one of those it is linked to by steps of at most `tolerance`."""
+    from scipy import sparse, spatial
+    from scipy.sparse import csgraph
+
+    pairs = spatial.cKDTree(vertices).query_pairs(tolerance, output_type="ndarray")
+    n = len(vertices)
+    links = sparse.coo_matrix((np.ones(len(pairs), dtype=bool), (pairs[:, 0], pairs[:, 1])), shape=(n, n))
+    _, group = csgraph.connected_components(links, directed=False)
+    _, first = np.unique(group, return_index=True)
+    out: Indices = first[group]
+    return out
+
+
+def report_welding(merged: int, collapsed: int, unused: int) -> None:
+    """Warn the caller's caller of what was merged and removed, if anything was."""
+    parts = [(merged, "merged {:,} duplicate vertices"), (collapsed, "removed {:,} collapsed faces")]
+    parts.append((unused, "removed {:,} vertices without face"))
+    said = [text.format(count) for count, text in parts if count]
+    if said:
+        warnings.warn(", ".join(said), SimplexMeshWarning, stacklevel=3)

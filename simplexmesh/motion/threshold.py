@@ -1,0 +1,26 @@
+"""A level that parts the values of a volume, when none is known."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+def otsu_threshold(values: NDArray[Any]) -> float:
+    """Return the level that splits a histogram of the values with the largest variance between the halves (Otsu 1979).
+
+    Examples
+    --------
+    >>> 2 < otsu_threshold(np.array([0, 1, 1, 2, 9, 10, 10, 11])) < 9
+    True
+    """
+    counts, edges = np.histogram(values, bins=256)
+    middles = 0.5 * (edges[:-1] + edges[1:])
+    below = np.cumsum(counts)[:-1].astype(float)
+    above = counts.sum() - below
+    sums = np.cumsum(counts * middles)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        spread = below * above * (sums[:-1] / below - (sums[-1] - sums[:-1]) / above) ** 2
+    return float(edges[1 + int(np.nanargmax(spread))])
