@@ -78,32 +78,15 @@ def command(
         interrupts.check()
         with progress("reconstructing", wanted=not json) as report:
             result = reconstruct(
-                data,
-                level=level,
-                label=label,
-                inside=inside,
-                vertices=vertices,
-                init=init,
-                components=components,
-                tunnels=tunnels,
-                iterations=iterations,
-                holes=holes,
-                handles=handles,
-                refine=refine,
-                placement=placement,
-                progress=interrupts.watching(report),
-            )
+                data, level=level, label=label, inside=inside, vertices=vertices, init=init, components=components,
+                tunnels=tunnels, iterations=iterations, holes=holes, handles=handles, refine=refine,
+                placement=placement, progress=interrupts.watching(report),
+            )  # fmt: skip
         seconds = time.perf_counter() - began
         with written_to(output, "the model"):
             result.mesh.save(output)
         interrupted = result.interrupted or interrupts.asked
-        if interrupted:
-            note(f"interrupted; the model reached so far is in {output}")
-        elif not result.converged:
-            note(f"the model did not come to rest in {len(result.history)} iterations; more --iterations may help")
-        facts = described(result) | {"seconds": round(seconds, 3), "output": str(output)}
-        for problem in facts["problems"]:
-            note(f"the model is not sound: {problem}")
+        facts = _told(result, output, seconds, interrupted=interrupted)
         if picture is not None and not interrupted:
             with written_to(picture, "the picture"):
                 _draw(picture, data, result, level, label, inside, camera, upwards)
@@ -122,6 +105,18 @@ def loaded(inputs: list[Path], poses: Path | None) -> Any:
     if len(inputs) == 1 and poses is None:
         return as_data(inputs[0])
     return joined_scans(inputs, poses)
+
+
+def _told(result: Any, output: Path, seconds: float, *, interrupted: bool) -> dict[str, Any]:
+    """Return the facts of a reconstruction, with a note on each thing that is not as it should be."""
+    if interrupted:
+        note(f"interrupted; the model reached so far is in {output}")
+    elif not result.converged:
+        note(f"the model did not come to rest in {len(result.history)} iterations; more --iterations may help")
+    facts = described(result) | {"seconds": round(seconds, 3), "output": str(output)}
+    for problem in facts["problems"]:
+        note(f"the model is not sound: {problem}")
+    return facts
 
 
 def described(result: Any) -> dict[str, Any]:

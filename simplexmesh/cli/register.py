@@ -48,7 +48,25 @@ def command(
                 _draw(picture, here, there, found.T_target_source, level, label)
     if found.ambiguous:
         note("other poses fit as well: the objects, or what both show of them, are symmetric")
-    facts = {
+    if json:
+        as_json(_facts(found, seconds) | {"notes": NOTES})
+        return
+    table(
+        f"{source.name} on {target.name}",
+        {
+            "T_target_source": "\n".join(" ".join(f"{x: .6g}" for x in row) for row in found.T_target_source),
+            "error": f"{found.error:.4g}",
+            "overlap": f"{found.overlap:.0%} of the source",
+            "score": f"{found.score:.2f}",
+            "ambiguous": "yes" if found.ambiguous else "no",
+            "time": f"{seconds:.1f} s",
+        },
+    )
+
+
+def _facts(found: Any, seconds: float) -> dict[str, Any]:
+    """Return all that is known of a registration, by name."""
+    return {
         "T_target_source": found.T_target_source,
         "error": found.error,
         "overlap": found.overlap,
@@ -62,20 +80,6 @@ def command(
         ],
         "seconds": round(seconds, 3),
     }
-    if json:
-        as_json(facts | {"notes": NOTES})
-        return
-    table(
-        f"{source.name} on {target.name}",
-        {
-            "T_target_source": "\n".join(" ".join(f"{x: .6g}" for x in row) for row in found.T_target_source),
-            "error": f"{found.error:.4g}",
-            "overlap": f"{found.overlap:.0%} of the source",
-            "score": f"{found.score:.2f}",
-            "ambiguous": "yes" if found.ambiguous else "no",
-            "time": f"{seconds:.1f} s",
-        },
-    )
 
 
 def _write(path: Path, text: str) -> None:
