@@ -36,6 +36,22 @@ def moved(T, points):
     return points @ T[:3, :3].T + T[:3, 3]
 
 
+def disc(count, bores, rng):
+    """Points on a disc with a hole in the middle and bores around it: it fits under as many turns, and turned over."""
+    turns = 2 * np.pi * np.arange(bores) / bores
+    middles = 0.65 * np.stack([np.cos(turns), np.sin(turns)], axis=1)
+    flat = rng.uniform(-1, 1, (20 * count, 2))
+    hollow = np.linalg.norm(flat[:, None] - middles, axis=2).min(axis=1) < 0.16
+    flat = flat[(np.linalg.norm(flat, axis=1) < 1) & (np.linalg.norm(flat, axis=1) > 0.25) & ~hollow]
+    parts = [np.column_stack([flat, rng.choice([-0.2, 0.2], len(flat))])]
+    for middle, radius in ((np.zeros(2), 1.0), (np.zeros(2), 0.25), *((each, 0.16) for each in middles)):
+        turn = rng.uniform(0, 2 * np.pi, int(20 * count / 4 * 2 * np.pi * radius * 0.4 / 2))
+        ring = middle + radius * np.stack([np.cos(turn), np.sin(turn)], axis=1)
+        parts.append(np.column_stack([ring, rng.uniform(-0.2, 0.2, len(ring))]))
+    points = np.concatenate(parts)
+    return points[rng.choice(len(points), count, replace=False)]
+
+
 def turn_between(T, S):
     return np.degrees(np.linalg.norm(rotation_vector(T[:3, :3].T @ S[:3, :3])))
 
@@ -150,6 +166,23 @@ class TestWhatIsUncertain:
         for pose in equal:
             at = moved(pose.T_target_source, source)
             assert np.abs(((at / [3, 2, 1]) ** 2).sum(axis=1) - 1).max() < 0.05
+
+    @pytest.mark.parametrize("bores", [3, 6])
+    def test_a_disc_fits_under_as_many_turns_as_it_has_bores_and_turned_over(self, bores):
+        rng = np.random.default_rng(0)
+        T = motion(rng)
+        found = sm.register(disc(5000, bores, rng), moved(T, disc(5000, bores, rng)))
+        equal = [found.T_target_source, *(pose.T_target_source for pose in found.poses if pose.equivalent)]
+        assert found.ambiguous
+        assert len(found.open_motions) == 0
+        assert len(equal) == 2 * bores
+        for pose in equal:
+            turn = rotation_vector(np.linalg.inv(T[:3, :3]) @ pose[:3, :3])
+            angle = np.linalg.norm(turn)
+            about = np.abs(turn[2]) / max(angle, 1e-9)
+            step = angle * bores / (2 * np.pi) if about > 0.5 else 0.0
+            assert about > 0.999 or angle < 0.02 or (about < 0.02 and abs(angle - np.pi) < 0.02)
+            assert abs(step - round(step)) < 0.02
 
     @pytest.mark.parametrize(
         ("body", "free"),
@@ -291,6 +324,11 @@ class TestBadInput:
         flat = np.concatenate([rng.uniform(-1, 1, size=(800, 2)), np.zeros((800, 1))], axis=1)
         with pytest.raises(ValueError, match="must agree on at least 90%"):
             sm.register(flat, sm.torus(radius=2.0, tube_radius=0.7), minimum_overlap=0.9)
+
+    def test_another_body(self):
+        ring = sm.torus(radius=2.0, tube_radius=0.4)
+        with pytest.raises(ValueError, match=r"must agree on at least 10% of the smaller; the best pose found has \d"):
+            sm.register(lumpy(3000, np.random.default_rng(0)), ring)
 
     def test_no_such_file(self, tmp_path):
         with pytest.raises(OSError, match="absent"):

@@ -18,7 +18,7 @@ from simplexmesh.recognition.verify import Court, Verdict
 
 Array = NDArray[np.float64]
 
-FOLLOWED, AGAIN, TRIED = 400, 100, 16
+FOLLOWED, AGAIN, TRIED = 400, 100, 24
 """So many motions are followed on the grid, so many of these more exactly, and so many on the points."""
 
 APART, FAR = np.radians(12.0), 0.1
@@ -180,7 +180,7 @@ def register(
         court = Court.of(arena.source, arena.target, arena.size, ASKED, rng)
         verdicts = tried(arena, court, starts)
         if not verdicts or verdicts[0].score < minimum_overlap:
-            best = verdicts[0].score if verdicts else 0.0
+            best = max(0.0, verdicts[0].score) if verdicts else 0.0
             raise ValueError(
                 f"source and target must agree on at least {minimum_overlap:.0%} of the smaller; the best pose found "
                 f"has {best:.1%}"
