@@ -1,4 +1,4 @@
-"""Decimation told plainly: corners of the dual as points with 4 x 4 quadrics, the cheapest edge of all each time."""
+"""Decimation told plainly: faces as lists of the triangles they took over, the cheapest edge of all each time."""
 
 from __future__ import annotations
 
@@ -7,36 +7,88 @@ import numpy as np
 from tests.reference_operators import Loops
 
 
-def planes_around(mesh, points, on_rim):
-    """The quadric of each face: the sum of w h h' over the planes h = (normal, -distance) of the triangles around."""
-    c = mesh.connectivity
-    out = {f: np.zeros((4, 4)) for f in range(len(c.face_sizes))}
-    for v, faces in enumerate(c.face.tolist()):
-        solid = [f for f in faces if not c.face_is_hole[f]]
-        if len(solid) == 3:
-            n = np.cross(points[solid[1]] - points[solid[0]], points[solid[2]] - points[solid[0]])
-            weight = np.linalg.norm(n) / 2
-        elif len(solid) == 2:
-            a, b, d = mesh.vertices[c.neighbors[v]]
-            along = points[solid[1]] - points[solid[0]]
-            n, weight = np.cross(along, np.cross(b - a, d - a)), on_rim * along @ along
-        else:
+def shaken(mesh, seed, size=0.15):
+    """The mesh with its vertices moved at random by a part of the edges, so that no two costs are equal."""
+    rng = np.random.default_rng(seed)
+    a, b = mesh.vertices[mesh.connectivity.edge_vertices.T]
+    length = np.linalg.norm(a - b, axis=1).mean()
+    return mesh.moved(mesh.vertices + size * length * rng.uniform(-1, 1, mesh.vertices.shape))
+
+
+class Region:
+    """Triangles (t, 3, 3) and segments (s, 2, 3) of a rim."""
+
+    def __init__(self, triangles, segments=()):
+        self.triangles, self.segments = np.reshape(triangles, (-1, 3, 3)), np.reshape(segments, (-1, 2, 3))
+
+    def __add__(self, other):
+        return Region(
+            np.concatenate([self.triangles, other.triangles]), np.concatenate([self.segments, other.segments])
+        )
+
+    def surface(self):
+        """Area, centroid, the integral of the squares of what is from there, and vector area."""
+        a, b, c = self.triangles.transpose(1, 0, 2)
+        vectors = np.cross(b - a, c - a) / 2
+        areas = np.linalg.norm(vectors, axis=1)
+        middle = areas @ self.triangles.mean(axis=1) / areas.sum()
+        p = self.triangles - middle
+        total = p.sum(axis=1)
+        squares = np.einsum("t,tki,tkj->ij", areas, p, p) + np.einsum("t,ti,tj->ij", areas, total, total)
+        return areas.sum(), middle, squares / 12, vectors.sum(axis=0)
+
+    def rim(self):
+        """Length, middle, and the integral of the squares of what is from there."""
+        lengths = np.linalg.norm(self.segments[:, 1] - self.segments[:, 0], axis=1)
+        middle = lengths @ self.segments.mean(axis=1) / max(lengths.sum(), 1e-300)
+        p = self.segments - middle
+        total = p.sum(axis=1)
+        squares = np.einsum("s,ski,skj->ij", lengths, p, p) + np.einsum("s,si,sj->ij", lengths, total, total)
+        return lengths.sum(), middle, squares / 6
+
+    def off_plane(self):
+        return np.linalg.eigvalsh(self.surface()[2])[0]
+
+    def off_line(self):
+        return np.linalg.eigvalsh(self.rim()[2])[:2].sum()
+
+    def energy(self, w):
+        area, _, squares, vector = self.surface()
+        total = self.off_plane() + w.normals * area * (area - np.linalg.norm(vector)) + w.spread * np.trace(squares)
+        return total + w.rim * np.sqrt(area) * self.off_line()
+
+    def strays(self, flat, reach):
+        area, _, squares, _ = self.surface()
+        if np.trace(squares) > reach**2 * area or self.off_plane() > flat**2 * area:
+            return True
+        return len(self.segments) > 0 and self.off_line() > flat**2 * self.rim()[0]
+
+
+def regions_of(mesh):
+    """The region of each face, holes left out."""
+    c, v = mesh.connectivity, mesh.vertices
+    out = {}
+    for f, loop in enumerate(np.split(c.face_vertices, c.face_offsets[1:-1])):
+        if c.face_is_hole[f]:
             continue
-        n = n / np.linalg.norm(n)
-        plane = np.append(n, -n @ mesh.vertices[v])
-        for f in solid:
-            out[f] += weight * np.outer(plane, plane)
+        corners = v[loop]
+        ahead = np.roll(corners, -1, axis=0)
+        middle = np.broadcast_to(corners.mean(axis=0), corners.shape)
+        darts = c.face_darts[c.face_offsets[f] : c.face_offsets[f + 1]]
+        open_ = np.flatnonzero(c.face_is_hole[c.face.reshape(-1)[c.twin.reshape(-1)[darts]]])[:1]
+        segments = np.stack([corners, ahead], axis=1)[open_]
+        out[f] = Region(np.stack([corners, ahead, middle], axis=1), segments)
     return out
 
 
 class Decimation:
     """A mesh whose edges are removed one by one, as `collapse_cheapest` does."""
 
-    def __init__(self, mesh, points, rim, weights, on_rim):
+    def __init__(self, mesh, weights, reach):
         c = mesh.connectivity
         self.loops, self.w = Loops(c), weights
-        self.points, self.rim = dict(enumerate(points)), dict(enumerate(rim))
-        self.quadrics = planes_around(mesh, points, on_rim)
+        self.regions, self.reach = regions_of(mesh), dict(enumerate(reach.tolist()))
+        self.points = {f: region.surface()[1] for f, region in self.regions.items()}
         self.component, self.left = c.components, np.bincount(c.components)
         self.costs = {}
 
@@ -44,30 +96,24 @@ class Decimation:
         return not self.loops.holes & set(faces)
 
     def merged(self, a, b):
-        """The cost of an edge, and the new corner."""
+        """The cost of an edge, and the new region."""
         left, right, near, far = self.loops.around(a, b)
         if not self.solid(left, right):
             return np.inf, None
-        total = self.quadrics[left] + self.quadrics[right]
-        p, q = self.points[left], self.points[right]
-        middle = (p + q) / 2
-        if self.rim[left] != self.rim[right]:
-            middle = p if self.rim[left] else q
-        matrix, length = total[:3, :3], np.linalg.norm(q - p)
-        trace = np.trace(matrix)
-        move = np.linalg.solve(matrix + self.w.stay * trace * np.eye(3), -matrix @ middle - total[:3, 3])
-        corner = middle + move * min(1, length / max(np.linalg.norm(move), 1e-300))
-        cost = max(np.append(corner, 1) @ total @ np.append(corner, 1), 0) + self.w.spread * trace * length**2
+        one, other = self.regions[left], self.regions[right]
+        cost = max((one + other).energy(self.w) - one.energy(self.w) - other.energy(self.w), 0)
         size = {f: len(loop) for f, loop in self.loops.faces.items()}
         before = [size[left] - 6, size[right] - 6] + [size[f] - 6 for f in (near, far) if self.solid(f)]
         after = [size[left] + size[right] - 10] + [size[f] - 7 for f in (near, far) if self.solid(f)]
         uneven = sum(x * x for x in after) - sum(x * x for x in before)
-        return cost * (1 + self.w.sizes * max(uneven, 0)), corner
+        return cost * (1 + self.w.sizes * max(uneven, 0)), one + other
 
     def refused(self, a, b):
         left, right, near, far = self.loops.around(a, b)
         size = {f: len(loop) for f, loop in self.loops.faces.items()}
         if any(size[f] <= self.w.least for f in (near, far) if self.solid(f)):
+            return True
+        if any(self.reach[f] == 0 for f in (left, right, near, far) if self.solid(f)):
             return True
         if not self.w.least <= size[left] + size[right] - 4 <= self.w.most:
             return True
@@ -147,19 +193,43 @@ class Decimation:
             a, b = sorted(edge)
             if self.refused(a, b):
                 continue
-            corner = self.merged(a, b)[1]
-            if not self.folds(a, b, corner):
-                self.collapse(a, b, corner)
+            left, right, _, _ = self.loops.around(a, b)
+            region = self.merged(a, b)[1]
+            if region.strays(self.w.flat, min(self.reach[left], self.reach[right])):
+                continue
+            if not self.folds(a, b, region.surface()[1]):
+                self.collapse(a, b, region)
                 done += 1
         return done
 
-    def collapse(self, a, b, corner):
+    def collapse(self, a, b, region):
         left, right, _, _ = self.loops.around(a, b)
         self.left[self.component[a]] -= 2
         self.costs = {edge: cost for edge, cost in self.costs.items() if not edge & {a, b}}
         self.loops.remove(a, b)
         kept = left if left in self.loops.faces else right
-        self.points[kept] = corner
-        self.quadrics[kept] = self.quadrics[left] + self.quadrics[right]
-        self.rim[kept] = self.rim[left] or self.rim[right]
+        self.regions[kept], self.points[kept] = region, region.surface()[1]
+        self.reach[kept] = min(self.reach[left], self.reach[right])
         self.look(self.loops.edges(kept))
+
+    def flips(self, a, b):
+        """Whether T7 on an edge is legal, evens out sizes, and bends nothing."""
+        faces = left, right, near, far = self.loops.around(a, b)
+        if not self.solid(*faces) or any(self.reach[f] == 0 for f in faces) or self.loops.refuse_swap(a, b):
+            return False
+        size = [len(self.loops.faces[f]) for f in faces]
+        change = size[0] + size[1] - size[2] - size[3]
+        fourth = [sum((x + step - 6) ** 4 for x, step in zip(size, steps, strict=True)) for steps in (SAME, SWAPPED)]
+        if change < 2 or (change == 2 and fourth[1] >= fourth[0]):
+            return False
+        new, old = [(left, far, near), (right, near, far)], [(near, left, right), (far, right, left)]
+        normals = [[self.normal(t, (), None) for t in triangles] for triangles in (new, old)]
+        worst = [min(quality for _, quality in part) for part in normals]
+        if worst[0] < self.w.shape and worst[0] < worst[1]:
+            return False
+        return all(
+            n @ m > self.w.turn * np.linalg.norm(n) * np.linalg.norm(m) for n, _ in normals[0] for m, _ in normals[1]
+        )
+
+
+SAME, SWAPPED = (0, 0, 0, 0), (-1, -1, 1, 1)

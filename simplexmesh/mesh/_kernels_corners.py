@@ -9,9 +9,18 @@ from numpy.typing import NDArray
 from simplexmesh.mesh._kernels_batch import imbalance
 from simplexmesh.mesh._kernels_decimate import Corners, Weights, shape
 from simplexmesh.mesh._kernels_edit import DONE, EDITS, VERTICES, Darts, refuse_swap, turn, turn_edge
-from simplexmesh.mesh._kernels_quadrics import cross, holes_around
+from simplexmesh.mesh._kernels_regions import cross
 
 Array = NDArray[np.float64]
+
+
+@njit(cache=True)
+def stays(d: Darts, c: Corners, vertex: int) -> bool:
+    """Return whether a vertex is on a hole, or on a face that must stay as it is."""
+    out = False
+    for dart in range(3 * vertex, 3 * vertex + 3):
+        out |= d.face_hole[d.face[dart]] or c.reach[d.face[dart]] == 0
+    return out
 
 
 @njit(cache=True, error_model="numpy")
@@ -36,7 +45,7 @@ def bends(d: Darts, c: Corners, dart: int, w: Weights, n: Array) -> bool:
 
 @njit(cache=True)
 def even_out_flat(d: Darts, c: Corners, w: Weights, passes: int) -> int:
-    """T7 on unequal edges that bend nothing and are away from holes, pass after pass; return how many were."""
+    """T7 on unequal edges that bend nothing, where no vertex must stay, pass after pass; return how many were."""
     n = np.empty((4, 3))
     swaps = 0
     for _ in range(passes):
@@ -44,8 +53,7 @@ def even_out_flat(d: Darts, c: Corners, w: Weights, passes: int) -> int:
         for dart in range(3 * d.used[VERTICES]):
             if not d.alive[dart // 3] or dart > d.twin[dart] or imbalance(d, dart) < 2:
                 continue
-            back = d.twin[dart]
-            if d.face_hole[d.face[turn(dart)]] or d.face_hole[d.face[turn(back)]]:
+            if stays(d, c, dart // 3) or stays(d, c, d.twin[dart] // 3):
                 continue
             if refuse_swap(d, dart)[0] != DONE or bends(d, c, dart, w, n):
                 continue
@@ -58,15 +66,13 @@ def even_out_flat(d: Darts, c: Corners, w: Weights, passes: int) -> int:
 
 
 @njit(cache=True)
-def place_vertices(d: Darts, c: Corners, origin: Array) -> None:
-    """Put each vertex at the centroid of its dual triangle, on a rim at the middle of its edge of the border."""
+def place_vertices(d: Darts, c: Corners) -> None:
+    """Put each vertex at the centroid of its dual triangle, but for those on holes and on faces that must stay."""
     for i in range(d.used[VERTICES]):
-        holes = holes_around(d.face, d.face_hole, i)
-        if not d.alive[i] or holes > 1:
+        if not d.alive[i] or stays(d, c, i):
             continue
         for k in range(3):
             total = 0.0
             for j in range(3):
-                if not d.face_hole[d.face[3 * i + j]]:
-                    total += c.points[d.face[3 * i + j], k]
-            d.values[i, k] = origin[k] + total / (3 - holes)
+                total += c.points[d.face[3 * i + j], k]
+            d.values[i, k] = total / 3

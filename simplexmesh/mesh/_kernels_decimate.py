@@ -1,7 +1,7 @@
-"""Kernels of decimation: T1 on the edge that costs least, again and again, as edges of the dual triangulation collapse.
+"""Kernels of decimation: T1 on the edge that costs least, again and again, as faces take over ever more of the surface.
 
-Each face stands for a corner of the dual triangulation, with a point and a quadric, each vertex for a triangle, each
-vertex on a rim for an edge of the border. T1 makes one corner of two.
+Each face stands for a region of the surface given, whose centroid is a corner of the dual triangulation; each vertex
+stands for a triangle of that, each vertex on a rim for an edge of its border. T1 makes one region of two.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from simplexmesh.mesh._kernels_edit import (
     turn,
 )
 from simplexmesh.mesh._kernels_heap import Heap, new_heap, put
-from simplexmesh.mesh._kernels_quadrics import TERMS, cross, optimum
+from simplexmesh.mesh._kernels_regions import MIDDLE, TERMS, cross, energy, merge, strays
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int32]
@@ -32,9 +32,10 @@ Indices = NDArray[np.int32]
 class Corners(NamedTuple):
     """What is known of the faces, as corners of the dual triangulation, and of the components."""
 
-    points: Array  # (f, 3)
-    quadrics: Array  # (f, 10)
-    rim: NDArray[np.bool_]  # (f,) whether it is on a rim
+    points: Array  # (f, 3) centroids of the regions
+    regions: Array  # (f, 23)
+    energy: Array  # (f,) of the regions
+    reach: Array  # (f,) how far a region may reach, rms; a face with 0 stays as it is, and so do its vertices
     into: Indices  # (f,) the face that each merged one became part of, itself while it is there
     component: Indices  # (n,) of each vertex
     left: NDArray[np.int64]  # the number of vertices left of each component
@@ -43,8 +44,9 @@ class Corners(NamedTuple):
 class Weights(NamedTuple):
     """What counts how much, and what is refused."""
 
-    stay: float  # a new corner keeps to the middle of the two, in parts of the trace of its quadric
-    spread: float  # the squared length of the edge in the dual, the same: faces are even where the surface is flat
+    normals: float  # how far normals are from the mean of a region, see `energy`
+    spread: float  # how far a region reaches: faces are compact, and even where the surface is flat
+    rim: float  # how far a rim is from a line
     sizes: float  # how uneven sizes of faces become
     turn: float  # least cosine of the turn of a dual triangle
     bend: float  # least cosine between the normals of neighboring dual triangles
@@ -53,32 +55,25 @@ class Weights(NamedTuple):
     most: int  # largest number of vertices of a face
     piece: int  # least number of vertices of a component
     necks: bool  # whether three faces may make a ring around more than a vertex
+    flat: float  # how far from flat a region may be, rms, and a part of a rim from a line
 
 
 @njit(cache=True, error_model="numpy")
-def collapse_cost(d: Darts, c: Corners, dart: int, w: Weights, q: Array, p: Array) -> float:
-    """Return the cost of T1 on an edge and put the new corner into `p`; infinite beside a hole. `q` is room."""
+def collapse_cost(d: Darts, c: Corners, dart: int, w: Weights, m: Array) -> float:
+    """Return the cost of T1 on an edge and put the new region into `m`; infinite beside a hole."""
     back = d.twin[dart]
     left, right = d.face[dart], d.face[back]
     if d.face_hole[left] or d.face_hole[right]:
         return np.inf
-    for k in range(TERMS):
-        q[k] = c.quadrics[left, k] + c.quadrics[right, k]
-    a, b = c.points[left], c.points[right]
-    at = 0.5
-    if c.rim[left] != c.rim[right]:
-        at = 1.0 if c.rim[right] else 0.0
-    squared = (b[0] - a[0]) ** 2 + (b[1] - a[1]) ** 2 + (b[2] - a[2]) ** 2
-    x, y, z = a[0] + at * (b[0] - a[0]), a[1] + at * (b[1] - a[1]), a[2] + at * (b[2] - a[2])
-    cost = optimum(q, x, y, z, w.stay, np.sqrt(squared), p)
-    cost += w.spread * (q[0] + q[1] + q[2]) * squared
+    merge(c.regions[left], c.regions[right], m)
+    cost = energy(m, w.normals, w.spread, w.rim) - c.energy[left] - c.energy[right]
     one, other = d.face_size[left] - 6, d.face_size[right] - 6
     uneven = (one + other + 2) ** 2 - one**2 - other**2
     for end in (np.int64(dart), np.int64(back)):
         opposite = d.face[turn(end)]
         if not d.face_hole[opposite]:
             uneven += (d.face_size[opposite] - 7) ** 2 - (d.face_size[opposite] - 6) ** 2
-    return cost * (1 + w.sizes * max(uneven, 0))
+    return max(cost, 0.0) * (1 + w.sizes * max(uneven, 0))
 
 
 @njit(cache=True, error_model="numpy")
@@ -140,13 +135,16 @@ def folds(d: Darts, c: Corners, dart: int, p: Array, w: Weights, n: Array) -> bo
 
 @njit(cache=True)
 def refused(d: Darts, c: Corners, dart: int, w: Weights) -> bool:
-    """Return whether T1 is illegal on an edge, or makes a face too small or too large, or a component too small."""
+    """Return whether T1 is illegal on an edge, changes a face that must stay, or makes something too small or large."""
     back = d.twin[dart]
+    left, right = d.face[dart], d.face[back]
+    if c.reach[left] == 0 or c.reach[right] == 0:
+        return True
     for end in (np.int64(dart), np.int64(back)):
         opposite = d.face[turn(end)]
-        if not d.face_hole[opposite] and d.face_size[opposite] <= w.least:
+        if not d.face_hole[opposite] and (d.face_size[opposite] <= w.least or c.reach[opposite] == 0):
             return True
-    merged = d.face_size[d.face[dart]] + d.face_size[d.face[back]] - 4
+    merged = d.face_size[left] + d.face_size[right] - 4
     if merged < w.least or merged > w.most or c.left[c.component[dart // 3]] - 2 < w.piece:
         return True
     return refuse_remove(d, dart)[0] != DONE or (not w.necks and chokes(d, dart))
@@ -171,14 +169,14 @@ def chokes(d: Darts, dart: int) -> bool:
 
 
 @njit(cache=True)
-def look(d: Darts, c: Corners, heap: Heap, face: int, w: Weights, q: Array, p: Array) -> None:
+def look(d: Darts, c: Corners, heap: Heap, face: int, w: Weights, m: Array) -> None:
     """Put the edges around a face where their costs say."""
     start = d.face_dart[face]
     walk = start
     while True:
         back = d.twin[walk]
         put(heap, max(walk, back), np.inf)
-        put(heap, min(walk, back), collapse_cost(d, c, min(walk, back), w, q, p))
+        put(heap, min(walk, back), collapse_cost(d, c, min(walk, back), w, m))
         walk = follow(d.twin, walk)
         if walk == start:
             return
@@ -195,18 +193,19 @@ def take_out(d: Darts, heap: Heap, dart: int) -> None:
 
 
 @njit(cache=True)
-def collapse(d: Darts, c: Corners, dart: int, q: Array, p: Array) -> int:
-    """T1 on an edge, the new corner in `p` and its quadric in `q`; return the face that is left."""
+def collapse(d: Darts, c: Corners, dart: int, w: Weights, m: Array) -> int:
+    """T1 on an edge, the new region in `m`; return the face that is left."""
     left, right = d.face[dart], d.face[d.twin[dart]]
     c.left[c.component[dart // 3]] -= 2
     remove(d, dart)
     kept = left if d.face_dart[left] >= 0 else right
     c.into[left + right - kept] = kept
+    c.reach[kept] = min(c.reach[left], c.reach[right])
+    c.energy[kept] = energy(m, w.normals, w.spread, w.rim)
     for k in range(TERMS):
-        c.quadrics[kept, k] = q[k]
+        c.regions[kept, k] = m[k]
     for k in range(3):
-        c.points[kept, k] = p[k]
-    c.rim[kept] = c.rim[left] or c.rim[right]
+        c.points[kept, k] = m[MIDDLE + k]
     return kept
 
 
@@ -217,7 +216,7 @@ def collapse_cheapest(d: Darts, c: Corners, w: Weights, count: int) -> int:
     An edge that may not be removed waits until a face beside it is merged, or until the queue is empty.
     """
     heap = new_heap(d.twin.size)
-    q, p, n = np.empty(TERMS), np.empty(3), np.empty((2, 3))
+    m, n = np.empty(TERMS), np.empty((2, 3))
     done, last = 0, -1
     while done < count:
         if heap.size[0] == 0:
@@ -226,18 +225,19 @@ def collapse_cheapest(d: Darts, c: Corners, w: Weights, count: int) -> int:
             last = done
             for dart in range(3 * d.used[VERTICES]):
                 if d.alive[dart // 3] and dart < d.twin[dart]:
-                    put(heap, dart, collapse_cost(d, c, dart, w, q, p))
+                    put(heap, dart, collapse_cost(d, c, dart, w, m))
             if heap.size[0] == 0:
                 return done
         dart = heap.item[0]
         put(heap, dart, np.inf)
         if refused(d, c, dart, w):
             continue
-        collapse_cost(d, c, dart, w, q, p)
-        if folds(d, c, dart, p, w, n):
+        collapse_cost(d, c, dart, w, m)
+        if strays(m, w.flat, min(c.reach[d.face[dart]], c.reach[d.face[d.twin[dart]]])):
+            continue
+        if folds(d, c, dart, m[MIDDLE : MIDDLE + 3], w, n):
             continue
         take_out(d, heap, dart)
-        kept = collapse(d, c, dart, q, p)
-        look(d, c, heap, kept, w, q, p)
+        look(d, c, heap, collapse(d, c, dart, w, m), w, m)
         done += 1
     return done

@@ -196,17 +196,16 @@ class Terms(NamedTuple):
     across: Array  # (s,) and square to it
     neighbors: Indices  # (n, 3) of each vertex; on a rim the two on it, the second one twice
     share: Array  # (n, 3) of the mean of the neighbors
-    normal: Array  # (n, 3) unit vectors
-    even: Array  # (n,) weight of the squared distance to that mean, along the surface
+    even: Array  # (n, 3, 3) weights of the squared distance to that mean
     stay: Array  # (n,) weight of the squared move
+    flat: Array  # (f, 3) along the normal of each face, squared the weight of its vertices' distance from its plane
 
 
 @njit(cache=True, error_model="numpy")
-def pulled(v: Array, middle: Array, faces: Faces, places: Places, t: Terms, offset: float, out: Array) -> None:
-    """Put half the gradient at `v` into `out`: of the full quadratic with offset 1, of its homogeneous part with 0."""
-    out[:] = 0.0
-    centroids(v, faces, middle)
-    pull = np.zeros(middle.shape)
+def pulled_by_samples(
+    v: Array, middle: Array, faces: Faces, places: Places, t: Terms, offset: float, out: Array, pull: Array
+) -> None:
+    """Add the part of half the gradient that the samples have: to vertices in `out`, to centroids in `pull`."""
     p = np.empty(3)
     for s in range(t.samples.shape[0]):
         interpolated(v, middle, faces, places, s, p)
@@ -221,23 +220,47 @@ def pulled(v: Array, middle: Array, faces: Faces, places: Places, t: Terms, offs
             out[a, k] += places.weights[s, 0] * force
             out[b, k] += places.weights[s, 1] * force
             pull[f, k] += places.weights[s, 2] * force
+
+
+@njit(cache=True, error_model="numpy")
+def pulled_by_faces(v: Array, middle: Array, faces: Faces, t: Terms, out: Array, pull: Array) -> None:
+    """Add what pulls at centroids to vertices, and what flattens faces."""
     for f in range(faces.offsets.size - 1):
         size = faces.offsets[f + 1] - faces.offsets[f]
         for c in range(faces.offsets[f], faces.offsets[f + 1]):
+            i = faces.vertices[c]
+            dot = 0.0
             for k in range(3):
-                out[faces.vertices[c], k] += pull[f, k] / size
+                dot += t.flat[f, k] * (v[i, k] - middle[f, k])
+            for k in range(3):
+                out[i, k] += pull[f, k] / size + dot * t.flat[f, k]
+
+
+@njit(cache=True, error_model="numpy")
+def pulled_by_neighbors(v: Array, t: Terms, offset: float, out: Array) -> None:
+    """Add what evens out edges, and what keeps vertices where they are."""
+    p = np.empty(3)
     for i in range(v.shape[0]):
         one, two, three = t.neighbors[i, 0], t.neighbors[i, 1], t.neighbors[i, 2]
-        dot = 0.0
         for k in range(3):
             p[k] = v[i, k] - t.share[i, 0] * v[one, k] - t.share[i, 1] * v[two, k] - t.share[i, 2] * v[three, k]
-            dot += p[k] * t.normal[i, k]
         for k in range(3):
-            force = t.even[i] * (p[k] - dot * t.normal[i, k])
+            force = t.even[i, k, 0] * p[0] + t.even[i, k, 1] * p[1] + t.even[i, k, 2] * p[2]
             out[i, k] += force + (1 - offset) * t.stay[i] * v[i, k]
             out[one, k] -= t.share[i, 0] * force
             out[two, k] -= t.share[i, 1] * force
             out[three, k] -= t.share[i, 2] * force
+
+
+@njit(cache=True, error_model="numpy")
+def pulled(v: Array, middle: Array, faces: Faces, places: Places, t: Terms, offset: float, out: Array) -> None:
+    """Put half the gradient at `v` into `out`: of the full quadratic with offset 1, of its homogeneous part with 0."""
+    out[:] = 0.0
+    centroids(v, faces, middle)
+    pull = np.zeros(middle.shape)
+    pulled_by_samples(v, middle, faces, places, t, offset, out, pull)
+    pulled_by_faces(v, middle, faces, t, out, pull)
+    pulled_by_neighbors(v, t, offset, out)
 
 
 @njit(cache=True, error_model="numpy")

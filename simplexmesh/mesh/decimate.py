@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,32 +13,50 @@ from simplexmesh import _check
 from simplexmesh.errors import SimplexMeshWarning, TopologyError
 from simplexmesh.mesh import _kernels_corners as evening
 from simplexmesh.mesh import _kernels_decimate as kernels
-from simplexmesh.mesh import _kernels_quadrics as quadrics
+from simplexmesh.mesh import _kernels_regions as regions
 from simplexmesh.mesh.edited import Edited
 from simplexmesh.mesh.editing import EditableMesh
-from simplexmesh.mesh.fitting import REPAIRS, Fit, Surface, tangled_vertices
+from simplexmesh.mesh.fitting import Fit, Surface, tangled_vertices
 from simplexmesh.mesh.least import least_vertices
 from simplexmesh.mesh.nearest import Nearest
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 
 Indices = NDArray[np.int32]
 
+Array = NDArray[np.float64]
+
 WEIGHTS = kernels.Weights(
-    stay=1e-3, spread=2e-4, sizes=0.05, turn=0.17, bend=-0.5, shape=0.1, least=4, most=10, piece=20, necks=False
+    normals=0.3,
+    spread=4e-3,
+    rim=1.0,
+    sizes=0.05,
+    turn=0.1,
+    bend=-0.5,
+    shape=0.1,
+    least=4,
+    most=10,
+    piece=20,
+    necks=False,
+    flat=np.inf,
 )
 LAST_RESORT = WEIGHTS._replace(sizes=0.0, bend=-1.0, least=3, most=2**30, piece=4, necks=True)
-SHARPENING = 3
-"""Rounds in which the corners of the dual triangulation are found, whose centroids the vertices are."""
+LAX = WEIGHTS._replace(turn=-0.5, shape=0.05)
+"""Of the edges that are swapped last."""
 
-ON_RIM = 1.0
 PASSES = 20
 ROUNDS = 6
+STEPS = 2
+"""How often vertices go towards the places where their three regions met, before the fit."""
 
-GENTLE = REPAIRS[:2]
-"""Repairs that stay near the surface, for what is tangled anyway."""
+KNOWN = 0.3
+"""A region whose vector area is a smaller part of its area points nowhere."""
 
-MARGIN, PULLED, PRECISION = 0.95, 0.8, 50
-"""Surfaces are compared at points, so that a part of a tolerance is spared; how near the fewest vertices are found."""
+MARGIN = 0.95
+"""Surfaces are compared at points, so that a part of a tolerance is spared."""
+
+FLAT, LESS, ATTEMPTS, WIDELY = 0.5, 0.6, 20, 6
+"""How far from flat a region may be, in parts of a tolerance. Where the surfaces are too far apart, regions may reach
+only `LESS` of what they did; after `WIDELY` attempts the faces around there stay as they are."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,15 +87,15 @@ class Decimated(Edited):
 def decimate(mesh: SimplexMesh, *, vertices: int | None = None, tolerance: float | None = None) -> Decimated:
     """Return a mesh of the same shape and topology with fewer vertices.
 
-    Edges are removed (T1), the one that costs least first. In the dual triangulation, where faces are corners, that
-    merges the two ends of an edge; the new corner goes where the sum of squared distances to the planes of all
-    triangles merged so far is least, and that sum is the cost, with some weight on the length of the edge and on faces
-    of other than six vertices. An edge stays when a triangle of the dual would turn over or become thin. Then sizes of
-    faces are evened out by T7, each vertex goes to the centroid of its triangle, all are moved so that the faces are
-    closest to the surface in the least-squares sense, and where that folds, it is taken back.
+    Edges are removed (T1), the one that costs least first. Each face stands for a region of the surface, and what an
+    edge costs is how much less flat the region of both its faces is than the two: the squared distance to the plane
+    that fits best, how far normals differ, and how far it reaches. So faces end at creases, and are long where the
+    surface bends one way only. An edge stays when a triangle of the dual would turn over or become thin. Then sizes
+    of faces are evened out by T7, and the vertices are moved so that the faces are closest to the surface in the
+    least-squares sense, each only as far as no face folds or crosses another one more than before.
 
-    Genus, components and holes stay. Faces never merge with holes; a rim's own planes, upright on the surface, keep its
-    shape.
+    Genus, components and holes stay. Faces never merge with holes, and merging two on a rim costs how far their parts
+    of it are from a line.
 
     Parameters
     ----------
@@ -86,8 +105,9 @@ def decimate(mesh: SimplexMesh, *, vertices: int | None = None, tolerance: float
         How many to keep: even, as the number of vertices of a simplex mesh always is.
     tolerance : float, optional
         The largest distance allowed between the two surfaces, either way, and from rims to the new rims, in the unit of
-        the mesh: at vertices, centroids of faces, and the middles of edges of the new one. Found by trying about ten
-        numbers of vertices; a mesh without folds stays so. Give this or `vertices`.
+        the mesh: at vertices, centroids of faces, and the middles of edges of the new one. Where they are farther
+        apart, faces are kept smaller the next time, or as they were; a mesh without folds stays so. Give this or
+        `vertices`.
 
     Returns
     -------
@@ -111,8 +131,9 @@ def decimate(mesh: SimplexMesh, *, vertices: int | None = None, tolerance: float
 
     References
     ----------
-    H. Delingette, thesis, 1994, section 7.1; M. Garland and P. Heckbert, *Surface simplification using quadric error
-    metrics*, 1997, for the cost.
+    H. Delingette, thesis, 1994, section 7.1; M. Garland, A. Willmott and P. Heckbert, *Hierarchical face clustering on
+    polygonal surfaces*, 2001, and D. Cohen-Steiner, P. Alliez and M. Desbrun, *Variational shape approximation*, 2004,
+    for the cost.
 
     Examples
     --------
@@ -157,65 +178,102 @@ def _count(mesh: SimplexMesh, vertices: int | None) -> int:
     return wanted
 
 
-def _decimated(
-    mesh: SimplexMesh,
-    wanted: int,
-    surface: Nearest | None = None,
-    bound: float = 0.0,
-    repairs: tuple[str, ...] = REPAIRS,
-) -> tuple[Decimated, int]:
+def _decimated(mesh: SimplexMesh, wanted: int) -> tuple[Decimated, int]:
     """Return the mesh with so many vertices, or more when no more can go, and how many are on faces that fold.
 
-    With as many as there are, the mesh is returned as it is. Vertices farther from a surface than a bound go to it.
+    With as many as there are, the mesh is returned as it is.
     """
-    edit = EditableMesh(mesh)
     if wanted >= mesh.n_vertices:
-        same = edit.result()
-        return _result(Fit(Surface.of(mesh), mesh, same.face_map), same), 0
-    edit._reserve((mesh.n_vertices - wanted) // 2)
-    into = _collapsed(mesh, edit, (mesh.n_vertices - wanted) // 2)
+        return _unchanged(mesh), 0
+    reach = np.full(len(mesh.connectivity.face_sizes), np.inf)
+    made = _made(mesh, wanted, WEIGHTS, reach, Surface.of(mesh))
+    return _result(made.fit, made.out), int(tangled_vertices(made.fit.mesh).sum())
+
+
+def _unchanged(mesh: SimplexMesh) -> Decimated:
+    """Return the mesh as it is."""
+    same = EditableMesh(mesh).result()
+    along, free = np.zeros((len(same.face_map), 3)), np.zeros(mesh.n_vertices, bool)
+    return _result(Fit(Surface.of(mesh), mesh, same.face_map, along, free), same)
+
+
+class _Made(NamedTuple):
+    """A mesh with fewer vertices."""
+
+    fit: Fit
+    out: Edited
+    part_of: Indices  # of each face before, the face that it is part of
+    reach: Array  # of each face before, how far the region of that face reaches, rms
+
+
+def _made(mesh: SimplexMesh, wanted: int, weights: kernels.Weights, reach: Array, surface: Surface) -> _Made:
+    """Return the mesh with fewer vertices; edges are removed at any price when regions may be anything."""
+    edit = EditableMesh(mesh)
+    count = (mesh.n_vertices - wanted) // 2
+    edit._reserve(count)
+    corners = _collapsed(mesh, edit, count, weights, reach)
+    met = edit._darts.values[: mesh.n_vertices, :3].copy()
+    evening.place_vertices(edit._darts, corners)
     out = edit.result()
-    fit = Fit(Surface.of(mesh), out.mesh, out.face_map[into])
+    rows, c = corners.regions, out.mesh.connectivity
+    there = np.flatnonzero(out.face_map >= 0)
+    vector, area = rows[there, regions.VECTOR : regions.VECTOR + 3], rows[there, regions.AREA]
+    length = np.linalg.norm(vector, axis=1, keepdims=True)
+    along, free = np.zeros((len(c.face_sizes), 3)), np.ones(len(c.face_sizes), bool)
+    known = length > np.maximum(KNOWN * area[:, None], np.finfo(float).tiny)
+    along[out.face_map[there]] = np.where(known, vector / np.where(known, length, 1), 0)
+    free[out.face_map[there]] = corners.reach[there] > 0
+    fit = Fit(surface, out.mesh, out.face_map[corners.into], along, np.asarray(free[c.vertex_faces].all(axis=1)))
+    fit.untangle(strictly=True)
+    for _ in range(STEPS):
+        fit.advance(met[out.vertex_map >= 0])
     fit.improve(ROUNDS)
-    if surface is not None:
-        fit.move(surface.pulled(fit.mesh, bound))
-    wrong = fit.repair(out.mesh.vertices, repairs)
-    return _result(fit, out), wrong
+    fit.untangle()
+    squared = rows[:, regions.SPREAD : regions.SPREAD + 3].sum(axis=1) / np.where(rows[:, 0] > 0, rows[:, 0], 1)
+    return _Made(fit, out, out.face_map[corners.into], np.sqrt(np.maximum(squared, 0))[corners.into])
 
 
-def _collapsed(mesh: SimplexMesh, edit: EditableMesh, count: int) -> Indices:
-    """T1 up to `count` times and T7, and vertices placed; return the face that each face is part of."""
+def _collapsed(
+    mesh: SimplexMesh, edit: EditableMesh, count: int, weights: kernels.Weights, reach: Array
+) -> kernels.Corners:
+    """T1 up to `count` times, and T7; return the faces as corners."""
     d, c = edit._darts, mesh.connectivity
-    origin = mesh.vertices.mean(axis=0)
-    vertices = mesh.vertices - origin
-    points, rim = quadrics.face_points(d.face, d.face_hole, vertices, SHARPENING)
-    planes = quadrics.face_quadrics(d.face, d.twin, d.face_hole, vertices, points, ON_RIM)
-    into, left = np.arange(len(points), dtype=np.int32), np.bincount(c.components)
-    corners = kernels.Corners(points, planes, rim, into, c.components, left)
-    done = kernels.collapse_cheapest(d, corners, WEIGHTS, count)
-    if done < count:
+    rows = regions.face_regions(d)
+    energy = regions.energies(rows, weights.normals, weights.spread, weights.rim)
+    points = np.ascontiguousarray(rows[:, regions.MIDDLE : regions.MIDDLE + 3])
+    into, left = np.arange(len(rows), dtype=np.int32), np.bincount(c.components)
+    corners = kernels.Corners(points, rows, energy, reach.copy(), into, c.components, left)
+    done = kernels.collapse_cheapest(d, corners, weights, count)
+    if done < count and weights.flat == np.inf:
         kernels.collapse_cheapest(d, corners, LAST_RESORT, count - done)
-    evening.even_out_flat(d, corners, WEIGHTS, PASSES)
-    evening.place_vertices(d, corners, origin)
+    for swapping in (WEIGHTS, LAX):
+        evening.even_out_flat(d, corners, swapping, PASSES)
     while (into[into] != into).any():
-        into = into[into]
-    return into
+        into[:] = into[into]
+    return corners
 
 
 def _within(mesh: SimplexMesh, tolerance: float) -> Decimated:
-    """Return the mesh with the fewest vertices found by halving that stays within a tolerance, sound if it was."""
-    low, high = least_vertices(mesh.connectivity) // 2, mesh.n_vertices // 2
-    best, sound = _decimated(mesh, mesh.n_vertices)[0], not tangled_vertices(mesh).any()
-    surface = Nearest(mesh)
-    while high - low > max(1, low // PRECISION):
-        middle = min(max(int(np.sqrt(low * high)), low + 1), high - 1)
-        out, wrong = _decimated(mesh, 2 * middle, surface, PULLED * tolerance, REPAIRS if sound else GENTLE)
-        left = out.mesh.n_vertices // 2
-        near = out.largest <= MARGIN * tolerance and surface.largest(out.mesh) <= MARGIN * tolerance
-        if near and not (wrong and sound) and left < high:
-            best, high = out, left
-        low = max(low, left if left > middle else 0, middle if high != middle else 0)
-    return best
+    """Return the mesh with as few vertices as leave it within a tolerance, sound if it was."""
+    surface, nearest = Surface.of(mesh), Nearest(mesh)
+    sound = not tangled_vertices(mesh).any()
+    reach = np.full(len(mesh.connectivity.face_sizes), np.inf)
+    weights, least = WEIGHTS._replace(flat=FLAT * tolerance), least_vertices(mesh.connectivity)
+    for attempt in range(ATTEMPTS):
+        fit, out, part_of, reached = _made(mesh, least, weights, reach, surface)
+        c = fit.mesh.connectivity
+        wrong = fit.faces_beyond(MARGIN * tolerance) | nearest.faces_beyond(fit.mesh, MARGIN * tolerance)
+        if sound:
+            wrong[c.vertex_faces[tangled_vertices(fit.mesh)]] = True
+        if not wrong.any():
+            return _result(fit, out)
+        around = wrong.copy()
+        if attempt >= WIDELY:
+            around[c.vertex_faces[wrong[c.vertex_faces].any(axis=1)]] = True
+        alone = np.bincount(part_of, minlength=len(wrong))[part_of] == 1
+        less = LESS * np.minimum(reach, reached)
+        reach = np.where(around[part_of], np.where(wrong[part_of] & alone, 0.0, less), reach)
+    return _unchanged(mesh)
 
 
 def _result(fit: Fit, out: Edited) -> Decimated:

@@ -1,4 +1,4 @@
-"""A coarse mesh fitted to the surface it stands for: least squares, and folds and crossings smoothed away."""
+"""A coarse mesh fitted to the surface it stands for: least squares, as far as no face folds or crosses another."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from simplexmesh.mesh import _kernels_fitting as kernels
 from simplexmesh.mesh import face_geometry
 from simplexmesh.mesh.connectivity import Connectivity
+from simplexmesh.mesh.guarding import AMONG, ANYHOW, Guard
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 
 Array = NDArray[np.float64]
@@ -19,13 +20,18 @@ ITERATIONS = 12
 ACROSS = 0.02
 """How much of the weight of a sample is that of its distance along the surface."""
 
-EVEN, STAY = 0.01, 1e-3
-"""The weights of a vertex's distance to its neighbors' mean and of its move, in those of its samples."""
+EVEN, STAY, FLAT = 0.005, 1e-3, 0.2
+"""The weights of a vertex's distance to its neighbors' mean, of its move, and of its distance to the planes of its
+faces, in those of its samples."""
+
+SHARP = 0.03
+"""The part of a vertex's face normals across which it is not evened out any more: on creases, only along them."""
 
 FAR = 0.01
 """From which part of the largest squared distance on it is looked for more widely."""
 
-REPAIRS = ("care", "care", "half", "start", "smooth", "widely smooth")
+ALONG, LOOSELY = 0.1, -0.3
+"""Least cosine between a fan triangle and what its face stands for, at the start, and while it is fitted."""
 
 
 @dataclass(frozen=True)
@@ -115,21 +121,26 @@ class Fit:
         The mesh; its vertices are near the surface.
     part_of : (f,) array of int
         For each face of the surface the face of the mesh that it is part of; -1 where it is none.
+    along : (g, 3) array of float
+        Unit vectors that the faces of the mesh should point along, zero where nothing is known.
+    free : (n,) array of bool
+        Which vertices of the mesh may move.
     """
 
-    def __init__(self, surface: Surface, mesh: SimplexMesh, part_of: Indices) -> None:
+    def __init__(
+        self, surface: Surface, mesh: SimplexMesh, part_of: Indices, along: Array, free: NDArray[np.bool_]
+    ) -> None:
         self._surface = surface
         self.mesh = mesh
-        c = mesh.connectivity
-        self._faces = faces_of(c)
+        self._part_of = part_of
+        self._faces = faces_of(mesh.connectivity)
+        self._guard = Guard(mesh, self._faces, along, free)
         self._start = part_of[surface.faces].astype(np.int32)
         n, r = len(surface.points), len(surface.rim_points)
         self._places = kernels.Places(np.zeros(n, np.int32), np.zeros((n, 3)))
         self._rim_places = kernels.Places(np.zeros(r, np.int32), np.zeros((r, 3)))
         self._squared = np.empty(n)
-        self._care = np.zeros(mesh.n_vertices)
         self._find_rims(part_of)
-        self._locate()
 
     def _find_rims(self, part_of: Indices) -> None:
         """Start each sample of a rim on the edge between its face and its hole."""
@@ -152,33 +163,52 @@ class Fit:
 
     def distances(self) -> tuple[float, float]:
         """Return the rms and the largest distance of the samples, those on rims to the rims included in the latter."""
-        weights, f = self._surface.weights, self._faces
-        far = FAR * float(self._squared.max())
+        squared, on_rims = self._distances()
+        weights = self._surface.weights
+        largest = max(float(squared.max()), float(on_rims.max(initial=0)))
+        return float(np.sqrt((weights * squared).sum() / weights.sum())), float(np.sqrt(largest))
+
+    def faces_beyond(self, distance: float) -> NDArray[np.bool_]:
+        """Return (g,) which faces of the mesh samples belong to, or are on, that are farther than a distance."""
+        squared, on_rims = self._distances()
+        out = np.zeros(len(self._faces.hole), bool)
+        far = squared > distance**2
+        out[self._start[far]] = True
+        out[self._part_of[self._surface.faces[far]]] = True
+        out[self._part_of[self._surface.rim_faces[on_rims > distance**2]]] = True
+        return out
+
+    def _distances(self) -> tuple[Array, Array]:
+        """Return the squared distances of the samples, and of those on rims to the rims."""
+        self._locate()
+        f, far = self._faces, FAR * float(self._squared.max())
         kernels.settle(
             self.mesh.vertices, self._middle, f, self._surface.points, self._start, self._places, self._squared, far
         )
-        largest = [float(self._squared.max())]
-        if len(self._surface.rim_points):
-            c, w = self._rim_places
-            v = self.mesh.vertices
-            there = w[:, :1] * v[f.vertices[c]] + w[:, 1:2] * v[f.ahead[c]]
-            largest.append(float(((there - self._surface.rim_points) ** 2).sum(axis=1).max()))
-        return float(np.sqrt((weights * self._squared).sum() / weights.sum())), float(np.sqrt(max(largest)))
+        c, w = self._rim_places
+        v = self.mesh.vertices
+        there = w[:, :1] * v[f.vertices[c]] + w[:, 1:2] * v[f.ahead[c]]
+        return self._squared, ((there - self._surface.rim_points) ** 2).sum(axis=1)
 
-    def move(self, vertices: Array) -> None:
-        """Put the vertices elsewhere."""
-        self.mesh = self.mesh.moved(vertices)
-        self._locate()
+    def advance(self, target: Array) -> None:
+        """Move the vertices towards a target, as far as faces still point along what they stand for."""
+        self.mesh = self.mesh.moved(self._guard.advanced(self.mesh, target, 0.0))
+
+    def untangle(self, *, strictly: bool = False) -> None:
+        """Move the vertices of faces that fold or cross; strictly, of those that point elsewhere."""
+        among, along = (2 * AMONG, ALONG) if strictly else (AMONG, ANYHOW)
+        self.mesh = self.mesh.moved(self._guard.untangled(self.mesh, among, along))
 
     def improve(self, rounds: int) -> None:
         """Least squares, again and again, the samples finding their places in between."""
         for _ in range(rounds):
+            self._locate()
             one, other = self._places, self._rim_places
             places = kernels.Places(
                 np.concatenate([one.corner, other.corner]), np.concatenate([one.weights, other.weights])
             )
-            terms = self._terms()
-            self.move(kernels.solved(np.array(self.mesh.vertices), self._faces, places, terms, ITERATIONS))
+            target = kernels.solved(np.array(self.mesh.vertices), self._faces, places, self._terms(), ITERATIONS)
+            self.mesh = self.mesh.moved(self._guard.advanced(self.mesh, target, LOOSELY))
 
     def _terms(self) -> kernels.Terms:
         s, f, mesh = self._surface, self._faces, self.mesh
@@ -187,14 +217,15 @@ class Fit:
         along = ends / np.maximum(np.linalg.norm(ends, axis=1, keepdims=True), np.finfo(float).tiny)
         rim_weight = s.rim_weights * np.sqrt(s.weights.sum() / max(mesh.n_faces, 1))
         covered = np.bincount(self._start, s.weights, len(f.hole)) / c.face_sizes
-        weight = covered[c.vertex_faces].sum(axis=1) * 10.0**self._care
+        weight = covered[c.vertex_faces].sum(axis=1)
         neighbors, share = np.array(c.neighbors), np.full((mesh.n_vertices, 3), 1 / 3)
         rims = np.flatnonzero(f.hole[f.owner])
         on_rim = f.ahead[rims]
         behind, ahead = f.vertices[rims], f.ahead[self._next(rims)]
         neighbors[on_rim] = np.stack([behind, ahead, ahead], axis=1)
         share[on_rim] = (0.5, 0.5, 0)
-        normal = np.where(self._care[:, None] > 0, 0.0, mesh.normals)
+        normals = face_geometry.face_normals(mesh.vertices, f.vertices, f.offsets)
+        normals[f.hole] = 0
         return kernels.Terms(
             np.concatenate([s.points, s.rim_points]),
             np.concatenate([s.normals, along]),
@@ -202,9 +233,9 @@ class Fit:
             np.concatenate([ACROSS * s.weights, rim_weight]),
             np.ascontiguousarray(neighbors, np.int32),
             share,
-            normal,
-            EVEN * weight,
+            EVEN * weight[:, None, None] * _along_surface(normals[c.vertex_faces]),
             STAY * weight,
+            normals * np.sqrt(FLAT * covered)[:, None],
         )
 
     def _next(self, corners: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -212,42 +243,14 @@ class Fit:
         last = self._faces.offsets[self._faces.owner[corners] + 1] - 1
         return np.asarray(np.where(corners == last, self._faces.offsets[self._faces.owner[corners]], corners + 1))
 
-    def repair(self, start: Array, repairs: tuple[str, ...] = REPAIRS) -> int:
-        """Undo folds and crossings; return the number of vertices on faces that are wrong still.
 
-        What is wrong is first fitted once more with ten, then a hundred times the weight on even edges; then it goes
-        half the way to the start, then to it; then it is smoothed, at last with what is next to it. The best is kept.
-        """
-        best, fewest = self.mesh, self.mesh.n_vertices + 1
-        for attempt in (*repairs, ""):
-            wrong = tangled_vertices(self.mesh)
-            if (count := int(wrong.sum())) < fewest:
-                best, fewest = self.mesh, count
-            if not fewest or not attempt:
-                break
-            if attempt == "care":
-                self._care[wrong] += 1
-                self.improve(1)
-                continue
-            vertices = np.array(self.mesh.vertices)
-            if attempt == "widely smooth":
-                wrong |= wrong[self.mesh.neighbors].any(axis=1)
-            share = {"half": 0.5, "start": 1.0}.get(attempt)
-            there = _smoothed(self.mesh, wrong) if share is None else start
-            vertices[wrong] += (share or 1.0) * (there[wrong] - vertices[wrong])
-            self.mesh = self.mesh.moved(vertices)
-        self.move(best.vertices)
-        return fewest
+def _along_surface(normals: Array) -> Array:
+    """Return matrices (n, 3, 3) that keep of a vector what is along the surface, of the three face normals (n, 3, 3).
 
-
-def _smoothed(mesh: SimplexMesh, free: NDArray[np.bool_]) -> Array:
-    """Return the vertices, the free ones moved half the way to the mean of their neighbors, twice.
-
-    Those on a rim stay, and so do components that are free as a whole, which would shrink.
+    Their mean square has an eigenvalue for each direction, the part of the normals that is across it.
     """
-    c, v = mesh.connectivity, np.array(mesh.vertices)
-    held = np.bincount(c.components, free) == np.bincount(c.components)
-    free = free & ~held[c.components] & ~c.face_is_hole[c.vertex_faces].any(axis=1)
-    for _ in range(2):
-        v[free] = (v[free] + v[c.neighbors[free]].mean(axis=1)) / 2
-    return v
+    squares = normals.transpose(0, 2, 1) @ normals
+    total = np.maximum(np.trace(squares, axis1=1, axis2=2), np.finfo(float).tiny)
+    part, directions = np.linalg.eigh(squares / total[:, None, None])
+    kept = 1 / (1 + (part / SHARP) ** 2)
+    return np.asarray((directions * kept[:, None, :]) @ directions.transpose(0, 2, 1))

@@ -9,6 +9,7 @@ from scipy.spatial import cKDTree
 from simplexmesh.mesh import _kernels_fitting as kernels
 from simplexmesh.mesh.fitting import FAR, faces_of
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
+from simplexmesh.mesh.triangulation import fan
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int32]
@@ -31,22 +32,22 @@ class Nearest:
         solid = ~c.face_is_hole[c.vertex_faces]
         self._face = np.where(solid.any(axis=1), c.vertex_faces[np.arange(len(solid)), solid.argmax(axis=1)], 0)
 
-    def largest(self, mesh: SimplexMesh) -> float:
-        """Return the largest distance of vertices, face centroids and the middles of fan edges of another mesh."""
-        points, triangles = mesh.triangulated().vertices, mesh.triangulated().faces
-        middles = [(points[triangles[:, i]] + points[triangles[:, i - 1]]) / 2 for i in (1, 2)]
-        _, _, squared = self._found(np.concatenate([points, *middles]))
-        return float(np.sqrt(squared.max()))
+    def distances(self, points: Array) -> Array:
+        """Return how far points (p, 3) are from the surface."""
+        return np.sqrt(self._found(points)[2])
 
-    def pulled(self, mesh: SimplexMesh, bound: float) -> Array:
-        """Return the vertices of another mesh, those farther than a bound put where the surface is closest."""
-        vertices = np.array(mesh.vertices)
-        places, weights, squared = self._found(vertices)
-        corners = [self._mesh.vertices[index[places]] for index in (self._faces.vertices, self._faces.ahead)]
-        corners.append(self._middle[self._faces.owner[places]])
-        far = squared > bound**2
-        closest = sum(weights[:, k, None] * corners[k] for k in range(3))
-        return np.asarray(np.where(far[:, None], closest, vertices))
+    def faces_beyond(self, mesh: SimplexMesh, distance: float) -> NDArray[np.bool_]:
+        """Return (g,) which faces of another mesh are farther than that, at a vertex, the centroid, or between."""
+        c = mesh.connectivity
+        points, triangles = fan(mesh.vertices, c)
+        corners = [points[triangles[:, i]] for i in range(3)]
+        far = self.distances(points) > distance
+        out = np.zeros(len(c.face_sizes), bool)
+        owner = np.repeat(np.arange(len(out)), c.face_sizes)[np.repeat(~c.face_is_hole, c.face_sizes)]
+        out[owner[far[triangles].any(axis=1)]] = True
+        for i in (1, 2):
+            out[owner[self.distances((corners[i] + corners[i - 1]) / 2) > distance]] = True
+        return out
 
     def _found(self, points: Array) -> tuple[Indices, Array, Array]:
         """Return the corner of the fan triangle where points belong, the weights there, and the squared distances."""

@@ -1,0 +1,189 @@
+"""Kernels of decimation against their plain telling: regions, their order, the queue, T7, and where vertices go."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.testing import assert_allclose, assert_array_equal
+
+from simplexmesh.mesh import _kernels_corners as evening
+from simplexmesh.mesh import _kernels_decimate as kernels
+from simplexmesh.mesh import _kernels_heap as heaps
+from simplexmesh.mesh import _kernels_regions as regions
+from simplexmesh.mesh import shapes
+from simplexmesh.mesh._kernels_batch import imbalance
+from simplexmesh.mesh._kernels_edit import DONE, refuse_swap
+from simplexmesh.mesh.decimate import WEIGHTS
+from simplexmesh.mesh.editing import EditableMesh
+from tests.reference_decimate import Decimation, regions_of, shaken
+from tests.reference_operators import Loops
+from tests.test_mesh_editing import MESHES
+
+names = st.sampled_from(["sphere", "torus", "two tori", "plane", "cylinder", "torus with holes"])
+seeds = st.integers(0, 2**16)
+
+
+def corners_of(edit, mesh, weights, reach):
+    """The faces as the kernels know them."""
+    rows = regions.face_regions(edit._darts)
+    energy = regions.energies(rows, weights.normals, weights.spread, weights.rim)
+    points = np.ascontiguousarray(rows[:, regions.MIDDLE : regions.MIDDLE + 3])
+    components, into = mesh.connectivity.components, np.arange(len(rows), dtype=np.int32)
+    return kernels.Corners(points, rows, energy, reach.copy(), into, components, np.bincount(components))
+
+
+def assert_same_region(row, region, w):
+    """All numbers of a row are what the integrals over the triangles say."""
+    area, middle, squares, vector = region.surface()
+    length, _, rim_squares = region.rim()
+    assert_allclose(row[0], area)
+    assert_allclose(row[1:4], middle, atol=1e-12)
+    assert_allclose(row[4:10], squares[(0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)], atol=1e-12)
+    assert_allclose(row[10:13], vector, atol=1e-12)
+    assert_allclose(row[13], length)
+    assert_allclose(row[17:23], rim_squares[(0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)], atol=1e-12)
+    assert_allclose(regions.energy(row, w.normals, w.spread, w.rim), region.energy(w), atol=1e-12)
+
+
+@settings(max_examples=10, deadline=None)
+@given(name=names, seed=seeds)
+def test_regions_are_integrals_and_merge(name, seed):
+    mesh = shaken(MESHES[name], seed)
+    rows, plain = regions.face_regions(EditableMesh(mesh)._darts), regions_of(mesh)
+    w = WEIGHTS._replace(normals=0.7, spread=0.2, rim=0.4)
+    rng = np.random.default_rng(seed)
+    for f in rng.choice(list(plain), 5):
+        assert_same_region(rows[f], plain[f], w)
+        g = rng.choice(list(plain))
+        row = np.empty(regions.TERMS)
+        regions.merge(rows[f], rows[g], row)
+        both = plain[f] + plain[g]
+        assert_same_region(row, both, w)
+        parts = sum(regions.energy(rows[x], w.normals, w.spread, w.rim) for x in (f, g))
+        assert regions.energy(row, w.normals, w.spread, w.rim) >= parts * (1 - 1e-9)
+        for flat, reach in rng.uniform(0, 0.5, (5, 2)):
+            assert regions.strays(row, flat, reach) == both.strays(flat, reach)
+
+
+STRICT = (
+    {},
+    {"turn": 0.99},
+    {"bend": 0.5},
+    {"shape": 0.8},
+    {"sizes": 3.0},
+    {"piece": 40},
+    {"most": 7},
+    {"spread": 0.1, "normals": 0.0},
+    {"rim": 30.0},
+    {"flat": 0.02},
+)
+
+
+@pytest.mark.parametrize("strict", STRICT, ids=str)
+@settings(max_examples=3, deadline=None)
+@given(name=names, seed=seeds, count=st.integers(10, 20))
+def test_the_order_is_that_of_the_plain_telling(strict, name, seed, count):
+    mesh = shaken(MESHES[name], seed)
+    weights = WEIGHTS._replace(**strict)
+    edit = EditableMesh(mesh)
+    edit._reserve(count)
+    rng = np.random.default_rng(seed)
+    reach = rng.choice([np.inf, 0.3, 0.0], len(mesh.connectivity.face_sizes), p=(0.7, 0.2, 0.1))
+    corners = corners_of(edit, mesh, weights, reach)
+    twin = Decimation(mesh, weights, reach)
+    done = kernels.collapse_cheapest(edit._darts, corners, weights, count)
+    assert done == twin.run(count)
+    d, out = edit._darts, edit.result()
+    assert Loops(out.mesh.connectivity).canonical() == twin.loops.canonical(out.vertex_map)
+    for f, loop in twin.loops.faces.items():
+        if f not in twin.loops.holes:
+            dart = next(x for x in range(3 * loop[0], 3 * loop[0] + 3) if d.twin[x] // 3 == loop[1])
+            assert_same_region(corners.regions[d.face[dart]], twin.regions[f], weights)
+            assert_allclose(corners.points[d.face[dart]], twin.points[f], atol=1e-10)
+            assert corners.reach[d.face[dart]] == twin.reach[f]
+
+
+@pytest.mark.parametrize("necks", [False, True])
+def test_no_three_faces_make_a_thin_neck(necks):
+    tube = shapes.cylinder(6, 16)
+    tube = shaken(tube.moved(tube.vertices * (0.3, 0.3, 3.0)), 0)
+    lax = WEIGHTS._replace(turn=-1.0, bend=-1.0, shape=0.0, spread=1.0, normals=0.0, necks=necks, most=100)
+    edit = EditableMesh(tube)
+    edit._reserve(60)
+    corners = corners_of(edit, tube, lax, np.full(len(tube.connectivity.face_sizes), np.inf))
+    kernels.collapse_cheapest(edit._darts, corners, lax, 60)
+    c = edit.result().mesh.connectivity
+    beside = {f: set() for f in np.flatnonzero(~c.face_is_hole).tolist()}
+    for a, b in c.edge_faces[~c.face_is_hole[c.edge_faces].any(axis=1)].tolist():
+        beside[a].add(b)
+        beside[b].add(a)
+    rings = {frozenset((a, b, x)) for a in beside for b in beside[a] for x in beside[a] & beside[b]}
+    assert bool(rings - {frozenset(faces) for faces in c.face.tolist()}) == necks
+
+
+@settings(max_examples=50)
+@given(st.lists(st.tuples(st.integers(0, 11), st.sampled_from([0.0, 1.0, 2.0, 2.5, np.inf])), max_size=60))
+def test_the_queue_is_a_sorted_list(puts):
+    heap, plain = heaps.new_heap(12), {}
+    for item, cost in puts:
+        heaps.put(heap, item, cost)
+        plain.pop(item, None)
+        if cost < np.inf:
+            plain[item] = cost
+        assert heap.size[0] == len(plain)
+        assert set(heap.item[: len(plain)].tolist()) == set(plain)
+        assert_array_equal(heap.place[heap.item[: len(plain)]], np.arange(len(plain)))
+        if plain:
+            assert heap.item[0] == min(plain, key=lambda x: (plain[x], x))
+    order = []
+    while heap.size[0]:
+        order.append(int(heap.item[0]))
+        heaps.put(heap, order[-1], np.inf)
+    assert order == sorted(plain, key=lambda x: (plain[x], x))
+
+
+@pytest.mark.parametrize("strict", [{}, {"turn": 0.9}, {"shape": 0.8}], ids=str)
+@settings(max_examples=3, deadline=None)
+@given(name=names, seed=seeds)
+def test_edges_are_swapped_that_the_plain_telling_swaps(strict, name, seed):
+    weights = WEIGHTS._replace(**strict)
+    edit = EditableMesh(shaken(MESHES[name], seed))
+    edit.swap_edges(np.random.default_rng(seed).choice(3 * edit.n_slots, 12))
+    mesh = edit.result().mesh
+    reach = np.random.default_rng(seed).choice([np.inf, 0.0], len(mesh.connectivity.face_sizes), p=(0.9, 0.1))
+    edit = EditableMesh(mesh)
+    corners, twin, d = corners_of(edit, mesh, weights, reach), Decimation(mesh, weights, reach), edit._darts
+    n = np.empty((4, 3))
+    for dart in range(d.twin.size):
+        a, b = dart // 3, int(d.twin[dart]) // 3
+        if a > b:
+            continue
+        swapped = imbalance(d, dart) >= 2 and not evening.stays(d, corners, a) and not evening.stays(d, corners, b)
+        swapped = swapped and refuse_swap(d, dart)[0] == DONE and not evening.bends(d, corners, dart, weights, n)
+        assert swapped == twin.flips(a, b)
+    evening.even_out_flat(d, corners, weights, 100)
+    met = Decimation(edit.result().mesh, weights, reach)
+    met.points = dict(enumerate(corners.points))
+    loops = {frozenset(loop): f for f, loop in met.loops.faces.items()}
+    assert len(loops) == len(corners.points)
+    rows = [[x // 3 for x in edit.around(f)] for f in range(len(corners.points))]
+    number = {f: loops[frozenset(row)] for f, row in enumerate(rows)}
+    met.points = {number[f]: point for f, point in enumerate(corners.points)}
+    met.reach = {number[f]: value for f, value in enumerate(reach)}
+    assert not any(met.flips(a, b) for a, b in edit.result().mesh.connectivity.edge_vertices.tolist())
+
+
+@pytest.mark.parametrize("name", ["sphere", "plane"])
+def test_vertices_go_to_the_centroids_of_their_dual_triangles(name):
+    mesh = shaken(MESHES[name], 1)
+    edit = EditableMesh(mesh)
+    reach = np.full(len(mesh.connectivity.face_sizes), np.inf)
+    reach[3] = 0
+    corners = corners_of(edit, mesh, WEIGHTS, reach)
+    evening.place_vertices(edit._darts, corners)
+    c = mesh.connectivity
+    stay = c.face_is_hole[c.vertex_faces].any(axis=1) | (c.vertex_faces == 3).any(axis=1)
+    expected = np.where(stay[:, None], mesh.vertices, corners.points[c.vertex_faces].mean(axis=1))
+    assert_allclose(edit.result().mesh.vertices, expected, atol=1e-12)
