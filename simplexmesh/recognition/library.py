@@ -27,7 +27,7 @@ Array = NDArray[np.float64]
 
 SIDES = ("above", "below")
 LONGEST_NAME = 500
-MOST_POINTS = 5_000
+MOST_POINTS = 4_000
 """More points of a scan are thinned out at random."""
 
 

@@ -23,7 +23,7 @@ from simplexmesh.recognition.verify import Court, Verdict
 
 Array = NDArray[np.float64]
 
-BY_PROFILE, BY_IMAGES, MORE = 10, 8, 40
+BY_PROFILE, BY_IMAGES, MORE = 8, 6, 40
 """So many models are tried because of their profile and of their images, and so many more because of these if ..."""
 
 ENOUGH, NEAR = 0.5, 0.15

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from simplexmesh._vec import cross, dot, normalized
+from simplexmesh._vec import cross, dot, norm, normalized
 from simplexmesh.recognition import _kernels_library
 from simplexmesh.recognition.arena import Arena, grid_of, rows
 from simplexmesh.recognition.bags import bag_of, octave_of_scan
@@ -26,10 +27,13 @@ SHORTEST, SLACK, BEND = 0.15, 0.06, 0.25
 """Pairs of correspondences agree that are farther apart than this, and whose distances differ by less than this, in
 sizes of the smaller surface, and whose cosines differ by less than this."""
 
-MOTIONS = 150
+TOLD = 0.1
+"""Normals of a pair tell a direction whose part across its line is longer than this."""
+
+MOTIONS = 800
 """The motions of so many pairs are tried, those whose correspondences agree with most others."""
 
-JUDGING, FOLLOWING = 300, 500
+JUDGING, FOLLOWING = 150, 500
 FIRST, LAST = 8, 3
 """So many of a model's motions are followed, roughly, then well."""
 
@@ -87,6 +91,11 @@ class Scene:
             placed, middle, unit, bag.chosen, bag.at(octave), octave, Tree(placed.points), *grid_of(placed.points)
         )  # fmt: skip
 
+    @cached_property
+    def rarity(self) -> Array:
+        """(k,) how much each image differs from the others of the scan: on a flat side all are alike."""
+        return np.asarray(norm(self.images - np.median(self.images, axis=0)), np.float64)
+
     def places(self, model: Model, likest: NDArray[np.int64] | None) -> tuple[Surface, Arena, Array]:
         """Return a model's surface in the scene's unit, an arena for it, and motions (h, 12) likely before trying.
 
@@ -105,29 +114,36 @@ class Scene:
 
     def from_images(self, surface: Surface, near: NDArray[np.int64], size: float) -> Array:
         """Return motions (h, 12) of pairs of points that look alike in the model and in the scan."""
-        here, near = np.repeat(self.chosen, near.shape[1]), near.ravel()
-        p, n, q, m = self.surface.points[here], self.surface.normals[here], surface.points[near], surface.normals[near]
+        here, there = np.repeat(self.chosen, near.shape[1]), near.ravel()
+        p, n, q, m = (array[which] for surface, which in ((self.surface, here), (surface, there))
+                      for array in (surface.points, surface.normals))  # fmt: skip
         degree, pairs = np.zeros(len(p)), np.empty((len(p) * (len(p) - 1) // 2, 2), np.int64)
         count = _kernels_library.agreeing(p, n, q, m, SHORTEST * size, SLACK * size, BEND, degree, pairs)
         pairs = pairs[:count]
-        weight = degree[pairs[:, 0]] * degree[pairs[:, 1]]
+        weight = degree * np.repeat(self.rarity, near.shape[1])
+        weight = weight[pairs[:, 0]] * weight[pairs[:, 1]]
         i, j = pairs[np.argsort(-weight, kind="stable")[:MOTIONS]].T
-        R = frames_of_pairs(p[i], n[i], p[j], n[j]) @ frames_of_pairs(q[i], m[i], q[j], m[j]).transpose(0, 2, 1)
-        return rows(R, (p[i] + p[j]) / 2 - np.einsum("hab,hb->ha", R, (q[i] + q[j]) / 2))
+        F, G = frames_of_pairs(p[i], n[i], p[j], n[j]), frames_of_pairs(q[i], m[i], q[j], m[j])
+        R = F @ G.transpose(0, 2, 1)
+        whole = np.einsum("hab,hab->h", R, R) > 2.9
+        return rows(R, (p[i] + p[j]) / 2 - np.einsum("hab,hb->ha", R, (q[i] + q[j]) / 2))[whole]
 
 
 def frames_of_pairs(p: Array, n: Array, q: Array, m: Array) -> Array:
     """Return frames (h, 3, 3), in columns, of pairs of points with normals: along the line, then toward the normals.
 
+    The first normal counts twice, so that opposite ones tell a direction too. Where they tell none the frame is zero.
+
     Examples
     --------
     >>> x, y = np.array([[1.0, 0, 0]]), np.array([[0, 1.0, 0]])
-    >>> frames_of_pairs(0 * x, y, 2 * x, y)[0]
+    >>> frames_of_pairs(0 * x, y, 2 * x, -y)[0]
     array([[1., 0., 0.],
            [0., 1., 0.],
            [0., 0., 1.]])
     """
     line = normalized(q - p)
-    up = n + m
-    up = normalized(up - dot(up, line)[:, None] * line)
-    return np.stack([line, up, cross(line, up)], axis=2)
+    up = n + m / 2
+    up = up - dot(up, line)[:, None] * line
+    frames = np.stack([line, normalized(up), cross(line, normalized(up))], axis=2)
+    return np.where((norm(up) > TOLD)[:, None, None], frames, 0.0)
