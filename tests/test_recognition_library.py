@@ -433,3 +433,19 @@ def test_the_power_of_harmonics():
     for degree in range(6):
         basis = plain.harmonics(degree, ball(5).vertices)
         assert power[degree] == pytest.approx(np.linalg.norm(values @ basis), rel=0.05, abs=1e-3)
+
+
+@pytest.mark.parametrize(("share", "noise"), [(1.0, 0.01), (0.5, 0.005)])
+def test_real_bodies(data_folder, tmp_path, share, noise):
+    library = sm.ModelLibrary(tmp_path / "models.sml")
+    meshes = {}
+    for name in ("spot.obj", "elephant.off", "femur.off", "fandisk.off", "anchor.off"):
+        mesh = sm.read_triangles(data_folder / name)
+        meshes[name] = sm.TriangleMesh(mesh.vertices / np.linalg.norm(np.ptp(mesh.vertices, axis=0)), mesh.faces)
+        library.add(name, meshes[name])
+    rng = np.random.default_rng(1)
+    for name, mesh in meshes.items():
+        scan, T = scan_of(mesh, share, noise, rng)
+        found = library.recognise(scan)[0]
+        assert found.name == name
+        assert reference.angle(found.T_scan_model[:3, :3], T[:3, :3]) < 4
