@@ -235,3 +235,10 @@ def plane_fits(points, near):
     normals = vectors[:, :, 0]
     first = points[near[:, 0]]
     return normals, values[:, 0], first - normals * ((first - middle) * normals).sum(axis=1)[:, None]
+
+
+def smooth(values, neighbors, passes):
+    """Values replaced by the mean over the vertex and its neighbors, so many times."""
+    for _ in range(passes):
+        values = np.array([(values[i] + values[row].sum()) / 4 for i, row in enumerate(neighbors)])
+    return values

@@ -141,6 +141,17 @@ def test_a_tenth_of_the_vertices_is_close_to_marching_cubes(ran):
     assert tenth.volume == pytest.approx(full.volume, rel=0.005)
 
 
+def test_a_part_finds_its_place_and_signatures_agree(ran, tmp_path):
+    demo, out = ran("recognition")
+    assert out["off"] < 0.002
+    assert out["registration"].score > 0.5
+    assert out["degrees"] < 1.0
+    near, next_one = out["distances"]
+    assert near < 0.3 * next_one
+    picture = sm.plot.picture(tmp_path / "landscape.png", demo.show_landscape(out))
+    assert picture.stat().st_size > 20_000
+
+
 class TestFrog:
     def test_organs_and_scan(self, ran):
         _, out = ran("frog")

@@ -44,8 +44,9 @@ class TestSearch:
         assert np.allclose(total, reference.search(table.indices(), a.values, b.values), rtol=1e-4)
         assert (common == n).all()
 
-    def test_of_what_both_see(self):
-        rng = np.random.default_rng(1)
+    @pytest.mark.parametrize("seed", range(4))
+    def test_of_what_both_see(self, seed):
+        rng = np.random.default_rng(seed)
         table = built(F, "darts")
         n = ball(F).mesh.n_vertices
         a, b = (Signature(rng.normal(size=n), rng.random(n) < 0.6, ball(F).vertices) for _ in range(2))

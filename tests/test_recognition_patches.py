@@ -287,6 +287,15 @@ class TestObjects:
         angles = signature.mesh.moved(exact).simplex_angle
         assert np.abs(signature.angles - angles).max() < 0.1 * np.ptp(angles)
 
+    def test_a_sheet_looks_out_whichever_way_its_triangles_are_turned(self):
+        sheet = lumpy("plane").triangulated()
+        one = sm.sai(sheet, 5, topology="plane")
+        other = sm.sai(sm.TriangleMesh(sheet.vertices, sheet.faces[:, ::-1]), 5, topology="plane")
+        points = sm.sai(sheet.sampled(6000, rng=0).points[::-1], 5, topology="plane")
+        for each in (one, other, points):
+            assert each.angles.mean() > 0.02
+            assert sm.match(one, each)[0].distance < 0.03
+
     def test_points_of_a_tube(self):
         rng = np.random.default_rng(3)
         u, s = 2 * np.pi * rng.random(5000), rng.random(5000)

@@ -11,7 +11,21 @@ Examples
 
 from simplexmesh.plot.attribute_image import signature
 from simplexmesh.plot.camera import looked_at
+from simplexmesh.plot.landscape import landscape
+from simplexmesh.plot.overlay import overlay
 from simplexmesh.plot.scenes import beside, panels, surface, together
 from simplexmesh.plot.stage import has_display, picture, stage
 
-__all__ = ["beside", "has_display", "looked_at", "panels", "picture", "signature", "stage", "surface", "together"]
+__all__ = [
+    "beside",
+    "has_display",
+    "landscape",
+    "looked_at",
+    "overlay",
+    "panels",
+    "picture",
+    "signature",
+    "stage",
+    "surface",
+    "together",
+]

@@ -98,7 +98,10 @@ def _extent(renderer: Any, axes: Array) -> tuple[Array, Array] | None:
     """Return the least and the largest coordinates along the axes of everything drawn in a panel."""
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
     for actor in renderer.actors.values():
-        points = getattr(getattr(getattr(actor, "mapper", None), "dataset", None), "points", None)
+        mapper = getattr(actor, "mapper", None)
+        if mapper is not None:
+            mapper.Update()  # normals may be waiting to be computed, and with them the points
+        points = getattr(getattr(mapper, "dataset", None), "points", None)
         if points is not None and len(points):
             along = np.asarray(points, dtype=float) @ axes.T
             low, high = np.minimum(low, along.min(axis=0)), np.maximum(high, along.max(axis=0))

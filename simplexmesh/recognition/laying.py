@@ -14,8 +14,9 @@ from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.errors import SimplexMeshWarning
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.deform import DeformableModel
+from simplexmesh.motion.outward import turned_outward
 from simplexmesh.motion.reconstruct import reconstruct
-from simplexmesh.motion.subjects import Subject, TrianglesSubject
+from simplexmesh.motion.subjects import PointsSubject, Subject, TrianglesSubject
 from simplexmesh.recognition.patches import PERIODIC, Patch, domain
 from simplexmesh.recognition.unrolling import Unrolled, unrolled
 
@@ -28,6 +29,9 @@ STARTS = {"torus": "auto", "cylinder": "cylinder", "plane": "plane"}
 VERTICES = 3000
 FAR = 0.01
 """A model farther than this from the data, in diagonals, is not one of it."""
+
+TANGLED = 0.004
+"""The share of its vertices that may be tangled, as in the corners of a rectangle that is to fill a disc."""
 
 NEAREST = 24
 STIFF, LIGHT = 40, 40
@@ -60,6 +64,8 @@ def laid(subject: Subject, data: Any, topology: str, frequency: int, options: di
     ValueError
         The data has another topology than asked for.
     """
+    if topology == "plane" or isinstance(subject, TrianglesSubject):
+        subject = turned_outward(subject)  # sheets and tubes have two sides: the same is taken however they are turned
     surface = _surface(subject, data, topology, options)
     patch = domain(topology, frequency)
     assert isinstance(patch, Patch)
@@ -69,7 +75,12 @@ def laid(subject: Subject, data: Any, topology: str, frequency: int, options: di
 
 def _surface(subject: Subject, data: Any, topology: str, options: dict[str, Any]) -> TriangleMesh:
     """Return a triangulated surface of the topology asked for."""
-    surface = subject.triangles if isinstance(subject, TrianglesSubject) else _modelled(data, topology, options)
+    if isinstance(subject, TrianglesSubject):
+        surface = subject.triangles
+    elif isinstance(subject, PointsSubject) and topology == "plane":
+        surface = _modelled(subject.cloud, topology, {})
+    else:
+        surface = _modelled(data, topology, options)
     found, (genus, borders) = surface.topology, SHAPES[topology]
     if (found.n_components, found.genus, found.n_borders) != (1, genus, borders):
         raise ValueError(
@@ -88,7 +99,7 @@ def _modelled(data: Any, topology: str, options: dict[str, Any]) -> TriangleMesh
         model = reconstruct(data, vertices=VERTICES, init=start, **kept, **options)
     surface = model.mesh.triangulated(method="fan")
     away = max(model.distance.data_to_mesh.rms, model.distance.mesh_to_data.rms)
-    if away > FAR * surface.diagonal or model.tangled:
+    if away > FAR * surface.diagonal or (model.tangled or 0) > TANGLED * model.mesh.n_vertices:
         raise ValueError(
             f"data must suit topology={topology!r}; a model of that topology is {away:.3g} away from it with "
             f"{model.tangled} vertices tangled (a surface of triangles or hexagons needs no model)"

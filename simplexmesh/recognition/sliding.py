@@ -72,7 +72,7 @@ def grid(topology: str, frequency: int) -> Grid:
 
 def slid(sai_a: SAI, sai_b: SAI, best: int, minimum_overlap: float, smoothing: int, limit: float) -> list[Match]:
     """Return the best hypotheses of how two signatures of one patch lie on each other; see `match`."""
-    a, b = (_values(one, smoothing, limit) for one in (sai_a, sai_b))
+    a, b = (compared_values(one, smoothing, limit) for one in (sai_a, sai_b))
     if not (a[1].any() and b[1].any()):
         return []
     found = [
@@ -91,7 +91,7 @@ def slid(sai_a: SAI, sai_b: SAI, best: int, minimum_overlap: float, smoothing: i
     return [_told(sai_a, sai_b, *one[:3], flipped=one[3]) for one in followed]
 
 
-def _values(one: SAI, smoothing: int, limit: float) -> tuple[Array, Mask]:
+def compared_values(one: SAI, smoothing: int, limit: float) -> tuple[Array, Mask]:
     """Return the angles that are compared, and where they count."""
     seen = ~(one.hidden | one.hidden[one.mesh.neighbors].any(axis=1))
     return np.clip(smoothed(one.angles, seen, one.mesh.neighbors, smoothing), -limit, limit), seen

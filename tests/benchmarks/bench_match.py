@@ -83,7 +83,8 @@ def other_topologies(runs: int = 10, noise: float = 0.001) -> None:
     if folder is None:
         return
     print(
-        "\n| object | topology | found | median | largest | next distance | sai, s | match, ms |\n|---|---|--:|--:|--:|--:|--:|--:|"
+        "\n| object | topology | found | median | largest | next distance | sai, s | match, ms |"
+        "\n|---|---|--:|--:|--:|--:|--:|--:|"
     )
     for name, topology in PATCHES.items():
         data = sm.read(Path(folder) / name)
@@ -108,8 +109,8 @@ def other_topologies(runs: int = 10, noise: float = 0.001) -> None:
             angles.append(min(away))  # the knot has a threefold axis
             ratios.append(found[len(away)].distance / found[0].distance)
         print(
-            f"| {name} | {topology} | {np.mean(np.array(angles) < 5):.0%} | {np.median(angles):.2f} | {max(angles):.2f} "
-            f"| {np.median(ratios):.1f} times | {min(fits):.2f} | {1e3 * min(matches):.0f} |"
+            f"| {name} | {topology} | {np.mean(np.array(angles) < 5):.0%} | {np.median(angles):.2f} "
+            f"| {max(angles):.2f} | {np.median(ratios):.1f} times | {min(fits):.2f} | {1e3 * min(matches):.0f} |"
         )
 
 

@@ -1,0 +1,156 @@
+"""The distance of two signatures as hills over the rotations, or the shifts, that lay one on the other."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pyvista as pv
+from numpy.typing import NDArray
+
+from simplexmesh.mesh.simplex_mesh import SimplexMesh
+from simplexmesh.plot.camera import looked_at
+from simplexmesh.plot.scale import scale
+from simplexmesh.plot.skin import per_point
+from simplexmesh.plot.stage import INK, stage
+from simplexmesh.recognition.landscape import NODES, around, over_patch, over_sphere, plane_of, vector_of
+from simplexmesh.recognition.match import match
+from simplexmesh.recognition.matches import Match
+from simplexmesh.recognition.sai import SAI
+from simplexmesh.recognition.spheres import ball
+
+Array = NDArray[np.float64]
+
+NAME = "distance of the angles (rad)"
+HIGH = 0.6
+"""How high hills are where the distance is zero, in radii."""
+
+FRONT = np.array([0.98, -0.25, 0.8])
+"""Where the first hypothesis takes the pole: where its peak is seen from the side."""
+
+LIT = {"ambient": 0.45, "diffuse": 0.55, "specular": 0.05}
+
+RINGS, SPOKES = 30, 90
+SHOWN = 3
+COLORS = ("#d1495b", "#edae49", "#f2f2f2")
+
+
+def landscape(
+    sai_a: SAI,
+    sai_b: SAI,
+    *,
+    found: Sequence[Match] | None = None,
+    view: str | Sequence[float] | None = None,
+    title: str | None = None,
+) -> pv.Plotter:
+    """Show how the distance of two signatures depends on how one is laid on the other.
+
+    The nearer they are, the higher and brighter. Left, at each place of the sphere: the least distance over all
+    rotations that take a pole of b there. Right: turns after the best rotation, in the plane of those that lead to the
+    second and the third hypothesis, up to half a turn at the rim. Balls mark the hypotheses, red the first. One peak
+    alone says that the match is certain, several alike that the object is symmetric. For signatures on a torus, a tube
+    or a disc: the distance under each shift, there.
+
+    Parameters
+    ----------
+    sai_a, sai_b : SAI
+        As for `simplexmesh.match`.
+    found : sequence of Match, optional
+        What `simplexmesh.match` found; computed when not given.
+    view : str or (3,) vector, optional
+        As for `looked_at`.
+    title : str, optional
+        Text over the picture.
+
+    Returns
+    -------
+    pyvista.Plotter
+
+    Examples
+    --------
+    >>> import simplexmesh as sm
+    >>> one = sm.sai(sm.ellipsoid((3, 2, 1), 12), frequency=5)
+    >>> landscape(one, one).close()
+    """
+    hypotheses = list(match(sai_a, sai_b) if found is None else found)
+    if not hypotheses:
+        raise ValueError("found must hold at least one hypothesis, not none")
+    if sai_a.topology != "sphere":
+        return _on_patch(sai_a, sai_b, view, title)
+    shown, axes = hypotheses[:SHOWN], plane_of(hypotheses)
+    pole = shown[0].rotation.T @ (FRONT / np.linalg.norm(FRONT))
+    values = over_sphere(sai_a, sai_b, pole)
+    ground, vectors, flat = ball(NODES).mesh, *_disc(axes)
+    tops = [one.rotation @ pole for one in shown]
+    at = [int(np.argmax(ground.vertices @ top)) for top in tops]
+    values[at] = np.minimum(values[at], [one.distance for one in shown])
+    slices = around(sai_a, sai_b, shown[0].rotation, vectors)
+    limits = (0.0, float(max(values.max(), np.nanmax(slices))))
+    plotter = stage(columns=2)
+    _on_mesh(plotter, ground, ground.vertices, values, limits)
+    plotter.add_text(title or "where a pole of b goes", position="upper_edge", font_size=11, color=INK)
+    for color, top, vertex in zip(COLORS, tops, at, strict=False):
+        _mark(plotter, top * (1.03 + _height(values[vertex], limits)), color)
+    plotter.subplot(0, 1)
+    _relief(plotter, flat, slices, limits)
+    plotter.add_text("turns after the best", position="upper_edge", font_size=11, color=INK)
+    for color, one in zip(COLORS, shown, strict=False):
+        off = axes @ vector_of(one.rotation @ shown[0].rotation.T) / np.pi
+        _mark(plotter, np.array([*off, 0.03 + _height(one.distance, limits)]), color)
+    return looked_at(plotter, view)
+
+
+def _on_patch(sai_a: SAI, sai_b: SAI, view: str | Sequence[float] | None, title: str | None) -> pv.Plotter:
+    """Show the distance under each shift on the model of the topology."""
+    values, model = over_patch(sai_a, sai_b), sai_a.domain.mesh
+    plotter = stage()
+    _on_mesh(plotter, model, 0.5 * model.normals, values, (0.0, float(values.max())))
+    if title:
+        plotter.add_text(title, position="upper_edge", font_size=11, color=INK)
+    return looked_at(plotter, view)
+
+
+def _on_mesh(
+    plotter: pv.Plotter, mesh: SimplexMesh, outward: Array, values: Array, limits: tuple[float, float]
+) -> None:
+    """Draw hills on a mesh."""
+    fan = mesh.moved(mesh.vertices + _height(values, limits)[:, None] * outward).triangulated(method="fan")
+    _draw(plotter, fan.vertices, fan.faces, per_point(mesh, values), limits)
+
+
+def _draw(plotter: pv.Plotter, points: Array, faces: Any, values: Array, limits: tuple[float, float]) -> None:
+    coat = pv.PolyData.from_regular_faces(np.asarray(points), np.asarray(faces))
+    coat["scalars"] = values
+    style = scale(values, NAME, diverging=False, limits=limits) | {"cmap": "viridis_r"}
+    plotter.add_mesh(coat, smooth_shading=True, **LIT, **style)
+
+
+def _height(values: Any, limits: tuple[float, float]) -> Any:
+    """Return how high hills are: the nearer the higher."""
+    return HIGH * (1 - np.asarray(values) / max(limits[1], 1e-12))
+
+
+def _disc(axes: Array) -> tuple[Array, Array]:
+    """Return rotation vectors in a plane, in rings of spokes, the first in the middle, and where they are drawn."""
+    angle = 2 * np.pi * np.arange(SPOKES) / SPOKES
+    spokes = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    flat = np.concatenate([np.zeros((1, 2)), *(r * spokes for r in (np.arange(RINGS) + 1) / RINGS)])
+    return np.pi * flat @ axes, flat
+
+
+def _relief(plotter: pv.Plotter, flat: Array, values: Array, limits: tuple[float, float]) -> None:
+    """Draw a disc with hills."""
+    k = np.arange(SPOKES)
+    fan = np.stack([np.zeros_like(k), 1 + k, 1 + (k + 1) % SPOKES], axis=1)
+    inner = (np.arange(RINGS - 1)[:, None] * SPOKES + 1 + k).ravel()
+    beside = (np.arange(RINGS - 1)[:, None] * SPOKES + 1 + (k + 1) % SPOKES).ravel()
+    strips = [np.stack([inner, inner + SPOKES, beside + SPOKES], 1), np.stack([inner, beside + SPOKES, beside], 1)]
+    values = np.nan_to_num(values, nan=limits[1])
+    points = np.column_stack([flat, _height(values, limits)])
+    _draw(plotter, points, np.concatenate([fan, *strips]), values, limits)
+
+
+def _mark(plotter: pv.Plotter, at: Array, color: str) -> None:
+    ball_there = pv.Sphere(radius=0.045, center=at)
+    plotter.add_mesh(ball_there, color=color, smooth_shading=True, ambient=0.4, diffuse=0.7, specular=0.3)
