@@ -101,7 +101,7 @@ def loops_of(cut: Cut) -> tuple[Loop, ...]:
             _look_from(cut, base, inward, found)
         chosen = _independent(found, n_pairs // 2)
         bases = np.unique(np.concatenate([cut.loop(edge, parent) for _, edge, parent in chosen] or [bases[:0]]))
-    return tuple(_measured(cut, cut.loop(edge, parent)) for _, edge, parent in chosen)
+    return tuple(measured(cut.vertices, cut.loop(edge, parent)) for _, edge, parent in chosen)
 
 
 def _look_from(cut: Cut, base: int, inward: Indices, found: dict[tuple[int, ...], tuple[float, int, Indices]]) -> None:
@@ -148,8 +148,15 @@ def _independent(
     return [found[name] for name in kinds]
 
 
-def _measured(cut: Cut, loop: Indices) -> Loop:
-    points = cut.vertices[loop]
+def measured(vertices: Array, loop: Indices) -> Loop:
+    """Return a closed way over vertices with its length and center.
+
+    Examples
+    --------
+    >>> measured(np.eye(3), np.array([0, 1, 2])).center.round(2).tolist()
+    [0.33, 0.33, 0.33]
+    """
+    points = vertices[loop]
     ahead = np.roll(points, -1, axis=0)
     steps = norm(ahead - points)
     center = (0.5 * (points + ahead) * steps[:, None]).sum(axis=0) / steps.sum()

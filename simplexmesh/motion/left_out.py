@@ -20,6 +20,9 @@ EDGES_AROUND = 9.0
 
 MOST_TOLD = 4
 
+REFUSED = "its films met, but refused by accept"
+"""What the user refused without a word needs none."""
+
 
 def left_out(
     walls: Walls, proposals: Sequence[HandleProposal], *, edge: float, vertices: int
@@ -106,6 +109,8 @@ def noted(
         missing = left_out(samples.walls, proposals, edge=mean_edge(mesh), vertices=mesh.n_vertices)
     if not missing and samples.genus in (None, mesh.genus):
         return proposals, ""
+    if missing and all(proposal.reason == REFUSED for proposal in missing):
+        return proposals, ""
     why = told(missing) if missing else "more vertices may find the handles that are left out"
-    said = f"the surface has genus {samples.genus}, the model has {mesh.genus}; {why}; init='auto' may find more"
+    said = f"{samples.what} genus {samples.genus}, the model has {mesh.genus}; {why}; init='auto' may find more"
     return (*proposals, *missing), said

@@ -220,12 +220,13 @@ def reconstruct(
                 plan = replace(plan, placement="even")
         else:
             if init in ENCLOSING:
-                samples = closed_samples(subject) if plan.handles != "none" else None
+                samples = closed_samples(subject, vertices, tunnels) if plan.handles != "none" else None
                 subject = turned_outward(subject) if samples is None else subject
             start = primitive_around(subject.points, str(init), plan.first_vertices, facing=subject.facing)
         stages = stages_for(start, subject, iterations, rigidity, adaptation, cell=found.cell if found else None)
+        target = subject.target if samples is None or samples.target is None else samples.target
         journey = travelled(
-            start, subject.target, stages, plan, samples=samples,
+            start, target, stages, plan, samples=samples,
             watch=lambda share: report(0.1 + 0.8 * share, "fitting"),
         )  # fmt: skip
         mesh, tangled, interrupted = journey.mesh, None, journey.interrupted

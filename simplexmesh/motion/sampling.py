@@ -5,13 +5,19 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from simplexmesh._vec import norm, normalized
+from simplexmesh._vec import dot, norm, normalized
+from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.errors import TopologyError
-from simplexmesh.motion.subjects import Subject, TrianglesSubject, VolumeSubject
+from simplexmesh.motion.shell import FEW, Shell, shell_of
+from simplexmesh.motion.subjects import LabelSubject, PointsSubject, Subject, TrianglesSubject, VolumeSubject
 from simplexmesh.motion.walls import MOST, Walls
 from simplexmesh.motion.wrap import Samples
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
 
 MOST_SAMPLES = 20_000
 
@@ -19,8 +25,20 @@ WIDE = 0.05
 """In diagonals of the data: it is open when a border of it is wider."""
 
 
-def closed_samples(subject: Subject) -> Samples | None:
+FILLED = 0.5
+"""In radii of the balls that bridge the gaps between points: points are added farther than that from any."""
+
+
+def closed_samples(subject: Subject, vertices: int = 4000, tunnels: float | None = None) -> Samples | None:
     """Return points with normals on the surface that a subject describes, None when that surface has a border.
+
+    Parameters
+    ----------
+    subject : Subject
+    vertices : int
+        How many the model may have: the tunnels of a volume are those that its automatic start with so many keeps.
+    tunnels : float, optional
+        Narrower ones are left out, in the data's unit; only of volumes.
 
     Examples
     --------
@@ -44,16 +62,68 @@ def closed_samples(subject: Subject) -> Samples | None:
         cloud = subject.sampled
         assert cloud.normals is not None
         genus = known_genus(subject)
-        samples = Samples(cloud.points, cloud.normals, oriented=True, genus=genus, walls=known_walls(subject, genus))
-        return _thinned(samples)
+        surface = subject.triangles.vertices, subject.triangles.faces
+        walls = known_walls(*surface, genus)
+        return _thinned(Samples(cloud.points, cloud.normals, oriented=True, genus=genus, walls=walls))
     if isinstance(subject, VolumeSubject):
-        return _of_volume(subject)
+        return _knowing(_of_volume(subject), subject, vertices, tunnels)
     target = subject.target if hasattr(subject.target, "samples") else Points(subject.points)
     points, normals = target.samples()
     if not normals.any(axis=1).all():  # a surfel without a direction looks to its nearest neighbor that has one
         known = np.flatnonzero(normals.any(axis=1))
         normals = normals[known[cKDTree(points[known]).query(points)[1]]]
-    return _thinned(Samples(points, normals, bool(target.surfels.oriented)))  # type: ignore[attr-defined]
+    samples = _thinned(Samples(points, normals, bool(target.surfels.oriented)))  # type: ignore[attr-defined]
+    if isinstance(subject, LabelSubject):
+        return _knowing(samples, subject, vertices, tunnels)
+    shell = shell_of(subject.points) if isinstance(subject, PointsSubject) else None
+    return samples if shell is None else _filled(samples, subject.points, shell)
+
+
+def _knowing(samples: Samples, subject: VolumeSubject | LabelSubject, vertices: int, tunnels: float | None) -> Samples:
+    """Return the samples with the tunnels of a volume that its automatic start keeps."""
+    try:
+        start = subject.start(vertices, tunnels).mesh
+    except TopologyError:  # nothing of it is thick enough for so few vertices
+        return samples
+    if start.n_components > 1 or start.n_holes:
+        return samples
+    surface = start.triangulated()
+    return replace(samples, genus=start.genus, walls=known_walls(surface.vertices, surface.faces, start.genus))
+
+
+def _filled(samples: Samples, points: Array, shell: Shell) -> Samples:
+    """Return the samples with the tunnels that points show, and with gaps between them filled.
+
+    Few points are left to the surface through them altogether.
+    """
+    from simplexmesh.motion.targets.triangles import Triangles
+
+    surface = TriangleMesh(shell.vertices, shell.faces)
+    walls = known_walls(shell.around, shell.faces, shell.genus, shell.vertices)
+    if len(points) <= FEW:
+        even = surface.sampled(MOST_SAMPLES, rng=0)
+        assert even.normals is not None
+        return Samples(
+            even.points,
+            even.normals,
+            oriented=True,
+            genus=shell.genus,
+            walls=walls,
+            target=Triangles(surface),
+            what="the points have",
+        )
+    outward = surface.vertex_normals
+    gap = cKDTree(points).query(shell.vertices)[0] > FILLED * shell.radius
+    there = outward[cKDTree(shell.vertices).query(samples.points)[1]]
+    turned = np.where(dot(samples.normals, there)[:, None] < 0, -samples.normals, samples.normals)
+    return Samples(
+        np.concatenate([samples.points, shell.vertices[gap]]),
+        np.concatenate([turned, outward[gap]]),
+        oriented=True,
+        genus=shell.genus,
+        walls=walls,
+        what="the points have",
+    )
 
 
 def _of_volume(subject: VolumeSubject) -> Samples:
@@ -83,13 +153,12 @@ def known_genus(subject: Subject) -> int | None:
     return None if topology.n_components > 1 or topology.n_borders else int(topology.genus)
 
 
-def known_walls(subject: TrianglesSubject, genus: int | None) -> Walls | None:
+def known_walls(vertices: Array, faces: Indices, genus: int | None, places: Array | None = None) -> Walls | None:
     """Return what tells the tunnels of closed triangles, None when there are none, some are knotted, or too many."""
-    surface = subject.triangles
-    if not genus or 3 * genus * surface.n_faces > MOST:
+    if not genus or 3 * genus * len(faces) > MOST:
         return None
     try:
-        walls = Walls(surface.vertices, surface.faces)
+        walls = Walls(vertices, faces, places)
     except TopologyError:  # vertices that two sheets share
         return None
     return walls if len(walls.tunnels) == genus else None

@@ -26,6 +26,7 @@ from simplexmesh.motion.rim_refine import divided_rims
 from simplexmesh.motion.settling import with_even_metric
 from simplexmesh.motion.state import Target
 from simplexmesh.motion.tunnels import tunneled
+from simplexmesh.motion.untangle import untangled
 from simplexmesh.motion.wrap import Samples
 
 Array = NDArray[np.float64]
@@ -80,7 +81,10 @@ def travelled(
     try:
         if not plan.changes:
             journey.refuge = start
-            journey.move(*coarse, fine, share=(0.0, 0.7))
+            journey.move(*coarse, share=(0.0, 0.25))
+            settled, left = untangled(journey.mesh, target, reach=coarse[-1].reach, start=start)
+            journey.mesh, journey.refuge = settled, start if left else settled
+            journey.move(fine, share=(0.25, 0.7))
         else:
             _given_handles(journey, plan)
             wrapped = plan.handles == "auto" or callable(plan.handles)
@@ -176,9 +180,11 @@ def _tunnels(journey: Journey, plan: Plan, samples: Samples, fine: Stage) -> Sta
     )
     journey.mesh = out.mesh
     journey.noted(handles=out.proposals)
-    if hasattr(journey.target, "oriented_by") and not samples.oriented:  # the mesh knows now which way is out
+    surfels = getattr(journey.target, "surfels", None)
+    if surfels is not None and not surfels.oriented:  # the mesh knows now which way is out
         nearest = cKDTree(out.mesh.vertices)
-        journey.target = journey.target.oriented_by(lambda points: out.mesh.normals[nearest.query(points)[1]])
+        turned: Any = journey.target
+        journey.target = turned.oriented_by(lambda points: out.mesh.normals[nearest.query(points)[1]])
     near = min(fine.reach, 4 * mean_edge(out.mesh))
     journey.move(Stage(rigidity=3, reach=near, iterations=40), share=(0.25, 0.4))
     return replace(fine, reach=near)

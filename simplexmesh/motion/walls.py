@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 
 from simplexmesh._vec import norm
 from simplexmesh.mesh.homology import Cut, cut_open
-from simplexmesh.mesh.loops import Loop, loops_of
+from simplexmesh.mesh.loops import Loop, loops_of, measured
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -31,6 +31,8 @@ class Walls:
     vertices : (v, 3) array of float
     faces : (t, 3) array of int
         Closed, oriented, in one piece.
+    places : (v, 3) array of float, optional
+        Where the tunnels are measured, when `vertices` are those of a surface some way around them.
 
     Raises
     ------
@@ -48,8 +50,9 @@ class Walls:
     (True, False)
     """
 
-    def __init__(self, vertices: Array, faces: Indices) -> None:
+    def __init__(self, vertices: Array, faces: Indices, places: Array | None = None) -> None:
         self._cut: Cut = cut_open(vertices, faces)
+        self._places = vertices if places is None else places
         self._edge = float(self._cut.lengths.mean())
         self._used = np.unique(faces)
 
@@ -95,7 +98,8 @@ class Walls:
     @cached_property
     def tunnels(self) -> tuple[Loop, ...]:
         """The shortest loops around the surface's own tunnels."""
-        return loops_of(self._cut)
+        found = [measured(self._places, loop.vertices) for loop in loops_of(self._cut)]
+        return tuple(sorted(found, key=lambda loop: loop.length))
 
     def along(self, loop: Indices) -> Indices:
         """Return how often a closed way along edges, by its vertices, runs along each loop of the basis."""

@@ -20,6 +20,7 @@ from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.contact import contacts
 from simplexmesh.motion.deform import DeformableModel
 from simplexmesh.motion.forces import CONSTRAINTS, Frame
+from simplexmesh.motion.state import Target
 from simplexmesh.motion.walls import Walls
 
 Array = NDArray[np.float64]
@@ -29,6 +30,12 @@ GRADE = 0.15
 
 NEAR = 1.5
 """Data counts as near within so many edges."""
+
+STRAIGHT = 0.8
+"""Normals around a vertex are as long as that in the mean, or it is on the edge of a flap."""
+
+CLEAR = 0.3
+"""In edges: so far above data the edge of a flap is beside it, not on it."""
 
 FACING = 0.4
 """Smallest cosine between the normals of a vertex that sits on the data and of the data there."""
@@ -59,6 +66,10 @@ class Samples:
         How many handles the data has, when it says so.
     walls : Walls, optional
         What tells which lines run around the data's tunnels, when it is known.
+    what : str
+        How a sentence on the genus begins.
+    target : Target, optional
+        A surface that stands for points too few to tell one.
     """
 
     points: Array
@@ -66,6 +77,8 @@ class Samples:
     oriented: bool
     genus: int | None = None
     walls: Walls | None = None
+    target: Target | None = None
+    what: str = "the surface has"
 
     def area(self, neighbors: int = 8) -> float:
         """Return about how large the surface is, from how far apart its points are.
@@ -104,6 +117,8 @@ class Wrapping:
         For each free vertex the one that it meets across a film's inside, -1 when none.
     close : (n,) array of bool
         Which vertices have data near, whether they sit on it or not.
+    complete : bool
+        Whether all handles are there: films that still meet are then two sides of flaps, which retract.
     """
 
     def __init__(self, mesh: SimplexMesh, samples: Samples, vertices: int) -> None:
@@ -115,6 +130,7 @@ class Wrapping:
         spacing = self._tree.query(samples.points, k=min(2, len(samples.points)))[0][:, -1]
         self._near = max(NEAR * self.edge, 2 * float(np.median(spacing)))
         self._looks = 0
+        self.complete = False
         self._look(self.mesh.vertices, self.mesh.normals, self.mesh.neighbors)
 
     def run(self, iterations: int, *, press: bool = True, watch: Callable[[SimplexMesh], None] | None = None) -> None:
@@ -177,18 +193,26 @@ class Wrapping:
         self._looks += 1
         out = np.zeros_like(V)
         across = self.samples.normals[self._nearest]
-        toward = dot(self.samples.points[self._nearest] - V, across)[:, None] * across
+        height = dot(V - self.samples.points[self._nearest], across)
+        toward = -height[:, None] * across
         out[self.close] = 0.6 * toward[self.close]
         if not self._pressing:
             return out
         smooth = N + N[frame.neighbors].sum(axis=1)
-        smooth = normalized(smooth + smooth[frame.neighbors].sum(axis=1))
+        smooth = smooth + smooth[frame.neighbors].sum(axis=1)
+        bent = norm(smooth) < 16 * STRAIGHT
+        smooth = normalized(smooth)
         press = -(0.03 * self._away + 0.04 * self.edge)[:, None] * smooth
         along = press - dot(press, across)[:, None] * across
         press = np.where(self.close[:, None], along, press)  # along data, never through it
         met = self.meets >= 0
-        held = grown(met, frame.neighbors, 2)  # or two films would slide over each other
+        flap = met & self.complete
+        met &= ~(flap & bent)  # the edge of a flap is free to retract
+        held = met | grown(met & ~flap, frame.neighbors, 2)  # or two films would slide over each other
         out[self.free & ~held] += press[self.free & ~held]
+        if self.complete:  # the edge of a flap beside data that it looks at from inside: away from it
+            loose = self._folded & (height > CLEAR * self._edges) & ~met & grown(flap, frame.neighbors, 3)
+            out[loose] = -0.15 * self._edges[loose, None] * smooth[loose]
         apart = 0.2 * np.clip(0.6 * self._edges - self._depth, 0.0, 0.5 * self._edges)
         out[met] += apart[met, None] * smooth[met]
         return out

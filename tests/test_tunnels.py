@@ -1,0 +1,172 @@
+"""Which tunnels points and volumes show, and a sphere that finds those around a cavity."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import simplexmesh as sm
+from simplexmesh.motion import films
+from simplexmesh.motion.left_out import noted
+from simplexmesh.motion.sampling import closed_samples
+from simplexmesh.motion.shell import shell_of
+from simplexmesh.motion.subjects import as_subject
+from simplexmesh.motion.walls import Walls
+
+PLAIN = {"level": None, "label": None, "inside": "above", "components": "largest"}
+
+
+def frame_of_a_cube(step=0.05):
+    """Return points on the twelve bars of a cube, square and of a fifth of its side."""
+    grid = np.arange(-0.5 + step / 2, 0.5, step)
+    cells = np.stack(np.meshgrid(grid, grid, grid, indexing="ij"), axis=-1)
+    solid = (np.abs(cells) > 0.3).sum(axis=-1) >= 2
+    out = []
+    for axis in range(3):
+        for side in (-1, 1):
+            shift = np.zeros(3)
+            shift[axis] = side * step / 2
+            bare = solid & ~np.roll(np.pad(solid, 1), -side, axis=axis)[1:-1, 1:-1, 1:-1]
+            out.append(cells[bare] + shift)
+    return np.concatenate(out)
+
+
+def torus(count, tube, noise=0.0):
+    rng = np.random.default_rng(0)
+    u, v = rng.uniform(0, 2 * np.pi, (2, 3 * count))
+    kept = np.flatnonzero(rng.uniform(size=3 * count) < (1 + tube * np.cos(v)) / (1 + tube))[:count]
+    away = 1 + tube * np.cos(v[kept])
+    points = np.stack([away * np.cos(u[kept]), away * np.sin(u[kept]), tube * np.sin(v[kept])], axis=1)
+    return points + noise * rng.normal(size=points.shape)
+
+
+class TestShell:
+    @pytest.mark.parametrize(
+        ("points", "genus"),
+        [
+            (sm.sphere(10).vertices, 0),
+            (torus(500, 0.35), 1),
+            (torus(4000, 0.2, 0.01), 1),
+            (frame_of_a_cube(), 5),
+            (torus(2000, 0.35) @ np.diag([1, 1, -2.0]) * 1e-4 + 7.0, 1),
+        ],
+    )
+    def test_the_genus_that_stays(self, points, genus):
+        shell = shell_of(points)
+        surface = sm.TriangleMesh(shell.vertices, shell.faces).topology
+        assert (shell.genus, surface.genus, surface.n_borders, surface.n_components) == (genus, genus, 0, 1)
+
+    def test_gaps_as_wide_as_tunnels_say_nothing(self):
+        assert shell_of(torus(60, 0.6)) is None
+        assert shell_of(np.zeros((5, 3))) is None
+
+    def test_it_lies_on_the_points_not_around_them(self):
+        points = torus(4000, 0.35)
+        shell = shell_of(points)
+        off = np.abs(np.hypot(np.hypot(*shell.vertices[:, :2].T) - 1, shell.vertices[:, 2]) - 0.35)
+        around = np.hypot(np.hypot(*shell.around[:, :2].T) - 1, shell.around[:, 2]) - 0.35
+        assert off.mean() < 0.01
+        assert around.mean() == pytest.approx(shell.radius, rel=0.25)
+
+    def test_few_points_lie_on_it(self):
+        points = torus(300, 0.4)
+        shell = shell_of(points)
+        surface = sm.targets.Triangles(sm.TriangleMesh(shell.vertices, shell.faces))
+        outward = points - np.stack(
+            [*(points[:, :2] / np.hypot(*points[:, :2].T)[:, None]).T, 0 * points[:, 0]], axis=1
+        )
+        gaps = surface.gap(points, outward / np.linalg.norm(outward, axis=1)[:, None], 0.3)
+        assert np.nanmean(np.abs(gaps)) < 0.01
+        assert np.isfinite(gaps).mean() > 0.9
+
+
+class TestWhatDataSays:
+    def test_points_tell_their_tunnels(self):
+        samples = closed_samples(as_subject(torus(4000, 0.35), **PLAIN))
+        assert (samples.genus, samples.oriented, len(samples.walls.tunnels)) == (1, True, 1)
+        (loop,) = samples.walls.tunnels
+        assert loop.length == pytest.approx(2 * np.pi * 0.65, rel=0.1)
+
+    def test_volumes_tell_those_that_their_start_keeps(self):
+        x, y, z = np.mgrid[-1.6:1.6:33j, -1.6:1.6:33j, -0.8:0.8:17j]
+        deep = 0.4 - np.hypot(np.hypot(x, y) - 1.0, z)
+        level = as_subject(sm.Volume(deep, spacing=0.1), **{**PLAIN, "level": 0.0})
+        labels = as_subject(sm.Volume((deep > 0).astype(np.uint8), spacing=0.1), **PLAIN)
+        for subject in (level, labels):
+            samples = closed_samples(subject, 1000)
+            assert (samples.genus, len(samples.walls.tunnels)) == (1, 1)
+
+
+class TestFilmsJoined:
+    """Six windows of a cavity: five of their loops are independent, all six together are none."""
+
+    WINDOWS = (*np.eye(5, dtype=int), -np.ones(5, int))
+
+    def asked(self, joined, monkeypatch, one, other):
+        """Ask about films whose edges run around sums of windows."""
+        totals = iter([np.sum([self.WINDOWS[k] for k in film], axis=0) for film in (one, other)])
+        monkeypatch.setattr(films, "edges_of", lambda mesh, film: [np.arange(3)])
+        walls = type("Told", (), {"winding": lambda self, line, edge: next(totals)})()
+        flat = type("Flat", (), {"mesh": sm.sphere(3), "close": np.ones(200, bool), "edge": 1.0})()
+        return joined.asked(flat, walls, films.Meeting(np.zeros(0, int), np.zeros(0, int), (one, other), 1.0))
+
+    def test_each_window_is_joined_to_the_others_once(self, monkeypatch):
+        joined = films.Joined()
+        for film in range(1, 6):
+            found = self.asked(joined, monkeypatch, list(range(film)), [film])
+            assert found is not None
+            joined.note(*found)
+        assert np.linalg.matrix_rank(joined.windings) == 5
+
+    def test_films_that_hang_together_already_are_not(self, monkeypatch):
+        joined = films.Joined()
+        joined.note(*self.asked(joined, monkeypatch, [0], [1]))
+        joined.note(*self.asked(joined, monkeypatch, [2], [3]))
+        for one, other in (([0], [1]), ([0, 1], [0]), ([3], [2, 3])):
+            assert self.asked(joined, monkeypatch, one, other) is None
+        joined.note(*self.asked(joined, monkeypatch, [1], [2]))
+        assert self.asked(joined, monkeypatch, [0], [3]) is None
+        assert self.asked(joined, monkeypatch, [0, 1, 2, 3], [4]) is not None
+
+    def test_both_ends_of_a_bore(self, monkeypatch):
+        joined = films.Joined()
+        monkeypatch.setattr(self, "WINDOWS", (np.array([1, 0]), np.array([-1, 0])), raising=False)
+        joined.note(*self.asked(joined, monkeypatch, [0], [1]))
+        assert self.asked(joined, monkeypatch, [0], [1]) is None
+
+
+def test_tunnels_are_measured_at_their_places():
+    mesh = sm.torus(48, 24, tube_radius=0.4).triangulated()
+    (loop,) = Walls(mesh.vertices, mesh.faces, 2 * mesh.vertices + np.array([0, 0, 9.0])).tunnels
+    (usual,) = Walls(mesh.vertices, mesh.faces).tunnels
+    assert loop.length == pytest.approx(2 * usual.length)
+    assert loop.center[2] == pytest.approx(9.0 + 2 * usual.center[2])
+
+
+def test_a_sphere_finds_the_handles_of_a_frame():
+    model = sm.reconstruct(frame_of_a_cube(), init="sphere", vertices=1500, iterations=60)
+    assert (model.mesh.genus, sum(proposal.accepted for proposal in model.topology.handles)) == (5, 5)
+    assert model.tangled == 0
+
+
+def test_no_handles_where_points_show_none():
+    dent = sm.sphere(14).vertices
+    dent = dent * (1 - 0.6 * np.exp(-8 * (1 - np.abs(dent[:, 2]))))[:, None]
+    model = sm.reconstruct(dent, init="sphere", vertices=700, iterations=40)
+    assert model.mesh.genus == 0
+    assert not any(proposal.accepted for proposal in model.topology.handles)
+
+
+def test_tunnels_of_points_that_are_left_out_are_told():
+    samples = closed_samples(as_subject(torus(3000, 0.35), **PLAIN))
+    proposals, said = noted(samples, (), sm.sphere(8))
+    assert said.startswith("the points have genus 1, the model has 0; left out: the tunnel of girth ")
+    assert [proposal.faces for proposal in proposals] == [(-1, -1)]
+
+
+def test_the_eight_from_its_bare_vertices(data_folder):
+    points = sm.read_triangles(data_folder / "eight.off").vertices
+    assert len(points) == 315
+    model = sm.reconstruct(points, init="sphere", vertices=1500)
+    assert (model.mesh.genus, model.tangled) == (2, 0)
+    assert model.distance.data_to_mesh.mean < 0.003 * np.linalg.norm(np.ptp(points, axis=0))
