@@ -242,3 +242,19 @@ def smooth(values, neighbors, passes):
     for _ in range(passes):
         values = np.array([(values[i] + values[row].sum()) / 4 for i, row in enumerate(neighbors)])
     return values
+
+
+def stretches(flat):
+    """J J^T of the map from each triangle to the plane, of determinant one, and the areas of the triangles."""
+    tensors, areas = [], []
+    for face, corners in zip(flat.faces, flat.corners, strict=True):
+        a, b, c = flat.vertices[face]
+        normal = np.cross(b - a, c - a)
+        first = (b - a) / np.linalg.norm(b - a)
+        frame = np.stack([first, np.cross(normal / np.linalg.norm(normal), first)])
+        J = np.stack([corners[1] - corners[0], corners[2] - corners[0]], axis=1) @ np.linalg.inv(
+            frame @ np.stack([b - a, c - a], axis=1)
+        )
+        tensors.append(J @ J.T / max(abs(np.linalg.det(J)), 1e-300))
+        areas.append(0.5 * np.linalg.norm(normal))
+    return np.array(tensors), np.array(areas)

@@ -189,14 +189,26 @@ class TestOcclusion:
         assert reference.angle(found.rotation, R) < 5.0
         assert not np.isin(found.vertices_b, np.flatnonzero(hidden)).any()
 
+    def test_the_part_may_be_either_of_the_two(self):
+        R = reference.random_rotation(np.random.default_rng(8))
+        whole = sai_of(bumpy(7))
+        hidden = ball(7).vertices @ [0.6, 0, 0.8] < 0.1
+        half = sai_of(bumpy(7, turn=R.T), hidden)
+        (found, *_) = sm.match(half, whole, scale=1.0 / scale_factor(whole, half))
+        assert found.scaled == "a"
+        assert reference.angle(found.rotation, R.T) < 6.0
+        assert not np.isin(found.vertices_a, np.flatnonzero(hidden)).any()
+
     def test_unknown_scale_is_found(self):
         whole = sai_of(bumpy(7))
         shrunk = signature_of(sai_of(bumpy(7), ball(7).vertices[:, 0] < 0.2), scale=0.5)
         part = sm.SAI(
             7, whole.mesh.moved(ball(7).interpolated(whole.mesh.vertices, ball(7).places(shrunk.sources))), ~shrunk.seen
         )
-        k = [one.scale for one in sm.match(whole, part)[:1]]
-        assert 1.4 < k[0] < 2.9
+        found = sm.match(whole, part)[0]
+        assert 1.4 < found.scale < 2.9
+        away = np.linalg.norm(found.points_a - found.points_b, axis=1)  # the object is where it was
+        assert np.median(away) < 0.1
 
     def test_smoothing_does_not_let_hidden_values_in(self):
         neighbors = ball(F).mesh.neighbors
@@ -224,6 +236,11 @@ class TestOcclusion:
 
 
 class TestRigid:
+    def test_a_mirror_image_is_met_by_a_rotation(self):
+        points = np.random.default_rng(0).normal(size=(20, 3))
+        T = rigid_fit(points, points * [1, 1, -1])
+        assert np.linalg.det(T[:3, :3]) == pytest.approx(1)
+
     def test_points_then_planes(self):
         rng = np.random.default_rng(0)
         ellipsoid = sm.ellipsoid((3, 2, 1), 8)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -51,6 +53,8 @@ class TestModels:
         assert mesh.check().ok
         assert mesh.n_vertices == pytest.approx(20 * frequency**2, rel=0.08)
         assert patch.cell_areas.sum() == pytest.approx(4 * np.pi)
+        border = mesh.connectivity.face_is_hole[mesh.connectivity.face].any(axis=1)
+        assert np.allclose(patch.cell_areas[border], 0.5 * patch.cell_areas[~border][0])
         if topology == "torus":
             assert set(mesh.connectivity.face_sizes.tolist()) == {6}
 
@@ -128,6 +132,41 @@ class TestUnrolling:
         area = 0.5 * (one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0])
         assert (area > 0).mean() > 0.995
         assert area.sum() == pytest.approx(np.pi if topology == "plane" else 1.0, rel=0.01)
+
+    @pytest.mark.parametrize("topology", PATCHES)
+    def test_angles_are_kept_but_for_one_stretch_of_the_whole(self, topology):
+        body = lumpy(topology, frequency=12).triangulated()
+        flat = unrolled(body.vertices, body.faces, topology)
+        tensors, weight = reference.stretches(flat)
+        whole = np.average(tensors, axis=0, weights=weight)
+        whole /= np.sqrt(np.linalg.det(whole))
+        off = np.linalg.norm(tensors - whole, axis=(1, 2))
+        assert np.average(off < 0.15, weights=weight) > 0.9
+        if topology != "torus":
+            ratio = 1.0 if topology == "plane" else flat.modulus / (2 * np.pi)
+            assert np.allclose(whole, np.diag([ratio, 1 / ratio]), atol=0.02)
+
+    def test_the_area_of_a_disc_is_balanced(self):
+        patch = domain("plane", 12)
+        x, y, _ = patch.vertices.T
+        bump = patch.mesh.moved(np.column_stack([x, y, 0.8 * np.exp(-((x - 0.4) ** 2 + y**2) / 0.04)])).triangulated()
+        flat = unrolled(bump.vertices, bump.faces, "plane")
+        at = flat.corners.mean(axis=1)
+        square = (at**2).sum(axis=1, keepdims=True)
+        area = np.linalg.norm(sm.TriangleMesh(flat.vertices, flat.faces).face_vectors, axis=1)
+        assert np.linalg.norm(np.average(2 * at / (1 + square), axis=0, weights=area)) < 0.005
+        top = flat.corners.reshape(-1, 2)[flat.vertices[flat.faces].reshape(-1, 3)[:, 2].argmax()]
+        assert np.linalg.norm(top) < 0.35  # it was at 0.4 of the radius
+
+    def test_vertices_are_put_where_the_patch_says_across_the_seam_too(self):
+        donut = sm.torus(60, 24, tube_radius=0.4).triangulated()
+        flat = unrolled(donut.vertices, donut.faces, "torus")
+        for turn in (0.0, 0.3, 0.77):
+            shifted = replace(flat, corners=flat.corners + turn * np.array([1.0, 1.5]))
+            patch = domain("torus", 7)
+            x, y, _ = sampled(shifted, patch).T
+            off = [wrapped(np.arctan2(y, x) / (2 * np.pi) - s * patch.coordinates[:, 0]) for s in (1, -1)]
+            assert min(np.abs(wrapped(each - each[0])).max() for each in off) < 1e-3
 
     def test_harmonic_forms_neither_turn_nor_spring(self):
         donut = lumpy("torus").triangulated()
@@ -247,6 +286,7 @@ class TestComparison:
         found = sm.match(sm.SAI(6, body, topology="torus"), sm.SAI(6, spoilt, hidden, topology="torus"))[0]
         assert found.distance < 0.003
         assert np.allclose(found.shift, 0, atol=0.02)
+        assert found.overlap > 0.98
         assert not np.isin(found.vertices_b, np.flatnonzero(hidden)).any()
 
 

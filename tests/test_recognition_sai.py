@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
 import simplexmesh as sm
 from simplexmesh.recognition.fitting import centered, vertex_areas
@@ -40,6 +41,18 @@ class TestSignature:
 
     def test_angles_are_those_of_the_mesh(self, signature):
         assert np.array_equal(signature.angles, signature.mesh.simplex_angle)
+
+    def test_what_is_visible_is_told_by_area(self, body):
+        here = ball(5)
+        direction = np.array([0.6, 0.0, 0.8])
+        hidden = here.vertices @ direction < 0.3
+        slid = here.mesh.moved(boosted(here.vertices, np.array([0.3, -0.2, 0.1])) * [2, 1, 1])
+        one = sm.SAI(5, slid, hidden)
+        assert one.visible_fraction == pytest.approx(here.cell_areas[~hidden].sum() / (4 * np.pi))
+        areas = vertex_areas(slid)
+        assert one.visible_area == pytest.approx(slid.area * areas[~hidden].sum() / areas.sum())
+        assert one.center @ direction > np.cos(np.radians(3))
+        assert np.array_equal(sm.SAI(5, slid).center, [1, 0, 0])
 
     def test_any_kind_of_data_gives_the_same(self, body, signature):
         triangles = body.triangulated()
@@ -83,8 +96,47 @@ class TestInvariance:
         assert np.linalg.norm(one.vertices - two.vertices, axis=1).max() < 0.05  # chords lie below
         assert np.linalg.norm(egg.vertices - other.vertices, axis=1).max() > 0.2
 
+    @pytest.mark.parametrize("slide", [(0.5, 0.3, -0.2), (-0.1, 0.6, 0.3)])
+    def test_centering_balances_what_was_far_out_of_balance(self, slide):
+        here = ball(7)
+        mesh = here.mesh.moved(boosted(here.vertices * 1.0, np.array(slide)) * [1.5, 1.2, 0.7])
+        found = centered(mesh, 7, 7)
+        areas = vertex_areas(found)
+        assert np.linalg.norm(areas @ here.vertices / areas.sum()) < 0.02
+
 
 class TestHidden:
+    def test_films_are_taut_only_where_they_bulge_the_wrong_way(self, body, monkeypatch):
+        from simplexmesh.recognition import fitting
+
+        seen = []
+
+        class Watched(fitting.DeformableModel):
+            def step(self):
+                gaps = super().step()
+                free, codes = np.isnan(gaps), np.asarray(self.constraint)
+                seen.append((int((codes[~free] == fitting.TAUT).sum()), int((codes[free] == fitting.SMOOTH).sum())))
+                return gaps
+
+        monkeypatch.setattr(fitting, "DeformableModel", Watched)
+        cloud = body.triangulated().sampled(6000, rng=0).points
+        sm.sai(cloud[cloud[:, 2] > 0.1], frequency=5)
+        taut, smooth = np.array(seen)[-100:].T
+        assert np.median(taut) <= 5
+        assert np.median(smooth) > 20  # a film that is not hollow goes on smoothly
+
+    def test_the_threshold_is_by_samples_or_by_edges(self):
+        from simplexmesh.motion.evolve import mean_edge
+        from simplexmesh.recognition.samples import reach_of
+
+        edge = mean_edge(ball(5).mesh)
+        for spacing in (0.01, 1.0):
+            grid = np.arange(20) * spacing
+            points = np.stack([*(each.ravel() for each in np.meshgrid(grid, grid)), np.zeros(400)], axis=1)
+            found = reach_of(points, cKDTree(points), ball(5).mesh)
+            corner = 3 * spacing * np.array([1.0, np.sqrt(2), 2.0])  # to the fourth neighbor; farther on borders
+            assert found == pytest.approx(0.75 * edge) if spacing < edge / 8 else np.isclose(found, corner).any()
+
     def test_one_view_labels_what_it_did_not_see(self, body):
         triangles = body.triangulated()
         cloud = triangles.sampled(12000, rng=0)
