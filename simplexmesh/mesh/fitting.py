@@ -20,7 +20,7 @@ ITERATIONS = 12
 ACROSS = 0.02
 """How much of the weight of a sample is that of its distance along the surface."""
 
-EVEN, STAY, FLAT = 0.005, 1e-3, 0.2
+EVEN, STAY, FLAT = 0.005, 1e-3, 0.1
 """The weights of a vertex's distance to its neighbors' mean, of its move, and of its distance to the planes of its
 faces, in those of its samples."""
 
