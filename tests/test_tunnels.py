@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 import pytest
 
@@ -170,3 +172,41 @@ def test_the_eight_from_its_bare_vertices(data_folder):
     model = sm.reconstruct(points, init="sphere", vertices=1500)
     assert (model.mesh.genus, model.tangled) == (2, 0)
     assert model.distance.data_to_mesh.mean < 0.003 * np.linalg.norm(np.ptp(points, axis=0))
+
+
+class TestOpenData:
+    """A dome, triangulated with its normals inwards: what is outside is told by the start that comes from there."""
+
+    def dome(self):
+        ball = sm.sphere(16).triangulated()
+        kept = (ball.vertices[ball.faces, 2] > -0.1).all(axis=1)
+        return sm.TriangleMesh(ball.vertices, ball.faces[kept][:, ::-1])
+
+    @pytest.mark.parametrize("init", ["sphere", "torus", "cylinder"])
+    def test_a_start_around_it_ends_right_side_out(self, init):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", sm.SimplexMeshWarning)
+            mesh = sm.reconstruct(self.dome(), init=init, vertices=200, iterations=20).mesh
+        assert ((mesh.normals * mesh.vertices).sum(axis=1) > 0).mean() > 0.9
+
+    def test_a_closed_model_of_it_is_told(self):
+        with warnings.catch_warnings(record=True) as said:
+            warnings.simplefilter("always")
+            model = sm.reconstruct(self.dome(), init="sphere", vertices=20, iterations=20)
+        assert model.mesh.n_holes == 0
+        assert any("but the model is closed" in str(warning.message) for warning in said)
+        with warnings.catch_warnings(record=True) as said:
+            warnings.simplefilter("always")
+            sm.reconstruct(self.dome(), init="sphere", vertices=20, iterations=20, holes="none")
+        assert not any("but the model is closed" in str(warning.message) for warning in said)
+
+
+def test_a_knot_is_told(data_folder):
+    surface = sm.read_triangles(data_folder / "knot1.off")
+    samples = closed_samples(as_subject(surface, **PLAIN))
+    assert (samples.genus, samples.walls) == (1, None)
+    said = noted(samples, (), sm.sphere(8))[1]
+    assert "knotted" in said
+    assert "init='auto'" in said
+    whole = sm.reconstruct(surface, vertices=1500, iterations=40).mesh
+    assert noted(samples, (), whole) == ((), "")

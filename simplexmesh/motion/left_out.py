@@ -1,10 +1,11 @@
-"""Which tunnels of a surface a model lacks, each with its place, its girth and why."""
+"""What a model lacks of its data's topology: tunnels, each with its place, its girth and why, and open borders."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from simplexmesh import _check
 from simplexmesh._vec import norm
@@ -12,6 +13,7 @@ from simplexmesh.mesh.loops import Loop
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.evolve import mean_edge
 from simplexmesh.motion.handles import HandleProposal
+from simplexmesh.motion.subjects import Subject
 from simplexmesh.motion.walls import Walls, independent
 from simplexmesh.motion.wrap import Samples
 
@@ -19,6 +21,12 @@ EDGES_AROUND = 9.0
 """Films fit through a tunnel with so many edges around it."""
 
 MOST_TOLD = 4
+
+FAR, ASTRAY = 1.5, 0.01
+"""Vertices farther from data, in edges, are on none; a larger share of them is worth a word."""
+
+WIDE = 0.2
+"""In diagonals of the data: it is plainly open when a border of it is wider."""
 
 REFUSED = "its films met, but refused by accept"
 """What the user refused without a word needs none."""
@@ -104,6 +112,8 @@ def noted(
     samples: Samples, proposals: tuple[HandleProposal, ...], mesh: SimplexMesh
 ) -> tuple[tuple[HandleProposal, ...], str]:
     """Return the proposals with those for tunnels left out, and a sentence on them, empty when there are none."""
+    if samples.genus and samples.walls is None:
+        return proposals, bound(samples, mesh)
     missing: tuple[HandleProposal, ...] = ()
     if samples.walls is not None:
         missing = left_out(samples.walls, proposals, edge=mean_edge(mesh), vertices=mesh.n_vertices)
@@ -114,3 +124,53 @@ def noted(
     why = told(missing) if missing else "more vertices may find the handles that are left out"
     said = f"{samples.what} genus {samples.genus}, the model has {mesh.genus}; {why}; init='auto' may find more"
     return (*proposals, *missing), said
+
+
+def bound(samples: Samples, mesh: SimplexMesh) -> str:
+    """Return a sentence on a model of data whose tunnels nothing tells apart, empty when all of it lies on data.
+
+    Films cannot span the tunnel of a knot; those that hang between its strands bind them together.
+
+    Examples
+    --------
+    >>> import simplexmesh as sm
+    >>> ring, ball = sm.torus(48, 24), sm.sphere(8)
+    >>> knot = Samples(ring.vertices, ring.normals, oriented=True, genus=1)
+    >>> bound(knot, ring)
+    ''
+    >>> bound(knot, ball)[:40]
+    'the surface has genus 1, the model has 0'
+    """
+    away = cKDTree(samples.points).query(mesh.vertices)[0]
+    astray = float((away > FAR * mean_edge(mesh)).mean())
+    if mesh.genus == samples.genus and astray < ASTRAY:
+        return ""
+    return (
+        f"{samples.what} genus {samples.genus}, the model has {mesh.genus}; its tunnels are knotted or cannot be told "
+        f"apart, and films between its strands stay: {astray:.1%} of the model is on no data; init='auto' finds them"
+    )
+
+
+def unopened(subject: Subject, mesh: SimplexMesh) -> str:
+    """Return a sentence on a closed model of open data, empty when the data has no wide border or the model has holes.
+
+    Examples
+    --------
+    >>> import simplexmesh as sm
+    >>> from simplexmesh.motion.subjects import as_subject
+    >>> whole = sm.sphere(16).vertices
+    >>> half = as_subject(whole[whole[:, 2] > 0], level=None, label=None, inside="above", components="largest")
+    >>> unopened(half, sm.sphere(2))[:48]
+    'the data ends along a border 2.83 wide, but the '
+    """
+    border = getattr(subject.target, "border", None)
+    if mesh.n_holes or border is None:
+        return ""
+    diagonal = float(norm(np.ptp(subject.points, axis=0)))
+    wide = border.width[border.width >= WIDE * diagonal]
+    if not len(wide):
+        return ""
+    return (
+        f"the data ends along a border {wide.max():.3g} wide, but the model is closed: no zone off the data was found "
+        f"to open (edges of {mean_edge(mesh):.3g}); more vertices or init='plane' may"
+    )

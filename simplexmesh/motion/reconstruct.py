@@ -17,7 +17,7 @@ from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.distance import Distance, Spread
 from simplexmesh.motion.initial.primitives import ENCLOSING, PRIMITIVES, primitive_around
 from simplexmesh.motion.initial.report import StartReport
-from simplexmesh.motion.left_out import noted
+from simplexmesh.motion.left_out import noted, unopened
 from simplexmesh.motion.measure import measured
 from simplexmesh.motion.outward import turned_outward
 from simplexmesh.motion.placing import thin
@@ -221,7 +221,7 @@ def reconstruct(
         else:
             if init in ENCLOSING:
                 samples = closed_samples(subject, vertices, tunnels) if plan.handles != "none" else None
-                subject = turned_outward(subject) if samples is None else subject
+            subject = turned_outward(subject) if samples is None and init != "plane" else subject
             start = primitive_around(subject.points, str(init), plan.first_vertices, facing=subject.facing)
         stages = stages_for(start, subject, iterations, rigidity, adaptation, cell=found.cell if found else None)
         target = subject.target if samples is None or samples.target is None else samples.target
@@ -253,6 +253,8 @@ def reconstruct(
         record = replace(record, handles=handles_now)
         if lack:
             warnings.warn(lack, SimplexMeshWarning, stacklevel=2)
+    if plan.holes == "auto" and not interrupted and (closed := unopened(subject, mesh)):
+        warnings.warn(closed, SimplexMeshWarning, stacklevel=2)
     if tangled:
         warnings.warn(
             f"{tangled} vertices are on faces that are folded or cross others; more vertices or another start may help",
