@@ -143,3 +143,40 @@ def relax_round(vertices, faces, step):
                 out[v] = moved
                 break
     return out
+
+
+def collapse_shortest(vertices, faces, triangles, turn):
+    """The shortest edge collapsed to its middle, over and over, as `_kernels_collapse.collapse_shortest` says it."""
+    at = {v: np.array(p) for v, p in enumerate(vertices)}
+    faces = {tuple(face) for face in faces.tolist()}
+    refused = set()
+
+    def around(v):
+        return {face for face in faces if v in face}
+
+    def neighbors(v):
+        return set().union(*around(v)) - {v}
+
+    def normal(face, places):
+        p, q, r = (places[v] for v in face)
+        n = np.cross(q - p, r - p)
+        return n / np.linalg.norm(n)
+
+    def fair(a, b):
+        there = {**at, a: (at[a] + at[b]) / 2}
+        stay = (face for face in around(a) if b not in face)
+        return all(normal(face, at) @ normal(face, there) >= turn for face in stay)
+
+    while len(faces) > max(triangles, 4):
+        edges = {(min(e), max(e)) for face in faces for e in itertools.combinations(face, 2)} - refused
+        if not edges:
+            break
+        a, b = min(edges, key=lambda edge: ((at[edge[0]] - at[edge[1]]) ** 2).sum())
+        if len(neighbors(a) & neighbors(b)) != 2 or not (fair(a, b) and fair(b, a)):
+            refused.add((a, b))
+            continue
+        at[a] = (at[a] + at[b]) / 2
+        gone = around(a) & around(b)
+        faces = {tuple(a if v == b else v for v in face) for face in faces - gone}
+        refused = {edge for edge in refused if a not in edge and b not in edge}
+    return at, faces

@@ -40,7 +40,7 @@ UPWARD = {
 # NumPy and the standard library are free.
 DOORS = {
     "numba": ["_kernels*.py"],
-    "igl": ["/motion/targets/triangles.py", "/motion/initial/remesh.py"],
+    "igl": ["/motion/targets/triangles.py"],
     "skimage": ["/motion/initial/polygonize.py"],
     "SimpleITK": ["/data/itk.py"],
     "plyfile": ["/data/ply.py"],

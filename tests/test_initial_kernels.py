@@ -9,7 +9,8 @@ from scipy import ndimage
 from scipy.spatial import ConvexHull
 
 from simplexmesh.mesh.manifold import half_edge_mates
-from simplexmesh.motion.initial import _kernels_grid, _kernels_remesh, topology
+from simplexmesh.mesh.shapes import torus
+from simplexmesh.motion.initial import _kernels_collapse, _kernels_grid, _kernels_remesh, topology
 from tests import reference_initial as reference
 
 SHAPE = (7, 8, 9)
@@ -106,3 +107,35 @@ def test_relaxing(seed, step):
     _kernels_remesh.relax_round(out, corners, mates, first, step)
     assert_allclose(out, reference.relax_round(vertices, faces, step), atol=1e-12)
     assert np.abs(out - vertices).max() > 0
+
+
+def turned_to_smallest(face):
+    at = int(np.argmin(face))
+    return tuple(int(v) for v in np.roll(face, -at))
+
+
+@given(seeds, st.integers(4, 80), st.sampled_from([0.5, -2.0]))
+def test_collapsing_the_shortest_edges(seed, triangles, turn):
+    """On convex hulls and, with links that forbid collapses, on thin tori."""
+    rng = np.random.default_rng(seed)
+    if seed % 2:
+        vertices = rng.normal(size=(40, 3))
+        vertices /= np.linalg.norm(vertices, axis=1)[:, None]
+        faces = ConvexHull(vertices).simplices.astype(np.int64)
+        out = np.einsum("ij,ij->i", np.cross(*(vertices[faces[:, k]] - vertices[faces[:, 0]] for k in (1, 2))),
+                        vertices[faces].mean(axis=1)) < 0  # fmt: skip
+        faces[out] = faces[out][:, ::-1]
+    else:
+        donut = torus(12, 6, tube_radius=0.3).triangulated()
+        vertices = donut.vertices + rng.normal(scale=0.02, size=donut.vertices.shape)
+        faces = np.array(donut.faces, np.int64)
+    positions, corners = np.array(vertices, order="C"), faces.ravel().copy()
+    mates = np.array(half_edge_mates(faces), np.int64).ravel()
+    left = _kernels_collapse.collapse_shortest(positions, corners, mates, triangles, turn)
+    kept = corners[corners != _kernels_collapse.GONE].reshape(-1, 3)
+    at, wanted = reference.collapse_shortest(vertices, faces, triangles, turn)
+    assert left == len(kept) == len(wanted)
+    assert {turned_to_smallest(face) for face in kept} == {turned_to_smallest(face) for face in wanted}
+    used = np.unique(kept)
+    assert_allclose(positions[used], [at[v] for v in used], atol=1e-12)
+    assert_array_equal(half_edge_mates(kept).ravel() >= 0, True)

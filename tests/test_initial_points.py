@@ -6,11 +6,12 @@ from numpy.testing import assert_allclose
 
 from simplexmesh import PointCloud, TopologyError, read_points, read_triangles
 from simplexmesh.mesh.shapes import sphere
-from simplexmesh.motion.initial import start_from_points
+from simplexmesh.motion.initial import sound, start_from_points
 from simplexmesh.motion.initial.flood import flooded
 from simplexmesh.motion.initial.indicator import areas, frame_for, solved
 from simplexmesh.motion.initial.orientation import turned
 from simplexmesh.motion.initial.planes import planes, spacing_of
+from simplexmesh.motion.untangle import tangled_vertices
 
 GENUS = {"ellipsoid.off": 0, "torus.stl": 1, "knot1.off": 1, "eight.off": 2, "elephant.off": 3, "spot.obj": 0}
 
@@ -111,6 +112,39 @@ def test_a_face_is_closed_and_said_to_be_open(data_folder):
     start = start_from_points(read_points(data_folder / "fran_face.vtk"), 2000)
     assert (start.mesh.genus, start.mesh.n_holes) == (0, 0)
     assert "open" in str(start.report)
+
+
+def bowl(seed, wall, count=12_000):
+    """Samples of a bowl's wall, of the outer radius 1, and their normals."""
+    rng = np.random.default_rng(seed)
+    out = rng.normal(size=(4 * count, 3))
+    out /= np.linalg.norm(out, axis=1)[:, None]
+    out = out[out[:, 2] < 0.5][:count]
+    inner = (rng.random(len(out)) < 0.5)[:, None]
+    u = rng.uniform(0, 2 * np.pi, count // 20)
+    edge = np.stack([np.sqrt(0.75) * np.cos(u), np.sqrt(0.75) * np.sin(u), 0 * u + 0.5], axis=1)
+    up = np.stack([-0.5 * np.cos(u), -0.5 * np.sin(u), np.sqrt(0.75) + 0 * u], axis=1)
+    points = np.concatenate([np.where(inner, (1 - wall) * out, out), rng.uniform(1 - wall, 1, (len(u), 1)) * edge])
+    return points, np.concatenate([np.where(inner, -out, out), up])
+
+
+@pytest.mark.parametrize(("vertices", "seed"), [(200, 0), (200, 1), (400, 0)])
+def test_a_wall_thinner_than_faces_are_long_does_not_cross_itself(vertices, seed, monkeypatch):
+    cloud = PointCloud(*bowl(seed, 0.06))
+    mesh = start_from_points(cloud, vertices).mesh
+    assert mesh.genus == 0
+    assert not tangled_vertices(mesh).any()
+    monkeypatch.setattr(sound, "THICKENINGS", 0)
+    assert tangled_vertices(start_from_points(cloud, vertices).mesh).any()
+
+
+@pytest.mark.data
+@pytest.mark.parametrize("vertices", [1500, 3000])
+def test_an_open_head_with_hollow_ears_starts_sound(data_folder, vertices):
+    head = read_triangles(data_folder / "lion_head.off")
+    mesh = start_from_points(head.sampled(40_000, rng=0), vertices).mesh
+    assert mesh.genus == 0
+    assert not tangled_vertices(mesh).any()
 
 
 def test_points_in_a_plane_bound_no_body():

@@ -5,8 +5,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy import ndimage
+from skimage.measure import marching_cubes
 
 from simplexmesh.mesh.duality import dual
+from simplexmesh.mesh.manifold import half_edge_mates
+from simplexmesh.motion.initial import _kernels_collapse
 from simplexmesh.motion.initial.polygonize import halved, isosurface
 from simplexmesh.motion.initial.remesh import decimated, relaxed
 from simplexmesh.motion.initial.topology import (
@@ -122,6 +125,22 @@ def test_decimation_and_relaxation_keep_topology_and_even_out_the_triangles():
         np.hypot(after.vertices[:, 0] - 19.5, after.vertices[:, 1] - 19.5) - 11, after.vertices[:, 2] - 14.5
     )
     assert np.abs(radius - 5).max() < 0.7
+
+
+def test_decimation_passes_over_triangles_without_area():
+    """A level through the samples of a grid gives many; the ball stays a ball."""
+    axis = np.arange(-8, 9.0)
+    ball = 5.0 - np.abs(axis[:, None, None]) - np.abs(axis[:, None]) - np.abs(axis)
+    faces = marching_cubes(ball, 0.0, gradient_direction="ascent", allow_degenerate=True)[:2]
+    sides = faces[0][faces[1]]
+    flat = np.linalg.norm(np.cross(sides[:, 1] - sides[:, 0], sides[:, 2] - sides[:, 0]), axis=1) == 0
+    assert flat.sum() > 10
+    vertices, corners = faces[0].astype(float), faces[1].astype(np.int64).ravel()
+    mates = np.array(half_edge_mates(faces[1]), np.int64).ravel()
+    assert _kernels_collapse.collapse_shortest(vertices, corners, mates, 200, 0.5) == 200
+    left = np.flatnonzero(corners.reshape(-1, 3)[:, 0] >= 0)
+    used, left = np.unique(corners.reshape(-1, 3)[left], return_inverse=True)
+    assert dual((vertices[used], left.reshape(-1, 3))).volume > 0.9 * 4 / 3 * 5**3
 
 
 def test_thickening_widens_a_sheet_only_where_asked_and_adds_no_pieces():

@@ -92,3 +92,35 @@ def test_what_resists_is_taken_back_to_the_start():
     assert without > 0
     assert left == 0
     assert mended.check(self_intersections=True).ok
+
+
+def test_a_place_that_resists_stays_while_others_are_mended():
+    """Two balls with a fold each: around one the data pulls all that is let go through the other side."""
+    ball = sm.sphere(8).triangulated()
+    both = sm.dual((np.concatenate([ball.vertices, ball.vertices + np.array([9.0, 0, 0])]),
+                    np.concatenate([ball.faces, ball.faces + len(ball.vertices)])))  # fmt: skip
+    vertices = np.array(both.vertices)
+    right = vertices[:, 0] > 5
+    middle = np.where(right[:, None], [9.0, 0, 0], 0.0)
+    pushed = np.linalg.norm(vertices - middle - [0, 0, 1], axis=1) < 0.15
+    vertices[pushed] -= [0, 0, 2.3]
+    torn = both.moved(vertices)
+
+    class Data:
+        def gap(self, vertices, normals, reach):
+            gap = 1 - np.linalg.norm(vertices - middle, axis=1)
+            return np.where(right, gap, -5.0)
+
+    mended, left = untangled(torn, Data(), reach=9.0)
+    assert left == tangled_vertices(torn)[~right].sum()
+    assert not tangled_vertices(mended)[right].any()
+    assert_array_equal(mended.vertices[~right], torn.vertices[~right])
+    away = 1 - np.linalg.norm(mended.vertices[right] - [9, 0, 0], axis=1)
+    assert np.sqrt((away**2).mean()) < 0.0025  # what was mended is back on the data
+
+
+def test_untangling_leaves_a_sound_mesh_as_it_is():
+    ball = sm.sphere(6)
+    mended, left = untangled(ball, sm.targets.Triangles(sm.sphere(9, radius=1.1).triangulated()), reach=0.5)
+    assert mended is ball
+    assert left == 0

@@ -24,7 +24,7 @@ Mask = NDArray[np.bool_]
 PATIENCE = 3
 """So often tangles are smoothed before those that resist are taken back to the start, where there is one."""
 
-RETURNS, SPARED = 3, 2
+RETURNS, SPARED = 4, 2
 """How often what was smoothed is let back to the data, and rings around what that would tangle again left out."""
 
 
@@ -203,19 +203,24 @@ def _taken_back(tangles: Tangles, start: SimplexMesh | None) -> Tangles:
 
 
 def _returned(tangles: Tangles, before: SimplexMesh, target: Target, reach: float) -> Tangles:
-    """Return the mesh with all that has moved since before let back to the data, less what that tangles."""
+    """Return the mesh with the places that have moved since before let back to the data, less what that tangles."""
     c = tangles.mesh.connectivity
     marked = grown((tangles.mesh.vertices != before.vertices).any(axis=1), c, 1)
     for _ in range(RETURNS):
         free = marked.astype(float)
         model = DeformableModel(tangles.mesh, target, alpha=0.4 * free, beta=0.4 * free, damping=1.0, reach=reach)
         try:
-            for _ in model.run(20):
+            for _ in model.run(10):
                 pass
         except DivergedError:
             break
         there = tangles._with(model.mesh, marked)
-        if there.count <= tangles.count:
-            return there
-        marked &= ~grown(there.vertices, c, SPARED)
+        place = tangles._places(there, marked | there.vertices)
+        more = (np.bincount(place, there.vertices) > np.bincount(place, tangles.vertices))[place]
+        back = tangles._with(model.mesh, marked & ~more) if more.any() else there
+        if back.count <= tangles.count:
+            tangles = back
+        marked = marked & more & ~grown(there.vertices, c, SPARED)
+        if not marked.any():
+            break
     return tangles

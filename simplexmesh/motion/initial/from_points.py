@@ -8,12 +8,12 @@ from numpy.typing import NDArray
 from simplexmesh import _check
 from simplexmesh.data.points import PointCloud
 from simplexmesh.errors import TopologyError
-from simplexmesh.motion.initial.budget import cell_for, meshed, triangles_for
+from simplexmesh.motion.initial.budget import cell_for
 from simplexmesh.motion.initial.indicator import Indicator, areas, frame_for, solved
 from simplexmesh.motion.initial.orientation import turned
 from simplexmesh.motion.initial.planes import planes, spacing_of
-from simplexmesh.motion.initial.polygonize import isosurface
 from simplexmesh.motion.initial.report import StartReport
+from simplexmesh.motion.initial.sound import sound_mesh
 from simplexmesh.motion.initial.start import Start
 from simplexmesh.motion.initial.topology import pieces, without_cavities, without_tunnels
 
@@ -83,8 +83,9 @@ def start_from_points(
     smallest = FEWEST / vertices * np.count_nonzero(field > 0)
     solid, dropped = pieces(field > 0, components, smallest)
     solid, sealed = without_tunnels(without_cavities(solid), tunnels / (2 * cell))
-    positions, faces = isosurface(field, solid, triangles_for(vertices))
-    mesh = meshed(indicator.frame.to_world(positions - 1), faces, vertices)
+    T_world_cell = np.diag([cell, cell, cell, 1.0])
+    T_world_cell[:3, 3] = indicator.frame.to_world(np.full((1, 3), -1.0))[0]
+    mesh, _ = sound_mesh(field, solid, T_world_cell, vertices)
     report = StartReport(indicator.frame.shape, cell, mesh.genus, mesh.n_components, sealed, dropped, openness)
     return Start(mesh, report, indicator)
 

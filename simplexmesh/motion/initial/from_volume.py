@@ -11,13 +11,11 @@ from scipy import ndimage
 from simplexmesh import _check
 from simplexmesh.data.volume import Volume
 from simplexmesh.errors import TopologyError
-from simplexmesh.mesh.simplex_mesh import SimplexMesh
-from simplexmesh.motion.initial.budget import MANY, area_of, cell_for, edge_for, meshed, triangles_for
-from simplexmesh.motion.initial.polygonize import isosurface
+from simplexmesh.motion.initial.budget import area_of, cell_for, edge_for
 from simplexmesh.motion.initial.report import StartReport
+from simplexmesh.motion.initial.sound import sound_mesh
 from simplexmesh.motion.initial.start import Start
-from simplexmesh.motion.initial.topology import pieces, thickened, without_cavities, without_tunnels
-from simplexmesh.motion.untangle import tangled_vertices
+from simplexmesh.motion.initial.topology import pieces, without_cavities, without_tunnels
 
 Array = NDArray[np.float64]
 
@@ -27,7 +25,6 @@ _MOST_CELLS, _MOST_CELLS_THIN = 3_000_000, 8_000_000
 _ACROSS = 5
 _MARGIN = 3
 _BLUR, _LEFT = 0.6, 0.5
-_THICKENINGS, _THICK = 8, 0.3
 
 
 def start_from_volume(
@@ -94,38 +91,9 @@ def start_from_volume(
     solid, sealed = without_tunnels(without_cavities(solid), min(tunnels / (2 * cell), max(solid.shape) / 8))
     T_world_cell = volume.T_world_index @ np.diag([*(cell / volume.spacing), 1.0])
     T_world_cell[:3, 3] += volume.T_world_index[:3, :3] @ first
-    mesh, solid = _untangled(field, solid, T_world_cell, vertices)
+    mesh, solid = sound_mesh(field, solid, T_world_cell, vertices)
     report = StartReport(solid.shape, cell, mesh.genus, mesh.n_components, sealed, max(left_out, dropped))
     return Start(mesh, report)
-
-
-def _untangled(
-    field: NDArray[np.float32], solid: NDArray[np.bool_], T_world_cell: Array, vertices: int
-) -> tuple[SimplexMesh, NDArray[np.bool_]]:
-    """Return the mesh of the solid, and the solid, thickened where it is so thin that the mesh would cross itself.
-
-    The motion draws to the data what is too thick, but what is tangled at the start stays so.
-    """
-    best = mesh = _mesh_of(field, solid, T_world_cell, vertices)
-    taken, fewest, rounds = solid, solid.size, _THICKENINGS if vertices < MANY else 0
-    for rings in range(2, 2 + rounds):
-        tangled = mesh.vertices[tangled_vertices(mesh)]
-        if len(tangled) < fewest:
-            best, taken, fewest = mesh, solid, len(tangled)
-        if not len(tangled):
-            break
-        places = np.rint((tangled - T_world_cell[:3, 3]) @ np.linalg.inv(T_world_cell[:3, :3]).T).astype(np.int64)
-        solid = thickened(solid, places, rings)
-        field = np.where(solid & (field <= 0), _THICK * field.max(), field)
-        mesh = _mesh_of(field, solid, T_world_cell, vertices)
-    return best, taken
-
-
-def _mesh_of(field: NDArray[np.float32], solid: NDArray[np.bool_], T_world_cell: Array, vertices: int) -> SimplexMesh:
-    positions, faces = isosurface(field, solid, triangles_for(vertices))
-    if np.linalg.det(T_world_cell[:3, :3]) < 0:
-        faces = faces[:, ::-1]
-    return meshed(positions @ T_world_cell[:3, :3].T + T_world_cell[:3, 3], faces, vertices)
 
 
 def _cell(volume: Volume, solid: NDArray[np.bool_], area: float, vertices: int) -> float:

@@ -2,27 +2,43 @@
 
 from __future__ import annotations
 
-import igl
 import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh.mesh.manifold import half_edge_mates
-from simplexmesh.motion.initial import _kernels_remesh
+from simplexmesh.motion.initial import _kernels_collapse, _kernels_remesh
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
+
+ANY_TURN = -2.0
+"""Less than any cosine."""
 
 
 def decimated(vertices: Array, faces: Indices, triangles: int) -> tuple[Array, Indices]:
     """Return a closed triangulation with `triangles` triangles or one fewer, by collapsing the shortest edges.
 
-    Collapses never change the topology. With fewer triangles than wanted to begin with, nothing happens.
+    Collapses never change the topology, and as long as others are left none turns a triangle by more than 60 degrees:
+    thin rods keep sides enough. With fewer triangles than wanted to begin with, nothing happens.
+
+    Examples
+    --------
+    >>> import simplexmesh as sm
+    >>> ball = sm.sphere(8).triangulated()
+    >>> _, faces = decimated(ball.vertices, ball.faces, 500)
+    >>> len(ball.faces), len(faces)
+    (3840, 500)
     """
     if len(faces) <= triangles:
         return vertices, faces
-    given = np.asarray(vertices, order="F"), np.asarray(faces, np.int32, order="F")
-    out = igl.decimate(*given, int(triangles), block_intersections=False)
-    return np.ascontiguousarray(out[0]), np.ascontiguousarray(out[1], dtype=np.int64)
+    positions = np.array(vertices, dtype=float, order="C")
+    mates = np.array(half_edge_mates(faces), dtype=np.int64).ravel()
+    corners = np.array(faces, dtype=np.int64).ravel()
+    for turn in (_kernels_remesh.TURN, ANY_TURN):
+        if _kernels_collapse.collapse_shortest(positions, corners, mates, triangles, turn) <= triangles:
+            break
+    used, left = np.unique(corners[corners != _kernels_collapse.GONE], return_inverse=True)
+    return positions[used], left.reshape(-1, 3)
 
 
 def relaxed(
