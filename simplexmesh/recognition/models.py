@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import struct
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,59 +25,61 @@ LOOKED = 200
 HEAD = struct.Struct("<3Ii6d")
 FINEST = 65535
 STEEPEST = 32767
+KINDS = ("<u2", "<i2", "<u2", "|u1", "<f4")
+"""Of places, directions, what was chosen, images and profile, one after the other."""
 
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """What is known of a model.
+    """What is known of a model, in the whole numbers it is kept in: thousands of models are in memory at once.
 
     Attributes
     ----------
-    surface : Surface
-        Smooth.
+    places : (n, 3) array of uint16
+        Of points, from the lowest corner, in 1/65535 of the longest side.
+    directions : (n, 3) array of int16
+        Their normals, in 1/32767.
+    low : (3,) array of float
+    side, spacing, noise : float
     bag : Bag
     profile : (SIZES,) array of float32
     """
 
-    surface: Surface
+    places: NDArray[np.uint16]
+    directions: NDArray[np.int16]
+    low: Array
+    side: float
+    spacing: float
+    noise: float
     bag: Bag
     profile: NDArray[np.float32]
 
+    @property
+    def surface(self) -> Surface:
+        """The surface, smooth."""
+        points = self.places * (self.side / FINEST) + self.low
+        return Surface(points, normalized(self.directions.astype(float)), self.spacing, self.noise, points)
+
     def packed(self) -> bytes:
-        """Return the model as bytes: places to 1/65535 of its longest side, normals to 1/32767."""
-        points = self.surface.points
-        low, side = points.min(axis=0), float(np.ptp(points, axis=0).max())
+        """Return the model as bytes."""
         head = HEAD.pack(
-            *(len(points), len(self.bag.chosen), len(self.bag.images), self.bag.first),
-            *(self.surface.spacing, self.surface.noise, side, *low),
+            *(len(self.places), len(self.bag.chosen), len(self.bag.images), self.bag.first),
+            *(self.spacing, self.noise, self.side, *self.low),
         )
-        parts = (
-            np.round((points - low) * (FINEST / side)).astype("<u2"),
-            np.round(self.surface.normals * STEEPEST).astype("<i2"),
-            self.bag.chosen.astype("<u2"),
-            self.bag.images,
-            self.profile.astype("<f4"),
-        )
-        return head + b"".join(part.tobytes() for part in parts)
+        parts: list[NDArray[Any]] = [self.places, self.directions, self.bag.chosen, self.bag.images, self.profile]
+        return head + b"".join(part.astype(kind).tobytes() for part, kind in zip(parts, KINDS, strict=True))
 
     @staticmethod
     def unpacked(data: bytes) -> Model:
-        """Return the model that was packed into bytes."""
+        """Return the model that was packed into bytes; its arrays lie in them."""
         n, k, radii, first, spacing, noise, side, *low = HEAD.unpack_from(data)
-        at = HEAD.size
-
-        def part(kind: str, *shape: int) -> NDArray[np.generic]:
-            nonlocal at
-            values = np.frombuffer(data, kind, int(np.prod(shape)), at).reshape(shape)
-            at += values.nbytes
-            return values
-
-        points = part("<u2", n, 3) * (side / FINEST) + low
-        normals = normalized(part("<i2", n, 3).astype(float))
-        surface = Surface(points, normals, spacing, noise, points)
-        chosen = part("<u2", k).astype(np.int64)
-        bag = Bag(chosen, first, part("|u1", radii, k, PIXELS))  # type: ignore[arg-type]
-        return Model(surface, bag, part("<f4", SIZES))  # type: ignore[arg-type]
+        at, parts = HEAD.size, []
+        for kind, shape in zip(KINDS, ((n, 3), (n, 3), (k,), (radii, k, PIXELS), (SIZES,)), strict=True):
+            parts.append(np.frombuffer(data, kind, int(np.prod(shape)), at).reshape(shape))
+            at += parts[-1].nbytes
+        places, directions, chosen, images, profile = parts
+        bag = Bag(chosen.astype(np.int64), first, images)
+        return Model(places, directions, np.array(low), side, spacing, noise, bag, profile)
 
 
 def model_of(surface: Surface) -> Model:
@@ -92,5 +95,12 @@ def model_of(surface: Surface) -> Model:
     True
     """
     smooth = surface.smoothed()
-    bag = bag_of(smooth, octaves_of_model(smooth), LOOKED, np.random.default_rng(0))
-    return Model(smooth, bag, profile_of(smooth).astype(np.float32))
+    points = smooth.points
+    low, side = points.min(axis=0), float(np.ptp(points, axis=0).max())
+    return Model(
+        np.round((points - low) * (FINEST / side)).astype(np.uint16),
+        np.round(smooth.normals * STEEPEST).astype(np.int16),
+        *(low, side, smooth.spacing, smooth.noise),
+        bag_of(smooth, octaves_of_model(smooth), LOOKED, np.random.default_rng(0)),
+        profile_of(smooth).astype(np.float32),
+    )

@@ -101,7 +101,8 @@ class Scene:
 
         `likest` (k, 2) are the images of the model that are likest to those of the scan.
         """
-        surface = model.surface.placed(model.surface.points.mean(axis=0), self.unit)
+        surface = model.surface
+        surface = surface.placed(surface.points.mean(axis=0), self.unit)
         rng = np.random.default_rng(0)
         arena = Arena(
             surface, self.surface, surface.some(JUDGING, rng), surface.some(FOLLOWING, rng),
