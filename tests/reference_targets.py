@@ -34,12 +34,12 @@ def nearest_facing(table, place, normal, oriented, reach):
     return best if np.isfinite(distance[best]) else -1
 
 
-def nearest_outside(table, neighbors, anchor, place, normal, oriented):
-    """How far is the nearest surfel that is not in the anchor's patch and faces along the normal, or almost does."""
-    distance = np.linalg.norm(table[:, :3] - place, axis=1)
-    distance[[anchor, *neighbors[anchor, :7]]] = np.inf
-    distance[[not faces(surfel, normal, oriented, FACING - TURN) for surfel in table]] = np.inf
-    return distance.min()
+def around(table, place, normal, oriented, wide):
+    """Indices of all surfels within sqrt(wide) that face along the normal or almost do, nearest first."""
+    squared = ((table[:, :3] - place) ** 2).sum(axis=1)
+    seen = np.array([faces(surfel, normal, oriented, FACING - TURN) for surfel in table])
+    order = np.argsort(squared, kind="stable")
+    return order[(seen & (squared <= wide))[order]]
 
 
 def kinship(table, i, j, oriented):

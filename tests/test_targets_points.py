@@ -6,9 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from simplexmesh.data.points import PointCloud
-from simplexmesh.motion.targets import _kernels_fit, _kernels_nearest
+from simplexmesh.motion.targets import _kernels_fit
 from simplexmesh.motion.targets.points import Points
-from simplexmesh.motion.targets.surfels import _linked
 from simplexmesh.motion.targets.tree import Tree
 from tests import reference_targets as naive
 
@@ -99,81 +98,6 @@ def test_fit_is_weighted_least_squares(seed):
     np.testing.assert_allclose(surfel[3:6], expected / np.linalg.norm(expected), atol=1e-9)
     bend = np.sqrt(x[3] ** 2 + 2 * x[4] ** 2 + x[5] ** 2) / 1.2 / np.linalg.norm(expected)
     np.testing.assert_allclose(report[_kernels_fit.CURVATURE], bend, rtol=1e-9)
-
-
-@given(seed=st.integers(0, 10_000), oriented=st.booleans())
-@settings(deadline=None, max_examples=25)
-def test_walk_finds_the_nearest_facing_wherever_it_starts(seed, oriented):
-    rng = np.random.default_rng(seed)
-    points, normals = torus_points(400, rng)
-    s = Points(PointCloud(points, normals if oriented else None)).surfels
-    tree = s.tree.starts, s.tree.ends, s.tree.boxes
-    for _ in range(20):
-        place, normal = rng.uniform(-1.4, 1.4, 3), sphere_points(1, rng)[0]
-        reach = rng.uniform(0.05, 1.5)
-        found, anchor, bound = _kernels_nearest.nearest_facing(
-            s.tree.points, s.table, s.neighbors, s.between, s.horizon, *tree, *place, *normal, oriented, reach**2,
-            int(rng.integers(len(s))),
-        )  # fmt: skip
-        assert found == naive.nearest_facing(s.table, place, normal, oriented, reach)
-        assert found in (-1, anchor)
-        assert bound <= (1 + 1e-12) * naive.nearest_outside(s.table, s.neighbors, anchor, place, normal, oriented)
-
-
-@given(
-    seed=st.integers(0, 10_000),
-    oriented=st.booleans(),
-    step=st.sampled_from([0.0, 0.003, 0.02, 0.1]),
-    turn=st.sampled_from([0.0, 0.05, 1.0]),
-    reach=st.sampled_from([0.1, 0.4, np.inf]),
-)
-@settings(deadline=None, max_examples=25)
-def test_vertices_in_motion_know_what_a_search_would_find(seed, oriented, step, turn, reach):
-    # the second sheet faces the other way, now and then it is the nearer one
-    rng = np.random.default_rng(seed)
-    points, normals = torus_points(600, rng)
-    inner, inward = torus_points(300, rng, r=0.3)
-    cloud = PointCloud(np.concatenate([points, inner]), np.concatenate([normals, -inward]) if oriented else None)
-    target = Points(cloud)
-    places, directions = torus_points(60, rng)
-    places = places + rng.uniform(-0.3, 0.6, (60, 1)) * directions
-    for _ in range(6):
-        warm = target.gap(places, directions, reach)
-        fresh = Points.__new__(Points)
-        fresh._set(target.surfels, target.center)
-        np.testing.assert_array_equal(warm, fresh.gap(places, directions, reach))
-        places = places + step * rng.normal(size=places.shape)
-        directions = directions + turn * rng.normal(size=places.shape)
-        directions = directions / np.linalg.norm(directions, axis=1)[:, None]
-
-
-def test_among_many_alike_the_bound_is_given_up_and_not_the_answer():
-    # from the center of a sphere all surfels are as far; half of them almost face the right way, and are a bit nearer
-    rng = np.random.default_rng(6)
-    table = np.zeros((1500, 12))
-    facing = rng.random(1500) < 0.5
-    table[:, :3] = sphere_points(1500, rng) * (1 + 0.01 * facing + 1e-3 * rng.random(1500))[:, None]
-    cosine = np.where(facing, 0.5, 0.1)
-    table[:, 3:6] = np.stack([np.sqrt(1 - cosine**2), 0 * cosine, cosine], axis=1)
-    s = _linked(table, np.ones(1500), np.ones(1500), oriented=True)
-    tree = s.tree.starts, s.tree.ends, s.tree.boxes
-    up = np.array([0, 0, 1.0])
-    for place in 1e-3 * sphere_points(50, rng):
-        found, anchor, bound = _kernels_nearest.nearest_facing(
-            s.tree.points,
-            s.table,
-            s.neighbors,
-            s.between,
-            s.horizon,
-            *tree,
-            *place,
-            *up,
-            True,
-            4.0,
-            int(rng.integers(1500)),
-        )
-        assert found == anchor == naive.nearest_facing(s.table, place, up, True, 2.0)
-        assert bound <= (1 + 1e-12) * naive.nearest_outside(s.table, s.neighbors, anchor, place, up, True)
 
 
 def test_gap_ends_where_the_blended_height_is_zero():
@@ -333,51 +257,6 @@ def test_outliers_hardly_matter():
 
 
 # ---- which surface counts
-
-
-def test_the_answer_does_not_depend_on_the_calls_before():
-    points = noisy_torus(0.005, 9, n=6000)
-    warm = Points(points)
-    rng = np.random.default_rng(10)
-    places, normals = torus_points(3000, rng)
-    for step in (0.2, 0.1, 0.05, 0.01, 0.0):
-        moved = places + step * rng.normal(size=places.shape)
-        warm_gap = warm.gap(moved, normals, 0.25)
-        np.testing.assert_array_equal(warm_gap, Points(points).gap(moved, normals, 0.25))
-        assert np.isfinite(warm_gap).any()
-    fewer = places[::7]
-    np.testing.assert_array_equal(warm.gap(fewer, normals[::7], 0.25), Points(points).gap(fewer, normals[::7], 0.25))
-
-
-@pytest.mark.parametrize("reach", [0.5, np.inf])
-def test_where_nothing_faces_a_vertex_there_is_no_gap_and_the_next_call_knows_its_way(reach):
-    points, normals = torus_points(2000, np.random.default_rng(2))
-    target = Points(PointCloud(points[points[:, 2] > 0.2], normals[points[:, 2] > 0.2]))
-    places, down = np.zeros((5, 3)), np.tile([0.0, 0.0, -1.0], (5, 1))
-    for _ in range(2):
-        assert np.isnan(target.gap(places, down, reach)).all()
-        anchors = target._memory[:, 7]
-        assert ((anchors >= 0) & (anchors < len(target.surfels))).all()  # a kernel reads there unchecked
-
-
-@pytest.mark.parametrize("broken", [np.nan, np.inf, 1e300])
-def test_vertices_that_are_nowhere_have_no_gap_and_harm_no_others(broken):
-    rng = np.random.default_rng(2)
-    target, fresh = (Points(torus_points(2000, np.random.default_rng(1))[0]) for _ in range(2))
-    places, normals = torus_points(50, rng)
-    wrong = places.copy()
-    wrong[::7, 1] = broken
-    for reach in (0.3, np.inf):
-        gap = target.gap(wrong, normals, reach)
-        assert not np.isfinite(gap[::7]).any() or broken == 1e300
-        np.testing.assert_array_equal(
-            np.delete(gap, np.s_[::7]), np.delete(fresh.gap(places, normals, reach), np.s_[::7])
-        )
-        np.testing.assert_array_equal(target.gap(places, normals, reach), fresh.gap(places, normals, reach))
-        mixed = rng.permutation(50)
-        np.testing.assert_array_equal(
-            target.gap(places[mixed], normals[mixed], reach), fresh.gap(places, normals, reach)[mixed]
-        )
 
 
 def test_nothing_within_reach_is_nan():

@@ -1,6 +1,11 @@
-"""The nearest surfel that faces the right way, with a proof, and a bound that tells how long it will stay so.
+"""The nearest surfel that faces the right way, for vertices that move a little from call to call.
 
-A surfel's row: point, unit normal, second-order form (xx, yy, zz, xy, xz, yz); see `_kernels_fit`.
+Kept per vertex: the surfels nearest to it where it once was, and how near no other one was there. As long as it has
+gone less far than that leaves room for, the nearest is among them, and it is the one that a search would find. (Lists
+of neighbors with a margin, as in L. Verlet, Computer experiments on classical fluids, 1967.)
+
+What is kept: place, normal, distances that all but the first eight and all but the whole list were beyond (8 numbers),
+and the surfels (`NEAREST` numbers), nearest first.
 """
 
 # mypy: allow-untyped-defs
@@ -12,174 +17,170 @@ import math
 import numpy as np
 from numba import njit
 
-from simplexmesh.motion.targets._kernels_patches import LANES
-from simplexmesh.motion.targets._kernels_pointers import floats, integers
-from simplexmesh.motion.targets._kernels_tree import box_distance
+from simplexmesh.motion.targets._kernels_lanes import WIDTH
+from simplexmesh.motion.targets._kernels_patches import LANES, rivals
+from simplexmesh.motion.targets._kernels_pointers import floats, integers, start
+from simplexmesh.motion.targets._kernels_wide import HELD, MOST, NEAREST, search
 
 FACING = 0.2  # smallest cosine between a vertex's normal and that of the data it may see
-TURN = 0.15  # bounds hold while a normal has moved by less than this
-SLACK = 0.5  # how far past the nearest the tree is searched for a bound, in radii of a patch
-HELD = 64  # surfels that a search can hold
+TURN = 0.15  # lists hold while a normal has moved by less than this
+HEAD = 12  # numbers of a surfel's head: see `_kernels_points.pack_heads`
+PATCH = 14 * LANES  # numbers of a patch
+KEPT = 8  # numbers kept per vertex
+ROUNDING = 1.0 + 1e-12
+NONE = 2**62
+AHEAD = 32  # vertices gone in a row that `carry_over` gets past
 
 
-@njit(cache=True, error_model="numpy")
-def faces(table, j, a, b, c, oriented, least):
-    """Tell whether a surfel's cosine with the normal (a, b, c) is above `least`; one without a normal always does."""
-    nx, ny, nz = table[j, 3], table[j, 4], table[j, 5]
-    d = nx * a + ny * b + nz * c
-    if not oriented:
-        d = abs(d)
-    return d > least or (nx == 0.0 and ny == 0.0 and nz == 0.0)
+def nothing_kept(n):
+    """Return what is kept of `n` vertices never asked about: numbers (n, 8) and surfels (n, 16)."""
+    return np.zeros((n, KEPT)), np.zeros((n, NEAREST), np.int32)
 
 
 @njit(cache=True, error_model="numpy")
 def squared_distance(points, j, x, y, z):
     """Return that from a surfel's point to a place."""
-    dx, dy, dz = points[j, 0] - x, points[j, 1] - y, points[j, 2] - z
+    dx, dy, dz = points[3 * j] - x, points[3 * j + 1] - y, points[3 * j + 2] - z
     return dx * dx + dy * dy + dz * dz
 
 
 @njit(cache=True, error_model="numpy")
-def outside(neighbors, i, j):
-    """Tell whether surfel `j` is not in the patch of surfel `i`."""
-    missing = j != i
-    for k in range(LANES - 1):
-        missing = missing and neighbors[i, k] != j
-    return missing
+def cosine(heads, j, a, b, c, fold):
+    """Return that between a surfel's normal and (a, b, c), made positive for a `fold` of -1; NaN without a normal."""
+    along = heads[j * HEAD + 3] * a + heads[j * HEAD + 4] * b + heads[j * HEAD + 5] * c
+    back = along * fold
+    return along if along > back else back
 
 
 @njit(cache=True, error_model="numpy")
-def _kept(held, apart, count, limit):
-    """Keep those held that are not farther than `limit`; return how many they are."""
-    kept = 0
-    for k in range(count):
-        if apart[k] <= limit:
-            held[kept], apart[kept] = held[k], apart[k]
-            kept += 1
-    return kept
+def nearest_of_eight(points, list_, at, x, y, z):
+    """Return the nearest of the eight surfels from ``list_[at]`` on, and its squared distance."""
+    apart, index = floats(WIDTH), integers(WIDTH)
+    for k in range(WIDTH):
+        j = np.int64(list_[at + k])
+        apart[k], index[k] = squared_distance(points, j, x, y, z), j
+    for half in (4, 2, 1):
+        for k in range(half):
+            d, j = apart[k + half], index[k + half]
+            nearer = (d < apart[k]) | ((d == apart[k]) & (j < index[k]))  # no branch depends on the numbers
+            apart[k], index[k] = d if nearer else apart[k], j if nearer else index[k]
+    return index[0], apart[0]
 
 
 @njit(cache=True, error_model="numpy")
-def _search(points, table, neighbors, starts, ends, boxes, x, y, z, a, b, c, oriented, squared, index, anchor, slack):
-    """Return the nearest surfel that faces the right way and is nearer than (squared, index), anchor, and bound.
-
-    The anchor is the surfel found, or the one given where there is none. No surfel outside of the anchor's patch that
-    faces the right way within `TURN` is nearer than the bound.
-    """
-    stack, boxed, held, apart = integers(96), floats(96), integers(HELD), floats(HELD)
-    count, top = 0, 0
-    stack[0], boxed[0] = 0, 0.0
-    whole = True
-    limit = max(squared, (math.sqrt(squared) + slack) ** 2)
-    while top >= 0:
-        node, away = stack[top], boxed[top]
-        top -= 1
-        if away > limit:
-            continue
-        if 2 * node + 2 < len(starts):
-            first, second = 2 * node + 1, 2 * node + 2
-            near, far = box_distance(boxes, first, x, y, z), box_distance(boxes, second, x, y, z)
-            if far < near:
-                first, second, near, far = second, first, far, near
-            stack[top + 1], boxed[top + 1] = second, far
-            stack[top + 2], boxed[top + 2] = first, near
-            top += 2
-            continue
-        for j in range(starts[node], ends[node]):
-            d = squared_distance(points, j, x, y, z)
-            if d > limit or not faces(table, j, a, b, c, oriented, FACING - TURN):
-                continue
-            if (d < squared or (d == squared and j < index)) and faces(table, j, a, b, c, oriented, FACING):
-                squared, index = d, j
-                limit = max(squared, (math.sqrt(squared) + slack) ** 2)
-            if count == HELD:
-                count = _kept(held, apart, count, limit)
-            if count == HELD:  # too many: from here on only the nearest is looked for
-                slack, limit = 0.0, squared
-                count = _kept(held, apart, count, limit)
-            if count < HELD:
-                held[count], apart[count] = j, d
-                count += 1
-            else:
-                whole = False
-    if index < len(table):
-        anchor = index
-    bound = limit if whole else 0.0
-    for k in range(count):
-        if apart[k] < bound and outside(neighbors, anchor, held[k]):
-            bound = apart[k]
-    return index, anchor, math.sqrt(bound)
-
-
-@njit(cache=True, error_model="numpy")
-def beyond(points, neighbors, horizon, i, x, y, z):
-    """Return a distance that no surfel outside of the patch of `i` is nearer than."""
-    bound = horizon[i] - math.sqrt(squared_distance(points, i, x, y, z))
-    if bound <= 0.0:
-        return 0.0
-    bound *= bound
-    for k in range(LANES - 1, neighbors.shape[1]):
-        bound = min(bound, squared_distance(points, neighbors[i, k], x, y, z))
-    return math.sqrt(bound)
-
-
-@njit(cache=True, error_model="numpy")
-def nearest_facing(
-    points, table, neighbors, between, horizon, starts, ends, boxes, x, y, z, a, b, c, oriented, limit, start
-):
-    """Return the nearest surfel within sqrt(limit) that faces the right way, or -1: a walk from `start`, with a proof.
-
-    A surfel at distance d from surfel i is at least d - |v - i| from v: the neighbors of i, nearest first, need only be
-    read until that exceeds the best; what stands when the reading ends is the nearest, wherever the walk began. Where
-    the neighbors end first the walk goes on; where it gets stuck, the tree is searched, bounded by the best.
-
-    Returns with it an anchor, mostly the same surfel, and a bound: no surfel outside of the anchor's patch that faces
-    the right way, to within `TURN`, is nearer than that.
-    """
-    here = np.int64(start)
-    best, found = math.inf, np.int64(-1)
-    for _ in range(12):
-        squared = squared_distance(points, here, x, y, z)
-        own = math.sqrt(squared)
-        best, found, reach = math.inf, np.int64(-1), math.inf
-        if faces(table, here, a, b, c, oriented, FACING):
-            best, found, reach = squared, here, own
-        closest, step = squared, here
-        proved = False
-        for k in range(neighbors.shape[1]):
-            if between[here, k] - own > reach:
-                proved = True
-                break
-            j = np.int64(neighbors[here, k])
-            d = squared_distance(points, j, x, y, z)
-            if d < closest:
-                closest, step = d, j
-            if (d < best or (d == best and j < found)) and faces(table, j, a, b, c, oriented, FACING):
-                best, found, reach = d, j, math.sqrt(d)
-        if proved or horizon[here] - own > reach:
-            bound = beyond(points, neighbors, horizon, found, x, y, z)
-            return found if best <= limit else -1, found, bound
-        if step == here:
-            break
-        here = step
-    if found < 0 or best > limit:  # found none: even where nothing is too far
-        best, found = limit, np.int64(len(table))
-    slack = SLACK * between[here, LANES - 1]
-    if not slack < math.inf:
-        slack = 0.0
-    found, anchor, bound = _search(
-        points, table, neighbors, starts, ends, boxes, x, y, z, a, b, c, oriented, best, found, here, slack
-    )
-    return found if found < len(table) else -1, anchor, bound
-
-
-@njit(cache=True, error_model="numpy")
-def nearest_in_patch(points, table, neighbors, i, x, y, z, a, b, c, oriented):
-    """Return the nearest surfel that faces the right way in the patch of surfel `i`, -1 if none, and how far it is."""
-    best, found = math.inf, np.int64(-1)
-    for k in range(-1, LANES - 1):
-        j = i if k < 0 else np.int64(neighbors[i, k])
+def nearest_facing_of(points, heads, list_, at, x, y, z, a, b, c, fold):
+    """Return the nearest that faces along (a, b, c) of the list from ``list_[at]`` on, and its squared distance."""
+    found, best = np.int64(NONE), math.inf
+    for k in range(NEAREST):
+        j = np.int64(list_[at + k])
         d = squared_distance(points, j, x, y, z)
-        if (d < best or (d == best and j < found)) and faces(table, j, a, b, c, oriented, FACING):
-            best, found = d, j
+        if (d < best or (d == best and j < found)) and not cosine(heads, j, a, b, c, fold) <= FACING:
+            found, best = j, d
     return found, best
+
+
+@njit(cache=True, error_model="numpy")
+def nearest_listed(points, list_, at, x, y, z, limit, kept, m, moved):
+    """Return the nearest surfel of a list and its squared distance; infinity where one not listed may be nearer.
+
+    Looks at eight of them, and at the others only where one of those may be nearer. Past the limit nothing counts.
+    """
+    found, best = nearest_of_eight(points, list_, at, x, y, z)
+    if math.sqrt(min(best, limit)) < kept[m + 6] - moved:
+        return found, best
+    other, second = nearest_of_eight(points, list_, at + 8, x, y, z)
+    if second < best or (second == best and other < found):
+        found, best = other, second
+    return found, best if math.sqrt(min(best, limit)) < kept[m + 7] - moved else math.inf
+
+
+@njit(cache=True, error_model="numpy")
+def still_nearest(heads, patches, i, x, y, z, a, b, c, fold, limit):
+    """Tell at a glance whether surfel `i` is the nearest, and faces along (a, b, c); False if in doubt.
+
+    It is where no other of its patch is nearer, and all outside of the patch are twice as far from it as the place is.
+    """
+    h = i * HEAD
+    dx, dy, dz = x - heads[h], y - heads[h + 1], z - heads[h + 2]
+    squared = dx * dx + dy * dy + dz * dz
+    if squared > limit or cosine(heads, i, a, b, c, fold) <= FACING or not 4.0 * squared < heads[h + 9]:
+        return False
+    scale = heads[h + 7]
+    d = np.float32(squared * scale * scale * 1.0001)
+    ux, uy, uz = np.float32(dx * scale), np.float32(dy * scale), np.float32(dz * scale)
+    return rivals(patches, i * PATCH, ux, uy, uz, d) == 1.0
+
+
+@njit(cache=True, error_model="numpy")
+def put_first(list_, at, found):
+    """Put a surfel first in its list if it is one of the first eight."""
+    for k in range(1, WIDTH):
+        if list_[at + k] == found:
+            list_[at], list_[at + k] = list_[at + k], list_[at]
+
+
+@njit(cache=True, error_model="numpy")
+def remembered(points, heads, kept, list_, v, x, y, z, a, b, c, fold, limit):
+    """Return the nearest surfel within sqrt(limit) that faces along (a, b, c); `NONE` if none does, -1 if unknown."""
+    m, at = v * KEPT, v * NEAREST
+    da, db, dc = a - kept[m + 3], b - kept[m + 4], c - kept[m + 5]
+    if da * da + db * db + dc * dc > 0.98 * TURN * TURN:
+        return np.int64(-1)
+    dx, dy, dz = x - kept[m], y - kept[m + 1], z - kept[m + 2]
+    moved = ROUNDING * math.sqrt(dx * dx + dy * dy + dz * dz)
+    found, best = nearest_listed(points, list_, at, x, y, z, limit, kept, m, moved)
+    if best < math.inf and cosine(heads, found, a, b, c, fold) <= FACING:
+        found, best = nearest_facing_of(points, heads, list_, at, x, y, z, a, b, c, fold)
+        if not math.sqrt(min(best, limit)) < kept[m + 7] - moved:
+            return np.int64(-1)
+    elif not best < math.inf:
+        return np.int64(-1)
+    return found if best <= limit else np.int64(NONE)
+
+
+@njit(cache=True, error_model="numpy")
+def searched(points, heads, kept, list_, v, tree, x, y, z, a, b, c, fold, limit):
+    """Return the nearest surfel as `remembered` does, from the tree, and keep what is around for the next call.
+
+    What was kept, or else what is kept of the vertex before, tells how far there is something at most.
+    """
+    m, at = v * KEPT, v * NEAREST
+    seed = at if v == 0 or list_[at] != list_[at + 1] else at - NEAREST
+    found, best = nearest_facing_of(points, heads, list_, seed, x, y, z, a, b, c, fold)
+    wide = min(4.0 * limit, MOST)
+    if best <= limit:
+        wide = min(wide, best + tree[3][found])
+    else:
+        found, best = np.int64(NONE), min(limit, MOST)
+    held, apart = integers(HELD), floats(HELD)
+    found, best, count, bound = search(
+        tree, x, y, z, a, b, c, fold, FACING, FACING - TURN, best, found, wide, held, apart
+    )
+    for k in range(NEAREST):
+        list_[at + k] = held[k] if k < count else held[0] if count > 0 else list_[at + k]
+    kept[m], kept[m + 1], kept[m + 2] = x, y, z
+    kept[m + 3], kept[m + 4], kept[m + 5] = a, b, c
+    kept[m + 6] = math.sqrt(apart[WIDTH] if count > WIDTH else bound) / ROUNDING
+    kept[m + 7] = math.sqrt(bound) / ROUNDING
+    return found
+
+
+@njit(cache=True, error_model="numpy")
+def carry_over(vertices, normals, center, limit, points, heads, oriented, old, new):
+    """Fill what is kept (`new`) of vertices of another mesh from what was kept (`old`), where that holds for them.
+
+    Meshes that are edited keep the order of the vertices that stay; others go, and new ones come at the end.
+    """
+    kept, lists = old
+    fold, at = 1.0 if oriented else -1.0, 0
+    for v in range(len(vertices)):
+        x, y, z = vertices[v, 0] - center[0], vertices[v, 1] - center[1], vertices[v, 2] - center[2]
+        a, b, c = normals[v, 0], normals[v, 1], normals[v, 2]
+        for w in range(at, min(at + AHEAD, len(kept))):
+            dx, dy, dz = x - kept[w, 0], y - kept[w, 1], z - kept[w, 2]
+            if not dx * dx + dy * dy + dz * dz < kept[w, 7] * kept[w, 7]:
+                continue
+            around = start(points), start(heads), start(kept), start(lists), w
+            if remembered(*around, x, y, z, a, b, c, fold, limit) >= 0:
+                new[0][v], new[1][v], at = kept[w], lists[w], w + 1
+                break

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from simplexmesh import _check
 from simplexmesh.data.convert import as_points
 from simplexmesh.data.points import PointCloud
-from simplexmesh.motion.targets import _kernels_points
+from simplexmesh.motion.targets import _kernels_nearest, _kernels_points
 from simplexmesh.motion.targets.borders import Border, border_of_points
 from simplexmesh.motion.targets.door import BuiltIn, checked
 from simplexmesh.motion.targets.surfels import Surfels, fitted_surfels
@@ -38,7 +38,7 @@ class SurfelTarget(BuiltIn):
 
     def _set(self, surfels: Surfels, center: Array) -> None:
         self.surfels, self.center = surfels, center
-        self._memory = np.zeros((0, 8))
+        self._memory = _kernels_nearest.nothing_kept(0)
 
     def gap(self, vertices: Array, normals: Array, reach: float) -> Array:
         """Return (n,) the signed distance along each normal to the surface of the data, NaN beyond `reach`.
@@ -57,26 +57,24 @@ class SurfelTarget(BuiltIn):
             the data only faces another way (more than 78 degrees from the normal).
         """
         vertices, normals, reach = checked(vertices, normals, reach)
-        if len(self._memory) != len(vertices):
-            self._memory = np.zeros((len(vertices), 8))
-        out = np.zeros(len(vertices))
-        s = self.surfels
+        s, out = self.surfels, np.zeros(len(vertices))
+        search = reach + s.spacing
+        if len(self._memory[0]) != len(vertices):
+            kept = _kernels_nearest.nothing_kept(len(vertices))
+            surfels = s.tree.points, s.heads, s.oriented
+            _kernels_nearest.carry_over(vertices, normals, self.center, search**2, *surfels, self._memory, kept)
+            self._memory = kept
         _kernels_points.surfel_gaps(
             vertices,
             normals,
             self.center,
             reach,
-            reach + s.spacing,
+            search,
             s.heads,
             s.tree.points,
-            s.table,
             s.neighbors,
-            s.between,
-            s.horizon,
             s.patches,
-            s.tree.starts,
-            s.tree.ends,
-            s.tree.boxes,
+            s.wide,
             s.oriented,
             self._memory,
             out,

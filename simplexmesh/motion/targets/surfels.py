@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh import _vec
-from simplexmesh.motion.targets import _kernels_patches, _kernels_points
+from simplexmesh.motion.targets import _kernels_lanes, _kernels_patches, _kernels_points, _kernels_wide
 from simplexmesh.motion.targets import _kernels_surfels as kernels
 from simplexmesh.motion.targets._kernels_fit import COUNT, CURVATURE, LEAN, NOISE, OFFSET, VARIANCE
 from simplexmesh.motion.targets.tree import Tree
@@ -24,6 +24,7 @@ LEVELS = 14
 LONGEST = 6.0  # how far other rows of points are looked for, in radii of the smallest scale
 NEIGHBORS = 12
 POOL = 24  # pilots whose biases are averaged
+ROOM = 2.0  # in squared supports: so much more than the nearest's squared distance lie about 16 surfels, at any height
 BLEND = 1.1  # blending quiets the variance more than the bias: the best radius is larger than that of one fit
 
 
@@ -54,6 +55,8 @@ class Surfels:
         Of the neighborhood each was fitted to.
     tree : Tree
         Over the points of the surfels, in whose order they all stand.
+    wide : tuple
+        The same with eight children per node: see `_kernels_wide.pack_wide`.
     oriented : bool
         Whether normals point away from the solid, or either way.
     """
@@ -68,6 +71,7 @@ class Surfels:
     noise: Array
     radius: Array
     tree: Tree
+    wide: tuple[Any, ...]
     oriented: bool
 
     def __len__(self) -> int:
@@ -239,7 +243,7 @@ def _thinned(points: Array, index: NDArray[np.int64], cell: float) -> NDArray[np
 
 def _linked(table: Array, noise: Array, radius: Array, *, oriented: bool, blended: int = 0) -> Surfels:
     """Put surfels in order and find who is next to whom; average each with its neighbors `blended` times."""
-    tree = Tree.of(table[:, :3])
+    tree = Tree.of(table[:, :3], _kernels_lanes.WIDTH)
     table = np.ascontiguousarray(table[tree.order])
     noise, radius = noise[tree.order], radius[tree.order]
     m = len(table)
@@ -274,5 +278,6 @@ def _linked(table: Array, noise: Array, radius: Array, *, oriented: bool, blende
         noise=noise,
         radius=radius,
         tree=tree,
+        wide=_kernels_wide.pack_wide(tree.points, table[:, 3:6], tree.starts, tree.ends, tree.boxes, ROOM * support**2),
         oriented=oriented,
     )

@@ -35,8 +35,8 @@ class Tree:
     boxes: Array
 
     @staticmethod
-    def of(points: Array) -> Tree:
-        """Build the tree of (n, 3) points, n at least 1.
+    def of(points: Array, leaf: int = LEAF) -> Tree:
+        """Build the tree of (n, 3) points, n at least 1, no more than `leaf` of them in a leaf.
 
         Examples
         --------
@@ -46,7 +46,7 @@ class Tree:
         (array([[1., 4.]]), array([[1, 0]]))
         """
         n = len(points)
-        depth = max(0, int(np.ceil(np.log2(max(n, 1) / LEAF))))
+        depth = max(0, int(np.ceil(np.log2(max(n, 1) / leaf))))
         nodes = 2 ** (depth + 1) - 1
         order = np.arange(n)
         starts, ends, boxes = np.zeros(nodes, np.int64), np.zeros(nodes, np.int64), np.zeros((nodes, 6))
