@@ -258,3 +258,19 @@ def stretches(flat):
         tensors.append(J @ J.T / max(abs(np.linalg.det(J)), 1e-300))
         areas.append(0.5 * np.linalg.norm(normal))
     return np.array(tensors), np.array(areas)
+
+
+def quadrics(points, near, normals):
+    """Polynomials of second degree over planes: the first point of each row on it, and the normal there."""
+    places, tilted = [], []
+    for row, n in zip(near, normals, strict=True):
+        u, v = np.linalg.svd(n[None])[2][1:]
+        local = points[row] - points[row[0]]
+        x, y, z = local @ u, local @ v, local @ n
+        scale = np.abs(local).max()
+        x, y = x / scale, y / scale
+        a = np.linalg.lstsq(np.stack([x**0, x, y, x * x, x * y, y * y], axis=1), z, rcond=None)[0]
+        places.append(points[row[0]] + a[0] * n)
+        slope = n - (a[1] * u + a[2] * v) / scale
+        tilted.append(slope / np.linalg.norm(slope))
+    return np.array(places), np.array(tilted)

@@ -152,6 +152,16 @@ class TestHowExact:
             squares.append(np.radians(turn_between(found.T_target_source, T)) ** 2)
         assert np.mean(squares) < 3 * np.trace(least[:3, :3])
 
+    def test_a_coarse_part_is_not_bent_otherwise_than_a_fine_whole(self):
+        """Points brought to planes of their neighbors lie 0.01 farther inside on the coarse part; it would shift."""
+        rng = np.random.default_rng(0)
+        part = lumpy(2400, rng, 0.001)
+        part = part[part[:, 0] > 0]
+        found = sm.register(part, lumpy(16_000, rng, 0.001))
+        middle = part.mean(axis=0)
+        assert np.linalg.norm(moved(found.T_target_source, middle) - middle) < 0.002
+        assert turn_between(found.T_target_source, np.eye(4)) < 0.15
+
 
 class TestWhatIsUncertain:
     def test_an_ellipsoid_has_four_poses_and_each_fits(self):
@@ -242,6 +252,26 @@ class TestKernels:
         gap = np.linalg.eigvalsh(np.einsum("nki,nkj->nij", local, local))
         sure = gap[:, 1] - gap[:, 0] > 1e-3 * gap[:, 2]
         assert_allclose(out[2][sure], smooth[sure], atol=1e-9 * scale)
+
+    @given(st.integers(0, 2**32 - 1), st.integers(10, 40), st.floats(-6, 6))
+    def test_surfaces_of_second_degree_are_those_of_least_squares(self, seed, count, size):
+        rng = np.random.default_rng(seed)
+        points = 10.0**size * (rng.normal(size=(60, 3)) * [1, 0.7, 0.2] + rng.normal(size=3))
+        near = np.stack([rng.permutation(60)[:count] for _ in range(8)])
+        normals = rng.normal(size=(8, 3)) * 0.2 + [0, 0, 1]
+        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+        out = np.empty((2, 8, 3))
+        planes.fit_quadrics(points, near, normals, *out)
+        places, tilted = reference.quadrics(points, near, normals)
+        assert_allclose(out[0], places, atol=1e-5 * 10.0**size)
+        assert_allclose(out[1], tilted, atol=1e-4)
+
+    def test_what_tells_no_surface_stays(self):
+        points, normals = np.linspace(0, 1, 20)[:, None] * [1.0, 2, 3], np.tile([0.0, 0, 1], (20, 1))
+        out = np.empty((2, 20, 3))
+        planes.fit_quadrics(points, np.tile(np.arange(20), (20, 1)), normals, *out)
+        assert_allclose(out[0], points[:1].repeat(20, axis=0))
+        assert_allclose(out[1], normals)
 
     def test_a_pair_votes_for_the_motion_that_was_applied(self):
         rng = np.random.default_rng(0)

@@ -79,3 +79,68 @@ def fit_planes(points, near, normals, spread, smooth):
             lack += (points[near[i, 0], a] - middle[a]) * V[a, least]
         for a in range(3):
             smooth[i, a] = points[near[i, 0], a] - lack * V[a, least]
+
+
+@njit(cache=True, error_model="numpy")
+def _solved(A, x):
+    """Solve a symmetric positive system for x, in place, by elimination; whether that was possible."""
+    n = len(x)
+    for i in range(n):
+        if A[i, i] <= 1e-9:
+            return False
+        for j in range(i + 1, n):
+            share = A[j, i] / A[i, i]
+            for k in range(i, n):
+                A[j, k] -= share * A[i, k]
+            x[j] -= share * x[i]
+    for i in range(n - 1, -1, -1):
+        for k in range(i + 1, n):
+            x[i] -= A[i, k] * x[k]
+        x[i] /= A[i, i]
+    return True
+
+
+@njit(cache=True, error_model="numpy", parallel=True)
+def fit_quadrics(points, near, normals, places, tilted):
+    """Fit the height over a plane, a polynomial of second degree, to points `near` (n, k), the nearest first.
+
+    `places` (n, 3) become the nearest brought to it along `normals` (n, 3), `tilted` the unit normals there. Where the
+    points do not tell a polynomial they stay what they were.
+    """
+    n, count = near.shape
+    for i in prange(n):
+        A, x, row, frame = np.zeros((6, 6)), np.zeros(6), np.zeros(6), np.zeros((3, 3))
+        first = points[near[i, 0]]
+        axis = 0 if abs(normals[i, 0]) < 0.6 else 1
+        length = math.sqrt(1 - normals[i, axis] ** 2)
+        for a in range(3):
+            frame[2, a] = normals[i, a]
+            frame[0, a] = ((1.0 if a == axis else 0.0) - normals[i, axis] * normals[i, a]) / length
+        for a in range(3):
+            b, c = (a + 1) % 3, (a + 2) % 3
+            frame[1, a] = frame[2, b] * frame[0, c] - frame[2, c] * frame[0, b]
+        reach = 1e-300
+        for k in range(count):
+            far = 0.0
+            for a in range(3):
+                far += (points[near[i, k], a] - first[a]) ** 2
+            reach = max(reach, math.sqrt(far))
+        for k in range(count):
+            u = v = w = 0.0
+            for a in range(3):
+                d = (points[near[i, k], a] - first[a]) / reach
+                u += d * frame[0, a]
+                v += d * frame[1, a]
+                w += d * frame[2, a]
+            row[0], row[1], row[2], row[3], row[4], row[5] = 1.0, u, v, u * u, u * v, v * v
+            for a in range(6):
+                x[a] += row[a] * w / count
+                for b in range(6):
+                    A[a, b] += row[a] * row[b] / count
+        told = _solved(A, x)
+        slope = math.sqrt(1 + x[1] ** 2 + x[2] ** 2)
+        for a in range(3):
+            places[i, a] = first[a] + (x[0] * reach * frame[2, a] if told else 0.0)
+            tilted[i, a] = normals[i, a]
+            if told:
+                tilted[i, a] = (normals[i, a] - x[1] * frame[0, a] - x[2] * frame[1, a]) / slope

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from simplexmesh import _check
 from simplexmesh.motion.progress import Report, reporting
@@ -223,12 +224,13 @@ def concluded(
 ) -> tuple[Verdict, list[tuple[Verdict, bool]], Array, Array]:
     """Return the best verdict, the others with whether they equal it, open motions and covariance.
 
-    The best is refined on all points, on the planes of their neighbors: these know more than one point does. What it
-    leaves uncertain is told from the points as they were measured.
+    The best is refined on all points, on surfaces through their neighbors: these know more than one point does. What
+    it leaves uncertain is told from the points as they were measured.
     """
-    first, tree = verdicts[0], court.trees[1]
-    T = refined(court.source, court.target, tree, first.T, court.reach, still=SETTLED)
-    covariance, error = uncertainty(source, target, paired(court.source, court.target, tree, T, court.reach), T)
+    first, here, there = verdicts[0], source.drawn(), target.drawn()
+    tree = cKDTree(there.points)
+    T = refined(here, there, tree, first.T, court.reach, still=SETTLED)
+    covariance, error = uncertainty(source, target, paired(here, there, tree, T, court.reach), T)
     best = replace(court.judged(T), error=error)
     others = [(each, each.equals(first)) for each in verdicts[1:]]
     return best, others, court.open_motions(T), covariance

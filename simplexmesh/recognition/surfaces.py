@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -54,6 +54,8 @@ class Surface:
         Median distance of points to the planes of their neighbors.
     smooth : (n, 3) array of float
         The points on those planes: three times less noise, and a bend that both surfaces share.
+    fine : (2, n, 3) array of float, optional
+        The points and normals of surfaces of second degree through the neighbors: less noise, and hardly a bend.
     """
 
     points: Array
@@ -61,6 +63,7 @@ class Surface:
     spacing: float
     noise: float
     smooth: Array
+    fine: Array | None = None
 
     def __len__(self) -> int:
         return len(self.points)
@@ -77,14 +80,22 @@ class Surface:
 
     def placed(self, middle: Array, unit: float) -> Surface:
         """Return the surface with a point for zero and a length for one."""
+        fine = None if self.fine is None else np.stack([(self.fine[0] - middle) / unit, self.fine[1]])
         return Surface(
             (self.points - middle) / unit, self.normals, self.spacing / unit, self.noise / unit,
-            (self.smooth - middle) / unit,
+            (self.smooth - middle) / unit, fine,
         )  # fmt: skip
 
     def smoothed(self) -> Surface:
         """Return the surface with its points on the planes of their neighbors."""
         return Surface(self.smooth, self.normals, self.spacing, SMOOTHED * self.noise, self.smooth)
+
+    def drawn(self) -> Surface:
+        """Return the surface with its points on surfaces of second degree through their neighbors, if these are known.
+
+        Both surfaces may be smoothed so though their points are not alike dense: planes would bend them differently.
+        """
+        return self if self.fine is None else replace(self, points=self.fine[0], normals=self.fine[1])
 
     def some(self, count: int, rng: np.random.Generator) -> NDArray[np.int64]:
         """Return which points to take, at most so many, at random."""
@@ -141,16 +152,19 @@ def surface_of(
     if len(points) > most:
         chosen = np.sort(np.random.default_rng(0).choice(len(points), most, replace=False))
         points, known = points[chosen], None if known is None else known[chosen]
-    spacing, noise, normals, smooth = local_planes(points)
+    spacing, noise, near = neighbors_of(points)
+    normals, _, smooth = _planes_of(points, near)
     if known is not None:
         normals = np.where(dot(normals, known)[:, None] < 0, -normals, normals)
     else:
         normals = oriented(points, normals)
-    return Surface(points, normals, spacing, noise, smooth)
+    fine = np.empty((2, len(points), 3))
+    _kernels_planes.fit_quadrics(points, near, normals, *fine)
+    return Surface(points, normals, spacing, noise, smooth, fine)
 
 
-def local_planes(points: Array) -> tuple[float, float, Array, Array]:
-    """Return spacing, noise, normals (n, 3) of either sign, and the points on the planes of their neighbors.
+def neighbors_of(points: Array) -> tuple[float, float, NDArray[np.int64]]:
+    """Return spacing, noise, and the neighbors (n, k) of points, each first its own.
 
     Sixteen neighbors, or forty where the noise is more than a fourth of the spacing.
     """
@@ -163,8 +177,7 @@ def local_planes(points: Array) -> tuple[float, float, Array, Array]:
     count = few if noise < NOISY * spacing else min(MANY, len(points))
     if count > few or some is not points:
         _, near = tree.query(points, k=count, workers=-1)
-    normals, _, smooth = _planes_of(points, near)
-    return spacing, noise, normals, smooth
+    return spacing, noise, near
 
 
 def _planes_of(points: Array, near: NDArray[np.int64]) -> tuple[Array, Array, Array]:
@@ -183,8 +196,8 @@ def oriented(points: Array, normals: Array) -> Array:
     if len(points) > TURNED_POINTS:
         some = points[np.sort(np.random.default_rng(0).choice(len(points), TURNED_POINTS, replace=False))]
     cell = float(np.ptp(points, axis=0).max()) / CELLS
-    spacing, noise, sided, _ = local_planes(some)
-    inward = turned(some, Planes(sided, spacing, noise), cell).at(points)[1]
+    spacing, noise, near = neighbors_of(some)
+    inward = turned(some, Planes(_planes_of(some, near)[0], spacing, noise), cell).at(points)[1]
     normals = np.where(dot(normals, inward)[:, None] > 0, -normals, normals)
     border = border_of_points(some)
     middle = border.points.mean(axis=0) if len(border.points) else points.mean(axis=0)
