@@ -108,7 +108,7 @@ class ModelLibrary:
         if not isinstance(path, str | os.PathLike):
             raise TypeError(f"path must be the name of a file, not {type(path).__name__}")
         self._store = Store(Path(path).expanduser())
-        self._shelf, self._state = Shelf(), Stamp(b"", 0)
+        self._read_before = Stamp(b"", 0), Shelf()
         if self.path.exists():
             self._store.stamp()
         elif not self.path.parent.is_dir():
@@ -255,13 +255,16 @@ class ModelLibrary:
 
     def _read(self) -> Shelf:
         """Return all models, in memory, as they are in the file now."""
-        state = self._store.stamp()
-        if state != self._state:
-            if state.made != self._state.made:
-                self._shelf = Shelf()
-            self._state, names, data = self._store.read(set(self._shelf.models))
-            self._shelf.update(names, data)
-        return self._shelf
+        before, shelf = self._read_before
+        now = self._store.stamp()
+        if now == before:
+            return shelf
+        if now.made != before.made:
+            shelf = Shelf()
+        now, names, data = self._store.read(set(shelf.models))
+        shelf = shelf.updated(names, data)
+        self._read_before = now, shelf
+        return shelf
 
 
 def _named(name: Any) -> str:

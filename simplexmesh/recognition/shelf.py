@@ -38,12 +38,10 @@ class Shelf:
     _profiles: NDArray[np.float32] | None = None
     _octaves: dict[int, Images] = field(default_factory=dict)
 
-    def update(self, names: list[tuple[int, str]], data: dict[int, bytes]) -> None:
-        """Take in what was added, and leave out what was removed."""
-        self.models.update({number: Model.unpacked(packed) for number, packed in data.items()})
-        self.names = dict(names)
-        self.models = {number: self.models[number] for number in self.names}
-        self._profiles, self._octaves = None, {}
+    def updated(self, names: list[tuple[int, str]], data: dict[int, bytes]) -> Shelf:
+        """Return a shelf with what was added and without what was removed; others may go on with this one."""
+        models = self.models | {number: Model.unpacked(packed) for number, packed in data.items()}
+        return Shelf({number: models[number] for number, _ in names}, dict(names))
 
     @property
     def numbers(self) -> list[int]:
