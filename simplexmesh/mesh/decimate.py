@@ -54,9 +54,9 @@ KNOWN = 0.3
 MARGIN = 0.95
 """Surfaces are compared at points, so that a part of a tolerance is spared."""
 
-FLAT, LESS, ATTEMPTS, WIDELY = 0.5, 0.6, 20, 6
+FLAT, LESS, ATTEMPTS, WIDELY = 0.5, 0.75, 20, 10
 """How far from flat a region may be, in parts of a tolerance. Where the surfaces are too far apart, regions may reach
-only `LESS` of what they did; after `WIDELY` attempts the faces around there stay as they are."""
+only `LESS` of what they did, after `WIDELY` attempts those around there too; faces alone in theirs stay as they are."""
 
 
 @dataclass(frozen=True, eq=False)
