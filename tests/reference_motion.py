@@ -153,10 +153,10 @@ def update(vertices, previous, neighbors, metric, rigidity, gaps):
     return step(vertices, previous, neighbors, metric, phi, gaps)[0]
 
 
-def curvedness(vertices, normals, neighbors):
-    """Return the root mean square over the neighbors of the turn of the normal per length."""
+def curvedness(vertices, normals, neighbors, shortest):
+    """Return the root mean square over the neighbors of the turn of the normal per length, `shortest` at least."""
     turn = np.linalg.norm(normals[neighbors] - normals[:, None], axis=2)
-    length = np.linalg.norm(vertices[neighbors] - vertices[:, None], axis=2)
+    length = np.maximum(np.linalg.norm(vertices[neighbors] - vertices[:, None], axis=2), shortest)
     ratio = np.divide(turn, length, out=np.zeros_like(turn), where=length > 0)
     return np.sqrt((ratio**2).mean(axis=1))
 

@@ -201,8 +201,10 @@ def test_adaptation_kernels_are_the_formula_of_the_thesis(which, seed, strength)
     rng = np.random.default_rng(seed)
     normals, size = frames(vertices, neighbors)[0], np.zeros(len(vertices))
     vertices[3] = vertices[neighbors[3, 1]]
-    getattr(_kernels_adapt.curvedness, which)(vertices, normals, neighbors, size)
-    assert_allclose(size, reference.curvedness(vertices, normals, neighbors), rtol=1e-9, atol=1e-12)
+    lengths = np.linalg.norm(vertices[neighbors] - vertices[:, None], axis=2)
+    for shortest in (0.0, float(np.median(lengths))):
+        getattr(_kernels_adapt.curvedness, which)(vertices, normals, neighbors, shortest, size)
+        assert_allclose(size, reference.curvedness(vertices, normals, neighbors, shortest), rtol=1e-9, atol=1e-12)
     size = rng.normal(size=len(size)) ** 3 * (rng.random(len(size)) < 0.8)
     metric, out = rng.dirichlet([9.0, 9.0, 9.0], len(size)), np.zeros((len(size), 3))
     floor = np.abs(size).mean()

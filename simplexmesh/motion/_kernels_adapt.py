@@ -11,15 +11,15 @@ from simplexmesh.motion._kernels import Both
 
 
 @Both
-def curvedness(vertices, normals, neighbors, out):
-    """Fill the root mean square, over the three neighbors, of the normal's turn per length."""
+def curvedness(vertices, normals, neighbors, shortest, out):
+    """Fill the root mean square, over the three neighbors, of the normal's turn per length, `shortest` at least."""
     for i in prange(vertices.shape[0]):
         total = 0.0
         for j in range(3):
             k = neighbors[i, j]
             x, y, z = vertices[k, 0] - vertices[i, 0], vertices[k, 1] - vertices[i, 1], vertices[k, 2] - vertices[i, 2]
             a, b, c = normals[k, 0] - normals[i, 0], normals[k, 1] - normals[i, 1], normals[k, 2] - normals[i, 2]
-            length2 = x * x + y * y + z * z
+            length2 = max(x * x + y * y + z * z, shortest * shortest)
             total += (a * a + b * b + c * c) / length2 if length2 > 0.0 else 0.0
         out[i] = math.sqrt(total / 3.0)
 

@@ -17,7 +17,7 @@ FLAT = 0.005
 """Radians that normals turn along a mean edge where nothing bends: less is rounding, which vertices must not follow."""
 
 
-def curvedness(vertices: Array, normals: Array, neighbors: NDArray[np.int32]) -> Array:
+def curvedness(vertices: Array, normals: Array, neighbors: NDArray[np.int32], *, shortest: float = 0.0) -> Array:
     """Return how much the surface bends at each vertex, sqrt((k1^2 + k2^2) / 2) in the limit, from the turn of normals.
 
     The root mean square over the three neighbors of the normal's turn per length. Unlike |H| it does not vanish on
@@ -27,6 +27,8 @@ def curvedness(vertices: Array, normals: Array, neighbors: NDArray[np.int32]) ->
     ----------
     vertices, normals : (n, 3) array of float
     neighbors : (n, 3) array of int
+    shortest : float
+        Edges count as at least so long: over tiny ones any unevenness is a strong bend.
 
     Returns
     -------
@@ -41,7 +43,8 @@ def curvedness(vertices: Array, normals: Array, neighbors: NDArray[np.int32]) ->
     np.float64(0.5)
     """
     out = np.zeros(len(vertices))
-    _kernels_adapt.curvedness(*_plain(vertices, normals), _check.frozen(neighbors, np.int32), out)
+    plain = *_plain(vertices, normals), _check.frozen(neighbors, np.int32)
+    _kernels_adapt.curvedness(*plain, float(shortest), out)
     return out
 
 

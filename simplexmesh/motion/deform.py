@@ -284,9 +284,9 @@ class DeformableModel:
         if not (self.adaptation and self.iteration and self.iteration % 10 == 0):
             return self.metric
         bend, spare = self._moment, np.empty_like(self.metric)
-        _kernels_adapt.curvedness(self._vertices, self._normals, self._neighbors, bend)
-        smooth = self._smoothed(bend, np.full(len(bend), 2))
         edge = float(np.linalg.norm(self._vertices[self._neighbors[:, 0]] - self._vertices, axis=1).mean())
+        _kernels_adapt.curvedness(self._vertices, self._normals, self._neighbors, edge, bend)
+        smooth = self._smoothed(bend, np.full(len(bend), 2))
         adapt(self.metric, smooth, self._neighbors, self.adaptation, spare, least=FLAT / max(edge, 1e-300))
         return spare
 
