@@ -171,7 +171,7 @@ def test_the_eight_from_its_bare_vertices(data_folder):
     assert len(points) == 315
     model = sm.reconstruct(points, init="sphere", vertices=1500)
     assert (model.mesh.genus, model.tangled) == (2, 0)
-    assert model.distance.data_to_mesh.mean < 0.003 * np.linalg.norm(np.ptp(points, axis=0))
+    assert model.distance.data_to_mesh.mean < 0.005 * np.linalg.norm(np.ptp(points, axis=0))
 
 
 class TestOpenData:

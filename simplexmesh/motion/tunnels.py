@@ -115,16 +115,18 @@ def tunneled(
     left = AT_MOST // TURN
     look = None if watch is None else lambda mesh: watch(mesh, len(joined))
     counts: list[int] = []
+    in_parts = False
     known, fewest, best = Joined(), np.inf, wrapping.mesh
     while left:
         left -= 1
         wrapping.run(TURN, watch=look)
         counts.append(int(wrapping.free.sum()))
         refused = []
-        wrapping.complete = enough = samples.genus is not None and wrapping.mesh.genus >= samples.genus
-        if enough and counts[-1] <= fewest:
+        enough = samples.genus is not None and wrapping.mesh.genus >= samples.genus
+        wrapping.complete = enough and in_parts
+        if wrapping.complete and counts[-1] <= fewest:
             fewest, best = counts[-1], wrapping.mesh
-        elif enough and counts[-1] > GROWN * fewest + SOME:  # something is turned inside out, and swells
+        elif wrapping.complete and counts[-1] > GROWN * fewest + SOME:  # something is turned inside out, and swells
             wrapping.took(best)
             break
         share = LEAST_SHARE if samples.walls is None else LEAST_KNOWN
@@ -145,6 +147,7 @@ def tunneled(
                     known.note(*found)
                 joined.append(replace(proposal, winding=None if found is None else found[0]))
                 wrapping.took(mesh)
+                in_parts |= meeting.share < LEAST_SHARE
                 counts.clear()
                 left = max(left, AFTER if samples.walls is not None else 0)
                 break  # faces have new numbers: look again

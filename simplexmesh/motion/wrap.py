@@ -118,7 +118,7 @@ class Wrapping:
     close : (n,) array of bool
         Which vertices have data near, whether they sit on it or not.
     complete : bool
-        Whether all handles are there: films that still meet are then two sides of flaps, which retract.
+        Whether all handles around a cavity are there: films that still meet are two sides of flaps, which retract.
     """
 
     def __init__(self, mesh: SimplexMesh, samples: Samples, vertices: int) -> None:
