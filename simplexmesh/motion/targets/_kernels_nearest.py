@@ -19,7 +19,7 @@ from numba import njit
 
 from simplexmesh.motion.targets._kernels_lanes import WIDTH
 from simplexmesh.motion.targets._kernels_patches import LANES, rivals
-from simplexmesh.motion.targets._kernels_pointers import floats, integers, start
+from simplexmesh.motion.targets._kernels_pointers import fetch, floats, integers, start
 from simplexmesh.motion.targets._kernels_wide import HELD, MOST, NEAREST, search
 
 FACING = 0.2  # smallest cosine between a vertex's normal and that of the data it may see
@@ -29,6 +29,7 @@ PATCH = 14 * LANES  # numbers of a patch
 KEPT = 8  # numbers kept per vertex
 ROUNDING = 1.0 + 1e-12
 NONE = 2**62
+LINE = 8  # numbers that memory hands over at once, or 16 of half the size
 AHEAD = 32  # vertices gone in a row that `carry_over` gets past
 
 
@@ -109,6 +110,19 @@ def still_nearest(heads, patches, i, x, y, z, a, b, c, fold, limit):
     d = np.float32(squared * scale * scale * 1.0001)
     ux, uy, uz = np.float32(dx * scale), np.float32(dy * scale), np.float32(dz * scale)
     return rivals(patches, i * PATCH, ux, uy, uz, d) == 1.0
+
+
+@njit(cache=True, error_model="numpy")
+def fetch_kept(points, heads, patches, list_, v):
+    """Have the machine bring near what a vertex that comes soon will ask about, at places all over memory."""
+    at = v * NEAREST
+    i = np.int64(list_[at])
+    for line in range(PATCH // (2 * LINE)):
+        fetch(patches, PATCH * i + 2 * LINE * line)
+    fetch(heads, HEAD * i)
+    fetch(heads, HEAD * i + LINE)
+    for k in range(1, WIDTH):
+        fetch(points, 3 * np.int64(list_[at + k]))
 
 
 @njit(cache=True, error_model="numpy")

@@ -15,6 +15,7 @@ from simplexmesh.motion.targets._kernels_nearest import (
     HEAD,
     NONE,
     PATCH,
+    fetch_kept,
     put_first,
     remembered,
     searched,
@@ -23,6 +24,8 @@ from simplexmesh.motion.targets._kernels_nearest import (
 from simplexmesh.motion.targets._kernels_patches import LANES, alone, blended, closer
 from simplexmesh.motion.targets._kernels_pointers import start
 from simplexmesh.motion.targets._kernels_wide import NEAREST
+
+SOON = 4  # vertices ahead of which memory is asked for what they need
 
 
 def pack_heads(table, support, between, horizon):
@@ -100,6 +103,8 @@ def surfel_gaps(
         out[v] = math.nan
         if not a * a + b * b + c * c > 0.0:
             continue
+        if v + SOON < len(vertices):
+            fetch_kept(start(points), start(heads), start(patches), start(lists), v + SOON)
         i = np.int64(lists[v, 0])
         if not still_nearest(start(heads), start(patches), i, x, y, z, a, b, c, fold, limit):
             around = start(points), start(heads), start(kept), start(lists), v
