@@ -21,15 +21,16 @@ from simplexmesh.motion.left_out import noted, unopened
 from simplexmesh.motion.measure import measured
 from simplexmesh.motion.outward import turned_outward
 from simplexmesh.motion.placing import thin
-from simplexmesh.motion.plan import Choice, TopologyRecord, plan_for
+from simplexmesh.motion.plan import Choice, Plan, TopologyRecord, plan_for
 from simplexmesh.motion.progress import Report, reporting
 from simplexmesh.motion.rim_upright import uprighted
 from simplexmesh.motion.sampling import closed_samples
 from simplexmesh.motion.stages import stages_for
 from simplexmesh.motion.state import State
-from simplexmesh.motion.subjects import as_subject
+from simplexmesh.motion.subjects import Subject, as_subject
 from simplexmesh.motion.topology_adapt import travelled
 from simplexmesh.motion.untangle import untangled
+from simplexmesh.motion.wrap import Samples
 
 Array = NDArray[np.float64]
 
@@ -248,13 +249,8 @@ def reconstruct(
         except KeyboardInterrupt:
             interrupted = True
     record = journey.record
-    if samples is not None and not interrupted:
-        handles_now, lack = noted(samples, record.handles, mesh)
-        record = replace(record, handles=handles_now)
-        if lack:
-            warnings.warn(lack, SimplexMeshWarning, stacklevel=2)
-    if plan.holes == "auto" and not interrupted and (closed := unopened(subject, mesh)):
-        warnings.warn(closed, SimplexMeshWarning, stacklevel=2)
+    if not interrupted:
+        record = _told(plan, subject, samples, record, mesh)
     if tangled:
         warnings.warn(
             f"{tangled} vertices are on faces that are folded or cross others; more vertices or another start may help",
@@ -264,6 +260,20 @@ def reconstruct(
     return Reconstruction(
         mesh, distance, journey.history, journey.converged, start, found, tangled, interrupted, record
     )
+
+
+def _told(
+    plan: Plan, subject: Subject, samples: Samples | None, record: TopologyRecord, mesh: SimplexMesh
+) -> TopologyRecord:
+    """Return the record with the handles that are left out; warn of these, and of open data closed over."""
+    said = [unopened(subject, mesh)] if plan.holes == "auto" else []
+    if samples is not None:
+        handles, lack = noted(samples, record.handles, mesh)
+        record = replace(record, handles=handles)
+        said.append(lack)
+    for sentence in filter(None, said):
+        warnings.warn(sentence, SimplexMeshWarning, stacklevel=3)
+    return record
 
 
 def _given_start(init: str | Path | SimplexMesh) -> SimplexMesh | None:
