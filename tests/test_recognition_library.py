@@ -18,8 +18,10 @@ from hypothesis import strategies as st
 
 import simplexmesh as sm
 from simplexmesh.recognition import _kernels_library as kernels
+from simplexmesh.recognition import ranking
 from simplexmesh.recognition.models import Model, model_of
 from simplexmesh.recognition.profile import profile_of
+from simplexmesh.recognition.scene import without_strays
 from simplexmesh.recognition.shelf import Images
 from simplexmesh.recognition.spectrum import power_spectrum
 from simplexmesh.recognition.spheres import ball
@@ -111,6 +113,30 @@ class TestRecognition:
         scan, _ = scan_of(known["other"], 0.6, 0.005, np.random.default_rng(1))
         one, two = library.recognise(scan), library.recognise(scan)
         assert [(each.name, each.score) for each in one] == [(each.name, each.score) for each in two]
+
+    def test_more_are_tried_where_none_explains_the_scan(self, library, known, monkeypatch):
+        monkeypatch.setattr(ranking, "BY_PROFILE", 1)
+        monkeypatch.setattr(ranking, "BY_IMAGES", 0)
+        rng = np.random.default_rng(3)
+        for name, mesh in known.items():
+            assert library.recognise(scan_of(mesh, 0.5, 0.005, rng)[0])[0].name == name
+
+    def test_strays_do_not_matter(self, library, known):
+        rng = np.random.default_rng(5)
+        scan, _ = scan_of(known["lumpy"], 0.7, 0.005, rng)
+        before = library.recognise(scan)[0]
+        scan[:60] = scan.mean(axis=0) + rng.uniform(-12, 12, (60, 3))
+        found = library.recognise(scan)[0]
+        assert found.name == "lumpy"
+        assert found.score > before.score - 0.1
+        assert without_strays(surface_of(scan, "scan")).extent < 1.1 * np.linalg.norm(np.ptp(scan[60:], axis=0))
+
+    def test_sparse_parts_are_no_strays(self, known):
+        points = known["lumpy"].sampled(40_000, rng=0).points
+        left = points[:, 0] < 0
+        points = np.vstack([points[left][:3000], points[~left][:500]])
+        surface = surface_of(points, "scan")
+        assert len(without_strays(surface)) == len(surface)
 
     def test_progress_is_told(self, library, known):
         told = []

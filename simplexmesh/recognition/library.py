@@ -17,7 +17,7 @@ from simplexmesh.motion.progress import Report, reporting
 from simplexmesh.recognition.models import KEPT, Model, model_of
 from simplexmesh.recognition.profile import profile_of
 from simplexmesh.recognition.ranking import ranked
-from simplexmesh.recognition.scene import Scene
+from simplexmesh.recognition.scene import Scene, without_strays
 from simplexmesh.recognition.shelf import Shelf
 from simplexmesh.recognition.store import Stamp, Store
 from simplexmesh.recognition.surfaces import surface_of
@@ -169,7 +169,7 @@ class ModelLibrary:
         if not replace and name in self:
             raise ValueError(_taken(name))
         surface = surface_of(data, "data", level=level, label=label, inside=inside, poses=poses, most=KEPT)
-        if not self._store.put(name, model_of(surface).packed(), replace=replace):
+        if not self._store.put(name, model_of(without_strays(surface)).packed(), replace=replace):
             raise ValueError(_taken(name))
 
     def remove(self, name: str) -> None:
@@ -244,6 +244,7 @@ class ModelLibrary:
             if not shelf.names:
                 raise ValueError(f"the library {self.path} must hold models to recognize anything; it is empty")
             surface = surface_of(data, "data", level=level, label=label, inside=inside, poses=poses, most=MOST_POINTS)
+            surface = without_strays(surface)
             scene = Scene.of(surface)
             found = ranked(scene, profile_of(surface), shelf, best, report)
             report(1.0, "done")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -19,6 +19,9 @@ from simplexmesh.recognition.starts import from_axes
 from simplexmesh.recognition.surfaces import Surface
 
 Array = NDArray[np.float64]
+
+AMONG, STRAY, MANY = 6, 5.0, 0.1
+"""A point whose so many-th neighbor is so many times farther than the usual one is a stray, if few are."""
 
 LOOKED = 120
 """The images around so many points of a scan are compared."""
@@ -44,6 +47,24 @@ class Tree(cKDTree):  # type: ignore[misc]
     def query(self, x: Any, **options: Any) -> Any:
         """Return distances and indices of nearest points, as in `scipy.spatial.cKDTree`."""
         return super().query(x, **{**options, "workers": 1})
+
+
+def without_strays(surface: Surface) -> Surface:
+    """Return the surface without points far from all others, which would make it seem larger than it is.
+
+    Examples
+    --------
+    >>> import simplexmesh as sm
+    >>> from simplexmesh.recognition.surfaces import surface_of
+    >>> points = np.vstack([sm.sphere(10).vertices, [[9.0, 0, 0], [0, 7, 0]]])
+    >>> bool(without_strays(surface_of(points, "ball")).extent < 3.5)
+    True
+    """
+    away = Tree(surface.points).query(surface.points, k=AMONG)[0][:, -1]
+    kept = away <= STRAY * np.median(away)
+    if kept.all() or kept.mean() < 1 - MANY:  # so many are no strays: the density differs from place to place
+        return surface
+    return replace(surface, points=surface.points[kept], normals=surface.normals[kept], smooth=surface.smooth[kept])
 
 
 @dataclass(frozen=True, eq=False)
