@@ -11,26 +11,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh import _check
-from simplexmesh.data.reading import read_mesh
 from simplexmesh.errors import SimplexMeshWarning
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.distance import Distance, Spread
-from simplexmesh.motion.initial.primitives import ENCLOSING, PRIMITIVES, primitive_around
 from simplexmesh.motion.initial.report import StartReport
+from simplexmesh.motion.journey import Journey
 from simplexmesh.motion.left_out import noted, unopened
 from simplexmesh.motion.measure import measured
-from simplexmesh.motion.outward import turned_outward
-from simplexmesh.motion.placing import thin
-from simplexmesh.motion.plan import Choice, Plan, TopologyRecord, plan_for
+from simplexmesh.motion.outset import Outset, given_start, outset
+from simplexmesh.motion.plan import Choice, TopologyRecord, plan_for
 from simplexmesh.motion.progress import Report, reporting
 from simplexmesh.motion.rim_upright import uprighted
-from simplexmesh.motion.sampling import closed_samples
 from simplexmesh.motion.stages import stages_for
 from simplexmesh.motion.state import State
-from simplexmesh.motion.subjects import Subject, as_subject
+from simplexmesh.motion.subjects import as_subject
 from simplexmesh.motion.topology_adapt import travelled
 from simplexmesh.motion.untangle import untangled
-from simplexmesh.motion.wrap import Samples
 
 Array = NDArray[np.float64]
 
@@ -199,92 +195,70 @@ def reconstruct(
     _check.choice("components", components, ("largest", "all"))
     _check.choice("inside", inside, ("above", "below"))
     tunnels = None if tunnels is None else _check.number("tunnels", tunnels, 0.0)
-    given = _given_start(init)
+    given = given_start(init)
     if adaptation is None:
         adaptation = 0.0 if placement == "even" else ADAPTATION
     adaptation = _check.number("adaptation", adaptation, 0.0, 0.25)
     placement = "even" if placement is None and not adaptation else placement
-    plan = plan_for(None if given is not None else str(init), vertices, holes, handles, refine, placement)
-    if components == "all" and init != "auto":
+    plan = plan_for(given if isinstance(given, str) else None, vertices, holes, handles, refine, placement)
+    if components == "all" and given != "auto":
         raise ValueError("components='all' needs init='auto'; a start given by you keeps its own components")
     with reporting(progress) as report:
         report(0.0, "reading")
         subject = as_subject(data, level=level, label=label, inside=inside, components=components, poses=poses)
         report(0.05, "finding a start")
-        found, samples = None, None
-        if given is not None:
-            start = given
-        elif init == "auto":
-            beginning = subject.start(vertices, tunnels)
-            start, found = beginning.mesh, beginning.report
-            if placement is None and subject.encloses and thin(start):
-                plan = replace(plan, placement="even")
-        else:
-            if init in ENCLOSING:
-                samples = closed_samples(subject, vertices, tunnels) if plan.handles != "none" else None
-            subject = turned_outward(subject) if samples is None and init != "plane" else subject
-            start = primitive_around(subject.points, str(init), plan.first_vertices, facing=subject.facing)
-        stages = stages_for(start, subject, iterations, rigidity, adaptation, cell=found.cell if found else None)
-        target = subject.target if samples is None or samples.target is None else samples.target
+        begun = outset(subject, given, plan, vertices=vertices, tunnels=tunnels, placement=placement)
+        cell = begun.found.cell if begun.found else None
+        stages = stages_for(begun.mesh, begun.subject, iterations, rigidity, adaptation, cell=cell)
         journey = travelled(
-            start, target, stages, plan, samples=samples,
+            begun.mesh, begun.target, stages, begun.plan, samples=begun.samples,
             watch=lambda share: report(0.1 + 0.8 * share, "fitting"),
         )  # fmt: skip
-        mesh, tangled, interrupted = journey.mesh, None, journey.interrupted
-        if not interrupted:
-            try:
-                report(0.92, "untangling")
-                refuge = journey.refuge if found else None
-                mesh, tangled = untangled(mesh, journey.target, reach=stages[-1].reach, start=refuge)
-                mesh = uprighted(mesh)
-            except KeyboardInterrupt:
-                interrupted = True
-        distance = UNMEASURED
-        try:
-            report(0.95, "measuring")
-            dropped = components == "largest" and found is not None and found.components_dropped > 0
-            distance, away = measured(mesh, subject, stages[-1].reach, dropped=dropped)
-            mesh = mesh.with_data(distance=away)
-            report(1.0, "done")
-        except KeyboardInterrupt:
-            interrupted = True
-    record = journey.record
-    if not interrupted:
-        record = _told(plan, subject, samples, record, mesh)
-    if tangled:
-        warnings.warn(
-            f"{tangled} vertices are on faces that are folded or cross others; more vertices or another start may help",
-            SimplexMeshWarning,
-            stacklevel=2,
+        model = _concluded(begun, journey, stages[-1].reach, report, whole=components == "all")
+    model, said = _told(model, begun)
+    for sentence in said:
+        warnings.warn(sentence, SimplexMeshWarning, stacklevel=2)
+    return model
+
+
+def _concluded(begun: Outset, journey: Journey, reach: float, report: Report, *, whole: bool) -> Reconstruction:
+    """Return the model at the end of a journey, untangled and measured, or as far as it came when interrupted."""
+    model = Reconstruction(
+        journey.mesh, UNMEASURED, journey.history, journey.converged, begun.mesh, begun.found,
+        interrupted=journey.interrupted, topology=journey.record,
+    )  # fmt: skip
+    try:
+        if not model.interrupted:
+            report(0.92, "untangling")
+            refuge = journey.refuge if begun.found else None
+            mesh, tangled = untangled(model.mesh, journey.target, reach=reach, start=refuge)
+            model = replace(model, mesh=uprighted(mesh), tangled=tangled)
+    except KeyboardInterrupt:
+        model = replace(model, interrupted=True)
+    try:
+        report(0.95, "measuring")
+        dropped = not whole and begun.found is not None and begun.found.components_dropped > 0
+        distance, away = measured(model.mesh, begun.subject, reach, dropped=dropped)
+        model = replace(model, mesh=model.mesh.with_data(distance=away), distance=distance)
+        report(1.0, "done")
+    except KeyboardInterrupt:
+        model = replace(model, interrupted=True)
+    return model
+
+
+def _told(model: Reconstruction, begun: Outset) -> tuple[Reconstruction, list[str]]:
+    """Return a model with the handles it lacks in its record, and what is to be warned of."""
+    said = []
+    if not model.interrupted:
+        if begun.plan.holes == "auto":
+            said.append(unopened(begun.subject, model.mesh))
+        if begun.samples is not None:
+            handles, lack = noted(begun.samples, model.topology.handles, model.mesh)
+            model = replace(model, topology=replace(model.topology, handles=handles))
+            said.append(lack)
+    if model.tangled:
+        said.append(
+            f"{model.tangled} vertices are on faces that are folded or cross others; more vertices or another start "
+            "may help"
         )
-    return Reconstruction(
-        mesh, distance, journey.history, journey.converged, start, found, tangled, interrupted, record
-    )
-
-
-def _told(
-    plan: Plan, subject: Subject, samples: Samples | None, record: TopologyRecord, mesh: SimplexMesh
-) -> TopologyRecord:
-    """Return the record with the handles that are left out; warn of these, and of open data closed over."""
-    said = [unopened(subject, mesh)] if plan.holes == "auto" else []
-    if samples is not None:
-        handles, lack = noted(samples, record.handles, mesh)
-        record = replace(record, handles=handles)
-        said.append(lack)
-    for sentence in filter(None, said):
-        warnings.warn(sentence, SimplexMeshWarning, stacklevel=3)
-    return record
-
-
-def _given_start(init: str | Path | SimplexMesh) -> SimplexMesh | None:
-    """Return the mesh that `init` is or names, or None for a start yet to be made."""
-    if isinstance(init, SimplexMesh):
-        return init
-    if isinstance(init, str) and init in ("auto", *PRIMITIVES):
-        return None
-    if isinstance(init, Path) or (isinstance(init, str) and Path(init).suffix):
-        return read_mesh(init)
-    if not isinstance(init, str):
-        raise TypeError(f"init must be a name, a path or a SimplexMesh, not {type(init).__name__}")
-    _check.choice("init", init, ("auto", *PRIMITIVES))
-    return None
+    return model, [sentence for sentence in said if sentence]
