@@ -54,7 +54,7 @@ def ransac(o3d: Any, source: np.ndarray, target: np.ndarray) -> np.ndarray:
     tools = o3d.pipelines.registration
     clouds, features = [], []
     for points in (source, target):
-        cloud = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(points)).voxel_down_sample(voxel)
+        cloud = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(np.array(points))).voxel_down_sample(voxel)
         cloud.estimate_normals(o3d.geometry.KDTreeSearchParamHybrid(radius=2 * voxel, max_nn=30))
         cloud.orient_normals_towards_camera_location(cloud.get_center())
         cloud.normals = o3d.utility.Vector3dVector(-np.asarray(cloud.normals))
@@ -78,7 +78,7 @@ def icp(o3d: Any, source: np.ndarray, target: np.ndarray, T: np.ndarray) -> np.n
     """Return the motion after Open3D's ICP, points to planes, from one nearby: coarse, then fine."""
     diagonal = float(np.linalg.norm(np.ptp(target, axis=0)))
     clouds = [
-        o3d.geometry.PointCloud(o3d.utility.Vector3dVector(points)).voxel_down_sample(FINE * diagonal)
+        o3d.geometry.PointCloud(o3d.utility.Vector3dVector(np.array(points))).voxel_down_sample(FINE * diagonal)
         for points in (source, target)
     ]
     clouds[1].estimate_normals(o3d.geometry.KDTreeSearchParamKNN(30))
