@@ -9,7 +9,9 @@ import pytest
 
 import simplexmesh as sm
 from simplexmesh.motion import films
+from simplexmesh.motion.initial.primitives import primitive_around
 from simplexmesh.motion.left_out import noted
+from simplexmesh.motion.rim import Rim
 from simplexmesh.motion.sampling import closed_samples
 from simplexmesh.motion.shell import shell_of
 from simplexmesh.motion.subjects import as_subject
@@ -199,6 +201,37 @@ class TestOpenData:
             warnings.simplefilter("always")
             sm.reconstruct(self.dome(), init="sphere", vertices=20, iterations=20, holes="none")
         assert not any("but the model is closed" in str(warning.message) for warning in said)
+
+
+class TestTubesCutOffAslant:
+    """Points of tubes, without normals: beyond an end that is cut off aslant there is nothing but the far side."""
+
+    def tube(self, one, other, count=3000):
+        rng = np.random.default_rng(6)
+        u, z = rng.uniform(0, 2 * np.pi, 4 * count), rng.uniform(-5, 5, 4 * count)
+        kept = np.flatnonzero((z > np.tan(one) * np.cos(u) - 3) & (z < np.tan(other) * np.cos(u) + 3))[:count]
+        return np.stack([np.cos(u), np.sin(u), z], axis=1)[kept]
+
+    @pytest.mark.parametrize("ends", [(30, 30), (40, -40), (45, 0)])
+    def test_a_cylinder_lies_on_them(self, ends):
+        points = self.tube(*np.radians(ends))
+        model = sm.reconstruct(points, init="cylinder", vertices=1000, holes="none", handles="none", refine="none")
+        assert (model.mesh.n_holes, model.tangled) == (2, 0)
+        assert max(model.distance.mesh_to_data.rms, model.distance.data_to_mesh.rms) < 0.05
+
+    def test_their_sides_are_not_told(self):
+        rng = np.random.default_rng(3)
+        u, s = 2 * np.pi * rng.random(5000), rng.random(5000)
+        radius = 0.5 + 0.1 * np.sin(3 * np.pi * s) + 0.08 * np.cos(u) * s
+        points = np.stack([radius * np.cos(u), radius * np.sin(u), 2 * s + 0.4 * np.sin(u)], axis=1)
+        model = sm.reconstruct(points, init="cylinder", vertices=2000, holes="none", handles="none", refine="none")
+        assert max(model.distance.mesh_to_data.rms, model.distance.data_to_mesh.rms) < 0.05
+
+    def test_it_ends_where_they_end(self):
+        start = primitive_around(self.tube(np.radians(35.0), np.radians(-35.0)), "cylinder", 1000)
+        rim = start.vertices[np.isin(np.arange(start.n_vertices), Rim.of(start.connectivity).vertices)]
+        ends = np.sign(rim[:, 2]) * (3 - np.tan(np.radians(35.0)) * rim[:, 0])
+        assert np.abs(rim[:, 2] - ends).max() < 0.15
 
 
 def test_a_knot_is_told(data_folder):

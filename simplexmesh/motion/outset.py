@@ -85,7 +85,7 @@ def outset(
     enclosed = init in ENCLOSING and plan.handles != "none"
     samples = closed_samples(subject, vertices, tunnels) if enclosed else None
     if samples is None and init != "plane":
-        subject = turned_outward(subject)
+        subject = turned_outward(subject, enclosed=init in ENCLOSING)
     mesh = primitive_around(subject.points, init, plan.first_vertices, facing=subject.facing)
     return Outset(mesh, subject, plan, samples=samples)
 

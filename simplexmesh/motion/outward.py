@@ -26,13 +26,24 @@ NEIGHBORS = 10
 STRAIGHT = 0.05
 
 
-def turned_outward(subject: Subject) -> Subject:
+def turned_outward(subject: Subject, *, enclosed: bool = True) -> Subject:
     """Return the subject with normals that look away from the middle of its border, as a sphere around it sees them.
 
     A mesh that comes from outside must not be drawn to the inner side of a shell. Points without normals get some:
     those of the planes through their neighbors, turned alike from point to point where the data has a border, so that
-    together they bound a body where it has none.
+    together they bound a body where it has none. A start that does not enclose them is on them already, and finds more
+    of them where their sides are not told.
     Volumes and closed surfaces know their outside and stay as they are.
+
+    Parameters
+    ----------
+    subject : Subject
+    enclosed : bool
+        Whether the start comes from outside, all around: points without normals need them then.
+
+    Returns
+    -------
+    Subject
     """
     if isinstance(subject, TrianglesSubject):
         border, triangles = subject.target.border, subject.triangles  # type: ignore[attr-defined]
@@ -45,6 +56,8 @@ def turned_outward(subject: Subject) -> Subject:
     if not isinstance(subject, PointsSubject):
         return subject
     cloud = subject.cloud
+    if cloud.normals is None and not enclosed:
+        return subject
     border = border_of_points(cloud.points)
     middle = border.points.mean(axis=0) if len(border.points) else cloud.points.mean(axis=0)
     normals = cloud.normals

@@ -15,6 +15,9 @@ Array = NDArray[np.float64]
 PRIMITIVES = ("sphere", "ellipsoid", "cylinder", "plane", "torus")
 ENCLOSING = ("sphere", "ellipsoid")
 
+SECTORS, SHORTEST = 12, 0.1
+"""Around a tube, to find its ends; of its length, the part that its shortest side has."""
+
 
 def principal_frame(points: Array) -> tuple[Array, Array]:
     """Return the middle of the points' box along their principal axes, and the axes as rows, longest extent first.
@@ -77,6 +80,7 @@ def primitive_around(points: Array, kind: str, vertices: int, *, facing: Array |
     elif kind == "cylinder":
         radius = float(norm(local[:, 1:]).mean())
         mesh = shapes.cylinder(vertices=vertices, radius=radius, height=2 * float(half[0]), axis=(1.0, 0.0, 0.0))
+        mesh = _cut_off(mesh, local)
     elif kind == "plane":
         mesh = shapes.plane(size=(2 * float(half[0]), 2 * float(half[1])), vertices=vertices)
     else:
@@ -86,6 +90,33 @@ def primitive_around(points: Array, kind: str, vertices: int, *, facing: Array |
         thick = min(float(max(tube, half[2])), 0.9 * float(ring))
         mesh = shapes.torus(vertices=vertices, radius=float(ring), tube_radius=thick)
     return mesh.moved(mesh.vertices @ axes + center)
+
+
+def _cut_off(tube: SimplexMesh, local: Array) -> SimplexMesh:
+    """Return a tube along x with its ends where points around it end: each on the plane nearest to them.
+
+    What stands out beyond an end that is cut off aslant has no data beside it, and is drawn to the far side.
+    """
+    angle = np.arctan2(local[:, 2], local[:, 1])
+    sector = np.minimum(((angle + np.pi) * (SECTORS / (2 * np.pi))).astype(np.int64), SECTORS - 1)
+    if len(np.unique(sector)) < SECTORS:
+        return tube
+    middle = np.linspace(-np.pi, np.pi, 2 * SECTORS + 1)[1::2]
+    low, high = np.full(SECTORS, np.inf), np.full(SECTORS, -np.inf)
+    np.minimum.at(low, sector, local[:, 0])
+    np.maximum.at(high, sector, local[:, 0])
+    planes = np.linalg.lstsq(_waves(middle), np.stack([low, high], axis=1), rcond=None)[0]
+    vertices = tube.vertices.copy()
+    ends = _waves(np.arctan2(vertices[:, 2], vertices[:, 1])) @ planes
+    if not (ends[:, 1] - ends[:, 0] > SHORTEST * np.ptp(local[:, 0])).all():
+        return tube
+    part = (vertices[:, 0] - vertices[:, 0].min()) / np.ptp(vertices[:, 0])
+    vertices[:, 0] = ends[:, 0] + part * (ends[:, 1] - ends[:, 0])
+    return tube.moved(vertices)
+
+
+def _waves(angle: Array) -> Array:
+    return np.stack([np.ones_like(angle), np.cos(angle), np.sin(angle)], axis=1)
 
 
 def _snug(points: Array, center: Array, axes: Array) -> tuple[Array, Array]:
