@@ -186,19 +186,33 @@ def test_where_nothing_faces_a_vertex_there_is_no_gap_and_the_next_call_knows_it
         assert ((listed >= 0) & (listed < len(target.surfels))).all()  # a kernel reads there unchecked
 
 
-@pytest.mark.parametrize("broken", [np.nan, np.inf, 1e300])
-def test_vertices_that_are_nowhere_have_no_gap_and_harm_no_others(broken):
+@pytest.mark.parametrize("reach", [0.5, np.inf])
+def test_right_above_data_that_faces_another_way_there_is_no_gap(reach):
+    rng = np.random.default_rng(0)
+    square = np.column_stack([rng.uniform(-1, 1, (300, 2)), np.zeros(300)])
+    target = Points(PointCloud(square, np.tile([0.0, 0.0, 1.0], (300, 1))))
+    places = np.column_stack([rng.uniform(-0.8, 0.8, (200, 2)), rng.uniform(-0.2, 0.2, 200)])
+    for direction in ([0.0, 0.0, -1.0], [0.1, 0.2, -0.97], [0.6, 0.8, 0.0]):
+        assert np.isnan(target.gap(places, np.tile(direction, (200, 1)), reach)).all()
+
+
+@pytest.mark.parametrize("n", [5, 9, 2000])  # one leaf, two, many: the fewer, the more places in the tree are empty
+@pytest.mark.parametrize("columns", [slice(1, 2), slice(None)], ids=["y", "xyz"])
+@pytest.mark.parametrize("broken", [np.nan, np.inf, 1e200, 1e300])
+def test_vertices_that_are_nowhere_have_no_gap_and_harm_no_others(broken, columns, n):
     rng = np.random.default_rng(2)
-    target, fresh = (Points(torus_points(2000, np.random.default_rng(1))[0]) for _ in range(2))
+    target, fresh = (Points(torus_points(n, np.random.default_rng(1))[0]) for _ in range(2))
     places, normals = torus_points(50, rng)
     wrong = places.copy()
-    wrong[::7, 1] = broken
+    wrong[::7, columns] = broken
     for reach in (0.3, np.inf):
         gap = target.gap(wrong, normals, reach)
-        assert not np.isfinite(gap[::7]).any() or broken == 1e300
+        assert not np.isfinite(gap[::7]).any()
         np.testing.assert_array_equal(
             np.delete(gap, np.s_[::7]), np.delete(fresh.gap(places, normals, reach), np.s_[::7])
         )
+        listed = target._memory[1]
+        assert ((listed >= 0) & (listed < len(target.surfels))).all()  # a kernel reads there unchecked
         np.testing.assert_array_equal(target.gap(places, normals, reach), fresh.gap(places, normals, reach))
         mixed = rng.permutation(50)
         np.testing.assert_array_equal(

@@ -162,9 +162,9 @@ def searched(points, heads, kept, list_, v, tree, x, y, z, a, b, c, fold, limit)
     seed = at if v == 0 or list_[at] != list_[at + 1] else at - NEAREST
     found, best = nearest_facing_of(points, heads, list_, seed, x, y, z, a, b, c, fold)
     wide = min(4.0 * limit, MOST)
-    if best <= limit:
+    if best <= min(limit, MOST):
         wide = min(wide, best + tree[3][found])
-    else:
+    else:  # a search goes no farther than the most, where there are lanes of nothing
         found, best = np.int64(NONE), min(limit, MOST)
     held, apart = integers(HELD), floats(HELD)
     found, best, count, bound = search(

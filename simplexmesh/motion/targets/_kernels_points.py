@@ -101,8 +101,8 @@ def surfel_gaps(
         x, y, z = vertices[v, 0] - center[0], vertices[v, 1] - center[1], vertices[v, 2] - center[2]
         a, b, c = normals[v, 0], normals[v, 1], normals[v, 2]
         out[v] = math.nan
-        if not a * a + b * b + c * c > 0.0:
-            continue
+        if not (a * a + b * b + c * c > 0.0 and abs(x) + abs(y) + abs(z) < math.inf):
+            continue  # the tree takes places for granted: boxes that are none are infinitely far from them
         if v + SOON < len(vertices):
             fetch_kept(start(points), start(heads), start(patches), start(lists), v + SOON)
         i = np.int64(lists[v, 0])

@@ -59,11 +59,12 @@ class SurfelTarget(BuiltIn):
         vertices, normals, reach = checked(vertices, normals, reach)
         s, out = self.surfels, np.zeros(len(vertices))
         search = reach + s.spacing
-        if len(self._memory[0]) != len(vertices):
+        memory = self._memory  # by a name of its own: another thread may ask about another mesh
+        if len(memory[0]) != len(vertices):
             kept = _kernels_nearest.nothing_kept(len(vertices))
             surfels = s.tree.points, s.heads, s.oriented
-            _kernels_nearest.carry_over(vertices, normals, self.center, search**2, *surfels, self._memory, kept)
-            self._memory = kept
+            _kernels_nearest.carry_over(vertices, normals, self.center, search**2, *surfels, memory, kept)
+            self._memory = memory = kept
         _kernels_points.surfel_gaps(
             vertices,
             normals,
@@ -76,7 +77,7 @@ class SurfelTarget(BuiltIn):
             s.patches,
             s.wide,
             s.oriented,
-            self._memory,
+            memory,
             out,
         )
         return out
