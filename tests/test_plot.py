@@ -120,6 +120,12 @@ class TestScalars:
         values, *_ = skin.scalars_of(model.mesh, "distance", ball_volume(), 0.0, None)
         assert np.sqrt(np.mean(values**2)) == pytest.approx(model.distance.mesh_to_data.rms, rel=1e-6)
 
+    def test_distance_is_what_the_mesh_knows_of_it_without_data(self):
+        model = sm.reconstruct(ball_volume(), level=0.0, vertices=400)
+        values, name, power, diverging = skin.scalars_of(model.mesh, "distance", None, None, None)
+        np.testing.assert_array_equal(values, model.mesh.data["distance"])
+        assert (name, power, diverging) == ("distance to the data", 1, False)
+
     def test_distance_is_unknown_where_nothing_is_near(self, ball):
         values, *_ = skin.scalars_of(ball.moved(5 * ball.vertices), "distance", ball, None, None)
         assert np.isnan(values).all()
@@ -150,7 +156,10 @@ class TestScalars:
         ("wanted", "message"),
         [
             ("heat", "scalars must be one of 'mean_curvature', 'simplex_angle', 'distance', not 'heat'"),
-            ("distance", "scalars 'distance' needs the data to measure to, and data is None"),
+            (
+                "distance",
+                "scalars 'distance' needs the data to measure to: data is None, and the mesh has none",
+            ),
             (np.zeros(3), "scalars must have shape (320,), not (3,)"),
         ],
     )

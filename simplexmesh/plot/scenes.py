@@ -56,7 +56,8 @@ def surface(
         angles have a diverging map with zero in the middle, cut at the 2nd and 98th percentile; others a plain
         one, that of quantities without sign from zero to their 98th percentile, or four times their median.
     data : Volume, PointCloud, TriangleMesh or anything convertible to these, optional
-        What "distance" is measured to.
+        What "distance" is measured to. Without it the mesh's own array of that name is shown, which `reconstruct`
+        leaves behind.
     level, label : float, int, optional
         The surface meant, when `mesh` or `data` is a volume.
     edges : bool, optional
@@ -88,7 +89,7 @@ def surface(
     Raises
     ------
     ValueError
-        An unknown name, scalars of another length than the vertices, or "distance" without data.
+        An unknown name, scalars of another length than the vertices, or "distance" neither known nor to be measured.
 
     Examples
     --------

@@ -133,15 +133,17 @@ def scalars_of(
         return _check.array("scalars", wanted, (mesh.n_vertices,)), "", 0, False
     if wanted in DIVERGING:
         return getattr(mesh, wanted), *DIVERGING[wanted], True
-    if wanted == "distance":
-        if data is None:
-            raise ValueError("scalars 'distance' needs the data to measure to, and data is None")
+    if wanted == "distance" and data is not None:
         return distances(mesh, thing(data), level, label, inside), "distance to the data", 1, False
+    if wanted == "distance" and "distance" not in mesh.data:
+        raise ValueError("scalars 'distance' needs the data to measure to: data is None, and the mesh has none")
     names = [*DIVERGING, "distance", *mesh.data]
     values = np.asarray(mesh.data[_check.choice("scalars", wanted, names)], dtype=float)
     if values.ndim != 1:
         raise ValueError(f"scalars {wanted!r} must have one number for each vertex, not shape {values.shape}")
     signed = wanted in SIGNED or ((values < 0).any() and (values > 0).any())
+    if wanted == "distance":
+        return values, "distance to the data", 1, False
     return values, wanted.replace("_", " "), 0, bool(signed)
 
 
