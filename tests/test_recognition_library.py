@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import itertools
 import os
+import shutil
 import signal
 import sqlite3
+import struct
 import subprocess
 import sys
 import textwrap
@@ -19,12 +21,13 @@ from hypothesis import strategies as st
 import simplexmesh as sm
 from simplexmesh.recognition import _kernels_library as kernels
 from simplexmesh.recognition import ranking
-from simplexmesh.recognition.models import Model, model_of
+from simplexmesh.recognition.models import HEAD, Model, model_of
 from simplexmesh.recognition.profile import profile_of
 from simplexmesh.recognition.scene import without_strays
 from simplexmesh.recognition.shelf import Images
 from simplexmesh.recognition.spectrum import power_spectrum
 from simplexmesh.recognition.spheres import ball
+from simplexmesh.recognition.store import Store
 from simplexmesh.recognition.surfaces import surface_of
 from tests import reference_library as plain
 from tests import reference_recognition as reference
@@ -129,7 +132,9 @@ class TestRecognition:
         found = library.recognise(scan)[0]
         assert found.name == "lumpy"
         assert found.score > before.score - 0.1
-        assert without_strays(surface_of(scan, "scan")).extent < 1.1 * np.linalg.norm(np.ptp(scan[60:], axis=0))
+        kept = without_strays(surface_of(scan, "scan"))
+        assert kept.extent < 1.1 * np.linalg.norm(np.ptp(scan[60:], axis=0))
+        assert len(kept.drawn().points) == len(kept.normals) == len(kept.smooth) == len(kept) < len(scan)
 
     def test_sparse_parts_are_no_strays(self, known):
         points = known["lumpy"].sampled(40_000, rng=0).points
@@ -137,6 +142,24 @@ class TestRecognition:
         points = np.vstack([points[left][:3000], points[~left][:500]])
         surface = surface_of(points, "scan")
         assert len(without_strays(surface)) == len(surface)
+
+    def test_small_models_do_not_explain_large_scans(self, known, tmp_path):
+        """A thin plate fits on any flat side, a small ball in noise: neither is what the scan is of."""
+        library = sm.ModelLibrary(tmp_path / "models.sml")
+        brick, rng = known["brick"], np.random.default_rng(0)
+        library.add("brick", brick)
+        library.add("plate", sm.TriangleMesh(brick.vertices * [0.12, 0.15, 0.02], brick.faces))
+        library.add("ball", sm.sphere(8, radius=0.1))
+        for share, noise in ((0.6, 0.01), (0.6, 0.02), (0.4, 0.01)):
+            found = library.recognise(scan_of(brick, share, noise, rng)[0], minimum_score=0.0)
+            assert found[0].name == "brick"
+            assert all(each.score < 0.1 for each in found[1:])
+        small = library.points("plate").points
+        assert library.recognise(small)[0].name == "plate"  # as a model of its own it is found
+
+    def test_nothing_is_told_of_models_that_lie_nowhere(self, library):
+        found = library.recognise(reference.lumpy(12).vertices * 1e-6, minimum_score=0.0)
+        assert all(np.isfinite(each.error) for each in found)
 
     def test_progress_is_told(self, library, known):
         told = []
@@ -189,6 +212,35 @@ class TestKeeping:
         one.add("lumpy", known["lumpy"])
         assert list(other) == ["brick", "lumpy"]
         assert other.recognise(known["brick"])[0].name == "brick"
+
+    def test_a_copy_put_in_its_place_is_seen(self, known, tmp_path):
+        """A backup goes on counting from where it was made: as many changes, the same numbers, other models."""
+        library, backup = sm.ModelLibrary(tmp_path / "models.sml"), tmp_path / "backup.sml"
+        library.add("brick", known["brick"])
+        shutil.copy(library.path, backup)
+        library.add("egg", known["egg"])
+        assert library.recognise(known["egg"])[0].score > 0.9
+        sm.ModelLibrary(backup).add("ring", known["ring"])
+        os.replace(backup, library.path)
+        assert [each.name for each in library.recognise(known["egg"], minimum_score=0.5)] == []
+        assert library.recognise(known["ring"])[0].name == "ring"
+        assert np.abs(library.points("ring").points[:, 2]).max() < 0.45
+
+    def test_a_file_that_was_only_begun_can_be_added_to(self, known, tmp_path):
+        path = tmp_path / "models.sml"
+        path.touch()  # all that a crash leaves that comes while the first model is being written
+        library = sm.ModelLibrary(path)
+        assert list(library) == []
+        with pytest.raises(OSError, match=r"models.sml is empty, not a model library"):
+            library.recognise(known["egg"])
+        library.add("egg", known["egg"])
+        assert list(sm.ModelLibrary(path)) == ["egg"]
+
+    def test_removing_nothing_changes_nothing(self, library):
+        before = library.path.read_bytes()
+        with pytest.raises(ValueError, match="none called 'cow'"):
+            library.remove("cow")
+        assert library.path.read_bytes() == before
 
     def test_points_of_a_model(self, library):
         cloud = library.points("ring")
@@ -289,6 +341,22 @@ class TestBadInput:
         path.write_bytes(whole)
         with pytest.raises(OSError, match=r"damaged.sml is (damaged: the data of|not a whole model library)"):
             sm.ModelLibrary(path).recognise(known["egg"])
+
+    @pytest.mark.parametrize("how", ["short", "long", "chosen", "side", "profile"])
+    def test_a_model_that_is_none_is_refused(self, known, tmp_path, how):
+        """Its checksum is right: somebody meant it, or an older version wrote it so."""
+        packed = model_of(surface_of(known["brick"].sampled(800, rng=0), "data")).packed()
+        chosen = HEAD.size + 12 * 800
+        wrong = {
+            "short": packed[:-4],
+            "long": packed + b"more",
+            "chosen": packed[:chosen] + b"\xff\xff" + packed[chosen + 2 :],
+            "side": packed[:32] + bytes(8) + packed[40:],
+            "profile": packed[:-4] + struct.pack("<f", np.nan),
+        }[how]
+        Store(tmp_path / "models.sml").put("brick", wrong, replace=False)
+        with pytest.raises(OSError, match=r"models.sml is damaged: a model (is not whole|holds what no model can)"):
+            sm.ModelLibrary(tmp_path / "models.sml").recognise(known["brick"])
 
     def test_not_a_library(self, known, tmp_path):
         (tmp_path / "text.sml").write_text("cow\n" * 1000)

@@ -19,7 +19,7 @@ from simplexmesh.recognition.profile import profile_of
 from simplexmesh.recognition.ranking import ranked
 from simplexmesh.recognition.scene import Scene, without_strays
 from simplexmesh.recognition.shelf import Shelf
-from simplexmesh.recognition.store import Stamp, Store
+from simplexmesh.recognition.store import Store
 from simplexmesh.recognition.surfaces import surface_of
 from simplexmesh.recognition.verify import Verdict
 
@@ -42,7 +42,7 @@ class Recognition:
         Takes the model's coordinates to the scan's frame.
     score : float
         At most 1: the share of the smaller surface that agrees with the other, by distance and normals, less what
-        runs near it but not on it.
+        runs near it but not on it; lower where the model has much less area than the scan, which it cannot explain.
     overlap : float
         The share of the scan that lies on the model.
     error : float
@@ -108,8 +108,8 @@ class ModelLibrary:
         if not isinstance(path, str | os.PathLike):
             raise TypeError(f"path must be the name of a file, not {type(path).__name__}")
         self._store = Store(Path(path).expanduser())
-        self._read_before = Stamp(b"", 0), Shelf()
-        if self.path.exists():
+        self._read_before = b"", Shelf()
+        if self._store.begun():
             self._store.stamp()
         elif not self.path.parent.is_dir():
             raise FileNotFoundError(f"there is no folder {self.path.parent} for the library {self.path.name}")
@@ -251,7 +251,7 @@ class ModelLibrary:
         return [
             _told(scene, shelf.names[number], shelf.models[number], verdict)
             for number, verdict in found
-            if verdict.score >= minimum_score
+            if verdict.score >= minimum_score and np.isfinite(verdict.error)
         ]
 
     def _read(self) -> Shelf:
@@ -260,10 +260,11 @@ class ModelLibrary:
         now = self._store.stamp()
         if now == before:
             return shelf
-        if now.made != before.made:
-            shelf = Shelf()
         now, names, data = self._store.read(set(shelf.models))
-        shelf = shelf.updated(names, data)
+        try:
+            shelf = shelf.updated(names, data)
+        except ValueError as problem:
+            raise OSError(f"{self.path} is damaged: {problem}") from None
         self._read_before = now, shelf
         return shelf
 

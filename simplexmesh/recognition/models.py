@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import struct
 from dataclasses import dataclass
 from typing import Any
@@ -71,13 +72,27 @@ class Model:
 
     @staticmethod
     def unpacked(data: bytes) -> Model:
-        """Return the model that was packed into bytes; its arrays lie in them."""
+        """Return the model that was packed into bytes; its arrays lie in them.
+
+        Raises
+        ------
+        ValueError
+            They are no model.
+        """
+        if len(data) < HEAD.size:
+            raise ValueError("a model is not whole")
         n, k, radii, first, spacing, noise, side, *low = HEAD.unpack_from(data)
         at, parts = HEAD.size, []
         for kind, shape in zip(KINDS, ((n, 3), (n, 3), (k,), (radii, k, PIXELS), (SIZES,)), strict=True):
-            parts.append(np.frombuffer(data, kind, int(np.prod(shape)), at).reshape(shape))
+            count = math.prod(shape)
+            if at + count * np.dtype(kind).itemsize > len(data):
+                raise ValueError("a model is not whole")
+            parts.append(np.frombuffer(data, kind, count, at).reshape(shape))
             at += parts[-1].nbytes
         places, directions, chosen, images, profile = parts
+        numbers = (spacing, noise, side, *low, *profile.tolist())
+        if at != len(data) or not 0 < k <= n or chosen.max() >= n or not side > 0 or not np.isfinite(numbers).all():
+            raise ValueError("a model holds what no model can")
         bag = Bag(chosen.astype(np.int64), first, images)
         return Model(places, directions, np.array(low), side, spacing, noise, bag, profile)
 

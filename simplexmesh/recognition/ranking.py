@@ -29,6 +29,9 @@ BY_PROFILE, BY_IMAGES, MORE = 8, 6, 40
 ENOUGH, NEAR = 0.5, 0.15
 """... the best has not this score, or its profile is farther than this from the scan's, as that of a part is."""
 
+SWOLLEN = 1.5
+"""Noise makes scans seem up to so much larger; models of still less area than they cannot be what they show."""
+
 FOLLOWED, AGAIN = 16, 8
 """So many models are followed on the grid, so many of these more exactly."""
 
@@ -55,9 +58,23 @@ class Placed:
 
 
 def _share(one: Placed | Arena) -> float:
-    """Return how much larger the model's area is than the smaller one: scores are of that."""
+    """Return how much larger the model's area is than the smaller one: scores are of that, if it may explain all."""
     arena = one if isinstance(one, Arena) else one.arena
-    return arena.source.area / min(arena.source.area, arena.target.area)
+    model, scan = arena.source.area, arena.target.area
+    return explained(model, scan) * model / min(model, scan)
+
+
+def explained(model: float, scan: float) -> float:
+    """Return the most a model of some area can explain of a scan, which shows nothing else.
+
+    Small models fit somewhere on large scans: a plate on any flat side.
+
+    Examples
+    --------
+    >>> explained(2.0, 1.0), explained(1.0, 15.0)
+    (1.0, 0.1)
+    """
+    return min(1.0, float(SWOLLEN * model / scan))
 
 
 def placed(scene: Scene, shelf: Shelf, number: int) -> Placed:
@@ -86,7 +103,8 @@ def proven(scene: Scene, one: Placed) -> Verdict:
     start = np.vstack([one.motions[0].reshape(3, 4), [0, 0, 0, 1]])
     T = refined(court.source, court.target, court.trees[1], start, 2 * court.reach, chosen=court.samples[0],
                 rounds=ROUNDS)  # fmt: skip
-    return court.judged(T)
+    verdict = court.judged(T)
+    return replace(verdict, score=verdict.score * explained(court.source.area, court.target.area))
 
 
 def ranked(scene: Scene, profile: Array, shelf: Shelf, most: int, report: Report) -> list[tuple[int, Verdict]]:

@@ -64,7 +64,9 @@ def without_strays(surface: Surface) -> Surface:
     kept = away <= STRAY * np.median(away)
     if kept.all() or kept.mean() < 1 - MANY:  # so many are no strays: the density differs from place to place
         return surface
-    return replace(surface, points=surface.points[kept], normals=surface.normals[kept], smooth=surface.smooth[kept])
+    fine = None if surface.fine is None else surface.fine[:, kept]
+    points, normals, smooth = surface.points[kept], surface.normals[kept], surface.smooth[kept]
+    return replace(surface, points=points, normals=normals, smooth=smooth, fine=fine)
 
 
 @dataclass(frozen=True, eq=False)

@@ -39,7 +39,13 @@ class Shelf:
     _octaves: dict[int, Images] = field(default_factory=dict)
 
     def updated(self, names: list[tuple[int, str]], data: dict[int, bytes]) -> Shelf:
-        """Return a shelf with what was added and without what was removed; others may go on with this one."""
+        """Return a shelf with what was added and without what was removed; others may go on with this one.
+
+        Raises
+        ------
+        ValueError
+            Data that is not a model.
+        """
         models = self.models | {number: Model.unpacked(packed) for number, packed in data.items()}
         return Shelf({number: models[number] for number, _ in names}, dict(names))
 

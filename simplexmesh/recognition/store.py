@@ -13,8 +13,7 @@ import os
 import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -26,20 +25,15 @@ KIND, VERSION = 0x534D4C31, 1
 PATIENCE = 60.0
 """Seconds to wait while others write."""
 
+IDENTITY = "(id << 32 | checked)"
+"""What tells data from any other: its number and its checksum, since copies of a file go on counting from the same."""
+
 TABLES = (
     "CREATE TABLE library (changes INTEGER NOT NULL, made BLOB NOT NULL)",
     "INSERT INTO library VALUES (0, randomblob(16))",
     "CREATE TABLE models (id INTEGER PRIMARY KEY AUTOINCREMENT, name TEXT NOT NULL UNIQUE, data BLOB NOT NULL, "
     "checked INTEGER NOT NULL)",
 )
-
-
-@dataclass(frozen=True)
-class Stamp:
-    """In which state a library is: which file it is, and how often it was changed."""
-
-    made: bytes
-    changes: int
 
 
 class Store:
@@ -73,49 +67,49 @@ class Store:
             return False
         with self._opened() as file:
             file.execute("BEGIN IMMEDIATE")
-            found = file.execute("DELETE FROM models WHERE name = ?", (name,)).rowcount > 0
+            if not file.execute("DELETE FROM models WHERE name = ?", (name,)).rowcount:
+                file.execute("ROLLBACK")
+                return False
             self._changed(file)
-        return found
+        return True
+
+    def begun(self) -> bool:
+        """Whether there is anything; a crash while the file is made leaves it empty."""
+        return self.path.exists() and (self.path.is_dir() or self.path.stat().st_size > 0)
 
     def names(self) -> list[str]:
-        """Return all names, in the order in which they were added; none if there is no file."""
-        if not self.path.exists():
+        """Return all names, in the order in which they were added; none if there is no file, or nothing in it yet."""
+        if not self.begun():
             return []
         with self._opened() as file:
             return [name for (name,) in file.execute("SELECT name FROM models ORDER BY id")]
 
-    def stamp(self) -> Stamp:
-        """Return the state the file is in."""
+    def stamp(self) -> bytes:
+        """Return what no other state of this file, or of another, has."""
         with self._opened() as file:
             return self._stamp(file)
 
-    def read(self, known: set[int]) -> tuple[Stamp, list[tuple[int, str]], dict[int, bytes]]:
-        """Return the state, all identities and names in the order they were added, and the data of those not known.
-
-        An identity is never used twice.
-        """
+    def read(self, known: set[int]) -> tuple[bytes, list[tuple[int, str]], dict[int, bytes]]:
+        """Return the stamp, all identities and names in the order they were added, and the data of those not known."""
         with self._opened() as file:
             file.execute("BEGIN")
             stamp = self._stamp(file)
-            names = file.execute("SELECT id, name FROM models ORDER BY id").fetchall()
+            names = file.execute(f"SELECT {IDENTITY}, name FROM models ORDER BY id").fetchall()
             data = {}
             for number, name in names:
                 if number not in known:
-                    data[number], checked = file.execute(
-                        "SELECT data, checked FROM models WHERE id = ?", (number,)
-                    ).fetchone()
-                    if zlib.crc32(data[number]) != checked:
+                    (data[number],) = file.execute("SELECT data FROM models WHERE id = ?", (number >> 32,)).fetchone()
+                    if zlib.crc32(data[number]) != number & 0xFFFFFFFF:
                         raise OSError(f"{self.path} is damaged: the data of {name!r} is not what was written")
         return stamp, names, data
 
     @staticmethod
-    def _stamp(file: sqlite3.Connection) -> Stamp:
-        changes, made = file.execute("SELECT changes, made FROM library").fetchone()
-        return Stamp(bytes(made), int(changes))
+    def _stamp(file: sqlite3.Connection) -> bytes:
+        return bytes(_one(file, "SELECT CAST(made AS BLOB) FROM library"))
 
     @staticmethod
     def _changed(file: sqlite3.Connection) -> None:
-        file.execute("UPDATE library SET changes = changes + 1")
+        file.execute("UPDATE library SET changes = changes + 1, made = randomblob(16)")
         file.execute("COMMIT")
 
     @contextmanager
@@ -135,8 +129,9 @@ class Store:
         if not self.path.parent.is_dir():
             raise FileNotFoundError(f"there is no folder {self.path.parent} to write {self.path.name} to")
         try:
-            address = f"{self.path.absolute().as_uri()}?mode={'rwc' if create else 'rw' if self._writable() else 'ro'}"
-            file = sqlite3.connect(address, timeout=PATIENCE, isolation_level=None, uri=True)
+            mode = "rwc" if create else "rw" if self._writable() else "ro"
+            place = f"{address(self.path.absolute())}?mode={mode}"
+            file = sqlite3.connect(place, timeout=PATIENCE, isolation_level=None, uri=True)
             try:
                 self._understand(file, create=create)
                 yield file
@@ -172,6 +167,21 @@ class Store:
 
 def _one(file: sqlite3.Connection, question: str) -> Any:
     return file.execute(question).fetchone()[0]
+
+
+def address(path: PurePath) -> str:
+    """Return a path as SQLite reads it: network folders of Windows go without a host.
+
+    Examples
+    --------
+    >>> from pathlib import PurePosixPath, PureWindowsPath
+    >>> address(PurePosixPath("/home/a b/x.sml")), address(PureWindowsPath("C:/x.sml"))
+    ('file:///home/a%20b/x.sml', 'file:///C:/x.sml')
+    >>> address(PureWindowsPath("//server/share/x.sml"))
+    'file:////server/share/x.sml'
+    """
+    told = path.as_uri()
+    return told if told.startswith("file:///") else told.replace("file://", "file:////", 1)
 
 
 def _told(path: Path, problem: Exception) -> OSError:
