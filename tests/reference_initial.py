@@ -172,7 +172,8 @@ def collapse_shortest(vertices, faces, triangles, turn):
         if not edges:
             break
         a, b = min(edges, key=lambda edge: ((at[edge[0]] - at[edge[1]]) ** 2).sum())
-        if len(neighbors(a) & neighbors(b)) != 2 or not (fair(a, b) and fair(b, a)):
+        tetrahedron = len(around(a)) == len(around(b)) == 3
+        if len(neighbors(a) & neighbors(b)) != 2 or tetrahedron or not (fair(a, b) and fair(b, a)):
             refused.add((a, b))
             continue
         at[a] = (at[a] + at[b]) / 2

@@ -9,6 +9,7 @@ from skimage.measure import marching_cubes
 
 from simplexmesh.mesh.duality import dual
 from simplexmesh.mesh.manifold import half_edge_mates
+from simplexmesh.mesh.shapes import sphere
 from simplexmesh.motion.initial import _kernels_collapse
 from simplexmesh.motion.initial.polygonize import halved, isosurface
 from simplexmesh.motion.initial.remesh import decimated, relaxed
@@ -125,6 +126,17 @@ def test_decimation_and_relaxation_keep_topology_and_even_out_the_triangles():
         np.hypot(after.vertices[:, 0] - 19.5, after.vertices[:, 1] - 19.5) - 11, after.vertices[:, 2] - 14.5
     )
     assert np.abs(radius - 5).max() < 0.7
+
+
+@pytest.mark.parametrize("triangles", [600, 100, 10])
+def test_decimation_leaves_a_tetrahedron_of_a_small_piece(triangles):
+    ball = sphere(4).triangulated()
+    small = sphere(1, base="tetrahedron", radius=0.01, center=(3, 0, 0)).triangulated()
+    vertices = np.concatenate([ball.vertices, small.vertices])
+    faces = np.concatenate([ball.faces, small.faces + len(ball.vertices)])
+    mesh = dual(decimated(vertices, faces, triangles))
+    assert (mesh.genus, mesh.n_holes, mesh.n_components) == (0, 0, 2)
+    assert mesh.n_vertices == max(triangles, 8)
 
 
 def test_decimation_passes_over_triangles_without_area():

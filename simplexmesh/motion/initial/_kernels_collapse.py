@@ -23,10 +23,15 @@ def _put_edge(vertices, corners, mates, heap, h):  # type: ignore[no-untyped-def
 
 @njit(cache=True, error_model="numpy")
 def _links(corners, mates, h, seen):  # type: ignore[no-untyped-def]
-    """Tell whether the ends of a half-edge have no common neighbors but the two opposite; `seen` (v,) is scratch."""
-    k = h
+    """Tell whether the ends of a half-edge have no common neighbors but the two opposite; `seen` (v,) is scratch.
+
+    The edges of a tetrahedron, whose ends have three neighbors each, are none of those: two copies of a triangle would
+    be left.
+    """
+    k, neighbors = h, 0
     while True:
         seen[corners[_next(k)]] = h
+        neighbors += 1
         k = mates[_before(k)]
         if k == h:
             break
@@ -34,6 +39,7 @@ def _links(corners, mates, h, seen):  # type: ignore[no-untyped-def]
     k = g
     while True:
         common += seen[corners[_next(k)]] == h
+        neighbors += 1
         k = mates[_before(k)]
         if k == g:
             break
@@ -42,7 +48,7 @@ def _links(corners, mates, h, seen):  # type: ignore[no-untyped-def]
         seen[corners[_next(k)]] = -1
         k = mates[_before(k)]
         if k == h:
-            return common == 2
+            return common == 2 and neighbors > 6
 
 
 @njit(cache=True, error_model="numpy")
@@ -105,9 +111,9 @@ def _collapse(vertices, corners, mates, heap, h):  # type: ignore[no-untyped-def
 def collapse_shortest(vertices, corners, mates, triangles, turn):  # type: ignore[no-untyped-def]
     """Collapse the shortest edge to its middle, in place, until so many triangles are left; return how many are.
 
-    An edge whose ends have a third neighbor in common stays, as does one whose collapse would turn a triangle by more
-    than the angle whose cosine is `turn`; it is looked at again when an end of it has moved. Triangles that went have
-    corners `GONE`.
+    An edge whose ends have a third neighbor in common stays, as do those of a tetrahedron, and one whose collapse would
+    turn a triangle by more than the angle whose cosine is `turn`; it is looked at again when an end of it has moved.
+    Triangles that went have corners `GONE`.
     """
     heap = new_heap(len(mates))
     for h in range(len(mates)):
