@@ -11,6 +11,7 @@ from numpy.testing import assert_allclose
 import simplexmesh as sm
 from simplexmesh.recognition import _kernels_planes as planes
 from simplexmesh.recognition import _kernels_register as kernels
+from simplexmesh.recognition import register as registration
 from simplexmesh.recognition.arena import arena_of, rows
 from simplexmesh.recognition.icp import about_zero
 from simplexmesh.recognition.rotations import rotations_of
@@ -359,6 +360,35 @@ class TestBadInput:
         ring = sm.torus(radius=2.0, tube_radius=0.4)
         with pytest.raises(ValueError, match=r"must agree on at least 10% of the smaller; the best pose found has \d"):
             sm.register(lumpy(3000, np.random.default_rng(0)), ring)
+
+    @pytest.mark.parametrize("size", [1e-3, 1e3])
+    def test_two_units(self, size):
+        rng = np.random.default_rng(0)
+        with pytest.raises(ValueError, match="source and target must be in one unit: points of the larger are"):
+            sm.register(size * lumpy(1500, rng), lumpy(1500, rng))
+
+    def test_what_is_found_last_has_the_overlap_asked_for_too(self, monkeypatch):
+        """The last refinement works on other points: where it loses the pose the one before is kept."""
+        points = lumpy(1500, np.random.default_rng(0))
+        lost = np.diag([-1.0, 1, -1, 1])
+        last = registration.refined
+        monkeypatch.setattr(
+            registration, "refined", lambda *rest, **options: lost if "still" in options else last(*rest, **options)
+        )
+        found = sm.register(points, points)
+        assert turn_between(found.T_target_source, np.eye(4)) < 1
+        assert found.score > 0.9
+        assert np.isfinite(found.covariance).all()
+
+    def test_in_common_on_too_few_points(self, monkeypatch):
+        monkeypatch.setattr(registration, "uncertainty", lambda *_: (np.full((6, 6), np.inf), float("inf")))
+        with pytest.raises(ValueError, match="at least 12 points in common"):
+            sm.register(*2 * [lumpy(1000, np.random.default_rng(0))])
+
+    def test_a_signature_is_no_data(self):
+        signature = sm.sai(sm.ellipsoid((3, 2, 1), 12), 5)
+        with pytest.raises(TypeError, match=r"^source must be a Volume, .*, not SAI$"):
+            sm.register(signature, sm.sphere(12))
 
     def test_no_such_file(self, tmp_path):
         with pytest.raises(OSError, match="absent"):

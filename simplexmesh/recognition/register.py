@@ -12,9 +12,9 @@ from scipy.spatial import cKDTree
 from simplexmesh import _check
 from simplexmesh.motion.progress import Report, reporting
 from simplexmesh.recognition.arena import Arena, arena_of
-from simplexmesh.recognition.icp import about_zero, paired, refined, uncertainty
+from simplexmesh.recognition.icp import FEWEST, about_zero, paired, refined, uncertainty
 from simplexmesh.recognition.starts import begun
-from simplexmesh.recognition.surfaces import Surface, surface_of
+from simplexmesh.recognition.surfaces import Surface, comparable, surface_of
 from simplexmesh.recognition.verify import Court, Verdict
 
 Array = NDArray[np.float64]
@@ -30,6 +30,10 @@ PROMISING = 0.6
 
 ASKED = 2000
 FIRST_ROUNDS = 8
+
+LOST = 0.6
+"""The last refinement has lost its way if less than this share of the score is left; surfaces differ a little there."""
+
 SETTLED = 0.03
 """The last refinement ends when a step is smaller than this share of the pose's own uncertainty."""
 
@@ -145,7 +149,7 @@ def register(
     Raises
     ------
     ValueError, TypeError, OSError
-        Data that is not there, fewer than 50 points, no pose with the overlap asked for.
+        Data that is not there, fewer than 50 points, two units, no pose with the overlap asked for.
 
     References
     ----------
@@ -173,6 +177,7 @@ def register(
             surface_of(data, name, level=levels[k], label=labels[k], inside=inside)
             for k, (name, data) in enumerate((("source", source), ("target", target)))
         )
+        comparable(here, there)
         report(0.4, "voting")
         rng = np.random.default_rng(0)
         arena, middle, unit = arena_of(here, there, rng)
@@ -180,15 +185,11 @@ def register(
         starts = followed(arena, begun(arena, rng))
         court = Court.of(arena.source, arena.target, arena.size, ASKED, rng)
         verdicts = tried(arena, court, starts)
-        if not verdicts or verdicts[0].score < minimum_overlap:
-            best = max(0.0, verdicts[0].score) if verdicts else 0.0
-            raise ValueError(
-                f"source and target must agree on at least {minimum_overlap:.0%} of the smaller; the best pose found "
-                f"has {best:.1%}"
-            )
+        _fits(verdicts[0] if verdicts else None, minimum_overlap)
         report(0.9, "refining")
         raw = (here.placed(here.points.mean(axis=0), unit), there.placed(middle, unit))
         found = concluded(court, verdicts, *raw)
+        _fits(found[0], minimum_overlap)
         report(1.0, "done")
     return _told(*found, middle, here.points.mean(axis=0), unit)
 
@@ -224,16 +225,32 @@ def concluded(
 ) -> tuple[Verdict, list[tuple[Verdict, bool]], Array, Array]:
     """Return the best verdict, the others with whether they equal it, open motions and covariance.
 
-    The best is refined on all points, on surfaces through their neighbors: these know more than one point does. What
-    it leaves uncertain is told from the points as they were measured.
+    The best is refined on all points, on surfaces through their neighbors: these know more than one point does. It
+    stays where it was if it loses the target there, as sparse data may have it. What it leaves uncertain is told from
+    the points as they were measured.
     """
     first, here, there = verdicts[0], source.drawn(), target.drawn()
     tree = cKDTree(there.points)
-    T = refined(here, there, tree, first.T, court.reach, still=SETTLED)
+    best = court.judged(refined(here, there, tree, first.T, court.reach, still=SETTLED))
+    best = best if best.score > LOST * first.score else first
+    T = best.T
     covariance, error = uncertainty(source, target, paired(here, there, tree, T, court.reach), T)
-    best = replace(court.judged(T), error=error)
     others = [(each, each.equals(first)) for each in verdicts[1:]]
-    return best, others, court.open_motions(T), covariance
+    return replace(best, error=error), others, court.open_motions(T), covariance
+
+
+def _fits(best: Verdict | None, minimum_overlap: float) -> None:
+    """Refuse what does not fit, or on so few points that it tells nothing."""
+    score = max(0.0, best.score) if best else 0.0
+    if best is None or best.score < minimum_overlap:
+        raise ValueError(
+            f"source and target must agree on at least {minimum_overlap:.0%} of the smaller; the best pose found has "
+            f"{score:.1%}"
+        )
+    if not np.isfinite(best.error):
+        raise ValueError(
+            f"source and target must have at least {FEWEST} points in common; the best pose found has less"
+        )
 
 
 def _told(

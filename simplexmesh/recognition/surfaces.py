@@ -35,6 +35,9 @@ FEW, MANY, NOISY = 16, 40, 0.25
 MEASURED = 2_000
 """Spacing and noise are taken from about so many points."""
 
+ALIKE = 0.5
+"""Points of one surface are nearer to each other than this share of the other's extent, or they are in two units."""
+
 SMOOTHED = 0.35
 TURNED_POINTS = 4_000
 CELLS = 32
@@ -134,7 +137,8 @@ def surface_of(
         )
     except (ValueError, TypeError) as error:
         kind = type(error) if isinstance(error, TypeError | TopologyError) else ValueError
-        raise kind(f"{name}: {error}") from None
+        said = str(error).removeprefix("data ")
+        raise kind(f"{name} {said}" if said != str(error) else f"{name}: {error}") from None
     known: Array | None = None
     if isinstance(subject, PointsSubject):
         points, known = subject.cloud.points, subject.cloud.normals
@@ -161,6 +165,21 @@ def surface_of(
     fine = np.empty((2, len(points), 3))
     _kernels_planes.fit_quadrics(points, near, normals, *fine)
     return Surface(points, normals, spacing, noise, smooth, fine)
+
+
+def comparable(source: Surface, target: Surface) -> None:
+    """Refuse surfaces of which one is hardly larger than the gaps between the other's points.
+
+    Raises
+    ------
+    ValueError
+    """
+    apart, size = max(source.spacing, target.spacing), min(source.extent, target.extent)
+    if apart > ALIKE * size:
+        raise ValueError(
+            f"source and target must be in one unit: points of the larger are {apart:.3g} apart, and the smaller is "
+            f"{size:.3g} long in all"
+        )
 
 
 def neighbors_of(points: Array) -> tuple[float, float, NDArray[np.int64]]:
