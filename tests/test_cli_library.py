@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import os
+import signal
 
 import numpy as np
 import pytest
@@ -57,9 +59,48 @@ def test_adds_and_lists(command, files, tmp_path):
     assert out.splitlines() == ["lumpy", "ring", "another ring"]
     code, out, err = command("add", where, files / "ring.vtp")
     assert (code, out) == (2, "")
-    assert "replace the model 'ring'" in err
+    assert "names must be new" in err
+    assert "--replace; it has ring" in err
     assert command("add", where, files / "ring.vtp", "--replace")[0] == 0
     assert json.loads(command("list", where, "--json")[1])["models"] == ["lumpy", "another ring", "ring"]
+    assert "removed  ring, lumpy" in command("remove", where, "ring", "lumpy", "ring")[1]
+    assert json.loads(command("remove", where, "another ring", "--json")[1])["removed"] == ["another ring"]
+    assert command("list", where)[:2] == (0, "")
+
+
+def test_a_file_that_cannot_be_used_is_named_and_the_others_are_kept(command, files, tmp_path):
+    where = tmp_path / "models.sml"
+    code, out, err = command("add", where, files / "ring.vtp", files / "few.xyz", files / "lumpy.stl", "--json")
+    assert code == 2
+    assert "few.xyz: data must hold at least 50 points" in json.loads(out)["error"]
+    assert "added before, and kept: ring" in err
+    assert list(sm.ModelLibrary(where)) == ["ring"]
+
+
+def test_nothing_is_added_where_a_name_cannot_be(command, files, tmp_path):
+    where, other = tmp_path / "models.sml", tmp_path / "other"
+    other.mkdir()
+    (other / "ring.stl").write_bytes((files / "lumpy.stl").read_bytes())
+    code, _, err = command("add", where, files / "lumpy.stl", files / "ring.vtp", other / "ring.stl")
+    assert code == 2
+    assert "'ring' is there twice" in err
+    assert not where.exists()
+    command("add", where, files / "ring.vtp")
+    assert command("add", where, files / "lumpy.stl", other / "ring.stl")[0] == 2
+    assert list(sm.ModelLibrary(where)) == ["ring"]
+    assert command("add", where, files / "lumpy.stl", "--name", "")[0] == 2
+
+
+def test_names_are_text_whatever_is_in_them(command, files, tmp_path):
+    """Brackets mean colors to what prints tables, and a model may be called like a row of one."""
+    where = tmp_path / "models.sml"
+    for name in ("a[/b]c", "time"):
+        code, out, _ = command("add", where, files / "lumpy.stl", "--name", name)
+        assert code == 0
+        assert name in out
+    out = command("recognise", where, files / "scan.xyz")[1]
+    assert "a[/b]c" in out
+    assert sum("time" in line for line in out.splitlines()) == 2
 
 
 def test_recognises_and_draws(command, files, models, tmp_path):
@@ -89,6 +130,11 @@ def test_interrupted_while_adding(command, files, tmp_path, monkeypatch):
     assert code == 130
     assert "what was added before is kept" in err
     assert list(sm.ModelLibrary(tmp_path / "models.sml")) == ["lumpy"]
+    monkeypatch.setattr(sm.ModelLibrary, "add", lambda *_, **__: os.kill(os.getpid(), signal.SIGINT))
+    code, _, err = command("add", tmp_path / "late.sml", files / "lumpy.stl", files / "ring.vtp", files / "scan.xyz")
+    assert code == 130
+    assert "what was added before is kept" in err  # the file at hand is finished first
+    monkeypatch.setattr(sm.ModelLibrary, "add", stopped)
     code, _, err = command("add", tmp_path / "none.sml", files / "ring.vtp")
     assert code == 130
     assert "nothing was written" in err
@@ -104,10 +150,14 @@ def test_interrupted_while_adding(command, files, tmp_path, monkeypatch):
         (("recognise", "broken.sml", "scan.xyz"), "broken.sml is not a whole model library"),
         (("recognise", "empty.sml", "scan.xyz"), "it is empty"),
         (("recognise", "models.sml", "scan.xyz", "--picture", "found.doc"), "--picture must end with one of"),
+        (("recognise", "absent.sml", "absent.xyz"), "there is no model library"),
+        (("remove", "absent.sml", "ring"), "there is no model library"),
+        (("remove", "models.sml", "ring", "cow"), "there is none called 'cow'"),
         (("list", "absent.sml"), "there is no model library"),
         (("list", "broken.sml"), "is not a whole model library"),
         (("add", "broken.sml", "ring.vtp"), "is not a whole model library"),
         (("add", "models.sml", "few.xyz"), "data must hold at least 50 points"),
+        (("add", "models.sml", "scan.xyz", "--level", "3"), "scan.xyz: level and label are for volumes"),
         (("add", "models.sml", "ring.vtp", "scan.xyz", "--name", "x"), "--name is for one file, not 2"),
     ],
 )
@@ -119,7 +169,7 @@ def test_bad_input(command, files, models, words, said):
     assert models.read_bytes() == before
 
 
-@pytest.mark.parametrize("name", ["add", "list", "recognise"])
+@pytest.mark.parametrize("name", ["add", "list", "remove", "recognise"])
 def test_help_shows_an_example(command, name):
     code, out, _ = command(name, "--help")
     assert code == 0

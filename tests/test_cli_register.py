@@ -21,6 +21,7 @@ def files(tmp_path_factory):
     np.savetxt(folder / "source.xyz", mesh.vertices)
     mesh.moved(mesh.vertices @ T[:3, :3].T + T[:3, 3]).save(folder / "target.stl")
     np.savetxt(folder / "few.xyz", mesh.vertices[:20])
+    np.savetxt(folder / "large.xyz", 1000 * mesh.vertices)
     return folder
 
 
@@ -57,6 +58,8 @@ def test_a_table(command, files):
     [
         (("few.xyz", "target.stl"), "source must hold at least 50 points"),
         (("absent.xyz", "target.stl"), "absent.xyz"),
+        (("source.xyz", "large.xyz"), "must be in one unit"),
+        (("source.xyz", "target.stl", "--label", "3"), "source"),
         (("source.xyz", "target.stl", "-o", "pose.txt"), "--output must end with one of .json"),
     ],
 )

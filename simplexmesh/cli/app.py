@@ -58,13 +58,14 @@ app.command("decimate", cls=_Command, epilog=decimate.EXAMPLE)(decimate.command)
 app.command("register", cls=_Command, epilog=register.EXAMPLE)(register.command)
 _library = typer.Typer(
     cls=_Group,
-    help="Models in one file, and which of them a scan shows: add, list, recognise.",
+    help="Models in one file, and which of them a scan shows: add, list, remove, recognise.",
     epilog=library.EXAMPLE,
     no_args_is_help=True,
     rich_markup_mode="rich",
 )
 _library.command("add", cls=_Command, epilog=library.ADD_EXAMPLE)(library.add)
 _library.command("list", cls=_Command, epilog=library.LIST_EXAMPLE)(library.list_models)
+_library.command("remove", cls=_Command, epilog=library.REMOVE_EXAMPLE)(library.remove)
 _library.command("recognise", cls=_Command, epilog=library.RECOGNISE_EXAMPLE)(library.recognise)
 app.add_typer(_library, name="library")
 app.command("info", cls=_Command, epilog=info.EXAMPLE)(info.command)

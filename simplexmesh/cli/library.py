@@ -8,11 +8,13 @@ from typing import Annotated, Any
 
 import typer
 
+from simplexmesh.cli.interrupt import held_interrupts
 from simplexmesh.cli.report import KEPT, NOTES, PICTURES, as_json, note, progress, table, writable, written_to
 
 EXAMPLE = "Example: simplexmesh library recognise models.sml scan.ply"
 ADD_EXAMPLE = "Example: simplexmesh library add models.sml cow.obj elephant.off"
 LIST_EXAMPLE = "Example: simplexmesh library list models.sml --json"
+REMOVE_EXAMPLE = "Example: simplexmesh library remove models.sml cow"
 RECOGNISE_EXAMPLE = "Example: simplexmesh library recognise models.sml scan.ply --picture found.png"
 COLORS = ("#c8553d", "#2a6f97")
 MOST_DRAWN = 20_000
@@ -33,30 +35,57 @@ def add(
     json: Json = False,
 ) -> int | str:
     """Add models to a library, which is made if there is none. Each is on disk before the next is read."""
-    if name is not None and len(inputs) > 1:
-        raise ValueError(f"--name is for one file, not {len(inputs)}")
-    from simplexmesh.data.reading import read
-    from simplexmesh.recognition.library import ModelLibrary
-
+    names = _names(inputs, name)
     code: int | str = 0
-    models, added = ModelLibrary(library), []
-    with progress("adding", wanted=not json and len(inputs) > 1) as report:
+    added: list[str] = []
+    with held_interrupts() as interrupts, progress("adding", wanted=not json and len(inputs) > 1) as report:
+        from simplexmesh.recognition.library import ModelLibrary
+
+        models, reported = ModelLibrary(library), interrupts.watching(report)
+        if not replace and (taken := sorted(set(names) & set(models.names))):
+            raise ValueError(f"names must be new to {library}, unless with --replace; it has {', '.join(taken)}")
         try:
-            for k, path in enumerate(inputs):
-                report(k / len(inputs), path.name)
-                models.add(name or path.stem, read(path), replace=replace, level=level, label=label)
-                added.append(name or path.stem)
+            for k, (each, path) in enumerate(zip(names, inputs, strict=True)):
+                reported(k / len(inputs), path.name)
+                _added(models, each, path, replace=replace, level=level, label=label)
+                added.append(each)
         except KeyboardInterrupt:
             if not added:
                 raise
             note("interrupted; what was added before is kept")
             code = KEPT
+        except (ValueError, TypeError, OSError):
+            if added:
+                note(f"added before, and kept: {', '.join(added)}")
+            raise
     facts = {"library": library, "added": added, "models": len(models)}
     if json:
         as_json(facts | {"notes": NOTES})
         return code
     table(str(library), {"added": ", ".join(added), "models": facts["models"]})
     return code
+
+
+def _names(inputs: list[Path], name: str | None) -> list[str]:
+    """Return what models are to be called."""
+    if name is None:
+        names = [path.stem for path in inputs]
+        if twice := [each for each in names if names.count(each) > 1]:
+            raise ValueError(f"files must have different names, as models are called so; {twice[0]!r} is there twice")
+        return names
+    if len(inputs) > 1:
+        raise ValueError(f"--name is for one file, not {len(inputs)}")
+    return [name]
+
+
+def _added(models: Any, name: str, path: Path, **options: Any) -> None:
+    """Add the model in a file; what is wrong with it is told with the file's name."""
+    from simplexmesh.data.reading import read
+
+    try:
+        models.add(name, read(path), **options)
+    except (ValueError, TypeError) as problem:
+        raise ValueError(f"{path}: {str(problem).removeprefix('data: ')}") from None
 
 
 def list_models(library: Library, json: Json = False) -> None:
@@ -73,6 +102,29 @@ def list_models(library: Library, json: Json = False) -> None:
         typer.echo(name)
 
 
+def remove(
+    library: Library,
+    names: Annotated[list[str], typer.Argument(metavar="NAME", help="Models, as `list` tells them.")],
+    json: Json = False,
+) -> None:
+    """Take models out of a library."""
+    from simplexmesh.recognition.library import ModelLibrary
+
+    if not library.exists():
+        raise FileNotFoundError(f"there is no model library {library}")
+    models = ModelLibrary(library)
+    if absent := sorted(set(names) - set(models.names)):
+        raise ValueError(f"names must be those of models in {library}; there is none called {absent[0]!r}")
+    removed = list(dict.fromkeys(names))
+    with held_interrupts():
+        for name in removed:
+            models.remove(name)
+    if json:
+        as_json({"library": library, "removed": removed, "models": len(models)})
+        return
+    table(str(library), {"removed": ", ".join(removed), "models": len(models)})
+
+
 def recognise(
     library: Library,
     scan: Annotated[Path, typer.Argument(metavar="SCAN", help="An object, or a part of it, in the models' unit.")],
@@ -85,14 +137,18 @@ def recognise(
     """Say which models a scan may be of, best first, and where each lies in it."""
     if picture is not None:
         picture = writable(picture, "--picture", PICTURES, [library, scan])
-    with progress("recognizing", wanted=not json) as report:
+    if not library.exists():
+        raise FileNotFoundError(f"there is no model library {library}")
+    with held_interrupts() as interrupts, progress("recognizing", wanted=not json) as report:
         from simplexmesh.data.reading import read
         from simplexmesh.recognition.library import ModelLibrary
 
-        data, models = read(scan), ModelLibrary(library)
+        models, data = ModelLibrary(library), read(scan)
         began = time.perf_counter()
-        found = models.recognise(data, best=best, level=level, label=label, progress=report)
+        told = interrupts.watching(report)
+        found = models.recognise(data, best=best, level=level, label=label, progress=told)
         seconds = time.perf_counter() - began
+        interrupts.check()
         if picture is not None and found:
             with written_to(picture, "the picture"):
                 _draw(picture, data, models.points(found[0].name), found[0].T_scan_model, level, label)
@@ -105,7 +161,10 @@ def recognise(
         return
     table(
         scan.name,
-        {one.name: f"score {one.score:.2f}, overlap {one.overlap:.0%}, error {one.error:.3g}" for one in found}
+        {
+            f"{place}. {one.name}": f"score {one.score:.2f}, overlap {one.overlap:.0%}, error {one.error:.3g}"
+            for place, one in enumerate(found, 1)
+        }
         | {"time": f"{seconds:.1f} s"},
     )
 

@@ -13,8 +13,6 @@ from simplexmesh.cli.interrupt import held_interrupts
 from simplexmesh.cli.report import NOTES, PICTURES, as_json, dumped, note, progress, table, writable, written_to
 
 EXAMPLE = "Example: simplexmesh register bun045.ply bun000.ply -o pose.json --picture before_after.png"
-COLORS = ("#c8553d", "#2a6f97")
-MOST_DRAWN = 20_000
 
 
 def command(
@@ -45,7 +43,9 @@ def command(
                 _write(output, dumped({source.name: found.T_target_source}))
         if picture is not None:
             with written_to(picture, "the picture"):
-                _draw(picture, here, there, found.T_target_source, level, label)
+                from simplexmesh import plot
+
+                plot.picture(picture, plot.overlay(here, there, found.T_target_source, level=level, label=label))
     if found.ambiguous:
         note("other poses fit as well: the objects, or what both show of them, are symmetric")
     if json:
@@ -90,19 +90,3 @@ def _write(path: Path, text: str) -> None:
         os.replace(draft, path)
     finally:
         draft.unlink(missing_ok=True)
-
-
-def _draw(path: Path, source: Any, target: Any, T: Any, level: float | None, label: int | None) -> None:
-    """Write a picture of the points of both, as they came and as they lie."""
-    from simplexmesh import plot
-    from simplexmesh.recognition.surfaces import surface_of
-
-    one, other = (surface_of(data, "data", level=level, label=label, most=MOST_DRAWN) for data in (source, target))
-    plotter = plot.stage(2)
-    for column, points in enumerate((one.points, one.points @ T[:3, :3].T + T[:3, 3])):
-        plotter.subplot(0, column)
-        for place, color in zip((points, other.points), COLORS, strict=True):
-            plotter.add_points(place, color=color, point_size=4, render_points_as_spheres=True)
-        plotter.add_text("after" if column else "before", font_size=12, color="#1d2b36")
-        plotter.reset_camera()
-    plot.picture(path, plotter)

@@ -70,8 +70,10 @@ def table(title: str, rows: Mapping[str, Any]) -> None:
     grid.add_column(overflow="fold")
     for name, value in rows.items():
         grid.add_row(name, str(value))
-    console = Console(file=sys.stdout, highlight=False)
-    console.print(title, style="bold", markup=False)
+    console = Console(
+        file=sys.stdout, highlight=False, markup=False, emoji=False
+    )  # names are text, whatever is in them
+    console.print(title, style="bold")
     console.print(grid)
 
 
