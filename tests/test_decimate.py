@@ -55,7 +55,22 @@ def test_as_many_vertices_as_there_are_leave_the_mesh_as_it_is():
     out = decimate(ball, vertices=ball.n_vertices)
     assert_array_equal(out.mesh.vertices, ball.vertices)
     assert_array_equal(out.mesh.neighbors, ball.neighbors)
-    assert out.largest < 1e-12
+    assert out.largest == out.rms == 0
+
+
+def test_a_tolerance_below_rounding_holds_too():
+    ball = shapes.sphere(3, center=(1e4, 0, 0))
+    out = decimate(ball, tolerance=1e-14)
+    assert_array_equal(out.mesh.vertices, ball.vertices)
+    assert out.largest <= 1e-14
+
+
+@pytest.mark.filterwarnings("ignore:.*(fold or cross|are left)")
+def test_a_surface_without_area_has_distances():
+    ball = shapes.sphere(3)
+    point = ball.moved(np.ones_like(ball.vertices))
+    for out in (decimate(point, vertices=100), decimate(point, tolerance=0.1)):
+        assert out.rms == out.largest == 0
 
 
 @pytest.mark.parametrize(

@@ -164,6 +164,19 @@ def test_crossings_are_those_of_the_mesh(name, seed, size):
         assert (guard.crossings(g, i, room) > 0) == any(set(pair) & beside[i] for pair in pairs.tolist())
 
 
+def test_holes_are_near_nothing(monkeypatch):
+    mesh, counts, near_boxes = MESHES["torus with holes"], [], untangling.near_boxes
+    monkeypatch.setattr(
+        untangling, "near_boxes", lambda low, *rest: (counts.append(len(low)), near_boxes(low, *rest))[1]
+    )
+    g = guarded(mesh)[1]
+    hole = mesh.connectivity.face_is_hole
+    assert counts == [mesh.n_faces]  # each hole would be near each other one, wherever they are
+    assert not hole[g.near].any()
+    assert (np.diff(g.offsets)[hole] == 0).all()
+    assert all(f in g.near[g.offsets[f] : g.offsets[f + 1]] for f in np.flatnonzero(~hole))
+
+
 @settings(max_examples=20)
 @given(seed=seeds, facing=st.sampled_from([0.0, 2.0]))
 def test_near_boxes_are_those_that_overlap(seed, facing):

@@ -166,7 +166,8 @@ class Fit:
         squared, on_rims = self._distances()
         weights = self._surface.weights
         largest = max(float(squared.max()), float(on_rims.max(initial=0)))
-        return float(np.sqrt((weights * squared).sum() / weights.sum())), float(np.sqrt(largest))
+        area = max(float(weights.sum()), np.finfo(float).tiny)
+        return float(np.sqrt((weights * squared).sum() / area)), float(np.sqrt(largest))
 
     def faces_beyond(self, distance: float) -> NDArray[np.bool_]:
         """Return (g,) which faces of the mesh samples belong to, or are on, that are farther than a distance."""

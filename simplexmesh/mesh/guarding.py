@@ -75,10 +75,11 @@ class Guard:
         corners = v[f.vertices]
         low = np.minimum.reduceat(corners, f.offsets[:-1], axis=0) - AROUND * edge
         high = np.maximum.reduceat(corners, f.offsets[:-1], axis=0) + AROUND * edge
-        low[f.hole] = high[f.hole] = v.min(axis=0) - AROUND * edge
-        offsets, near = _near(low, high, normals, facing, max(CELL * edge, np.finfo(float).tiny))
+        solid = np.flatnonzero(~f.hole)
+        cell = max(CELL * edge, np.finfo(float).tiny)
+        offsets, near = _near(low[solid], high[solid], normals[solid], facing, cell)
         left_out = np.zeros(0, np.int64) if facing > 1 else self._adjacent
-        near, offsets = _without(near, offsets, f.hole, left_out)
+        near, offsets = _without(near, offsets, solid, len(f.hole), left_out)
         points = np.concatenate([v, face_geometry.face_centroids(v, f.vertices, f.offsets)])
         g = kernels.Guarded(
             points,
@@ -107,9 +108,10 @@ def _near(low: Array, high: Array, along: Array, facing: float, cell: float) -> 
 
 
 def _without(
-    near: Indices, offsets: NDArray[np.int64], hole: NDArray[np.bool_], left_out: NDArray[np.int64]
+    near: Indices, offsets: NDArray[np.int64], solid: NDArray[np.int64], n_faces: int, left_out: NDArray[np.int64]
 ) -> tuple[Indices, NDArray[np.int64]]:
-    """Return the lists of near faces without holes, and without pairs, each given as one number."""
-    owner = np.repeat(np.arange(len(hole)), np.diff(offsets))
-    kept = ~hole[owner] & ~hole[near] & ~np.isin(owner * len(hole) + near, left_out)
-    return near[kept], np.concatenate([[0], np.cumsum(np.bincount(owner[kept], minlength=len(hole)))])
+    """Return the lists of near faces, told by which of the solid ones they are, without pairs given as one number."""
+    owner, other = np.repeat(solid, np.diff(offsets)), solid[near]
+    kept = ~np.isin(owner * n_faces + other, left_out)
+    counts = np.bincount(owner[kept], minlength=n_faces)
+    return other[kept].astype(np.int32), np.concatenate([[0], np.cumsum(counts)])
