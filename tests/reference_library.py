@@ -52,6 +52,35 @@ def agreeing(p, n, q, m, shortest, slack, bend):
     return pairs
 
 
+def frame(p, n, q, m):
+    """The frame along the line of two points, then toward their normals, the first counting twice; none if untold."""
+    line = (q - p) / np.linalg.norm(q - p)
+    up = n + m / 2
+    up = up - (up @ line) * line
+    if np.linalg.norm(up) <= 0.1:
+        return None
+    up /= np.linalg.norm(up)
+    return np.stack([line, up, np.cross(line, up)], axis=1)
+
+
+def pair_motions(p, n, rarity, asked, rows, q, m, shortest, slack, bend, most):
+    """The motions of the pairs of correspondences that agree with most others, and are rare, of one model."""
+    likest = np.argsort(squared_distances(rows, asked), axis=0)[:2].T
+    here, there = np.repeat(np.arange(len(p)), 2), likest.ravel()
+    p, n, rarity, q, m = p[here], n[here], rarity[here], q[there], m[there]
+    pairs = agreeing(p, n, q, m, shortest, slack, bend)
+    degree = np.bincount(np.ravel(pairs).astype(int), minlength=len(p))
+    pairs.sort(key=lambda pair: -np.prod([degree[k] * rarity[k] for k in pair]))
+    motions = []
+    for i, j in pairs[:most]:
+        F, G = frame(p[i], n[i], p[j], n[j]), frame(q[i], m[i], q[j], m[j])
+        if F is not None and G is not None:
+            R = F @ G.T
+            shift = (p[i] + p[j]) / 2 - R @ (q[i] + q[j]) / 2
+            motions.append(np.hstack([R, shift[:, None]]).ravel())
+    return np.array(motions).reshape(-1, 12)
+
+
 def squared_distances(rows, asked):
     """The squared distance of each of some rows to each asked (k, d)."""
     return ((rows[:, None] - asked[None]) ** 2).sum(axis=2)

@@ -20,6 +20,7 @@ from hypothesis import strategies as st
 
 import simplexmesh as sm
 from simplexmesh.recognition import _kernels_library as kernels
+from simplexmesh.recognition import _kernels_poses as kernels_poses
 from simplexmesh.recognition import ranking
 from simplexmesh.recognition.models import HEAD, Model, model_of
 from simplexmesh.recognition.profile import profile_of
@@ -481,6 +482,30 @@ def test_kernels_do_what_plain_code_does(seed):
     np.testing.assert_array_equal(likest, np.argsort(expected, axis=0)[:2].T)
 
 
+@settings(max_examples=10, deadline=None)
+@given(seeds, st.sampled_from([20, 5000]))
+def test_motions_of_pairs_are_those_plain_code_finds(seed, most):
+    """Of several models at once: two that have images, around one that has none."""
+    rng = np.random.default_rng(seed)
+    p, n = oriented_points(rng, 12)
+    rarity, asked = rng.random(12), rng.normal(size=(12, 8)).astype(np.float32)
+    q, m = oriented_points(rng, 33)
+    q[:12], q[20:32], m[:12], m[20:32] = p + 0.05, p - 0.05, n, n
+    rows = rng.normal(size=(33, 8)).astype(np.float32)
+    rows[:12], rows[20:32] = asked + 0.1, asked - 0.1
+    spans, slacks = np.array([[0, 12], [0, 0], [12, 33]]), np.array([[0.3, 0.2], [0.3, 0.2], [0.5, 0.4]])
+    motions, counts, squares = np.zeros((3, most, 12)), np.zeros(3, np.int64), (rows**2).sum(axis=1)
+    starts = np.array([0, 12, 12])
+    kernels_poses.pair_motions(p, n, rarity, asked, rows, squares, spans, q, m, starts, slacks, 0.5, motions, counts)
+    assert counts[1] == 0
+    for k in (0, 2):
+        mine = slice(*spans[k])
+        expected = plain.pair_motions(p, n, rarity, asked, rows[mine], q[mine], m[mine], *slacks[k], 0.5, most)
+        assert counts[k] == len(expected) > 0
+        apart = np.abs(motions[k, : counts[k], None] - expected[None]).max(axis=2)
+        assert max(apart.min(axis=0).max(), apart.min(axis=1).max()) < 1e-9
+
+
 def test_images_and_profiles_do_not_change_with_the_pose(known):
     rng = np.random.default_rng(0)
     cloud = known["lumpy"].sampled(2000, rng=rng)
@@ -497,6 +522,15 @@ def test_a_model_packed_and_unpacked(known):
     model = model_of(surface)
     np.testing.assert_allclose(model.surface.points, surface.smooth, atol=3e-5)
     np.testing.assert_allclose(model.surface.normals, surface.normals, atol=1e-4)
+    at = model.placed(2.0)
+    middle, axes, extent = model.placement
+    np.testing.assert_allclose(at.points * 2 + middle, model.surface.points, atol=1e-12)
+    np.testing.assert_allclose(at.normals, model.surface.normals, atol=1e-12)
+    assert (at.spacing, at.noise) == (model.spacing / 2, model.noise / 2)
+    assert extent == pytest.approx(model.surface.extent)
+    assert np.linalg.det(axes) == pytest.approx(1)
+    spread = axes @ at.points.T @ at.points @ axes.T
+    np.testing.assert_allclose(spread, np.diag(np.sort(np.diag(spread))[::-1]), atol=1e-9)
     again = Model.unpacked(model.packed())
     for name in ("places", "directions", "low", "side", "spacing", "noise", "profile"):
         np.testing.assert_array_equal(getattr(again, name), getattr(model, name))
@@ -516,8 +550,12 @@ def test_few_directions_keep_the_nearest(known):
     assert (found <= whole + 1e-4).all()
     assert found[1].max() < 1e-4
     np.testing.assert_allclose(np.sqrt(np.maximum(found, 0)), np.sqrt(whole), atol=0.12)
-    assert images.likest(asked, 1)[:, 0].tolist() == list(range(20))
-    assert images.likest(asked, 9) is None
+    (low, high), none = images.spans(np.array([1, 9]))
+    likest = np.zeros((20, 2), np.int64)
+    kernels.two_likest(images.rows[low:high], images.squares[low:high], images.reduced(asked), likest)
+    assert likest[:, 0].tolist() == list(range(20))
+    assert none[0] == none[1]
+    assert (Images.of(models, 99).spans(np.array([0, 1])) == 0).all()
 
 
 def test_the_power_of_harmonics():

@@ -68,10 +68,13 @@ class Arena:
         """Farther from the target's planes than this, points speak against a motion."""
         return float(np.hypot(JUDGING[stage] * self.size, 2 * self.blur))
 
-    def scores(self, motions: Array, *, stage: int = 0) -> Array:
-        """Return the scores of motions (h, 12), at most 1; stages count how often they were followed."""
+    def scores(self, motions: Array, *, stage: int = 0, every: int = 1) -> Array:
+        """Return the scores of motions (h, 12), at most 1; stages count how often they were followed.
+
+        About so many times faster and rougher where not `every` point judges.
+        """
         out = np.zeros(len(motions))
-        chosen, width = self.judging, self.width(stage)
+        chosen, width = self.judging[::every], self.width(stage)
         _kernels_register.judge(
             *(motions, self.source.points[chosen], self.source.normals[chosen], self.grid, self.low, self.cell),
             *(self.target.points, self.target.normals, width, max(2 * self.cell, 2 * width), out),

@@ -5,14 +5,17 @@ from __future__ import annotations
 import math
 import struct
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from simplexmesh._vec import normalized
+from simplexmesh._vec import norm, normalized
+from simplexmesh.recognition import _kernels_poses
 from simplexmesh.recognition.bags import PIXELS, Bag, bag_of, octaves_of_model
 from simplexmesh.recognition.profile import SIZES, profile_of
+from simplexmesh.recognition.starts import axes_of
 from simplexmesh.recognition.surfaces import Surface
 
 Array = NDArray[np.float64]
@@ -60,6 +63,19 @@ class Model:
         """The surface, smooth."""
         points = self.places * (self.side / FINEST) + self.low
         return Surface(points, normalized(self.directions.astype(float)), self.spacing, self.noise, points)
+
+    @cached_property
+    def placement(self) -> tuple[Array, Array, float]:
+        """The middle (3,) of the points, their principal axes (3, 3) as rows, and the diagonal of their box."""
+        points = self.places.astype(float) * (self.side / FINEST) + self.low
+        return *axes_of(points), float(norm(np.ptp(self.places, axis=0) * (self.side / FINEST)))
+
+    def placed(self, unit: float) -> Surface:
+        """Return the surface with its middle for zero and a length for one."""
+        points, normals = np.empty((len(self.places), 3)), np.empty((len(self.places), 3))
+        corner = (self.low - self.placement[0]) / unit
+        _kernels_poses.unpack(self.places, self.directions, self.side / FINEST / unit, corner, points, normals)
+        return Surface(points, normals, self.spacing / unit, self.noise / unit, points)
 
     def packed(self) -> bytes:
         """Return the model as bytes."""

@@ -18,7 +18,6 @@ from simplexmesh.recognition.arena import Arena
 from simplexmesh.recognition.icp import refined
 from simplexmesh.recognition.scene import FIRST, LAST, Scene, Tree
 from simplexmesh.recognition.shelf import Shelf
-from simplexmesh.recognition.surfaces import Surface
 from simplexmesh.recognition.verify import Court, Verdict
 
 Array = NDArray[np.float64]
@@ -32,8 +31,11 @@ ENOUGH, NEAR = 0.5, 0.15
 SWOLLEN = 1.5
 """Noise makes scans seem up to so much larger; models of still less area than they cannot be what they show."""
 
-FOLLOWED, AGAIN = 16, 8
+FOLLOWED, AGAIN = 30, 16
 """So many models are followed on the grid, so many of these more exactly."""
+
+EVERY, LIKELY = 4, 100
+"""So many-th points judge all motions, all of them the likeliest."""
 
 ASKED = 600
 ROUNDS = 5
@@ -41,25 +43,24 @@ ROUNDS = 5
 
 @dataclass(frozen=True, eq=False)
 class Placed:
-    """A model in a scene: with its best motions (h, 12), and the score of the best on the scan's grid."""
+    """A model in a scene: its place on the shelf, its best motions (h, 12), the best one's score on the scan's grid."""
 
     number: int
-    surface: Surface
     arena: Arena
     motions: Array
     score: float
 
     def followed(self, stage: int) -> Placed:
         """Return it with its motions followed, roughly (0) or well (1), the best of them left."""
-        motions = self.arena.followed(self.motions, stage=stage)
+        motions = self.motions if stage else self.motions[self.arena.distinct(self.motions, FIRST)]
+        motions = self.arena.followed(motions, stage=stage)
         scores = self.arena.scores(motions, stage=stage + 1)
         order = np.argsort(-scores, kind="stable")[:LAST]
-        return Placed(self.number, self.surface, self.arena, motions[order], _share(self) * float(scores[order[0]]))
+        return Placed(self.number, self.arena, motions[order], _share(self.arena) * float(scores[order[0]]))
 
 
-def _share(one: Placed | Arena) -> float:
+def _share(arena: Arena) -> float:
     """Return how much larger the model's area is than the smaller one: scores are of that, if it may explain all."""
-    arena = one if isinstance(one, Arena) else one.arena
     model, scan = arena.source.area, arena.target.area
     return explained(model, scan) * model / min(model, scan)
 
@@ -77,19 +78,20 @@ def explained(model: float, scan: float) -> float:
     return min(1.0, float(SWOLLEN * model / scan))
 
 
-def placed(scene: Scene, shelf: Shelf, number: int) -> Placed:
-    """Return a model with the likeliest of its motions."""
-    likest = shelf.images(scene.octave).likest(scene.images, shelf.numbers.index(number))
-    surface, arena, motions = scene.places(shelf.models[number], likest)
-    scores = arena.scores(motions)
+def placed(number: int, arena: Arena, motions: Array) -> Placed:
+    """Return a model with the likeliest of its motions; a few points say which of them to judge."""
+    likely = motions[np.argsort(-arena.scores(motions, every=EVERY), kind="stable")[:LIKELY]]
+    scores = arena.scores(likely)
     order = np.argsort(-scores, kind="stable")[: 3 * FIRST]
-    order = order[arena.distinct(motions[order], FIRST)]
-    return Placed(number, surface, arena, motions[order], _share(arena) * float(scores[order[0]]))
+    return Placed(number, arena, likely[order], _share(arena) * float(scores[order[0]]))
 
 
-def tried(scene: Scene, shelf: Shelf, numbers: list[int], most: int) -> list[Placed]:
-    """Return the models that fit best on the scan's grid, best first."""
-    found = [placed(scene, shelf, number) for number in numbers]
+def tried(scene: Scene, shelf: Shelf, which: NDArray[np.int64], most: int) -> list[Placed]:
+    """Return which models of a shelf fit best on the scan's grid, best first."""
+    models = [shelf.models[shelf.numbers[k]] for k in which]
+    arenas = [scene.arena(model) for model in models]
+    motions = scene.motions(models, arenas, shelf.images(scene.octave), which)
+    found = [placed(*one) for one in zip(which.tolist(), arenas, motions, strict=True)]
     for stage, count in enumerate((FOLLOWED, max(AGAIN, most))):
         found.sort(key=lambda one: -one.score)
         found = [one.followed(stage) for one in found[:count]]
@@ -98,8 +100,9 @@ def tried(scene: Scene, shelf: Shelf, numbers: list[int], most: int) -> list[Pla
 
 def proven(scene: Scene, one: Placed) -> Verdict:
     """Return the verdict on the best motion of a model, refined on the points."""
-    court = Court.of(one.surface, scene.surface, one.arena.size, ASKED, np.random.default_rng(0))
-    court = replace(court, trees=(Tree(one.surface.points), scene.tree))
+    arena = one.arena
+    trees = Tree(arena.source.points, balanced_tree=False, compact_nodes=False), scene.tree
+    court = Court.of(arena.source, arena.target, arena.size, ASKED, np.random.default_rng(0), trees)
     start = np.vstack([one.motions[0].reshape(3, 4), [0, 0, 0, 1]])
     T = refined(court.source, court.target, court.trees[1], start, 2 * court.reach, chosen=court.samples[0],
                 rounds=ROUNDS)  # fmt: skip
@@ -110,22 +113,21 @@ def proven(scene: Scene, one: Placed) -> Verdict:
 def ranked(scene: Scene, profile: Array, shelf: Shelf, most: int, report: Report) -> list[tuple[int, Verdict]]:
     """Return the identities of models, and the verdicts on where they lie in the scene, best first."""
     report(0.3, "comparing")
-    numbers = np.array(shelf.numbers)
     profiles, images = shelf.by_profile(profile), shelf.by_images(scene.images, scene.octave)
     order = np.argsort(images, kind="stable")
     order = order[np.isfinite(images[order])]
     first = np.union1d(np.argsort(profiles, kind="stable")[:BY_PROFILE], order[:BY_IMAGES])
-    found = _proven(scene, shelf, numbers[first].tolist(), most)
-    near = profiles[shelf.numbers.index(found[0][0])] < NEAR
-    if not (near and found[0][1].score > ENOUGH):
+    more = order[~np.isin(order, first)][:MORE]
+    part = profiles.min() >= NEAR
+    found = _proven(scene, shelf, np.concatenate([first, more]) if part else first, most)
+    if not part and not (profiles[found[0][0]] < NEAR and found[0][1].score > ENOUGH):
         report(0.6, "comparing more")
-        order = order[~np.isin(order, first)][:MORE]
-        found += _proven(scene, shelf, numbers[order].tolist(), most)
+        found += _proven(scene, shelf, more, most)
         found.sort(key=lambda one: -one[1].score)
-    return found[:most]
+    return [(shelf.numbers[k], verdict) for k, verdict in found[:most]]
 
 
-def _proven(scene: Scene, shelf: Shelf, numbers: list[int], most: int) -> list[tuple[int, Verdict]]:
-    """Return verdicts on the best of some models, best first."""
-    found = [(one.number, proven(scene, one)) for one in tried(scene, shelf, numbers, most)[:most]]
+def _proven(scene: Scene, shelf: Shelf, which: NDArray[np.int64], most: int) -> list[tuple[int, Verdict]]:
+    """Return which of some models of a shelf fit best, and the verdicts on these, best first."""
+    found = [(one.number, proven(scene, one)) for one in tried(scene, shelf, which, most)[:most]]
     return sorted(found, key=lambda one: -one[1].score)

@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from simplexmesh._vec import cross, dot, norm, normalized
-from simplexmesh.recognition import _kernels_library
-from simplexmesh.recognition.arena import Arena, grid_of, rows
+from simplexmesh._vec import norm
+from simplexmesh.recognition import _kernels_poses
+from simplexmesh.recognition.arena import Arena, grid_of
 from simplexmesh.recognition.bags import bag_of, octave_of_scan
 from simplexmesh.recognition.models import Model
-from simplexmesh.recognition.starts import from_axes
+from simplexmesh.recognition.shelf import Images
+from simplexmesh.recognition.starts import axes_of, between_axes
 from simplexmesh.recognition.surfaces import Surface
 
 Array = NDArray[np.float64]
@@ -29,9 +30,6 @@ LOOKED = 120
 SHORTEST, SLACK, BEND = 0.15, 0.06, 0.25
 """Pairs of correspondences agree that are farther apart than this, and whose distances differ by less than this, in
 sizes of the smaller surface, and whose cosines differ by less than this."""
-
-TOLD = 0.1
-"""Normals of a pair tell a direction whose part across its line is longer than this."""
 
 MOTIONS = 800
 """The motions of so many pairs are tried, those whose correspondences agree with most others."""
@@ -119,55 +117,46 @@ class Scene:
         """(k,) how much each image differs from the others of the scan: on a flat side all are alike."""
         return np.asarray(norm(self.images - np.median(self.images, axis=0)), np.float64)
 
-    def places(self, model: Model, likest: NDArray[np.int64] | None) -> tuple[Surface, Arena, Array]:
-        """Return a model's surface in the scene's unit, an arena for it, and motions (h, 12) likely before trying.
+    @cached_property
+    def axes(self) -> tuple[Array, Array]:
+        """The middle and the principal axes."""
+        return axes_of(self.surface.points)
 
-        `likest` (k, 2) are the images of the model that are likest to those of the scan.
-        """
-        surface = model.surface
-        surface = surface.placed(surface.points.mean(axis=0), self.unit)
-        rng = np.random.default_rng(0)
-        arena = Arena(
-            surface, self.surface, surface.some(JUDGING, rng), surface.some(FOLLOWING, rng),
-            self.grid, self.low, self.cell, min(surface.extent, self.surface.extent),
+    def arena(self, model: Model) -> Arena:
+        """Return an arena for a model's surface, in the scene's unit and with its middle at zero."""
+        surface = model.placed(self.unit)
+        return Arena(
+            surface, self.surface, *_samples(len(surface)), self.grid, self.low, self.cell,
+            min(model.placement[2] / self.unit, 1.0),
         )  # fmt: skip
-        motions = from_axes(surface, self.surface)
-        if likest is not None:
-            motions = np.concatenate([motions, self.from_images(surface, model.bag.chosen[likest], arena.size)])
-        return surface, arena, motions
 
-    def from_images(self, surface: Surface, near: NDArray[np.int64], size: float) -> Array:
-        """Return motions (h, 12) of pairs of points that look alike in the model and in the scan."""
-        here, there = np.repeat(self.chosen, near.shape[1]), near.ravel()
-        p, n, q, m = (array[which] for surface, which in ((self.surface, here), (surface, there))
-                      for array in (surface.points, surface.normals))  # fmt: skip
-        degree, pairs = np.zeros(len(p)), np.empty((len(p) * (len(p) - 1) // 2, 2), np.int64)
-        count = _kernels_library.agreeing(p, n, q, m, SHORTEST * size, SLACK * size, BEND, degree, pairs)
-        pairs = pairs[:count]
-        weight = degree * np.repeat(self.rarity, near.shape[1])
-        weight = weight[pairs[:, 0]] * weight[pairs[:, 1]]
-        i, j = pairs[np.argsort(-weight, kind="stable")[:MOTIONS]].T
-        F, G = frames_of_pairs(p[i], n[i], p[j], n[j]), frames_of_pairs(q[i], m[i], q[j], m[j])
-        R = F @ G.transpose(0, 2, 1)
-        whole = np.einsum("hab,hab->h", R, R) > 2.9
-        return rows(R, (p[i] + p[j]) / 2 - np.einsum("hab,hb->ha", R, (q[i] + q[j]) / 2))[whole]
+    def motions(
+        self, models: list[Model], arenas: list[Arena], images: Images, which: NDArray[np.int64]
+    ) -> list[Array]:
+        """Return motions (h, 12) of each model that are likely before trying: of axes, and of pairs that look alike.
+
+        `which` of all whose `images` these are the models are.
+        """
+        chosen = [model.bag.chosen for model in models]
+        q = np.concatenate([arena.source.points[some] for arena, some in zip(arenas, chosen, strict=True)])
+        m = np.concatenate([arena.source.normals[some] for arena, some in zip(arenas, chosen, strict=True)])
+        starts = np.cumsum([0, *map(len, chosen[:-1])])
+        slacks = np.array([[SHORTEST * arena.size, SLACK * arena.size] for arena in arenas])
+        out, counts = np.empty((len(models), MOTIONS, 12)), np.zeros(len(models), np.int64)
+        _kernels_poses.pair_motions(
+            *(self.surface.points[self.chosen], self.surface.normals[self.chosen], self.rarity),
+            *(images.reduced(self.images), images.rows, images.squares, images.spans(which)),
+            *(q, m, starts, slacks, BEND, out, counts),
+        )
+        axes = [between_axes((np.zeros(3), model.placement[1]), self.axes) for model in models]
+        return [np.concatenate([some, each[:count]]) for some, each, count in zip(axes, out, counts, strict=True)]
 
 
-def frames_of_pairs(p: Array, n: Array, q: Array, m: Array) -> Array:
-    """Return frames (h, 3, 3), in columns, of pairs of points with normals: along the line, then toward the normals.
-
-    The first normal counts twice, so that opposite ones tell a direction too. Where they tell none the frame is zero.
-
-    Examples
-    --------
-    >>> x, y = np.array([[1.0, 0, 0]]), np.array([[0, 1.0, 0]])
-    >>> frames_of_pairs(0 * x, y, 2 * x, -y)[0]
-    array([[1., 0., 0.],
-           [0., 1., 0.],
-           [0., 0., 1.]])
-    """
-    line = normalized(q - p)
-    up = n + m / 2
-    up = up - dot(up, line)[:, None] * line
-    frames = np.stack([line, normalized(up), cross(line, normalized(up))], axis=2)
-    return np.where((norm(up) > TOLD)[:, None, None], frames, 0.0)
+@cache
+def _samples(count: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return which of so many points judge a motion, and which move one."""
+    rng = np.random.default_rng(0)
+    return tuple(  # type: ignore[return-value]
+        np.sort(rng.choice(count, most, replace=False)) if count > most else np.arange(count)
+        for most in (JUDGING, FOLLOWING)
+    )

@@ -128,12 +128,8 @@ class Images:
         _kernels_library.nearest(self.rows, self.squares, self.starts, np.ascontiguousarray(asked.T), out)
         return out + np.einsum("ij,ij->i", asked, asked)
 
-    def likest(self, images: NDArray[np.float32], model: int) -> NDArray[np.int64] | None:
-        """Return (k, 2) which two images of a model are likest to each of k images; None where it has none."""
-        place = int(np.searchsorted(self.which, model))
-        if place == len(self.which) or self.which[place] != model:
-            return None
-        mine = slice(self.starts[place], self.starts[place + 1])
-        out = np.zeros((len(images), 2), np.int64)
-        _kernels_library.two_likest(self.rows[mine], self.squares[mine], self.reduced(images), out)
-        return out
+    def spans(self, models: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Return (k, 2) where the rows of some models begin and end; an empty span for those that have none."""
+        place = np.minimum(np.searchsorted(self.which, models), max(len(self.which) - 1, 0))
+        has = self.which[place] == models if len(self.which) else np.zeros(len(models), bool)
+        return np.where(has[:, None], np.stack([self.starts[place], self.starts[place + has]], axis=1), 0)

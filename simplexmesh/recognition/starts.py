@@ -63,14 +63,18 @@ def from_pairs(source: Surface, target: Surface, size: float, rng: np.random.Gen
     return rows(R, q[at] - np.einsum("hij,hj->hi", R, p[i]))
 
 
-def from_axes(source: Surface, target: Surface) -> Array:
-    """Return the four motions (4, 12) that bring middles and principal axes together."""
-    here, there = source.points.mean(axis=0), target.points.mean(axis=0)
-    A = np.linalg.svd(source.points - here, full_matrices=False)[2]
-    B = np.linalg.svd(target.points - there, full_matrices=False)[2]
-    A, B = A * np.sign(np.linalg.det(A)), B * np.sign(np.linalg.det(B))
-    flips = [np.diag(f) for f in itertools.product((1.0, -1.0), repeat=3) if np.prod(f) > 0]
-    R = np.stack([B.T @ flip @ A for flip in flips])
+def axes_of(points: Array) -> tuple[Array, Array]:
+    """Return the middle of points, and their principal axes as rows, right-handed."""
+    middle = points.mean(axis=0)
+    axes = np.linalg.eigh((points - middle).T @ (points - middle))[1].T[::-1]
+    return middle, axes * np.sign(np.linalg.det(axes))
+
+
+def between_axes(source: tuple[Array, Array], target: tuple[Array, Array]) -> Array:
+    """Return the four motions (4, 12) that bring middles and principal axes, from `axes_of`, together."""
+    (here, A), (there, B) = source, target
+    flips = np.array([f for f in itertools.product((1.0, -1.0), repeat=3) if np.prod(f) > 0])
+    R = (B.T * flips[:, None]) @ A
     return rows(R, there - R @ here)
 
 
@@ -79,7 +83,8 @@ def from_middles(source: Surface, target: Surface) -> Array:
     here, there = source.points.mean(axis=0), target.points.mean(axis=0)
     group = icosahedral_group()
     R = np.einsum("gab,jbc->jgac", group, even_representatives(SPREAD, group)).reshape(-1, 3, 3)
-    return np.concatenate([from_axes(source, target), rows(R, there - R @ here)])
+    axes = between_axes(axes_of(source.points), axes_of(target.points))
+    return np.concatenate([axes, rows(R, there - R @ here)])
 
 
 def begun(arena: Arena, rng: np.random.Generator) -> Array:

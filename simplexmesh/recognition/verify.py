@@ -56,11 +56,12 @@ class Court:
     size: float
 
     @staticmethod
-    def of(source: Surface, target: Surface, size: float, most: int, rng: np.random.Generator) -> Court:
+    def of(source: Surface, target: Surface, size: float, most: int, rng: np.random.Generator,
+           trees: tuple[cKDTree, cKDTree] | None = None) -> Court:  # fmt: skip
         """Return the court of two surfaces, asking at most so many points of each."""
         spacing = max(source.spacing, target.spacing)
         width = float(np.hypot(3 * np.hypot(source.noise, target.noise) + 0.1 * spacing, TRIFLE * size))
-        trees = (cKDTree(source.points), cKDTree(target.points))
+        trees = trees or (cKDTree(source.points), cKDTree(target.points))
         samples = (source.some(most, rng), target.some(most, rng))
         return Court(source, target, trees, samples, width, max(2.5 * spacing, 2.0 * width), size)
 
