@@ -99,6 +99,13 @@ class TestLandscape:
         assert len(drawn(plotter.renderer)[0]) > one.n_vertices
         plotter.close()
 
+    def test_of_two_topologies(self):
+        ring = sm.SAI(5, domain("torus", 5).mesh, topology="torus")
+        found = sm.match(signature(), signature())
+        for pair, said in (((ring, signature()), "torus, not sphere"), ((signature(), ring), "sphere, not torus")):
+            with pytest.raises(ValueError, match=f"sai_b must have the topology of sai_a, {said}"):
+                sm.plot.landscape(*pair, found=found)
+
     def test_without_hypotheses(self):
         with pytest.raises(ValueError, match="found must hold at least one hypothesis"):
             sm.plot.landscape(signature(), signature(), found=[])

@@ -253,6 +253,24 @@ class TestRigid:
         assert reference.angle(found[:3, :3], R.T) < min(0.1, reference.angle(start[:3, :3], R.T) + 0.05)
         assert np.allclose(found[:3, :3] @ t + found[:3, 3], 0, atol=0.02)
 
+    def test_slides_tell_what_normals_leave_open(self):
+        """On a ball the normals know nothing of turns: where points correspond does."""
+        globe, rng = sm.sphere(8), np.random.default_rng(0)
+        turn = rotations_of(np.array([[0, 0, 0.1]]))[0]
+        rough = globe.vertices @ turn.T + 0.01 * rng.normal(size=(globe.n_vertices, 1)) * globe.normals
+        found = to_planes(rough, globe.vertices, globe.normals, np.eye(4))
+        assert reference.angle(found[:3, :3], turn.T) < 0.05
+
+    def test_slides_tell_little_against_normals(self):
+        """All points have slid around an ellipsoid that lies where it lay: 5.7 degrees, of which hardly any is left."""
+        axes, rng = np.array([1.3, 1.0, 0.8]), np.random.default_rng(0)
+        ellipsoid = sm.ellipsoid(axes, 8)
+        turn = rotations_of(np.array([[0, 0, 0.1]]))[0]
+        slid = (ellipsoid.vertices / axes) @ turn.T * axes
+        slid += 0.01 * rng.normal(size=(len(slid), 1)) * ellipsoid.normals
+        found = to_planes(slid, ellipsoid.vertices, ellipsoid.normals, np.eye(4))
+        assert 0.1 < reference.angle(found[:3, :3], np.eye(3)) < 1
+
 
 class TestDoor:
     def test_two_frequencies(self):

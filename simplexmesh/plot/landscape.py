@@ -15,7 +15,7 @@ from simplexmesh.plot.scale import scale
 from simplexmesh.plot.skin import per_point
 from simplexmesh.plot.stage import INK, stage
 from simplexmesh.recognition.landscape import NODES, around, over_patch, over_sphere, plane_of, vector_of
-from simplexmesh.recognition.match import match
+from simplexmesh.recognition.match import comparable, match
 from simplexmesh.recognition.matches import Match
 from simplexmesh.recognition.sai import SAI
 from simplexmesh.recognition.spheres import ball
@@ -67,12 +67,18 @@ def landscape(
     -------
     pyvista.Plotter
 
+    Raises
+    ------
+    ValueError, TypeError
+        No hypothesis; signatures of two frequencies or topologies.
+
     Examples
     --------
     >>> import simplexmesh as sm
     >>> one = sm.sai(sm.ellipsoid((3, 2, 1), 12), frequency=5)
     >>> landscape(one, one).close()
     """
+    comparable(sai_a, sai_b)
     hypotheses = list(match(sai_a, sai_b) if found is None else found)
     if not hypotheses:
         raise ValueError("found must hold at least one hypothesis, not none")

@@ -93,19 +93,15 @@ def match(
     >>> sm.match(signature, signature)[0].distance < 1e-6
     True
     """
-    for name, one in (("sai_a", sai_a), ("sai_b", sai_b)):
-        if not isinstance(one, SAI):
-            raise TypeError(f"{name} must be an SAI, made by sm.sai, not {type(one).__name__}")
-    if sai_a.frequency != sai_b.frequency:
-        raise ValueError(f"sai_b must have the frequency of sai_a, {sai_a.frequency}, not {sai_b.frequency}")
-    if sai_a.topology != sai_b.topology:
-        raise ValueError(f"sai_b must have the topology of sai_a, {sai_a.topology}, not {sai_b.topology}")
+    comparable(sai_a, sai_b)
     best = _check.integer("best", best, 1)
     minimum_overlap = _check.number("minimum_overlap", minimum_overlap, 0.0, 1.0, open_low=True)
     smoothing = _check.integer("smoothing", smoothing, 0)
     limit = _check.number("limit", limit, 0.0, np.pi, open_low=True)
     _check.choice("method", method, FAMILIES)
     if sai_a.topology != "sphere":
+        if (method, refine, scale) != ("even", True, "auto"):
+            raise ValueError(f"method, refine and scale are for signatures on spheres, not on a {sai_a.topology}")
         return slid(sai_a, sai_b, best, minimum_overlap, smoothing, limit)
     table = rotations(sai_a.frequency, method)
     here = ball(sai_a.frequency)
@@ -121,6 +117,22 @@ def match(
     found.sort(key=lambda one: one.distance)
     keep = separate(np.array([one.rotation for one in found]).reshape(-1, 3, 3), best)
     return [_told(found[k], sai_a, sai_b) for k in keep]
+
+
+def comparable(sai_a: Any, sai_b: Any) -> None:
+    """Refuse what is no pair of signatures of one kind.
+
+    Raises
+    ------
+    ValueError, TypeError
+    """
+    for name, one in (("sai_a", sai_a), ("sai_b", sai_b)):
+        if not isinstance(one, SAI):
+            raise TypeError(f"{name} must be an SAI, made by sm.sai, not {type(one).__name__}")
+    for quality in ("frequency", "topology"):
+        a, b = getattr(sai_a, quality), getattr(sai_b, quality)
+        if a != b:
+            raise ValueError(f"sai_b must have the {quality} of sai_a, {a}, not {b}")
 
 
 @dataclass(frozen=True, eq=False)

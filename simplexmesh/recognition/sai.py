@@ -34,7 +34,7 @@ class SAI:
     Parameters
     ----------
     frequency : int
-        f, 5 to 12: the sphere has 20 f^2 vertices.
+        f, 5 to 12: the sphere has 20 f^2 vertices, and so have others, but for the disc, which has about as many.
     mesh : SimplexMesh
         The sphere fitted to the object, in the object's place; its connectivity is that of ``sm.sphere(frequency)``.
         For other topologies a torus, a tube or a disc: see `simplexmesh.recognition.patches`.
@@ -95,7 +95,7 @@ class SAI:
 
     @property
     def n_vertices(self) -> int:
-        """Number of vertices, 20 f^2."""
+        """Number of vertices: 20 f^2, on a disc about as many."""
         return self.mesh.n_vertices
 
     @property
@@ -207,7 +207,8 @@ def sai(
     data : SimplexMesh, TriangleMesh, PointCloud, Volume, array, pyvista or trimesh object, path, or sequence of scans
         A complete object, several views of it in one frame, or one view.
     frequency : int
-        f, 5 to 12; the signature has 20 f^2 values. Signatures that are to be compared need the same.
+        f, 5 to 12; the signature has 20 f^2 values, on a disc about as many. Signatures that are to be compared need
+        the same.
     level, label, inside
         The surface meant, when `data` is a volume; as in `reconstruct`.
     poses : path, mapping or sequence, optional

@@ -21,10 +21,15 @@ def power_spectrum(sai: SAI, degrees: int = 12, *, smoothing: int = 2, limit: fl
     Parameters
     ----------
     sai : SAI
-        Complete.
+        On a sphere, complete.
     degrees : int
     smoothing, limit
         How angles are smoothed and cut off, as in `match`.
+
+    Raises
+    ------
+    ValueError
+        A signature on something else.
 
     References
     ----------
@@ -39,6 +44,8 @@ def power_spectrum(sai: SAI, degrees: int = 12, *, smoothing: int = 2, limit: fl
     >>> bool(np.allclose(power_spectrum(one), power_spectrum(other), atol=0.01))
     True
     """
+    if sai.topology != "sphere":
+        raise ValueError(f"sai must be a signature on a sphere, not on a {sai.topology}")
     here = ball(sai.frequency)
     values = signature_of(sai, smoothing=smoothing, limit=limit).values * here.cell_areas
     cosine = np.clip(here.vertices @ here.vertices.T, -1.0, 1.0)
