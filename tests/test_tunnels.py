@@ -64,6 +64,11 @@ class TestShell:
         assert shell_of(torus(60, 0.6)) is None
         assert shell_of(np.zeros((5, 3))) is None
 
+    def test_large_balls_without_tunnels_say_nothing(self):
+        assert shell_of(torus(500, 0.6)) is None
+        assert shell_of(torus(500, 0.6)[:, [2, 0, 1]] * 1e3) is None
+        assert shell_of(torus(4000, 0.6)).genus == 1
+
     def test_it_lies_on_the_points_not_around_them(self):
         points = torus(4000, 0.35)
         shell = shell_of(points)

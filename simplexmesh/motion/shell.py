@@ -35,6 +35,9 @@ STEADY = 3
 SMALLEST, SOON = 0.6, 2.0
 """In distances between neighbors: the first radius, and that from which on the genus must be steady."""
 
+HIDDEN = 0.1
+"""Balls larger than that, against the longest side, tell nothing of tunnels when they show none."""
+
 NEIGHBORS, MOST_POINTS, TRIANGLES = 6, 20_000, 12_000
 ONTO, THROUGH = 3, 10
 """Steps on to planes through the points, then through the points themselves."""
@@ -71,6 +74,8 @@ class Shell:
 def shell_of(points: Array) -> Shell | None:
     """Return the closed surface around points, None when no genus is steady: gaps are as wide as tunnels.
 
+    All balls that are large enough show none: that says something only of small ones.
+
     Examples
     --------
     >>> import simplexmesh as sm
@@ -94,6 +99,8 @@ def shell_of(points: Array) -> Shell | None:
     if found is None or found[0] > SOON * spacing:
         return None
     radius, genus = found
+    if genus == 0 and radius > HIDDEN * longest:  # so large balls close tunnels, too
+        return None
     corners, faces = isosurface(radius - away, _solid(away, radius))
     corners, faces = decimated(points.min(axis=0) + cell * (corners - margin), faces, TRIANGLES)
     onto = _drawn_in(corners, points, tree)
