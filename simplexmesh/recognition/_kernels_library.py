@@ -75,20 +75,15 @@ def agreeing(p, n, q, m, shortest, slack, bend, degree, pairs):
     """
     count = 0
     degree[:] = 0
-    d, e = np.zeros(3), np.zeros(3)
     for i in range(len(p)):
         for j in range(i):
-            here = there = 0.0
-            for a in range(3):
-                d[a], e[a] = p[j, a] - p[i, a], q[j, a] - q[i, a]
-                here += d[a] * d[a]
-                there += e[a] * e[a]
-            here, there = math.sqrt(here), math.sqrt(there)
+            d = (p[j, 0] - p[i, 0], p[j, 1] - p[i, 1], p[j, 2] - p[i, 2])
+            e = (q[j, 0] - q[i, 0], q[j, 1] - q[i, 1], q[j, 2] - q[i, 2])
+            here = math.sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2])
+            there = math.sqrt(e[0] * e[0] + e[1] * e[1] + e[2] * e[2])
             if here < shortest or there < 0.5 * shortest or abs(here - there) > slack:
                 continue
-            for a in range(3):
-                d[a] /= here
-                e[a] /= there
+            d, e = (d[0] / here, d[1] / here, d[2] / here), (e[0] / there, e[1] / there, e[2] / there)
             if not (_alike(d, e, n[i], m[i], bend) and _alike(d, e, n[j], m[j], bend)):
                 continue
             if not _alike(n[i], m[i], n[j], m[j], bend):
@@ -104,13 +99,21 @@ def agreeing(p, n, q, m, shortest, slack, bend, degree, pairs):
 def nearest(rows, squares, starts, asked, out):
     """Fill `out[m, k]` with the least of `squares[i] - 2 rows[i] asked[:, k]` over the rows i of each group m.
 
-    Its rows are from ``starts[m]`` to ``starts[m + 1]``; the innermost loops run along k.
+    Its rows are from ``starts[m]`` to ``starts[m + 1]``; the innermost loops run along k, eight products a time.
     """
+    eights = asked.shape[0] // 8 * 8
     for m in prange(len(starts) - 1):
         product = np.empty(asked.shape[1], np.float32)
         for i in range(starts[m], starts[m + 1]):
             product[:] = np.float32(0.0)
-            for d in range(asked.shape[0]):
+            for d in range(0, eights, 8):
+                a, b, c, e = rows[i, d], rows[i, d + 1], rows[i, d + 2], rows[i, d + 3]
+                f, g, h, j = rows[i, d + 4], rows[i, d + 5], rows[i, d + 6], rows[i, d + 7]
+                for k in range(asked.shape[1]):
+                    product[k] += (
+                        (a * asked[d, k] + b * asked[d + 1, k]) + (c * asked[d + 2, k] + e * asked[d + 3, k])
+                    ) + ((f * asked[d + 4, k] + g * asked[d + 5, k]) + (h * asked[d + 6, k] + j * asked[d + 7, k]))
+            for d in range(eights, asked.shape[0]):
                 value = rows[i, d]
                 for k in range(asked.shape[1]):
                     product[k] += value * asked[d, k]

@@ -243,7 +243,9 @@ class ModelLibrary:
             shelf = self._read()
             if not shelf.names:
                 raise ValueError(f"the library {self.path} must hold models to recognize anything; it is empty")
-            surface = surface_of(data, "data", level=level, label=label, inside=inside, poses=poses, most=MOST_POINTS)
+            surface = surface_of(
+                data, "data", level=level, label=label, inside=inside, poses=poses, most=MOST_POINTS, fine=False
+            )
             surface = without_strays(surface)
             scene = Scene.of(surface)
             found = ranked(scene, profile_of(surface), shelf, best, report)

@@ -39,7 +39,7 @@ ALIKE = 0.5
 """Points of one surface are nearer to each other than this share of the other's extent, or they are in two units."""
 
 SMOOTHED = 0.35
-TURNED_POINTS = 4_000
+TURNED_POINTS, BORDERING = 4_000, 2_000
 CELLS = 32
 
 
@@ -109,9 +109,9 @@ class Surface:
 
 def surface_of(
     data: Any, name: str, *, level: float | None = None, label: int | None = None, inside: str = "above",
-    poses: ArrayLike | None = None, most: int = MOST_POINTS,
+    poses: ArrayLike | None = None, most: int = MOST_POINTS, fine: bool = True,
 ) -> Surface:  # fmt: skip
-    """Return the surface of any data, or say what is wrong with it.
+    """Return the surface of any data, or say what is wrong with it; without its fine points unless they are wanted.
 
     Raises
     ------
@@ -161,10 +161,11 @@ def surface_of(
     if known is not None:
         normals = np.where(dot(normals, known)[:, None] < 0, -normals, normals)
     else:
-        normals = oriented(points, normals)
-    fine = np.empty((2, len(points), 3))
-    _kernels_planes.fit_quadrics(points, near, normals, *fine)
-    return Surface(points, normals, spacing, noise, smooth, fine)
+        normals = oriented(points, Planes(normals, spacing, noise))
+    drawn = np.empty((2, len(points), 3)) if fine else None
+    if drawn is not None:
+        _kernels_planes.fit_quadrics(points, near, normals, *drawn)
+    return Surface(points, normals, spacing, noise, smooth, drawn)
 
 
 def comparable(source: Surface, target: Surface) -> None:
@@ -206,18 +207,19 @@ def _planes_of(points: Array, near: NDArray[np.int64]) -> tuple[Array, Array, Ar
     return out
 
 
-def oriented(points: Array, normals: Array) -> Array:
-    """Return normals (n, 3) of either sign turned out of the body that points bound, or of the shell they are.
+def oriented(points: Array, found: Planes) -> Array:
+    """Return the normals (n, 3) of planes turned out of the body that points bound, or of the shell they are.
 
     Seen from the middle of a shell's border, or of a body, normals in the mean look away.
     """
-    some = points
+    some, planes = points, found
     if len(points) > TURNED_POINTS:
         some = points[np.sort(np.random.default_rng(0).choice(len(points), TURNED_POINTS, replace=False))]
+        spacing, noise, near = neighbors_of(some)
+        planes = Planes(_planes_of(some, near)[0], spacing, noise)
     cell = float(np.ptp(points, axis=0).max()) / CELLS
-    spacing, noise, near = neighbors_of(some)
-    inward = turned(some, Planes(_planes_of(some, near)[0], spacing, noise), cell).at(points)[1]
-    normals = np.where(dot(normals, inward)[:, None] > 0, -normals, normals)
-    border = border_of_points(some)
+    inward = turned(some, planes, cell).at(points)[1]
+    normals = np.where(dot(found.normals, inward)[:, None] > 0, -found.normals, found.normals)
+    border = border_of_points(some[:: max(1, len(some) // BORDERING)])
     middle = border.points.mean(axis=0) if len(border.points) else points.mean(axis=0)
     return normals if sense(points, normals, middle) >= -STRAIGHT else -normals
