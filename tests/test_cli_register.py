@@ -6,9 +6,12 @@ import json
 
 import numpy as np
 import pytest
+import SimpleITK as sitk
 
 import simplexmesh as sm
 from simplexmesh.cli import app
+from simplexmesh.data.writing import save
+from simplexmesh.motion.initial.polygonize import isosurface
 from tests import reference_recognition as reference
 
 T = np.array([[0, -1.0, 0, 5], [1, 0, 0, 0], [0, 0, 1, -2], [0, 0, 0, 1]])
@@ -51,6 +54,22 @@ def test_a_table(command, files):
     assert code == 0
     assert "overlap" in out
     assert "ambiguous" in out
+
+
+def test_a_level_is_that_of_the_volume(command, files, tmp_path):
+    grid = np.stack(np.meshgrid(*[np.linspace(-2, 2, 40)] * 3, indexing="ij"), axis=-1)
+    blobs = ((0, 0, 0), (0.9, 0.3, 0), (-0.2, 0.8, 0.6))
+    values = sum(np.exp(-((grid - c) ** 2).sum(axis=-1) / 0.3) for c in blobs)
+    image = sitk.GetImageFromArray(np.ascontiguousarray(values.T.astype(np.float32)))
+    image.SetSpacing((0.1, 0.1, 0.1))
+    sitk.WriteImage(image, str(tmp_path / "blobs.nrrd"))
+    vertices, faces = isosurface(values - 0.5, values > 0.5)
+    save(tmp_path / "blobs.stl", sm.TriangleMesh(0.1 * vertices @ T[:3, :3].T + T[:3, 3], faces))
+    code, out, _ = command(tmp_path / "blobs.nrrd", tmp_path / "blobs.stl", "--level", 0.5, "--json")
+    assert code == 0
+    assert np.allclose(json.loads(out)["T_target_source"], T, atol=0.03)
+    assert command(tmp_path / "blobs.stl", tmp_path / "blobs.nrrd", "--level", 0.5)[0] == 0
+    assert command(files / "source.xyz", files / "target.stl", "--level", 0.5)[0] == 2
 
 
 @pytest.mark.parametrize(

@@ -35,7 +35,8 @@ def command(
 
         began = time.perf_counter()
         here, there = read(source), read(target)
-        found = register(here, there, level=level, label=label, progress=interrupts.watching(report))
+        levels, labels = (_of_volumes(value, here, there) for value in (level, label))
+        found = register(here, there, level=levels, label=labels, progress=interrupts.watching(report))
         seconds = time.perf_counter() - began
         interrupts.check()
         if output is not None:
@@ -62,6 +63,14 @@ def command(
             "time": f"{seconds:.1f} s",
         },
     )
+
+
+def _of_volumes(value: Any, here: Any, there: Any) -> Any:
+    """Return an option for source and target: where only one is a volume it is not the other's."""
+    from simplexmesh.data.volume import Volume
+
+    volumes = [isinstance(each, Volume) for each in (here, there)]
+    return tuple(value if each else None for each in volumes) if any(volumes) else value
 
 
 def _facts(found: Any, seconds: float) -> dict[str, Any]:
