@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 
+from simplexmesh.mesh import _kernels_crossing as crossing
 from simplexmesh.mesh import _kernels_fitting as kernels
 from simplexmesh.mesh import _kernels_guard as guard
 from simplexmesh.mesh import _kernels_untangle as untangling
@@ -102,6 +103,28 @@ def test_samples_find_the_closest_place(name):
     if not c.n_holes:
         assert_allclose(largest, np.sqrt(squared.max()))
     assert largest >= np.sqrt(squared.max()) * (1 - 1e-9)
+
+
+@settings(max_examples=200)
+@given(seed=seeds, size=st.sampled_from([3, 5, 20]), turns=st.sampled_from([1, 2]), rough=st.sampled_from([0.1, 0.7]))
+def test_a_fan_that_goes_around_once_does_not_cross_itself(seed, size, turns, rough):
+    rng = np.random.default_rng(seed)
+    angle = 2 * np.pi * turns * np.arange(size) / size
+    ring = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1) + rough * rng.normal(size=(size, 3))
+    points = np.concatenate([ring, ring.mean(axis=0)[None]]) @ np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    vertices = np.arange(size, dtype=np.int32)
+    ahead = np.roll(vertices, -1)
+    once = crossing.round_once(points, vertices, ahead, 0, size, size, np.empty((3, 3)))
+    middle = points - points[size]
+    vector = np.cross(middle[vertices], middle[ahead])
+    total = vector.sum(axis=0) / np.linalg.norm(vector.sum(axis=0))
+    one, two = middle[vertices], middle[ahead]
+    turned = np.arctan2(vector @ total, (one * two).sum(axis=1) - (one @ total) * (two @ total))
+    assert once == ((vector @ total > 0).all() and np.isclose(turned.sum(), 2 * np.pi))
+    if once:
+        triangles = np.stack([vertices, ahead, np.full(size, size)], axis=1).astype(np.int64)
+        pairs = [(a, b) for a in triangles for b in triangles]
+        assert not any(crossing.triangles_cross(points, a, b) for a, b in pairs)
 
 
 def guarded(mesh, seed=0, facing=2.0):

@@ -6,6 +6,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from simplexmesh.mesh._kernels_regions import cross
+
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
@@ -124,3 +126,35 @@ def crossing_triangles(
                 out[found, 0], out[found, 1] = min(s, t), max(s, t)
                 found += 1
     return out[:found].copy()
+
+
+@njit(cache=True)
+def round_once(points: Array, vertices: Indices, ahead: Indices, first: int, last: int, middle: int, t: Array) -> bool:
+    """Return whether the triangles of a fan go around its middle once, all the same way: none of them cross then.
+
+    So it is where all have positive areas along the vector area of the fan, and the corners come once through a plane
+    that holds the middle and the first one. They are ``vertices[first:last]``, and ``ahead`` what follows each; `t` is
+    room for three vectors.
+    """
+    m = points[middle]
+    t[2] = 0.0
+    for c in range(first, last):
+        cross(points[vertices[c]], points[ahead[c]], m, t[0])
+        t[2] += t[0]
+    p = points[vertices[first]]
+    for k in range(3):
+        i, j = (k + 1) % 3, (k + 2) % 3
+        t[1, k] = t[2, i] * (p[j] - m[j]) - t[2, j] * (p[i] - m[i])
+    came = 0
+    for c in range(first, last):
+        p, q = points[vertices[c]], points[ahead[c]]
+        cross(p, q, m, t[0])
+        area = before = after = 0.0
+        for k in range(3):
+            area += t[0, k] * t[2, k]
+            before += (p[k] - m[k]) * t[1, k]
+            after += (q[k] - m[k]) * t[1, k]
+        if not area > 0:
+            return False
+        came += before <= 0 < after
+    return came == 1

@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from simplexmesh.mesh._kernels_crossing import triangles_cross
+from simplexmesh.mesh._kernels_crossing import round_once, triangles_cross
 from simplexmesh.mesh._kernels_fitting import Faces
 from simplexmesh.mesh._kernels_regions import cross
 
@@ -183,6 +183,9 @@ def outside(points: Array, t: NDArray[np.int64], low: Array, high: Array) -> boo
 def fans_crossing(g: Guarded, f: int, other: int, low: Array, high: Array, r: Room) -> int:
     """Return how many pairs of triangles of two fans cross, or of one fan; the first one has a box."""
     n, found = g.normals.shape[0], 0
+    fan = g.faces.offsets[f], g.faces.offsets[f + 1]
+    if f == other and round_once(g.points, g.faces.vertices, g.faces.ahead, fan[0], fan[1], n + f, r.vectors[2:5]):
+        return 0
     for e in range(g.faces.offsets[other], g.faces.offsets[other + 1]):
         r.other[0], r.other[1], r.other[2] = g.faces.vertices[e], g.faces.ahead[e], n + other
         if outside(g.points, r.other, low, high):
@@ -198,6 +201,16 @@ def fans_crossing(g: Guarded, f: int, other: int, low: Array, high: Array, r: Ro
 
 
 @njit(cache=True)
+def pairs_crossing(g: Guarded, f: int, other: int, r: Room) -> int:
+    """Return how many pairs of triangles of two fans cross, most of a large one left out by the box of a small one."""
+    sizes = g.faces.offsets[f + 1] - g.faces.offsets[f], g.faces.offsets[other + 1] - g.faces.offsets[other]
+    if sizes[0] <= sizes[1]:
+        return fans_crossing(g, f, other, r.vectors[0], r.vectors[1], r)
+    fan_box(g, other, r.vectors[2], r.vectors[3])
+    return fans_crossing(g, other, f, r.vectors[2], r.vectors[3], r)
+
+
+@njit(cache=True)
 def crossings(g: Guarded, i: int, r: Room) -> int:
     """Return how many pairs of triangles cross where one is on a face of a vertex and the other on a face near it."""
     found = 0
@@ -210,7 +223,7 @@ def crossings(g: Guarded, i: int, r: Room) -> int:
             for m in range(3):
                 twice |= g.vertex_faces[i, m] == other and other < f
             if not twice:
-                found += fans_crossing(g, f, other, r.vectors[0], r.vectors[1], r)
+                found += pairs_crossing(g, f, other, r)
     return found
 
 
@@ -222,7 +235,7 @@ def mark_crossed(g: Guarded) -> None:
         fan_box(g, f, r.vectors[0], r.vectors[1])
         for at in range(g.offsets[f], g.offsets[f + 1]):
             other = g.near[at]
-            if other >= f and fans_crossing(g, f, other, r.vectors[0], r.vectors[1], r) > 0:
+            if other >= f and pairs_crossing(g, f, other, r) > 0:
                 g.crossed[f] = g.crossed[other] = True
 
 
