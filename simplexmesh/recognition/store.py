@@ -175,8 +175,8 @@ def address(path: PurePath) -> str:
     Examples
     --------
     >>> from pathlib import PurePosixPath, PureWindowsPath
-    >>> address(PurePosixPath("/home/a b/x.sml")), address(PureWindowsPath("C:/x.sml"))
-    ('file:///home/a%20b/x.sml', 'file:///C:/x.sml')
+    >>> address(PurePosixPath("/data/a b/x.sml")), address(PureWindowsPath("C:/x.sml"))
+    ('file:///data/a%20b/x.sml', 'file:///C:/x.sml')
     >>> address(PureWindowsPath("//server/share/x.sml"))
     'file:////server/share/x.sml'
     """
