@@ -219,7 +219,7 @@ def test_what_folds_before_does_not_fold_after():
 
 
 def test_what_is_left_tangled_is_told():
-    wild = shaken(shapes.sphere(10), 0, 8.0)
+    wild = shaken(shapes.sphere(10), 0, 20.0)
     with pytest.warns(SimplexMeshWarning, match="vertices of the decimated mesh are on faces that fold or cross"):
         decimate(wild, vertices=1000)
 

@@ -232,7 +232,7 @@ def collapse_cheapest(d: Darts, c: Corners, w: Weights, count: int) -> int:
         put(heap, dart, np.inf)
         if refused(d, c, dart, w):
             continue
-        collapse_cost(d, c, dart, w, m)
+        merge(c.regions[d.face[dart]], c.regions[d.face[d.twin[dart]]], m)
         if strays(m, w.flat, min(c.reach[d.face[dart]], c.reach[d.face[d.twin[dart]]])):
             continue
         if folds(d, c, dart, m[MIDDLE : MIDDLE + 3], w, n):

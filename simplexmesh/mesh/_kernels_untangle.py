@@ -72,12 +72,12 @@ def untangle_vertex(g: Guarded, i: int, before: float, b: Bounds, r: Room, room:
 def untangle(g: Guarded, passes: int, b: Bounds) -> int:
     """Put free vertices with faults around them where there are less, pass after pass; return how many have some.
 
-    After the first pass only those are looked at again that had faults, or whose neighbor had.
+    After the first pass only those are looked at again that were moved, or whose neighbor was.
     """
     r, room = new_room(), np.empty((3, 3))
-    left, looked = 0, g.free.copy()
+    looked, wrong = g.free.copy(), np.zeros(g.free.size, np.bool_)
     for _ in range(passes):
-        left, better = 0, False
+        better = False
         again = np.zeros(looked.size, np.bool_)
         for i in range(looked.size):
             if not looked[i]:
@@ -85,16 +85,19 @@ def untangle(g: Guarded, passes: int, b: Bounds) -> int:
             before = faults(g, i, b, r)
             if touches_crossed(g, i):
                 before += CROSSING * crossings(g, i, r)
+            wrong[i] = before > 0
             if before > 0:
-                left += 1
-                better |= untangle_vertex(g, i, before, b, r, room) < before - WORTH
-                again[i] = True
-                for j in range(3):
-                    again[g.neighbors[i, j]] |= g.free[g.neighbors[i, j]]
+                after = untangle_vertex(g, i, before, b, r, room)
+                better |= after < before - WORTH
+                wrong[i] = after > 0
+                if after < before:
+                    again[i] = True
+                    for j in range(3):
+                        again[g.neighbors[i, j]] |= g.free[g.neighbors[i, j]]
         looked = again
         if not better:
             break
-    return left
+    return wrong.sum()
 
 
 @njit(cache=True)

@@ -13,6 +13,7 @@ from simplexmesh import _check
 from simplexmesh.errors import SimplexMeshWarning, TopologyError
 from simplexmesh.mesh import _kernels_corners as evening
 from simplexmesh.mesh import _kernels_decimate as kernels
+from simplexmesh.mesh import _kernels_exceptions as exceptions
 from simplexmesh.mesh import _kernels_regions as regions
 from simplexmesh.mesh.edited import Edited
 from simplexmesh.mesh.editing import EditableMesh
@@ -43,7 +44,9 @@ LAST_RESORT = WEIGHTS._replace(sizes=0.0, bend=-1.0, least=3, most=2**30, piece=
 LAX = WEIGHTS._replace(turn=-0.5, shape=0.05)
 """Of the edges that are swapped last."""
 
-PASSES = 20
+PASSES, PATH = 20, 3
+"""How often all edges are looked at, and how many are swapped at most so that a face is no exception."""
+
 ROUNDS = 6
 STEPS = 2
 """How often vertices go towards the places where their three regions met, before the fit."""
@@ -248,6 +251,7 @@ def _collapsed(
         kernels.collapse_cheapest(d, corners, LAST_RESORT, count - done)
     for swapping in (WEIGHTS, LAX):
         evening.even_out_flat(d, corners, swapping, PASSES)
+    exceptions.lessen_exceptions(d, corners, LAX, PATH)
     while (into[into] != into).any():
         into[:] = into[into]
     return corners
