@@ -37,6 +37,9 @@ FOLLOWED, AGAIN = 30, 16
 EVERY, LIKELY = 4, 100
 """So many-th points judge all motions, all of them the likeliest."""
 
+PROVEN = 8
+"""So many of a part's models are put to the proof at least, even if fewer are asked for."""
+
 ASKED = 600
 ROUNDS = 5
 
@@ -119,7 +122,11 @@ def ranked(scene: Scene, profile: Array, shelf: Shelf, most: int, report: Report
     first = np.union1d(np.argsort(profiles, kind="stable")[:BY_PROFILE], order[:BY_IMAGES])
     more = order[~np.isin(order, first)][:MORE]
     part = profiles.min() >= NEAR
-    found = _proven(scene, shelf, np.concatenate([first, more]) if part else first, most)
+    found = (
+        _proven(scene, shelf, np.concatenate([first, more]), max(PROVEN, most))
+        if part
+        else (_proven(scene, shelf, first, most))
+    )
     if not part and not (profiles[found[0][0]] < NEAR and found[0][1].score > ENOUGH):
         report(0.6, "comparing more")
         found += _proven(scene, shelf, more, most)
