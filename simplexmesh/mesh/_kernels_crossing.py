@@ -62,7 +62,9 @@ def triangles_cross(points: Array, s: Indices, t: Indices) -> bool:
 
 
 @njit(cache=True, error_model="numpy")
-def _grid(low: Array, high: Array, origin: Array, cell: float, shape: Indices) -> tuple[Indices, Indices, Indices]:
+def boxes_by_cell(
+    low: Array, high: Array, origin: Array, cell: float, shape: Indices
+) -> tuple[Indices, Indices, Indices]:
     """Return for each cell the boxes that meet it (offsets, boxes), and the first and last cell of each box."""
     n = low.shape[0]
     span = np.empty((n, 2, 3), np.int64)
@@ -101,7 +103,7 @@ def crossing_triangles(
     `low` and `high` (t, 3) are the triangles' boxes, within the grid of `shape` cells of edge `cell` from `origin`.
     A pair that meets in several cells is judged in the first cell of the common part of its boxes.
     """
-    offsets, boxes, span = _grid(low, high, origin, cell, shape)
+    offsets, boxes, span = boxes_by_cell(low, high, origin, cell, shape)
     out = np.empty((64, 2), np.int64)
     found = 0
     for at in range(offsets.size - 1):

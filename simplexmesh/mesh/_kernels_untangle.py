@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from simplexmesh.mesh._kernels_crossing import _grid as grid
+from simplexmesh.mesh._kernels_crossing import boxes_by_cell
 from simplexmesh.mesh._kernels_guard import (
     CROSSING,
     EQUAL,
@@ -117,7 +117,7 @@ def near_boxes(
 
     Boxes are given by their lowest and highest corners (b, 3); a grid of `shape` cells from `origin` on holds them.
     """
-    inside, boxes, span = grid(low, high, origin, cell, shape)
+    inside, boxes, span = boxes_by_cell(low, high, origin, cell, shape)
     offsets = np.zeros(low.shape[0] + 1, np.int64)
     near = np.empty(16 * low.shape[0], np.int32)
     seen = np.full(low.shape[0], -1, np.int32)
