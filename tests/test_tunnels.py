@@ -60,6 +60,15 @@ class TestShell:
         surface = sm.TriangleMesh(shell.vertices, shell.faces).topology
         assert (shell.genus, surface.genus, surface.n_borders, surface.n_components) == (genus, genus, 0, 1)
 
+    @pytest.mark.parametrize("count", [1000, 5000])
+    def test_the_last_gap_of_a_wall_is_no_tunnel(self, count):
+        rng = np.random.default_rng(0)  # 5,000 points of these leave one gap until balls are 1.8 spacings large
+        u, v = rng.uniform(0, 2 * np.pi, (2, 2 * count))
+        kept = np.flatnonzero(rng.uniform(size=2 * count) < (1 + 0.45 * np.cos(v)) / 1.45)[:count]
+        away = 1 + 0.45 * np.cos(v[kept])
+        points = np.stack([away * np.cos(u[kept]), away * np.sin(u[kept]), 0.45 * np.sin(v[kept])], axis=1)
+        assert shell_of(points).genus == 1
+
     def test_gaps_as_wide_as_tunnels_say_nothing(self):
         assert shell_of(torus(60, 0.6)) is None
         assert shell_of(np.zeros((5, 3))) is None

@@ -52,7 +52,7 @@ def evened(mesh: SimplexMesh, wanted: Array) -> Edited:
     >>> evened(ball, np.full(362, ball.area / 500)).mesh.n_faces
     362
     >>> evened(ball, np.full(362, ball.area / 1000)).mesh.n_faces
-    641
+    639
     """
     c = mesh.connectivity
     wanted = _check.array("wanted", wanted, (len(c.face_sizes),))

@@ -32,8 +32,11 @@ LARGEST, GROWTH = 0.2, 1.09
 STEADY = 3
 """The genus is believed that stays the same for so many radii in a row."""
 
-SMALLEST, SOON = 0.6, 2.0
-"""In distances between neighbors: the first radius, and that from which on the genus must be steady."""
+SMALLEST, SOON, LATE = 0.6, 2.0, 3.0
+"""In distances between neighbors: the first radius, that from which on the genus must be steady, and the last."""
+
+CLOSED = 0.03
+"""A wall has just closed when the hollow it encloses grows by this share of the body."""
 
 HIDDEN = 0.1
 """Balls larger than that, against the longest side, tell nothing of tunnels when they show none."""
@@ -95,13 +98,14 @@ def shell_of(points: Array) -> Shell | None:
         return None
     margin = int(LARGEST * longest / cell) + 3
     away = _distances(points, cell, margin)
-    found = _steady(_radii(max(SMALLEST * spacing, 1.2 * cell), LARGEST * longest), lambda r: _solid(away, r))
+    radii = _radii(max(SMALLEST * spacing, 1.2 * cell), min(LARGEST * longest, LATE * spacing))
+    found = _steady(radii, lambda radius: _body(away, radius))
     if found is None or found[0] > SOON * spacing:
         return None
     radius, genus = found
     if genus == 0 and radius > HIDDEN * longest:  # so large balls close tunnels, too
         return None
-    corners, faces = isosurface(radius - away, _solid(away, radius))
+    corners, faces = isosurface(radius - away, _body(away, radius)[0])
     corners, faces = decimated(points.min(axis=0) + cell * (corners - margin), faces, TRIANGLES)
     onto = _drawn_in(corners, points, tree)
     if len(points) <= FEW:
@@ -114,20 +118,30 @@ def _radii(first: float, last: float) -> Array:
     return np.asarray(first * GROWTH ** np.arange(steps))
 
 
-def _steady(radii: Array, solid: Callable[[float], NDArray[np.bool_]]) -> tuple[float, int] | None:
-    """Return the first radius whose genus the next ones keep, and that genus."""
-    start, same, before = 0.0, 0, -1
+def _steady(radii: Array, body: Callable[[float], tuple[NDArray[np.bool_], int]]) -> tuple[float, int] | None:
+    """Return the first radius whose genus the next ones keep, and that genus.
+
+    A gap in the wall looks like a tunnel, and may stay for some radii: none is believed before the wall has closed.
+    """
+    start, same, before, hollow = 0.0, 0, -1, 0
+    found = None
     for radius in radii.tolist():
-        genus = 1 - euler(solid(radius))
-        start, same, before = (start, same + 1, genus) if genus == before else (radius, 1, genus)
-        if same == STEADY:
-            return start, genus
-    return None
+        solid, enclosed = body(radius)
+        genus = 1 - euler(solid)
+        if enclosed - hollow >= CLOSED * np.count_nonzero(solid):
+            found, before = None, -1
+        start, same = (start, same + 1) if genus == before else (radius, 1)
+        if same == STEADY and found is None:
+            found = start, genus
+        before, hollow = genus, enclosed
+    return found
 
 
-def _solid(away: NDArray[np.float32], radius: float) -> NDArray[np.bool_]:
-    """Return the largest piece of what is within a radius of points, and of what it encloses."""
-    return without_cavities(pieces(away < radius)[0])
+def _body(away: NDArray[np.float32], radius: float) -> tuple[NDArray[np.bool_], int]:
+    """Return the largest piece of what is within a radius of points with what it encloses, and how much that is."""
+    wall = pieces(away < radius)[0]
+    solid = without_cavities(wall)
+    return solid, int(np.count_nonzero(solid) - np.count_nonzero(wall))
 
 
 def _distances(points: Array, cell: float, margin: int) -> NDArray[np.float32]:
