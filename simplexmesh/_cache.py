@@ -6,7 +6,7 @@ import os
 import sys
 from pathlib import Path
 
-ROOMS = ("mesh", "data", "motion", "recognition")
+ROOMS = ("mesh", "data", "motion", "recognition", "surface")
 
 
 def ensure() -> None:

@@ -7,7 +7,7 @@ import math
 
 from numba import prange
 
-from simplexmesh.motion._kernels import Both
+from simplexmesh._kernels_both import Both
 
 
 @Both

@@ -8,7 +8,7 @@ from functools import partial
 
 from numba import prange
 
-from simplexmesh.motion._kernels import PARALLEL_FROM, Both
+from simplexmesh._kernels_both import PARALLEL_FROM, Both
 
 
 @partial(Both, pays_from=10 * PARALLEL_FROM)  # less than a nanosecond per vertex

@@ -10,7 +10,8 @@ import math
 
 from numba import njit
 
-from simplexmesh.motion._kernels import FAST, FREE, ORIENTATION, SHAPE
+from simplexmesh._kernels_both import FAST
+from simplexmesh.motion._kernels import FREE, ORIENTATION, SHAPE
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)

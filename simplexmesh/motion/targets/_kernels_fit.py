@@ -16,7 +16,7 @@ import math
 import numpy as np
 from numba import njit
 
-from simplexmesh.motion._kernels import FAST
+from simplexmesh._kernels_both import FAST
 from simplexmesh.motion.targets._kernels_algebra import form, median, set_form, solve, tangents, turn_frame
 
 OFFSET, VARIANCE, NOISE, COUNT, LEAN, CURVATURE = range(6)

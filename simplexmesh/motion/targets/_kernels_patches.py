@@ -13,7 +13,7 @@ import math
 import numpy as np
 from numba import njit, prange
 
-from simplexmesh.motion._kernels import FAST
+from simplexmesh._kernels_both import FAST
 
 LANES = 8  # surfels in a patch
 WIDEST = 1.5  # no neighbor's support is wider than this, against a surfel's own

@@ -10,7 +10,7 @@ from functools import partial
 import numpy as np
 from numba import njit, prange
 
-from simplexmesh.motion._kernels import Both
+from simplexmesh._kernels_both import Both
 from simplexmesh.motion.targets._kernels_nearest import (
     HEAD,
     NONE,

@@ -8,7 +8,7 @@ from functools import partial
 
 from numba import njit, prange
 
-from simplexmesh.motion._kernels import FAST, Both
+from simplexmesh._kernels_both import FAST, Both
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
