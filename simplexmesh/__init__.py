@@ -49,6 +49,11 @@ _HOME = {
     "recognition.match": ["match"],
     "recognition.register": ["Pose", "Registration", "register"],
     "recognition.library": ["ModelLibrary", "Recognition"],
+    # V    the surface
+    "surface.neighborhoods": ["Neighborhoods", "ball", "nearest", "rings"],
+    "surface.normals.estimate": ["vertex_normals"],
+    "surface.curvature.estimate": ["curvature"],
+    "surface.curvature.result": ["Curvature"],
 }
 _MODULE = {name: f"simplexmesh.{module}" for module, names in _HOME.items() for name in names}
 _SUBMODULES = {"targets": "simplexmesh.motion.targets", "plot": "simplexmesh.plot"}
@@ -107,6 +112,13 @@ if TYPE_CHECKING:  # the same list once more, for type checkers and editors; a t
     from simplexmesh.recognition.register import register as register
     from simplexmesh.recognition.sai import SAI as SAI
     from simplexmesh.recognition.sai import sai as sai
+    from simplexmesh.surface.curvature.estimate import curvature as curvature
+    from simplexmesh.surface.curvature.result import Curvature as Curvature
+    from simplexmesh.surface.neighborhoods import Neighborhoods as Neighborhoods
+    from simplexmesh.surface.neighborhoods import ball as ball
+    from simplexmesh.surface.neighborhoods import nearest as nearest
+    from simplexmesh.surface.neighborhoods import rings as rings
+    from simplexmesh.surface.normals.estimate import vertex_normals as vertex_normals
 
 
 def __getattr__(name: str) -> Any:

@@ -12,18 +12,20 @@ import pytest
 ROOT = Path(__file__).parents[1] / "simplexmesh"
 
 # Room -> the rooms it may import from, besides itself; the front is the package as users see it.
-FLOOR = {"errors", "_check", "_vec", "_cache"}
+FLOOR = {"errors", "_check", "_vec", "_cache", "_kernels_both"}
 BELOW = {
     "errors": set(),
     "_check": {"errors"},
     "_vec": set(),
     "_cache": set(),
+    "_kernels_both": set(),
     "mesh": FLOOR,
     "data": FLOOR | {"mesh"},
     "motion": FLOOR | {"mesh", "data"},
-    "recognition": FLOOR | {"mesh", "data", "motion"},
-    "plot": FLOOR | {"mesh", "data", "motion", "recognition"},
-    "cli": FLOOR | {"mesh", "data", "motion", "recognition", "plot", "front"},
+    "surface": FLOOR | {"mesh", "data"},
+    "recognition": FLOOR | {"mesh", "data", "motion", "surface"},
+    "plot": FLOOR | {"mesh", "data", "motion", "surface", "recognition"},
+    "cli": FLOOR | {"mesh", "data", "motion", "surface", "recognition", "plot", "front"},
 }
 
 # Imports that point up, each with its reason.
@@ -40,7 +42,7 @@ UPWARD = {
 # NumPy and the standard library are free.
 DOORS = {
     "numba": ["_kernels*.py"],
-    "igl": ["/motion/targets/triangles.py"],
+    "igl": ["/motion/targets/triangles.py", "/surface/curvature/principal.py"],
     "skimage": ["/motion/initial/polygonize.py"],
     "SimpleITK": ["/data/itk.py"],
     "plyfile": ["/data/ply.py"],
@@ -48,11 +50,15 @@ DOORS = {
     "vtkmodules": ["/data/vtk.py"],
     "scipy": [
         *("/mesh/*.py", "/data/*.py", "/motion/*.py", "/motion/*/*.py", "/recognition/*.py"),
+        *("/surface/*.py", "/surface/*/*.py"),
         *("/plot/*.py", "/cli/*.py"),
     ],
     "rich": ["/cli/*.py", "/motion/progress.py"],
     "typer": ["/cli/*.py"],
-    "importlib": ["/__init__.py", "/mesh/simplex_mesh.py", "/motion/targets/__init__.py"],  # imports by name hide
+    "importlib": [  # imports by name hide
+        *("/__init__.py", "/mesh/simplex_mesh.py", "/motion/targets/__init__.py"),
+        "/surface/methods.py",
+    ],
 }
 FREE = (set(sys.stdlib_module_names) - set(DOORS)) | {"numpy"}
 

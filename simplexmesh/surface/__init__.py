@@ -1,0 +1,10 @@
+"""Chapter V, the surface: normals, curvatures and what stands out, measured on scans as they are."""
+
+from __future__ import annotations
+
+import os
+
+from simplexmesh import _cache
+
+_cache.ensure()
+os.environ.setdefault("OMP_WAIT_POLICY", "passive")  # waiting threads sleep: see `_kernels_both`

@@ -1,0 +1,17 @@
+"""Tangent frames, inlined into the kernels of every estimator."""
+# mypy: allow-untyped-defs
+
+from __future__ import annotations
+
+import math
+
+from numba import njit
+
+
+@njit(inline="always")
+def tangents(nx, ny, nz):
+    """Return two unit tangents u, v with u x v = n (Duff et al. 2017, Building an orthonormal basis, revisited)."""
+    sign = math.copysign(1.0, nz)
+    a = -1.0 / (sign + nz)
+    b = nx * ny * a
+    return 1.0 + sign * nx * nx * a, sign * b, -sign * nx, b, sign + ny * ny * a, -ny

@@ -1,0 +1,182 @@
+"""One-rings in order, and rings beyond them: which vertices each estimator looks at."""
+# mypy: allow-untyped-defs
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+
+@njit(cache=True)
+def corners_of_vertices(faces, n_vertices):
+    """Return CSR (offsets, corners): for each vertex the corners 3 f + j of the triangles around it."""
+    offsets = np.zeros(n_vertices + 1, np.int64)
+    for f in range(faces.shape[0]):
+        for j in range(3):
+            offsets[faces[f, j] + 1] += 1
+    for i in range(n_vertices):
+        offsets[i + 1] += offsets[i]
+    corners = np.empty(offsets[n_vertices], np.int64)
+    filled = offsets[:n_vertices].copy()
+    for f in range(faces.shape[0]):
+        for j in range(3):
+            i = faces[f, j]
+            corners[filled[i]] = 3 * f + j
+            filled[i] += 1
+    return offsets, corners
+
+
+@njit(cache=True)
+def _chain(start, stop, ahead, behind, free, out, place, begin):
+    """Follow the fan from the corner `begin`, writing the vertices met after its first; return the next free place."""
+    current = begin
+    while True:
+        free[current - start] = False
+        end = behind[current]
+        out[place] = end
+        place += 1
+        following = -1
+        for other in range(start, stop):
+            if free[other - start] and ahead[other] == end:
+                following = other
+                break
+        if following < 0:
+            return place
+        current = following
+
+
+@njit(cache=True)
+def ordered_rings(faces, n_vertices):
+    """Return (offsets, members, closed): one-rings counter-clockwise seen from outside.
+
+    The ring of an inner vertex is a cycle from its smallest member on. At a border it is the fan from its first edge
+    to its last, and `closed` is False, as it is where several fans meet: they follow each other, each vertex once.
+    """
+    starts, corners = corners_of_vertices(faces, n_vertices)
+    ahead = np.empty(corners.shape[0], np.int64)
+    behind = np.empty(corners.shape[0], np.int64)
+    for k in range(corners.shape[0]):
+        f, j = corners[k] // 3, corners[k] % 3
+        ahead[k] = faces[f, (j + 1) % 3]
+        behind[k] = faces[f, (j + 2) % 3]
+    offsets = np.zeros(n_vertices + 1, np.int64)
+    members = np.empty(2 * corners.shape[0], np.int64)
+    closed = np.zeros(n_vertices, np.bool_)
+    most = 0
+    for i in range(n_vertices):
+        most = max(most, starts[i + 1] - starts[i])
+    free = np.empty(most, np.bool_)
+    place = 0
+    for i in range(n_vertices):
+        start, stop, first = starts[i], starts[i + 1], place
+        free[: stop - start] = True
+        fans = 0
+        for bordering in range(2):  # fans with a border first, then cycles
+            for begin in range(start, stop):
+                if not free[begin - start]:
+                    continue
+                if bordering == 0:
+                    entered = False
+                    for other in range(start, stop):
+                        entered |= behind[other] == ahead[begin]
+                    if entered:
+                        continue
+                smallest = begin
+                if bordering == 1:
+                    for other in range(begin, stop):
+                        if free[other - start] and ahead[other] < ahead[smallest]:
+                            smallest = other
+                members[place] = ahead[smallest]
+                place = _chain(start, stop, ahead, behind, free, members, place + 1, smallest)
+                fans += 1
+                if bordering == 1 and members[place - 1] == ahead[smallest]:
+                    place -= 1
+                    closed[i] = fans == 1
+                else:
+                    closed[i] = False
+        if fans > 1:
+            closed[i] = False
+            place = _distinct(members, first, place)
+        offsets[i + 1] = place
+    return offsets, members[:place].copy(), closed
+
+
+@njit(cache=True)
+def _distinct(members, first, stop):
+    """Keep the first of each value in members[first:stop]; return where they end."""
+    place = first
+    for k in range(first, stop):
+        seen = False
+        for earlier in range(first, place):
+            seen |= members[earlier] == members[k]
+        if not seen:
+            members[place] = members[k]
+            place += 1
+    return place
+
+
+@njit(cache=True)
+def rings(offsets, members, centers, count):
+    """Return CSR (offsets, members) of the vertices within `count` edges of each center, ring by ring, without it."""
+    n_vertices = offsets.shape[0] - 1
+    stamp = np.full(n_vertices, -1, np.int64)
+    starts = np.zeros(centers.shape[0] + 1, np.int64)
+    found = np.empty(max(16, 8 * centers.shape[0]), np.int64)
+    place = 0
+    for row in range(centers.shape[0]):
+        stamp[centers[row]] = row
+        first = place
+        ring = place - 1  # -1 from the start: the center itself
+        for step in range(count):
+            last = place
+            for k in range(ring if step else first, last if step else first + 1):
+                i = found[k] if step else centers[row]
+                for m in range(offsets[i], offsets[i + 1]):
+                    j = members[m]
+                    if stamp[j] != row:
+                        stamp[j] = row
+                        if place == found.shape[0]:
+                            grown = np.empty(2 * place, np.int64)
+                            grown[:place] = found
+                            found = grown
+                        found[place] = j
+                        place += 1
+            ring = last
+        starts[row + 1] = place
+    return starts, found[:place].copy()
+
+
+@njit(cache=True)
+def reached(offsets, members, points, centers, radius):
+    """Return CSR (offsets, members) of the vertices nearer than `radius` that edges inside the ball lead to."""
+    stamp = np.full(points.shape[0], -1, np.int64)
+    starts = np.zeros(centers.shape[0] + 1, np.int64)
+    found = np.empty(max(16, 8 * centers.shape[0]), np.int64)
+    place = 0
+    for row in range(centers.shape[0]):
+        center = centers[row]
+        stamp[center] = row
+        first = place
+        current, k = center, first - 1
+        while True:
+            for m in range(offsets[current], offsets[current + 1]):
+                j = members[m]
+                if stamp[j] == row:
+                    continue
+                stamp[j] = row
+                square = 0.0
+                for axis in range(3):
+                    square += (points[j, axis] - points[center, axis]) ** 2
+                if square <= radius * radius:
+                    if place == found.shape[0]:
+                        grown = np.empty(2 * place, np.int64)
+                        grown[:place] = found
+                        found = grown
+                    found[place] = j
+                    place += 1
+            k += 1
+            if k >= place:
+                break
+            current = found[k]
+        starts[row + 1] = place
+    return starts, found[:place].copy()

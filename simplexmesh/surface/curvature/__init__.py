@@ -1,0 +1,1 @@
+"""Curvature estimators, one a file, and the door to all of them."""

@@ -1,0 +1,71 @@
+"""SineFitting: normal curvatures around a vertex, fitted by Euler's sinusoid."""
+# mypy: allow-untyped-defs
+
+from __future__ import annotations
+
+import math
+
+from numba import prange
+
+from simplexmesh._kernels_both import Both
+from simplexmesh.surface._kernels_frames import tangents
+from simplexmesh.surface.reasons import DEGENERATE, FEW, FOUND
+
+FLAT = 1e-24
+"""A neighbor whose projection is shorter than this share of its distance, squared, has no azimuth."""
+
+SINGULAR = 1e-10
+"""Directions whose spread on the double angle, as a share of the largest possible, is less are taken for two."""
+
+
+@Both
+def sine(centers, offsets, members, points, normals, k1, k2, d1, reasons):
+    """Fit k_i = a cos 2 alpha_i + b sin 2 alpha_i + c per row by least squares (Charton 2014, 2.44)."""
+    for row in prange(centers.shape[0]):
+        i = centers[row]
+        px, py, pz = points[i, 0], points[i, 1], points[i, 2]
+        nx, ny, nz = normals[row, 0], normals[row, 1], normals[row, 2]
+        ux, uy, uz, vx, vy, vz = tangents(nx, ny, nz)
+        sc = ss = scc = sss = scs = sk = skc = sks = 0.0
+        count = 0
+        for m in range(offsets[row], offsets[row + 1]):
+            j = members[m]
+            x, y, z = px - points[j, 0], py - points[j, 1], pz - points[j, 2]
+            square = x * x + y * y + z * z
+            u, v = ux * x + uy * y + uz * z, vx * x + vy * y + vz * z
+            flat = u * u + v * v
+            if flat <= FLAT * square or square == 0.0:
+                continue
+            k = 2.0 * (nx * x + ny * y + nz * z) / square
+            c, s = (u * u - v * v) / flat, 2.0 * u * v / flat
+            count += 1
+            sc += c
+            ss += s
+            scc += c * c
+            sss += s * s
+            scs += c * s
+            sk += k
+            skc += k * c
+            sks += k * s
+        if offsets[row + 1] - offsets[row] < 3 or nx * nx + ny * ny + nz * nz < 0.5:
+            reasons[row] = FEW if offsets[row + 1] - offsets[row] < 3 else DEGENERATE
+            continue
+        if count < 3:
+            reasons[row] = DEGENERATE
+            continue
+        w = 1.0 / count
+        scc, sss, scs = scc - w * sc * sc, sss - w * ss * ss, scs - w * sc * ss
+        skc, sks = skc - w * sk * sc, sks - w * sk * ss
+        det = scc * sss - scs * scs
+        if det <= SINGULAR * count * count:
+            reasons[row] = DEGENERATE
+            continue
+        a, b = (skc * sss - sks * scs) / det, (sks * scc - skc * scs) / det
+        mean = w * (sk - a * sc - b * ss)
+        swing = math.sqrt(a * a + b * b)
+        half = 0.5 * math.atan2(b, a)
+        cosine, sine_ = math.cos(half), math.sin(half)
+        k1[row], k2[row] = mean + swing, mean - swing
+        d1[row, 0], d1[row, 1] = cosine * ux + sine_ * vx, cosine * uy + sine_ * vy
+        d1[row, 2] = cosine * uz + sine_ * vz
+        reasons[row] = FOUND

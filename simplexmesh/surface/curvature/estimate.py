@@ -1,0 +1,124 @@
+"""Curvatures of a surface by any of the known estimators: one door, one kind of answer."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from simplexmesh import _check
+from simplexmesh.surface.curvature.result import Curvature
+from simplexmesh.surface.methods import Estimates, Method, chosen, warn_of_failures
+from simplexmesh.surface.neighborhoods import Neighborhood, Neighborhoods, rings
+from simplexmesh.surface.normals.estimate import normals_around
+from simplexmesh.surface.samples import Samples, as_samples
+
+Array = NDArray[np.float64]
+
+METHODS = {
+    "sine": Method("curvature.sine"),
+}
+"""Every curvature estimator."""
+
+
+def curvature(
+    surface: Any,
+    method: str = "sine",
+    *,
+    neighborhood: Neighborhood | None = None,
+    normals: str | ArrayLike | None = None,
+    vertices: ArrayLike | None = None,
+    **options: Any,
+) -> Curvature:
+    """Return the principal, mean and Gaussian curvatures at the vertices of a surface.
+
+    Parameters
+    ----------
+    surface : TriangleMesh, SimplexMesh, PointCloud, array, PyVista or trimesh object, or path
+        What is measured. Faces must be counter-clockwise seen from outside; a cloud without normals has no outside,
+        and the signs of its curvatures mean nothing.
+    method : str
+        The estimator.
+    neighborhood : from `rings`, `ball`, `nearest`, or Neighborhoods, optional
+        Which neighbors it sees; by default the one-ring, in a cloud the 12 nearest points.
+    normals : str or (n, 3) array of float, optional
+        A method of `vertex_normals`, or unit normals: where the estimator starts from.
+    vertices : (c,) array of int, optional
+        Measure these vertices only; the answer has one row for each.
+    **options
+        What the method understands beyond these.
+
+    Returns
+    -------
+    Curvature
+        `k1`, `k2`, `d1`, `d2`, `mean`, `gauss`, `normals`, `failed`, `error`, `confidence`.
+
+    Raises
+    ------
+    ValueError
+        An unknown method, normals of another shape, vertices outside.
+    TypeError
+        Not a surface, or an option the method does not have.
+
+    Warns
+    -----
+    SimplexMeshWarning
+        Saying at how many vertices there is no estimate, and why.
+
+    Examples
+    --------
+    >>> import simplexmesh as sm
+    >>> mesh = sm.sphere(8).triangulated("dual")
+    >>> ball = sm.TriangleMesh(2.0 * mesh.vertex_normals, mesh.faces)
+    >>> found = sm.curvature(ball, method="sine")
+    >>> float(found.mean.mean().round(3)), float(found.gauss.mean().round(3))
+    (0.5, 0.25)
+    """
+    kind, understood = chosen(method, METHODS, options)
+    samples = as_samples(surface)
+    if kind.own_scale:
+        if neighborhood is not None:
+            raise TypeError(f"neighborhood must be left out: method {method!r} chooses its own")
+        around = _only(samples, vertices)
+    else:
+        around = samples.around(rings(1) if neighborhood is None else neighborhood, vertices)
+    directions = _starting_normals(samples, around, kind, normals)
+    found = kind.estimate(samples, around, directions, **understood)
+    warn_of_failures("curvature", found.reasons)
+    return _finished(found, directions, method)
+
+
+def _only(samples: Samples, vertices: ArrayLike | None) -> Neighborhoods:
+    """Neighborhoods without members: the centers alone."""
+    n = len(samples.points)
+    centers = np.arange(n) if vertices is None else _check.selection("vertices", vertices, n)
+    none = np.zeros(len(centers) + 1, np.int64)
+    return Neighborhoods(centers, none, np.zeros(0, np.int64), np.zeros(len(centers), bool))
+
+
+def _starting_normals(
+    samples: Samples, around: Neighborhoods, kind: Method, normals: str | ArrayLike | None
+) -> Array | None:
+    """(c, 3) unit normals, one for each center, that the estimator starts from; None where it needs none."""
+    if normals is not None and not isinstance(normals, str):
+        given: Array = _check.array("normals", normals, (len(samples.points), 3))
+        return given[around.centers]
+    name = kind.normals if normals is None else normals
+    return None if name is None else normals_around(samples, around, name)
+
+
+def _finished(found: Estimates, directions: Array | None, method: str) -> Curvature:
+    """Return what the user gets: NaN and the mask agree."""
+    failed = found.reasons != 0
+    normals = found.normals if found.normals is not None else directions
+    normals = np.zeros((len(failed), 3)) if normals is None else normals
+
+    def masked(values: Array | None) -> Array | None:
+        if values is None:
+            return None
+        shown = failed if values.ndim == 1 else failed[:, None]
+        return _check.frozen(np.where(shown, np.nan, values))
+
+    values = {name: masked(getattr(found, name)) for name in ("k1", "k2", "mean", "gauss", "d1", "error")}
+    return Curvature(**values, normals=masked(normals), failed=_check.frozen(failed), method=method)  # type: ignore[arg-type]

@@ -1,0 +1,101 @@
+"""What a curvature estimator returns: values, directions, and where it failed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from simplexmesh._vec import cross
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Curvature:
+    """Curvatures at points of a surface, positive on a sphere seen from outside (normals point outward).
+
+    Attributes
+    ----------
+    k1, k2 : (n,) array of float
+        Principal curvatures, 1 / length, k1 >= k2 as signed numbers.
+    mean, gauss : (n,) array of float
+        H = (k1 + k2) / 2, 1 / length, and K = k1 k2, 1 / length squared.
+    d1 : (n, 3) array of float or None
+        Unit tangent along which the surface bends by k1; its sign means nothing, and where k1 = k2 neither does the
+        rest. None from methods that have no directions.
+    normals : (n, 3) array of float
+        Unit normals the estimate refers to.
+    failed : (n,) array of bool
+        Where there is no estimate; every other array holds NaN there, and nowhere else.
+    error : (n,) array of float or None
+        Expected error of `mean` (one standard deviation), 1 / length, from methods that know it.
+    method : str
+        Who says so.
+
+    Examples
+    --------
+    >>> import simplexmesh as sm
+    >>> found = sm.curvature(sm.torus(24, 12).triangulated("dual"), method="sine")
+    >>> found
+    Curvature(sine, 288 vertices)
+    >>> bool((found.k1 >= found.k2).all()), found.d1.shape
+    (True, (288, 3))
+    """
+
+    k1: Array
+    k2: Array
+    mean: Array
+    gauss: Array
+    normals: Array
+    failed: Mask
+    d1: Array | None
+    error: Array | None
+    method: str
+
+    def __repr__(self) -> str:
+        n, failed = len(self.k1), int(self.failed.sum())
+        said = f", {failed:,} failed" if failed else ""
+        return f"Curvature({self.method}, {n:,} vertices{said})"
+
+    @cached_property
+    def d2(self) -> Array | None:
+        """(n, 3) array of float or None: unit tangent of k2, the normal times `d1`."""
+        return None if self.d1 is None else cross(self.normals, self.d1)
+
+    @cached_property
+    def curvedness(self) -> Array:
+        """(n,) array of float: sqrt((k1^2 + k2^2) / 2), how much the surface bends at all (Koenderink 1990)."""
+        out: Array = np.sqrt((self.k1**2 + self.k2**2) / 2)
+        return out
+
+    @cached_property
+    def shape_index(self) -> Array:
+        """(n,) array of float: 2/pi atan((k1 + k2) / (k1 - k2)): 1 cap, 1/2 ridge, 0 saddle, -1/2 rut, -1 cup."""
+        out: Array = 2 / np.pi * np.arctan2(self.k1 + self.k2, self.k1 - self.k2)
+        return out
+
+    @cached_property
+    def confidence(self) -> Array | None:
+        """(n,) array of float or None: 1 where the error is small against the curvedness, 0 where it drowns it."""
+        if self.error is None:
+            return None
+        signal, noise = self.curvedness**2, self.error**2
+        with np.errstate(invalid="ignore", divide="ignore"):
+            out: Array = np.where(signal + noise > 0, signal / (signal + noise), 1.0)
+        return np.where(self.failed, 0.0, out)
+
+    def along(self, angle: ArrayLike) -> Array:
+        """Return the normal curvature of the section at an angle from `d1`: k1 cos^2 + k2 sin^2 (Euler).
+
+        Parameters
+        ----------
+        angle : float or (n,) array of float
+            Radians, counter-clockwise seen from outside.
+        """
+        turn = np.asarray(angle, float)
+        out: Array = self.k1 * np.cos(turn) ** 2 + self.k2 * np.sin(turn) ** 2
+        return out

@@ -1,0 +1,25 @@
+"""SineFitting (Charton, Gueorguieva, Desbarats 2013; Charton 2014, 2.3): Euler's formula as a regression."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplexmesh.surface.curvature import _kernels_sine as kernels
+from simplexmesh.surface.methods import Estimates
+from simplexmesh.surface.neighborhoods import Neighborhoods
+from simplexmesh.surface.samples import Samples
+
+Array = NDArray[np.float64]
+
+
+def estimate(samples: Samples, around: Neighborhoods, normals: Array) -> Estimates:
+    """Fit k(alpha) = H + swing cos 2 (alpha - alpha_1) to the circles through each neighbor tangent to the surface.
+
+    Exact on spheres whatever the neighbors, with an exact normal. Wants three directions different modulo pi.
+    """
+    n = len(around)
+    k1, k2, d1 = np.full(n, np.nan), np.full(n, np.nan), np.full((n, 3), np.nan)
+    reasons = np.zeros(n, np.uint8)
+    kernels.sine(around.centers, around.offsets, around.members, samples.points, normals, k1, k2, d1, reasons)
+    return Estimates(k1, k2, (k1 + k2) / 2, k1 * k2, reasons, d1)

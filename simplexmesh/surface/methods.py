@@ -1,0 +1,106 @@
+"""Estimators by name: where each lives and what it needs, so that one door serves them all."""
+
+from __future__ import annotations
+
+import importlib
+import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplexmesh import _check
+from simplexmesh.errors import SimplexMeshWarning
+from simplexmesh.surface.neighborhoods import Neighborhoods
+from simplexmesh.surface.reasons import SAID
+from simplexmesh.surface.samples import Samples
+
+Array = NDArray[np.float64]
+
+
+class Estimates(NamedTuple):
+    """What a curvature estimator found, one row a center; rows where `reasons` is not 0 hold nothing of use."""
+
+    k1: Array
+    k2: Array
+    mean: Array
+    gauss: Array
+    reasons: NDArray[np.uint8]
+    d1: Array | None = None
+    normals: Array | None = None
+    error: Array | None = None
+
+
+class Normals(NamedTuple):
+    """What a normal estimator found: (c, 3) unit vectors, zero where `reasons` is not 0."""
+
+    normals: Array
+    reasons: NDArray[np.uint8]
+
+
+class Estimator(Protocol):
+    """The function `estimate` of each estimator's file."""
+
+    def __call__(self, samples: Samples, around: Neighborhoods, normals: Any, **options: Any) -> Any:
+        """Return what was found around each center."""
+        ...
+
+
+@dataclass(frozen=True)
+class Method:
+    """An estimator and what it needs.
+
+    Attributes
+    ----------
+    module : str
+        Where its function `estimate` lives.
+    options : mapping
+        Names it understands beyond those all methods share, each with its default.
+    normals : str or None
+        The normals it starts from on meshes where the caller names none; None: it needs none.
+    needs_faces : bool
+        It reads the ordered ring of triangles, which clouds do not have.
+    own_scale : bool
+        It chooses its neighborhoods itself.
+    """
+
+    module: str
+    options: Mapping[str, Any] = field(default_factory=dict)
+    normals: str | None = "area"
+    needs_faces: bool = False
+    own_scale: bool = False
+
+    @property
+    def estimate(self) -> Estimator:
+        """The estimator's function, loaded when first needed."""
+        found: Estimator = importlib.import_module(f"simplexmesh.surface.{self.module}").estimate
+        return found
+
+
+def chosen(name: Any, methods: Mapping[str, Method], options: Mapping[str, Any]) -> tuple[Method, dict[str, Any]]:
+    """Return the method of that name with its options, defaults filled in.
+
+    Raises
+    ------
+    ValueError
+        There is no such method.
+    TypeError
+        It does not understand an option.
+    """
+    method = methods[_check.choice("method", name, sorted(methods))]
+    for option in options:
+        if option not in method.options:
+            known = ", ".join(sorted(method.options)) or "none"
+            raise TypeError(f"method {name!r} has no option {option!r}; its options: {known}")
+    return method, {**method.options, **options}
+
+
+def warn_of_failures(what: str, reasons: NDArray[np.uint8], *, level: int = 3) -> None:
+    """Say once how many rows have no estimate, and why."""
+    counts = np.bincount(reasons, minlength=len(SAID))
+    if failed := int(counts[1:].sum()):
+        why = ", ".join(f"{counts[code]:,} {SAID[code]}" for code in range(1, len(SAID)) if counts[code])
+        text = f"{what} could not be estimated at {failed:,} of {len(reasons):,} vertices: {why}"
+        warnings.warn(text, SimplexMeshWarning, stacklevel=level + 1)

@@ -1,0 +1,179 @@
+"""Which points an estimator looks at around each vertex: rings, balls, nearest points (Charton 2014, def. 1.3)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from simplexmesh import _check
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Rings:
+    """All vertices within so many edges; made by `rings`."""
+
+    count: int
+
+
+@dataclass(frozen=True)
+class Ball:
+    """All vertices within a distance; made by `ball`."""
+
+    radius: float
+    connected: bool
+
+
+@dataclass(frozen=True)
+class Nearest:
+    """So many nearest vertices; made by `nearest`."""
+
+    count: int
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Neighborhoods:
+    """The neighbors of each analyzed point, in one flat array.
+
+    Parameters
+    ----------
+    centers : (c,) array of int
+        The analyzed points.
+    offsets : (c + 1,) array of int
+        The neighbors of row r are `members[offsets[r] : offsets[r + 1]]`.
+    members : (m,) array of int
+        Point indices; never the center itself.
+    closed : (c,) array of bool
+        Whether the neighbors are the cycle around an inner vertex, counter-clockwise seen from outside.
+
+    Raises
+    ------
+    ValueError
+        Offsets that do not rise from 0 to the number of members, or arrays of other lengths.
+
+    Examples
+    --------
+    >>> import simplexmesh as sm
+    >>> from simplexmesh.surface.samples import as_samples
+    >>> around = as_samples(sm.sphere(4).triangulated("dual")).around(sm.rings(1))
+    >>> int(around.valence.min()), int(around.valence.max()), bool(around.closed.all())
+    (5, 6, True)
+    """
+
+    centers: Indices
+    offsets: Indices
+    members: Indices
+    closed: Mask
+
+    def __post_init__(self) -> None:
+        n = len(self.centers)
+        if len(self.offsets) != n + 1 or len(self.closed) != n:
+            raise ValueError(f"offsets and closed must have {n + 1} and {n} entries for {n} centers")
+        if self.offsets[0] != 0 or self.offsets[-1] != len(self.members) or (np.diff(self.offsets) < 0).any():
+            raise ValueError(f"offsets must rise from 0 to the number of members, {len(self.members)}")
+        for name in ("centers", "offsets", "members"):
+            object.__setattr__(self, name, _check.frozen(getattr(self, name), np.int64))
+        object.__setattr__(self, "closed", _check.frozen(self.closed, np.bool_))
+
+    def __repr__(self) -> str:
+        return f"Neighborhoods({len(self)} centers, {self.members.size} neighbors)"
+
+    def __len__(self) -> int:
+        return len(self.centers)
+
+    def __getitem__(self, row: int) -> Indices:
+        return self.members[self.offsets[row] : self.offsets[row + 1]]
+
+    @property
+    def valence(self) -> Indices:
+        """(c,) array of int: how many neighbors each center has."""
+        return np.diff(self.offsets)
+
+    @classmethod
+    def of(cls, neighbors: ArrayLike, *, closed: bool = False) -> Neighborhoods:
+        """Return neighborhoods of all points from a rectangular array, one row a point; negative entries are none.
+
+        Parameters
+        ----------
+        neighbors : (n, k) array of int
+            Point indices.
+        closed : bool
+            The rows are cycles, counter-clockwise seen from outside.
+
+        Examples
+        --------
+        >>> Neighborhoods.of([[1, 2, -1], [0, 2, -1], [0, 1, -1]])
+        Neighborhoods(3 centers, 6 neighbors)
+        """
+        rows = np.asarray(neighbors)
+        if rows.ndim != 2 or rows.dtype.kind not in "iu":
+            raise TypeError(f"neighborhood must be a (n, k) array of point indices, not {rows.dtype} of {rows.shape}")
+        n = len(rows)
+        if rows.size and rows.max() >= n:
+            raise ValueError(f"neighborhood must name points below {n:,}, not {rows.max():,}")
+        kept = (rows >= 0) & (rows != np.arange(n)[:, None])
+        offsets = np.concatenate([[0], np.cumsum(kept.sum(axis=1))])
+        return cls(np.arange(n), offsets, rows[kept], np.full(n, closed))
+
+
+Neighborhood = Rings | Ball | Nearest | Neighborhoods
+
+
+def rings(count: int = 1) -> Rings:
+    """Ask for all vertices within `count` edges: 1 is the one-ring, 6 vertices on a regular mesh; 2 is 18.
+
+    Raises
+    ------
+    ValueError
+        Fewer than one ring.
+
+    Examples
+    --------
+    >>> rings(2)
+    Rings(count=2)
+    """
+    return Rings(_check.integer("rings", count, 1))
+
+
+def ball(radius: float, *, connected: bool = True) -> Ball:
+    """Ask for all vertices within a distance, in the data's unit.
+
+    Parameters
+    ----------
+    radius : float
+        Of the ball, positive.
+    connected : bool
+        Take only what edges inside the ball lead to: the other side of a thin wall stays out. Clouds have no edges.
+
+    Raises
+    ------
+    ValueError
+        A radius that is not positive.
+
+    Examples
+    --------
+    >>> ball(0.5)
+    Ball(radius=0.5, connected=True)
+    """
+    return Ball(_check.number("radius", radius, 0.0, open_low=True), bool(connected))
+
+
+def nearest(count: int) -> Nearest:
+    """Ask for so many nearest points, by straight distance.
+
+    Raises
+    ------
+    ValueError
+        Fewer than one.
+
+    Examples
+    --------
+    >>> nearest(12)
+    Nearest(count=12)
+    """
+    return Nearest(_check.integer("nearest", count, 1))

@@ -1,0 +1,12 @@
+"""Why a vertex has no estimate: codes for kernels, words for users."""
+
+from __future__ import annotations
+
+FOUND, FEW, DEGENERATE, OPEN = range(4)
+
+SAID = (
+    "",
+    "with too few neighbors",
+    "with neighbors that coincide or do not span a plane",
+    "on a border or without a ring of faces",
+)
