@@ -106,69 +106,110 @@ def tunneled(
     H. Delingette, thesis, 1994, sections 5.4.1 and 5.4.2. There the user sees to it that films over both ends of a
     tunnel lie close together; here they are pressed into each other.
     """
-    vertices = _check.integer("vertices", vertices, 20)
-    wrapping = Wrapping(start, samples, vertices)
-    wrapping = Wrapping(start, samples, _enough(vertices, wrapping.edge, samples))
-    joined: list[HandleProposal] = []
-    refused: list[HandleProposal] = []
-    asked = None if accept is None else _Once(accept)
-    left = AT_MOST // TURN
-    look = None if watch is None else lambda mesh: watch(mesh, len(joined))
-    counts: list[int] = []
-    in_parts = False
-    known, fewest, best = Joined(), np.inf, wrapping.mesh
-    while left:
-        left -= 1
-        wrapping.run(TURN, watch=look)
-        counts.append(int(wrapping.free.sum()))
-        refused = []
-        enough = samples.genus is not None and wrapping.mesh.genus >= samples.genus
-        wrapping.complete = enough and in_parts
-        if wrapping.complete and counts[-1] <= fewest:
-            fewest, best = counts[-1], wrapping.mesh
-        elif wrapping.complete and counts[-1] > GROWN * fewest + SOME:  # something is turned inside out, and swells
-            wrapping.took(best)
-            break
-        share = LEAST_SHARE if samples.walls is None else LEAST_KNOWN
-        for meeting in () if enough else meeting_films(wrapping, share):
-            found = None
-            if samples.walls is not None:
-                found = known.asked(wrapping, samples.walls, meeting)
-                if found is None:
-                    continue
+    tunneling = _Tunneling(start, samples, _check.integer("vertices", vertices, 20), accept, watch)
+    tunneling.run()
+    tunneling.calm()
+    return Tunneled(tunneling.wrapping.mesh, (*tunneling.joined, *tunneling.refused))
+
+
+class _Tunneling:
+    """A mesh on its way to the tunnels of the data: it wraps for a turn, then films that meet are joined."""
+
+    def __init__(
+        self,
+        start: SimplexMesh,
+        samples: Samples,
+        vertices: int,
+        accept: Callable[[HandleProposal], Any] | None,
+        watch: Callable[[SimplexMesh, int], None] | None,
+    ) -> None:
+        edge = Wrapping(start, samples, vertices).edge
+        self.samples, self.vertices = samples, vertices
+        self.wrapping = Wrapping(start, samples, _enough(vertices, edge, samples))
+        self.asked = None if accept is None else _Once(accept)
+        self.look = None if watch is None else lambda mesh: watch(mesh, len(self.joined))
+        self.joined: list[HandleProposal] = []
+        self.refused: list[HandleProposal] = []
+        self.known = Joined()
+        self.left = AT_MOST // TURN
+        self.counts: list[int] = []  # free vertices after each turn since the last handle
+        self.in_parts = False
+        self.fewest, self.best = np.inf, self.wrapping.mesh
+
+    def run(self) -> None:
+        """Wrap until all handles are there and the mesh rests, or there is no more time."""
+        while self.left and self._turn():
+            pass
+
+    def calm(self) -> None:
+        """Let go of the films, at the number of vertices that was wanted."""
+        for _ in range(CALM // TURN):
+            self.wrapping.aim(self.vertices)
+            self.wrapping.run(TURN, press=False, watch=self.look)
+
+    def _turn(self) -> bool:
+        """Wrap for a turn and join what meets; return whether to go on."""
+        self.left -= 1
+        self.wrapping.run(TURN, watch=self.look)
+        self.counts.append(int(self.wrapping.free.sum()))
+        self.refused = []
+        enough = self.samples.genus is not None and self.wrapping.mesh.genus >= self.samples.genus
+        self.wrapping.complete = enough and self.in_parts
+        if self._swells():
+            self.wrapping.took(self.best)
+            return False
+        if not enough:
+            self._join_what_meets()
+        if self.asked is not None and self.asked.refused:
+            self.left = min(self.left, RESTING)  # films that stay are not pressed for ever
+        return (self.left > 0 and not self._rests()) or self._join_across()
+
+    def _swells(self) -> bool:
+        """Return whether something was turned inside out and grows, with all handles there; note the best so far."""
+        if self.wrapping.complete and self.counts[-1] <= self.fewest:
+            self.fewest, self.best = self.counts[-1], self.wrapping.mesh
+        return self.wrapping.complete and self.counts[-1] > GROWN * self.fewest + SOME
+
+    def _rests(self) -> bool:
+        recent = self.counts[-RESTING:]
+        return len(recent) == RESTING and max(recent) - min(recent) <= STILL * max(max(recent), 50)
+
+    def _join_what_meets(self) -> None:
+        """Join the first two films that meet and may be joined; faces have new numbers then."""
+        wrapping, walls = self.wrapping, self.samples.walls
+        for meeting in meeting_films(wrapping, LEAST_SHARE if walls is None else LEAST_KNOWN):
+            found = None if walls is None else self.known.asked(wrapping, walls, meeting)
+            if walls is not None and found is None:
+                continue
             if meeting.share < LEAST_SHARE:
                 parts = zip(meeting.films, (meeting.one, meeting.other), strict=True)
                 one, other = (all_but_edge(wrapping.mesh, *sides) for sides in parts)
-                mesh, proposal = _joined(wrapping.mesh, one, other, asked, (DEEP, 1.0, float(np.pi)))
+                mesh, proposal = _joined(wrapping.mesh, one, other, self.asked, (DEEP, 1.0, float(np.pi)))
             else:
-                mesh, proposal = _joined(wrapping.mesh, meeting.one, meeting.other, asked)
-            if proposal.accepted:
-                if found is not None:
-                    known.note(*found)
-                joined.append(replace(proposal, winding=None if found is None else found[0]))
-                wrapping.took(mesh)
-                in_parts |= meeting.share < LEAST_SHARE
-                counts.clear()
-                left = max(left, AFTER if samples.walls is not None else 0)
-                break  # faces have new numbers: look again
-            refused.append(proposal)
-        if asked is not None and asked.refused:
-            left = min(left, RESTING)  # films that stay are not pressed for ever
-        recent = counts[-RESTING:]
-        rests = len(recent) == RESTING and max(recent) - min(recent) <= STILL * max(max(recent), 50)
-        if not rests and left:
-            continue
-        mesh, across = _across(wrapping, asked, known)
+                mesh, proposal = _joined(wrapping.mesh, meeting.one, meeting.other, self.asked)
+            if not proposal.accepted:
+                self.refused.append(proposal)
+                continue
+            if found is not None:
+                self.known.note(*found)
+            self.in_parts |= meeting.share < LEAST_SHARE
+            winding = None if found is None else found[0]
+            self._take(mesh, replace(proposal, winding=winding), left=0 if walls is None else AFTER)
+            return
+
+    def _join_across(self) -> bool:
+        """Join two films over one tunnel that the data knows of; return whether there were any."""
+        mesh, across = _across(self.wrapping, self.asked, self.known)
         if across is None:
-            break
-        joined.append(across)
-        wrapping.took(mesh)
-        counts.clear()
-        left = max(left, 2 * RESTING)
-    for _ in range(CALM // TURN):
-        wrapping.aim(vertices)
-        wrapping.run(TURN, press=False, watch=look)
-    return Tunneled(wrapping.mesh, (*joined, *refused))
+            return False
+        self._take(mesh, across, left=2 * RESTING)
+        return True
+
+    def _take(self, mesh: SimplexMesh, proposal: HandleProposal, *, left: int) -> None:
+        self.joined.append(proposal)
+        self.wrapping.took(mesh)
+        self.counts.clear()
+        self.left = max(self.left, left)
 
 
 def _enough(vertices: int, edge: float, samples: Samples) -> int:
