@@ -8,27 +8,27 @@ from numba import njit
 
 
 @njit(cache=True)
-def corners_of_vertices(faces, n_vertices):
-    """Return CSR (offsets, corners): for each vertex the corners 3 f + j of the triangles around it."""
+def wedges(faces, n_vertices):
+    """Return CSR (offsets, ahead, behind): the other two vertices of each triangle around a vertex, in its order."""
     offsets = np.zeros(n_vertices + 1, np.int64)
     for f in range(faces.shape[0]):
         for j in range(3):
             offsets[faces[f, j] + 1] += 1
     for i in range(n_vertices):
         offsets[i + 1] += offsets[i]
-    corners = np.empty(offsets[n_vertices], np.int64)
+    ahead, behind = np.empty(offsets[n_vertices], np.int64), np.empty(offsets[n_vertices], np.int64)
     filled = offsets[:n_vertices].copy()
     for f in range(faces.shape[0]):
         for j in range(3):
-            i = faces[f, j]
-            corners[filled[i]] = 3 * f + j
-            filled[i] += 1
-    return offsets, corners
+            place = filled[faces[f, j]]
+            ahead[place], behind[place] = faces[f, (j + 1) % 3], faces[f, (j + 2) % 3]
+            filled[faces[f, j]] = place + 1
+    return offsets, ahead, behind
 
 
 @njit(cache=True)
 def _chain(start, stop, ahead, behind, free, out, place, begin):
-    """Follow the fan from the corner `begin`, writing the vertices met after its first; return the next free place."""
+    """Follow the fan from the wedge `begin`, writing the vertices met after its first; return the next free place."""
     current = begin
     while True:
         free[current - start] = False
@@ -46,21 +46,15 @@ def _chain(start, stop, ahead, behind, free, out, place, begin):
 
 
 @njit(cache=True)
-def ordered_rings(faces, n_vertices):
-    """Return (offsets, members, closed): one-rings counter-clockwise seen from outside.
+def ordered_rings(starts, ahead, behind):
+    """Return (offsets, members, closed): one-rings counter-clockwise seen from outside, from the wedges of triangles.
 
     The ring of an inner vertex is a cycle from its smallest member on. At a border it is the fan from its first edge
     to its last, and `closed` is False, as it is where several fans meet: they follow each other, each vertex once.
     """
-    starts, corners = corners_of_vertices(faces, n_vertices)
-    ahead = np.empty(corners.shape[0], np.int64)
-    behind = np.empty(corners.shape[0], np.int64)
-    for k in range(corners.shape[0]):
-        f, j = corners[k] // 3, corners[k] % 3
-        ahead[k] = faces[f, (j + 1) % 3]
-        behind[k] = faces[f, (j + 2) % 3]
+    n_vertices = starts.shape[0] - 1
     offsets = np.zeros(n_vertices + 1, np.int64)
-    members = np.empty(2 * corners.shape[0], np.int64)
+    members = np.empty(2 * ahead.shape[0], np.int64)
     closed = np.zeros(n_vertices, np.bool_)
     most = 0
     for i in range(n_vertices):
@@ -89,14 +83,12 @@ def ordered_rings(faces, n_vertices):
                 members[place] = ahead[smallest]
                 place = _chain(start, stop, ahead, behind, free, members, place + 1, smallest)
                 fans += 1
-                if bordering == 1 and members[place - 1] == ahead[smallest]:
+                closed[i] = bordering == 1 and fans == 1 and members[place - 1] == ahead[smallest]
+                if closed[i]:
                     place -= 1
-                    closed[i] = fans == 1
-                else:
-                    closed[i] = False
-        if fans > 1:
-            closed[i] = False
-            place = _distinct(members, first, place)
+        kept = _distinct(members, first, place)
+        closed[i] &= kept == place  # three triangles at an edge: the walk went around more than once
+        place = kept
         offsets[i + 1] = place
     return offsets, members[:place].copy(), closed
 
@@ -116,17 +108,27 @@ def _distinct(members, first, stop):
 
 
 @njit(cache=True)
-def rings(offsets, members, centers, count):
-    """Return CSR (offsets, members) of the vertices within `count` edges of each center, ring by ring, without it."""
-    n_vertices = offsets.shape[0] - 1
-    stamp = np.full(n_vertices, -1, np.int64)
+def _longer(found):
+    """Twice as much room, for members so far."""
+    grown = np.empty(2 * found.shape[0], np.int64)
+    grown[: found.shape[0]] = found
+    return grown
+
+
+@njit(cache=True)
+def rings(offsets, members, centers, count, most):
+    """Return CSR (offsets, members) of the vertices within `count` edges of each center, ring by ring, without it.
+
+    Ends early where there are more than `most` members; the last offset tells.
+    """
+    stamp = np.full(offsets.shape[0] - 1, -1, np.int64)
     starts = np.zeros(centers.shape[0] + 1, np.int64)
     found = np.empty(max(16, 8 * centers.shape[0]), np.int64)
     place = 0
     for row in range(centers.shape[0]):
         stamp[centers[row]] = row
-        first = place
-        ring = place - 1  # -1 from the start: the center itself
+        first = last = place
+        ring = first
         for step in range(count):
             last = place
             for k in range(ring if step else first, last if step else first + 1):
@@ -136,19 +138,25 @@ def rings(offsets, members, centers, count):
                     if stamp[j] != row:
                         stamp[j] = row
                         if place == found.shape[0]:
-                            grown = np.empty(2 * place, np.int64)
-                            grown[:place] = found
-                            found = grown
+                            found = _longer(found)
                         found[place] = j
                         place += 1
+            if place == last:
+                break
             ring = last
         starts[row + 1] = place
+        if place > most:
+            starts[row + 1 :] = place
+            break
     return starts, found[:place].copy()
 
 
 @njit(cache=True)
-def reached(offsets, members, points, centers, radius):
-    """Return CSR (offsets, members) of the vertices nearer than `radius` that edges inside the ball lead to."""
+def reached(offsets, members, points, centers, radius, most):
+    """Return CSR (offsets, members) of the vertices within `radius` that edges inside the ball lead to.
+
+    Ends early where there are more than `most` members; the last offset tells.
+    """
     stamp = np.full(points.shape[0], -1, np.int64)
     starts = np.zeros(centers.shape[0] + 1, np.int64)
     found = np.empty(max(16, 8 * centers.shape[0]), np.int64)
@@ -156,8 +164,7 @@ def reached(offsets, members, points, centers, radius):
     for row in range(centers.shape[0]):
         center = centers[row]
         stamp[center] = row
-        first = place
-        current, k = center, first - 1
+        current, k = center, place - 1
         while True:
             for m in range(offsets[current], offsets[current + 1]):
                 j = members[m]
@@ -169,9 +176,7 @@ def reached(offsets, members, points, centers, radius):
                     square += (points[j, axis] - points[center, axis]) ** 2
                 if square <= radius * radius:
                     if place == found.shape[0]:
-                        grown = np.empty(2 * place, np.int64)
-                        grown[:place] = found
-                        found = grown
+                        found = _longer(found)
                     found[place] = j
                     place += 1
             k += 1
@@ -179,4 +184,7 @@ def reached(offsets, members, points, centers, radius):
                 break
             current = found[k]
         starts[row + 1] = place
+        if place > most:
+            starts[row + 1 :] = place
+            break
     return starts, found[:place].copy()

@@ -54,7 +54,7 @@ class Neighborhoods:
     Raises
     ------
     ValueError
-        Offsets that do not rise from 0 to the number of members, or arrays of other lengths.
+        Offsets that do not rise from 0 to the number of members, arrays of other lengths, negative indices.
 
     Examples
     --------
@@ -76,6 +76,10 @@ class Neighborhoods:
             raise ValueError(f"offsets and closed must have {n + 1} and {n} entries for {n} centers")
         if self.offsets[0] != 0 or self.offsets[-1] != len(self.members) or (np.diff(self.offsets) < 0).any():
             raise ValueError(f"offsets must rise from 0 to the number of members, {len(self.members)}")
+        if len(self.members) and np.min(self.members) < 0:
+            raise ValueError(f"members must be point indices, not {np.min(self.members)}")
+        if n and np.min(self.centers) < 0:
+            raise ValueError(f"centers must be point indices, not {np.min(self.centers)}")
         for name in ("centers", "offsets", "members"):
             object.__setattr__(self, name, _check.frozen(getattr(self, name), np.int64))
         object.__setattr__(self, "closed", _check.frozen(self.closed, np.bool_))
@@ -93,6 +97,25 @@ class Neighborhoods:
     def valence(self) -> Indices:
         """(c,) array of int: how many neighbors each center has."""
         return np.diff(self.offsets)
+
+    def taken(self, rows: ArrayLike) -> Neighborhoods:
+        """Return some rows, in the order asked for.
+
+        Parameters
+        ----------
+        rows : (c,) array of int
+
+        Examples
+        --------
+        >>> around = Neighborhoods.of([[1, 2, -1], [0, 2, -1], [0, 1, -1]])
+        >>> around.taken([2]).members
+        array([0, 1])
+        """
+        chosen = _check.selection("rows", rows, len(self))
+        counts = self.valence[chosen]
+        offsets = np.concatenate([[0], np.cumsum(counts)])
+        members = self.members[np.arange(offsets[-1]) + np.repeat(self.offsets[chosen] - offsets[:-1], counts)]
+        return Neighborhoods(self.centers[chosen], offsets, members, self.closed[chosen])
 
     @classmethod
     def of(cls, neighbors: ArrayLike, *, closed: bool = False) -> Neighborhoods:

@@ -15,6 +15,7 @@ from simplexmesh import _check
 from simplexmesh.data.convert import as_data
 from simplexmesh.data.points import PointCloud
 from simplexmesh.data.triangles import TriangleMesh
+from simplexmesh.surface import _kernels_balls as balls
 from simplexmesh.surface import _kernels_neighborhoods as kernels
 from simplexmesh.surface.neighborhoods import Ball, Nearest, Neighborhood, Neighborhoods, Rings
 
@@ -23,6 +24,9 @@ Indices = NDArray[np.int64]
 
 NEAREST = 12
 """A cloud has no edges: so many nearest points stand for its one-ring."""
+
+MOST = 2**28
+"""So many neighbors in all take 2 GB; whoever wants more asks for fewer vertices at a time."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,13 +50,24 @@ class Samples:
     outward: Array | None = None
 
     @cached_property
+    def wedges(self) -> tuple[Indices, Indices, Indices]:
+        """CSR (offsets, ahead, behind): the two other corners of each triangle around a point, in its order.
+
+        Where there are no triangles, each two neighbors that follow each other in the links stand for one.
+        """
+        if self.faces is not None:
+            out: tuple[Indices, Indices, Indices] = kernels.wedges(self.faces, len(self.points))
+            return out
+        return wedges_between(self.one_ring)
+
+    @cached_property
     def one_ring(self) -> Neighborhoods:
         """The vertices one edge away, in order; of a cloud the nearest points."""
         if self.links is not None:
             return self.links
         if self.faces is None:
             return self.around(Nearest(min(NEAREST, len(self.points) - 1)))
-        offsets, members, closed = kernels.ordered_rings(self.faces, len(self.points))
+        offsets, members, closed = kernels.ordered_rings(*self.wedges)
         return Neighborhoods(np.arange(len(self.points)), offsets, members, closed)
 
     @cached_property
@@ -66,36 +81,98 @@ class Samples:
         Parameters
         ----------
         neighborhood : Rings, Ball, Nearest or Neighborhoods
-            What was asked for; neighborhoods already made are returned as they are.
+            What was asked for; of neighborhoods already made, the rows of the vertices.
         vertices : (c,) array of int, optional
             Analyze these points only.
+
+        Raises
+        ------
+        TypeError
+            Something else was asked for.
+        ValueError
+            Neighborhoods of other points, or more members than memory should hold.
         """
         n = len(self.points)
         if isinstance(neighborhood, Neighborhoods):
-            return neighborhood
+            return _given(neighborhood, n, vertices)
+        if not isinstance(neighborhood, Rings | Ball | Nearest):
+            kind = type(neighborhood).__name__
+            raise TypeError(f"neighborhood must come from rings, ball or nearest, or be Neighborhoods, not {kind}")
         centers = np.arange(n) if vertices is None else _check.selection("vertices", vertices, n)
-        if isinstance(neighborhood, Rings):
-            if neighborhood.count == 1 and vertices is None:
-                return self.one_ring
-            ring = self.one_ring
-            offsets, members = kernels.rings(ring.offsets, ring.members, centers, neighborhood.count)
-        elif isinstance(neighborhood, Nearest):
-            count = min(neighborhood.count, n - 1)
-            _, found = self.tree.query(self.points[centers], count + 1, workers=-1)
-            return _without_centers(centers, found.reshape(len(centers), count + 1))
-        elif neighborhood.connected and (self.faces is not None or self.links is not None):
-            ring = self.one_ring
-            radius = neighborhood.radius
-            offsets, members = kernels.reached(ring.offsets, ring.members, self.points, centers, radius)
+        if isinstance(neighborhood, Nearest):
+            count = min(neighborhood.count, n - 1) + 1
+            _, found = self.tree.query(self.points[centers], count, workers=-1)
+            return _without_centers(centers, found.reshape(len(centers), count))
+        if isinstance(neighborhood, Ball) and not (neighborhood.connected and self.is_connected):
+            offsets, members = _in_ball(self.points, centers, neighborhood.radius)
         else:
-            offsets, members = self._in_ball(neighborhood, centers)
+            ring = self.one_ring
+            if isinstance(neighborhood, Ball):
+                inside = (self.points, centers, neighborhood.radius, MOST)
+                offsets, members = kernels.reached(ring.offsets, ring.members, *inside)
+            elif neighborhood.count == 1:
+                return ring if vertices is None else ring.taken(centers)
+            else:
+                offsets, members = kernels.rings(ring.offsets, ring.members, centers, neighborhood.count, MOST)
+            _affordable(offsets[-1], neighborhood)
         return Neighborhoods(centers, offsets, members, np.zeros(len(centers), bool))
 
-    def _in_ball(self, asked: Ball, centers: Indices) -> tuple[Indices, Indices]:
-        found = self.tree.query_ball_point(self.points[centers], asked.radius, workers=-1, return_sorted=True)
-        kept = [np.array([j for j in row if j != i], np.int64) for i, row in zip(centers, found, strict=True)]
-        offsets = np.concatenate([[0], np.cumsum([len(row) for row in kept])])
-        return offsets, np.concatenate(kept)
+    @property
+    def is_connected(self) -> bool:
+        """Whether there are edges."""
+        return self.faces is not None or self.links is not None
+
+
+def wedges_between(ring: Neighborhoods) -> tuple[Indices, Indices, Indices]:
+    """Return CSR (offsets, ahead, behind) over the rows of a ring: each two neighbors that follow each other."""
+    counts = ring.valence
+    behind = np.append(ring.members[1:], 0)
+    some = counts > 0
+    behind[ring.offsets[1:][some] - 1] = ring.members[ring.offsets[:-1][some]]
+    kept = np.ones(len(ring.members), bool)
+    kept[ring.offsets[1:][some & ~ring.closed] - 1] = False
+    offsets = np.concatenate([[0], np.cumsum(counts - (some & ~ring.closed))])
+    return offsets, ring.members[kept], behind[kept]
+
+
+def _in_ball(points: Array, centers: Indices, radius: float) -> tuple[Indices, Indices]:
+    """CSR (offsets, members) of all points within `radius` of each center, rising."""
+    low = points.min(axis=0)
+    width = max(radius, float((points.max(axis=0) - low).max()) / (2**balls.BITS - 4))
+    found = balls.keys(points, low, width)
+    order = np.argsort(found, kind="stable")
+    cells = (points, found[order], order, low, width, radius)
+    counts = np.zeros(len(centers), np.int64)
+    balls.count(centers, *cells, counts)
+    offsets = np.concatenate([[0], np.cumsum(counts)])
+    _affordable(offsets[-1], Ball(radius, connected=False))
+    members = np.zeros(offsets[-1], np.int64)
+    balls.fill(centers, *cells, offsets, members)
+    return offsets, members
+
+
+def _affordable(members: int, asked: Neighborhood) -> None:
+    """Refuse neighborhoods that would fill the memory."""
+    if members > MOST:
+        raise ValueError(
+            f"neighborhood must hold at most {MOST:,} neighbors in all, not those of {asked}; "
+            "ask for a smaller one, or for fewer vertices at a time"
+        )
+
+
+def _given(made: Neighborhoods, n: int, vertices: ArrayLike | None) -> Neighborhoods:
+    """Neighborhoods a caller made: all rows, or those of some vertices."""
+    most = max((int(part.max()) for part in (made.centers, made.members) if len(part)), default=0)
+    if most >= n:
+        raise ValueError(f"neighborhood must name points below {n:,}, not {most:,}")
+    if vertices is None:
+        return made
+    asked = _check.selection("vertices", vertices, n)
+    row = np.full(n, -1)
+    row[made.centers] = np.arange(len(made))
+    if (missing := row[asked] < 0).any():
+        raise ValueError(f"vertices must have neighborhoods; vertex {asked[missing.argmax()]} has none")
+    return made.taken(row[asked])
 
 
 def _without_centers(centers: Indices, found: Indices) -> Neighborhoods:
@@ -110,7 +187,8 @@ def _without_centers(centers: Indices, found: Indices) -> Neighborhoods:
 def as_samples(value: Any, name: str = "surface") -> Samples:
     """Return samples made of a triangle mesh, a simplex mesh, a cloud or what can be made into one; nothing is merged.
 
-    Row i of every result belongs to vertex or point i of what was given, so duplicate points stay.
+    Row i of every result belongs to vertex or point i of what was given, so duplicate points stay; of a file, to what
+    `read` returns.
 
     Raises
     ------
@@ -127,18 +205,43 @@ def as_samples(value: Any, name: str = "surface") -> Samples:
     """
     if isinstance(value, Samples):
         return value
-    if isinstance(value, tuple | list) and len(value) == 2 and all(np.ndim(part) == 2 for part in value):
-        value = TriangleMesh(value[0], value[1])
-    elif isinstance(value, np.ndarray) and value.ndim == 2 and value.shape[1] in (3, 6):
-        value = PointCloud(value[:, :3], value[:, 3:] if value.shape[1] == 6 else None)
-    elif not isinstance(value, PointCloud):
-        value = as_data(value, name)
+    value = _as_is(value, name)
     if isinstance(value, TriangleMesh):
         return Samples(value.vertices, value.faces)
     if isinstance(value, PointCloud):
         return Samples(value.points, outward=value.normals)
     if hasattr(value, "connectivity"):
-        links = Neighborhoods.of(value.neighbors, closed=True)
-        return Samples(value.vertices, links=links, outward=value.normals)
+        return Samples(value.vertices, links=_links(value), outward=value.normals)
     what = os.fspath(value) if isinstance(value, os.PathLike) else type(value).__name__
     raise TypeError(f"{name} must be a mesh or points, not {what}")
+
+
+def _as_is(value: Any, name: str) -> Any:
+    """Return what a caller gave as one of our own types, with every point it had."""
+    if isinstance(value, PointCloud | TriangleMesh):
+        return value
+    if isinstance(value, tuple | list) and len(value) == 2 and all(np.ndim(part) == 2 for part in value):
+        return TriangleMesh(value[0], value[1])
+    if isinstance(value, np.ndarray | list | tuple):
+        rows = _check.listed(name, value)
+        if rows.ndim == 2 and rows.shape[1] in (3, 6):
+            return PointCloud(rows[:, :3], rows[:, 3:] if rows.shape[1] == 6 else None)
+    if hasattr(value, "vertices") and not hasattr(value, "connectivity"):  # of trimesh
+        faces = getattr(value, "faces", None)
+        points = np.asarray(value.vertices)
+        return PointCloud(points) if faces is None or not len(faces) else TriangleMesh(points, np.asarray(faces))
+    if hasattr(value, "IsA") and hasattr(value, "GetPointData"):
+        from simplexmesh.data import vtk
+
+        return vtk.from_dataset(value, name)
+    return as_data(value, name)
+
+
+def _links(mesh: Any) -> Neighborhoods:
+    """Return the three neighbors in a simplex mesh: closed where no hole lies between them, else from a hole on."""
+    c = mesh.connectivity
+    beside_hole = c.face_is_hole[c.face]  # the face of dart j lies between neighbors j and j + 1
+    first = np.where(beside_hole.any(axis=1), 1 + beside_hole.argmax(axis=1), 0)
+    turned = np.take_along_axis(c.neighbors, (np.arange(3) + first[:, None]) % 3, axis=1)
+    n = len(turned)
+    return Neighborhoods(np.arange(n), 3 * np.arange(n + 1), turned.ravel(), ~beside_hole.any(axis=1))
