@@ -1,0 +1,198 @@
+"""The graphs z = f(x, y) of the literature's tests, with exact derivatives (Hamann 1993; Charton 2012 and 2014)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from simplexmesh import _check
+from simplexmesh.surface.truth.exact import Exact, of_level_set
+
+Array = NDArray[np.float64]
+Jet = tuple[Array, Array, Array, Array, Array, Array]
+
+
+@dataclass(frozen=True)
+class Graph:
+    """A surface z = f(x, y) over the square from -1 to 1, its outside above; analyzed at the origin unless said.
+
+    Attributes
+    ----------
+    name : str
+    formula : str
+        Of f, to be read.
+    jet : function
+        Of x, y: f, f_x, f_y, f_xx, f_xy, f_yy.
+
+    Examples
+    --------
+    >>> surface = graph("sphere")
+    >>> surface
+    Graph(sphere: sqrt(4 - x^2 - y^2))
+    >>> at = surface.exact(0.3, [0.0, 0.5])
+    >>> at.mean.round(9), at.gauss.round(9)
+    (array([0.5, 0.5]), array([0.25, 0.25]))
+    """
+
+    name: str
+    formula: str
+    jet: Callable[[Array, Array], Jet]
+
+    def __repr__(self) -> str:
+        return f"Graph({self.name}: {self.formula})"
+
+    def points(self, x: ArrayLike, y: ArrayLike) -> Array:
+        """Return the points above (x, y): (n, 3) array of float."""
+        u, v = _both(x, y)
+        return np.stack([u, v, self.jet(u, v)[0] + 0 * u], axis=1)
+
+    def exact(self, x: ArrayLike = 0.0, y: ArrayLike = 0.0) -> Exact:
+        """Return what is true above (x, y); the normal looks up."""
+        u, v = _both(x, y)
+        _, fx, fy, fxx, fxy, fyy = (part + 0 * u for part in self.jet(u, v))
+        gradients = np.stack([-fx, -fy, np.ones_like(u)], axis=1)
+        hessians = np.zeros((len(u), 3, 3))
+        hessians[:, 0, 0], hessians[:, 1, 1] = -fxx, -fyy
+        hessians[:, 0, 1] = hessians[:, 1, 0] = -fxy
+        return of_level_set(gradients, hessians)
+
+
+def _both(x: ArrayLike, y: ArrayLike) -> tuple[Array, Array]:
+    u, v = np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float))
+    return np.atleast_1d(u).ravel(), np.atleast_1d(v).ravel()
+
+
+def _plane(x: Array, y: Array) -> Jet:
+    zero = 0 * x
+    return 0.2 * (x + y), zero + 0.2, zero + 0.2, zero, zero, zero
+
+
+def _cylinder(x: Array, y: Array) -> Jet:
+    s, zero = np.sqrt(2 - x**2), 0 * y
+    return s, -x / s, zero, -2 / s**3, zero, zero
+
+
+def _sphere(x: Array, y: Array) -> Jet:
+    s = np.sqrt(4 - x**2 - y**2)
+    return s, -x / s, -y / s, -(4 - y**2) / s**3, -x * y / s**3, -(4 - x**2) / s**3
+
+
+def _quadratic(a: float, b: float) -> Callable[[Array, Array], Jet]:
+    """Return the jet of a x^2 + b y^2."""
+
+    def jet(x: Array, y: Array) -> Jet:
+        zero = 0 * x
+        return a * x**2 + b * y**2, 2 * a * x, 2 * b * y, zero + 2 * a, zero, zero + 2 * b
+
+    return jet
+
+
+def _ellipsoid(x: Array, y: Array) -> Jet:
+    s = np.sqrt(1 - (x**2 / 3 + y**2 / 2))
+    xx, yy = -1 / (3 * s) - x**2 / (9 * s**3), -1 / (2 * s) - y**2 / (4 * s**3)
+    return s / 4, -x / (12 * s), -y / (8 * s), xx / 4, -x * y / (24 * s**3), yy / 4
+
+
+def _monkey(x: Array, y: Array) -> Jet:
+    return 0.2 * (x**3 - 3 * x * y**2), 0.6 * (x**2 - y**2), -1.2 * x * y, 1.2 * x, -1.2 * y, -1.2 * x
+
+
+def _cubic(x: Array, y: Array) -> Jet:
+    f = x**3 + 2 * x**2 * y - x * y + 2 * y**2
+    parts = (f, 3 * x**2 + 4 * x * y - y, 2 * x**2 - x + 4 * y, 6 * x + 4 * y, 4 * x - 1, 4 + 0 * x)
+    return tuple(0.15 * part for part in parts)  # type: ignore[return-value]
+
+
+def _cubic_thesis(x: Array, y: Array) -> Jet:
+    f = x**3 + 2 * x**2 * y - x * y + 2 * y
+    parts = (f, 3 * x**2 + 4 * x * y - y, 2 * x**2 - x + 2, 6 * x + 4 * y, 4 * x - 1, 0 * x)
+    return tuple(0.15 * part for part in parts)  # type: ignore[return-value]
+
+
+def _exponential(x: Array, y: Array) -> Jet:
+    e = np.exp(-(x**2 + y**2) / 2)
+    return e, -x * e, -y * e, (x**2 - 1) * e, x * y * e, (y**2 - 1) * e
+
+
+def _exponential_thesis(x: Array, y: Array) -> Jet:
+    e, t = np.exp(2 * x + y**2 - y), 2 * y - 1
+    return e, 2 * e, t * e, 4 * e, 2 * t * e, (2 + t**2) * e
+
+
+def _trigonometric(x: Array, y: Array) -> Jet:
+    a, b, w = np.pi * x, np.pi * y, np.pi
+    f, zero = 0.1 * (np.cos(a) + np.cos(b)), 0 * x
+    return f, -0.1 * w * np.sin(a), -0.1 * w * np.sin(b), -0.1 * w**2 * np.cos(a), zero, -0.1 * w**2 * np.cos(b)
+
+
+def _trigonometric_thesis(x: Array, y: Array) -> Jet:
+    a, b, w = np.pi * x, np.pi * y, np.pi
+    f, zero = 0.1 * (np.cos(a) + np.sin(b)), 0 * x
+    return f, -0.1 * w * np.sin(a), 0.1 * w * np.cos(b), -0.1 * w**2 * np.cos(a), zero, -0.1 * w**2 * np.sin(b)
+
+
+def _named(*graphs: Graph) -> dict[str, Graph]:
+    return {one.name: one for one in graphs}
+
+
+_BOTH = _named(
+    Graph("cylinder", "sqrt(2 - x^2)", _cylinder),
+    Graph("sphere", "sqrt(4 - x^2 - y^2)", _sphere),
+    Graph("elliptic_paraboloid", "2 x^2 + y^2", _quadratic(2.0, 1.0)),
+    Graph("hyperboloid", "0.4 (x^2 - y^2)", _quadratic(0.4, -0.4)),
+    Graph("monkey_saddle", "0.2 (x^3 - 3 x y^2)", _monkey),
+    Graph("ellipsoid", "sqrt(1 - x^2/3 - y^2/2) / 4", _ellipsoid),
+)
+
+ARTICLE = {
+    **_named(
+        Graph("plane", "0.2 (x + y)", _plane),
+        Graph("paraboloid", "0.4 (x^2 + y^2)", _quadratic(0.4, 0.4)),
+        Graph("cubic", "0.15 (x^3 + 2 x^2 y - x y + 2 y^2)", _cubic),
+        Graph("exponential", "exp(-(x^2 + y^2) / 2)", _exponential),
+        Graph("trigonometric", "0.1 (cos pi x + cos pi y)", _trigonometric),
+    ),
+    **_BOTH,
+}
+"""As printed in the article of 2012, with the two surfaces only the thesis has; the thesis's findings are those of
+these formulas."""
+
+THESIS = {
+    **_BOTH,
+    **_named(
+        Graph("cubic", "0.15 (x^3 + 2 x^2 y - x y + 2 y)", _cubic_thesis),
+        Graph("exponential", "exp(2 x + y^2 - y)", _exponential_thesis),
+        Graph("trigonometric", "0.1 (cos pi x + sin pi y)", _trigonometric_thesis),
+    ),
+}
+"""As printed in the thesis of 2014; three differ, most likely by misprints."""
+
+PRINTINGS = {"article": ARTICLE, "thesis": THESIS}
+
+
+def graph(name: str, printing: str = "article") -> Graph:
+    """Return a test surface by name.
+
+    Parameters
+    ----------
+    name : str
+        One of plane, cylinder, sphere, paraboloid, elliptic_paraboloid, hyperboloid, ellipsoid, monkey_saddle, cubic,
+        exponential, trigonometric; the thesis has neither plane nor paraboloid.
+    printing : {"article", "thesis"}
+        Whose formula.
+
+    Raises
+    ------
+    ValueError
+        There is none of that name.
+
+    Examples
+    --------
+    >>> graph("cubic", "thesis")
+    Graph(cubic: 0.15 (x^3 + 2 x^2 y - x y + 2 y))
+    """
+    known = PRINTINGS[_check.choice("printing", printing, sorted(PRINTINGS))]
+    return known[_check.choice("name", name, sorted(known))]
