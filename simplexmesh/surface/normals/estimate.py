@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from simplexmesh import _check, _vec
 from simplexmesh.surface.methods import Method, Normals, chosen, warn_of_failures
 from simplexmesh.surface.neighborhoods import Neighborhood, Neighborhoods, rings
 from simplexmesh.surface.samples import Samples, as_samples
@@ -17,6 +18,11 @@ METHODS = {
     "mean": Method("normals.faces", {"weighting": "uniform"}, normals=None, needs_faces=True),
     "area": Method("normals.faces", {"weighting": "area"}, normals=None, needs_faces=True),
     "angle": Method("normals.faces", {"weighting": "angle"}, normals=None, needs_faces=True),
+    "max": Method("normals.faces", {"weighting": "max"}, normals=None, needs_faces=True),
+    "plane": Method("normals.plane", {"variant": "pca"}, normals=None),
+    "quadric": Method("normals.quadric", {"passes": 1}),
+    "chen_schmitt": Method("normals.chen_schmitt", {"normalized": False}),
+    "extended_sine": Method("normals.extended_sine", {"solver": "newton", "tolerance": 1e-9, "iterations": 50}),
 }
 """Every normal estimator."""
 
@@ -26,6 +32,7 @@ def vertex_normals(
     method: str = "area",
     *,
     neighborhood: Neighborhood | None = None,
+    normals: str | ArrayLike | None = None,
     vertices: ArrayLike | None = None,
     **options: Any,
 ) -> Array:
@@ -34,15 +41,22 @@ def vertex_normals(
     Parameters
     ----------
     surface : TriangleMesh, SimplexMesh, PointCloud, array, PyVista or trimesh object, or path
-        What is measured.
+        What is measured. A cloud without normals has no outside: there normals look away from the middle of all
+        points, which is outward on convex bodies; elsewhere neighbors may disagree.
     method : str
-        The estimator.
+        The estimator. Of the faces around each vertex: "mean" of their unit normals, weighted by "area" or "angle",
+        or with the weights of "max", exact on spheres. Of neighbors, with or without faces: "plane", "quadric",
+        "chen_schmitt", "extended_sine".
     neighborhood : from `rings`, `ball`, `nearest`, or Neighborhoods, optional
         Which neighbors it sees; by default the one-ring, in a cloud the 12 nearest points.
+    normals : str or (n, 3) array of float, optional
+        A method, or directions, that estimators of neighbors start from, and that say which side is outward; by
+        default those by area, or a cloud's or simplex mesh's own.
     vertices : (c,) array of int, optional
         Measure these vertices only.
     **options
-        What the method understands beyond these.
+        What the method understands beyond these: "plane": `variant` ("pca", "svd4"); "quadric": `passes`;
+        "chen_schmitt": `normalized`; "extended_sine": `solver` ("newton", "ternary"), `tolerance`, `iterations`.
 
     Returns
     -------
@@ -52,7 +66,7 @@ def vertex_normals(
     Raises
     ------
     ValueError, TypeError
-        As `curvature`; a method that needs faces and was given points.
+        As `curvature`; a method of faces and points without any, or with other neighborhoods than the one-ring.
 
     Warns
     -----
@@ -66,12 +80,33 @@ def vertex_normals(
     >>> normals = sm.vertex_normals(ball, method="area")
     >>> normals.shape
     (642, 3)
+    >>> cloud = sm.PointCloud(ball.vertices)
+    >>> bool((sm.vertex_normals(cloud, method="quadric") * normals > -1e-3).all())
+    True
     """
     samples = as_samples(surface)
     around = samples.around(rings(1) if neighborhood is None else neighborhood, vertices)
-    found = found_normals(samples, around, method, **options)
+    if method in METHODS and METHODS[method].needs_faces:
+        if samples.is_connected and neighborhood not in (None, rings(1)):
+            raise TypeError(f"neighborhood must be left out: method {method!r} takes the faces around each vertex")
+        if normals is not None:
+            raise TypeError(f"normals must be left out: method {method!r} starts from none")
+    found = found_normals(samples, around, method, normals=normals, **options)
     warn_of_failures("a normal", found.reasons)
     return found.normals
+
+
+def found_normals(
+    samples: Samples, around: Neighborhoods, method: str, *, normals: str | ArrayLike | None = None, **options: Any
+) -> Normals:
+    """Return normals around each center by a method of `vertex_normals`, with reasons where there is none."""
+    kind, understood = chosen(method, METHODS, options)
+    if kind.needs_faces and not samples.is_connected and not around.closed.any():
+        others = ", ".join(repr(name) for name, other in METHODS.items() if not other.needs_faces)
+        raise ValueError(f"method must be one of {others} for points without faces, not {method!r}")
+    start = starting_normals(samples, around, kind.normals, normals)
+    out: Normals = kind.estimate(samples, around, start, **understood)
+    return out
 
 
 def normals_around(samples: Samples, around: Neighborhoods, method: str) -> Array:
@@ -79,22 +114,26 @@ def normals_around(samples: Samples, around: Neighborhoods, method: str) -> Arra
     return found_normals(samples, around, method).normals
 
 
-def found_normals(samples: Samples, around: Neighborhoods, method: str, **options: Any) -> Normals:
-    """Return normals around each center by a method of `vertex_normals`, with reasons where there is none."""
-    kind, understood = chosen(method, METHODS, options)
-    if kind.needs_faces:
-        if samples.faces is None and samples.links is None:
-            raise ValueError(f"method must not need faces for points without any, as {method!r} does")
-        ring = samples.one_ring
-        around = ring if np.array_equal(around.centers, ring.centers) else _rows(ring, around.centers)
-    start = None if kind.normals is None else normals_around(samples, around, kind.normals)
-    out: Normals = kind.estimate(samples, around, start, **understood)
-    return out
+def starting_normals(
+    samples: Samples, around: Neighborhoods, default: str | None, given: str | ArrayLike | None
+) -> Array | None:
+    """Return (c, 3) unit normals that an estimator starts from, one for each center.
 
-
-def _rows(ring: Neighborhoods, centers: NDArray[np.int64]) -> Neighborhoods:
-    """Return the rows of a ring of all vertices that belong to some."""
-    counts = ring.valence[centers]
-    offsets = np.concatenate([[0], np.cumsum(counts)])
-    members = ring.members[np.arange(offsets[-1]) + np.repeat(ring.offsets[centers] - offsets[:-1], counts)]
-    return Neighborhoods(centers, offsets, members, ring.closed[centers])
+    Parameters
+    ----------
+    default : str or None
+        The method where the caller names none. Normals known beforehand go before it, and points without faces have
+        the plane's instead of those of faces. None: the estimator needs none.
+    given : str, (n, 3) array of float or None
+        The method or the normals the caller names.
+    """
+    if isinstance(given, str):
+        return normals_around(samples, around, given)
+    if given is not None:
+        return _vec.normalized(_check.array("normals", given, (len(samples.points), 3)))[around.centers]
+    if default is None:
+        return None
+    if samples.outward is not None:
+        return samples.outward[around.centers]
+    of_faces = METHODS[default].needs_faces and not samples.is_connected and not around.closed.any()
+    return normals_around(samples, around, "plane" if of_faces else default)

@@ -1,0 +1,93 @@
+"""Normals as vector products of the tangents of circles through a vertex and pairs of its neighbors."""
+# mypy: allow-untyped-defs
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit, prange
+
+from simplexmesh._kernels_both import Both
+from simplexmesh.surface.reasons import DEGENERATE, FEW, FOUND
+
+
+@njit(cache=True, error_model="numpy")
+def _opposition(points, i, members, start, stop, normalized, pairs, opposed):
+    """Fill all pairs of neighbors and how opposite they are: (P - P_a) . (P_b - P)."""
+    place = 0
+    for a in range(start, stop):
+        for b in range(a + 1, stop):
+            product = one = other = 0.0
+            for axis in range(3):
+                x, y = points[members[a], axis] - points[i, axis], points[members[b], axis] - points[i, axis]
+                product -= x * y
+                one += x * x
+                other += y * y
+            if normalized:
+                size = math.sqrt(one * other)
+                product = product / size if size > 0.0 else -1.0
+            pairs[place, 0], pairs[place, 1] = members[a], members[b]
+            opposed[place] = -product
+            place += 1
+
+
+@njit(cache=True, error_model="numpy")
+def _tangent(points, i, a, b, out):
+    """Fill the unit tangent at i of the circle through a, i and b: along a / |a|^2 - b / |b|^2, from i."""
+    one = other = 0.0
+    for axis in range(3):
+        one += (points[a, axis] - points[i, axis]) ** 2
+        other += (points[b, axis] - points[i, axis]) ** 2
+    if one == 0.0 or other == 0.0:
+        return False
+    length = 0.0
+    for axis in range(3):
+        out[axis] = other * (points[a, axis] - points[i, axis]) - one * (points[b, axis] - points[i, axis])
+        length += out[axis] * out[axis]
+    if length <= 1e-24 * one * other * (one + other):
+        return False
+    out /= math.sqrt(length)
+    return True
+
+
+@njit(cache=True, error_model="numpy")
+def _sum_of_products(lines, count, rx, ry, rz):
+    """Return the sum of the vector products of all pairs of lines, each on the side of (rx, ry, rz)."""
+    tx = ty = tz = 0.0
+    for a in range(count):
+        for b in range(a + 1, count):
+            x = lines[a, 1] * lines[b, 2] - lines[a, 2] * lines[b, 1]
+            y = lines[a, 2] * lines[b, 0] - lines[a, 0] * lines[b, 2]
+            z = lines[a, 0] * lines[b, 1] - lines[a, 1] * lines[b, 0]
+            side = 1.0 if x * rx + y * ry + z * rz > 0.0 else -1.0
+            tx += side * x
+            ty += side * y
+            tz += side * z
+    return tx, ty, tz
+
+
+@Both
+def chen_schmitt(centers, offsets, members, points, reference, normalized, normals, reasons):
+    """Fill the normal per row from as many most opposite pairs as there are neighbors."""
+    for row in prange(centers.shape[0]):
+        start, stop, i = offsets[row], offsets[row + 1], centers[row]
+        valence = stop - start
+        if valence < 3:
+            reasons[row] = FEW
+            continue
+        count = valence * (valence - 1) // 2
+        pairs, opposed = np.zeros((count, 2), np.int64), np.zeros(count)
+        _opposition(points, i, members, start, stop, normalized, pairs, opposed)
+        order = np.argsort(opposed, kind="mergesort")
+        lines, told = np.zeros((valence, 3)), 0
+        for k in range(valence):
+            told += _tangent(points, i, pairs[order[k], 0], pairs[order[k], 1], lines[told])
+        rx, ry, rz = reference[row, 0], reference[row, 1], reference[row, 2]
+        x, y, z = _sum_of_products(lines, told, rx, ry, rz)
+        length = math.sqrt(x * x + y * y + z * z)
+        if not length > 1e-10 * valence or rx * rx + ry * ry + rz * rz == 0.0:
+            reasons[row] = DEGENERATE
+            continue
+        normals[row, 0], normals[row, 1], normals[row, 2] = x / length, y / length, z / length
+        reasons[row] = FOUND

@@ -1,0 +1,27 @@
+"""Tangents of circles through opposite neighbors (Chen, Schmitt 1992; Charton 2014, 3.11-3.13)."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplexmesh.surface.methods import Normals
+from simplexmesh.surface.neighborhoods import Neighborhoods
+from simplexmesh.surface.normals import _kernels_chen_schmitt as kernels
+from simplexmesh.surface.samples import Samples
+
+Array = NDArray[np.float64]
+
+
+def estimate(samples: Samples, around: Neighborhoods, normals: Array, *, normalized: bool) -> Normals:
+    """Return the sum of the vector products of the tangents of circles through each center and two neighbors.
+
+    As many pairs are taken as there are neighbors, at least three, the most opposite first: by the scalar product as
+    printed, or by the angle alone if `normalized`. Equal pairs, which every regular ring has, are taken in the order of
+    the neighbors, so the answer depends on it. Exact on spheres. The normals given tell the side.
+    """
+    n = len(around)
+    out, reasons = np.zeros((n, 3)), np.zeros(n, np.uint8)
+    rows = (around.centers, around.offsets, around.members)
+    kernels.chen_schmitt(*rows, samples.points, normals, bool(normalized), out, reasons)
+    return Normals(out, reasons)

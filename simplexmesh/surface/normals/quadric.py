@@ -1,0 +1,27 @@
+"""The quadric that lies closest to a vertex's neighbors (Charton 2014, 3.6-3.10; McIvor, Valkenburg 1997)."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplexmesh import _check
+from simplexmesh.surface.methods import Normals
+from simplexmesh.surface.neighborhoods import Neighborhoods
+from simplexmesh.surface.normals import _kernels_quadric as kernels
+from simplexmesh.surface.samples import Samples
+
+Array = NDArray[np.float64]
+
+
+def estimate(samples: Samples, around: Neighborhoods, normals: Array, *, passes: int) -> Normals:
+    """Return the normal at each center of z = a x^2 + b x y + c y^2 + d x + e y, fitted along the normals given.
+
+    Wants five neighbors that are not on one conic through the center. Exact on quadric graphs over the tangent plane
+    of the normals given; one pass as published, more bring the frame to the fitted normal.
+    """
+    n = len(around)
+    out, reasons = np.zeros((n, 3)), np.zeros(n, np.uint8)
+    rows = (around.centers, around.offsets, around.members)
+    kernels.quadrics(*rows, samples.points, normals, _check.integer("passes", passes, 1), out, reasons)
+    return Normals(out, reasons)
