@@ -396,6 +396,14 @@ class TestGiven:
         with pytest.raises(ValueError, match=f"^{message}$"):
             Neighborhoods(*map(np.array, parts))
 
+    def test_links_of_some_points_leave_the_others_alone(self):
+        some = Neighborhoods(np.array([3, 1]), np.array([0, 3, 5]), np.array([0, 1, 2, 0, 2]), np.array([True, False]))
+        samples = Samples(np.eye(4)[:, :3], links=some)
+        assert [samples.one_ring[i].tolist() for i in range(4)] == [[], [0, 2], [], [0, 1, 2]]
+        assert samples.one_ring.closed.tolist() == [False, False, False, True]
+        assert samples.around(sm.rings(1), [3])[0].tolist() == [0, 1, 2]
+        assert samples.around(sm.rings(2), [3, 0]).valence.tolist() == [3, 0]
+
     def test_vertices_without_neighborhoods_are_told(self):
         made = Neighborhoods(np.array([1]), np.array([0, 1]), np.array([2]), np.array([False]))
         with pytest.raises(ValueError, match=r"^vertices must have neighborhoods; vertex 3 has none$"):

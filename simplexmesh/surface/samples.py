@@ -39,7 +39,8 @@ class Samples:
     faces : (f, 3) array of int or None
         Triangles, counter-clockwise seen from outside.
     links : Neighborhoods or None
-        The one-ring where it does not come from triangles: the three neighbors in a simplex mesh, or what was given.
+        The one-ring where it does not come from triangles: the three neighbors in a simplex mesh, or what was given;
+        points that were given none have an empty one.
     outward : (n, 3) array of float or None
         Unit normals known beforehand: those of a cloud, those of a simplex mesh.
     """
@@ -48,6 +49,10 @@ class Samples:
     faces: Indices | None = None
     links: Neighborhoods | None = None
     outward: Array | None = None
+
+    def __post_init__(self) -> None:
+        if self.links is not None and not np.array_equal(self.links.centers, np.arange(len(self.points))):
+            object.__setattr__(self, "links", _of_all(self.links, len(self.points)))
 
     @cached_property
     def wedges(self) -> tuple[Indices, Indices, Indices]:
@@ -173,6 +178,14 @@ def _given(made: Neighborhoods, n: int, vertices: ArrayLike | None) -> Neighborh
     if (missing := row[asked] < 0).any():
         raise ValueError(f"vertices must have neighborhoods; vertex {asked[missing.argmax()]} has none")
     return made.taken(row[asked])
+
+
+def _of_all(made: Neighborhoods, n: int) -> Neighborhoods:
+    """Neighborhoods of some points as those of all, the others' empty."""
+    rows = _given(made, n, np.unique(made.centers))
+    counts, closed = np.zeros(n, np.int64), np.zeros(n, bool)
+    counts[rows.centers], closed[rows.centers] = rows.valence, rows.closed
+    return Neighborhoods(np.arange(n), np.concatenate([[0], np.cumsum(counts)]), rows.members, closed)
 
 
 def _without_centers(centers: Indices, found: Indices) -> Neighborhoods:
