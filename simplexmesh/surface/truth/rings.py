@@ -75,6 +75,8 @@ class Ring:
 def stacked(rings: Sequence[Ring]) -> tuple[Samples, Neighborhoods]:
     """Return many rings as one set of points and neighborhoods with a row for each, for one call of an estimator.
 
+    The faces are the fans from each P to its neighbors in order.
+
     Examples
     --------
     >>> samples, around = stacked([article_ring(0.5), article_ring(0.1, "angles")])
@@ -87,7 +89,8 @@ def stacked(rings: Sequence[Ring]) -> tuple[Samples, Neighborhoods]:
     members = np.setdiff1d(np.arange(len(points)), first[:-1])
     offsets = np.concatenate([[0], np.cumsum(counts)])
     around = Neighborhoods(first[:-1], offsets, members, np.ones(len(rings), bool))
-    return Samples(points, links=around), around
+    fans = [np.stack([np.zeros(m, int), *(1 + (np.arange(m) + k) % m for k in (0, 1))], axis=1) for m in counts]
+    return Samples(points, np.concatenate([fan + start for fan, start in zip(fans, first, strict=False)])), around
 
 
 def gs03_ring(distance: float, *, perturbed: bool = False, radius: float = 2.0) -> Ring:
