@@ -54,6 +54,13 @@ _HOME = {
     "surface.normals.estimate": ["vertex_normals"],
     "surface.curvature.estimate": ["curvature"],
     "surface.curvature.result": ["Curvature"],
+    "surface.saliency": ["saliency"],
+    "surface.salient": ["salient_points", "SalientPoints"],
+    "surface.classes": ["hk_classes", "HKClasses"],
+    "surface.regions": ["Regions", "regions"],
+    "surface.inversion": ["inversion_lines", "level_lines", "Polyline"],
+    "surface.landmarks": ["Landmark", "snap_landmark"],
+    "surface.circle": ["Circle", "fit_circle", "rim_circle"],
 }
 _MODULE = {name: f"simplexmesh.{module}" for module, names in _HOME.items() for name in names}
 _SUBMODULES = {"targets": "simplexmesh.motion.targets", "plot": "simplexmesh.plot"}
@@ -112,13 +119,28 @@ if TYPE_CHECKING:  # the same list once more, for type checkers and editors; a t
     from simplexmesh.recognition.register import register as register
     from simplexmesh.recognition.sai import SAI as SAI
     from simplexmesh.recognition.sai import sai as sai
+    from simplexmesh.surface.circle import Circle as Circle
+    from simplexmesh.surface.circle import fit_circle as fit_circle
+    from simplexmesh.surface.circle import rim_circle as rim_circle
+    from simplexmesh.surface.classes import HKClasses as HKClasses
+    from simplexmesh.surface.classes import hk_classes as hk_classes
     from simplexmesh.surface.curvature.estimate import curvature as curvature
     from simplexmesh.surface.curvature.result import Curvature as Curvature
+    from simplexmesh.surface.inversion import Polyline as Polyline
+    from simplexmesh.surface.inversion import inversion_lines as inversion_lines
+    from simplexmesh.surface.inversion import level_lines as level_lines
+    from simplexmesh.surface.landmarks import Landmark as Landmark
+    from simplexmesh.surface.landmarks import snap_landmark as snap_landmark
     from simplexmesh.surface.neighborhoods import Neighborhoods as Neighborhoods
     from simplexmesh.surface.neighborhoods import ball as ball
     from simplexmesh.surface.neighborhoods import nearest as nearest
     from simplexmesh.surface.neighborhoods import rings as rings
     from simplexmesh.surface.normals.estimate import vertex_normals as vertex_normals
+    from simplexmesh.surface.regions import Regions as Regions
+    from simplexmesh.surface.regions import regions as regions
+    from simplexmesh.surface.saliency import saliency as saliency
+    from simplexmesh.surface.salient import SalientPoints as SalientPoints
+    from simplexmesh.surface.salient import salient_points as salient_points
 
 
 def __getattr__(name: str) -> Any:

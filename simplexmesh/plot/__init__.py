@@ -11,6 +11,7 @@ Examples
 
 from simplexmesh.plot.attribute_image import signature
 from simplexmesh.plot.camera import looked_at
+from simplexmesh.plot.heat import classes, heat
 from simplexmesh.plot.landscape import landscape
 from simplexmesh.plot.overlay import overlay
 from simplexmesh.plot.scenes import beside, panels, surface, together
@@ -18,7 +19,9 @@ from simplexmesh.plot.stage import has_display, picture, stage
 
 __all__ = [
     "beside",
+    "classes",
     "has_display",
+    "heat",
     "landscape",
     "looked_at",
     "overlay",

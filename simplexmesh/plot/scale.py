@@ -29,7 +29,18 @@ def scale(
         if low >= 0:  # distances: from zero, and a few far ones must not hide how the others differ
             low, high = 0.0, min(high, max(4 * float(np.median(known)), float(np.percentile(known, 98))) or high)
         limits = (low, high if high > low else low + 1.0)
-    bar = {
+    return {
+        "scalars": "scalars",
+        "cmap": "coolwarm" if diverging else "viridis",
+        "clim": limits or (0.0, 1.0),
+        "scalar_bar_args": bar(title),
+        "nan_color": "#b0b0b0",
+    }
+
+
+def bar(title: str) -> dict[str, Any]:
+    """Return how the bar under a picture looks, and what it says."""
+    return {
         "title": f"{title}\n",  # the line break keeps it clear of the labels
         "vertical": False,
         "width": 0.5,
@@ -41,11 +52,4 @@ def scale(
         "color": INK,
         "title_font_size": 16,
         "label_font_size": 13,
-    }
-    return {
-        "scalars": "scalars",
-        "cmap": "coolwarm" if diverging else "viridis",
-        "clim": limits or (0.0, 1.0),
-        "scalar_bar_args": bar,
-        "nan_color": "#b0b0b0",
     }

@@ -271,11 +271,11 @@ def together(
         clear = opacity.get(name, 1.0) if isinstance(opacity, Mapping) else opacity
         surface(mesh, color=color, opacity=clear, edges=edges, plotter=plotter)
         if legend:
-            _entry(plotter, place, name, color)
+            entry(plotter, place, name, color)
     return looked_at(plotter, view, up=up)
 
 
-def _entry(plotter: pv.Plotter, place: int, name: str, color: str) -> None:
+def entry(plotter: pv.Plotter, place: int, name: str, color: str) -> None:
     """Write a name at the left, dark so that it can be read, after a dot in its color."""
     height = 0.93 - 0.034 * place
     plotter.add_text(

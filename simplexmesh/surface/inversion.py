@@ -1,0 +1,203 @@
+"""Lines along which a field has one value: where curvature changes its sign, above all (Charton 2014, 1.1)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from simplexmesh import _check
+from simplexmesh._vec import norm
+from simplexmesh.surface.averages import Averages
+from simplexmesh.surface.curvature.result import Curvature
+from simplexmesh.surface.samples import Samples, as_samples
+from simplexmesh.surface.scales import known_curvature, smallest_scale
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Polyline:
+    """A line on a surface, from edge to edge.
+
+    Attributes
+    ----------
+    points : (k, 3) array of float
+        In order, higher values on the left seen from outside.
+    edges : (k, 2) array of int
+        The vertices each point lies between.
+    closed : bool
+        Whether the last point is followed by the first.
+
+    Examples
+    --------
+    >>> import simplexmesh as sm
+    >>> ring = sm.torus(60, 24).triangulated("dual")
+    >>> [line.closed for line in sm.level_lines(ring, ring.vertices[:, 2])]
+    [True, True]
+    """
+
+    points: Array
+    edges: Indices
+    closed: bool
+
+    def __repr__(self) -> str:
+        return f"Polyline({len(self.points)} points, {'closed' if self.closed else 'open'}, length {self.length:.6g})"
+
+    @property
+    def length(self) -> float:
+        """In the surface's unit of length."""
+        ends = np.concatenate([self.points, self.points[:1]]) if self.closed else self.points
+        return float(norm(np.diff(ends, axis=0)).sum())
+
+
+def level_lines(surface: Any, values: ArrayLike, *, level: float = 0.0, minimum: float = 0.0) -> list[Polyline]:
+    """Return the lines on which a field has a value, linear between vertices, the longest first.
+
+    Parameters
+    ----------
+    surface : TriangleMesh, array, PyVista or trimesh object, or path
+        With triangles; a simplex mesh is not, its dual is.
+    values : (n,) array of float
+        NaN where unknown: lines end there.
+    level : float
+        The value on the lines.
+    minimum : float
+        Leave out lines shorter than this, in the surface's unit of length.
+
+    Returns
+    -------
+    list of Polyline
+        Closed, or from border to border.
+
+    Raises
+    ------
+    ValueError, TypeError
+        Values of another length, a surface without triangles.
+
+    Examples
+    --------
+    >>> import simplexmesh as sm
+    >>> ball = sm.sphere(20).triangulated("dual")
+    >>> (line,) = sm.level_lines(ball, ball.vertices[:, 2], level=0.6)
+    >>> round(line.length, 1)  # 2 pi 0.8
+    5.0
+    """
+    samples = _with_faces(surface)
+    field = np.asarray(values, dtype=float)
+    if field.shape != (len(samples.points),):
+        raise ValueError(f"values must have shape ({len(samples.points)},), not {field.shape}")
+    level = _check.number("level", level)
+    minimum = _check.number("minimum", minimum, 0.0)
+    lines = [_line(samples.points, field - level, chain, closed) for chain, closed in _chains(samples, field - level)]
+    return sorted((line for line in lines if line.length >= minimum), key=lambda line: -line.length)
+
+
+def inversion_lines(
+    surface: Any,
+    *,
+    of: str = "mean",
+    curvature: Curvature | None = None,
+    scale: float | None = None,
+    minimum: float | None = None,
+) -> list[Polyline]:
+    """Return the lines along which mean or Gaussian curvature changes its sign, the longest first.
+
+    Parameters
+    ----------
+    surface : TriangleMesh, array, PyVista or trimesh object, or path
+        With triangles.
+    of : {"mean", "gauss"}
+        H: between what bends outward and what bends inward. K: between domes and saddles.
+    curvature : Curvature, optional
+        Of the surface, when already known; otherwise it is measured.
+    scale : float, optional
+        Width of the window over which it is averaged first, in the surface's unit of length; 0 for none. By default
+        the smallest of `saliency`'s.
+    minimum : float, optional
+        Leave out lines shorter than this; by default 10 windows.
+
+    Returns
+    -------
+    list of Polyline
+        Higher values on the left.
+
+    Raises
+    ------
+    ValueError, TypeError
+        As `level_lines`.
+
+    Examples
+    --------
+    >>> import numpy as np, simplexmesh as sm
+    >>> ring = sm.torus(90, 36, radius=1.0, tube_radius=0.35).triangulated("dual")
+    >>> found = sm.inversion_lines(ring, of="gauss", curvature=sm.curvature(ring, "sine"), scale=0)
+    >>> [bool(abs(np.hypot(*line.points[:, :2].T) - 1).max() < 0.05) for line in found]  # top and bottom
+    [True, True]
+    """
+    samples = _with_faces(surface)
+    known = known_curvature(samples, curvature)
+    field = {"mean": known.mean, "gauss": known.gauss}[_check.choice("of", of, ("mean", "gauss"))]
+    averages = Averages(samples)
+    width = smallest_scale(averages) if scale is None else _check.number("scale", scale, 0.0)
+    if width > 0:
+        field = np.where(np.isfinite(field), averages.over(field, width), np.nan)
+    return level_lines(samples, field, minimum=10 * width if minimum is None else minimum)
+
+
+def _with_faces(surface: Any) -> Samples:
+    samples = as_samples(surface)
+    if samples.faces is None:
+        raise TypeError("surface must have triangles to draw lines on; of a simplex mesh take mesh.triangulated()")
+    return samples
+
+
+def _chains(samples: Samples, field: Array) -> list[tuple[Indices, bool]]:
+    """Return the lines as (k, 2) edges, lower end first, each with whether it is closed.
+
+    In each triangle the line enters over one edge and leaves over the other so that the higher side is on its left;
+    zero counts as higher.
+    """
+    faces = samples.faces
+    assert faces is not None
+    n = len(field)
+    high = field >= 0
+    cut = np.isfinite(field[faces]).all(axis=1) & (high[faces].any(axis=1) != high[faces].all(axis=1))
+    a, b, c = (faces[cut, j] for j in range(3))
+    following: dict[int, int] = {}
+    before: set[int] = set()
+    for triangle in zip(a.tolist(), b.tolist(), c.tolist(), strict=True):
+        # going around the triangle, the edge from low to high is where the line leaves with the high side on its left
+        for j in range(3):
+            one, other = triangle[j], triangle[(j + 1) % 3]
+            if high[one] != high[other]:
+                key = min(one, other) * n + max(one, other)
+                if high[one]:
+                    enter = key
+                else:
+                    leave = key
+        following.setdefault(leave, enter)
+        before.add(enter)
+    starts = [key for key in following if key not in before]
+    out = []
+    for begin in [*starts, *following]:
+        if begin not in following:
+            continue
+        chain, key = [begin], begin
+        while key in following:
+            key = following.pop(key)
+            chain.append(key)
+        closed = chain[-1] == begin
+        keys = np.array(chain[:-1] if closed else chain)
+        out.append((np.stack([keys // n, keys % n], axis=1), closed))
+    return out
+
+
+def _line(points: Array, field: Array, edges: Indices, closed: bool) -> Polyline:  # noqa: FBT001
+    low, high = field[edges[:, 0]], field[edges[:, 1]]
+    share = np.divide(low, low - high, out=np.full(len(low), 0.5), where=low != high)[:, None]
+    at = points[edges[:, 0]] * (1 - share) + points[edges[:, 1]] * share
+    return Polyline(_check.frozen(at), _check.frozen(edges, np.int64), closed)

@@ -1,0 +1,146 @@
+"""What stands out on a surface: curvature against its surroundings, over several sizes (Lee, Varshney, Jacobs 2005)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import connected_components
+
+from simplexmesh import _check
+from simplexmesh._vec import norm
+from simplexmesh.surface._kernels_maxima import watersheds
+from simplexmesh.surface.averages import Averages
+from simplexmesh.surface.curvature.result import Curvature
+from simplexmesh.surface.samples import Samples, as_samples
+from simplexmesh.surface.scales import known_curvature, smallest_scale
+
+Array = NDArray[np.float64]
+
+STEPS = (1.0, 1.5, 2.0, 2.5, 3.0)
+"""Scales as multiples of the smallest: 2, 3, 4, 5 and 6 epsilon."""
+
+QUANTITIES = ("mean", "magnitude", "curvedness")
+
+
+def saliency(
+    surface: Any,
+    *,
+    curvature: Curvature | None = None,
+    scales: Sequence[float] | None = None,
+    of: str | ArrayLike = "mean",
+) -> Array:
+    """Return how much each vertex stands out from its surroundings: an angle, in radians.
+
+    At each scale s the curvature's mean over a window of the width s is compared with that over twice the width; s
+    times the difference is about the angle by which the surface turns more there than around. Scales on which a few
+    places stand out count more than those on which all do: weights are (1 - mean of maxima / largest maximum)^2 (Itti
+    and others 1998), and sum to one. Bumps, tips and pits stand out; evenly bent and evenly rough parts do not,
+    whatever their curvature. Larger or smaller copies of an object have the same saliency.
+
+    Parameters
+    ----------
+    surface : TriangleMesh, SimplexMesh, PointCloud, array, PyVista or trimesh object, or path
+        What is looked at.
+    curvature : Curvature, optional
+        Of the surface, when already known; otherwise it is measured.
+    scales : sequence of float, optional
+        Widths (standard deviations) of the inner windows, in the surface's unit of length. By default 1, 1.5, 2, 2.5
+        and 3 times 0.6 % of the bounding box's diagonal or 1.5 edges, whichever is more.
+    of : {"mean", "magnitude", "curvedness"} or (n,) array of float
+        What is compared: H with its sign, abs(H), curvedness, or numbers of the caller's, NaN where unknown.
+
+    Returns
+    -------
+    (n,) array of float
+        At least 0; NaN where nothing is known of the curvature anywhere near.
+
+    Raises
+    ------
+    ValueError, TypeError
+        Not a surface, scales that are not positive, a curvature of another surface.
+
+    References
+    ----------
+    C. H. Lee, A. Varshney, D. W. Jacobs, *Mesh saliency*, SIGGRAPH 2005; L. Itti, C. Koch, E. Niebur, *A model of
+    saliency-based visual attention*, PAMI 1998 (the weights). Windows are those of diffusion along the surface, not of
+    straight distance, so that the far side of a thin wall has no part in them.
+
+    Examples
+    --------
+    >>> import numpy as np, simplexmesh as sm
+    >>> ball = sm.sphere(16).triangulated("dual")
+    >>> bump = 0.1 * np.exp(-((ball.vertices - [0, 0, 1]) ** 2).sum(axis=1) / (2 * 0.15**2))
+    >>> bumpy = sm.TriangleMesh(ball.vertices * (1 + bump)[:, None], ball.faces)
+    >>> found = sm.saliency(bumpy, curvature=sm.curvature(bumpy, "sine"))
+    >>> bool(bumpy.vertices[found.argmax()][2] > 1.05)
+    True
+    """
+    samples = as_samples(surface)
+    averages = Averages(samples)
+    field = measured(of, samples, curvature)
+    widths = _widths(scales, averages)
+    levels = np.unique(np.concatenate([widths, 2 * widths]))
+    means = dict(zip(levels, averages.at_scales(field, list(levels)), strict=True))
+    total, weights = np.zeros(len(field)), 0.0
+    for width in widths:
+        response = width * np.abs(means[width] - means[2 * width])
+        weight = standing_out(samples, response)
+        total += weight * response
+        weights += weight
+    out = total / weights if weights > 0 else total
+    return np.where(reached(samples, np.isfinite(field)), out, np.nan)
+
+
+def measured(of: str | ArrayLike, samples: Samples, curvature: Curvature | None) -> Array:
+    """Return the field asked for, (n,), NaN where it is not known."""
+    if not isinstance(of, str):
+        field = np.asarray(of, dtype=float)
+        if field.shape != (len(samples.points),):
+            raise ValueError(f"of must have shape ({len(samples.points)},), not {field.shape}")
+        return field
+    _check.choice("of", of, QUANTITIES)
+    known = known_curvature(samples, curvature)
+    field = {"mean": known.mean, "magnitude": np.abs(known.mean), "curvedness": known.curvedness}[of]
+    most = steepest(samples)
+    out: Array = np.clip(field, -most, most)
+    return out
+
+
+def steepest(samples: Samples) -> Array:
+    """Return the largest curvature that neighbors can tell of, one over their mean distance: what is more is noise."""
+    ring = samples.one_ring
+    ends = np.repeat(ring.centers, ring.valence)
+    lengths = norm(samples.points[ring.members] - samples.points[ends])
+    mean = np.bincount(ends, lengths, len(samples.points)) / np.maximum(ring.valence, 1)
+    return np.divide(1.0, mean, out=np.full(len(mean), np.inf), where=mean > 0)
+
+
+def standing_out(samples: Samples, response: Array) -> float:
+    """Return the weight of a map: near 1 where one maximum is far above the others, near 0 where they are alike."""
+    ring = samples.one_ring
+    order = np.argsort(-response, kind="stable")
+    basin, _, _ = watersheds(ring.offsets, ring.members, response, order)
+    tops = response[(basin == np.arange(len(basin))) & (ring.valence > 0)]
+    highest = float(tops.max(initial=0.0))
+    return float((1 - tops.mean() / highest) ** 2) if highest > 0 and len(tops) > 1 else float(highest > 0)
+
+
+def reached(samples: Samples, known: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return which vertices hang together with one that is known."""
+    ring, n = samples.one_ring, len(known)
+    links = csr_matrix((np.ones(len(ring.members), bool), ring.members, ring.offsets), (n, n))
+    _, piece = connected_components(links, directed=False)
+    return np.isin(piece, piece[known])
+
+
+def _widths(scales: Sequence[float] | None, averages: Averages) -> Array:
+    if scales is None:
+        return smallest_scale(averages) * np.array(STEPS)
+    given = _check.array("scales", scales, (None,))
+    if not len(given) or not (given > 0).all():
+        raise ValueError(f"scales must be at least one length above 0, not {given.tolist()}")
+    return np.unique(given)

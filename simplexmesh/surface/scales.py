@@ -1,0 +1,81 @@
+"""How large a detail is, and how uncertain a measured field: defaults that come from the surface itself."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplexmesh.surface.averages import Averages
+from simplexmesh.surface.curvature.estimate import METHODS, curvature
+from simplexmesh.surface.curvature.result import Curvature
+from simplexmesh.surface.neighborhoods import rings
+from simplexmesh.surface.samples import Samples
+
+Array = NDArray[np.float64]
+
+SMALLEST = 0.006
+"""Smallest window, as a share of the bounding box's diagonal (Lee, Varshney and Jacobs 2005: 2 x 0.3 %)."""
+
+EDGES = 1.5
+"""A window is never smaller than so many edges: less would average nothing."""
+
+SPREAD = 1.4826
+"""Standard deviation of a normal distribution in units of its median absolute deviation."""
+
+
+def smallest_scale(averages: Averages) -> float:
+    """Return the width of the smallest window that makes sense on a surface, in its unit of length.
+
+    Examples
+    --------
+    >>> import simplexmesh as sm
+    >>> from simplexmesh.surface.samples import as_samples
+    >>> averages = Averages(as_samples(sm.sphere(16).triangulated("dual")))
+    >>> round(smallest_scale(averages) / averages.spacing, 3)
+    1.5
+    """
+    return max(SMALLEST * averages.diagonal, EDGES * averages.spacing)
+
+
+def known_curvature(samples: Samples, given: Any) -> Curvature:
+    """Return the curvature the caller has already, or measure it.
+
+    Raises
+    ------
+    TypeError
+        What was given is no curvature.
+    ValueError
+        It belongs to another surface.
+    """
+    if given is None:
+        if "adaptive" in METHODS:
+            return curvature(samples)
+        return curvature(samples, "sine", neighborhood=rings(3))
+    if not isinstance(given, Curvature):
+        raise TypeError(f"curvature must be a Curvature, made by simplexmesh.curvature, not {type(given).__name__}")
+    if len(given.k1) != len(samples.points):
+        raise ValueError(f"curvature must have {len(samples.points):,} rows, one a vertex, not {len(given.k1):,}")
+    return given
+
+
+def unevenness(averages: Averages, values: Array) -> float:
+    """Return the standard deviation of what a field has on top of its mean over the nearest vertices: its noise.
+
+    From the median, so that edges and corners, which are few, do not count as noise.
+    """
+    lack = values - averages.over(values, EDGES * averages.spacing, steps=3)
+    known = lack[np.isfinite(lack)]
+    return SPREAD * float(np.median(np.abs(known))) if len(known) else 0.0
+
+
+def left_of_noise(averages: Averages, scale: float) -> float:
+    """Return which share of noise remains in a mean over a window of the width `scale`, at most 1.
+
+    A Gaussian window holds 4 pi scale^2 of area. Noise of vertices, each for itself, makes curvatures that differ the
+    more from neighbor to neighbor; their means have about half of what this says.
+    """
+    held = 4 * np.pi * scale**2
+    each = float(np.median(averages.areas)) if len(averages.areas) else 0.0
+    return min(1.0, float(np.sqrt(each / held))) if held > 0 else 1.0

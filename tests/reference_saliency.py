@@ -1,0 +1,38 @@
+"""Naive twins of what saliency is made of, written from the definitions."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.sparse.csgraph import connected_components
+
+
+def persistence(neighbors, values):
+    """Each maximum's drop to a higher one, from the definition: by which sublevel it hangs together with one."""
+    n = len(values)
+    rank = np.lexsort((np.arange(n), -values))
+    place = np.empty(n, int)
+    place[rank] = np.arange(n)
+    out = np.zeros(n)
+    for i in range(n):
+        if any(place[j] < place[i] for j in neighbors[i]):
+            continue
+        for count in range(place[i] + 1, n + 1):  # the `count` highest vertices
+            links = np.zeros((n, n), bool)
+            for a in rank[:count]:
+                for b in neighbors[a]:
+                    links[a, b] = place[b] < count
+            _, piece = connected_components(links, directed=False)
+            same = [a for a in rank[:count] if piece[a] == piece[i]]
+            if any(place[a] < place[i] for a in same):
+                out[i] = values[i] - values[rank[count - 1]]
+                break
+        else:
+            out[i] = values[i] - min(values[a] for a in same)
+    return out
+
+
+def gaussian_mean(points, areas, values, sigma):
+    """Means with the window exp(-d^2 / 2 sigma^2) of straight distances, as Lee, Varshney and Jacobs have them."""
+    away = ((points[:, None] - points[None]) ** 2).sum(axis=2)
+    weights = np.exp(-away / (2 * sigma**2)) * areas
+    return weights @ values / weights.sum(axis=1)
