@@ -118,7 +118,7 @@ def inversion_lines(
         Width of the window over which it is averaged first, in the surface's unit of length; 0 for none. By default
         the smallest of `saliency`'s.
     minimum : float, optional
-        Leave out lines shorter than this; by default 10 windows.
+        Leave out lines shorter than this; by default 5 windows.
 
     Returns
     -------
@@ -145,7 +145,7 @@ def inversion_lines(
     width = smallest_scale(averages) if scale is None else _check.number("scale", scale, 0.0)
     if width > 0:
         field = np.where(np.isfinite(field), averages.over(field, width), np.nan)
-    return level_lines(samples, field, minimum=10 * width if minimum is None else minimum)
+    return level_lines(samples, field, minimum=5 * width if minimum is None else minimum)
 
 
 def _with_faces(surface: Any) -> Samples:
@@ -170,7 +170,7 @@ def _chains(samples: Samples, field: Array) -> list[tuple[Indices, bool]]:
     following: dict[int, int] = {}
     before: set[int] = set()
     for triangle in zip(a.tolist(), b.tolist(), c.tolist(), strict=True):
-        # going around the triangle, the edge from low to high is where the line leaves with the high side on its left
+        # over the side from high to low, as one goes around the triangle, the line comes in with the high end on its left
         for j in range(3):
             one, other = triangle[j], triangle[(j + 1) % 3]
             if high[one] != high[other]:
@@ -179,8 +179,8 @@ def _chains(samples: Samples, field: Array) -> list[tuple[Indices, bool]]:
                     enter = key
                 else:
                     leave = key
-        following.setdefault(leave, enter)
-        before.add(enter)
+        following.setdefault(enter, leave)
+        before.add(leave)
     starts = [key for key in following if key not in before]
     out = []
     for begin in [*starts, *following]:
