@@ -138,8 +138,9 @@ class TestLines:
             assert abs(line.points[:, 2]) == pytest.approx(0.35, abs=0.01)
 
     def test_of_mean_curvature_go_around_a_bump(self):
-        bump = 0.2 * np.exp(-((BALL.vertices - [0, 0, 1]) ** 2).sum(axis=1) / (2 * 0.2**2))
-        mesh = sm.TriangleMesh(BALL.vertices * (1 + bump)[:, None], BALL.faces)
+        ball = sm.sphere(32).triangulated("dual")
+        bump = 0.5 * np.exp(-((ball.vertices - [0, 0, 1]) ** 2).sum(axis=1) / (2 * 0.2**2))
+        mesh = sm.TriangleMesh(ball.vertices * (1 + bump)[:, None], ball.faces)
         found = sm.inversion_lines(mesh, curvature=curved(mesh))
         away = [np.linalg.norm(line.points[:, :2], axis=1) for line in found]
         assert len(found) == 2  # out of the bump into the hollow around it, and out of that

@@ -170,7 +170,7 @@ def _chains(samples: Samples, field: Array) -> list[tuple[Indices, bool]]:
     following: dict[int, int] = {}
     before: set[int] = set()
     for triangle in zip(a.tolist(), b.tolist(), c.tolist(), strict=True):
-        # over the side from high to low, as one goes around the triangle, the line comes in with the high end on its left
+        # over the side from high to low, going around the triangle, the line comes in with the high end on its left
         for j in range(3):
             one, other = triangle[j], triangle[(j + 1) % 3]
             if high[one] != high[other]:
