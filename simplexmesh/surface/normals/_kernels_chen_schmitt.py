@@ -11,25 +11,39 @@ from numba import njit, prange
 from simplexmesh._kernels_both import Both
 from simplexmesh.surface.reasons import DEGENERATE, FEW, FOUND
 
+TIED = 1e-9
+"""Oppositions that differ by less than this share of the farthest neighbor's square are the same: rounding must not
+choose between them."""
+
 
 @njit(cache=True, error_model="numpy")
-def _opposition(points, i, members, start, stop, normalized, pairs, opposed):
-    """Fill all pairs of neighbors and how opposite they are: (P - P_a) . (P_b - P)."""
-    place = 0
+def _most_opposed(points, i, members, start, stop, normalized, pairs, opposed):
+    """Fill as many pairs as there are neighbors: those with the largest (P - P_a) . (P_b - P), of equals the first."""
+    most, kept, widest = stop - start, 0, 0.0
+    for a in range(start, stop):
+        square = 0.0
+        for axis in range(3):
+            square += (points[members[a], axis] - points[i, axis]) ** 2
+        widest = max(widest, 1.0 if normalized else square)
     for a in range(start, stop):
         for b in range(a + 1, stop):
-            product = one = other = 0.0
+            across = one = other = 0.0
             for axis in range(3):
                 x, y = points[members[a], axis] - points[i, axis], points[members[b], axis] - points[i, axis]
-                product -= x * y
+                across -= x * y
                 one += x * x
                 other += y * y
             if normalized:
-                size = math.sqrt(one * other)
-                product = product / size if size > 0.0 else -1.0
-            pairs[place, 0], pairs[place, 1] = members[a], members[b]
-            opposed[place] = -product
-            place += 1
+                across = across / math.sqrt(one * other) if one * other > 0.0 else -1.0
+            if kept == most and across <= opposed[most - 1] + TIED * widest:
+                continue
+            place = min(kept, most - 1)
+            while place > 0 and across > opposed[place - 1] + TIED * widest:
+                opposed[place] = opposed[place - 1]
+                pairs[place, 0], pairs[place, 1] = pairs[place - 1, 0], pairs[place - 1, 1]
+                place -= 1
+            opposed[place], pairs[place, 0], pairs[place, 1] = across, members[a], members[b]
+            kept = min(kept + 1, most)
 
 
 @njit(cache=True, error_model="numpy")
@@ -76,13 +90,11 @@ def chen_schmitt(centers, offsets, members, points, reference, normalized, norma
         if valence < 3:
             reasons[row] = FEW
             continue
-        count = valence * (valence - 1) // 2
-        pairs, opposed = np.zeros((count, 2), np.int64), np.zeros(count)
-        _opposition(points, i, members, start, stop, normalized, pairs, opposed)
-        order = np.argsort(opposed, kind="mergesort")
+        pairs, opposed = np.zeros((valence, 2), np.int64), np.zeros(valence)
+        _most_opposed(points, i, members, start, stop, normalized, pairs, opposed)
         lines, told = np.zeros((valence, 3)), 0
         for k in range(valence):
-            told += _tangent(points, i, pairs[order[k], 0], pairs[order[k], 1], lines[told])
+            told += _tangent(points, i, pairs[k, 0], pairs[k, 1], lines[told])
         rx, ry, rz = reference[row, 0], reference[row, 1], reference[row, 2]
         x, y, z = _sum_of_products(lines, told, rx, ry, rz)
         length = math.sqrt(x * x + y * y + z * z)
