@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
-JITTER = 0.45
+JITTER = 0.35
 """How far vertices of an irregular mesh are from where the regular one has them, at most, in steps of its grid; a few
 triangles turn over. One-ring schemes then err, and diverge, as on the meshes other programs were measured on."""
 
