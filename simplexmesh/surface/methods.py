@@ -103,4 +103,4 @@ def warn_of_failures(what: str, reasons: NDArray[np.uint8], *, level: int = 3) -
     if failed := int(counts[1:].sum()):
         why = ", ".join(f"{counts[code]:,} {SAID[code]}" for code in range(1, len(SAID)) if counts[code])
         text = f"{what} could not be estimated at {failed:,} of {len(reasons):,} vertices: {why}"
-        warnings.warn(text, SimplexMeshWarning, stacklevel=level + 1)
+        warnings.warn(text, SimplexMeshWarning, stacklevel=level)
