@@ -12,6 +12,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from simplexmesh.mesh._kernels_vectors import Vector, dot, minus, row
+
 Array = NDArray[np.float64]
 Indices = NDArray[np.int32]
 
@@ -51,20 +53,13 @@ def centroids(vertices: Array, faces: Faces, out: Array) -> None:
 
 
 @njit(cache=True, error_model="numpy")
-def closest_on_triangle(p: Array, a: Array, b: Array, c: Array, out: Array) -> float:
-    """Put the weights of the point of a triangle closest to `p` into `out`, and return its squared distance.
+def closest_on_triangle(p: Vector, a: Vector, b: Vector, c: Vector) -> tuple[float, float, float]:
+    """Return the squared distance of the point of a triangle closest to `p`, and its weights of `b` and `c`.
 
     C. Ericson, Real-Time Collision Detection, 2005, section 5.1.5.
     """
-    d1 = d2 = d3 = d4 = d5 = d6 = 0.0
-    for k in range(3):
-        ab, ac = b[k] - a[k], c[k] - a[k]
-        d1 += ab * (p[k] - a[k])
-        d2 += ac * (p[k] - a[k])
-        d3 += ab * (p[k] - b[k])
-        d4 += ac * (p[k] - b[k])
-        d5 += ab * (p[k] - c[k])
-        d6 += ac * (p[k] - c[k])
+    ab, ac, ap, bp, cp = minus(b, a), minus(c, a), minus(p, a), minus(p, b), minus(p, c)
+    d1, d2, d3, d4, d5, d6 = dot(ab, ap), dot(ac, ap), dot(ab, bp), dot(ac, bp), dot(ab, cp), dot(ac, cp)
     va, vb, vc = d3 * d6 - d5 * d4, d5 * d2 - d1 * d6, d1 * d4 - d3 * d2
     v = w = 0.0
     if d1 <= 0 and d2 <= 0:
@@ -82,11 +77,24 @@ def closest_on_triangle(p: Array, a: Array, b: Array, c: Array, out: Array) -> f
         v = 1 - w
     else:
         v, w = vb / (va + vb + vc), vc / (va + vb + vc)
-    out[0], out[1], out[2] = 1 - v - w, v, w
-    squared = 0.0
-    for k in range(3):
-        squared += (p[k] - a[k] - v * (b[k] - a[k]) - w * (c[k] - a[k])) ** 2
-    return squared
+    rest = ap[0] - v * ab[0] - w * ac[0], ap[1] - v * ab[1] - w * ac[1], ap[2] - v * ab[2] - w * ac[2]
+    return dot(rest, rest), v, w
+
+
+@njit(cache=True, error_model="numpy")
+def closest_on_fan(
+    vertices: Array, middle: Array, faces: Faces, f: int, p: Vector, best: float
+) -> tuple[float, int, float, float]:
+    """Return of the point of a fan closest to `p` the squared distance, the corner, and the weights but the corner's.
+
+    Where none is closer than `best`, squared, the corner is -1.
+    """
+    m, found, ahead, inside = row(middle, f), -1, 0.0, 0.0
+    for c in range(faces.offsets[f], faces.offsets[f + 1]):
+        squared, v, w = closest_on_triangle(p, row(vertices, faces.vertices[c]), row(vertices, faces.ahead[c]), m)
+        if squared < best * CLOSER:
+            best, found, ahead, inside = squared, c, v, w
+    return best, found, ahead, inside
 
 
 @njit(cache=True, error_model="numpy")
@@ -94,22 +102,17 @@ def locate(
     vertices: Array, middle: Array, faces: Faces, samples: Array, start: Indices, places: Places, squared: Array
 ) -> None:
     """Find where samples belong, each from a face on: to the face across an edge as long as it is closer."""
-    weights = np.empty(3)
     for s in range(samples.shape[0]):
         face, best = start[s], np.inf
         for _ in range(STEPS):
-            before = best
-            for c in range(faces.offsets[face], faces.offsets[face + 1]):
-                a, b = vertices[faces.vertices[c]], vertices[faces.ahead[c]]
-                found = closest_on_triangle(samples[s], a, b, middle[face], weights)
-                if found < best * CLOSER:
-                    best = found
-                    places.corner[s] = c
-                    places.weights[s] = weights
-            start[s] = faces.owner[places.corner[s]]
-            if best >= before or places.weights[s, 2] > 0:
+            best, c, ahead, inside = closest_on_fan(vertices, middle, faces, face, row(samples, s), best)
+            if c < 0:
                 break
-            face = faces.owner[faces.across[places.corner[s]]]
+            start[s], places.corner[s] = face, c
+            places.weights[s, 0], places.weights[s, 1], places.weights[s, 2] = 1 - ahead - inside, ahead, inside
+            if inside > 0:
+                break
+            face = faces.owner[faces.across[c]]
             if faces.hole[face]:
                 break
         squared[s] = best
@@ -127,7 +130,6 @@ def settle(
     above: float,
 ) -> None:
     """Look for something closer in all faces around, again and again, for samples farther than `above`, squared."""
-    weights = np.empty(3)
     for s in range(samples.shape[0]):
         face, before = start[s], np.inf
         while squared[s] > above and squared[s] < before:
@@ -137,13 +139,10 @@ def settle(
                 other = faces.owner[faces.across[e]]
                 if faces.hole[other]:
                     continue
-                for c in range(faces.offsets[other], faces.offsets[other + 1]):
-                    a, b = vertices[faces.vertices[c]], vertices[faces.ahead[c]]
-                    found = closest_on_triangle(samples[s], a, b, middle[other], weights)
-                    if found < squared[s] * CLOSER:
-                        squared[s], face = found, other
-                        places.corner[s] = c
-                        places.weights[s] = weights
+                best, c, ahead, inside = closest_on_fan(vertices, middle, faces, other, row(samples, s), squared[s])
+                if c >= 0:
+                    squared[s], face, places.corner[s] = best, other, c
+                    places.weights[s, 0], places.weights[s, 1], places.weights[s, 2] = 1 - ahead - inside, ahead, inside
         start[s] = face
 
 

@@ -7,24 +7,17 @@ from numba import njit
 from numpy.typing import NDArray
 
 from simplexmesh.mesh._kernels_crossing import boxes_by_cell
-from simplexmesh.mesh._kernels_guard import (
-    CROSSING,
-    EQUAL,
-    LARGE_STEP,
-    PLACES,
-    SMALL_STEP,
-    Bounds,
-    Guarded,
-    Room,
-    crossings,
-    faults,
-    new_room,
-    put_vertex,
-    touches_crossed,
-)
+from simplexmesh.mesh._kernels_fans import Guarded, crossings, touches_crossed
+from simplexmesh.mesh._kernels_guard import EQUAL, MANY, Bounds, faults, put_vertex
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int32]
+
+CROSSING = 0.5
+"""What a pair of triangles that cross counts."""
+
+PLACES = 14
+LARGE_STEP, SMALL_STEP = 0.3, 0.1
 
 WORTH = 0.02
 """How much less wrong something must get somewhere for another pass."""
@@ -46,8 +39,8 @@ def place_to_try(g: Guarded, i: int, which: int, start: Array, best: Array, size
 
 
 @njit(cache=True, error_model="numpy")
-def untangle_vertex(g: Guarded, i: int, before: float, b: Bounds, r: Room, room: Array) -> float:
-    """Put a vertex where least is wrong, of the places to try, and return how much is; `room` is (3, 3)."""
+def untangle_vertex(g: Guarded, i: int, before: float, b: Bounds, room: Array) -> float:
+    """Put a vertex where least is wrong, of the places to try, and return how much is; `room` is (9, 3)."""
     start, best, there = room[0], room[1], room[2]
     squared = 0.0
     for k in range(3):
@@ -58,9 +51,9 @@ def untangle_vertex(g: Guarded, i: int, before: float, b: Bounds, r: Room, room:
     for which in range(PLACES):
         place_to_try(g, i, which, start, best, np.sqrt(squared), there)
         put_vertex(g, i, there[0], there[1], there[2])
-        total = faults(g, i, b, r)
+        total = faults(g, i, b, room[3:], least)
         if total < least - EQUAL:
-            total += CROSSING * crossings(g, i, r)
+            total += CROSSING * crossings(g, i, int((least - total) / CROSSING))
         if total < least - EQUAL:
             least = total
             best[:] = there
@@ -74,7 +67,7 @@ def untangle(g: Guarded, passes: int, b: Bounds) -> int:
 
     After the first pass only those are looked at again that were moved, or whose neighbor was.
     """
-    r, room = new_room(), np.empty((3, 3))
+    room = np.empty((9, 3))
     looked, wrong = g.free.copy(), np.zeros(g.free.size, np.bool_)
     for _ in range(passes):
         better = False
@@ -82,12 +75,12 @@ def untangle(g: Guarded, passes: int, b: Bounds) -> int:
         for i in range(looked.size):
             if not looked[i]:
                 continue
-            before = faults(g, i, b, r)
+            before = faults(g, i, b, room[3:], np.inf)
             if touches_crossed(g, i):
-                before += CROSSING * crossings(g, i, r)
+                before += CROSSING * crossings(g, i, MANY)
             wrong[i] = before > 0
             if before > 0:
-                after = untangle_vertex(g, i, before, b, r, room)
+                after = untangle_vertex(g, i, before, b, room)
                 better |= after < before - WORTH
                 wrong[i] = after > 0
                 if after < before:

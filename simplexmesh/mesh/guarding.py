@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from simplexmesh.mesh import _kernels_fans as fans
 from simplexmesh.mesh import _kernels_guard as kernels
 from simplexmesh.mesh import _kernels_untangle, face_geometry
 from simplexmesh.mesh._kernels_fitting import Faces
@@ -17,6 +18,9 @@ Indices = NDArray[np.int32]
 
 REACH, AROUND, CELL = 0.5, 0.15, 3.0
 """A vertex moves up to `REACH` mean edges at a time, faces are near within `AROUND`, cells of the grid have `CELL`."""
+
+CLEAR = 1e-9
+"""What is no distance, in edges."""
 
 FACING = 0.0
 """While vertices move, only faces that are not adjacent and whose normals have a product below are watched."""
@@ -66,7 +70,7 @@ class Guard:
                 break
         return mesh.vertices
 
-    def _guarded(self, mesh: SimplexMesh, facing: float) -> tuple[kernels.Guarded, float]:
+    def _guarded(self, mesh: SimplexMesh, facing: float) -> tuple[fans.Guarded, float]:
         """Return what the kernels work on, and the mean length of edges."""
         c, v, f = self._c, mesh.vertices, self._faces
         a, b = v[c.edge_vertices.T]
@@ -81,7 +85,7 @@ class Guard:
         left_out = np.zeros(0, np.int64) if facing > 1 else self._adjacent
         near, offsets = _without(near, offsets, solid, len(f.hole), left_out)
         points = np.concatenate([v, face_geometry.face_centroids(v, f.vertices, f.offsets)])
-        g = kernels.Guarded(
+        g = fans.Guarded(
             points,
             np.array(mesh.normals),
             self._along,
@@ -90,10 +94,13 @@ class Guard:
             f,
             offsets,
             near,
+            np.zeros(len(near)),
+            np.zeros(len(f.hole)),
+            CLEAR * edge,
             np.zeros(len(f.hole), bool),
             self._free,
         )
-        kernels.mark_crossed(g)
+        fans.mark_crossed(g)
         return g, edge
 
 

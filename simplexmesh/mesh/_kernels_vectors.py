@@ -1,0 +1,47 @@
+"""Kernels of vectors as three numbers: nothing is made room for, so that they cost what they compute."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Vector = tuple[float, float, float]
+
+
+@njit(cache=True)
+def row(points: Array, i: int) -> Vector:
+    """Return point `i`."""
+    return points[i, 0], points[i, 1], points[i, 2]
+
+
+@njit(cache=True)
+def minus(a: Vector, b: Vector) -> Vector:
+    """Return the difference of two vectors."""
+    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
+
+
+@njit(cache=True, error_model="numpy")
+def difference(points: Array, i: int, j: int) -> Vector:
+    """Return the vector from point `j` to point `i`."""
+    return points[i, 0] - points[j, 0], points[i, 1] - points[j, 1], points[i, 2] - points[j, 2]
+
+
+@njit(cache=True, error_model="numpy")
+def dot(a: Vector, b: Vector) -> float:
+    """Return the product of two vectors."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@njit(cache=True, error_model="numpy")
+def crossed_with(a: Vector, b: Vector) -> Vector:
+    """Return the cross product of two vectors."""
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+@njit(cache=True, error_model="numpy")
+def unit(a: Vector) -> Vector:
+    """Return a vector of length 1 along a vector."""
+    size = np.sqrt(dot(a, a))
+    return a[0] / size, a[1] / size, a[2] / size
