@@ -5,21 +5,37 @@ from __future__ import annotations
 
 import math
 
-from numba import prange
+from numba import njit, prange
 
 from simplexmesh._kernels_both import Both
 from simplexmesh.surface._kernels_frames import tangents
+from simplexmesh.surface.curvature._kernels_solve import FLAT
 from simplexmesh.surface.reasons import DEGENERATE, FEW, FOUND
-
-FLAT = 1e-24
-"""A neighbor whose projection is shorter than this share of its distance, squared, has no azimuth."""
 
 SINGULAR = 1e-10
 """Directions whose spread on the double angle, as a share of the largest possible, is less are taken for two."""
 
+SPREAD = 1e-5
+"""Directions whose spread on the double angle is a smaller share of their number are taken for one."""
+
+
+@njit(cache=True, error_model="numpy")
+def _fitted(scc, sss, scs, skc, sks, count, least_swing):
+    """Solve the 2 x 2 system of centered sums; where it is singular, by the least solution or NaN."""
+    det = scc * sss - scs * scs
+    if det > SINGULAR * count * count:
+        return (skc * sss - sks * scs) / det, (sks * scc - skc * scs) / det
+    trace = scc + sss
+    if not least_swing or trace <= SPREAD * count:
+        return math.nan, math.nan
+    turn = 0.5 * math.atan2(2.0 * scs, scc - sss)
+    c, s = math.cos(turn), math.sin(turn)
+    along = (skc * c + sks * s) / (scc * c * c + 2.0 * scs * c * s + sss * s * s)
+    return along * c, along * s
+
 
 @Both
-def sine(centers, offsets, members, points, normals, k1, k2, d1, reasons):
+def sine(centers, offsets, members, points, normals, least_swing, k1, k2, d1, reasons):
     """Fit k_i = a cos 2 alpha_i + b sin 2 alpha_i + c per row by least squares (Charton 2014, 2.44)."""
     for row in prange(centers.shape[0]):
         i = centers[row]
@@ -56,11 +72,10 @@ def sine(centers, offsets, members, points, normals, k1, k2, d1, reasons):
         w = 1.0 / count
         scc, sss, scs = scc - w * sc * sc, sss - w * ss * ss, scs - w * sc * ss
         skc, sks = skc - w * sk * sc, sks - w * sk * ss
-        det = scc * sss - scs * scs
-        if det <= SINGULAR * count * count:
+        a, b = _fitted(scc, sss, scs, skc, sks, count, least_swing)
+        if math.isnan(a):
             reasons[row] = DEGENERATE
             continue
-        a, b = (skc * sss - sks * scs) / det, (sks * scc - skc * scs) / det
         mean = w * (sk - a * sc - b * ss)
         swing = math.sqrt(a * a + b * b)
         half = 0.5 * math.atan2(b, a)

@@ -10,14 +10,24 @@ from numpy.typing import ArrayLike, NDArray
 from simplexmesh import _check
 from simplexmesh.surface.curvature.result import Curvature
 from simplexmesh.surface.methods import Estimates, Method, chosen, warn_of_failures
-from simplexmesh.surface.neighborhoods import Neighborhood, Neighborhoods, rings
-from simplexmesh.surface.normals.estimate import normals_around
+from simplexmesh.surface.neighborhoods import Ball, Nearest, Neighborhood, Neighborhoods, Rings, rings
+from simplexmesh.surface.normals.estimate import starting_normals
 from simplexmesh.surface.samples import Samples, as_samples
 
 Array = NDArray[np.float64]
 
 METHODS = {
-    "sine": Method("curvature.sine"),
+    "chen_schmitt": Method("curvature.chen_schmitt", {"weighted": True, "normalized": False}),
+    "discrete": Method("curvature.discrete", {"area": "mixed", "projected": False}, needs_faces=True),
+    "extended_quadric": Method("curvature.quadric", {"terms": 5, "least": 6}),
+    "full_quadric": Method("curvature.quadric", {"terms": 6, "least": 6}),
+    "langer": Method("curvature.langer", {"exact": False}),
+    "langer_exact": Method("curvature.langer", {"exact": True}),
+    "principal": Method("curvature.principal", {"radius": 5}, needs_faces=True, own_scale=True),
+    "quadric": Method("curvature.quadric", {"terms": 3, "least": 3}),
+    "simplex_angle": Method("curvature.simplex_angle", normals=None, needs_faces=True),
+    "sine": Method("curvature.sine", {"least_swing": False}),
+    "taubin": Method("curvature.taubin"),
 }
 """Every curvature estimator."""
 
@@ -77,13 +87,17 @@ def curvature(
     """
     kind, understood = chosen(method, METHODS, options)
     samples = as_samples(surface)
+    if kind.normals is None and normals is not None:
+        raise TypeError(f"normals must be left out: method {method!r} starts from none")
     if kind.own_scale:
         if neighborhood is not None:
             raise TypeError(f"neighborhood must be left out: method {method!r} chooses its own")
         around = _only(samples, vertices)
     else:
+        if kind.needs_faces and isinstance(neighborhood, Rings | Ball | Nearest) and neighborhood != rings(1):
+            raise TypeError(f"neighborhood must be left out: method {method!r} takes the faces around each vertex")
         around = samples.around(rings(1) if neighborhood is None else neighborhood, vertices)
-    directions = _starting_normals(samples, around, kind, normals)
+    directions = starting_normals(samples, around, kind.normals, normals)
     found = kind.estimate(samples, around, directions, **understood)
     warn_of_failures("curvature", found.reasons)
     return _finished(found, directions, method)
@@ -95,17 +109,6 @@ def _only(samples: Samples, vertices: ArrayLike | None) -> Neighborhoods:
     centers = np.arange(n) if vertices is None else _check.selection("vertices", vertices, n)
     none = np.zeros(len(centers) + 1, np.int64)
     return Neighborhoods(centers, none, np.zeros(0, np.int64), np.zeros(len(centers), bool))
-
-
-def _starting_normals(
-    samples: Samples, around: Neighborhoods, kind: Method, normals: str | ArrayLike | None
-) -> Array | None:
-    """(c, 3) unit normals, one for each center, that the estimator starts from; None where it needs none."""
-    if normals is not None and not isinstance(normals, str):
-        given: Array = _check.array("normals", normals, (len(samples.points), 3))
-        return given[around.centers]
-    name = kind.normals if normals is None else normals
-    return None if name is None else normals_around(samples, around, name)
 
 
 def _finished(found: Estimates, directions: Array | None, method: str) -> Curvature:

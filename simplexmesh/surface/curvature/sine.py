@@ -13,13 +13,21 @@ from simplexmesh.surface.samples import Samples
 Array = NDArray[np.float64]
 
 
-def estimate(samples: Samples, around: Neighborhoods, normals: Array) -> Estimates:
+def estimate(samples: Samples, around: Neighborhoods, normals: Array, *, least_swing: bool) -> Estimates:
     """Fit k(alpha) = H + swing cos 2 (alpha - alpha_1) to the circles through each neighbor tangent to the surface.
 
-    Exact on spheres whatever the neighbors, with an exact normal. Wants three directions different modulo pi.
+    Exact on spheres whatever the neighbors, with an exact normal. Wants three directions different modulo pi. Four
+    neighbors in a cross have two, which tell H and no more: such a vertex has failed, as it has no K.
+
+    Parameters
+    ----------
+    least_swing : bool
+        Do not fail where there are two directions: of all k1 - k2 that agree with them the least is taken. H is as
+        good as ever where they are at right angles; K, k1, k2 and the direction are bounds, not estimates.
     """
     n = len(around)
     k1, k2, d1 = np.full(n, np.nan), np.full(n, np.nan), np.full((n, 3), np.nan)
     reasons = np.zeros(n, np.uint8)
-    kernels.sine(around.centers, around.offsets, around.members, samples.points, normals, k1, k2, d1, reasons)
+    rows = (around.centers, around.offsets, around.members)
+    kernels.sine(*rows, samples.points, normals, bool(least_swing), k1, k2, d1, reasons)
     return Estimates(k1, k2, (k1 + k2) / 2, k1 * k2, reasons, d1)

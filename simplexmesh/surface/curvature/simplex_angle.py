@@ -1,0 +1,81 @@
+"""The simplex angle (Delingette 1994, 3.3): mean curvature from four points."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplexmesh.surface.curvature import _kernels_simplex_angle as kernels
+from simplexmesh.surface.curvature.ringed import three_each
+from simplexmesh.surface.methods import Estimates
+from simplexmesh.surface.neighborhoods import Neighborhoods
+from simplexmesh.surface.reasons import DEGENERATE, FEW, FOUND, OPEN
+from simplexmesh.surface.samples import Samples
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+Codes = NDArray[np.uint8]
+
+
+def estimate(samples: Samples, around: Neighborhoods, normals: None) -> Estimates:
+    """Return H = sin(phi) / r, the curvature of the sphere through a vertex and its three neighbors.
+
+    That is a simplex mesh's own mean curvature. Of triangles it is measured on the dual, whose vertices are the
+    centers of the faces, and each vertex takes the mean of the faces around it. The angle knows nothing of K: that
+    comes from the normals, as the solid angle of the three neighbors' over the area of their triangle. k1 and k2 are
+    H +- sqrt(H^2 - K), both H where that root is negative; no directions. The one-ring is all it ever looks at.
+
+    Raises
+    ------
+    ValueError
+        Neither triangles nor a simplex mesh.
+    """
+    if samples.faces is not None:
+        return _selected(_of_triangles(samples.points, samples.faces), around.centers)
+    ring = three_each(samples)
+    if ring is None:
+        raise ValueError("surface must be triangles or a simplex mesh for method 'simplex_angle', not points alone")
+    found = _of_nodes(samples.points, ring.members.reshape(-1, 3))
+    return _selected(found, around.centers)
+
+
+def _of_nodes(points: Array, neighbors: Indices) -> tuple[Array, Array, Array, Codes]:
+    """Return H, K, normals and reasons at points with three neighbors each."""
+    n = len(points)
+    mean, gauss, areas, normals = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros((n, 3))
+    found, reasons = np.zeros(n, np.uint8), np.zeros(n, np.uint8)
+    kernels.spheres(neighbors, points, mean, normals, areas, found)
+    kernels.turns(neighbors, normals, areas, found, gauss, reasons)
+    return mean, gauss, normals, reasons
+
+
+def _of_triangles(points: Array, faces: Indices) -> tuple[Array, Array, Array, Codes]:
+    """Return H, K, normals and reasons at the vertices: means over the faces around each."""
+    n = len(points)
+    across = kernels.faces_across(faces, n)
+    corners = points[faces]
+    mean, gauss, normals, reasons = _of_nodes((corners[:, 0] + corners[:, 1] + corners[:, 2]) / 3, across)
+    good = reasons == FOUND
+    at = faces[good].ravel()
+    counts = np.bincount(at, minlength=n)
+
+    def averaged(values: Array) -> Array:
+        return np.asarray(np.bincount(at, np.repeat(values[good], 3), n) / np.maximum(counts, 1))
+
+    summed = np.stack([averaged(normals[:, axis]) for axis in range(3)], axis=1)
+    lengths = np.linalg.norm(summed, axis=1)
+    used, broken = (
+        np.bincount(faces.ravel(), minlength=n),
+        np.bincount(faces[reasons == DEGENERATE].ravel(), minlength=n),
+    )
+    why = np.where(used == 0, FEW, np.where(broken > 0, DEGENERATE, OPEN))
+    why = np.where(counts > 0, np.where(lengths > 0.0, FOUND, DEGENERATE), why).astype(np.uint8)
+    return averaged(mean), averaged(gauss), summed / np.where(lengths > 0.0, lengths, 1.0)[:, None], why
+
+
+def _selected(found: tuple[Array, Array, Array, Codes], centers: Indices) -> Estimates:
+    """Return the estimates of some vertices."""
+    mean, gauss, normals, reasons = found
+    mean, gauss = mean[centers], gauss[centers]
+    swing = np.sqrt(np.maximum(mean * mean - gauss, 0.0))
+    return Estimates(mean + swing, mean - swing, mean, gauss, reasons[centers], normals=normals[centers])
