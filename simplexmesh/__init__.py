@@ -52,6 +52,8 @@ _HOME = {
     # V    the surface
     "surface.neighborhoods": ["Neighborhoods", "ball", "nearest", "rings"],
     "surface.normals.estimate": ["vertex_normals"],
+    "surface.spread": ["Spread", "spread"],
+    "surface.quality": ["aspect_ratios"],
     "surface.curvature.estimate": ["curvature"],
     "surface.curvature.result": ["Curvature"],
     "surface.saliency": ["saliency"],
@@ -136,11 +138,14 @@ if TYPE_CHECKING:  # the same list once more, for type checkers and editors; a t
     from simplexmesh.surface.neighborhoods import nearest as nearest
     from simplexmesh.surface.neighborhoods import rings as rings
     from simplexmesh.surface.normals.estimate import vertex_normals as vertex_normals
+    from simplexmesh.surface.quality import aspect_ratios as aspect_ratios
     from simplexmesh.surface.regions import Regions as Regions
     from simplexmesh.surface.regions import regions as regions
     from simplexmesh.surface.saliency import saliency as saliency
     from simplexmesh.surface.salient import SalientPoints as SalientPoints
     from simplexmesh.surface.salient import salient_points as salient_points
+    from simplexmesh.surface.spread import Spread as Spread
+    from simplexmesh.surface.spread import spread as spread
 
 
 def __getattr__(name: str) -> Any:

@@ -1,0 +1,117 @@
+"""How evenly the neighbors of a point lie around it: regular, balanced, or neither (Charton 2014, def. 1.5)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from simplexmesh import _check
+from simplexmesh.surface import _kernels_spread as kernels
+from simplexmesh.surface.methods import warn_of_failures
+from simplexmesh.surface.neighborhoods import Neighborhood, rings
+from simplexmesh.surface.normals.estimate import starting_normals
+from simplexmesh.surface.samples import as_samples
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Spread:
+    """How neighbors are spread; all three are zero around a point of a regular grid of equilateral triangles.
+
+    Attributes
+    ----------
+    distances : (n,) array of float
+        Variance of the neighbors' distances over the square of their mean.
+    angles : (n,) array of float
+        Variance of the angles between neighbors next to each other in the tangent plane, radians squared; at a border
+        the gap is one of the angles.
+    imbalances : (n,) array of float
+        How far the neighbor with the worst counterpart is from having one exactly opposite, in the tangent plane, over
+        the mean distance there: 0 where they come in opposite pairs, 1 and more where they are all on one side.
+    failed : (n,) array of bool
+        Where the others are NaN: fewer than two neighbors, or no normal.
+
+    Examples
+    --------
+    >>> import simplexmesh as sm
+    >>> around = sm.spread(sm.sphere(8).triangulated("dual"))
+    >>> around
+    Spread(642 vertices)
+    >>> int((around.imbalances > 0.5).sum())  # the twelve with five neighbors
+    12
+    """
+
+    distances: Array
+    angles: Array
+    imbalances: Array
+    failed: Mask
+
+    def __post_init__(self) -> None:
+        for name in ("distances", "angles", "imbalances", "failed"):
+            object.__setattr__(self, name, _check.frozen(getattr(self, name)))
+
+    def __repr__(self) -> str:
+        return f"Spread({len(self.failed):,} vertices)"
+
+
+def spread(
+    surface: Any,
+    *,
+    neighborhood: Neighborhood | None = None,
+    normals: str | ArrayLike | None = None,
+    vertices: ArrayLike | None = None,
+) -> Spread:
+    """Return how evenly the neighbors of each vertex lie around it, which decides what estimators make of them.
+
+    Parameters
+    ----------
+    surface : TriangleMesh, SimplexMesh, PointCloud, array, PyVista or trimesh object, or path
+        What is measured.
+    neighborhood : from `rings`, `ball`, `nearest`, or Neighborhoods, optional
+        Which neighbors; by default the one-ring, in a cloud the 12 nearest points.
+    normals : str or (n, 3) array of float, optional
+        A method of `vertex_normals`, or directions: those of the tangent planes; by default the means of faces by
+        area, and in clouds their own or those of planes.
+    vertices : (c,) array of int, optional
+        Measure these vertices only.
+
+    Returns
+    -------
+    Spread
+        `distances`, `angles`, `imbalances`, `failed`.
+
+    Raises
+    ------
+    ValueError, TypeError
+        As `vertex_normals`.
+
+    Warns
+    -----
+    SimplexMeshWarning
+        Saying at how many vertices there are too few neighbors.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import simplexmesh as sm
+    >>> x, y = np.meshgrid(np.arange(5.0), np.arange(5.0))
+    >>> grid = np.stack([x, y, 0 * x], axis=-1).reshape(-1, 3)
+    >>> middle = sm.spread(grid, neighborhood=sm.nearest(4), vertices=[12])
+    >>> middle.distances.round(12), middle.angles.round(12), middle.imbalances.round(12)
+    (array([0.]), array([0.]), array([0.]))
+    """
+    samples = as_samples(surface)
+    around = samples.around(rings(1) if neighborhood is None else neighborhood, vertices)
+    directions = starting_normals(samples, around, "area", normals)
+    n = len(around)
+    distances, angles, imbalances = np.full((3, n), np.nan)
+    reasons = np.zeros(n, np.uint8)
+    rows = (around.centers, around.offsets, around.members)
+    kernels.spreads(*rows, samples.points, directions, distances, angles, imbalances, reasons)
+    warn_of_failures("the spread of neighbors", reasons)
+    return Spread(distances, angles, imbalances, reasons != 0)
