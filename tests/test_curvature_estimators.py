@@ -30,7 +30,7 @@ from simplexmesh.surface.truth.rings import (
     SCHEMES as PATTERNS,
 )
 from tests import reference_curvature as reference
-from tests.golden_curvature import ARTICLE, GS03, METHODS, SCHEMES
+from tests.golden_curvature import ARTICLE, GS03, MESHES, METHODS, SCHEMES
 
 FIXED = ("chen_schmitt", "discrete", "extended_quadric", "full_quadric", "langer", "langer_exact", "principal")
 FIXED = (*FIXED, "quadric", "simplex_angle", "sine", "taubin")
@@ -117,6 +117,36 @@ class TestPrinted:
                 last = 0.11 if method == "chen_schmitt" and count == "12" else 0.051  # ties are broken elsewhere
                 off = last * 10.0 ** np.floor(np.log10(abs(expected))) if expected else 2e-9
                 assert abs(mean - exact - expected) <= max(off, 1e-9), (method, mean - exact, expected)
+
+    @pytest.mark.parametrize("line", MESHES.strip().splitlines(), ids=lambda line: "-".join(line.split()[:2]))
+    def test_errors_on_meshes(self, line):
+        shape, quantity, *cells = line.split()
+        kind, _, surface = shape.partition("-")
+        mesh = getattr(discretized, kind)(*([graph(surface), 32] if surface else [32, 32]))
+        inner = np.flatnonzero(mesh.inner)
+        for method, *printed in zip(METHODS, map(float, cells[::2]), map(float, cells[1::2]), strict=True):
+            options = {"projected": True} if method == "discrete" else {}
+            found = sm.curvature(mesh.mesh, method, normals=mesh.exact.normals, vertices=inner, **options)
+            errors = np.abs(getattr(found, quantity) - getattr(mesh.exact, quantity)[inner])
+            if method == "langer" and surface not in ("hyperboloid", ""):
+                continue  # close to right angles: rounding counts
+            for value, expected in zip((errors.mean(), errors.max()), printed, strict=True):
+                off = 0.06 * 10.0 ** np.floor(np.log10(expected)) if expected else 1e-12
+                assert abs(value - expected) <= off, (method, value, expected)
+
+    @pytest.mark.parametrize(
+        ("method", "options", "mean", "gauss"),
+        [
+            ("discrete", {"area": "voronoi"}, (0.01, 0.0), (0.000100118, 0.0)),
+            ("quadric", {}, (0.00999632, 1.3922e-05), (9.99262e-05, 2.78566e-07)),
+            ("extended_quadric", {}, (0.0100142, 1.78224e-06), (0.000100284, 3.56943e-08)),
+        ],
+    )
+    def test_on_the_icosphere_of_the_article(self, method, options, mean, gauss):
+        found, _ = quietly(discretized.icosphere().mesh, method, **options)  # twelve have valence five
+        for values, (middle, spread) in ((found.mean, mean), (found.gauss, gauss)):
+            assert np.nanmean(values) == pytest.approx(middle, rel=4e-6)
+            assert not spread or np.nanstd(values) == pytest.approx(spread, rel=1e-4)
 
     @pytest.mark.parametrize(
         ("method", "options", "cone_mean", "cone_gauss", "cylinder_gauss"),
