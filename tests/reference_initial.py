@@ -11,13 +11,14 @@ CORNERS = np.ones((3, 3, 3))
 EDGES = ndimage.generate_binary_structure(3, 2)
 
 
-def splat_distance(points, reach, shape):
+def wall(points, reach, shape):
     at = np.stack(np.meshgrid(*[np.arange(n) for n in shape], indexing="ij"), axis=-1).astype(float)
-    out = np.full(shape, np.inf)
-    for point in points:
-        d2 = ((at - point) ** 2).sum(axis=-1)
-        out = np.where(d2 <= reach**2, np.minimum(out, d2), out)
-    return out
+    return np.any([((at - point) ** 2).sum(axis=-1) <= reach**2 for point in points], axis=0)
+
+
+def outside(wall):
+    label, _ = ndimage.label(~wall)
+    return (label == label[0, 0, 0]) & ~wall
 
 
 def splat(points, values, shape):

@@ -274,3 +274,33 @@ def quadrics(points, near, normals):
         slope = n - (a[1] * u + a[2] * v) / scale
         tilted.append(slope / np.linalg.norm(slope))
     return np.array(places), np.array(tilted)
+
+
+def differing(motions, most, apart, far):
+    """Which motions, in order, turn or shift otherwise than all kept before."""
+    kept = []
+    for k, motion in enumerate(motions):
+        R, t = motion.reshape(3, 4)[:, :3], motion.reshape(3, 4)[:, 3]
+        others = [motions[i].reshape(3, 4) for i in kept]
+        near = [angle(R, each[:, :3]) < np.degrees(apart) and np.linalg.norm(t - each[:, 3]) < far for each in others]
+        if len(kept) < most and not any(near):
+            kept.append(k)
+    return kept
+
+
+def step_to_planes(motion, samples, grid, low, cell, target, width):
+    """A motion after one step of least squares to the planes of the nearest points of a grid, weights by distance."""
+    R, t = motion.reshape(3, 4)[:, :3], motion.reshape(3, 4)[:, 3]
+    at, normals = samples[:, :3] @ R.T + t, samples[:, 3:] @ R.T
+    cells = np.floor((at - low) / cell).astype(int)
+    inside = ((cells >= 0) & (cells < grid.shape)).all(axis=1)
+    at, normals, cells = at[inside], normals[inside], cells[inside]
+    near = target[grid[tuple(cells.T)]]
+    offset, up = at - near[:, :3], near[:, 3:]
+    far, alike = (offset**2).sum(axis=1) / width**2, (normals * up).sum(axis=1)
+    weight = np.where((far <= 4) & (alike >= 0.2), alike / (1 + far) ** 2, 0)
+    rows = np.hstack([np.cross(at, up), up])
+    damping = 1e-3 * weight.sum() * np.array([0.05] * 3 + [1] * 3) + 1e-9
+    x = np.linalg.solve((rows * weight[:, None]).T @ rows + np.diag(damping), -rows.T @ (weight * (offset * up).sum(1)))
+    turn = turned(x[:3], np.eye(3))
+    return np.hstack([turn @ R, (turn @ t + x[3:])[:, None]]).ravel()

@@ -92,3 +92,19 @@ def crossings(mask):
                 found.append([*((np.array(at) + before) / 2 - 2), axis])
     found = np.array(found).reshape(-1, 4)
     return found[:, :3], found[:, 3].astype(int)
+
+
+def sides(points, rows, near, normals=None):
+    """Normals of the planes through neighbors, the angle these leave free there, how far off their mean is."""
+    offsets = points[near] - points[rows][:, None]
+    centered = offsets - offsets.mean(axis=1, keepdims=True)
+    axes = np.linalg.eigh(np.einsum("nki,nkj->nij", centered, centered))[1]
+    found = axes[:, :, 0] if normals is None else normals
+    free, off = [], []
+    for normal, around in zip(found, offsets, strict=True):
+        u, v = np.linalg.svd(normal[None])[2][1:]
+        x, y = around @ u, around @ v
+        angle = np.sort(np.arctan2(y, x))
+        free.append(np.diff(np.append(angle, angle[0] + 2 * np.pi)).max())
+        off.append(np.hypot(x.mean(), y.mean()) / np.hypot(x, y).max())
+    return found, np.array(free), np.array(off)

@@ -21,8 +21,10 @@ from simplexmesh.motion.rim_refine import divided_rims
 from simplexmesh.motion.rim_upright import uprighted
 from simplexmesh.motion.shore import Shore
 from simplexmesh.motion.subjects import as_subject
+from simplexmesh.motion.targets import _kernels_borders
 from simplexmesh.motion.targets.borders import border_of_points
 from simplexmesh.motion.zones import connected, cuttable, with_holes_beside
+from tests import reference_targets as reference
 
 FINE = sm.sphere(20).triangulated()
 
@@ -305,6 +307,23 @@ class TestBorders:
         inside = (np.abs(border.points[:, :2]) < 0.85).all(axis=1)
         assert inside.mean() < 0.05
         assert len(border.points) > 50
+
+    @given(st.integers(0, 2**32 - 1), st.integers(4, 30), st.booleans())
+    def test_which_points_are_at_the_side_of_their_neighbors_as_plain_code_says(self, seed, count, known):
+        rng = np.random.default_rng(seed)
+        points = rng.normal(size=(60, 3)) * [1.0, 0.7, 0.1]
+        rows = np.arange(9)
+        near = np.array([rng.choice(np.arange(9, 60), count, replace=False) for _ in rows])
+        normals = rng.normal(size=(9, 3))
+        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+        plain, *told = reference.sides(points, rows, near, normals if known else None)
+        free, off = np.empty((2, 9))
+        _kernels_borders.sides(points, rows, near, normals, known, free, off)
+        flat = np.linalg.svd(points[near] - points[near].mean(axis=1, keepdims=True), compute_uv=False)
+        clear = np.full(9, True) if known else flat[:, 2] < 0.9 * flat[:, 1]
+        assert np.allclose(np.abs((normals * plain).sum(axis=1))[clear], 1, atol=1e-9)
+        assert np.allclose(free[clear], told[0][clear], atol=1e-5)
+        assert np.allclose(off[clear], told[1][clear], atol=1e-6)
 
     def test_the_border_of_triangles_is_as_wide_as_their_hole(self):
         target = sm.targets.Triangles(part(lambda p: np.abs(p[:, 2]) < 0.5))

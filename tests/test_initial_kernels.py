@@ -22,12 +22,31 @@ def points(rng, count=20):
 
 
 @given(seeds)
-def test_distances_near_points(seed):
+def test_walls_around_points(seed):
     rng = np.random.default_rng(seed)
     at, reach = points(rng, 5), rng.uniform(0.5, 2.5)
-    out = np.full(SHAPE, np.inf)
-    _kernels_grid.splat_distance(at, reach, out)
-    assert_allclose(out, reference.splat_distance(at, reach, SHAPE), rtol=1e-12)
+    out = np.zeros(SHAPE, bool)
+    _kernels_grid.raise_wall(at, reach, out)
+    assert_array_equal(out, reference.wall(at, reach, SHAPE))
+
+
+@given(seeds, st.tuples(st.integers(1, 7), st.integers(1, 8), st.integers(1, 9)), st.floats(0.0, 0.8))
+def test_floods_reach_what_hangs_together_with_the_first_corner(seed, shape, share):
+    wall = np.random.default_rng(seed).random(shape) < share
+    out = np.ones(shape, bool)
+    _kernels_grid.flood(wall, out)
+    assert_array_equal(out, reference.outside(wall))
+
+
+def test_a_flood_finds_its_way_through_a_maze():
+    """Walls across with a gap at one end or the other: every turn of the way is back and forth."""
+    wall = np.zeros((5, 9, 7), bool)
+    for row in range(1, 9, 2):
+        wall[:, row] = True
+        wall[-1 if row % 4 == 1 else 0, row, -1 if row % 4 == 1 else 0] = False
+    out = np.empty(wall.shape, bool)
+    _kernels_grid.flood(wall, out)
+    assert_array_equal(out, ~wall)
 
 
 @given(seeds)

@@ -2,14 +2,14 @@
 
 import numpy as np
 import pytest
-from numpy.testing import assert_allclose
+from numpy.testing import assert_allclose, assert_array_equal
 
 from simplexmesh import PointCloud, TopologyError, read_points, read_triangles
 from simplexmesh.mesh.shapes import sphere
 from simplexmesh.motion.initial import sound, start_from_points
 from simplexmesh.motion.initial.flood import flooded
 from simplexmesh.motion.initial.indicator import areas, frame_for, solved
-from simplexmesh.motion.initial.orientation import turned
+from simplexmesh.motion.initial.orientation import _Level, turned
 from simplexmesh.motion.initial.planes import planes, spacing_of
 from simplexmesh.motion.untangle import tangled_vertices
 
@@ -173,6 +173,22 @@ def test_the_indicator_of_a_ball_jumps_by_one():
     assert_allclose(values[1], values[0], atol=0.02)
     unknown = turned(ball.vertices, planes(ball.vertices), 0.05)
     assert_allclose(unknown.at(np.zeros((1, 3)))[0], values[0], atol=0.05)
+
+
+def test_normals_that_stayed_have_the_field_they_are_said_to_have():
+    ball, rng = sphere(12), np.random.default_rng(0)
+    level = _Level.of(ball.vertices, 0.1)
+    settled = level.settled(ball.normals)
+    assert (settled.rounds, settled.field is None) == (1, False)
+    assert_array_equal(settled.field.values, level.solved(settled.normals).values)
+    assert_array_equal(level.solved(ball.normals).values, solved(*level_parts(ball, level)).values)
+    mixed = level.settled(ball.normals * rng.choice([1, -1], (ball.n_vertices, 1), p=[0.9, 0.1]))
+    assert mixed.rounds > 1
+    assert_array_equal(mixed.normals, ball.normals)
+
+
+def level_parts(mesh, level):
+    return mesh.vertices, mesh.normals, level.frame, level.weight
 
 
 def test_finer_floods_enclose_more_until_they_leak():

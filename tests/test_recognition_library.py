@@ -125,6 +125,13 @@ class TestRecognition:
         for name, mesh in known.items():
             assert library.recognise(scan_of(mesh, 0.5, 0.005, rng)[0])[0].name == name
 
+    def test_no_more_are_there_to_be_tried(self, known, monkeypatch, tmp_path):
+        monkeypatch.setattr(ranking, "ENOUGH", 2.0)
+        monkeypatch.setattr(ranking, "NEAR", 9.0)
+        library = sm.ModelLibrary(tmp_path / "models.sml")
+        library.add("egg", known["egg"])
+        assert [each.name for each in library.recognise(known["egg"])] == ["egg"]
+
     def test_strays_do_not_matter(self, library, known):
         rng = np.random.default_rng(5)
         scan, _ = scan_of(known["lumpy"], 0.7, 0.005, rng)

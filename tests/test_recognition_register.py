@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
+from scipy import ndimage
 
 import simplexmesh as sm
 from simplexmesh.recognition import _kernels_planes as planes
 from simplexmesh.recognition import _kernels_register as kernels
 from simplexmesh.recognition import register as registration
+from simplexmesh.recognition._kernels_cells import fill_nearest
 from simplexmesh.recognition.arena import arena_of, rows
+from simplexmesh.recognition.arenas import Arenas
 from simplexmesh.recognition.icp import about_zero
 from simplexmesh.recognition.rotations import rotations_of
 from simplexmesh.recognition.starts import frames_of, from_pairs
@@ -178,7 +183,7 @@ class TestWhatIsUncertain:
             at = moved(pose.T_target_source, source)
             assert np.abs(((at / [3, 2, 1]) ** 2).sum(axis=1) - 1).max() < 0.05
 
-    @pytest.mark.parametrize("bores", [3, 6])
+    @pytest.mark.parametrize("bores", range(3, 10))
     def test_a_disc_fits_under_as_many_turns_as_it_has_bores_and_turned_over(self, bores):
         rng = np.random.default_rng(0)
         T = motion(rng)
@@ -205,6 +210,23 @@ class TestWhatIsUncertain:
         found = sm.register(body.sampled(2000, rng=rng).points, body.sampled(2000, rng=rng).points)
         assert found.ambiguous
         assert len(found.open_motions) == free
+
+    def test_a_torus_lies_on_itself_in_every_pose_and_wherever_it_slides(self):
+        rng = np.random.default_rng(0)
+        body, shift = sm.torus(60, 24, radius=2.0, tube_radius=0.7).triangulated(), np.array([5.0, -3, 1])
+        source = body.sampled(2000, rng=rng).points
+        found = sm.register(source, body.sampled(2000, rng=rng).points + shift)
+        (open_motion,) = found.open_motions
+        poses = [found.T_target_source, *(pose.T_target_source for pose in found.poses if pose.equivalent)]
+        assert found.ambiguous
+        for pose in poses:
+            for turn in (0.0, 1.0, 2.5):
+                slid, length = np.eye(4), np.linalg.norm(open_motion[:3])
+                slid[:3, :3] = rotations_of(turn * open_motion[None, :3] / length)[0]
+                axis = np.cross(open_motion[:3], open_motion[3:]) / length**2  # a point that stays
+                slid[:3, 3] = axis - slid[:3, :3] @ axis
+                at = moved(slid @ pose, source) - shift
+                assert np.abs(np.hypot(np.hypot(at[:, 0], at[:, 1]) - 2, at[:, 2]) - 0.7).max() < 0.03
 
     def test_an_open_motion_is_the_turn_about_the_axis(self):
         rng = np.random.default_rng(0)
@@ -303,6 +325,71 @@ class TestKernels:
             on = (far <= reach) & (alike > 0)
             mark = np.maximum(1 - (lack / width) ** 2, -1)
             assert score == pytest.approx(float((on * mark * alike).mean()), rel=1e-6)
+
+    def test_out_of_the_grid_nothing_speaks_for_a_motion_nor_against_it(self):
+        rng = np.random.default_rng(1)
+        a, b = (surface_of(lumpy(600, rng), name) for name in ("source", "target"))
+        arena, _, _ = arena_of(a, b, rng)
+        far = [[0, 0, 9.0], [0, 0, -9.0], [9.0, 0, 0], [-9.0, 0, 0], [0, 9.0, 0], [0, -9.0, 0]]
+        assert_allclose(arena.scores(rows(np.tile(np.eye(3), (6, 1, 1)), np.array(far))), 0)
+        # half out: those inside count as before, and the mean is over all
+        corner = arena.low[2] - arena.source.points[:, 2].min()
+        (half,) = arena.scores(rows(np.eye(3)[None], np.array([[0, 0, corner]])))
+        assert abs(half) < 0.5
+
+    @given(st.integers(0, 2**32 - 1), st.integers(1, 12))
+    def test_motions_that_differ_are_those_of_plain_code(self, seed, most):
+        rng = np.random.default_rng(seed)
+        motions = rows(rotations_of(0.15 * rng.normal(size=(20, 3))), 0.1 * rng.normal(size=(20, 3)))
+        kept = np.empty(most, np.int64)
+        count = kernels.differing(motions, 1 + 2 * np.cos(0.2), 0.15, kept)
+        assert kept[:count].tolist() == reference.differing(motions, most, 0.2, 0.15)
+
+    @given(st.integers(0, 2**32 - 1), st.tuples(*[st.integers(1, 9)] * 3), st.floats(0.01, 1))
+    def test_nearest_cells_are_those_scipy_finds(self, seed, shape, share):
+        rng = np.random.default_rng(seed)
+        holder = np.where(rng.random(shape) < share, rng.permutation(np.prod(shape)).reshape(shape), -1)
+        holder[tuple(rng.integers(0, shape))] = 5
+        grid = np.empty(shape, np.int32)
+        fill_nearest(holder.astype(np.int32), grid)
+        near = ndimage.distance_transform_edt(holder < 0, return_distances=False, return_indices=True)
+        assert np.array_equal(grid, holder[tuple(near)])
+
+    def test_an_empty_grid_has_nothing_near(self):
+        grid = np.empty((3, 4, 5), np.int32)
+        fill_nearest(np.full((3, 4, 5), -1, np.int32), grid)
+        assert (grid == -1).all()
+
+    @pytest.mark.parametrize("stage", [0, 1])
+    def test_many_models_are_judged_and_followed_as_each_alone(self, stage):
+        rng = np.random.default_rng(4)
+        target = surface_of(lumpy(600, rng), "target")
+        whole = arena_of(surface_of(lumpy(500, rng), "source"), target, rng)[0]
+        part = whole.source.points[:, 0] > 0
+        other = replace(whole.source, points=whole.source.points[part], normals=whole.source.normals[part])
+        arenas = [whole, replace(whole, source=other, judging=np.arange(40), following=np.arange(0, 150, 3), size=0.4)]
+        motions = [rows(rotations_of(0.2 * rng.normal(size=(n, 3))), 0.02 * rng.normal(size=(n, 3))) for n in (7, 4)]
+        scores = Arenas(arenas).scores(motions, stage=stage, every=2)
+        moved_ = Arenas(arenas).followed(motions, stage=stage)
+        for k, arena in enumerate(arenas):
+            assert_allclose(scores[k], arena.scores(motions[k], stage=stage, every=2), rtol=1e-12)
+            assert_allclose(moved_[k], arena.followed(motions[k], stage=stage), atol=1e-12)
+            assert np.abs(moved_[k] - motions[k]).max() > 1e-3
+        assert [len(each) for each in Arenas(arenas).scores([np.zeros((0, 12)), motions[1]])] == [0, 4]
+        assert [len(each) for each in Arenas([]).scores([])] == []
+
+    def test_following_takes_the_steps_of_gauss_and_newton(self):
+        """Each a least squares problem of its own, solved plainly."""
+        rng = np.random.default_rng(2)
+        arena = arena_of(*(surface_of(lumpy(600, rng), name) for name in ("source", "target")), rng)[0]
+        motion_ = rows(rotations_of(0.1 * rng.normal(size=(1, 3))), 0.02 * rng.normal(size=(1, 3)))
+        samples = arena.samples(arena.following)
+        step, width = motion_.copy(), 0.08
+        kernels.follow(step, samples, arena.grid, arena.low, arena.cell, arena.target.planes, np.array([width]))
+        plain = reference.step_to_planes(
+            motion_[0], samples.T, arena.grid, arena.low, arena.cell, arena.target.planes, width
+        )
+        assert_allclose(step[0], plain, atol=1e-9)
 
     def test_six_equations_are_solved(self):
         rng = np.random.default_rng(0)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
+
 import numpy as np
 import pytest
 
@@ -109,6 +111,19 @@ class TestSharing:
         assert len(tables.rotations(5, "darts")) == 1500
         tables.rotations.cache_clear()
         assert (tmp_path / "file").read_text() == "not a folder"
+
+    @pytest.mark.parametrize("stop", [KeyboardInterrupt, SystemExit, OSError])
+    def test_writing_that_is_interrupted_leaves_nothing(self, tmp_path, monkeypatch, stop):
+        found = tables.built(5, "darts")
+
+        def stopped(file, **_):
+            file.write(b"half of it")
+            raise stop
+
+        monkeypatch.setattr(tables.np, "savez", stopped)
+        with nullcontext() if stop is OSError else pytest.raises(stop):
+            tables._leave(tmp_path / "table.npz", found)
+        assert list(tmp_path.iterdir()) == []
 
     @pytest.mark.parametrize("frequency", [4, 13, 0, -1])
     def test_frequency_out_of_range(self, frequency):

@@ -59,10 +59,22 @@ def pair_profile(points, normals, longest, pairs):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FLAGS)
-def _alike(d, e, n, m, bend):
-    """Whether the cosines between a direction and a normal differ little between two pairs."""
-    here = d[0] * n[0] + d[1] * n[1] + d[2] * n[2]
-    return abs(here - e[0] * m[0] - e[1] * m[1] - e[2] * m[2]) <= bend
+def _agree_with(i, p, n, q, m, shortest, slack, bend, out):
+    """Fill `out[j]`, for j < i, with whether correspondences i and j agree; points and normals are columns (3, k).
+
+    Nothing is passed over, so that the compiler takes several j at a time.
+    """
+    a, b, c, d, e, f = p[0, i], p[1, i], p[2, i], q[0, i], q[1, i], q[2, i]
+    g, h, k, r, s, t = n[0, i], n[1, i], n[2, i], m[0, i], m[1, i], m[2, i]
+    for j in range(i):
+        x, y, z, u, v, w = p[0, j] - a, p[1, j] - b, p[2, j] - c, q[0, j] - d, q[1, j] - e, q[2, j] - f
+        here, there = math.sqrt(x * x + y * y + z * z), math.sqrt(u * u + v * v + w * w)
+        far = (here >= shortest) & (there >= 0.5 * shortest) & (abs(here - there) <= slack)
+        l, o = 1.0 / here, 1.0 / there  # noqa: E741
+        one = (x * g + y * h + z * k) * l - (u * r + v * s + w * t) * o
+        other = (x * n[0, j] + y * n[1, j] + z * n[2, j]) * l - (u * m[0, j] + v * m[1, j] + w * m[2, j]) * o
+        both = g * n[0, j] + h * n[1, j] + k * n[2, j] - r * m[0, j] - s * m[1, j] - t * m[2, j]
+        out[j] = far & (abs(one) <= bend) & (abs(other) <= bend) & (abs(both) <= bend)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FLAGS)
@@ -75,23 +87,16 @@ def agreeing(p, n, q, m, shortest, slack, bend, degree, pairs):
     """
     count = 0
     degree[:] = 0
+    columns = p.T.copy(), n.T.copy(), q.T.copy(), m.T.copy()
+    agree = np.zeros(len(p), np.uint8)
     for i in range(len(p)):
+        _agree_with(i, columns[0], columns[1], columns[2], columns[3], shortest, slack, bend, agree)
         for j in range(i):
-            d = (p[j, 0] - p[i, 0], p[j, 1] - p[i, 1], p[j, 2] - p[i, 2])
-            e = (q[j, 0] - q[i, 0], q[j, 1] - q[i, 1], q[j, 2] - q[i, 2])
-            here = math.sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2])
-            there = math.sqrt(e[0] * e[0] + e[1] * e[1] + e[2] * e[2])
-            if here < shortest or there < 0.5 * shortest or abs(here - there) > slack:
-                continue
-            d, e = (d[0] / here, d[1] / here, d[2] / here), (e[0] / there, e[1] / there, e[2] / there)
-            if not (_alike(d, e, n[i], m[i], bend) and _alike(d, e, n[j], m[j], bend)):
-                continue
-            if not _alike(n[i], m[i], n[j], m[j], bend):
-                continue
-            degree[i] += 1
-            degree[j] += 1
-            pairs[count, 0], pairs[count, 1] = i, j
-            count += 1
+            if agree[j]:
+                degree[i] += 1
+                degree[j] += 1
+                pairs[count, 0], pairs[count, 1] = i, j
+                count += 1
     return count
 
 

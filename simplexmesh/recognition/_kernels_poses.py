@@ -29,35 +29,23 @@ def unpack(places, directions, scale, low, points, normals):
 
 
 @njit(cache=True, error_model="numpy")
-def _frame(p, n, q, m, frame):
-    """Fill the columns of a frame: along the line of two points, then toward their normals; whether these tell it.
+def _frame(p, n, i, j):
+    """Return the axes of a frame: along the line of two points, then toward their normals; and whether these tell it.
 
     The first normal counts twice, so that opposite ones tell a direction too.
     """
-    length = along = 0.0
-    for a in range(3):
-        frame[a, 0] = q[a] - p[a]
-        length += frame[a, 0] ** 2
-    length = math.sqrt(length)
-    if not length > 0.0:
-        return False
-    for a in range(3):
-        frame[a, 0] /= length
-        frame[a, 1] = n[a] + 0.5 * m[a]
-        along += frame[a, 0] * frame[a, 1]
-    length = 0.0
-    for a in range(3):
-        frame[a, 1] -= along * frame[a, 0]
-        length += frame[a, 1] ** 2
-    length = math.sqrt(length)
-    if not length > TOLD:
-        return False
-    for a in range(3):
-        frame[a, 1] /= length
-    for a in range(3):
-        b, c = (a + 1) % 3, (a + 2) % 3
-        frame[a, 2] = frame[b, 0] * frame[c, 1] - frame[c, 0] * frame[b, 1]
-    return True
+    x, y, z = p[j, 0] - p[i, 0], p[j, 1] - p[i, 1], p[j, 2] - p[i, 2]
+    u, v, w = n[i, 0] + 0.5 * n[j, 0], n[i, 1] + 0.5 * n[j, 1], n[i, 2] + 0.5 * n[j, 2]
+    far = math.sqrt(x * x + y * y + z * z)
+    scale = 1.0 / far if far > 0.0 else 0.0
+    x, y, z = x * scale, y * scale, z * scale
+    along = x * u + y * v + z * w
+    u, v, w = u - along * x, v - along * y, w - along * z
+    across = math.sqrt(u * u + v * v + w * w)
+    told = far > 0.0 and across > TOLD
+    scale = 1.0 / across if told else 0.0
+    u, v, w = u * scale, v * scale, w * scale
+    return ((x, y, z), (u, v, w), (y * w - z * v, z * u - x * w, x * v - y * u)), told
 
 
 @njit(cache=True, error_model="numpy")
@@ -72,21 +60,25 @@ def _likeliest(p, n, q, m, rarity, shortest, slack, bend, motions):
     least = -math.inf
     if found > len(motions):
         least = np.partition(weight, found - len(motions))[found - len(motions)]
-    here, there = np.zeros((3, 3)), np.zeros((3, 3))
     count = 0
     for k in range(found):
         i, j = pairs[k, 0], pairs[k, 1]
         if weight[k] < least or count == len(motions):
             continue
-        if not (_frame(p[i], n[i], p[j], n[j], here) and _frame(q[i], m[i], q[j], m[j], there)):
+        (a, b, c), here = _frame(p, n, i, j)
+        (d, e, f), there = _frame(q, m, i, j)
+        if not (here and there):
             continue
-        for a in range(3):
-            shift = 0.5 * (p[i, a] + p[j, a])
-            for b in range(3):
-                R = here[a, 0] * there[b, 0] + here[a, 1] * there[b, 1] + here[a, 2] * there[b, 2]
-                motions[count, 4 * a + b] = R
-                shift -= R * 0.5 * (q[i, b] + q[j, b])
-            motions[count, 4 * a + 3] = shift
+        x, y, z = 0.5 * (q[i, 0] + q[j, 0]), 0.5 * (q[i, 1] + q[j, 1]), 0.5 * (q[i, 2] + q[j, 2])
+        for row in range(3):
+            R = (
+                a[row] * d[0] + b[row] * e[0] + c[row] * f[0],
+                a[row] * d[1] + b[row] * e[1] + c[row] * f[1],
+                a[row] * d[2] + b[row] * e[2] + c[row] * f[2],
+            )
+            at = 4 * row
+            motions[count, at], motions[count, at + 1], motions[count, at + 2] = R
+            motions[count, at + 3] = 0.5 * (p[i, row] + p[j, row]) - (R[0] * x + R[1] * y + R[2] * z)
         count += 1
     return count
 

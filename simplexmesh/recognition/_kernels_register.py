@@ -110,46 +110,87 @@ def vote(references, points, normals, frames, step, distances, starts, firsts, t
                 count[at, (bin_ + b) % TURNS] = -1
 
 
+@njit(cache=True, error_model="numpy")
+def _cell(grid, low, scale, x, y, z):
+    """Return which point of the target is about nearest, -1 outside of the grid; `scale` is one over its cells' side.
+
+    Unsigned places need one comparison each, and numba does not ask whether they count from the end.
+    """
+    i = np.uint64(np.int64(math.floor((x - low[0]) * scale)))
+    j = np.uint64(np.int64(math.floor((y - low[1]) * scale)))
+    k = np.uint64(np.int64(math.floor((z - low[2]) * scale)))
+    if i >= np.uint64(grid.shape[0]) or j >= np.uint64(grid.shape[1]) or k >= np.uint64(grid.shape[2]):
+        return np.int64(-1)
+    return np.int64(grid[i, j, k])
+
+
 @njit(cache=True, error_model="numpy", fastmath=FLAGS)
-def _cell(grid, low, cell, x, y, z):
-    """Return which point of the target is about nearest, -1 outside of the grid."""
-    i, j, k = int((x - low[0]) / cell), int((y - low[1]) / cell), int((z - low[2]) / cell)
-    if x < low[0] or y < low[1] or z < low[2] or i >= grid.shape[0] or j >= grid.shape[1] or k >= grid.shape[2]:
-        return -1
-    return grid[i, j, k]
+def judged(m, samples, first, last, grid, low, scale, target, width, reach):
+    """Return the score of one motion on the samples from one to another; see `judge`.
+
+    Nothing is passed over, so that the compiler takes several samples at a time.
+    """
+    a, b, c, d, e, f = m[0], m[1], m[2], m[3], m[4], m[5]
+    g, h, i, j, k, n = m[6], m[7], m[8], m[9], m[10], m[11]
+    px, py, pz = samples[0, first:last], samples[1, first:last], samples[2, first:last]
+    nx, ny, nz = samples[3, first:last], samples[4, first:last], samples[5, first:last]
+    cells, (sx, sy, sz), planes, lx, ly, lz = grid.ravel(), grid.shape, target.ravel(), low[0], low[1], low[2]
+    trust, farthest, total = 1.0 / (width * width), reach * reach, 0.0
+    for s in range(len(px)):
+        x, y = a * px[s] + b * py[s] + c * pz[s] + d, e * px[s] + f * py[s] + g * pz[s] + h
+        z = i * px[s] + j * py[s] + k * pz[s] + n
+        u, v, w = (x - lx) * scale, (y - ly) * scale, (z - lz) * scale
+        inside = (u >= 0) & (v >= 0) & (w >= 0) & (u < sx) & (v < sy) & (w < sz)
+        u, v, w = min(max(u, 0.0), sx - 1.0), min(max(v, 0.0), sy - 1.0), min(max(w, 0.0), sz - 1.0)
+        t = 6 * np.int64(cells[(np.int64(u) * sy + np.int64(v)) * sz + np.int64(w)])
+        x, y, z = x - planes[t], y - planes[t + 1], z - planes[t + 2]
+        p, q, r = planes[t + 3], planes[t + 4], planes[t + 5]
+        lack = x * p + y * q + z * r
+        alike = (
+            (a * nx[s] + b * ny[s] + c * nz[s]) * p
+            + (e * nx[s] + f * ny[s] + g * nz[s]) * q
+            + (i * nx[s] + j * ny[s] + k * nz[s]) * r
+        )
+        mark = max(-1.0, 1 - lack * lack * trust) * max(alike, 0.0)
+        total += mark if inside & (x * x + y * y + z * z <= farthest) else 0.0
+    return total / len(px)
 
 
 @njit(cache=True, error_model="numpy", parallel=True)
-def judge(motions, points, normals, grid, low, cell, target, target_normals, width, reach, scores):
-    """Score motions: the mean over points of how near they come to the target's planes, and how alike normals are.
+def judge(motions, samples, grid, low, cell, target, width, reach, scores):
+    """Score motions: the mean over samples of how near they come to the target's planes, and how alike normals are.
 
-    Points that come near the target but off its planes speak against a motion; those far from it do not.
+    Columns of `samples` (6, k), and rows of `target` (n, 6), are points and normals. Points that come near the target
+    but off its planes speak against a motion; those far from it do not.
     """
     for h in prange(len(motions)):
-        m = motions[h]
-        total = 0.0
-        for s in range(len(points)):
-            px, py, pz = points[s, 0], points[s, 1], points[s, 2]
-            x = m[0] * px + m[1] * py + m[2] * pz + m[3]
-            y = m[4] * px + m[5] * py + m[6] * pz + m[7]
-            z = m[8] * px + m[9] * py + m[10] * pz + m[11]
-            t = _cell(grid, low, cell, x, y, z)
-            if t < 0:
-                continue
-            dx, dy, dz = x - target[t, 0], y - target[t, 1], z - target[t, 2]
-            lack = dx * target_normals[t, 0] + dy * target_normals[t, 1] + dz * target_normals[t, 2]
-            far = dx * dx + dy * dy + dz * dz
-            if far > reach * reach:
-                continue
-            px, py, pz = normals[s, 0], normals[s, 1], normals[s, 2]
-            alike = (
-                (m[0] * px + m[1] * py + m[2] * pz) * target_normals[t, 0]
-                + (m[4] * px + m[5] * py + m[6] * pz) * target_normals[t, 1]
-                + (m[8] * px + m[9] * py + m[10] * pz) * target_normals[t, 2]
-            )
-            if alike > 0:
-                total += max(-1.0, 1 - (lack / width) ** 2) * alike
-        scores[h] = total / len(points)
+        scores[h] = judged(motions[h], samples, 0, samples.shape[1], grid, low, 1.0 / cell, target, width, reach)
+
+
+@njit(cache=True, error_model="numpy")
+def differing(motions, limit, far, kept):
+    """Fill `kept` with which motions, in order, differ from all kept before, until it is full; return how many.
+
+    Those are one whose rotations have a product of a trace above `limit` and whose shifts are nearer than `far`.
+    """
+    count = 0
+    for k in range(len(motions)):
+        if count == len(kept):
+            break
+        new = True
+        for i in range(count):
+            one, other = motions[kept[i]], motions[k]
+            trace = apart = 0.0
+            for a in range(0, 12, 4):
+                trace += one[a] * other[a] + one[a + 1] * other[a + 1] + one[a + 2] * other[a + 2]
+                apart += (one[a + 3] - other[a + 3]) ** 2
+            if trace > limit and math.sqrt(apart) < far:
+                new = False
+                break
+        if new:
+            kept[count] = k
+            count += 1
+    return count
 
 
 @njit(cache=True, error_model="numpy")
@@ -199,45 +240,60 @@ def _moved(m, x):
         m[4 * row + 3] += x[3 + row]
 
 
+@njit(cache=True, error_model="numpy")
+def _pulled(m, samples, first, last, grid, low, scale, target, width, A, b):
+    """Fill the normal equations (6, 6) and (6,) of the small motion that brings samples to planes; return the weights.
+
+    Only the lower half of the matrix.
+    """
+    A[:] = 0.0
+    b[:] = 0.0
+    weights, narrow = 0.0, 1.0 / (width * width)
+    for s in range(first, last):
+        px, py, pz = samples[0, s], samples[1, s], samples[2, s]
+        x = m[0] * px + m[1] * py + m[2] * pz + m[3]
+        y = m[4] * px + m[5] * py + m[6] * pz + m[7]
+        z = m[8] * px + m[9] * py + m[10] * pz + m[11]
+        near = _cell(grid, low, scale, x, y, z)
+        if near < 0:
+            continue
+        t = np.uint64(near)
+        nx, ny, nz = target[t, 3], target[t, 4], target[t, 5]
+        dx, dy, dz = x - target[t, 0], y - target[t, 1], z - target[t, 2]
+        far = (dx * dx + dy * dy + dz * dz) * narrow
+        px, py, pz = samples[3, s], samples[4, s], samples[5, s]
+        alike = (
+            (m[0] * px + m[1] * py + m[2] * pz) * nx
+            + (m[4] * px + m[5] * py + m[6] * pz) * ny
+            + (m[8] * px + m[9] * py + m[10] * pz) * nz
+        )
+        if far > 4.0 or alike < 0.2:
+            continue
+        weight = alike / (1 + far) ** 2
+        row = (y * nz - z * ny, z * nx - x * nz, x * ny - y * nx, nx, ny, nz)
+        lack = weight * (dx * nx + dy * ny + dz * nz)
+        weights += weight
+        for i in range(6):
+            b[i] -= lack * row[i]
+            for j in range(i + 1):
+                A[i, j] += weight * row[i] * row[j]
+    return weights
+
+
+@njit(cache=True, error_model="numpy")
+def followed(m, samples, first, last, grid, low, scale, target, widths, A, b, x):
+    """Move one motion, in place; see `follow`. `A`, `b` and `x` are room for six equations."""
+    for width in widths:
+        weights = _pulled(m, samples, first, last, grid, low, scale, target, width, A, b)
+        for i in range(6):
+            A[i, i] += 1e-3 * weights * (0.05 if i < 3 else 1.0) + 1e-9
+        _solved(A, b, x)
+        _moved(m, x)
+
+
 @njit(cache=True, error_model="numpy", parallel=True)
-def follow(motions, points, normals, grid, low, cell, target, target_normals, widths):
-    """Move motions, in place, so that points come to the target's planes; one step for each width of the weights."""
+def follow(motions, samples, grid, low, cell, target, widths):
+    """Move motions, in place, so that samples come to the target's planes; one step for each width of the weights."""
     for h in prange(len(motions)):
-        m = motions[h]
-        A, b, x, row = np.zeros((6, 6)), np.zeros(6), np.zeros(6), np.zeros(6)
-        for width in widths:
-            A[:] = 0.0
-            b[:] = 0.0
-            weights = 0.0
-            for s in range(len(points)):
-                px, py, pz = points[s, 0], points[s, 1], points[s, 2]
-                qx = m[0] * px + m[1] * py + m[2] * pz + m[3]
-                qy = m[4] * px + m[5] * py + m[6] * pz + m[7]
-                qz = m[8] * px + m[9] * py + m[10] * pz + m[11]
-                t = _cell(grid, low, cell, qx, qy, qz)
-                if t < 0:
-                    continue
-                nx, ny, nz = target_normals[t, 0], target_normals[t, 1], target_normals[t, 2]
-                dx, dy, dz = qx - target[t, 0], qy - target[t, 1], qz - target[t, 2]
-                far = (dx * dx + dy * dy + dz * dz) / (width * width)
-                px, py, pz = normals[s, 0], normals[s, 1], normals[s, 2]
-                alike = (
-                    (m[0] * px + m[1] * py + m[2] * pz) * nx
-                    + (m[4] * px + m[5] * py + m[6] * pz) * ny
-                    + (m[8] * px + m[9] * py + m[10] * pz) * nz
-                )
-                if far > 4.0 or alike < 0.2:
-                    continue
-                weight = alike / (1 + far) ** 2
-                lack = dx * nx + dy * ny + dz * nz
-                row[0], row[1], row[2] = qy * nz - qz * ny, qz * nx - qx * nz, qx * ny - qy * nx
-                row[3], row[4], row[5] = nx, ny, nz
-                weights += weight
-                for i in range(6):
-                    b[i] -= weight * lack * row[i]
-                    for j in range(i + 1):
-                        A[i, j] += weight * row[i] * row[j]
-            for i in range(6):
-                A[i, i] += 1e-3 * weights * (0.05 if i < 3 else 1.0) + 1e-9
-            _solved(A, b, x)
-            _moved(m, x)
+        A, b, x = np.zeros((6, 6)), np.zeros(6), np.zeros(6)
+        followed(motions[h], samples, 0, samples.shape[1], grid, low, 1.0 / cell, target, widths, A, b, x)

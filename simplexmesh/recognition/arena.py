@@ -6,10 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage
 
-from simplexmesh._vec import norm
-from simplexmesh.recognition import _kernels_register
+from simplexmesh.recognition import _kernels_cells, _kernels_register
 from simplexmesh.recognition.surfaces import Surface
 
 Array = NDArray[np.float64]
@@ -68,6 +66,10 @@ class Arena:
         """Farther from the target's planes than this, points speak against a motion."""
         return float(np.hypot(JUDGING[stage] * self.size, 2 * self.blur))
 
+    def samples(self, chosen: NDArray[np.int64]) -> Array:
+        """Return some points of the source and their normals as columns (6, k)."""
+        return np.concatenate([self.source.points[chosen], self.source.normals[chosen]], axis=1).T.copy()
+
     def scores(self, motions: Array, *, stage: int = 0, every: int = 1) -> Array:
         """Return the scores of motions (h, 12), at most 1; stages count how often they were followed.
 
@@ -76,8 +78,8 @@ class Arena:
         out = np.zeros(len(motions))
         chosen, width = self.judging[::every], self.width(stage)
         _kernels_register.judge(
-            *(motions, self.source.points[chosen], self.source.normals[chosen], self.grid, self.low, self.cell),
-            *(self.target.points, self.target.normals, width, max(2 * self.cell, 2 * width), out),
+            *(motions, self.samples(chosen), self.grid, self.low, self.cell),
+            *(self.target.planes, width, max(2 * self.cell, 2 * width), out),
         )
         return out
 
@@ -87,27 +89,20 @@ class Arena:
         chosen = self.following[:: 1 if stage else 2]
         widths = np.maximum(np.array(WIDTHS[stage]) * self.size, 2 * self.blur)
         _kernels_register.follow(
-            *(out, self.source.points[chosen], self.source.normals[chosen], self.grid, self.low, self.cell),
-            *(self.target.points, self.target.normals, widths),
+            *(out, self.samples(chosen), self.grid, self.low, self.cell),
+            *(self.target.planes, widths),
         )
         return out
 
-    def distinct(self, motions: Array, most: int, apart: float = APART, far: float = FAR) -> list[int]:
+    def distinct(self, motions: Array, most: int, apart: float = APART, far: float = FAR) -> NDArray[np.int64]:
         """Return which motions, in order, differ from all kept before, at most so many.
 
         Those are one that turn by less than `apart` from each other, in radians, and take the source's middle nearer
         than `far`, in sizes of the smaller surface. The source's middle is zero.
         """
-        kept: list[int] = []
-        R, t = motions.reshape(-1, 3, 4)[:, :, :3], motions.reshape(-1, 3, 4)[:, :, 3]
-        limit = 1 + 2 * np.cos(apart)
-        for k in range(len(motions)):
-            if len(kept) == most:
-                break
-            turned = np.einsum("kab,ab->k", R[kept], R[k]) > limit
-            if not (turned & (norm(t[kept] - t[k]) < far * self.size)).any():
-                kept.append(k)
-        return kept
+        kept = np.empty(most, np.int64)
+        count = _kernels_register.differing(motions, 1 + 2 * np.cos(apart), far * self.size, kept)
+        return kept[:count]
 
 
 def arena_of(source: Surface, target: Surface, rng: np.random.Generator) -> tuple[Arena, Array, float]:
@@ -136,8 +131,9 @@ def grid_of(points: Array) -> tuple[NDArray[np.int32], Array, float]:
     places = ((points - low) / cell).astype(int)
     holder = np.full(shape, -1, np.int32)
     holder[tuple(places.T)] = np.arange(len(places))
-    near = ndimage.distance_transform_edt(holder < 0, return_distances=False, return_indices=True)
-    return holder[tuple(near)], low, cell
+    grid = np.empty_like(holder)
+    _kernels_cells.fill_nearest(holder, grid)
+    return grid, low, cell
 
 
 def rows(R: Array, t: Array) -> Array:

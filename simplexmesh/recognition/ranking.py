@@ -8,6 +8,8 @@ to the proof on the points, both ways, as in `register`.
 
 from __future__ import annotations
 
+import os
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,6 +17,7 @@ from numpy.typing import NDArray
 
 from simplexmesh.motion.progress import Report
 from simplexmesh.recognition.arena import Arena
+from simplexmesh.recognition.arenas import Arenas
 from simplexmesh.recognition.icp import refined
 from simplexmesh.recognition.scene import FIRST, LAST, Scene, Tree
 from simplexmesh.recognition.shelf import Shelf
@@ -53,14 +56,6 @@ class Placed:
     motions: Array
     score: float
 
-    def followed(self, stage: int) -> Placed:
-        """Return it with its motions followed, roughly (0) or well (1), the best of them left."""
-        motions = self.motions if stage else self.motions[self.arena.distinct(self.motions, FIRST)]
-        motions = self.arena.followed(motions, stage=stage)
-        scores = self.arena.scores(motions, stage=stage + 1)
-        order = np.argsort(-scores, kind="stable")[:LAST]
-        return Placed(self.number, self.arena, motions[order], _share(self.arena) * float(scores[order[0]]))
-
 
 def _share(arena: Arena) -> float:
     """Return how much larger the model's area is than the smaller one: scores are of that, if it may explain all."""
@@ -81,23 +76,44 @@ def explained(model: float, scan: float) -> float:
     return min(1.0, float(SWOLLEN * model / scan))
 
 
-def placed(number: int, arena: Arena, motions: Array) -> Placed:
-    """Return a model with the likeliest of its motions; a few points say which of them to judge."""
-    likely = motions[np.argsort(-arena.scores(motions, every=EVERY), kind="stable")[:LIKELY]]
-    scores = arena.scores(likely)
-    order = np.argsort(-scores, kind="stable")[: 3 * FIRST]
-    return Placed(number, arena, likely[order], _share(arena) * float(scores[order[0]]))
+def placed(numbers: list[int], arenas: list[Arena], motions: list[Array]) -> list[Placed]:
+    """Return models with the likeliest of their motions; a few points say which of them to judge."""
+    many = Arenas(arenas)
+    rough = many.scores(motions, every=EVERY)
+    likely = [each[_best(scores, LIKELY)] for each, scores in zip(motions, rough, strict=True)]
+    return _with_best(numbers, arenas, likely, many.scores(likely), 3 * FIRST)
+
+
+def followed(found: list[Placed], stage: int) -> list[Placed]:
+    """Return models with their motions followed, roughly (0) or well (1), the best of them left."""
+    motions = [one.motions if stage else one.motions[one.arena.distinct(one.motions, FIRST)] for one in found]
+    many = Arenas([one.arena for one in found])
+    motions = many.followed(motions, stage=stage)
+    return _with_best([one.number for one in found], many.arenas, motions, many.scores(motions, stage=stage + 1), LAST)
+
+
+def _best(scores: Array, most: int) -> NDArray[np.int64]:
+    return np.argsort(-scores, kind="stable")[:most]
+
+
+def _with_best(
+    numbers: list[int], arenas: list[Arena], motions: list[Array], scores: list[Array], most: int
+) -> list[Placed]:
+    """Return models with the best of their motions."""
+    return [
+        Placed(number, arena, each[_best(marks, most)], _share(arena) * float(marks.max()))
+        for number, arena, each, marks in zip(numbers, arenas, motions, scores, strict=True)
+    ]
 
 
 def tried(scene: Scene, shelf: Shelf, which: NDArray[np.int64], most: int) -> list[Placed]:
-    """Return which models of a shelf fit best on the scan's grid, best first."""
+    """Return which models of a shelf fit best on the scene's grid, best first."""
     models = [shelf.models[shelf.numbers[k]] for k in which]
     arenas = [scene.arena(model) for model in models]
-    motions = scene.motions(models, arenas, shelf.images(scene.octave), which)
-    found = [placed(*one) for one in zip(which.tolist(), arenas, motions, strict=True)]
+    found = placed(which.tolist(), arenas, scene.motions(models, arenas, shelf.images(scene.octave), which))
     for stage, count in enumerate((FOLLOWED, max(AGAIN, most))):
         found.sort(key=lambda one: -one.score)
-        found = [one.followed(stage) for one in found[:count]]
+        found = followed(found[:count], stage)
     return sorted(found, key=lambda one: -one.score)
 
 
@@ -136,5 +152,8 @@ def ranked(scene: Scene, profile: Array, shelf: Shelf, most: int, report: Report
 
 def _proven(scene: Scene, shelf: Shelf, which: NDArray[np.int64], most: int) -> list[tuple[int, Verdict]]:
     """Return which of some models of a shelf fit best, and the verdicts on these, best first."""
-    found = [(one.number, proven(scene, one)) for one in tried(scene, shelf, which, most)[:most]]
+    best = tried(scene, shelf, which, most)[:most] if len(which) else []
+    with ThreadPoolExecutor(max(1, min(len(best), os.cpu_count() or 1))) as pool:  # trees are asked without the lock
+        verdicts = list(pool.map(lambda one: proven(scene, one), best))
+    found = [(one.number, verdict) for one, verdict in zip(best, verdicts, strict=True)]
     return sorted(found, key=lambda one: -one[1].score)

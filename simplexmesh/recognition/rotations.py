@@ -16,6 +16,7 @@ from __future__ import annotations
 import os
 import zipfile
 import zlib
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from pathlib import Path
@@ -255,4 +256,7 @@ def _leave(path: Path, found: Rotations) -> None:
             )
         os.replace(draft, path)
     except OSError:
-        draft.unlink(missing_ok=True)
+        pass
+    finally:  # also when interrupted
+        with suppress(OSError):
+            draft.unlink(missing_ok=True)

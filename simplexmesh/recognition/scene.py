@@ -21,8 +21,8 @@ from simplexmesh.recognition.surfaces import Surface
 
 Array = NDArray[np.float64]
 
-AMONG, STRAY, MANY = 6, 5.0, 0.1
-"""A point whose so many-th neighbor is so many times farther than the usual one is a stray, if few are."""
+STRAY, MANY = 5.0, 0.1
+"""A point whose neighbors are so many times farther than usual is a stray, if few are."""
 
 LOOKED = 120
 """The images around so many points of a scan are compared."""
@@ -58,13 +58,14 @@ def without_strays(surface: Surface) -> Surface:
     >>> bool(without_strays(surface_of(points, "ball")).extent < 3.5)
     True
     """
-    away = Tree(surface.points).query(surface.points, k=AMONG)[0][:, -1]
-    kept = away <= STRAY * np.median(away)
+    if surface.gaps is None:
+        return surface
+    kept = surface.gaps <= STRAY * np.median(surface.gaps)
     if kept.all() or kept.mean() < 1 - MANY:  # so many are no strays: the density differs from place to place
         return surface
     fine = None if surface.fine is None else surface.fine[:, kept]
     points, normals, smooth = surface.points[kept], surface.normals[kept], surface.smooth[kept]
-    return replace(surface, points=points, normals=normals, smooth=smooth, fine=fine)
+    return replace(surface, points=points, normals=normals, smooth=smooth, fine=fine, gaps=surface.gaps[kept])
 
 
 @dataclass(frozen=True, eq=False)

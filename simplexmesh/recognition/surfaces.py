@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -38,6 +39,9 @@ MEASURED = 2_000
 ALIKE = 0.5
 """Points of one surface are nearer to each other than this share of the other's extent, or they are in two units."""
 
+AMONG = 6
+"""Points are strays or not by how far their so many-th neighbor is, they the first."""
+
 SMOOTHED = 0.35
 TURNED_POINTS, BORDERING = 4_000, 2_000
 CELLS = 32
@@ -59,6 +63,8 @@ class Surface:
         The points on those planes: three times less noise, and a bend that both surfaces share.
     fine : (2, n, 3) array of float, optional
         The points and normals of surfaces of second degree through the neighbors: less noise, and hardly a bend.
+    gaps : (n,) array of float, optional
+        How far each point is from the neighbor `AMONG`.
     """
 
     points: Array
@@ -67,6 +73,7 @@ class Surface:
     noise: float
     smooth: Array
     fine: Array | None = None
+    gaps: Array | None = None
 
     def __len__(self) -> int:
         return len(self.points)
@@ -75,6 +82,11 @@ class Surface:
     def extent(self) -> float:
         """Length of the diagonal of the points' box."""
         return float(norm(np.ptp(self.points, axis=0)))
+
+    @cached_property
+    def planes(self) -> Array:
+        """(n, 6) points and normals side by side: what is read together lies together."""
+        return np.hstack([self.points, self.normals])
 
     @property
     def area(self) -> float:
@@ -165,7 +177,8 @@ def surface_of(
     drawn = np.empty((2, len(points), 3)) if fine else None
     if drawn is not None:
         _kernels_planes.fit_quadrics(points, near, normals, *drawn)
-    return Surface(points, normals, spacing, noise, smooth, drawn)
+    gaps = norm(points[near[:, AMONG - 1]] - points)
+    return Surface(points, normals, spacing, noise, smooth, drawn, gaps)
 
 
 def comparable(source: Surface, target: Surface) -> None:

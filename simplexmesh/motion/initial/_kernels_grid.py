@@ -8,22 +8,58 @@ from numba import njit
 _FLAGS = {"nsz", "arcp", "contract", "reassoc"}
 
 
-@njit(cache=True, error_model="numpy", fastmath=_FLAGS)
-def splat_distance(points, reach, distance2):  # type: ignore[no-untyped-def]
-    """Lower `distance2` (nx, ny, nz) at the samples within `reach` of each point to the squared distance to it."""
-    nx, ny, nz = distance2.shape
+@njit(cache=True, error_model="numpy")
+def raise_wall(points, reach, wall):  # type: ignore[no-untyped-def]
+    """Set `wall` (nx, ny, nz) at the samples within `reach` of a point."""
+    nx, ny, nz = wall.shape
     limit = reach * reach
     for p in range(len(points)):
-        x, y, z = points[p]
+        x, y, z = points[p, 0], points[p, 1], points[p, 2]
+        first, last = max(0, int(np.ceil(z - reach))), min(nz - 1, int(np.floor(z + reach)))
         for i in range(max(0, int(np.ceil(x - reach))), min(nx - 1, int(np.floor(x + reach))) + 1):
             for j in range(max(0, int(np.ceil(y - reach))), min(ny - 1, int(np.floor(y + reach))) + 1):
                 plane = (x - i) ** 2 + (y - j) ** 2
-                if plane > limit:
-                    continue
-                for k in range(max(0, int(np.ceil(z - reach))), min(nz - 1, int(np.floor(z + reach))) + 1):
-                    d2 = plane + (z - k) ** 2
-                    if d2 <= limit and d2 < distance2[i, j, k]:
-                        distance2[i, j, k] = d2
+                for k in range(first, last + 1):
+                    if plane + (z - k) ** 2 <= limit:
+                        wall[i, j, k] = True
+
+
+@njit(cache=True, error_model="numpy")
+def _fill_line(taken, i, j, k, spans, top):  # type: ignore[no-untyped-def]
+    """Take all free samples along the last axis that hang together with one, and note the span."""
+    line = taken[i, j]
+    low, high = k, k
+    while low > 0 and not line[low - 1]:
+        low -= 1
+    while high < len(line) - 1 and not line[high + 1]:
+        high += 1
+    line[low : high + 1] = True
+    spans[top, 0], spans[top, 1], spans[top, 2], spans[top, 3] = i, j, low, high
+
+
+@njit(cache=True, error_model="numpy")
+def flood(wall, outside):  # type: ignore[no-untyped-def]
+    """Fill `outside`: the samples that hang together with the first by their sides and are not `wall`."""
+    nx, ny, nz = wall.shape
+    outside[:] = wall
+    spans = np.empty((nx * ny * (nz // 2 + 1), 4), np.int32)
+    top = 0
+    if not wall[0, 0, 0]:
+        _fill_line(outside, 0, 0, 0, spans, top)
+        top += 1
+    while top > 0:
+        top -= 1
+        i, j, low, high = spans[top, 0], spans[top, 1], spans[top, 2], spans[top, 3]
+        for side in range(4):
+            a, b = i + (side == 0) - (side == 1), j + (side == 2) - (side == 3)
+            if a < 0 or b < 0 or a >= nx or b >= ny:
+                continue
+            line = outside[a, b]
+            for c in range(low, high + 1):
+                if not line[c]:
+                    _fill_line(outside, a, b, c, spans, top)
+                    top += 1
+    outside ^= wall
 
 
 @njit(cache=True, error_model="numpy", fastmath=_FLAGS)

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage
 
 from simplexmesh.motion.initial import _kernels_grid
 from simplexmesh.motion.initial.frame import Frame
@@ -55,8 +54,7 @@ def flooded(points: Array, cell: float, wall: float = WALL) -> Flood:
     True
     """
     frame = Frame.around(points, cell, margin=wall + 3)
-    distance2 = np.full(frame.shape, np.inf, dtype=np.float32)
-    _kernels_grid.splat_distance(frame.to_index(points), wall, distance2)
-    near = distance2 <= wall**2
-    label, _ = ndimage.label(~near)
-    return Flood(frame, label == label[0, 0, 0], near)
+    near, outside = np.zeros(frame.shape, bool), np.empty(frame.shape, bool)
+    _kernels_grid.raise_wall(frame.to_index(points), wall, near)
+    _kernels_grid.flood(near, outside)
+    return Flood(frame, outside, near)

@@ -63,7 +63,29 @@ def areas(points: Array, frame: Frame, blur: float = BLUR) -> Array:
     return frame.cell**2 / (np.sqrt(2 * np.pi) * spread * np.maximum(density, 1e-6))
 
 
-def solved(points: Array, normals: Array, frame: Frame, weight: Array, blur: float = BLUR) -> Indicator:
+def waves_of(shape: tuple[int, int, int]) -> list[NDArray[np.float32]]:
+    """Return the wave numbers of a grid's transform, in radians a cell, to be broadcast along its axes."""
+    waves = [2 * np.pi * fft.fftfreq(n) for n in shape[:2]] + [2 * np.pi * fft.rfftfreq(shape[2])]
+    return list(np.meshgrid(*[w.astype(np.float32) for w in waves], indexing="ij", sparse=True))
+
+
+def answer(shape: tuple[int, int, int], blur: float = BLUR) -> NDArray[np.complex64]:
+    """Return what the equation makes of each wave of the divergence of blurred normals, for `solved`.
+
+    Examples
+    --------
+    >>> answer((4, 4, 6)).shape
+    (4, 4, 4)
+    """
+    k = waves_of(shape)
+    k2 = k[0] ** 2 + k[1] ** 2 + k[2] ** 2
+    k2[0, 0, 0] = 1.0
+    return np.asarray(1j * np.exp(-0.5 * blur**2 * k2) / k2)
+
+
+def solved(
+    points: Array, normals: Array, frame: Frame, weight: Array, known: NDArray[np.complex64] | None = None
+) -> Indicator:
     """Return the field whose gradient is nearest to minus the normals, as a layer on the points.
 
     Parameters
@@ -74,8 +96,8 @@ def solved(points: Array, normals: Array, frame: Frame, weight: Array, blur: flo
         From `frame_for`.
     weight : (n,) array of float
         Area that each point stands for.
-    blur : float
-        Standard deviation, in cells, of the Gaussian that spreads the normals.
+    known : array of complex64, optional
+        From `answer`, where several fields are solved on one frame.
 
     References
     ----------
@@ -84,15 +106,11 @@ def solved(points: Array, normals: Array, frame: Frame, weight: Array, blur: flo
     layer = np.zeros((*frame.shape, 3), dtype=np.float32)
     _kernels_grid.splat(frame.to_index(points), normals * weight[:, None], layer)
     total: NDArray[np.complex64] | None = None
-    waves = [2 * np.pi * fft.fftfreq(n) for n in frame.shape[:2]] + [2 * np.pi * fft.rfftfreq(frame.shape[2])]
-    k = np.meshgrid(*[w.astype(np.float32) for w in waves], indexing="ij", sparse=True)
-    for axis in range(3):
-        part = k[axis] * fft.rfftn(np.ascontiguousarray(layer[..., axis]), workers=-1)
+    for axis, k in enumerate(waves_of(frame.shape)):
+        part = k * fft.rfftn(np.ascontiguousarray(layer[..., axis]), workers=-1)
         total = part if total is None else total + part
     assert total is not None
-    k2 = k[0] ** 2 + k[1] ** 2 + k[2] ** 2
-    k2[0, 0, 0] = 1.0
-    total *= 1j * np.exp(-0.5 * blur**2 * k2) / k2
+    total *= answer(frame.shape) if known is None else known
     values = fft.irfftn(total, s=frame.shape, workers=-1) / frame.cell**2
     found = Indicator(frame, values.astype(np.float32))
     level = float(np.average(found.at(points)[0], weights=weight))

@@ -17,7 +17,7 @@ from scipy import ndimage
 from simplexmesh._vec import dot
 from simplexmesh.motion.initial.flood import Flood, flooded
 from simplexmesh.motion.initial.frame import Frame
-from simplexmesh.motion.initial.indicator import Indicator, areas, frame_for, solved
+from simplexmesh.motion.initial.indicator import Indicator, answer, areas, frame_for, solved
 from simplexmesh.motion.initial.planes import Planes
 
 Array = NDArray[np.float64]
@@ -30,32 +30,44 @@ _ROUNDS = 8
 
 
 @dataclass(frozen=True, eq=False)
+class _Settled:
+    """Normals that hardly turn any more, their energy, how many rounds, and their field if none turned last."""
+
+    normals: Array
+    energy: float
+    rounds: int
+    field: Indicator | None
+
+
+@dataclass(frozen=True, eq=False)
 class _Level:
     """Points on a grid, with the area each stands for there."""
 
     points: Array
     frame: Frame
     weight: Array
+    known: NDArray[np.complex64]
 
     @staticmethod
     def of(points: Array, cell: float) -> _Level:
         frame = frame_for(points, cell)
-        return _Level(points, frame, areas(points, frame))
+        return _Level(points, frame, areas(points, frame), answer(frame.shape))
 
     def solved(self, normals: Array) -> Indicator:
-        return solved(self.points, normals, self.frame, self.weight)
+        return solved(self.points, normals, self.frame, self.weight, self.known)
 
-    def settled(self, normals: Array) -> tuple[Array, float, int]:
-        """Turn normals until hardly any turns; return them, their energy, and how many rounds that took."""
+    def settled(self, normals: Array) -> _Settled:
+        """Turn normals until hardly any turns."""
         rounds = 0
         for rounds in range(1, _ROUNDS + 1):  # noqa: B007
-            slope = dot(normals, self.solved(normals).at(self.points)[1])
+            field = self.solved(normals)
+            slope = dot(normals, field.at(self.points)[1])
             energy = -float((self.weight * slope).sum())
             wrong = slope > 0
             normals = np.where(wrong[:, None], -normals, normals)
             if np.count_nonzero(wrong) < _TURNED * len(normals):
                 break
-        return normals, energy, rounds
+        return _Settled(normals, energy, rounds, None if wrong.any() else field)
 
 
 def turned(points: Array, found: Planes, cell: float) -> Indicator:
@@ -82,29 +94,30 @@ def turned(points: Array, found: Planes, cell: float) -> Indicator:
     middle = _Level.of(points, 2 * cell)
     best, most = found.normals, -np.inf
     for normals in _beginnings(points, found, cell):
-        settled, energy, rounds = middle.settled(normals)
+        settled = middle.settled(normals)
         first = most == -np.inf
-        if energy > most:
-            best, most = settled, energy
-        if first and rounds == 1:
+        if settled.energy > most:
+            best, most = settled.normals, settled.energy
+        if first and settled.rounds == 1:
             break
     fine = _Level.of(points, cell)
-    best, _, _ = fine.settled(best)
-    return fine.solved(best)
+    settled = fine.settled(best)
+    return settled.field or fine.solved(settled.normals)
 
 
 def _beginnings(points: Array, found: Planes, cell: float) -> Iterator[Array]:
     """Yield normals turned in ways that may be right, the likeliest first."""
     floods = sorted(_floods(points, found.spacing), key=lambda flood: -flood.hollow)
-    flooding = [_facing(found.normals, _inwards(flood, points)) for flood in floods[:2]]
-    yield flooding[0]
-    yield from flooding[1:]
+    flooding = _facing(found.normals, _inwards(floods[0], points))
+    yield flooding
+    for flood in floods[1:2]:
+        yield _facing(found.normals, _inwards(flood, points))
     coarse = float(np.ptp(points, axis=0).max()) / COARSE
     radial = _facing(found.normals, points.mean(axis=0) - points)
     if coarse > 2.5 * cell:
         level = _Level.of(points, coarse)
-        yield level.settled(radial)[0]
-        yield level.settled(flooding[0])[0]
+        yield level.settled(radial).normals
+        yield level.settled(flooding).normals
     else:
         yield radial
 

@@ -9,6 +9,8 @@ import math
 import numpy as np
 from numba import njit
 
+SWEEPS = 10
+
 
 @njit(cache=True, error_model="numpy")
 def smallest_axis(c, axis):
@@ -17,6 +19,37 @@ def smallest_axis(c, axis):
     for a in range(3):
         axis[a] = vectors[a, 0]
     return values[0], values[1], values[2]
+
+
+@njit(cache=True, error_model="numpy")
+def diagonalize(A, V):
+    """Make a symmetric 3 x 3 matrix diagonal, in place, by Jacobi's rotations; V becomes its eigenvectors."""
+    V[:] = 0.0
+    for i in range(3):
+        V[i, i] = 1.0
+    tiny = 1e-30 * (A[0, 0] + A[1, 1] + A[2, 2]) ** 2
+    for _ in range(SWEEPS):
+        if A[0, 1] ** 2 + A[0, 2] ** 2 + A[1, 2] ** 2 <= tiny:
+            return
+        for p in range(2):
+            for q in range(p + 1, 3):
+                if A[p, q] == 0.0:
+                    continue
+                theta = (A[q, q] - A[p, p]) / (2 * A[p, q])
+                t = math.copysign(1.0, theta) / (abs(theta) + math.sqrt(theta * theta + 1))
+                c = 1 / math.sqrt(t * t + 1)
+                s = t * c
+                r = 3 - p - q
+                A[p, p] -= t * A[p, q]
+                A[q, q] += t * A[p, q]
+                A[p, q] = A[q, p] = 0.0
+                one, other = A[p, r], A[q, r]
+                A[p, r] = A[r, p] = c * one - s * other
+                A[q, r] = A[r, q] = s * one + c * other
+                for k in range(3):
+                    one, other = V[k, p], V[k, q]
+                    V[k, p] = c * one - s * other
+                    V[k, q] = s * one + c * other
 
 
 @njit(cache=True, error_model="numpy")

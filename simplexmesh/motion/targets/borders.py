@@ -11,6 +11,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from simplexmesh._vec import norm
+from simplexmesh.motion.targets import _kernels_borders
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -107,11 +108,10 @@ def border_of_points(points: Array) -> Border:
         return Border(np.zeros((0, 3)), np.zeros(0))
     tree = cKDTree(points)
     distance, near = tree.query(points, k=k + 1, workers=-1)
-    everything = np.arange(len(points))
-    on, axes = _one_sided(points, everything, near[:, 1:], None)
+    on, normals = _one_sided(points, np.arange(len(points)), near[:, 1:], None)
     # where dense sampling ends at sparse sampling the nearest are on one side too: more of them tell
     _, more = tree.query(points[on], k=min(4 * k, len(points) - 1) + 1, workers=-1)
-    still, _ = _one_sided(points, on, more[:, 1:], axes[on])
+    still, _ = _one_sided(points, on, more[:, 1:], normals[on])
     on = on[still]
     if not len(on):
         return Border(np.zeros((0, 3)), np.zeros(0))
@@ -125,15 +125,10 @@ def border_of_points(points: Array) -> Border:
 
 
 def _one_sided(
-    points: Array, rows: NDArray[np.int64], near: NDArray[np.int64], axes: Array | None
+    points: Array, rows: NDArray[np.int64], near: NDArray[np.int64], normals: Array | None
 ) -> tuple[NDArray[np.int64], Array]:
-    """Return which of some points have their neighbors on one side, and the axes of their planes, normal first."""
-    offsets = points[near] - points[rows][:, None]
-    if axes is None:
-        centered = offsets - offsets.mean(axis=1, keepdims=True)
-        _, axes = np.linalg.eigh(np.einsum("nki,nkj->nij", centered, centered))
-    u, v = (np.einsum("nki,ni->nk", offsets, axes[:, :, j]) for j in (2, 1))
-    angle = np.sort(np.arctan2(v, u), axis=1)
-    free = np.maximum(np.diff(angle, axis=1).max(axis=1), angle[:, 0] + 2 * np.pi - angle[:, -1])
-    off = np.hypot(u.mean(axis=1), v.mean(axis=1)) / np.maximum(np.hypot(u, v).max(axis=1), 1e-300)
-    return np.flatnonzero((free > WIDEST) & (off > LOPSIDED)), axes
+    """Return which of some points have their neighbors on one side, and the normals (m, 3) of their planes."""
+    found = np.empty((len(rows), 3)) if normals is None else normals
+    free, off = np.empty((2, len(rows)))
+    _kernels_borders.sides(points, rows, near, found, normals is not None, free, off)
+    return np.flatnonzero((free > WIDEST) & (off > LOPSIDED)), found
