@@ -36,6 +36,8 @@ _HOME = {
     "data.triangles": ["TriangleMesh"],
     "data.reading": ["read", "read_volume", "read_points", "read_triangles", "read_mesh"],
     "data.poses": ["read_poses"],
+    "data.clipping": ["clipped"],
+    "data.boolean": ["boolean"],
     # III  the motion
     "motion.deform": ["DeformableModel"],
     "motion.reconstruct": ["reconstruct", "Reconstruction"],
@@ -43,12 +45,14 @@ _HOME = {
     "motion.redistribute": ["redistribute"],
     "motion.holes": ["open_holes"],
     "motion.handles": ["add_handles"],
+    "motion.deviation": ["Deviation", "deviation"],
     # IV   the recognition
     "recognition.sai": ["SAI", "sai"],
     "recognition.matches": ["Match"],
     "recognition.match": ["match"],
     "recognition.register": ["Pose", "Registration", "register"],
     "recognition.library": ["ModelLibrary", "Recognition"],
+    "recognition.align": ["align", "Alignment"],
     # V    the surface
     "surface.neighborhoods": ["Neighborhoods", "ball", "nearest", "rings"],
     "surface.normals.estimate": ["vertex_normals"],
@@ -63,6 +67,7 @@ _HOME = {
     "surface.inversion": ["inversion_lines", "level_lines", "Polyline"],
     "surface.landmarks": ["Landmark", "snap_landmark"],
     "surface.circle": ["Circle", "fit_circle", "rim_circle"],
+    "surface.morph": ["morphed"],
 }
 _MODULE = {name: f"simplexmesh.{module}" for module, names in _HOME.items() for name in names}
 _SUBMODULES = {"targets": "simplexmesh.motion.targets", "plot": "simplexmesh.plot"}
@@ -71,6 +76,8 @@ __all__ = sorted([*_MODULE, *_SUBMODULES, "__version__"])
 
 if TYPE_CHECKING:  # the same list once more, for type checkers and editors; a test compares the two
     from simplexmesh import plot as plot
+    from simplexmesh.data.boolean import boolean as boolean
+    from simplexmesh.data.clipping import clipped as clipped
     from simplexmesh.data.points import PointCloud as PointCloud
     from simplexmesh.data.poses import read_poses as read_poses
     from simplexmesh.data.reading import read as read
@@ -106,12 +113,16 @@ if TYPE_CHECKING:  # the same list once more, for type checkers and editors; a t
     from simplexmesh.mesh.simplex_mesh import SimplexMesh as SimplexMesh
     from simplexmesh.motion import targets as targets
     from simplexmesh.motion.deform import DeformableModel as DeformableModel
+    from simplexmesh.motion.deviation import Deviation as Deviation
+    from simplexmesh.motion.deviation import deviation as deviation
     from simplexmesh.motion.handles import add_handles as add_handles
     from simplexmesh.motion.holes import open_holes as open_holes
     from simplexmesh.motion.reconstruct import Reconstruction as Reconstruction
     from simplexmesh.motion.reconstruct import reconstruct as reconstruct
     from simplexmesh.motion.redistribute import redistribute as redistribute
     from simplexmesh.motion.refine import refine as refine
+    from simplexmesh.recognition.align import Alignment as Alignment
+    from simplexmesh.recognition.align import align as align
     from simplexmesh.recognition.library import ModelLibrary as ModelLibrary
     from simplexmesh.recognition.library import Recognition as Recognition
     from simplexmesh.recognition.match import match as match
@@ -133,6 +144,7 @@ if TYPE_CHECKING:  # the same list once more, for type checkers and editors; a t
     from simplexmesh.surface.inversion import level_lines as level_lines
     from simplexmesh.surface.landmarks import Landmark as Landmark
     from simplexmesh.surface.landmarks import snap_landmark as snap_landmark
+    from simplexmesh.surface.morph import morphed as morphed
     from simplexmesh.surface.neighborhoods import Neighborhoods as Neighborhoods
     from simplexmesh.surface.neighborhoods import ball as ball
     from simplexmesh.surface.neighborhoods import nearest as nearest

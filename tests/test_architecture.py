@@ -36,6 +36,9 @@ UPWARD = {
         "simplexmesh.data.writing",
     ): "users look for mesh.save() and mesh.to_pyvista() on the mesh",
     ("recognition/sai.py", "simplexmesh.plot.attribute_image"): "users look for sai.plot() on the signature",
+    ("surface/bench/pictures.py", "simplexmesh.plot.curves"): "the bench is a program, and draws what it finds",
+    ("surface/bench/pictures.py", "simplexmesh.plot.stage"): "the bench is a program, and draws what it finds",
+    ("surface/bench/page.py", "simplexmesh"): "reports name the version",
 }
 
 # Heavy or special library -> the files that may name it, as patterns; `/` starts at the package.
@@ -47,7 +50,8 @@ DOORS = {
     "SimpleITK": ["/data/itk.py"],
     "plyfile": ["/data/ply.py"],
     "pyvista": ["/plot/*.py", "/data/vtk.py", "/data/convert.py", "/data/writing.py", "/cli/*.py"],
-    "vtkmodules": ["/data/vtk.py"],
+    "vtkmodules": ["/data/vtk.py", "/data/clipping.py"],
+    "manifold3d": ["/data/boolean.py"],
     "scipy": [
         *("/mesh/*.py", "/data/*.py", "/motion/*.py", "/motion/*/*.py", "/recognition/*.py"),
         *("/surface/*.py", "/surface/*/*.py"),

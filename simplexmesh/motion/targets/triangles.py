@@ -81,6 +81,11 @@ class Triangles(BuiltIn):
         """Points along the border of an open surface; rims of a mesh are drawn there."""
         return border_of_triangles(self.vertices, self.faces, self._on_border)
 
+    def beyond_border(self, points: Array) -> NDArray[np.bool_]:
+        """Return (n,) whether the closest point of the surface is on its border."""
+        _, closest, faces = self.closest(points)
+        return self._beyond_border(closest, faces)
+
     def _beyond_border(self, closest: Array, faces: NDArray[np.int64]) -> NDArray[np.bool_]:
         """Return (n,) whether closest points lie on the border of an open surface."""
         out = np.zeros(len(faces), dtype=bool)
@@ -126,6 +131,25 @@ def surface_distance(points: Array, vertices: Array, faces: NDArray[np.int64]) -
         np.ascontiguousarray(faces, dtype=np.int64),
     )
     return np.sqrt(np.asarray(squared).ravel())
+
+
+def signed_surface_distance(points: Array, vertices: Array, faces: NDArray[np.int64]) -> Array:
+    """Return (n,) the distance of points to a triangulated surface, positive on the side its faces look to.
+
+    Examples
+    --------
+    >>> import simplexmesh as sm
+    >>> ball = sm.sphere(12).triangulated()
+    >>> signed_surface_distance(np.array([[0.0, 0, 3], [0, 0, 0.5]]), ball.vertices, ball.faces).round(1)
+    array([ 2. , -0.5])
+    """
+    distances, *_ = igl.signed_distance(
+        np.ascontiguousarray(points, dtype=np.float64),
+        np.ascontiguousarray(vertices, dtype=np.float64),
+        np.ascontiguousarray(faces, dtype=np.int64),
+        sign_type=igl.SIGNED_DISTANCE_TYPE_PSEUDONORMAL,
+    )
+    return np.asarray(distances).ravel()
 
 
 def inside_surface(points: Array, vertices: Array, faces: NDArray[np.int64]) -> NDArray[np.bool_]:

@@ -1,0 +1,84 @@
+"""Unions, differences and intersections of closed surfaces; the one door to manifold3d, an optional extra."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from simplexmesh import _check
+from simplexmesh.data.convert import as_triangles
+from simplexmesh.data.triangles import TriangleMesh
+
+OPERATIONS = ("difference", "union", "intersection")
+
+
+def boolean(first: Any, second: Any, operation: str = "difference") -> TriangleMesh:
+    """Return what is in one closed surface and not in another, in either, or in both: guides, molds, negatives.
+
+    A block less a bone is a guide that fits the bone. The result is closed, whatever the two look like. Needs the
+    package manifold3d: ``pip install 'simplexmesh[guides]'``.
+
+    Parameters
+    ----------
+    first, second : TriangleMesh, SimplexMesh, PyVista or trimesh object, or path
+        Closed surfaces that look outward; their duplicate positions are merged.
+    operation : {"difference", "union", "intersection"}
+        First less second, both together, or what they share.
+
+    Returns
+    -------
+    TriangleMesh
+        Closed.
+
+    Raises
+    ------
+    ImportError
+        manifold3d is not there.
+    ValueError
+        A surface that is not closed, or looks inward; an unknown operation; nothing is left.
+
+    References
+    ----------
+    A. Charton, thesis, 2014, 5.1.3 (guides for jaws, as boolean differences); E. Lalish, *Manifold*.
+
+    Examples
+    --------
+    >>> import simplexmesh as sm
+    >>> whole, bite = sm.sphere(8), sm.sphere(8, center=(1, 0, 0))
+    >>> try:
+    ...     left = sm.boolean(whole, bite)
+    ... except ImportError:  # without the extra
+    ...     left = whole.triangulated()
+    >>> left.is_closed
+    True
+    """
+    _check.choice("operation", operation, OPERATIONS)
+    manifold3d = _library()
+    one = _solid(manifold3d, as_triangles(first, "first"), "first")
+    other = _solid(manifold3d, as_triangles(second, "second"), "second")
+    out = one - other if operation == "difference" else one + other if operation == "union" else one ^ other
+    mesh = out.to_mesh64()
+    if not len(mesh.tri_verts):
+        raise ValueError(f"first and second must leave something of their {operation}, they leave nothing")
+    return TriangleMesh(np.asarray(mesh.vert_properties)[:, :3], np.asarray(mesh.tri_verts).astype(np.int64))
+
+
+def _library() -> Any:
+    try:
+        import manifold3d
+    except ImportError:
+        raise ImportError("booleans need the package manifold3d: pip install 'simplexmesh[guides]'") from None
+    return manifold3d
+
+
+def _solid(manifold3d: Any, mesh: TriangleMesh, name: str) -> Any:
+    mesh = mesh.welded(report=False)
+    if not mesh.is_closed:
+        raise ValueError(f"{name} must be closed, it has a border")
+    if mesh.volume <= 0:
+        raise ValueError(f"{name} must look outward, it encloses a volume of {mesh.volume:.4g}")
+    found = manifold3d.Manifold(manifold3d.Mesh64(np.array(mesh.vertices), np.array(mesh.faces, np.uint64)))
+    if found.status() != manifold3d.Error.NoError:
+        raise ValueError(f"{name} must be a surface with two faces at every edge: {found.status().name}")
+    return found

@@ -1,0 +1,88 @@
+"""Surfaces cut by a plane, with or without a cap: VTK's clippers."""
+
+from __future__ import annotations
+
+import warnings
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+from vtkmodules.vtkCommonDataModel import vtkPlane, vtkPlaneCollection
+from vtkmodules.vtkFiltersCore import vtkClipPolyData
+from vtkmodules.vtkFiltersGeneral import vtkClipClosedSurface
+
+from simplexmesh import _check
+from simplexmesh.data import vtk
+from simplexmesh.data.convert import as_triangles
+from simplexmesh.data.triangles import TriangleMesh
+from simplexmesh.errors import SimplexMeshWarning
+
+TOLERANCE = 1e-9
+"""Positions on the cut no farther apart than this share of the diagonal are one."""
+
+
+def clipped(surface: Any, origin: ArrayLike, normal: ArrayLike, *, cap: bool = False) -> TriangleMesh:
+    """Return the part of a surface in front of a plane: where its normal points to.
+
+    Parameters
+    ----------
+    surface : TriangleMesh, SimplexMesh, PyVista or trimesh object, or path
+        What is cut; a simplex mesh is triangulated.
+    origin, normal : (3,) array of float
+        A point of the plane, and what is perpendicular to it, of any length.
+    cap : bool
+        Close the cut with a flat face: what was closed stays closed. Without it the cut is a border.
+
+    Returns
+    -------
+    TriangleMesh
+
+    Raises
+    ------
+    ValueError
+        A normal of length zero, nothing in front of the plane, a cap asked for a surface that is not closed.
+
+    Examples
+    --------
+    >>> import simplexmesh as sm
+    >>> half = sm.clipped(sm.sphere(16), (0, 0, 0), (0, 0, 1), cap=True)
+    >>> half.is_closed, round(half.volume, 1)  # 2 pi / 3
+    (True, 2.1)
+    >>> sm.clipped(sm.sphere(16), (0, 0, 0), (0, 0, 1)).is_closed
+    False
+    """
+    mesh = as_triangles(surface, "surface").welded(report=False)
+    at, direction = _check.array("origin", origin, (3,)), _check.array("normal", normal, (3,))
+    length = float(np.linalg.norm(direction))
+    if not length > 0:
+        raise ValueError("normal must not be the zero vector")
+    if cap and not mesh.is_closed:
+        raise ValueError("surface must be closed to be capped, it has a border")
+    plane = vtkPlane()
+    plane.SetOrigin(*at)
+    plane.SetNormal(*(direction / length))
+    faces = mesh.faces
+    data = vtk.polydata(mesh.vertices, np.full(len(faces), 3), faces.ravel(), {}, None)
+    out = _cut(data, plane, cap=cap)
+    if not out.GetNumberOfPolys():
+        raise ValueError("surface must have a part in front of the plane, it has none")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", SimplexMeshWarning)  # of slivers where the plane passes through a vertex
+        found = as_triangles(vtk.from_dataset(out, "surface"))
+    return found.welded(tolerance=TOLERANCE * mesh.diagonal, report=False)
+
+
+def _cut(data: Any, plane: Any, *, cap: bool) -> Any:
+    if cap:
+        planes = vtkPlaneCollection()
+        planes.AddItem(plane)
+        cutter = vtkClipClosedSurface()
+        cutter.SetClippingPlanes(planes)
+        cutter.TriangulationErrorDisplayOff()
+    else:
+        cutter = vtkClipPolyData()
+        cutter.SetClipFunction(plane)
+        cutter.SetOutputPointsPrecision(1)  # double
+    cutter.SetInputData(data)
+    cutter.Update()
+    return cutter.GetOutput()

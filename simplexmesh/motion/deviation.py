@@ -1,0 +1,140 @@
+"""How far a surface is from the one that was planned, with a sign: what was done beside what was meant."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplexmesh import _check
+from simplexmesh.data.convert import as_data, as_triangles
+from simplexmesh.data.points import PointCloud
+from simplexmesh.motion.distance import Spread
+from simplexmesh.motion.targets.triangles import Triangles, signed_surface_distance
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Deviation:
+    """Signed distances from the points of one surface to another, in their unit.
+
+    Attributes
+    ----------
+    distances : (n,) array of float
+        Positive outside the reference, negative inside; NaN where there is nothing to compare with.
+    spread : Spread
+        Of their absolute values.
+
+    Examples
+    --------
+    >>> import simplexmesh as sm
+    >>> sm.deviation(sm.sphere(20, radius=1.1), sm.sphere(20)).bias.__round__(2)
+    0.1
+    """
+
+    distances: Array
+
+    def __repr__(self) -> str:
+        s = self.spread
+        return f"Deviation(mean={s.mean:.4g}, rms={s.rms:.4g}, p95={s.p95:.4g}, max={s.max:.4g}, bias={self.bias:.4g})"
+
+    @cached_property
+    def spread(self) -> Spread:
+        """Mean, rms, 95th percentile and largest of the absolute values, and how many are known."""
+        return Spread.of(self.distances)
+
+    @property
+    def mean(self) -> float:
+        """Of the absolute values."""
+        return self.spread.mean
+
+    @property
+    def rms(self) -> float:
+        """Root mean square."""
+        return self.spread.rms
+
+    @property
+    def p95(self) -> float:
+        """95th percentile of the absolute values."""
+        return self.spread.p95
+
+    @property
+    def max(self) -> float:
+        """The largest absolute value."""
+        return self.spread.max
+
+    @property
+    def bias(self) -> float:
+        """Mean of the signed values: positive where too much is left on the whole."""
+        known = self.distances[np.isfinite(self.distances)]
+        return float(known.mean()) if len(known) else float("nan")
+
+
+def deviation(surface: Any, reference: Any, *, reach: float | None = None, beyond_border: bool = False) -> Deviation:
+    """Return how far each vertex of a surface is from a reference: what was done from what was planned.
+
+    Parameters
+    ----------
+    surface : TriangleMesh, SimplexMesh, PointCloud, array, PyVista or trimesh object, or path
+        What is measured, at its vertices or points; rows of the answer are theirs.
+    reference : TriangleMesh, SimplexMesh, PyVista or trimesh object, or path
+        What it is compared with, faces counter-clockwise seen from outside.
+    reach : float, optional
+        Distances beyond this, in the unit of the surfaces, are not known: NaN. By default there is no end.
+    beyond_border : bool
+        Where the nearest place of an open reference is its border, whether that counts: beyond it nothing was
+        planned. By default it is NaN.
+
+    Returns
+    -------
+    Deviation
+        Its `distances` can be drawn with `plot.heat`.
+
+    Raises
+    ------
+    ValueError, TypeError
+        Not a surface, a reach that is not positive.
+
+    Notes
+    -----
+    Distances are to the triangles. Signs are those of the nearest place's normal, at an edge or a corner the mean of
+    the faces there weighted by their angles (Baerentzen and Aanaes 2005): right for closed surfaces, and for open ones
+    wherever the nearest place is not on the border.
+
+    Examples
+    --------
+    >>> import numpy as np, simplexmesh as sm
+    >>> planned = sm.sphere(20).triangulated("dual")
+    >>> done = sm.TriangleMesh(planned.vertices * [1, 1, 1.1], planned.faces)
+    >>> found = sm.deviation(done, planned)
+    >>> round(found.max, 2), bool(found.distances[planned.vertices[:, 2].argmax()] > 0.09)
+    (0.1, True)
+    """
+    points = _points(surface)
+    mesh = as_triangles(reference, "reference")
+    distances = signed_surface_distance(points, mesh.vertices, mesh.faces)
+    if not beyond_border and not mesh.is_closed:
+        distances = np.where(Triangles(mesh).beyond_border(points), np.nan, distances)
+    if reach is not None:
+        reach = _check.number("reach", reach, 0.0, open_low=True)
+        distances = np.where(np.abs(distances) <= reach, distances, np.nan)
+    return Deviation(_check.frozen(distances))
+
+
+def _points(surface: Any) -> Array:
+    """Return the vertices or points of a surface, all of them and in order."""
+    if isinstance(surface, np.ndarray):
+        points: Array = _check.array("surface", surface, (None, 3))
+        return points
+    if isinstance(surface, PointCloud):
+        return surface.points
+    data = surface if hasattr(surface, "connectivity") else as_data(surface, "surface")
+    if isinstance(data, PointCloud):
+        return data.points
+    if not hasattr(data, "vertices"):
+        raise TypeError(f"surface must be a mesh or points, not {type(data).__name__}")
+    return np.asarray(data.vertices)
