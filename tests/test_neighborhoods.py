@@ -106,6 +106,12 @@ def closed_book():
     return points, np.array(faces)
 
 
+def two_flaps():
+    """Two triangles seen from both sides that share the edge (0, 1): around 0 one can walk twice without a stop."""
+    points = np.array([[0, 0, 0], [0, 0, 1], [1, 0, 0], [0, 1, 0], [5, 5, 5]], float)
+    return points, np.array([[0, 1, 2], [0, 2, 1], [0, 1, 3], [0, 3, 1]])
+
+
 def with_isolated():
     points, faces = strip()
     return np.concatenate([points, [[2.5, 2.5, 0.2]]]), faces
@@ -118,6 +124,7 @@ FAMILIES = {
     "two tetrahedra": two_tetrahedra,
     "book": book,
     "closed book": closed_book,
+    "two flaps": two_flaps,
     "isolated": with_isolated,
 }
 
