@@ -663,6 +663,21 @@ class TestBadInput:
         assert some.mean == pytest.approx(whole.mean[[7, 3, 100]], nan_ok=True, abs=0)
         assert some.gauss == pytest.approx(whole.gauss[[7, 3, 100]], nan_ok=True, abs=0)
 
+    @pytest.mark.parametrize("size", [1e-200, 1e-160, 1e-20, 1e20, 1e160])
+    def test_sizes_near_the_ends_of_numbers(self, method, size):
+        mesh = discretized.torus(12, 8).mesh
+        found, _ = quietly(sm.TriangleMesh(mesh.vertices * size, mesh.faces), method)
+        assert masked_exactly(found)
+        if 1e-100 < size < 1e100 and method not in ("full_quadric", "principal"):
+            assert found.mean * size == pytest.approx(sm.curvature(mesh, method).mean, rel=1e-9, abs=1e-9)
+
+    def test_one_thread_and_all_agree(self, method):
+        mesh = discretized.torus(100, 64, irregular=True).mesh
+        some = np.arange(1000, 3000)
+        whole, part = quietly(mesh, method)[0], quietly(mesh, method, vertices=some)[0]
+        assert (whole.failed[some] == part.failed).all()
+        assert part.mean == pytest.approx(whole.mean[some], nan_ok=True, rel=1e-9)
+
     def test_unknown_options_are_refused(self, method):
         with pytest.raises(TypeError, match=f"method '{method}' has no option 'colour'"):
             sm.curvature(discretized.torus(8, 6).mesh, method, colour=1)
@@ -793,6 +808,22 @@ class TestOptions:
         mesh = discretized.torus(60, 32)
         found, _ = quietly(mesh.mesh, method, neighborhood=sm.rings(2))
         assert np.median(np.abs(found.mean - mesh.exact.mean)[~found.failed]) < 0.5
+
+    @pytest.mark.parametrize("method", REGRESSIONS)
+    def test_simplex_meshes_are_taken(self, method):
+        mesh = sm.sphere(14, radius=2.0)
+        found, _ = quietly(mesh, method, neighborhood=sm.rings(2))
+        assert np.median(np.abs(found.mean - 0.5)) < 0.01
+
+    def test_cycles_handed_over_are_enough_for_cotangents(self):
+        ring = article_ring(0.1)
+        around = Neighborhoods(np.array([0]), np.array([0, 6]), np.arange(1, 7), np.array([True]))
+        found = sm.curvature(sm.PointCloud(ring.points), "discrete", neighborhood=around)
+        assert found.mean[0] == pytest.approx(0.5, abs=1e-9)
+        with pytest.raises(ValueError, match="surface must be triangles"):
+            sm.curvature(
+                sm.PointCloud(ring.points), "discrete", neighborhood=Neighborhoods.of([[1, 2, 3], *[[0, 1, 2]] * 6])
+            )
 
     def test_principal_is_libigls(self):
         mesh = discretized.torus(40, 24)

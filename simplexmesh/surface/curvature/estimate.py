@@ -12,6 +12,7 @@ from simplexmesh.surface.curvature.result import Curvature
 from simplexmesh.surface.methods import Estimates, Method, chosen, warn_of_failures
 from simplexmesh.surface.neighborhoods import Ball, Nearest, Neighborhood, Neighborhoods, Rings, rings
 from simplexmesh.surface.normals.estimate import starting_normals
+from simplexmesh.surface.reasons import DEGENERATE, FOUND
 from simplexmesh.surface.samples import Samples, as_samples
 
 Array = NDArray[np.float64]
@@ -49,7 +50,12 @@ def curvature(
         What is measured. Faces must be counter-clockwise seen from outside; a cloud without normals has no outside,
         and the signs of its curvatures mean nothing.
     method : str
-        The estimator.
+        The estimator, by what it fits: "sine" Euler's formula to the circles through each neighbor; "quadric" a
+        paraboloid along the normal, "extended_quadric" one that may tilt (`least`: neighbors it wants at least),
+        "full_quadric" one that may miss the vertex; "discrete" nothing, cotangents and angle defects (`area`:
+        "mixed", "voronoi" or "barycentric"; `projected`); "taubin", "langer", "langer_exact" weighted sums;
+        "chen_schmitt" circles through opposite neighbors (`weighted`, `normalized`); "simplex_angle" the sphere
+        through three neighbors; "principal" is libigl's (`radius` in rings).
     neighborhood : from `rings`, `ball`, `nearest`, or Neighborhoods, optional
         Which neighbors it sees; by default the one-ring, in a cloud the 12 nearest points.
     normals : str or (n, 3) array of float, optional
@@ -98,7 +104,8 @@ def curvature(
             raise TypeError(f"neighborhood must be left out: method {method!r} takes the faces around each vertex")
         around = samples.around(rings(1) if neighborhood is None else neighborhood, vertices)
     directions = starting_normals(samples, around, kind.normals, normals)
-    found = kind.estimate(samples, around, directions, **understood)
+    with np.errstate(over="ignore", invalid="ignore"):
+        found = _sound(kind.estimate(samples, around, directions, **understood))
     warn_of_failures("curvature", found.reasons)
     return _finished(found, directions, method)
 
@@ -109,6 +116,13 @@ def _only(samples: Samples, vertices: ArrayLike | None) -> Neighborhoods:
     centers = np.arange(n) if vertices is None else _check.selection("vertices", vertices, n)
     none = np.zeros(len(centers) + 1, np.int64)
     return Neighborhoods(centers, none, np.zeros(0, np.int64), np.zeros(len(centers), bool))
+
+
+def _sound(found: Estimates) -> Estimates:
+    """Return the same with rows failed whose numbers overflowed."""
+    total = found.k1 + found.k2 + found.mean + found.gauss
+    wild = (found.reasons == FOUND) & ~np.isfinite(total)
+    return found._replace(reasons=np.where(wild, DEGENERATE, found.reasons).astype(np.uint8)) if wild.any() else found
 
 
 def _finished(found: Estimates, directions: Array | None, method: str) -> Curvature:
