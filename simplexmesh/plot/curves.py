@@ -1,0 +1,183 @@
+"""Curves in panels side by side, logarithmic both ways, and surfaces in panels under one scale."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import pyvista as pv
+from numpy.typing import ArrayLike, NDArray
+
+from simplexmesh.data.triangles import TriangleMesh
+from simplexmesh.plot.camera import looked_at
+from simplexmesh.plot.heat import FAILED, colored, hot_metal
+from simplexmesh.plot.scale import bar
+from simplexmesh.plot.scenes import COLORS_LIT
+from simplexmesh.plot.stage import INK, LIGHTS, has_display, quiet
+
+Array = NDArray[np.float64]
+Curves = Mapping[str, tuple[ArrayLike, ArrayLike]]
+
+COLORS = (
+    *("#d1495b", "#00798c", "#edae49", "#30638e", "#7d9d5c", "#8a4f7d", "#e07a2f", "#3b9ec9", "#8c6d46"),
+    *("#5b5b5b", "#c76aa6", "#1f6f4a", "#9c8ade", "#a8323e", "#b3b31f", "#46566b"),
+)
+DASHES = ("-", "--", "-.")
+MARKS = ("o", "s", "d", "x", "+")
+MARGIN = 20
+"""Pixels that charts without axes leave free around them."""
+
+
+def curves(
+    panels: Mapping[str, Curves],
+    *,
+    x_label: str,
+    y_label: str,
+    y_limits: tuple[float, float],
+    columns: int = 3,
+    title: str = "",
+    cell: tuple[int, int] = (430, 360),
+) -> pv.Plotter:
+    """Show curves of positive numbers over positive numbers, both axes logarithmic, with one legend for all panels.
+
+    Parameters
+    ----------
+    panels : mapping of title to mapping of name to (x, y)
+        A name has the same color in every panel; numbers below the y axis are drawn on it, NaN is left out.
+    x_label, y_label : str
+        Written at the axes, with units.
+    y_limits : (2,) tuple of float
+        Ends of the y axis, the same in every panel.
+    columns : int
+        Of panels; the legend takes the last cell.
+    title : str
+        Over all of it.
+    cell : (2,) tuple of int
+        Size of a panel in pixels.
+
+    Examples
+    --------
+    >>> d = np.geomspace(0.5, 0.005, 7)
+    >>> curves({"all": {"second": (d, d**2)}}, x_label="d", y_label="error", y_limits=(1e-6, 1)).close()
+    """
+    names = list(dict.fromkeys(name for panel in panels.values() for name in panel))
+    plotter = grid(len(panels) + 1, columns, cell)
+    across = np.concatenate([np.asarray(x, float) for panel in panels.values() for x, _ in panel.values()])
+    limits = np.log10([across.min() / 1.15, across.max() * 1.15]), np.log10(y_limits)
+    for at, (said, panel) in enumerate(panels.items()):
+        plotter.subplot(*divmod(at, columns))
+        chart = pv.Chart2D()
+        for name, (x, y) in panel.items():
+            k = names.index(name)
+            u, v = np.log10(np.asarray(x, float)), np.log10(np.maximum(np.asarray(y, float), y_limits[0]))
+            kept = np.isfinite(u + v)
+            if kept.any():
+                chart.line(u[kept], v[kept], color=COLORS[k % len(COLORS)], width=2.0, style=DASHES[k % len(DASHES)])
+                chart.scatter(u[kept], v[kept], color=COLORS[k % len(COLORS)], size=6, style=MARKS[k % len(MARKS)])
+        _axes(chart, limits, (x_label, y_label), said)
+        plotter.add_chart(chart)
+    plotter.subplot(*divmod(len(panels), columns))
+    _legend(plotter, title, names, cell[1])
+    return plotter
+
+
+def maps(
+    panels: Sequence[tuple[str, TriangleMesh, Array]],
+    *,
+    name: str,
+    limits: tuple[float, float],
+    columns: int = 5,
+    view: str | Sequence[float] | None = None,
+    cell: tuple[int, int] = (300, 250),
+) -> pv.Plotter:
+    """Show numbers on surfaces side by side in the colors of hot metal, under one scale, in the last cell.
+
+    Parameters
+    ----------
+    panels : sequence of (title, TriangleMesh, (n,) array of float)
+        NaN, where there is no number, is gray.
+    name : str
+        What the numbers are, and their unit.
+    limits : (2,) tuple of float
+        Ends of the scale; what is beyond has the color of the end.
+    columns, cell
+        As for `curves`.
+    view : str or (3,) vector, optional
+        As for `looked_at`.
+    """
+    plotter = grid(len(panels) + 1, columns, cell)
+    low, high = limits
+    for position, strength in LIGHTS:  # each goes to every panel
+        plotter.add_light(pv.Light(position=position, intensity=strength, light_type="camera light"))
+    for at, (said, mesh, values) in enumerate(panels):
+        plotter.subplot(*divmod(at, columns))
+        coat = colored(mesh, "heat", np.clip(values, low, high))
+        style = {"scalars": "heat", "cmap": hot_metal(low, high), "clim": limits, "show_scalar_bar": False}
+        plotter.add_mesh(coat, smooth_shading=True, **COLORS_LIT, **style)
+        plotter.add_text(said, position="upper_edge", font_size=8, color=INK)
+        looked_at(plotter, view, up="z")
+    plotter.subplot(*divmod(len(panels), columns))
+    _scale(plotter, name, limits)
+    return plotter
+
+
+def grid(count: int, columns: int, cell: tuple[int, int]) -> pv.Plotter:
+    """Return an empty white plotter with room for so many panels."""
+    columns = min(columns, count)
+    rows = -(-count // columns)
+    hidden = not has_display() or None
+    size = [columns * cell[0], rows * cell[1]]
+    with quiet():
+        plotter = pv.Plotter(shape=(rows, columns), border=False, off_screen=hidden, window_size=size, lighting="none")
+    plotter.set_background("#ffffff")
+    return plotter
+
+
+def _axes(chart: pv.Chart2D, limits: tuple[Array, Array], labels: tuple[str, str], title: str) -> None:
+    """Label the axes of a chart of logarithms with the numbers themselves."""
+    chart.title = title
+    for axis, (low, high), label in zip((chart.x_axis, chart.y_axis), limits, labels, strict=True):
+        decades = np.arange(np.ceil(low), np.floor(high) + 1e-9)
+        decades = decades[:: max(1, round(len(decades) / 7))]
+        axis.range = [float(low), float(high)]
+        axis.tick_locations = decades
+        axis.tick_labels = [f"{10.0**power:g}" if -4 <= power <= 3 else f"1e{power:.0f}" for power in decades]
+        axis.label = label
+        axis.label_size, axis.tick_label_size = 14, 12
+        axis.grid = True
+    chart.legend_visible = False
+    chart.background_color = "white"
+
+
+def _legend(plotter: pv.Plotter, title: str, names: Sequence[str], tall: int) -> None:
+    """Write names after lines as in the charts."""
+    chart = pv.Chart2D()
+    chart.hide_axes()
+    for axis in (chart.x_axis, chart.y_axis):
+        axis.range = [0.0, 1.0]
+        axis.margin = 0
+    rows = max(len(names), 10)
+    for k, name in enumerate(names):
+        height = 0.9 * (1 - (k + 0.5) / rows)
+        style = {"color": COLORS[k % len(COLORS)]}
+        chart.line([0.08, 0.24], [height, height], width=2.0, style=DASHES[k % len(DASHES)], **style)
+        chart.scatter([0.16], [height], size=7, style=MARKS[k % len(MARKS)], **style)
+        middle = (MARGIN + (tall - 2 * MARGIN) * height) / tall
+        plotter.add_text(name, position=(0.28, middle - 8 / tall), viewport=True, font_size=8, color=INK)
+    chart.legend_visible = False
+    plotter.add_chart(chart)
+    if title:
+        plotter.add_text(title, position="upper_edge", font_size=10, color=INK)
+
+
+def _scale(plotter: pv.Plotter, name: str, limits: tuple[float, float]) -> None:
+    """Draw the scale of colors alone, and say what gray is."""
+    nothing = pv.PolyData(np.zeros((1, 3)))
+    nothing["heat"] = np.zeros(1)
+    said = bar(name) | {"width": 0.76, "height": 0.24, "position_x": 0.12, "position_y": 0.45, "n_labels": 3}
+    said |= {"title_font_size": 15, "label_font_size": 14}
+    plotter.add_mesh(
+        nothing, scalars="heat", cmap=hot_metal(*limits), clim=limits, scalar_bar_args=said, opacity=0.0, point_size=1
+    )
+    plotter.add_text("\u2022", position=(0.1, 0.17), viewport=True, font_size=24, color=FAILED)
+    plotter.add_text("no estimate", position=(0.2, 0.2), viewport=True, font_size=9, color=INK)

@@ -1,0 +1,204 @@
+"""The page of a report: ratings, tables, pictures."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+import simplexmesh
+from simplexmesh.surface.bench import peers, printed, ratings
+from simplexmesh.surface.bench.curve import Curve
+from simplexmesh.surface.bench.report import TITLE
+from simplexmesh.surface.bench.tables import as_markdown, bullets, pivoted
+
+if TYPE_CHECKING:
+    from simplexmesh.surface.bench.run import Results
+
+KINDS = {"curvature": "Curvatures", "normals": "Normals"}
+SHORT = ("method", "precision", "convergence", "stability", "clouds", "complexity")
+NUMBERS = ("method", "at a point", "on meshes", "worst on a mesh", "right limits", "converge", "order", "spread")
+NOTHING = 1e-12
+WHAT = {"H": "Relative error of H", "K": "Relative error of K", "N": "Mean angle of normals in degrees"}
+
+
+def index(found: Results, pictures: Mapping[str, str], *, quick: bool) -> str:
+    """Return the text of the page, in Markdown."""
+    parts = [
+        TITLE,
+        "Every method of `simplexmesh.curvature` and `simplexmesh.vertex_normals` on surfaces whose normals and "
+        "curvatures are known, after the comparison in Charton's thesis (2014) and the article before it (2012). "
+        f"simplexmesh {simplexmesh.__version__}{', quick run' if quick else ''}.",
+        *_ratings(found),
+        *_pointwise(found, pictures),
+        *_meshes(found, pictures),
+        *_noise(found),
+        *_peers(found),
+        "## Surfaces in color",
+        *_shown(pictures, "map_"),
+    ]
+    return "\n\n".join(parts) + "\n"
+
+
+def _ratings(found: Results) -> list[str]:
+    parts = ["## Ratings", "From best to worst `+++ ++ + +/- - -- ---`, by these rules:", ratings.RULES]
+    for kind, title in KINDS.items():
+        if rows := found.ratings[kind]:
+            parts += [
+                f"### {title}",
+                as_markdown(rows, SHORT),
+                "The numbers they come from:",
+                as_markdown(rows, NUMBERS),
+            ]
+            lines = beside(kind, rows)
+            if lines:
+                parts += ["The thesis's ratings, and why ours differ:", as_markdown(lines)]
+    return [*parts, ratings.WORK]
+
+
+def beside(kind: str, rows: list[dict[str, Any]]) -> list[dict[str, str]]:
+    """Return the comparison with the thesis as table rows, ours before theirs."""
+    return [line for line in ratings.compared(kind, rows) if line["why"] or line["criterion"] != "complexity"]
+
+
+def _pointwise(found: Results, pictures: Mapping[str, str]) -> list[str]:
+    curves = [*found.curves["curvature"], *found.curves["normals"]]
+    rows = [
+        _summary(name, quantity, [c for c in curves if (c.method, c.quantity) == (name, quantity)])
+        for name, quantity in dict.fromkeys((c.method, c.quantity) for c in curves)
+    ]
+    return [
+        "## One point, neighbors ever nearer",
+        "Five patterns of 6 and 12 neighbors around the origin, at 0.5 to 0.0005; curvatures with the exact normal. "
+        "Share of cases that are monotone, have a limit, have the right one, have no error at all; median order of "
+        "the others. All cases: [pointwise.csv](pointwise.csv); how answers differ between patterns at equal distance: "
+        "[spread.csv](spread.csv). Methods that read whole meshes are not here.",
+        as_markdown(rows),
+        *_shown(pictures, "pointwise_"),
+    ]
+
+
+def _summary(name: str, quantity: str, curves: list[Curve]) -> dict[str, Any]:
+    orders = [c.order for c in curves if np.isfinite(c.order)]
+    shares = {
+        said: float(np.mean([getattr(c, flag) for c in curves]))
+        for said, flag in (
+            ("monotone", "monotone"),
+            ("has limit", "has_limit"),
+            ("right limit", "limit_is_correct"),
+            ("exact", "exact"),
+        )
+    }
+    return {"method": name, "quantity": quantity, **shares, "order": float(np.median(orders)) if orders else None}
+
+
+def _meshes(found: Results, pictures: Mapping[str, str]) -> list[str]:
+    parts = [
+        "## Whole meshes",
+        "Mean and largest error over inner vertices, exact normals given to estimators of curvature, at size "
+        f"{ratings.SIZE}; all sizes: [meshes.csv](meshes.csv). H and K have units, 1 / length and its square.",
+    ]
+    for quantity, said in (("H", "H"), ("K", "K"), ("N", "The normal, |N - truth|")):
+        rows = [line for line in found.meshes if line["quantity"] == quantity and line["size"] == ratings.SIZE]
+        rows = [line | {"place": f"{line['surface']} {line['mesh']}".replace("_", " ")} for line in rows]
+        if rows:
+            parts += [f"{said}:", as_markdown(pivoted(rows, "place", "method", _both))]
+    return [*parts, *_shown(pictures, "meshes_")]
+
+
+def _both(line: dict[str, Any]) -> str:
+    return " / ".join("0" if line[name] < NOTHING else f"{line[name]:.1e}" for name in ("mean error", "max error"))
+
+
+def _noise(found: Results) -> list[str]:
+    parts = [
+        "## Noise",
+        "Mean error of H over inner vertices of a spherical cap, z = sqrt(4 - x^2 - y^2) on 50 x 50 cut squares, with "
+        "uniform noise of a total width given in diagonals of the bounding box; normals by area. All levels, and K: "
+        "[noise.csv](noise.csv). The article's numbers grow as if each level's noise had been added to the level "
+        "before; both ways are here. Its tables 10 and 11 in italics.",
+    ]
+    for along in ("normals", "axis"):
+        for cumulative in (False, True):
+            rows = [
+                line
+                for line in found.noise
+                if (line["along"], line["cumulative"], line["quantity"]) == (along, cumulative, "H")
+                and line["amount"] in printed.NOISE_AMOUNTS
+            ]
+            if rows:
+                table = pivoted(rows, "method", "amount", lambda line: float(line["mean"]))
+                if cumulative:
+                    table += _printed_noise(along, list(table[0]))
+                added = "each level on top of the one before" if cumulative else "each level by itself"
+                parts += [f"Along {'normals' if along == 'normals' else 'one axis'}, {added}:", as_markdown(table)]
+    return parts
+
+
+def _printed_noise(along: str, amounts: list[str]) -> list[dict[str, Any]]:
+    return [
+        {"method": f"*{name}, article*"}
+        | {
+            str(amount): value
+            for amount, value in zip(printed.NOISE_AMOUNTS, values, strict=True)
+            if str(amount) in amounts
+        }
+        for name, values in printed.NOISE[along]["H"].items()
+    ]
+
+
+def _peers(found: Results) -> list[str]:
+    parts = [
+        "## Tori as other programs were measured on",
+        "Relative error (root of sums of squares), each method as it comes, those that take any neighbors also with "
+        "three rings: torus of radius 1 and tube 0.35, regular or with vertices moved on the surface and quads cut "
+        "at random; noise normal in every coordinate. With K, failures and times: [tori.csv](tori.csv).",
+    ]
+    titles = {case.title: _column(case) for case in peers.CASES}
+    for quantity, said in WHAT.items():
+        rows = [line | {"column": titles[line["case"]]} for line in found.peers if line["quantity"] == quantity]
+        if not rows:
+            continue
+        table = pivoted(rows, "method", "column", lambda line: float(line["error"]))
+        if quantity == "H":
+            table += _others(list(titles.values())[: len(printed.OTHERS["VTK"])], list(table[0]))
+        parts += [f"{said}:", as_markdown(table)]
+    times: list[dict[str, Any]] = pivoted(
+        [
+            line | {"method": f"{line['method']} (normals)" if line["quantity"] == "N" else line["method"]}
+            for line in found.peers
+            if line["quantity"] in "HN"
+        ],
+        "method",
+        "case",
+        lambda line: float(line["microseconds"]),
+    )
+    least = [{"method": row.pop("method"), "microseconds": min(row.values())} for row in times]
+    return [*parts, "Microseconds per vertex, the least over these meshes:", as_markdown(least)]
+
+
+def _column(case: peers.Case) -> str:
+    kind = "" if case.irregular else "regular "
+    noise = f", {100 * case.noise:g} %" + (" of diagonal" if case.unit == "diagonal" else "") if case.noise else ""
+    return f"{'ellipsoid ' if case.shape == 'ellipsoid' else ''}{kind}{case.size}{noise}"
+
+
+def _others(columns: list[str], kept: list[str]) -> list[dict[str, Any]]:
+    return [
+        {"method": f"*{name}*"} | {c: float(v) for c, v in zip(columns, values, strict=True) if c in kept}
+        for name, values in printed.OTHERS.items()
+    ]
+
+
+def _shown(pictures: Mapping[str, str], start: str) -> list[str]:
+    names = [name for name in pictures if name.startswith(start)]
+    if start == "map_":
+        return [
+            f"{pictures[name][:1].upper()}{pictures[name][1:]}:\n\n![{pictures[name]}]({name}.png)" for name in names
+        ]
+    return (
+        [bullets(f"[{pictures[name]}]({name}.png)" for name in names[1:]), f"![{pictures[names[0]]}]({names[0]}.png)"]
+        if names
+        else []
+    )

@@ -1,0 +1,111 @@
+"""The fifth test: a torus and an ellipsoid, regular and not, clean and noisy, as other programs were measured."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplexmesh.surface.bench.candidates import RefusedError, curvature_of, method, normals_of
+from simplexmesh.surface.neighborhoods import Neighborhood, rings
+from simplexmesh.surface.samples import Samples
+from simplexmesh.surface.truth import discretized
+from simplexmesh.surface.truth.discretized import Discretized
+from simplexmesh.surface.truth.noise import noisy
+
+Array = NDArray[np.float64]
+
+GRIDS = {"2.5k": (84, 30), "10k": (168, 60), "41k": (340, 120)}
+WIDE = 3
+
+
+class Case(NamedTuple):
+    """One column: which mesh, how much noise in which unit."""
+
+    size: str
+    irregular: bool = True
+    noise: float = 0.0
+    unit: str = "edge"
+    shape: str = "torus"
+
+    @property
+    def title(self) -> str:
+        """What the column is called."""
+        kind = "irregular" if self.irregular else "regular"
+        said = (
+            "clean"
+            if not self.noise
+            else f"{100 * self.noise:g} % of {'an edge' if self.unit == 'edge' else 'the diagonal'}"
+        )
+        return f"{self.shape} {kind} {self.size}, {said}"
+
+
+CASES = (
+    *(Case(size, irregular=False) for size in GRIDS),
+    *(Case(size, noise=noise) for noise in (0.0, 0.01, 0.1) for size in GRIDS),
+    Case("10k", noise=0.01, unit="diagonal"),
+    *(Case("10k", noise=noise, shape="ellipsoid") for noise in (0.0, 0.1)),
+)
+
+
+def scored(case: Case, names: Mapping[str, Sequence[str]], rng: int = 0) -> Iterator[dict[str, object]]:
+    """Yield each method's relative L2 error of H and K, or mean angle of normals in degrees, and its time.
+
+    Every method runs as users get it, with no option; those that take any neighbors also with three rings.
+    """
+    made = _made(case, rng)
+    mesh = noisy(made.mesh, case.noise, unit=case.unit, rng=rng + 1)
+    for name in names["curvature"]:
+        for said, around in _neighborhoods("curvature", name):
+            samples = Samples(mesh.vertices, mesh.faces)
+            began = time.perf_counter()
+            try:
+                found = curvature_of(name, samples, around=around)
+            except RefusedError:
+                continue
+            spent = 1e6 * (time.perf_counter() - began) / len(mesh.vertices)
+            line = {"case": case.title, "method": name + said, "microseconds": spent, "failed": int(found.failed.sum())}
+            yield line | {"quantity": "H", "error": relative(found.mean, made.exact.mean)}
+            yield line | {"quantity": "K", "error": relative(found.gauss, made.exact.gauss)}
+    for name in names["normals"]:
+        for said, around in _neighborhoods("normals", name):
+            samples = Samples(mesh.vertices, mesh.faces)
+            began = time.perf_counter()
+            try:
+                directions = normals_of(name, samples, around=around)
+            except RefusedError:
+                continue
+            spent = 1e6 * (time.perf_counter() - began) / len(mesh.vertices)
+            chord = np.linalg.norm(directions - made.exact.normals, axis=1)
+            angle = np.degrees(2 * np.arcsin(np.clip(chord / 2, 0, 1)))
+            line = {"case": case.title, "method": name + said, "microseconds": spent}
+            failed = int(np.isnan(angle).sum())
+            yield line | {"failed": failed, "quantity": "N", "error": float(np.nanmean(angle))}
+
+
+def relative(found: Array, truth: Array) -> float:
+    """Return |found - truth| / |truth|, root of sums of squares, over where there is an estimate.
+
+    Examples
+    --------
+    >>> relative(np.array([1.1, np.nan]), np.array([1.0, 5.0]))
+    0.10000000000000009
+    """
+    known = np.isfinite(found)
+    return float(np.linalg.norm((found - truth)[known]) / np.linalg.norm(truth[known]))
+
+
+def _made(case: Case, rng: int) -> Discretized:
+    around, tube = GRIDS[case.size]
+    if case.shape == "ellipsoid":
+        return discretized.ellipsoid(100, 100, irregular=case.irregular, rng=rng)
+    return discretized.torus(around, tube, irregular=case.irregular, rng=rng)
+
+
+def _neighborhoods(kind: str, name: str) -> list[tuple[str, Neighborhood | None]]:
+    registered = method(kind, name)
+    fixed = registered.own_scale or registered.needs_faces
+    return [("", None)] if fixed else [("", None), (f", {WIDE} rings", rings(WIDE))]

@@ -1,0 +1,242 @@
+"""Ratings by stated rules, beside those the thesis prints, and why they differ where they do."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from simplexmesh.surface.bench.candidates import method
+from simplexmesh.surface.bench.curve import Curve
+from simplexmesh.surface.bench.pointwise import spreads
+from simplexmesh.surface.bench.printed import CRITERIA, THESIS
+
+Rows = Sequence[dict[str, Any]]
+
+DISTANCE, SIZE = 0.1, 32
+"""Where precision and stability are read off: distance of the neighbors, size of the meshes."""
+
+LEAST = 1e-7
+"""Smaller errors count as this, so that exactness in some cases does not hide the others."""
+
+LADDER = ("+++", "++", "+", "-", "--", "---")
+PRECISION = (1e-4, 3e-4, 1e-3, 3e-3, 1e-2)
+STABILITY = (3e-3, 1e-2, 3e-2, 1e-1, 3e-1)
+FINER = {"curvature": 1.0, "normals": 0.1}
+RIGHT = ((0.6, "---"), (0.75, "--"), (0.9, "-"), (0.99, "+/-"))
+ORDERS = ((1.5, "+"), (2.5, "++"))
+WILD = 1.0
+
+
+def _steps(limits: Sequence[float]) -> str:
+    return ", ".join(f"`{sign}` up to {limit:g}" for sign, limit in zip(LADDER, limits, strict=False))
+
+
+def _below(limits: Sequence[tuple[float, str]]) -> str:
+    return ", ".join(f"`{sign}` below {limit:g}" for limit, sign in limits)
+
+
+RULES = f"""\
+- **Precision**: the geometric mean of two numbers, each a geometric mean over all surfaces but the plane: the error at
+  one point with neighbors at distance {DISTANCE}, over schemes and numbers of neighbors, in units of the largest
+  principal curvature; and the mean error on meshes of size {SIZE}. Of H, or of the normal. Errors below {LEAST:g}
+  count as that. {_steps(PRECISION)}, else
+  `---`. Methods that only work on whole meshes are rated by the second number.
+- **Convergence**: by the share of pointwise cases whose limit is the truth to {1e-3:g}:
+  {_below(RIGHT)}; from {RIGHT[-1][0]:g} on by the median order:
+  {_below(ORDERS)}, else `+++`.
+- **Stability**: the mean over surfaces and numbers of neighbors of how much the five schemes' answers differ at
+  distance {DISTANCE}, in the same units. {_steps(STABILITY)},
+  else `---`; at most `-` where some inner vertex of a mesh of size {SIZE} is off by more than {WILD:g}.
+- For normals the limits of precision and stability are a tenth: an error of a normal comes back in curvatures about
+  2 / d times.
+- **Clouds**: whether it works without faces. **Complexity**: fitted to the times with one ring (6 neighbors) and
+  three (36), where the method takes both.
+"""
+
+EXPLAINED = {
+    ("curvature", "chen_schmitt", "precision"): "Surfaces count alike here, and on those with one curvature in all "
+    "directions at the point it is as good as any; on whole meshes its errors are among the largest, as in the thesis.",
+    ("curvature", "chen_schmitt", "convergence"): "It does settle, though on a wrong value in nearly half the cases.",
+    ("curvature", "chen_schmitt", "stability"): "Where the point bends alike in all directions its answer does not "
+    "depend on the pattern, which brings the mean just under the limit; on the cubic and the cylinder it is far above.",
+    ("curvature", "discrete", "convergence"): "By the thesis's definition, right or wrong, it converges nearly always; "
+    "here limits must be right, and in about half the cases they are not.",
+    ("curvature", "discrete", "precision"): "Regular patterns and meshes count as much as perturbed ones.",
+    (
+        "curvature",
+        "langer",
+        "convergence",
+    ): "With angles measured in the tangent plane, not on the faces, it is as fast "
+    "as the sine; the slow cases the thesis names are of first order for every method.",
+    (
+        "curvature",
+        "langer",
+        "stability",
+    ): "Over the five patterns it agrees with the thesis; but two neighbors nearly at "
+    "right angles make its weights explode, on cut squares at whole lines of vertices, which the thesis tells in its "
+    "text and not in its table.",
+    ("curvature", "quadric", "precision"): "Five of the surfaces are quadrics in the frame of the exact normal, on "
+    "which it has no error at all.",
+    ("curvature", "quadric", "stability"): "On the five surfaces that are quadrics all patterns give the same.",
+    (
+        "curvature",
+        "sine",
+        "precision",
+    ): "On meshes it is the best, at single points quadrics are better on the surfaces "
+    "that are quadrics, as the thesis says; together it is just beyond the limit.",
+    ("curvature", "sine", "stability"): "It depends on the pattern as much as Langer's quadrature and the quadric do: "
+    "all three have the same term of first order where a surface has a cubic one.",
+    ("curvature", "taubin", "precision"): "Only H counts here; the thesis also counted K, which is worse by far.",
+    ("curvature", "taubin", "convergence"): "The thesis counts limits right or wrong; a third of them are wrong.",
+    ("curvature", "taubin", "stability"): "Its limits depend on the angles between neighbors, which is what stability "
+    "means; the thesis seems to have looked at how smoothly it varies.",
+    ("normals", "area", "convergence"): "It converges in every case, at first order.",
+    ("normals", "area", "precision"): "On cut squares of quadrics it has no error at all, by symmetry.",
+    ("normals", "area", "stability"): "One neighbor pushed out turns it by a few hundredths of a radian per tenth.",
+    ("normals", "plane", "precision"): "It is less precise than area weights by more than one step of the scale.",
+    ("normals", "plane", "stability"): "It spreads no more than area weights do, which have the same rating in both.",
+    ("normals", "quadric", "precision"): "It is within a factor of two of the extended sine.",
+    ("normals", "quadric", "stability"): "It is within a factor of two of the extended sine.",
+    ("normals", "chen_schmitt", "precision"): "The thesis's text calls it the least precise and contradicts its table.",
+    ("normals", "chen_schmitt", "convergence"): "Its error falls at first order in every case, in one of seven not "
+    "monotonically: the differences of the tangents shrink although their curvatures stay wrong.",
+    (
+        "normals",
+        "chen_schmitt",
+        "stability",
+    ): "The thesis's text calls it unstable on nearly all graphs and contradicts its table.",
+    ("normals", "extended_sine", "precision"): "It is the most precise here too, but at the fixed distance and size "
+    "nobody reaches the top of the scale.",
+    ("normals", "extended_sine", "stability"): "It is the most stable here too, just beyond the limit.",
+}
+"""By kind, method, criterion: why our rating is not the thesis's."""
+
+WORK = (
+    "The thesis writes n^2 for fits with a fixed number of unknowns, which take time in proportion to n; only the "
+    "sorting of all pairs in chen_schmitt takes more. What is fitted here is the time between 6 and 36 neighbors, of "
+    "which part does not depend on them."
+)
+
+
+def rated(kind: str, name: str, curves: Sequence[Curve], meshes: Rows, times: Rows) -> dict[str, Any]:
+    """Return a method's ratings and the numbers behind them.
+
+    Parameters
+    ----------
+    kind : {"curvature", "normals"}
+    name : str
+    curves : sequence of Curve
+        Its pointwise ones, of H or of N.
+    meshes : rows of `whole.scored` with "surface" and "size"
+    times : rows of `peers.scored`
+    """
+    quantity = "H" if kind == "curvature" else "N"
+    mine = [curve for curve in curves if curve.quantity == quantity and curve.surface != "plane"]
+    lines = [
+        line
+        for line in meshes
+        if line["method"] == name
+        and line["quantity"] == quantity
+        and line["size"] == SIZE
+        and line["surface"] != "plane"
+        and np.isfinite(line["mean error"])
+    ]
+    near = [curve.error_at(DISTANCE) / curve.scale for curve in mine]
+    numbers: dict[str, Any] = {
+        "at a point": _typical(near) if near else None,
+        "on meshes": _typical([line["mean error"] for line in lines]) if lines else None,
+        "worst on a mesh": max(line["max error"] for line in lines) if lines else None,
+        "right limits": np.mean([curve.limit_is_correct for curve in mine]) if mine else None,
+        "converge": np.mean([curve.converges for curve in mine]) if mine else None,
+        "order": _order(mine),
+        "spread": _spread(mine) if mine else None,
+    }
+    registered = method(kind, name)
+    return {
+        "method": name,
+        "precision": _precision(kind, numbers),
+        "convergence": _convergence(numbers),
+        "stability": _stability(kind, numbers),
+        "clouds": "no" if registered.needs_faces else "yes",
+        "complexity": _complexity(name, quantity, times),
+        **numbers,
+    }
+
+
+def compared(kind: str, ratings: Rows) -> list[dict[str, str]]:
+    """Return a line for each rating the thesis has too: ours, theirs, and why they differ where they do.
+
+    Complexities differ for one reason, `WORK`.
+    """
+    lines = []
+    for rating in ratings:
+        printed = THESIS[kind].get(rating["method"])
+        if printed is None:
+            continue
+        for criterion, theirs in zip(CRITERIA, printed[1:], strict=True):
+            ours = rating[criterion]
+            alike = ours in (theirs, "") or criterion == "complexity"
+            why = "" if alike else EXPLAINED.get((kind, rating["method"], criterion), "not explained")
+            lines.append(
+                {"method": rating["method"], "criterion": criterion, "here": ours, "thesis": theirs, "why": why}
+            )
+    return lines
+
+
+def _typical(errors: Sequence[float]) -> float:
+    """Return the geometric mean; what is missing is left out."""
+    known = np.asarray(errors, float)
+    return float(np.exp(np.log(np.maximum(known[np.isfinite(known)], LEAST)).mean()))
+
+
+def _step(value: float, limits: Sequence[float], finer: float) -> str:
+    """Return the rung of the ladder a number stands on."""
+    return LADDER[int(np.searchsorted(np.asarray(limits) * finer, value))]
+
+
+def _precision(kind: str, numbers: dict[str, Any]) -> str:
+    known = [numbers[name] for name in ("at a point", "on meshes") if numbers[name] is not None]
+    return _step(_typical(known), PRECISION, FINER[kind]) if known else ""
+
+
+def _convergence(numbers: dict[str, Any]) -> str:
+    if numbers["right limits"] is None:
+        return ""
+    for share, sign in RIGHT:
+        if numbers["right limits"] < share:
+            return sign
+    return next((sign for order, sign in ORDERS if numbers["order"] < order), "+++")
+
+
+def _stability(kind: str, numbers: dict[str, Any]) -> str:
+    if numbers["spread"] is None:
+        return ""
+    sign = _step(numbers["spread"], STABILITY, FINER[kind])
+    wild = numbers["worst on a mesh"] is not None and numbers["worst on a mesh"] > WILD
+    return LADDER[max(LADDER.index(sign), LADDER.index("-"))] if wild else sign
+
+
+def _order(curves: Sequence[Curve]) -> float:
+    """Return the median order of the errors that can be fitted; infinite where all are exact."""
+    orders = [curve.order for curve in curves if np.isfinite(curve.order)]
+    return float(np.median(orders)) if orders else float("inf")
+
+
+def _spread(curves: Sequence[Curve]) -> float:
+    """Return the mean spread over schemes at the distance where stability is read off; missing ones left out."""
+    at = curves[0].distances[np.argmin(np.abs(np.log(curves[0].distances / DISTANCE)))]
+    return float(np.nanmean([line["spread"] for line in spreads(curves) if line["distance"] == at]))
+
+
+def _complexity(name: str, quantity: str, times: Rows) -> str:
+    """Return the power of the number of neighbors that the time per vertex grows with."""
+    spent = [
+        min(
+            (line["microseconds"] for line in times if line["method"] == said and line["quantity"] == quantity),
+            default=0,
+        )
+        for said in (name, f"{name}, 3 rings")
+    ]
+    return f"n^{np.log(spent[1] / spent[0]) / np.log(6):.1f}" if all(spent) else ""

@@ -1,0 +1,80 @@
+"""The report: tables and pictures in a folder that appears complete or not at all."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+TITLE = "# Estimators of normals and curvatures compared"
+"""First line of every report: a folder with it may be replaced by a newer one."""
+
+INDEX = "index.md"
+
+
+def writable(path: str | Path) -> Path:
+    """Return the folder to write, after finding out that it can be: new, empty, or an earlier report.
+
+    Raises
+    ------
+    OSError
+        It is a file, or a folder of something else, or in none that can be written to.
+
+    Examples
+    --------
+    >>> writable("report").name
+    'report'
+    """
+    folder = Path(path).expanduser().absolute()
+    if not folder.parent.is_dir():
+        raise FileNotFoundError(f"--output must be in an existing folder, {str(folder.parent)!r} is not one")
+    if not os.access(folder.parent, os.W_OK):
+        raise PermissionError(f"--output must be in a folder that can be written to, {str(folder.parent)!r} cannot")
+    if folder.is_symlink() or (folder.exists() and not folder.is_dir()):
+        raise NotADirectoryError(f"--output must be a folder, {str(path)!r} is a file or a link")
+    if folder.exists() and any(folder.iterdir()) and not _is_report(folder):
+        raise FileExistsError(
+            f"--output must be a new folder or an earlier report, {str(path)!r} is a folder of something else"
+        )
+    return folder
+
+
+def _is_report(folder: Path) -> bool:
+    index = folder / INDEX
+    try:
+        with index.open(encoding="utf-8") as lines:
+            return lines.readline().rstrip("\n") == TITLE
+    except (OSError, UnicodeDecodeError):
+        return False
+
+
+@contextmanager
+def draft_of(folder: Path) -> Iterator[Path]:
+    """Yield an empty folder to write to, which takes the place of `folder` at the end, or vanishes on any error.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as place:
+    ...     with draft_of(Path(place) / "report") as draft:
+    ...         _ = (draft / "index.md").write_text(TITLE)
+    ...     sorted(path.name for path in Path(place).rglob("*"))
+    ['index.md', 'report']
+    """
+    draft = folder.with_name(f".{folder.name}.{os.getpid()}.part")
+    older = folder.with_name(f".{folder.name}.{os.getpid()}.older")
+    draft.mkdir()
+    try:
+        yield draft
+        if folder.exists():
+            os.replace(folder, older)
+        os.replace(draft, folder)
+    except BaseException:
+        if older.exists() and not folder.exists():
+            os.replace(older, folder)
+        raise
+    finally:
+        shutil.rmtree(draft, ignore_errors=True)
+        shutil.rmtree(older, ignore_errors=True)

@@ -1,0 +1,110 @@
+"""All tests one after the other, and the pages and tables that come of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from simplexmesh.surface.bench import noisy, peers, pictures, ratings, whole
+from simplexmesh.surface.bench.curve import Curve
+from simplexmesh.surface.bench.page import index
+from simplexmesh.surface.bench.pointwise import Pointwise, rows_of, spreads
+from simplexmesh.surface.bench.report import INDEX
+from simplexmesh.surface.bench.tables import as_csv
+from simplexmesh.surface.truth.graphs import Graph
+
+Report = Callable[[float, str], None]
+Rows = list[dict[str, Any]]
+
+QUICK_SIZES = (8, 16, 32)
+QUICK_AMOUNTS = (0.0, 0.0001, 0.0002)
+
+
+@dataclass
+class Results:
+    """What the tests found."""
+
+    names: Mapping[str, Sequence[str]]
+    curves: dict[str, list[Curve]] = field(default_factory=dict)
+    meshes: Rows = field(default_factory=list)
+    noise: Rows = field(default_factory=list)
+    peers: Rows = field(default_factory=list)
+    ratings: dict[str, Rows] = field(default_factory=dict)
+
+
+def measured(
+    surfaces: Sequence[Graph], names: Mapping[str, Sequence[str]], report: Report, *, quick: bool = False
+) -> Results:
+    """Return what every test finds.
+
+    Parameters
+    ----------
+    surfaces : sequence of Graph
+    names : mapping of kind to methods
+    report : function
+        Told the share done and what is being done.
+    quick : bool
+        Smaller meshes, fewer levels of noise, one size of torus; ratings come out the same.
+    """
+    found = Results(names)
+    report(0.0, "points")
+    test = Pointwise(surfaces)
+    found.curves["curvature"] = [curve for name in names["curvature"] for curve in test.curvature(name)]
+    found.curves["normals"] = [curve for name in names["normals"] for curve in test.normal(name)]
+    sizes = QUICK_SIZES if quick else whole.SIZES
+    work = sum(size**2 for size in sizes for _ in range(2 * len(surfaces) + 2))
+    done = 0
+    for surface, kind, size, made in whole.meshes(surfaces, sizes):
+        report(0.05 + 0.4 * done / work, f"{kind} {surface}, {size}")
+        place = {"surface": surface, "mesh": kind, "size": size}
+        found.meshes += [place | line for line in whole.scored(made, names)]
+        done += size**2
+    for at, (along, cumulative) in enumerate([(a, c) for a in ("normals", "axis") for c in (False, True)]):
+        report(0.45 + 0.02 * at, f"noise along {along}")
+        amounts, repeats = (QUICK_AMOUNTS, 1) if quick else (noisy.AMOUNTS, noisy.REPEATS)
+        options: dict[str, Any] = {"along": along, "cumulative": cumulative, "amounts": amounts, "repeats": repeats}
+        found.noise += noisy.noise_table(names["curvature"], **options)
+    cases = [case for case in peers.CASES if not quick or (case.size == "2.5k" and case.shape == "torus")]
+    for at, case in enumerate(cases):
+        report(0.53 + 0.27 * at / len(cases), case.title)
+        found.peers += peers.scored(case, names)
+    for kind in names:
+        found.ratings[kind] = [
+            ratings.rated(kind, name, [c for c in found.curves[kind] if c.method == name], found.meshes, found.peers)
+            for name in names[kind]
+        ]
+    return found
+
+
+def written(found: Results, folder: Path, report: Report, *, quick: bool = False) -> None:
+    """Write tables, pictures and the page that shows them to an existing folder."""
+    curves = [*found.curves["curvature"], *found.curves["normals"]]
+    tables = {
+        "pointwise": rows_of(curves),
+        "spread": spreads(curves),
+        "meshes": found.meshes,
+        "noise": found.noise,
+        "tori": found.peers,
+        **{f"ratings_{kind}": rows for kind, rows in found.ratings.items()},
+    }
+    for name, rows in tables.items():
+        (folder / f"{name}.csv").write_text(as_csv(rows), encoding="utf-8")
+    shown = list(_pictures(found, quick=quick))
+    kept: dict[str, str] = {}
+    for at, (name, said, draw) in enumerate(shown):
+        report(0.8 + 0.2 * at / len(shown), f"picture {name}")
+        pictures.save(folder / f"{name}.png", draw())
+        kept[name] = said
+    (folder / INDEX).write_text(index(found, kept, quick=quick), encoding="utf-8")
+
+
+def _pictures(found: Results, *, quick: bool) -> Iterator[pictures.Picture]:
+    few = ("cubic",) if quick else None
+    for curves in found.curves.values():
+        yield from pictures.of_curves(curves, few)
+    if not quick:
+        yield from pictures.of_sizes(found.meshes, "SplitSquare")
+        yield from pictures.of_sizes(found.meshes, "Sawtooth")
+    yield from pictures.of_surfaces(found.names, few=quick)
