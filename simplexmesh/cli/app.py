@@ -11,7 +11,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperCommand, TyperGroup
 
-from simplexmesh.cli import decimate, demo, info, library, reconstruct, register, view
+from simplexmesh.cli import curvature, decimate, demo, info, library, reconstruct, register, view
 from simplexmesh.cli.report import INTERRUPTED, KEPT, NOTES, as_json, error, note
 from simplexmesh.errors import DivergedError
 
@@ -56,6 +56,7 @@ app.command("demo", cls=_Command, epilog=demo.EXAMPLE)(demo.command)
 app.command("reconstruct", cls=_Command, epilog=reconstruct.EXAMPLE)(reconstruct.command)
 app.command("decimate", cls=_Command, epilog=decimate.EXAMPLE)(decimate.command)
 app.command("register", cls=_Command, epilog=register.EXAMPLE)(register.command)
+app.command("curvature", cls=_Command, epilog=curvature.EXAMPLE)(curvature.command)
 _library = typer.Typer(
     cls=_Group,
     help="Models in one file, and which of them a scan shows: add, list, remove, recognise.",

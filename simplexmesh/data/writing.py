@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -29,7 +29,7 @@ class _Polygons:
     triangles: Any = None
 
 
-def save(path: str | os.PathLike[str], value: Any) -> None:
+def save(path: str | os.PathLike[str], value: Any, *, arrays: Mapping[str, NDArray[Any]] | None = None) -> None:
     """Write a simplex mesh, a triangulated surface or a point cloud in the format the name ends with.
 
     VTP keeps a simplex mesh whole: reading it back gives the identical vertices, topology, holes and arrays, and VTK
@@ -42,11 +42,13 @@ def save(path: str | os.PathLike[str], value: Any) -> None:
         Ending with .vtp, .ply, .obj, .off, .stl or .xyz; an existing file is replaced.
     value : SimplexMesh, TriangleMesh or PointCloud
         What to write.
+    arrays : mapping of str to (n,) or (n, k) array, optional
+        Numbers of its vertices or points by name, in VTP; a simplex mesh brings its own, see `SimplexMesh.with_data`.
 
     Raises
     ------
     ValueError
-        The ending is not known, or the format cannot hold it.
+        The ending is not known, or the format cannot hold it, or arrays of another length.
     TypeError
         It is something else.
     OSError
@@ -64,7 +66,7 @@ def save(path: str | os.PathLike[str], value: Any) -> None:
     suffix = where.suffix.lower()
     if suffix not in _WRITERS:
         raise ValueError(f"path must end with one of {', '.join(_WRITERS)}, not {suffix or 'nothing'} ({where.name})")
-    content = _content(value)
+    content = _with_arrays(_content(value), arrays or {}, suffix)
     if suffix in (".obj", ".off", ".stl") and not len(content.sizes):
         raise ValueError(f"path must end with .vtp, .ply or .xyz for points without faces, not {suffix}")
     if not where.parent.is_dir():
@@ -77,6 +79,16 @@ def save(path: str | os.PathLike[str], value: Any) -> None:
         os.replace(part, where)
     finally:
         part.unlink(missing_ok=True)
+
+
+def _with_arrays(content: _Polygons, arrays: Mapping[str, NDArray[Any]], suffix: str) -> _Polygons:
+    if arrays and (suffix != ".vtp" or content.topology is not None):
+        where = "the arrays of a simplex mesh are its own" if content.topology is not None else f"{suffix} holds none"
+        raise ValueError(f"arrays must be left out: {where}")
+    for name, values in arrays.items():
+        if np.ndim(values) not in (1, 2) or len(values) != len(content.points):
+            raise ValueError(f"arrays[{name!r}] must have {len(content.points):,} rows, not shape {np.shape(values)}")
+    return replace(content, data={**content.data, **{name: np.asarray(values) for name, values in arrays.items()}})
 
 
 def write_mesh(mesh: Any, path: str | os.PathLike[str]) -> None:

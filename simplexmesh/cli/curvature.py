@@ -1,0 +1,219 @@
+"""`simplexmesh curvature`: curvatures, saliency and kinds of surface at the vertices of a scan."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from simplexmesh.cli.interrupt import held_interrupts
+from simplexmesh.cli.report import (
+    NOTES,
+    PICTURES,
+    as_json,
+    direction,
+    progress,
+    table,
+    upward,
+    writable,
+    written_to,
+)
+
+EXAMPLE = "Example: simplexmesh curvature femur.off --method sine --rings 2 -o femur_curv.vtp --picture femur.png"
+SHOWN = ("mean", "gauss", "k1", "k2", "saliency", "classes")
+POWERS = {"mean": 1, "gauss": 2, "k1": 1, "k2": 1}
+
+
+def command(
+    path: Annotated[Path, typer.Argument(metavar="INPUT", help="A surface, a model, or points.")],
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="The surface with all that was found, .vtp.")
+    ] = None,
+    method: Annotated[
+        str | None, typer.Option(help="Estimator, as in sm.curvature; by default it finds its own scale.")
+    ] = None,
+    rings: Annotated[int | None, typer.Option(help="It sees all vertices within so many edges.")] = None,
+    radius: Annotated[float | None, typer.Option(help="Or: all within a distance, in the unit of the file.")] = None,
+    nearest: Annotated[int | None, typer.Option(help="Or: so many nearest points.")] = None,
+    points: Annotated[int, typer.Option(help="How many salient points to tell of.")] = 10,
+    picture: Annotated[Path | None, typer.Option(help="Write a picture to this file.")] = None,
+    show: Annotated[str, typer.Option(help="What it shows: mean, gauss, k1, k2, saliency or classes.")] = "mean",
+    limits: Annotated[tuple[float, float] | None, typer.Option(help="Ends of its scale.")] = None,
+    unit: Annotated[str, typer.Option(help="Unit of length, for the scale.")] = "",
+    side: Annotated[str, typer.Option("--view", help="Side to look from: iso, xy, -xy, xz, yx, ...")] = "iso",
+    up: Annotated[str, typer.Option(help="Axis that points up: x, y, z or auto.")] = "auto",
+    json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
+) -> None:
+    """Measure how a surface bends at each vertex, what stands out, and which kind of surface it is there."""
+    if output is not None:
+        output = writable(output, "--output", (".vtp",), [path])
+    if picture is not None:
+        picture = writable(picture, "--picture", PICTURES, [path])
+    if show not in SHOWN:
+        raise ValueError(f"--show must be one of {', '.join(map(repr, SHOWN))}, not {show!r}")
+    if sum(each is not None for each in (rings, radius, nearest)) > 1:
+        raise ValueError("give one of --rings, --radius and --nearest, not several")
+    if points < 0:
+        raise ValueError(f"--points must be at least 0, not {points}")
+    if limits is not None and not limits[0] < limits[1]:
+        raise ValueError(f"--limits must rise, not go from {limits[0]:g} to {limits[1]:g}")
+    camera, upwards = direction(side), upward(up, side)
+
+    with held_interrupts() as interrupts, progress("measuring", wanted=not json) as report:
+        reported = interrupts.watching(report)
+        began = time.perf_counter()
+        reported(0.0, "reading")
+        surface = _surface(path)
+        reported(0.2, "curvature")
+        found = measured(surface, method, _neighborhood(rings, radius, nearest), points, reported)
+        seconds = time.perf_counter() - began
+        facts = described(found) | {"seconds": round(seconds, 3), "output": output and str(output)}
+        interrupts.check()
+        if output is not None:
+            reported(0.8, "writing")
+            with written_to(output, "the surface"):
+                _save(output, surface, arrays(found))
+        if picture is not None:
+            reported(0.9, "drawing")
+            with written_to(picture, "the picture"):
+                _draw(picture, surface, found, path.name, show, limits, unit, camera, upwards)
+    if json:
+        as_json(facts | {"notes": NOTES})
+    else:
+        _print(str(output or path), facts)
+
+
+def _surface(path: Path) -> Any:
+    """Return what is in a file, or say that it is no surface."""
+    from simplexmesh.data.reading import read
+    from simplexmesh.data.volume import Volume
+
+    found = read(path)
+    if isinstance(found, Volume):
+        told = "simplexmesh reconstruct makes a model of it"
+        raise ValueError(f"INPUT must hold a surface or points, {path.name} holds a volume: {told}")
+    return found
+
+
+def _neighborhood(rings: int | None, radius: float | None, nearest: int | None) -> Any:
+    from simplexmesh.surface import neighborhoods
+
+    if rings is not None:
+        return neighborhoods.rings(rings)
+    if radius is not None:
+        return neighborhoods.ball(radius)
+    return None if nearest is None else neighborhoods.nearest(nearest)
+
+
+def measured(surface: Any, method: str | None, neighborhood: Any, points: int, report: Any) -> dict[str, Any]:
+    """Return curvature, saliency, classes and salient points of a surface, by name."""
+    from simplexmesh.surface.classes import hk_classes
+    from simplexmesh.surface.curvature.estimate import curvature
+    from simplexmesh.surface.saliency import saliency
+    from simplexmesh.surface.salient import salient_points
+    from simplexmesh.surface.samples import as_samples
+
+    samples = as_samples(surface)
+    how = {} if neighborhood is None else {"neighborhood": neighborhood}
+    found = curvature(samples, **how) if method is None else curvature(samples, method, **how)
+    report(0.5, "saliency")
+    standing = saliency(samples, curvature=found)
+    kinds = hk_classes(samples, curvature=found)
+    salient = salient_points(samples, curvature=found, count=points)
+    return {"samples": samples, "curvature": found, "saliency": standing, "classes": kinds, "salient": salient}
+
+
+def arrays(found: dict[str, Any]) -> dict[str, Any]:
+    """Return what is written for each vertex, by the names in the file; what the method does not know is left out."""
+    curved = found["curvature"]
+    named = ("k1", "k2", "mean", "gauss", "d1", "d2", "normals", "failed", "error")
+    known = {name: getattr(curved, name) for name in named if getattr(curved, name) is not None}
+    return known | {"saliency": found["saliency"], "hk_class": found["classes"].labels}
+
+
+def described(found: dict[str, Any]) -> dict[str, Any]:
+    """Return the numbers that describe a surface's curvature.
+
+    Examples
+    --------
+    >>> import simplexmesh as sm
+    >>> facts = described(measured(sm.sphere(8).triangulated("dual"), "sine", None, 3, lambda *_: None))
+    >>> facts["vertices"], facts["classes"], facts["failed"]
+    (642, {'peak': 642}, 0)
+    """
+    curved, salient, samples = found["curvature"], found["salient"], found["samples"]
+    faces = samples.faces
+    return {
+        "vertices": len(samples.points),
+        "faces": 0 if faces is None else len(faces),
+        "method": curved.method,
+        "failed": int(curved.failed.sum()),
+        **{name: _spread(getattr(curved, name)) for name in ("mean", "gauss", "k1", "k2")},
+        "saliency": _spread(found["saliency"]),
+        "classes": found["classes"].counts,
+        "salient": [
+            {"vertex": int(vertex), "point": point, "value": float(value), "persistence": float(above)}
+            for vertex, point, value, above in zip(
+                salient.vertices, salient.points.tolist(), salient.values, salient.persistence, strict=True
+            )
+        ],
+        "threshold": salient.threshold,
+    }
+
+
+def _spread(values: Any) -> dict[str, float]:
+    import numpy as np
+
+    known = values[np.isfinite(values)]
+    marks = np.percentile(known, [0, 5, 50, 95, 100]) if len(known) else np.full(5, np.nan)
+    return dict(zip(("min", "p5", "median", "p95", "max"), marks.tolist(), strict=True))
+
+
+def _save(path: Path, surface: Any, values: dict[str, Any]) -> None:
+    from simplexmesh.data.writing import save
+    from simplexmesh.mesh.simplex_mesh import SimplexMesh
+
+    if isinstance(surface, SimplexMesh):
+        save(path, surface.with_data(**values))
+    else:
+        save(path, surface, arrays=values)
+
+
+def _draw(
+    path: Path, surface: Any, found: dict[str, Any], title: str, show: str, limits: Any, unit: str, view: Any, up: str
+) -> None:
+    from simplexmesh import plot
+
+    if show == "classes":
+        plotter = plot.classes(surface, found["classes"], title=title, view=view, up=up)
+    else:
+        values = found["saliency"] if show == "saliency" else getattr(found["curvature"], show)
+        name = {"mean": "mean curvature", "gauss": "Gaussian curvature", "saliency": "saliency (rad)"}.get(show, show)
+        power = {1: f" (1/{unit})", 2: f" (1/{unit}²)"}.get(POWERS.get(show, 0), "") if unit else ""
+        plotter = plot.heat(surface, values, name=name + power, limits=limits, title=title, view=view, up=up)
+    plot.picture(path, plotter)
+
+
+def _print(title: str, facts: dict[str, Any]) -> None:
+    def told(name: str) -> str:
+        spread = facts[name]
+        return f"{spread['median']:.4g}, 90 % within {spread['p5']:.4g} and {spread['p95']:.4g}"
+
+    count = facts["vertices"]
+    kinds = ", ".join(f"{name} {number / count:.0%}" for name, number in facts["classes"].items())
+    places = [" ".join(f"{x:.5g}" for x in each["point"]) + f", {each['value']:.4g}" for each in facts["salient"]]
+    table(
+        title,
+        {
+            "surface": f"{count:,} vertices, {facts['faces']:,} faces",
+            "method": facts["method"] + (f", failed at {facts['failed']:,} vertices" if facts["failed"] else ""),
+            "mean H": told("mean"),
+            "Gauss K": told("gauss"),
+            "saliency": told("saliency"),
+            "kinds": kinds,
+            "salient": "\n".join(places) or "none",
+            "time": f"{facts['seconds']:.1f} s",
+        },
+    )
