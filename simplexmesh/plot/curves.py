@@ -88,7 +88,7 @@ def maps(
     limits: tuple[float, float],
     columns: int = 5,
     view: str | Sequence[float] | None = None,
-    cell: tuple[int, int] = (300, 250),
+    cell: tuple[int, int] = (280, 225),
 ) -> pv.Plotter:
     """Show numbers on surfaces side by side in the colors of hot metal, under one scale, in the last cell.
 
@@ -137,16 +137,33 @@ def _axes(chart: pv.Chart2D, limits: tuple[Array, Array], labels: tuple[str, str
     """Label the axes of a chart of logarithms with the numbers themselves."""
     chart.title = title
     for axis, (low, high), label in zip((chart.x_axis, chart.y_axis), limits, labels, strict=True):
-        decades = np.arange(np.ceil(low), np.floor(high) + 1e-9)
-        decades = decades[:: max(1, round(len(decades) / 7))]
         axis.range = [float(low), float(high)]
-        axis.tick_locations = decades
-        axis.tick_labels = [f"{10.0**power:g}" if -4 <= power <= 3 else f"1e{power:.0f}" for power in decades]
+        axis.tick_locations = ticks(low, high)
+        axis.tick_labels = [
+            f"{10.0**power:.3g}" if -4.01 < power < 3.01 else f"1e{power:.0f}" for power in ticks(low, high)
+        ]
         axis.label = label
         axis.label_size, axis.tick_label_size = 14, 12
         axis.grid = True
     chart.legend_visible = False
     chart.background_color = "white"
+
+
+def ticks(low: float, high: float) -> list[float]:
+    """Return where to label an axis of decimal logarithms: about seven decades, or 1, 2, 5 where there are few.
+
+    Examples
+    --------
+    >>> ticks(-9.0, 0.1)
+    [-9.0, -7.0, -5.0, -3.0, -1.0]
+    >>> [round(10**at, 3) for at in ticks(-1.9, -0.5)]
+    [0.02, 0.05, 0.1, 0.2]
+    """
+    decades = np.arange(np.ceil(low), np.floor(high) + 1e-9)
+    if len(decades) > 2:
+        return [float(at) for at in decades[:: max(1, -(-len(decades) // 7))]]
+    finer = np.arange(np.floor(low), np.ceil(high))[:, None] + np.log10([1.0, 2.0, 5.0])
+    return [float(at) for at in finer.ravel() if low <= at <= high]
 
 
 def _legend(plotter: pv.Plotter, title: str, names: Sequence[str], tall: int) -> None:

@@ -11,7 +11,7 @@ import simplexmesh
 from simplexmesh.surface.bench import peers, printed, ratings
 from simplexmesh.surface.bench.curve import Curve
 from simplexmesh.surface.bench.report import TITLE
-from simplexmesh.surface.bench.tables import as_markdown, bullets, pivoted
+from simplexmesh.surface.bench.tables import as_markdown, bullets, pivoted, told
 
 if TYPE_CHECKING:
     from simplexmesh.surface.bench.run import Results
@@ -153,14 +153,15 @@ def _peers(found: Results) -> list[str]:
         "## Tori as other programs were measured on",
         "Relative error (root of sums of squares), each method as it comes, those that take any neighbors also with "
         "three rings: torus of radius 1 and tube 0.35, regular or with vertices moved on the surface and quads cut "
-        "at random; noise normal in every coordinate. With K, failures and times: [tori.csv](tori.csv).",
+        "at random; noise normal in every coordinate. In brackets the share of vertices without an estimate, which "
+        "are left out. With failures and times: [tori.csv](tori.csv).",
     ]
     titles = {case.title: _column(case) for case in peers.CASES}
     for quantity, said in WHAT.items():
         rows = [line | {"column": titles[line["case"]]} for line in found.peers if line["quantity"] == quantity]
         if not rows:
             continue
-        table = pivoted(rows, "method", "column", lambda line: float(line["error"]))
+        table = pivoted(rows, "method", "column", error_told)
         if quantity == "H":
             table += _others(list(titles.values())[: len(printed.OTHERS["VTK"])], list(table[0]))
         parts += [f"{said}:", as_markdown(table)]
@@ -176,6 +177,12 @@ def _peers(found: Results) -> list[str]:
     )
     least = [{"method": row.pop("method"), "microseconds": min(row.values())} for row in times]
     return [*parts, "Microseconds per vertex, the least over these meshes:", as_markdown(least)]
+
+
+def error_told(line: dict[str, Any]) -> str:
+    """Return an error as it stands in a table, with the share of vertices that have no estimate."""
+    share = 100 * line["failed"] / line["vertices"]
+    return told(float(line["error"])) + (f" ({share:.0f} %)" if share >= 0.5 else "")
 
 
 def _column(case: peers.Case) -> str:

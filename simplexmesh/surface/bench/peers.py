@@ -67,7 +67,8 @@ def scored(case: Case, names: Mapping[str, Sequence[str]], rng: int = 0) -> Iter
             except RefusedError:
                 continue
             spent = 1e6 * (time.perf_counter() - began) / len(mesh.vertices)
-            line = {"case": case.title, "method": name + said, "microseconds": spent, "failed": int(found.failed.sum())}
+            line = {"case": case.title, "method": name + said, "microseconds": spent}
+            line |= {"vertices": len(mesh.vertices), "failed": int(found.failed.sum())}
             yield line | {"quantity": "H", "error": relative(found.mean, made.exact.mean)}
             yield line | {"quantity": "K", "error": relative(found.gauss, made.exact.gauss)}
     for name in names["normals"]:
@@ -81,7 +82,7 @@ def scored(case: Case, names: Mapping[str, Sequence[str]], rng: int = 0) -> Iter
             spent = 1e6 * (time.perf_counter() - began) / len(mesh.vertices)
             chord = np.linalg.norm(directions - made.exact.normals, axis=1)
             angle = np.degrees(2 * np.arcsin(np.clip(chord / 2, 0, 1)))
-            line = {"case": case.title, "method": name + said, "microseconds": spent}
+            line = {"case": case.title, "method": name + said, "microseconds": spent, "vertices": len(angle)}
             failed = int(np.isnan(angle).sum())
             yield line | {"failed": failed, "quantity": "N", "error": float(np.nanmean(angle))}
 
