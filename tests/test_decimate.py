@@ -8,7 +8,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
+from skimage.measure import marching_cubes
 
+from simplexmesh.data.reading import read_volume
 from simplexmesh.errors import SimplexMeshWarning, TopologyError
 from simplexmesh.mesh import shapes
 from simplexmesh.mesh.decimate import decimate
@@ -216,6 +218,19 @@ def test_what_folds_before_does_not_fold_after():
     assert not ball.check(self_intersections=True)
     out = decimate(ball, vertices=600)
     assert out.mesh.check(self_intersections=True)
+
+
+@pytest.mark.filterwarnings("ignore:triangles repaired")
+@pytest.mark.parametrize("vertices", [4000, 8000])
+def test_thin_walls_of_a_head_are_left_without_folds(data_folder, vertices):
+    volume = read_volume(data_folder / "head_ct.mhd")
+    corners, faces, _, _ = marching_cubes(np.pad(np.asarray(volume.values, float), 1), 500)
+    head = dual((volume.to_world(corners - 1), faces))
+    assert set(head.check(self_intersections=True).where) >= {"inverted", "folded", "crossing"}
+    out = decimate(head, vertices=vertices)
+    assert out.mesh.n_vertices == vertices
+    assert out.mesh.check(self_intersections=True)
+    assert out.rms < 0.0007 * np.linalg.norm(np.ptp(head.bounds, axis=0))
 
 
 def test_what_is_left_tangled_is_told():
