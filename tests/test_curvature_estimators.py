@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 import simplexmesh as sm
 from simplexmesh.errors import SimplexMeshWarning
 from simplexmesh.surface import methods
-from simplexmesh.surface.curvature import estimate
+from simplexmesh.surface.curvature import _kernels_simplex_angle, estimate
 from simplexmesh.surface.neighborhoods import Neighborhoods
 from simplexmesh.surface.samples import Samples
 from simplexmesh.surface.truth import discretized
@@ -102,6 +102,23 @@ class TestPrinted:
         error = np.abs(on_rings(method, rings, reference.mean_normal, **options).mean - rows[:, 1 + column])
         assert error.max() <= 1.5e-4
         assert error[-1] <= 2e-6
+
+    @pytest.mark.parametrize(
+        ("method", "normals", "expected"),
+        [
+            ("sine", "exact", (0.250761, 0.250030, 0.250000)),
+            ("sine", reference.area_normal, (0.248428, 0.247722, 0.247693)),
+            ("quadric", reference.mean_normal, (0.250792, 0.248250, 0.248146)),
+            ("quadric", reference.area_normal, (0.250306, 0.247796, 0.247693)),
+        ],
+    )
+    def test_other_normals_on_the_perturbed_ring(self, method, normals, expected):
+        rings = [gs03_ring(distance, perturbed=True) for distance in (0.5, 0.1, 0.0005)]
+        assert on_rings(method, rings, normals).mean == pytest.approx(expected, abs=2e-6)
+
+    def test_angle_defects_on_the_perturbed_ring(self):
+        found = on_rings("discrete", [gs03_ring(0.0005, perturbed=True)], area="voronoi")
+        assert found.gauss[0] == pytest.approx(-0.001311, abs=1e-6)
 
     @pytest.mark.parametrize("line", SCHEMES.strip().splitlines(), ids=lambda line: "-".join(line.split()[:3]))
     def test_errors_on_schemes(self, line):
@@ -482,6 +499,13 @@ def test_the_simplex_angle_of_triangles_is_its_twin():
     assert (found.failed == np.isnan(mean)).all()
     assert found.mean == pytest.approx(mean, nan_ok=True, rel=1e-9)
     assert found.gauss == pytest.approx(gauss, nan_ok=True, rel=1e-9, abs=1e-9)
+
+
+def test_faces_across_edges():
+    pages = np.array([[0, 1, 2], [1, 0, 3], [1, 0, 4], [2, 1, 5]])
+    across = _kernels_simplex_angle.faces_across(pages, 6)
+    assert across[0].tolist() == [-1, 3, -1]  # two faces, one, none
+    assert across[1:].tolist() == [[-1, -1, -1], [-1, -1, -1], [0, -1, -1]]
 
 
 # Symmetries

@@ -17,7 +17,7 @@ THIN = 1e-12
 
 @njit(cache=True)
 def faces_across(faces, n_vertices):
-    """Return (f, 3): the face across each edge j, j + 1 of each face, -1 where there is none or more than one."""
+    """Return (f, 3): the face across each edge j, j + 1 of each face, -1 where there is none or a crowd."""
     offsets = np.zeros(n_vertices + 1, np.int64)
     for corner in range(faces.size):
         offsets[faces[corner // 3, corner % 3] + 1] += 1
@@ -32,13 +32,15 @@ def faces_across(faces, n_vertices):
         for j in range(3):
             a, b = faces[f, j], faces[f, (j + 1) % 3]
             at, other, turn = (b, a, 1) if offsets[b + 1] - offsets[b] <= offsets[a + 1] - offsets[a] else (a, b, 2)
-            found = 0
+            found = same = 0
             for m in range(offsets[at], offsets[at + 1]):
                 g, k = corners[m] // 3, corners[m] % 3
                 if faces[g, (k + turn) % 3] == other:
                     found += 1
                     across[f, j] = g
-            if found > 1:
+                if faces[g, (k + 3 - turn) % 3] == other:
+                    same += 1
+            if found > 1 or same > 1:
                 across[f, j] = -1
     return across
 
