@@ -1,5 +1,7 @@
 """The kernels of the automatic start equal their readable twins."""
 
+import itertools
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -38,12 +40,11 @@ def test_floods_reach_what_hangs_together_with_the_first_corner(seed, shape, sha
     assert_array_equal(out, reference.outside(wall))
 
 
-def test_a_flood_finds_its_way_through_a_maze():
-    """Walls across with a gap at one end or the other: every turn of the way is back and forth."""
-    wall = np.zeros((5, 9, 7), bool)
-    for row in range(1, 9, 2):
-        wall[:, row] = True
-        wall[-1 if row % 4 == 1 else 0, row, -1 if row % 4 == 1 else 0] = False
+def test_a_flood_finds_its_way_along_a_pipe_that_turns_all_six_ways():
+    wall = np.ones((6, 6, 6), bool)
+    ends = [(0, 0, 0), (4, 0, 0), (4, 2, 0), (0, 2, 0), (0, 4, 0), (0, 4, 4), (2, 4, 4), (2, 4, 2), (2, 2, 2)]
+    for one, other in itertools.pairwise(ends):
+        wall[tuple(slice(min(pair), max(pair) + 1) for pair in zip(one, other, strict=True))] = False
     out = np.empty(wall.shape, bool)
     _kernels_grid.flood(wall, out)
     assert_array_equal(out, ~wall)

@@ -327,15 +327,15 @@ class TestKernels:
             assert score == pytest.approx(float((on * mark * alike).mean()), rel=1e-6)
 
     def test_out_of_the_grid_nothing_speaks_for_a_motion_nor_against_it(self):
-        rng = np.random.default_rng(1)
-        a, b = (surface_of(lumpy(600, rng), name) for name in ("source", "target"))
-        arena, _, _ = arena_of(a, b, rng)
-        far = [[0, 0, 9.0], [0, 0, -9.0], [9.0, 0, 0], [-9.0, 0, 0], [0, 9.0, 0], [0, -9.0, 0]]
-        assert_allclose(arena.scores(rows(np.tile(np.eye(3), (6, 1, 1)), np.array(far))), 0)
-        # half out: those inside count as before, and the mean is over all
-        corner = arena.low[2] - arena.source.points[:, 2].min()
-        (half,) = arena.scores(rows(np.eye(3)[None], np.array([[0, 0, corner]])))
-        assert abs(half) < 0.5
+        """One point in the middle of two cells a side, samples there and beyond each side, all of them near."""
+        steps = np.vstack([np.zeros((1, 3)), 1.2 * np.eye(3), -1.2 * np.eye(3)])
+        samples = np.hstack([1 + steps, np.tile([0, 0, 1.0], (7, 1))]).T.copy()
+        target, scores = np.array([[1, 1, 1, 0, 0, 1.0]]), np.zeros(1)
+        grid, motion_ = np.zeros((2, 2, 2), np.int32), rows(np.eye(3)[None], np.zeros((1, 3)))
+        kernels.judge(motion_, samples, grid, np.zeros(3), 1.0, target, 5.0, 9.0, scores)
+        assert scores[0] == pytest.approx(1 / 7)
+        kernels.follow(motion_, samples[:, [0, 3]].copy(), grid, np.zeros(3), 1.0, target, np.array([5.0]))
+        assert_allclose(motion_, rows(np.eye(3)[None], np.zeros((1, 3))), atol=1e-12)
 
     @given(st.integers(0, 2**32 - 1), st.integers(1, 12))
     def test_motions_that_differ_are_those_of_plain_code(self, seed, most):
