@@ -411,6 +411,18 @@ class TestGiven:
         assert samples.around(sm.rings(1), [3])[0].tolist() == [0, 1, 2]
         assert samples.around(sm.rings(2), [3, 0]).valence.tolist() == [3, 0]
 
+    def test_rows_of_an_array_leave_out_negative_entries_and_the_point_itself(self):
+        made = Neighborhoods.of([[1, -1, 2], [1, 0, -1], [-1, -1, -1]])
+        assert [made[i].tolist() for i in range(3)] == [[1, 2], [0], []]
+        assert (made.valence.tolist(), made.closed.tolist()) == ([2, 1, 0], [False] * 3)
+        assert [row.tolist() for row in map(made.taken([True, False, True]).__getitem__, range(2))] == [[1, 2], []]
+        with pytest.raises(ValueError, match=r"^neighborhood must name points below 2, not 2$"):
+            Neighborhoods.of([[1, 2], [0, 1]])
+        with pytest.raises(TypeError, match=r"^neighborhood must be a \(n, k\) array of point indices, not float64"):
+            Neighborhoods.of([[0.5]])
+        with pytest.raises(ValueError, match=r"^rows\[0\] is 3, outside 0..2$"):
+            made.taken([3])
+
     def test_vertices_without_neighborhoods_are_told(self):
         made = Neighborhoods(np.array([1]), np.array([0, 1]), np.array([2]), np.array([False]))
         with pytest.raises(ValueError, match=r"^vertices must have neighborhoods; vertex 3 has none$"):

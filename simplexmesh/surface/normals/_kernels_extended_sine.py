@@ -22,6 +22,9 @@ PROBE = 1e-6
 LONGEST = 0.7
 """A step may tilt the normal by atan of this."""
 
+SLOW = 0.3
+"""A step that leaves more than this share of the residual shows that the slope is not what it was."""
+
 
 @njit(cache=True, error_model="numpy")
 def fit(arms, count, nx, ny, nz, table, right):
@@ -112,19 +115,40 @@ def rebase(base):
 
 
 @njit(cache=True, error_model="numpy")
+def _slope(arms, count, base, now, then, trial, table, right, slope):
+    """Fill how the residual `now` changes with small tilts along both tangents; return whether it can be told."""
+    for axis in range(2):
+        tilted(base, PROBE * (1 - axis), PROBE * axis, trial)
+        if residual(arms, count, trial, base, table, right, then) < 0.0:
+            return False
+        slope[0, axis], slope[1, axis] = (then[0] - now[0]) / PROBE, (then[1] - now[1]) / PROBE
+    return True
+
+
+@njit(cache=True, error_model="numpy")
+def _step(slope, now):
+    """Return the tilt that takes the residual away if it is as linear as it looks, no longer than `LONGEST`."""
+    det = slope[0, 0] * slope[1, 1] - slope[0, 1] * slope[1, 0]
+    s = (slope[0, 1] * now[1] - slope[1, 1] * now[0]) / det
+    t = (slope[1, 0] * now[0] - slope[0, 0] * now[1]) / det
+    length = math.sqrt(s * s + t * t)
+    return (s * LONGEST / length, t * LONGEST / length) if length > LONGEST else (s, t)
+
+
+@njit(cache=True, error_model="numpy")
 def by_newton(arms, count, distance, normal, tolerance, iterations, table, right):
     """Turn the normal until the residual is gone; return fits made, negative where it stayed.
 
-    The slope is measured at the start and kept up to date by what the steps show (Broyden 1965).
+    The slope is measured at the start and kept up to date by what the steps show (Broyden 1965); where they show
+    little, it is measured anew.
     """
-    base, now, then, trial = np.zeros((3, 3)), np.zeros(2), np.zeros(2), np.zeros(3)
-    fits, s, t, fresh = 0, 0.0, 0.0, False
-    a = b = c = d = 0.0
+    base, slope, trial = np.zeros((3, 3)), np.zeros((2, 2)), np.zeros(3)
+    now, then = np.zeros(2), np.zeros(2)
     base[2] = normal
     rebase(base)
     size = residual(arms, count, normal, base, table, right, now)
+    fits, s, t, fresh = 1, 0.0, 0.0, False
     for _ in range(iterations):
-        fits += 1
         if size < 0.0:
             return -fits
         if 0.5 * distance * size <= tolerance:
@@ -133,33 +157,22 @@ def by_newton(arms, count, distance, normal, tolerance, iterations, table, right
             base[2] = normal
             rebase(base)
             residual(arms, count, normal, base, table, right, now)
-            for axis in range(2):
-                tilted(base, PROBE * (1 - axis), PROBE * axis, trial)
-                if residual(arms, count, trial, base, table, right, then) < 0.0:
-                    return -fits
-                if axis == 0:
-                    a, c = (then[0] - now[0]) / PROBE, (then[1] - now[1]) / PROBE
-                else:
-                    b, d = (then[0] - now[0]) / PROBE, (then[1] - now[1]) / PROBE
             fits += 3
-            s = t = 0.0
-            fresh = True
-        det = a * d - b * c
-        if det == 0.0:
-            return -fits
-        ds, dt = (b * now[1] - d * now[0]) / det, (c * now[0] - a * now[1]) / det
-        length = math.sqrt(ds * ds + dt * dt)
-        if length > LONGEST:
-            ds, dt, length = ds * LONGEST / length, dt * LONGEST / length, LONGEST
-        s, t = s + ds, t + dt
-        tilted(base, s, t, normal)
-        before = size
-        size = residual(arms, count, normal, base, table, right, then)
-        if size > 0.3 * before:
-            fresh = False
+            s, t, fresh = 0.0, 0.0, True
+            if not _slope(arms, count, base, now, then, trial, table, right, slope):
+                return -fits
+        ds, dt = _step(slope, now)
         square = ds * ds + dt * dt
-        p, q = (then[0] - now[0] - a * ds - b * dt) / square, (then[1] - now[1] - c * ds - d * dt) / square
-        a, b, c, d = a + p * ds, b + p * dt, c + q * ds, d + q * dt
+        if not 0.0 < square < 1.0:
+            return -fits
+        s, t, before = s + ds, t + dt, size
+        tilted(base, s, t, normal)
+        size = residual(arms, count, normal, base, table, right, then)
+        fits, fresh = fits + 1, size <= SLOW * before
+        for row in range(2):
+            missed = (then[row] - now[row] - slope[row, 0] * ds - slope[row, 1] * dt) / square
+            slope[row, 0] += missed * ds
+            slope[row, 1] += missed * dt
         now[:] = then
     return -fits
 
