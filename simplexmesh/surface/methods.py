@@ -31,6 +31,7 @@ class Estimates(NamedTuple):
     d1: Array | None = None
     normals: Array | None = None
     error: Array | None = None
+    scale: Array | None = None
 
 
 class Normals(NamedTuple):

@@ -10,14 +10,15 @@ from numpy.typing import ArrayLike, NDArray
 from simplexmesh import _check
 from simplexmesh.surface.curvature.result import Curvature
 from simplexmesh.surface.methods import Estimates, Method, chosen, warn_of_failures
-from simplexmesh.surface.neighborhoods import Ball, Nearest, Neighborhood, Neighborhoods, Rings, rings
-from simplexmesh.surface.normals.estimate import starting_normals
+from simplexmesh.surface.neighborhoods import Ball, Nearest, Neighborhood, Rings, rings
+from simplexmesh.surface.normals.estimate import centers_only, starting_normals
 from simplexmesh.surface.reasons import DEGENERATE, FOUND
-from simplexmesh.surface.samples import Samples, as_samples
+from simplexmesh.surface.samples import as_samples
 
 Array = NDArray[np.float64]
 
 METHODS = {
+    "adaptive": Method("curvature.adaptive", {"noise": None, "detail": None}, normals=None, own_scale=True),
     "chen_schmitt": Method("curvature.chen_schmitt", {"weighted": True, "normalized": False}),
     "discrete": Method("curvature.discrete", {"area": "mixed", "projected": False}, needs_faces=True),
     "extended_quadric": Method("curvature.quadric", {"terms": 5, "least": 6}),
@@ -35,7 +36,7 @@ METHODS = {
 
 def curvature(
     surface: Any,
-    method: str = "sine",
+    method: str = "adaptive",
     *,
     neighborhood: Neighborhood | None = None,
     normals: str | ArrayLike | None = None,
@@ -63,7 +64,8 @@ def curvature(
     vertices : (c,) array of int, optional
         Measure these vertices only; the answer has one row for each.
     **options
-        What the method understands beyond these.
+        What the method understands beyond these. "adaptive": `noise`, its deviation along the normal where it is known;
+        `detail`, a length below which nothing is of interest.
 
     Returns
     -------
@@ -98,7 +100,7 @@ def curvature(
     if kind.own_scale:
         if neighborhood is not None:
             raise TypeError(f"neighborhood must be left out: method {method!r} chooses its own")
-        around = _only(samples, vertices)
+        around = centers_only(samples, vertices)
     else:
         if kind.needs_faces and isinstance(neighborhood, Rings | Ball | Nearest) and neighborhood != rings(1):
             raise TypeError(f"neighborhood must be left out: method {method!r} takes the faces around each vertex")
@@ -108,14 +110,6 @@ def curvature(
         found = _sound(kind.estimate(samples, around, directions, **understood))
     warn_of_failures("curvature", found.reasons)
     return _finished(found, directions, method)
-
-
-def _only(samples: Samples, vertices: ArrayLike | None) -> Neighborhoods:
-    """Neighborhoods without members: the centers alone."""
-    n = len(samples.points)
-    centers = np.arange(n) if vertices is None else _check.selection("vertices", vertices, n)
-    none = np.zeros(len(centers) + 1, np.int64)
-    return Neighborhoods(centers, none, np.zeros(0, np.int64), np.zeros(len(centers), bool))
 
 
 def _sound(found: Estimates) -> Estimates:
@@ -137,5 +131,5 @@ def _finished(found: Estimates, directions: Array | None, method: str) -> Curvat
         shown = failed if values.ndim == 1 else failed[:, None]
         return _check.frozen(np.where(shown, np.nan, values))
 
-    values = {name: masked(getattr(found, name)) for name in ("k1", "k2", "mean", "gauss", "d1", "error")}
+    values = {name: masked(getattr(found, name)) for name in ("k1", "k2", "mean", "gauss", "d1", "error", "scale")}
     return Curvature(**values, normals=masked(normals), failed=_check.frozen(failed), method=method)  # type: ignore[arg-type]

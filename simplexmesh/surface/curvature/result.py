@@ -35,6 +35,8 @@ class Curvature:
         Expected error of `mean` (one standard deviation), 1 / length, from methods that know it.
     method : str
         Who says so.
+    scale : (n,) array of float or None
+        Radius of the neighborhoods, from methods that choose it.
 
     Examples
     --------
@@ -55,6 +57,7 @@ class Curvature:
     d1: Array | None
     error: Array | None
     method: str
+    scale: Array | None = None
 
     def __repr__(self) -> str:
         n, failed = len(self.k1), int(self.failed.sum())

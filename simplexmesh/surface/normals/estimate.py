@@ -23,13 +23,14 @@ METHODS = {
     "quadric": Method("normals.quadric", {"passes": 1}),
     "chen_schmitt": Method("normals.chen_schmitt", {"normalized": False}),
     "extended_sine": Method("normals.extended_sine", {"solver": "newton", "tolerance": 1e-9, "iterations": 50}),
+    "adaptive": Method("normals.adaptive", {"noise": None, "detail": None}, normals=None, own_scale=True),
 }
 """Every normal estimator."""
 
 
 def vertex_normals(
     surface: Any,
-    method: str = "area",
+    method: str = "adaptive",
     *,
     neighborhood: Neighborhood | None = None,
     normals: str | ArrayLike | None = None,
@@ -44,9 +45,9 @@ def vertex_normals(
         What is measured. A cloud without normals has no outside: there normals look away from the middle of all
         points, which is outward on convex bodies; elsewhere neighbors may disagree.
     method : str
-        The estimator. Of the faces around each vertex: "mean" of their unit normals, weighted by "area" or "angle",
-        or with the weights of "max", exact on spheres. Of neighbors, with or without faces: "plane", "quadric",
-        "chen_schmitt", "extended_sine".
+        The estimator. "adaptive", the default, chooses its own scale, as in `curvature`. Of the faces around each
+        vertex: "mean" of their unit normals, weighted by "area" or "angle", or with the weights of "max", exact on
+        spheres. Of neighbors, with or without faces: "plane", "quadric", "chen_schmitt", "extended_sine".
     neighborhood : from `rings`, `ball`, `nearest`, or Neighborhoods, optional
         Which neighbors it sees; by default the one-ring, in a cloud the 12 nearest points.
     normals : str or (n, 3) array of float, optional
@@ -55,8 +56,9 @@ def vertex_normals(
     vertices : (c,) array of int, optional
         Measure these vertices only.
     **options
-        What the method understands beyond these: "plane": `variant` ("pca", "svd4"); "quadric": `passes`;
-        "chen_schmitt": `normalized`; "extended_sine": `solver` ("newton", "ternary"), `tolerance`, `iterations`.
+        What the method understands beyond these: "adaptive": `noise`, `detail`; "plane": `variant` ("pca", "svd4");
+        "quadric": `passes`; "chen_schmitt": `normalized`; "extended_sine": `solver` ("newton", "ternary"), `tolerance`,
+        `iterations`.
 
     Returns
     -------
@@ -85,7 +87,13 @@ def vertex_normals(
     True
     """
     samples = as_samples(surface)
-    around = samples.around(rings(1) if neighborhood is None else neighborhood, vertices)
+    if method in METHODS and METHODS[method].own_scale:
+        if neighborhood is not None or normals is not None:
+            left = "neighborhood" if normals is None else "normals"
+            raise TypeError(f"{left} must be left out: method {method!r} chooses its own")
+        around = centers_only(samples, vertices)
+    else:
+        around = samples.around(rings(1) if neighborhood is None else neighborhood, vertices)
     if method in METHODS and METHODS[method].needs_faces:
         if samples.is_connected and neighborhood not in (None, rings(1)):
             raise TypeError(f"neighborhood must be left out: method {method!r} takes the faces around each vertex")
@@ -107,6 +115,14 @@ def found_normals(
     start = starting_normals(samples, around, kind.normals, normals)
     out: Normals = kind.estimate(samples, around, start, **understood)
     return out
+
+
+def centers_only(samples: Samples, vertices: ArrayLike | None) -> Neighborhoods:
+    """Return neighborhoods without members, for methods that choose their own: the centers alone."""
+    n = len(samples.points)
+    centers = np.arange(n) if vertices is None else _check.selection("vertices", vertices, n)
+    none = np.zeros(len(centers) + 1, np.int64)
+    return Neighborhoods(centers, none, np.zeros(0, np.int64), np.zeros(len(centers), bool))
 
 
 def normals_around(samples: Samples, around: Neighborhoods, method: str) -> Array:

@@ -1,0 +1,349 @@
+"""The adaptive estimator: what probes say of noise and detail, and the fit with the scale and the priors found."""
+# mypy: allow-untyped-defs
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import get_num_threads, prange
+
+from simplexmesh._kernels_both import PARALLEL_FROM, Both
+from simplexmesh.surface.curvature._kernels_adaptive_jets import (
+    HIGHEST,
+    MOST,
+    TERMS,
+    bending,
+    factored,
+    flattened,
+    framed,
+    gathered,
+    influence,
+    jit,
+    mean_direction,
+    normal_equations,
+    seen,
+    solved,
+)
+from simplexmesh.surface.reasons import DEGENERATE, FEW, FOUND
+
+BLOCKS = HIGHEST - 2
+"""The degrees 3 to 6, whose coefficients have priors."""
+
+STEPS = 4
+"""How often a fit that does not follow the points is tried again at a smaller scale."""
+
+SHORTER = math.sqrt(0.5)
+"""From one scale to the next."""
+
+HARM = 4.0
+"""Residuals of size r that are not noise, in a ball of radius R, put H wrong by HARM r / R^2 (measured on tori)."""
+
+LEANING = 0.15
+"""Neighborhoods whose mean is farther from the center, in radii, are one-sided: they lie at a border."""
+
+REACH = 0.6
+"""Such neighborhoods are made larger by this times their lean, for half a ball holds half the points."""
+
+GENTLE = 0.4
+"""Where the degree is at most 3 they do this much of that: most of them is of odd degree."""
+
+RIMS = 10.0
+"""At borders they do more harm, by this times the lean."""
+
+TOLERATED = 0.02
+"""An error of this share of the curvedness is put up with."""
+
+
+def chunks(rows):
+    """Return into how many parts, each with a workspace, to divide so many rows."""
+    return 1 if rows < PARALLEL_FROM else 4 * get_num_threads()
+
+
+@jit
+def workspace():
+    """Return the arrays every fit writes to: found, places, u v z, columns, sums, matrix, y, x, w, frame."""
+    places, heights = np.empty((3, MOST)), np.empty((3, MOST))
+    columns, sums = np.empty((2, 2 * HIGHEST + 1, MOST)), np.empty(2 * TERMS * 2)
+    matrix, vectors = np.zeros((TERMS, TERMS)), np.zeros((3, TERMS))
+    return np.empty(MOST, np.int64), places, heights, columns, sums, matrix, vectors, np.zeros((3, 3))
+
+
+@jit
+def affordable(count, most):
+    """Return the highest degree, at most `most`, that so many points determine with some to spare."""
+    degree = most
+    while degree > 2 and 0.65 * (degree + 1) * (degree + 2) + 4.0 > count:
+        degree -= 1
+    return degree
+
+
+@Both
+def probes(
+    centers,
+    offsets,
+    members,
+    points,
+    directions,
+    oriented,
+    radii,
+    chunks,
+    levels,
+    energies,
+    weights,
+    misfits,
+    degrees,
+    steps,
+):
+    """Fit polynomials of all degrees at all radii, and write what tells noise from detail.
+
+    Per row, radius k and degree d, in units of the radius: `levels[row, k, 0, d - 2]` the squared length of what degree
+    d adds to the shape operator, `[row, k, 1, d - 2]` its variance at unit noise, `[.., 2 and 3, ..]` both for H alone;
+    `energies[row, k, d - 3]` the energy |y_d|^2 of a block of degree d, `weights[row, k, d - 3, e - 3]` how much
+    coefficients of degree e put into it; `misfits[row, k]` the residual sum of squares and its degrees of freedom;
+    `steps[row, k, d - 2]` what degree d adds to H, in the unit of the points.
+    """
+    for chunk in prange(chunks):
+        stamps = np.full(points.shape[0], -1, np.int32)
+        found, places, heights, columns, sums, matrix, vectors, frame = workspace()
+        u, v, z, y, x, w = heights[0], heights[1], heights[2], vectors[0], vectors[1], vectors[2]
+        for row in range(chunk * centers.shape[0] // chunks, (chunk + 1) * centers.shape[0] // chunks):
+            center = centers[row]
+            largest = radii[row, radii.shape[1] - 1]
+            count = gathered(offsets, members, points, center, largest, stamps, row, found)
+            for k in range(radii.shape[1]):
+                radius = radii[row, k]
+                nx, ny, nz = mean_direction(found, min(count, 8 + 8 * k), directions, center, oriented)
+                kept = seen(found, count, points, directions, center, nx, ny, nz, oriented, radius, places)
+                if kept < 7:
+                    continue
+                framed(nx, ny, nz, frame)
+                if not flattened(places, kept, frame, u, v, z, columns, sums, matrix, y, x):
+                    continue
+                degree = affordable(kept, HIGHEST)
+                terms = (degree + 1) * (degree + 2) // 2
+                squares = normal_equations(degree, u, v, z, kept, columns, sums, matrix, y)
+                if factored(matrix, y, terms) < terms:
+                    continue
+                degrees[row, k] = degree
+                for part in range(3):
+                    first = 4 if part == 2 else 3
+                    second = 4 if part == 2 else 5
+                    influence(matrix, terms, first, second, 0.0 if part == 2 else 1.0 - 2.0 * part, w)
+                    for d in range(2, degree + 1):
+                        change = variance = 0.0
+                        for t in range(d * (d + 1) // 2 if d > 2 else 0, (d + 1) * (d + 2) // 2):
+                            change += w[t] * y[t]
+                            variance += w[t] * w[t]
+                        levels[row, k, 0, d - 2] += change * change
+                        levels[row, k, 1, d - 2] += variance
+                        if part == 0:
+                            levels[row, k, 2, d - 2] = change * change
+                            levels[row, k, 3, d - 2] = variance
+                            steps[row, k, d - 2] = change / radius
+                for d in range(3, degree + 1):
+                    for t in range(d * (d + 1) // 2, (d + 1) * (d + 2) // 2):
+                        energies[row, k, d - 3] += y[t] * y[t]
+                    for e in range(d, degree + 1):
+                        share = 1.0
+                        for i in range(e + 1):
+                            r = e * (e + 1) // 2 + i
+                            for t in range(d * (d + 1) // 2, min(r + 1, (d + 1) * (d + 2) // 2)):
+                                weights[row, k, d - 3, e - 3] += share * matrix[r, t] * matrix[r, t]
+                            share *= (e - i) / (i + 1.0)
+                for t in range(terms):
+                    squares -= y[t] * y[t]
+                misfits[row, k, 0] = max(squares, 0.0)
+                misfits[row, k, 1] = kept - terms
+
+
+@Both
+def adaptive_jets(
+    centers,
+    offsets,
+    members,
+    points,
+    directions,
+    oriented,
+    radii,
+    smallest,
+    degrees,
+    priors,
+    beyond,
+    sigma,
+    chunks,
+    shape,
+    d1,
+    normals,
+    error,
+    used,
+    reasons,
+):
+    """Fit a jet per row at its radius, coefficients of degree d held back by the prior priors[row, d - 3].
+
+    Where residuals are too large to be noise, a fit of a shorter radius, down to `smallest`, has its share in the
+    answer, all of it where they are far too large. `shape` gets k1, k2; `used` the mean radius; `beyond` is the error
+    expected of higher degrees.
+    """
+    for chunk in prange(chunks):
+        stamps = np.full(points.shape[0], -1, np.int32)
+        found, places, heights, columns, sums, matrix, vectors, frame = workspace()
+        u, v, z, y, x, w = heights[0], heights[1], heights[2], vectors[0], vectors[1], vectors[2]
+        here = np.zeros(10)
+        for row in range(chunk * centers.shape[0] // chunks, (chunk + 1) * centers.shape[0] // chunks):
+            center, radius = centers[row], radii[row]
+            reasons[row] = FEW
+            if not radius > 0.0:
+                continue
+            count = gathered(offsets, members, points, center, radius, stamps, 2 * row, found)
+            slack, open_share, before, least = 1.0, 1.0, 0.0, 2
+            nx, ny, nz = mean_direction(found, count, directions, center, oriented)
+            lean = leaning(found, count, points, center, radius, nx, ny, nz)
+            if lean > LEANING:
+                radius *= 1.0 + REACH * min(lean, 0.5)
+                least = HIGHEST
+                count = gathered(offsets, members, points, center, radius, stamps, 2 * row + 1, found)
+            for _step in range(STEPS):
+                nx, ny, nz = mean_direction(found, count, directions, center, oriented)
+                kept = seen(found, count, points, directions, center, nx, ny, nz, oriented, radius, places)
+                if kept < 6:
+                    break
+                framed(nx, ny, nz, frame)
+                degree = affordable(kept, max(degrees[row], least))
+                terms = (degree + 1) * (degree + 2) // 2
+                if not flattened(places, kept, frame, u, v, z, columns, sums, matrix, y, x):
+                    reasons[row] = DEGENERATE if reasons[row] != FOUND else FOUND
+                    break
+                squares = normal_equations(degree, u, v, z, kept, columns, sums, matrix, y)
+                level = (sigma / radius) ** 2
+                held_back(matrix, degree, level, slack, radius, priors[row])
+                if factored(matrix, y, terms) < terms:
+                    reasons[row] = DEGENERATE if reasons[row] != FOUND else FOUND
+                    break
+                solved(matrix, y, terms, x)
+                for t in range(terms):
+                    squares -= y[t] * y[t]
+                influence(matrix, terms, 3, 5, 1.0, w)
+                variance = 0.0
+                for t in range(terms):
+                    variance += w[t] * w[t]
+                free = max(kept - 6, 1)  # what the priors hold back counts among the residuals
+                excess = squares / free - level * (1.0 + 3.0 / math.sqrt(free))
+                excess = math.sqrt(max(excess, 0.0)) * (HARM if degree > 3 else GENTLE * HARM) * (1.0 + RIMS * lean)
+                judged(x, frame, here)
+                doubt = math.sqrt(level * variance)
+                curved = math.sqrt(0.5 * (here[0] * here[0] + here[1] * here[1]))
+                total = math.sqrt(level * variance + excess * excess) / radius
+                # the part of this fit goes over to the next shorter one as its excess grows, and only if that is better
+                share = open_share
+                if reasons[row] == FOUND:
+                    ratio = (before / max(total, 1e-300)) ** 4
+                    share *= ratio / (1.0 + ratio)
+                mixed(row, share, here, radius, total, shape, d1, normals, error, used, reasons)
+                reasons[row] = FOUND
+                passed = min(max(excess / max(3.0 * doubt, TOLERATED * curved, 1e-300) - 1.0, 0.0), 1.0)
+                open_share = share * passed
+                before = total
+                if open_share <= 0.0 or radius * SHORTER < smallest[row]:
+                    break
+                radius *= SHORTER
+                slack *= 2.0
+            if reasons[row] == FOUND:
+                finished(row, shape, d1, normals, error, beyond)
+
+
+@jit
+def leaning(found, count, points, center, radius, nx, ny, nz):
+    """Return how far aside the mean of the points found is from the center, in radii: 0.42 on a straight border."""
+    x = y = z = 0.0
+    for k in range(count):
+        j = found[k]
+        x += points[j, 0] - points[center, 0]
+        y += points[j, 1] - points[center, 1]
+        z += points[j, 2] - points[center, 2]
+    height = nx * x + ny * y + nz * z
+    return math.sqrt(max(x * x + y * y + z * z - height * height, 0.0)) / (count * radius)
+
+
+@jit
+def held_back(matrix, degree, level, slack, radius, priors):
+    """Add to the diagonal what priors of that deviation weigh against noise of that level: ridge regression."""
+    for d in range(3, degree + 1):
+        deviation = slack * priors[d - 3] * radius ** (d - 1)
+        ridge = level / max(deviation * deviation, 1e-30)
+        share = 1.0
+        for i in range(d + 1):
+            t = d * (d + 1) // 2 + i
+            matrix[t, t] += min(ridge / share, 1e6 * matrix[t, t] + 1e-300)
+            share *= (d - i) / (i + 1.0)
+
+
+@jit
+def mixed(row, share, here, radius, total, shape, d1, normals, error, used, reasons):
+    """Let the answer of a row be `share` parts of what was found here, the rest what it was."""
+    keep = 1.0 - share
+    if reasons[row] != FOUND:
+        share, keep = 1.0, 0.0
+        shape[row, 0] = shape[row, 1] = error[row] = used[row] = 0.0
+        for axis in range(3):
+            d1[row, axis] = normals[row, axis] = 0.0
+    shape[row, 0] = keep * shape[row, 0] + share * here[0] / radius
+    shape[row, 1] = keep * shape[row, 1] + share * here[1] / radius
+    error[row] = math.sqrt(keep * error[row] ** 2 + share * total * total)
+    used[row] = keep * used[row] + share * radius
+    agree = 0.0
+    for axis in range(3):
+        agree += d1[row, axis] * here[2 + axis]
+    sign = math.copysign(1.0, agree)
+    for axis in range(3):
+        d1[row, axis] = keep * d1[row, axis] + share * sign * here[2 + axis]
+        normals[row, axis] = keep * normals[row, axis] + share * here[5 + axis]
+
+
+@jit
+def finished(row, shape, d1, normals, error, beyond):
+    """Give normal and direction unit length and a right angle; add the error of what no degree says."""
+    length = math.sqrt(normals[row, 0] ** 2 + normals[row, 1] ** 2 + normals[row, 2] ** 2)
+    along = 0.0
+    for axis in range(3):
+        normals[row, axis] /= length
+        along += normals[row, axis] * d1[row, axis]
+    for axis in range(3):
+        d1[row, axis] -= along * normals[row, axis]
+    length = math.sqrt(d1[row, 0] ** 2 + d1[row, 1] ** 2 + d1[row, 2] ** 2)
+    for axis in range(3):
+        d1[row, axis] /= length
+    error[row] = math.sqrt(error[row] ** 2 + beyond[row] ** 2)
+
+
+@jit
+def judged(x, frame, here):
+    """Write k1, k2, the tangent of k1 and the normal of a jet; return (k1 - k2) / 2."""
+    mean, gauss = bending(x)
+    swing = math.sqrt(max(mean * mean - gauss, 0.0))
+    here[0], here[1] = mean + swing, mean - swing
+    p, q = x[1], x[2]
+    g = 1.0 + p * p + q * q
+    root = math.sqrt(g)
+    # shape operator -II I^-1 in the basis of the graph's own tangents (1, 0, p), (0, 1, q)
+    r, s, t = -2.0 * x[3] / root, -x[4] / root, -2.0 * x[5] / root
+    e, f, h = 1.0 + p * p, p * q, 1.0 + q * q
+    a, b = (r * h - s * f) / g, (s * h - t * f) / g
+    c, d = (s * e - r * f) / g, (t * e - s * f) / g
+    half, largest = 0.5 * (a + d), 0.5 * (a + d) + swing
+    # eigenvector of [[a, b], [c, d]], from the row that says more
+    if abs(a - half) + abs(b) == 0.0 and abs(c) == 0.0:
+        first, second = 1.0, 0.0
+    elif abs(largest - a) + abs(b) > abs(largest - d) + abs(c):
+        first, second = b, largest - a
+    else:
+        first, second = largest - d, c
+    if first == 0.0 and second == 0.0:
+        first = 1.0
+    up = p * first + q * second
+    length = math.sqrt(first * first + second * second + up * up)
+    for axis in range(3):
+        fu, fv, fn = frame[0, axis], frame[1, axis], frame[2, axis]
+        here[2 + axis] = (first * fu + second * fv + up * fn) / length
+        here[5 + axis] = (fn - p * fu - q * fv) / root
+    return swing

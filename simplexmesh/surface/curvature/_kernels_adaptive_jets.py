@@ -1,0 +1,270 @@
+"""Polynomials fitted to a neighborhood: gathering, moments, Cholesky factors; inlined into the adaptive estimator."""
+# mypy: allow-untyped-defs
+
+from __future__ import annotations
+
+import math
+
+from numba import njit
+
+from simplexmesh._kernels_both import FAST
+from simplexmesh.surface._kernels_frames import tangents
+
+HIGHEST = 6
+"""The highest degree fitted: 28 coefficients."""
+
+TERMS = 28
+
+MOST = 300
+"""Points a fit looks at, at most: as many as the ball of nine spacings of an even mesh holds."""
+
+STEEP = 0.64
+"""A point whose height above the tangent plane is more than 0.8 of its distance, squared, is not seen as a height."""
+
+BENT = 0.3
+"""The metric of the surface lengthens tangential coordinates by this share at most."""
+
+SINGULAR = 1e-11
+"""A pivot that lost all but this share of its square is none: the points do not determine the coefficient."""
+
+jit = njit(cache=True, error_model="numpy", fastmath=FAST)
+
+
+@jit
+def gathered(offsets, members, points, center, radius, stamps, stamp, found):
+    """Fill `found` with the points that edges inside the ball lead to, ring by ring, the center first; return how many.
+
+    Where `found` is full, the farthest rings stay out.
+    """
+    cx, cy, cz = points[center, 0], points[center, 1], points[center, 2]
+    square = radius * radius
+    stamps[center] = stamp
+    found[0] = center
+    count, k = 1, 0
+    while k < count:
+        i = found[k]
+        k += 1
+        for m in range(offsets[i], offsets[i + 1]):
+            j = members[m]
+            if stamps[j] == stamp:
+                continue
+            stamps[j] = stamp
+            x, y, z = points[j, 0] - cx, points[j, 1] - cy, points[j, 2] - cz
+            if x * x + y * y + z * z <= square:
+                if count == found.shape[0]:
+                    return count
+                found[count] = j
+                count += 1
+    return count
+
+
+@jit
+def mean_direction(found, count, directions, center, oriented):
+    """Return the unit mean of the directions of the points found, each turned to the center's where signs are free."""
+    sx = sy = sz = 0.0
+    x, y, z = directions[center, 0], directions[center, 1], directions[center, 2]
+    for k in range(count):
+        j = found[k]
+        sign = 1.0
+        if not oriented and x * directions[j, 0] + y * directions[j, 1] + z * directions[j, 2] < 0.0:
+            sign = -1.0
+        sx += sign * directions[j, 0]
+        sy += sign * directions[j, 1]
+        sz += sign * directions[j, 2]
+    length = math.sqrt(sx * sx + sy * sy + sz * sz)
+    if length <= 1e-300:
+        return 0.0, 0.0, 0.0
+    return sx / length, sy / length, sz / length
+
+
+@jit
+def seen(found, count, points, directions, center, nx, ny, nz, oriented, radius, places):
+    """Write the places, in radii around the center, of the points found that lie on the center's side; return how many.
+
+    Left out are points beyond the radius, points seen too steeply, and points whose normal looks away.
+    """
+    cx, cy, cz = points[center, 0], points[center, 1], points[center, 2]
+    inverse = 1.0 / radius
+    kept = 0
+    for k in range(count):
+        j = found[k]
+        x, y, z = (points[j, 0] - cx) * inverse, (points[j, 1] - cy) * inverse, (points[j, 2] - cz) * inverse
+        square = x * x + y * y + z * z
+        height = nx * x + ny * y + nz * z
+        if square > 1.0 or (k > 0 and height * height > STEEP * square):
+            continue
+        if oriented and nx * directions[j, 0] + ny * directions[j, 1] + nz * directions[j, 2] < 0.0:
+            continue
+        places[0, kept], places[1, kept], places[2, kept] = x, y, z
+        kept += 1
+    return kept
+
+
+@jit
+def framed(nx, ny, nz, frame):
+    """Fill the rows u, v, n of a frame."""
+    ux, uy, uz, vx, vy, vz = tangents(nx, ny, nz)
+    frame[0, 0], frame[0, 1], frame[0, 2] = ux, uy, uz
+    frame[1, 0], frame[1, 1], frame[1, 2] = vx, vy, vz
+    frame[2, 0], frame[2, 1], frame[2, 2] = nx, ny, nz
+
+
+@jit
+def turned(frame, p, q):
+    """Turn a frame so that its normal is that of a plane of slopes p and q; the first axis stays above itself."""
+    length = math.sqrt(1.0 + p * p)
+    for axis in range(3):
+        u, v, n = frame[0, axis], frame[1, axis], frame[2, axis]
+        frame[0, axis] = (u + p * n) / length
+        frame[2, axis] = (n - p * u - q * v) / math.sqrt(1.0 + p * p + q * q)
+    for axis in range(3):
+        i, j = (axis + 1) % 3, (axis + 2) % 3
+        frame[1, axis] = frame[2, i] * frame[0, j] - frame[2, j] * frame[0, i]
+
+
+@jit
+def projected(places, count, frame, u, v, z):
+    """Write tangential coordinates and heights of places in a frame."""
+    for k in range(count):
+        a, b, c = places[0, k], places[1, k], places[2, k]
+        u[k] = a * frame[0, 0] + b * frame[0, 1] + c * frame[0, 2]
+        v[k] = a * frame[1, 0] + b * frame[1, 1] + c * frame[1, 2]
+        z[k] = a * frame[2, 0] + b * frame[2, 1] + c * frame[2, 2]
+
+
+@jit
+def unbent(u, v, z, count, a, b, c):
+    """Lengthen tangential coordinates to chords of a surface with the second derivatives [[a, b], [b, c]].
+
+    On a circle z = k s^2 / 2 holds for the chord s, whose length is u (1 + z k / 4) up to terms of fourth order: the
+    polynomial that remains to be fitted is far flatter, and on a sphere it is one of second degree.
+    """
+    for k in range(count):
+        quarter = 0.25 * z[k]
+        du, dv = quarter * (a * u[k] + b * v[k]), quarter * (b * u[k] + c * v[k])
+        square, most = du * du + dv * dv, BENT * BENT * (u[k] * u[k] + v[k] * v[k])
+        if square > most:
+            share = math.sqrt(most / square)
+            du, dv = share * du, share * dv
+        u[k] += du
+        v[k] += dv
+
+
+@jit
+def normal_equations(degree, u, v, z, count, columns, sums, matrix, right):
+    """Fill A = X'X and b = X'z for all monomials up to the degree; return z'z. Every moment is summed once."""
+    squares = 0.0
+    for k in range(count):
+        columns[0, 0, k] = 1.0
+        squares += z[k] * z[k]
+    term = 0
+    for d in range(2 * degree + 1):
+        now, before = d % 2, 1 - d % 2
+        for i in range(d + 1):
+            total = 0.0
+            if d == 0:
+                total = float(count)
+            elif i < d:
+                for k in range(count):
+                    value = columns[before, i, k] * u[k]
+                    columns[now, i, k] = value
+                    total += value
+            else:
+                for k in range(count):
+                    value = columns[before, i - 1, k] * v[k]
+                    columns[now, i, k] = value
+                    total += value
+            sums[term] = total
+            if d <= degree:
+                total = 0.0
+                for k in range(count):
+                    total += columns[now, i, k] * z[k]
+                right[term] = total
+            term += 1
+    row = 0
+    for d in range(degree + 1):
+        for i in range(d + 1):
+            column = 0
+            for e in range(d + 1):
+                base = (d + e) * (d + e + 1) // 2 + i
+                for j in range(e + 1):
+                    if column <= row:
+                        matrix[row, column] = sums[base + j]
+                    column += 1
+            row += 1
+    return squares
+
+
+@jit
+def factored(matrix, right, terms):
+    """Turn A into L and b into y = L^-1 b in place; return how many leading terms are determined."""
+    for row in range(terms):
+        for column in range(row):
+            total = matrix[row, column]
+            for k in range(column):
+                total -= matrix[row, k] * matrix[column, k]
+            matrix[row, column] = total / matrix[column, column]
+        whole = rest = matrix[row, row]
+        total = right[row]
+        for k in range(row):
+            rest -= matrix[row, k] * matrix[row, k]
+            total -= matrix[row, k] * right[k]
+        if not rest > SINGULAR * whole:
+            return row
+        matrix[row, row] = math.sqrt(rest)
+        right[row] = total / matrix[row, row]
+    return terms
+
+
+@jit
+def solved(matrix, y, terms, out):
+    """Fill the coefficients L'^-1 y of the leading terms: the fit of a lower degree is a shorter prefix."""
+    for row in range(terms - 1, -1, -1):
+        total = y[row]
+        for k in range(row + 1, terms):
+            total -= matrix[k, row] * out[k]
+        out[row] = total / matrix[row, row]
+
+
+@jit
+def influence(matrix, terms, first, second, sign, out):
+    """Fill w = L^-1 g of the functional g = e_first + sign e_second: its value is w'y, its variance w'w sigma^2."""
+    for row in range(terms):
+        total = 0.0
+        if row == first:
+            total = 1.0
+        if row == second:
+            total += sign
+        for k in range(first, row):
+            total -= matrix[row, k] * out[k]
+        out[row] = total / matrix[row, row] if row >= first else 0.0
+
+
+@jit
+def bending(x):
+    """Return H, the half difference and the twist of the shape operator, and K, of a height z = x[0] + x[1] u + ...
+
+    Exact for any slope (do Carmo 1976, 3-3); the surface is seen from above, so a summit has H > 0.
+    """
+    p, q = x[1], x[2]
+    r, s, t = 2.0 * x[3], x[4], 2.0 * x[5]
+    g = 1.0 + p * p + q * q
+    mean = -((1.0 + q * q) * r - 2.0 * p * q * s + (1.0 + p * p) * t) / (2.0 * g * math.sqrt(g))
+    return mean, (r * t - s * s) / (g * g)
+
+
+@jit
+def flattened(places, count, frame, u, v, z, columns, sums, matrix, y, x):
+    """Turn a frame to the tangent plane of a quadric fitted to places, and unbend the coordinates by its curvature.
+
+    Returns whether the places determine a quadric.
+    """
+    projected(places, count, frame, u, v, z)
+    normal_equations(2, u, v, z, count, columns, sums, matrix, y)
+    if factored(matrix, y, 6) < 6:
+        return False
+    solved(matrix, y, 6, x)
+    turned(frame, x[1], x[2])
+    projected(places, count, frame, u, v, z)
+    unbent(u, v, z, count, 2.0 * x[3], x[4], 2.0 * x[5])
+    return True

@@ -1,0 +1,150 @@
+"""What the choice of scales needs of a mesh: directions, spacing, who is nearest to which probe, means over links."""
+# mypy: allow-untyped-defs
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+
+@njit(cache=True, error_model="numpy")
+def area_vectors(faces, points):
+    """Return the sums of the area vectors of the triangles around each vertex."""
+    out = np.zeros(points.shape)
+    for f in range(faces.shape[0]):
+        i, j, k = faces[f]
+        ax, ay, az = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1], points[j, 2] - points[i, 2]
+        bx, by, bz = points[k, 0] - points[i, 0], points[k, 1] - points[i, 1], points[k, 2] - points[i, 2]
+        x, y, z = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+        for v in (i, j, k):
+            out[v, 0] += x
+            out[v, 1] += y
+            out[v, 2] += z
+    return out
+
+
+@njit(cache=True, error_model="numpy")
+def spacings(offsets, members, points):
+    """Return the edge of an even triangulation as dense as the points around each vertex; 0 where there are none.
+
+    The v nearest of points with one on each area a have the mean square distance a (v + 1) / (2 pi).
+    """
+    out = np.zeros(points.shape[0])
+    for i in range(points.shape[0]):
+        total, count = 0.0, offsets[i + 1] - offsets[i]
+        for m in range(offsets[i], offsets[i + 1]):
+            j = members[m]
+            for axis in range(3):
+                total += (points[j, axis] - points[i, axis]) ** 2
+        if count:
+            area = 2.0 * math.pi / (count + 1.0) * total / count
+            out[i] = math.sqrt(area * 2.0 / math.sqrt(3.0))
+    return out
+
+
+@njit(cache=True, error_model="numpy")
+def averaged(offsets, members, values, times, signed):
+    """Return the rows averaged with those of their neighbors, so often; turned to agree where signs are free."""
+    now, then = values.copy(), values.copy()
+    for _ in range(times):
+        for i in range(values.shape[0]):
+            for c in range(values.shape[1]):
+                then[i, c] = now[i, c]
+            for m in range(offsets[i], offsets[i + 1]):
+                j = members[m]
+                sign = 1.0
+                if not signed:
+                    total = 0.0
+                    for c in range(values.shape[1]):
+                        total += now[i, c] * now[j, c]
+                    sign = math.copysign(1.0, total)
+                for c in range(values.shape[1]):
+                    then[i, c] += sign * now[j, c]
+            for c in range(values.shape[1]):
+                then[i, c] /= 1.0 + offsets[i + 1] - offsets[i]
+        now, then = then, now
+    return now
+
+
+@njit(cache=True)
+def nearest_probe(offsets, members, probes):
+    """Return for each vertex the row of the probe fewest edges away; -1 where no edges lead to one."""
+    out = np.full(offsets.shape[0] - 1, -1, np.int64)
+    queue = np.empty(offsets.shape[0] - 1, np.int64)
+    stop = 0
+    for row in range(probes.shape[0]):
+        out[probes[row]] = row
+        queue[stop] = probes[row]
+        stop += 1
+    start = 0
+    while start < stop:
+        i = queue[start]
+        start += 1
+        for m in range(offsets[i], offsets[i + 1]):
+            j = members[m]
+            if out[j] < 0:
+                out[j] = out[i]
+                queue[stop] = j
+                stop += 1
+    return out
+
+
+@njit(cache=True, error_model="numpy")
+def planes(offsets, members, points):
+    """Return unit normals, of any sign, of the planes nearest to each point's neighbors; zero without neighbors."""
+    out = np.zeros(points.shape)
+    spread = np.zeros((3, 3))
+    for i in range(points.shape[0]):
+        if offsets[i] == offsets[i + 1]:
+            continue
+        spread[:] = 0.0
+        for m in range(offsets[i], offsets[i + 1]):
+            j = members[m]
+            for a in range(3):
+                for b in range(3):
+                    spread[a, b] += (points[j, a] - points[i, a]) * (points[j, b] - points[i, b])
+        out[i] = np.linalg.eigh(spread)[1][:, 0]
+    return out
+
+
+@njit(cache=True, error_model="numpy")
+def agreeing(offsets, members, normals, points):
+    """Return normals turned so that each agrees with its predecessor, outward by the sign of the volume they span.
+
+    Predecessors are found edge by edge from the first point on.
+    """
+    out = normals.copy()
+    n = out.shape[0]
+    met = np.zeros(n, np.bool_)
+    queue = np.empty(n, np.int64)
+    for root in range(n):
+        if met[root]:
+            continue
+        met[root] = True
+        queue[0] = root
+        start, stop = 0, 1
+        while start < stop:
+            i = queue[start]
+            start += 1
+            for m in range(offsets[i], offsets[i + 1]):
+                j = members[m]
+                if met[j]:
+                    continue
+                met[j] = True
+                queue[stop] = j
+                stop += 1
+                if out[i, 0] * out[j, 0] + out[i, 1] * out[j, 1] + out[i, 2] * out[j, 2] < 0.0:
+                    out[j] = -out[j]
+        middle = np.zeros(3)
+        for k in range(stop):
+            middle += points[queue[k]] / stop
+        volume = 0.0
+        for k in range(stop):
+            for axis in range(3):
+                volume += out[queue[k], axis] * (points[queue[k], axis] - middle[axis])
+        if volume < 0.0:
+            for k in range(stop):
+                out[queue[k]] = -out[queue[k]]
+    return out

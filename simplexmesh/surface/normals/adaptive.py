@@ -1,0 +1,18 @@
+"""The normals of the jets that the adaptive estimator of curvature fits."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from simplexmesh.surface.curvature.adaptive import jets
+from simplexmesh.surface.methods import Normals
+from simplexmesh.surface.neighborhoods import Neighborhoods
+from simplexmesh.surface.samples import Samples
+
+
+def estimate(
+    samples: Samples, around: Neighborhoods, normals: Any, *, noise: float | None = None, detail: float | None = None
+) -> Normals:
+    """Return the normals of polynomials fitted at a scale of their own; options as in `curvature`."""
+    found = jets(samples, around, noise=noise, detail=detail)
+    return Normals(found.normals, found.reasons)
