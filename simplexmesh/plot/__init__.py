@@ -11,9 +11,9 @@ Examples
 
 from simplexmesh.plot.attribute_image import signature
 from simplexmesh.plot.camera import looked_at
-from simplexmesh.plot.heat import classes, heat
 from simplexmesh.plot.landscape import landscape
 from simplexmesh.plot.overlay import overlay
+from simplexmesh.plot.paint import classes, heat
 from simplexmesh.plot.scenes import beside, panels, surface, together
 from simplexmesh.plot.stage import has_display, picture, stage
 

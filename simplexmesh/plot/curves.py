@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.plot.camera import looked_at
-from simplexmesh.plot.heat import FAILED, colored, hot_metal
+from simplexmesh.plot.paint import FAILED, colored, hot_metal
 from simplexmesh.plot.scale import bar
 from simplexmesh.plot.scenes import COLORS_LIT
 from simplexmesh.plot.stage import INK, LIGHTS, has_display, quiet

@@ -26,7 +26,7 @@ COLORS = (
 )  # fmt: skip
 """One for each class: red outward, blue inward."""
 
-CERTAIN = 2.0
+CERTAIN = 1.0
 """A curvature is taken for zero within so many of its standard deviations."""
 
 
@@ -94,7 +94,7 @@ def hk_classes(
         Width of the window over which H and K are averaged first, in the surface's unit of length; 0 for none. By
         default the smallest of `saliency`'s, 0.6 % of the diagonal or 1.5 edges.
     tolerance_mean, tolerance_gauss : float or (n,) array of float, optional
-        Within which H, in 1 / length, and K, in 1 / length squared, count as zero. By default 2 standard deviations:
+        Within which H, in 1 / length, and K, in 1 / length squared, count as zero. By default a standard deviation:
         the error of H that the method gives, or its unevenness from vertex to vertex, less what averaging takes away;
         that of K follows, dK = sqrt(k1^2 + k2^2) dk + dk^2.
 

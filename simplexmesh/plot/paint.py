@@ -152,7 +152,9 @@ def classes(
         )
     palette = list(colors) if colors is not None else [PALETTE[k % len(PALETTE)] for k in range(numbers.max() + 1)]
     table = np.array([pv.Color(color).float_rgb for color in palette])
-    coat = colored(shown, "classes", table[numbers])
+    coat = (
+        cells(shown, table[numbers]) if isinstance(shown, TriangleMesh) else colored(shown, "classes", table[numbers])
+    )
     _draw(plotter, coat, scalars="classes", rgb=True)
     if legend and names is not None:
         for place, k in enumerate(np.unique(numbers)):
@@ -207,6 +209,24 @@ def colored(shown: Any, name: str, values: Array) -> pv.PolyData:
         cell_normals=False, split_vertices=True, feature_angle=SMOOTH, consistent_normals=False,
         auto_orient_normals=False,
     )  # fmt: skip
+
+
+def cells(shown: TriangleMesh, colors: Array) -> pv.PolyData:
+    """Return a surface cut into what is nearest to each vertex, in its color: nothing blends where classes meet."""
+    normals, faces = shown.vertex_normals, shown.faces
+    a, b, c = faces, np.roll(faces, -1, axis=1), np.roll(faces, 1, axis=1)
+
+    def corners(values: Array) -> Array:
+        middle = values[faces].mean(axis=1, keepdims=True) + np.zeros((1, 3, 1))
+        parts = values[a], 0.5 * (values[a] + values[b]), middle, 0.5 * (values[a] + values[c])
+        return np.stack(parts, axis=2).reshape(-1, 3)
+
+    points = corners(shown.vertices)
+    coat = pv.PolyData.from_regular_faces(points, np.arange(len(points)).reshape(-1, 4))
+    coat["classes"] = np.repeat(colors[faces].reshape(-1, 3), 4, axis=0)
+    coat.point_data["Normals"] = corners(normals)
+    coat.point_data.active_normals_name = "Normals"
+    return coat
 
 
 def _first(normals: Array | None) -> Array | None:

@@ -1,0 +1,151 @@
+"""Hot metal, classes and marks: colors are those of the numbers, failures are off the scale."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import pyvista as pv
+
+import simplexmesh as sm
+from simplexmesh.plot import paint
+
+
+@pytest.fixture(autouse=True)
+def _closed():
+    yield
+    pv.close_all()
+
+
+RING = sm.torus(24, 12).triangulated("dual")
+VALUES = RING.vertices[:, 2]
+CUBE = sm.Volume(np.ones((4, 4, 4)))
+
+
+def drawn(plotter):
+    """What is in a picture."""
+    return [actor.mapper.dataset for actor in plotter.actors.values() if getattr(actor, "mapper", None) is not None]
+
+
+def shade(path):
+    """The picture as (rows, columns, 3) numbers."""
+    return np.asarray(pv.read(path).active_scalars).reshape(-1, 3)
+
+
+class TestHotMetal:
+    def test_runs_from_blue_over_green_to_red(self):
+        table = paint.hot_metal(-2.0, 2.0)
+        low, middle, high = (np.array(table.map_value(x))[:3] for x in (-2.0, 0.0, 2.0))
+        assert low.argmax() == 2
+        assert middle.argmax() == 1
+        assert high.argmax() == 0
+        shades = np.array([table.map_value(x)[:3] for x in np.linspace(-2, 2, 50)])
+        assert np.abs(np.diff(shades, axis=0)).max() < 0.15  # no steps
+
+    def test_failures_are_on_no_place_of_the_scale(self):
+        table = paint.hot_metal(0.0, 1.0)
+        failed = np.array(pv.Color(paint.FAILED).float_rgb)
+        shades = np.array([table.map_value(x)[:3] for x in np.linspace(0, 1, 200)])
+        assert np.linalg.norm(shades - failed, axis=1).min() > 0.25
+        assert tuple(table.nan_color.float_rgb) == tuple(pv.Color(paint.FAILED).float_rgb)
+
+
+class TestHeat:
+    @pytest.mark.parametrize(
+        "surface",
+        [RING, sm.torus(24, 12), sm.PointCloud(RING.vertices), sm.PointCloud(RING.vertices, RING.vertex_normals)],
+        ids=["triangles", "simplex mesh", "points", "disks"],
+    )
+    def test_carries_the_numbers(self, surface):
+        at = surface.points if isinstance(surface, sm.PointCloud) else surface.vertices
+        plotter = sm.plot.heat(surface, at[:, 2], name="height (mm)", limits=(-1.0, 1.0))
+        coat = next(each for each in drawn(plotter) if "heat" in each.point_data)
+        assert coat["heat"] == pytest.approx(coat.points[:, 2], abs=0.25)
+        assert "height (mm)\n" in plotter.scalar_bars
+
+    def test_failed_vertices_are_gray_in_the_picture(self, tmp_path):
+        values = np.full(RING.n_vertices, 1.0)
+        one = shade(sm.plot.picture(tmp_path / "one.png", sm.plot.heat(RING, values, limits=(0, 2))))
+        values[:] = np.nan
+        other = shade(sm.plot.picture(tmp_path / "other.png", sm.plot.heat(RING, values, limits=(0, 2))))
+        above = len(one) // 4  # the scale is below
+        colorful = [int((np.ptp(each[above:].astype(int), axis=1) > 60).sum()) for each in (one, other)]
+        assert colorful[0] > 10_000 > 100 > colorful[1]
+
+    @pytest.mark.parametrize(
+        ("values", "expected"),
+        [
+            ([-1.0, 0.5, 3.0] * 100, (-3.0, 3.0)),
+            ([0.0, 1.0, 2.0] * 100, (0.0, 2.0)),
+            ([9.0, 9.5, 10.0] * 100, (9.0, 10.0)),
+            ([5.0] * 100, (4.5, 5.5)),
+            ([np.nan] * 100, (0.0, 1.0)),
+            ([0.1] * 999 + [1e9], (-0.4, 0.6)),
+        ],
+    )
+    def test_limits(self, values, expected):
+        assert paint._limits(np.array(values), None) == pytest.approx(expected)
+        assert paint._limits(np.array(values), (1, 2)) == (1.0, 2.0)
+
+    def test_marks_are_balls_at_their_places(self):
+        points = RING.vertices[[0, 100]]
+        plotter = sm.plot.heat(RING, VALUES, marks=points)
+        balls = [each for each in drawn(plotter) if each.n_points == 362]
+        assert [ball.center for ball in balls] == [pytest.approx(point, abs=0.01) for point in points.tolist()]
+
+    def test_takes_salient_points(self):
+        found = sm.salient_points(RING, of=VALUES)
+        sm.plot.heat(RING, VALUES, marks=found).close()
+
+    def test_goes_into_a_panel(self):
+        plotter = sm.plot.stage(columns=2)
+        plotter.subplot(0, 1)
+        assert sm.plot.heat(RING, VALUES, plotter=plotter, title="heights") is plotter
+
+    @pytest.mark.parametrize(
+        ("call", "words"),
+        [
+            (lambda: sm.plot.heat(RING, [1.0]), "values must have shape (288,), not (1,)"),
+            (lambda: sm.plot.heat(RING, VALUES, limits=(2, 1)), "limits must rise, not go from 2 to 1"),
+            (lambda: sm.plot.heat(RING, VALUES, limits=(np.nan, 1)), "limits must be finite, not nan"),
+            (lambda: sm.plot.heat(RING, VALUES, marks=[0, 1]), "marks must have shape (*, 3), not (2,)"),
+            (
+                lambda: sm.plot.heat(sm.Volume(np.ones((4, 4, 4))), VALUES),
+                "surface must be a mesh or points, not Volume",
+            ),
+            (
+                lambda: sm.plot.classes(RING, [0.5] * 288),
+                "labels must be (288,) class numbers of at least 0",
+            ),
+            (lambda: sm.plot.classes(RING, [-1] * 288), "labels must be (288,) class numbers of at least 0"),
+        ],
+    )
+    def test_bad_input_is_told(self, call, words):
+        with pytest.raises((ValueError, TypeError)) as caught:
+            call()
+        assert str(caught.value).startswith(words)
+
+
+class TestClasses:
+    def test_each_is_of_its_color_and_nothing_blends(self):
+        labels = (VALUES > 0).astype(int)
+        coat = paint.cells(RING, np.array([[1.0, 0, 0], [0, 0, 1]])[labels])
+        assert {tuple(color) for color in np.asarray(coat["classes"])} == {(1.0, 0.0, 0.0), (0.0, 0.0, 1.0)}
+        assert coat.area == pytest.approx(RING.area)
+        flat = coat.compute_normals(point_normals=False, consistent_normals=False, auto_orient_normals=False)
+        lit = np.asarray(coat.point_data["Normals"]).reshape(-1, 4, 3).mean(axis=1)
+        assert (np.einsum("ij,ij->i", flat.cell_data["Normals"], lit) > 0).all()
+
+    @pytest.mark.parametrize("surface", [RING, sm.torus(24, 12), sm.PointCloud(RING.vertices)])
+    def test_legend_names_those_there_are(self, surface):
+        at = surface.points if isinstance(surface, sm.PointCloud) else surface.vertices
+        plotter = sm.plot.classes(surface, (at[:, 2] > 0).astype(int) * 2, names=["low", "none", "high"])
+        names = [name for name in plotter.actors if name.startswith("legend entry") and "dot" not in name]
+        written = [plotter.actors[name].input for name in names]
+        assert written == ["low", "high"]
+
+    def test_takes_what_the_functions_return(self):
+        curvature = sm.curvature(RING, "sine")
+        kinds = sm.hk_classes(RING, curvature=curvature)
+        sm.plot.classes(RING, kinds).close()
+        sm.plot.classes(RING, sm.regions(RING, kinds)).close()
+        sm.plot.classes(RING, kinds, legend=False).close()
