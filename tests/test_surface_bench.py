@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -186,10 +187,23 @@ def small():
     return measured([graph("cubic"), graph("sphere")], THESIS_METHODS, QUIET, quick=True)
 
 
+@pytest.fixture(scope="module")
+def rated():
+    return measured(list(ARTICLE.values()), THESIS_METHODS, QUIET, quick=True).ratings
+
+
 class TestRatings:
-    def test_of_everything_the_thesis_rates_are_explained(self):
-        found = measured(list(ARTICLE.values()), THESIS_METHODS, QUIET, quick=True)
-        for kind, rows in found.ratings.items():
+    def test_stand_in_the_documentation(self, rated):
+        text = (Path(__file__).parents[1] / "docs" / "benchmark.md").read_text(encoding="utf-8")
+        for kind, rows in rated.items():
+            table = text.partition(f"<!-- bench: ratings of {kind} -->")[2].partition("<!-- end -->")[0]
+            for row in rows:
+                (line,) = [line for line in table.splitlines() if line.startswith(f"| {row['method']} |")]
+                cells = [cell.split()[0] for cell in line.split("|")[2:5]]
+                assert cells == [f"`{row[name]}`" for name in ("precision", "convergence", "stability")]
+
+    def test_of_everything_the_thesis_rates_are_explained(self, rated):
+        for kind, rows in rated.items():
             assert {row["method"] for row in rows} == set(printed.THESIS[kind])
             lines = ratings.compared(kind, rows)
             assert [line for line in lines if line["why"] == "not explained"] == []
