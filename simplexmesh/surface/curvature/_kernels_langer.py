@@ -13,6 +13,9 @@ from simplexmesh.surface._kernels_frames import tangents
 from simplexmesh.surface.curvature._kernels_solve import FLAT, principal
 from simplexmesh.surface.reasons import DEGENERATE, FEW, FOUND
 
+MANY = 64
+"""More neighbors than this are sorted together rather than one by one."""
+
 RIGHT = 1e-6
 """Angles whose cosine is less are right: their tangents outgrow all others, which leaves their own neighbors."""
 
@@ -41,12 +44,14 @@ def _sections(points, i, members, start, stop, normal, sections):
         if flat <= FLAT * square:
             continue
         azimuth, place, length = math.atan2(v, u), count, math.sqrt(flat)
-        while place > 0 and sections[place - 1, 0] > azimuth:
+        while place > 0 and stop - start <= MANY and sections[place - 1, 0] > azimuth:
             sections[place] = sections[place - 1]
             place -= 1
         sections[place, 0], sections[place, 1] = azimuth, -2.0 * (nx * x + ny * y + nz * z) / square
         sections[place, 2], sections[place, 3] = u / length, v / length
         count += 1
+    if stop - start > MANY:
+        sections[:count] = sections[np.argsort(sections[:count, 0])]
     return count
 
 
