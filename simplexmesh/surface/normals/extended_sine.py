@@ -28,9 +28,9 @@ def estimate(
 
     Exact on spheres, wherever the neighbors; on other surfaces off by O(h^2).
 
-    Solver "newton" seeks the zero of (d, e) in two unknowns, some ten fits a vertex. "ternary" is the thesis's
-    search (algorithm 4, its errata mended): tilts along (d, e), by the angle that leaves least, some hundred times as
-    long. Both end when the normal is off by less than `tolerance` radians, as far as (d, e) tell, or give up after so
+    Solver "newton" seeks the zero of (d, e) in two unknowns, five to seven fits a vertex. "ternary" is the thesis's
+    search (algorithm 4, its errata mended): tilts along (d, e), by the angle that leaves least, twenty to a hundred
+    times as many fits. Both end when the normal is off by less than `tolerance` radians, as far as (d, e) tell, or give up after so
     many `iterations`.
     """
     n = len(around)
