@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from simplexmesh.surface.bench import candidates, noisy, page, peers, printed, ratings, report, tables, whole
+from simplexmesh.surface.bench import candidates, noisy, page, peers, printed, ratings, report, tables, tilt, whole
 from simplexmesh.surface.bench.__main__ import main
 from simplexmesh.surface.bench.curve import Curve
 from simplexmesh.surface.bench.pointwise import DISTANCES, Pointwise, rows_of, spreads
@@ -149,6 +149,34 @@ class TestMeshes:
         made = split_square(graph("sphere"), 4)
         (line, _) = whole.scored(made, {"curvature": ["full_quadric"], "normals": []})
         assert line["failed"] + np.isfinite(line["mean error"]) * 1 >= 1
+
+    def test_orders_on_meshes_are_fitted(self):
+        sizes = (8, 16, 32, 64)
+        lines = [{"place": "a", "method": "good", "size": m, "mean error": 3.0 / m**2} for m in sizes]
+        lines += [{"place": "a", "method": "exact", "size": m, "mean error": 1e-15} for m in sizes]
+        assert page._orders(lines) == [{"place": "a", "good": "2.0", "exact": None}]
+        surfaces = [graph("hyperboloid")]
+        names = {"curvature": ["sine", "taubin"], "normals": []}
+        rows = []
+        for surface, kind, size, made in whole.meshes(surfaces, sizes):
+            if kind == "SplitSquare":
+                rows += [{"place": surface, "size": size} | line for line in whole.scored(made, names)]
+        (orders,) = page._orders([line for line in rows if line["quantity"] == "H"])
+        assert float(orders["sine"]) == pytest.approx(2, abs=0.15)
+        assert abs(float(orders["taubin"])) < 0.15
+
+
+class TestTilt:
+    def test_only_the_discrete_operators_do_not_care(self):
+        names = {"curvature": ["sine", "quadric", "extended_quadric", "discrete"], "normals": ["extended_sine", "area"]}
+        rows = list(tilt.tilt_table(list(ARTICLE.values()), names, (0.0, 5.0)))
+        found = {(row["method"], row["degrees"]): row["error"] for row in rows}
+        assert found["discrete", 5.0] == pytest.approx(found["discrete", 0.0], rel=1e-6)
+        for name in ("sine", "quadric"):
+            assert found[name, 5.0] > 20 * found[name, 0.0]
+        assert found["extended_quadric", 5.0] < 2 * found["extended_quadric", 0.0]
+        assert found["extended_sine", 5.0] == pytest.approx(found["extended_sine", 0.0], abs=1e-8)
+        assert ("area", 0.0) not in found
 
 
 class TestNoise:

@@ -98,15 +98,23 @@ def curvature_of(
     return _answer(curvatures.curvature, samples, name, asked)
 
 
-def normals_of(name: str, samples: Samples, *, around: Neighborhood | None = None) -> Array:
+def normals_of(
+    name: str, samples: Samples, *, around: Neighborhood | None = None, normals: Array | None = None
+) -> Array:
     """Return the normals a method finds, NaN where it finds none; nothing is warned of.
+
+    `normals` are where those start that start from some.
 
     Raises
     ------
     RefusedError
         It does not take this.
     """
-    found = _answer(normal_estimates.vertex_normals, samples, name, _asked(method("normals", name), around))
+    registered = method("normals", name)
+    asked = _asked(registered, around)
+    if normals is not None and registered.normals is not None and not registered.own_scale:
+        asked["normals"] = normals
+    found = _answer(normal_estimates.vertex_normals, samples, name, asked)
     return np.where((found != 0).any(axis=1)[:, None], found, np.nan)
 
 

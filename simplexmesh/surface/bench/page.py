@@ -20,6 +20,7 @@ KINDS = {"curvature": "Curvatures", "normals": "Normals"}
 SHORT = ("method", "precision", "convergence", "stability", "clouds", "complexity")
 NUMBERS = ("method", "at a point", "on meshes", "worst on a mesh", "right limits", "converge", "order", "spread")
 NOTHING = 1e-12
+ROUNDED = 1e-9
 WHAT = {"H": "Relative error of H", "K": "Relative error of K", "N": "Mean angle of normals in degrees"}
 
 
@@ -33,6 +34,7 @@ def index(found: Results, pictures: Mapping[str, str], *, quick: bool) -> str:
         *_ratings(found),
         *_pointwise(found, pictures),
         *_meshes(found, pictures),
+        *_tilts(found),
         *_noise(found),
         *_peers(found),
         "## Surfaces in color",
@@ -100,15 +102,42 @@ def _meshes(found: Results, pictures: Mapping[str, str]) -> list[str]:
         f"{ratings.SIZE}; all sizes: [meshes.csv](meshes.csv). H and K have units, 1 / length and its square.",
     ]
     for quantity, said in (("H", "H"), ("K", "K"), ("N", "The normal, |N - truth|")):
-        rows = [line for line in found.meshes if line["quantity"] == quantity and line["size"] == ratings.SIZE]
-        rows = [line | {"place": f"{line['surface']} {line['mesh']}".replace("_", " ")} for line in rows]
-        if rows:
+        every = [line for line in found.meshes if line["quantity"] == quantity]
+        every = [line | {"place": f"{line['surface']} {line['mesh']}".replace("_", " ")} for line in every]
+        if rows := [line for line in every if line["size"] == ratings.SIZE]:
             parts += [f"{said}:", as_markdown(pivoted(rows, "place", "method", _both))]
+            parts += ["Order of the mean error, where it is above round-off:", as_markdown(_orders(every))]
     return [*parts, *_shown(pictures, "meshes_")]
 
 
 def _both(line: dict[str, Any]) -> str:
     return " / ".join("0" if line[name] < NOTHING else f"{line[name]:.1e}" for name in ("mean error", "max error"))
+
+
+def _tilts(found: Results) -> list[str]:
+    parts = [
+        "## A wrong normal to start from",
+        "Median error over surfaces and patterns, neighbors at 0.1, when the normal a method starts from is off by so "
+        "many degrees: how much curvatures inherit, and which normals recover. Of H in units of the largest curvature. "
+        "Also in [tilts.csv](tilts.csv).",
+    ]
+    for quantity, said in (("H", "H"), ("N", "The normal, as a chord")):
+        if rows := [line for line in found.tilts if line["quantity"] == quantity]:
+            parts += [f"{said}:", as_markdown(pivoted(rows, "method", "degrees", lambda line: float(line["error"])))]
+    return parts
+
+
+def _orders(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Return the power of the step that mean errors fall with, fitted to the finest four sizes, one row a mesh."""
+    out: dict[str, dict[str, Any]] = {}
+    for key in dict.fromkeys((line["place"], line["method"]) for line in rows):
+        mine = [line for line in rows if (line["place"], line["method"]) == key][-4:]
+        known = [(line["size"], line["mean error"]) for line in mine if line["mean error"] > ROUNDED]
+        row = out.setdefault(key[0], {"place": key[0]})
+        fits = len(known) == len(mine) >= 3
+        sizes, errors = np.log(np.array(known or [(1, 1)], float)).T
+        row[key[1]] = f"{-np.polyfit(sizes, errors, 1)[0]:.1f}" if fits else None
+    return list(out.values())
 
 
 def _noise(found: Results) -> list[str]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from simplexmesh.surface.bench import noisy, peers, pictures, ratings, whole
+from simplexmesh.surface.bench import noisy, peers, pictures, ratings, tilt, whole
 from simplexmesh.surface.bench.curve import Curve
 from simplexmesh.surface.bench.page import index
 from simplexmesh.surface.bench.pointwise import Pointwise, rows_of, spreads
@@ -29,6 +29,7 @@ class Results:
     names: Mapping[str, Sequence[str]]
     curves: dict[str, list[Curve]] = field(default_factory=dict)
     meshes: Rows = field(default_factory=list)
+    tilts: Rows = field(default_factory=list)
     noise: Rows = field(default_factory=list)
     peers: Rows = field(default_factory=list)
     ratings: dict[str, Rows] = field(default_factory=dict)
@@ -53,6 +54,8 @@ def measured(
     test = Pointwise(surfaces)
     found.curves["curvature"] = [curve for name in names["curvature"] for curve in test.curvature(name)]
     found.curves["normals"] = [curve for name in names["normals"] for curve in test.normal(name)]
+    report(0.04, "wrong normals")
+    found.tilts += tilt.tilt_table(surfaces, names)
     sizes = QUICK_SIZES if quick else whole.SIZES
     work = sum(size**2 for size in sizes for _ in range(2 * len(surfaces) + 2))
     done = 0
@@ -85,6 +88,7 @@ def written(found: Results, folder: Path, report: Report, *, quick: bool = False
         "pointwise": rows_of(curves),
         "spread": spreads(curves),
         "meshes": found.meshes,
+        "tilts": found.tilts,
         "noise": found.noise,
         "tori": found.peers,
         **{f"ratings_{kind}": rows for kind, rows in found.ratings.items()},
