@@ -165,6 +165,16 @@ class TestPrinted:
             assert np.nanmean(values) == pytest.approx(middle, rel=4e-6)
             assert not spread or np.nanstd(values) == pytest.approx(spread, rel=1e-4)
 
+    def test_on_the_sphere_of_the_article(self):
+        ball = discretized.uv_sphere(50, 50).mesh
+        found, _ = quietly(ball, "discrete", area="voronoi")
+        assert (found.mean.mean(), found.gauss.mean()) == pytest.approx((0.500001, 0.250376), abs=1e-6)
+        found, _ = quietly(ball, "quadric")
+        assert (found.mean.mean(), found.gauss.mean()) == pytest.approx((0.493476, 0.237483), abs=1e-6)
+        found, _ = quietly(ball, "extended_quadric")  # the vertices beside the poles have valence five
+        assert (np.nanmean(found.mean), np.nanmean(found.gauss)) == pytest.approx((0.500771, 0.250771), abs=1e-6)
+        assert found.failed.sum() == 100
+
     @pytest.mark.parametrize(
         ("method", "options", "cone_mean", "cone_gauss", "cylinder_gauss"),
         [
