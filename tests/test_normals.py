@@ -356,6 +356,13 @@ def test_turns_with_the_surface_and_heeds_neither_place_nor_size(method, seed, s
     assert_allclose(found, expected, atol=1e-7)
 
 
+@given(turn=st.integers(0, 2**31 - 1), surface=st.sampled_from(["elliptic_paraboloid", "hyperboloid", "cylinder"]))
+def test_rounding_does_not_choose_among_equally_opposite_pairs(turn, surface):
+    ring = truth.scheme_ring(graph(surface), "R", 12, 0.1)
+    R = Rotation.random(random_state=turn).as_matrix()
+    assert_allclose(one(ring.points @ R.T, "chen_schmitt"), R @ one(ring.points, "chen_schmitt"), atol=1e-9)
+
+
 @given(seed=st.integers(0, 2**31 - 1))
 @pytest.mark.parametrize("method", ["plane", "quadric", "extended_sine", "chen_schmitt"])
 def test_does_not_heed_the_order_of_the_neighbors(method, seed):

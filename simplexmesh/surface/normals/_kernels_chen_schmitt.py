@@ -13,7 +13,7 @@ from simplexmesh.surface.reasons import DEGENERATE, FEW, FOUND
 
 TIED = 1e-9
 """Oppositions that differ by less than this share of the farthest neighbor's square are the same: rounding must not
-choose between them."""
+choose between them. As little of a product along the reference does not tell its side."""
 
 
 @njit(cache=True, error_model="numpy")
@@ -74,7 +74,10 @@ def _sum_of_products(lines, count, rx, ry, rz):
             x = lines[a, 1] * lines[b, 2] - lines[a, 2] * lines[b, 1]
             y = lines[a, 2] * lines[b, 0] - lines[a, 0] * lines[b, 2]
             z = lines[a, 0] * lines[b, 1] - lines[a, 1] * lines[b, 0]
-            side = 1.0 if x * rx + y * ry + z * rz > 0.0 else -1.0
+            side = x * rx + y * ry + z * rz
+            if side * side <= TIED * TIED * (x * x + y * y + z * z):
+                continue  # it lies in the tangent plane and looks to neither side
+            side = math.copysign(1.0, side)
             tx += side * x
             ty += side * y
             tz += side * z
