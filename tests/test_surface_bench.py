@@ -131,6 +131,68 @@ class TestPointwise:
         assert {row["order"] for row in rows} == {"exact"}
 
 
+@pytest.fixture(scope="module")
+def errors():
+    """Errors at the distance nearest to 0.1 by (kind, method), then (surface, scheme, neighbors)."""
+    test = Pointwise(list(ARTICLE.values()))
+    found = {}
+    for kind, names in THESIS_METHODS.items():
+        for name in names:
+            curves = test.curvature(name) if kind == "curvature" else test.normal(name)
+            found[kind, name] = {(c.surface, c.scheme, c.count): c.error_at(0.1) for c in curves if c.quantity in "HN"}
+    return found
+
+
+class TestFindings:
+    """What the thesis concludes (4.3), as far as it is true."""
+
+    def test_the_quadric_is_the_best_on_quadrics_and_the_worst_on_spheres(self, errors):
+        for scheme in ("R", "Rda", "Rdd"):
+            for count in (6, 12):
+                for surface in ("exponential", "elliptic_paraboloid", "hyperboloid", "trigonometric"):
+                    found = {
+                        name: e[surface, scheme, count] for (kind, name), e in errors.items() if kind == "curvature"
+                    }
+                    assert found["quadric"] <= min(found.values()) + 1e-12, (surface, scheme, count)
+                found = {name: e["sphere", scheme, count] for (kind, name), e in errors.items() if kind == "curvature"}
+                del found["discrete"]
+                assert found["quadric"] == max(found.values())
+
+    def test_circles_collapse_on_the_cubic_and_the_cylinder_with_twelve(self, errors):
+        found = errors["curvature", "chen_schmitt"]
+        assert found["cylinder", "R", 12] == pytest.approx(0.3536, abs=1e-3)
+        assert found["cubic", "R", 12] == pytest.approx(0.3, abs=0.01)
+
+    def test_the_sphere_is_exact_for_all_but_quadrics_and_cotangents(self, errors):
+        for name in ("taubin", "langer", "chen_schmitt", "sine"):
+            values = [e for (surface, *_), e in errors["curvature", name].items() if surface == "sphere"]
+            assert max(values) < 1e-9, name
+
+    def test_planes_are_exact_on_symmetric_rings_only(self, errors):
+        found = errors["normals", "plane"]
+        assert max(found[surface, "R", 6] for surface in ("sphere", "cylinder", "hyperboloid", "exponential")) < 1e-12
+        assert min(found[surface, "Rda", 6] for surface in ("sphere", "cylinder", "hyperboloid", "exponential")) > 1e-4
+
+    def test_circles_give_exact_normals_on_spheres_and_poor_ones_elsewhere(self, errors):
+        found, area = errors["normals", "chen_schmitt"], errors["normals", "area"]
+        assert max(e for (surface, *_), e in found.items() if surface == "sphere") < 1e-9
+        assert all(found[surface, "R", 6] > area[surface, "R", 6] for surface in ("cylinder", "hyperboloid", "cubic"))
+
+    def test_area_weights_beat_the_sine_where_the_thesis_says(self, errors):
+        area, sine = errors["normals", "area"], errors["normals", "extended_sine"]
+        where = [("monkey_saddle", "Rda", 6), ("monkey_saddle", "Rda", 12), ("trigonometric", "Rda", 6)]
+        for place in [*where, ("trigonometric", "Rda", 12), ("trigonometric", "U", 12)]:
+            assert area[place] < sine[place]
+
+    def test_the_sine_gives_the_best_normals_on_the_whole(self, errors):
+        typical = {
+            name: np.exp(np.mean(np.log(np.maximum(list(e.values()), 1e-9))))
+            for (kind, name), e in errors.items()
+            if kind == "normals"
+        }
+        assert min(typical, key=typical.get) == "extended_sine"
+
+
 class TestMeshes:
     def test_have_the_numbers_of_the_specification(self):
         names = {"curvature": ["sine", "quadric", "taubin", "discrete"], "normals": ["area", "plane", "quadric"]}
