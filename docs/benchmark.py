@@ -65,6 +65,10 @@ def main():
         text = filled(text, f"reasons for {kind}", reasons(kind, rows))
     for quantity in "HKN":
         text = filled(text, f"tori {quantity}", torus_table(found.peers, quantity))
+    for quantity in "HN":
+        lines = [line for line in found.tilts if line["quantity"] == quantity]
+        table = tables.pivoted(lines, "method", "degrees", lambda line: float(line["error"]))
+        text = filled(text, f"tilts {quantity}", tables.as_markdown(table))
     text = filled(text, "rules", ratings.RULES)
     made = [*pictures.of_curves(found.curves["curvature"], ("cubic",)), *pictures.of_surfaces(found.names, few=True)]
     for name, _, draw in made:
