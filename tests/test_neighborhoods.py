@@ -362,6 +362,13 @@ class TestSimplexMeshes:
             )
             assert {ring[i][0], ring[i][-1]} <= hole  # the gap lies between the last and the first
 
+    def test_normals_are_known_beforehand(self):
+        mesh = sm.plane(6, 6)
+        assert (as_samples(mesh).outward == mesh.normals).all()
+        cloud = sm.PointCloud(mesh.vertices, mesh.normals)
+        assert (as_samples(cloud).outward == cloud.normals).all()
+        assert as_samples(mesh.triangulated()).outward is None
+
     def test_neighbors_stay_those_of_the_mesh(self):
         mesh = sm.plane(6, 6)
         ring = as_samples(mesh).one_ring
