@@ -30,14 +30,20 @@ from simplexmesh.surface.reasons import DEGENERATE, FEW, FOUND
 BLOCKS = HIGHEST - 2
 """The degrees 3 to 6, whose coefficients have priors."""
 
-STEPS = 4
-"""How often a fit that does not follow the points is tried again at a smaller scale."""
+STEPS = 5
+"""How many fits are tried: shorter ones where one does not follow the points, wider ones where there is none."""
+
+WIDER = 1.5
+"""A ball of too few points, or of points on a conic, is made wider by this, twice at most."""
 
 SHORTER = math.sqrt(0.5)
 """From one scale to the next."""
 
 HARM = 4.0
 """Residuals of size r that are not noise, in a ball of radius R, put H wrong by HARM r / R^2 (measured on tori)."""
+
+SPARE, UNTOLD = 3, 0.1
+"""With fewer points to spare residuals tell nothing: curvature is taken to be wrong by this share."""
 
 LEANING = 0.15
 """Neighborhoods whose mean is farther from the center, in radii, are one-sided: they lie at a border."""
@@ -187,69 +193,93 @@ def adaptive_jets(
     """
     for chunk in prange(chunks):
         stamps = np.full(points.shape[0], -1, np.int32)
-        found, places, heights, columns, sums, matrix, vectors, frame = workspace()
-        u, v, z, y, x, w = heights[0], heights[1], heights[2], vectors[0], vectors[1], vectors[2]
-        here = np.zeros(10)
+        work, here = workspace(), np.zeros(8)
+        found = work[0]
         for row in range(chunk * centers.shape[0] // chunks, (chunk + 1) * centers.shape[0] // chunks):
-            center, radius = centers[row], radii[row]
+            center, radius, degree = centers[row], radii[row], degrees[row]
             reasons[row] = FEW
             if not radius > 0.0:
                 continue
-            count = gathered(offsets, members, points, center, radius, stamps, 2 * row, found)
-            slack, open_share, before, least = 1.0, 1.0, 0.0, 2
+            count = gathered(offsets, members, points, center, radius, stamps, 4 * row, found)
             nx, ny, nz = mean_direction(found, count, directions, center, oriented)
             lean = leaning(found, count, points, center, radius, nx, ny, nz)
             if lean > LEANING:
                 radius *= 1.0 + REACH * min(lean, 0.5)
-                least = HIGHEST
-                count = gathered(offsets, members, points, center, radius, stamps, 2 * row + 1, found)
+                degree = HIGHEST
+                count = gathered(offsets, members, points, center, radius, stamps, 4 * row + 1, found)
+            slack, rest, before, wider = 1.0, 1.0, 0.0, 1
             for _step in range(STEPS):
-                nx, ny, nz = mean_direction(found, count, directions, center, oriented)
-                kept = seen(found, count, points, directions, center, nx, ny, nz, oriented, radius, places)
-                if kept < 6:
-                    break
-                framed(nx, ny, nz, frame)
-                degree = affordable(kept, max(degrees[row], least))
-                terms = (degree + 1) * (degree + 2) // 2
-                if not flattened(places, kept, frame, u, v, z, columns, sums, matrix, y, x):
-                    reasons[row] = DEGENERATE if reasons[row] != FOUND else FOUND
-                    break
-                squares = normal_equations(degree, u, v, z, kept, columns, sums, matrix, y)
-                level = (sigma / radius) ** 2
-                held_back(matrix, degree, level, slack, radius, priors[row])
-                if factored(matrix, y, terms) < terms:
-                    reasons[row] = DEGENERATE if reasons[row] != FOUND else FOUND
-                    break
-                solved(matrix, y, terms, x)
-                for t in range(terms):
-                    squares -= y[t] * y[t]
-                influence(matrix, terms, 3, 5, 1.0, w)
-                variance = 0.0
-                for t in range(terms):
-                    variance += w[t] * w[t]
-                free = max(kept - 6, 1)  # what the priors hold back counts among the residuals
-                excess = squares / free - level * (1.0 + 3.0 / math.sqrt(free))
-                excess = math.sqrt(max(excess, 0.0)) * (HARM if degree > 3 else GENTLE * HARM) * (1.0 + RIMS * lean)
-                judged(x, frame, here)
-                doubt = math.sqrt(level * variance)
-                curved = math.sqrt(0.5 * (here[0] * here[0] + here[1] * here[1]))
-                total = math.sqrt(level * variance + excess * excess) / radius
+                told = (radius, degree, sigma, slack, lean)
+                outcome, total, ratio = fitted(
+                    count, center, points, directions, oriented, told, priors[row], work, here
+                )
+                if outcome != FOUND:
+                    if reasons[row] == FOUND or (outcome == FEW and wider == 3):
+                        break
+                    reasons[row] = outcome
+                    if outcome == DEGENERATE and degree > 2:
+                        degree = 2
+                    elif wider < 3:
+                        wider += 1
+                        radius *= WIDER
+                        count = gathered(offsets, members, points, center, radius, stamps, 4 * row + wider, found)
+                    continue
                 # the part of this fit goes over to the next shorter one as its excess grows, and only if that is better
-                share = open_share
+                share = rest
                 if reasons[row] == FOUND:
-                    ratio = (before / max(total, 1e-300)) ** 4
-                    share *= ratio / (1.0 + ratio)
+                    better = (before / max(total, 1e-300)) ** 4
+                    share *= better / (1.0 + better)
                 mixed(row, share, here, radius, total, shape, d1, normals, error, used, reasons)
                 reasons[row] = FOUND
-                passed = min(max(excess / max(3.0 * doubt, TOLERATED * curved, 1e-300) - 1.0, 0.0), 1.0)
-                open_share = share * passed
+                rest = share * min(max(ratio - 1.0, 0.0), 1.0)
                 before = total
-                if open_share <= 0.0 or radius * SHORTER < smallest[row]:
+                if rest <= 0.0 or radius * SHORTER < smallest[row]:
                     break
                 radius *= SHORTER
                 slack *= 2.0
             if reasons[row] == FOUND:
                 finished(row, shape, d1, normals, error, beyond)
+
+
+@jit
+def fitted(count, center, points, directions, oriented, told, priors, work, here):
+    """Fit one jet to the points found, write k1, k2, d1 and the normal to `here`.
+
+    Returns whether there is one or why not, the expected error of H, and how much larger residuals are than allowed.
+    """
+    radius, degree, sigma, slack, lean = told
+    found, places, heights, columns, sums, matrix, vectors, frame = work
+    u, v, z, y, x, w = heights[0], heights[1], heights[2], vectors[0], vectors[1], vectors[2]
+    nx, ny, nz = mean_direction(found, count, directions, center, oriented)
+    kept = seen(found, count, points, directions, center, nx, ny, nz, oriented, radius, places)
+    if kept < 6:
+        return FEW, 0.0, 0.0
+    framed(nx, ny, nz, frame)
+    if not flattened(places, kept, frame, u, v, z, columns, sums, matrix, y, x):
+        return DEGENERATE, 0.0, 0.0
+    degree = affordable(kept, degree)
+    terms = (degree + 1) * (degree + 2) // 2
+    squares = normal_equations(degree, u, v, z, kept, columns, sums, matrix, y)
+    level = (sigma / radius) ** 2
+    held_back(matrix, degree, level, slack, radius, priors)
+    if factored(matrix, y, terms) < terms:
+        return DEGENERATE, 0.0, 0.0
+    solved(matrix, y, terms, x)
+    influence(matrix, terms, 3, 5, 1.0, w)
+    variance = 0.0
+    for t in range(terms):
+        squares -= y[t] * y[t]
+        variance += w[t] * w[t]
+    judged(x, frame, here)
+    curved = math.sqrt(0.5 * (here[0] * here[0] + here[1] * here[1]))
+    free = max(kept - 6, 1)  # what the priors hold back counts among the residuals
+    excess = squares / free - level * (1.0 + 3.0 / math.sqrt(free))
+    excess = math.sqrt(max(excess, 0.0)) * (HARM if degree > 3 else GENTLE * HARM) * (1.0 + RIMS * lean)
+    if kept < SPARE + 6:
+        excess = max(excess, UNTOLD * curved)
+    doubt = math.sqrt(level * variance)
+    allowed = max(3.0 * doubt, TOLERATED * curved, 1e-300)
+    return FOUND, math.sqrt(doubt * doubt + excess * excess) / radius, excess / allowed
 
 
 @jit

@@ -15,7 +15,7 @@ HIGHEST = 6
 
 TERMS = 28
 
-MOST = 300
+MOST = 312
 """Points a fit looks at, at most: as many as the ball of nine spacings of an even mesh holds."""
 
 STEEP = 0.64
@@ -60,13 +60,18 @@ def gathered(offsets, members, points, center, radius, stamps, stamp, found):
 
 @jit
 def mean_direction(found, count, directions, center, oriented):
-    """Return the unit mean of the directions of the points found, each turned to the center's where signs are free."""
+    """Return the unit mean of the directions of the points found that look to the side the center's looks to.
+
+    Where signs are free every direction does, when turned.
+    """
     sx = sy = sz = 0.0
     x, y, z = directions[center, 0], directions[center, 1], directions[center, 2]
     for k in range(count):
         j = found[k]
         sign = 1.0
-        if not oriented and x * directions[j, 0] + y * directions[j, 1] + z * directions[j, 2] < 0.0:
+        if x * directions[j, 0] + y * directions[j, 1] + z * directions[j, 2] < 0.0:
+            if oriented:
+                continue
             sign = -1.0
         sx += sign * directions[j, 0]
         sy += sign * directions[j, 1]
@@ -110,16 +115,24 @@ def framed(nx, ny, nz, frame):
 
 
 @jit
-def turned(frame, p, q):
-    """Turn a frame so that its normal is that of a plane of slopes p and q; the first axis stays above itself."""
-    length = math.sqrt(1.0 + p * p)
+def turned(frame, p, q, r, s, t):
+    """Turn a frame so that its normal is that of a graph of slopes p, q; the first axis stays above itself.
+
+    Returns the second fundamental form in the new axes, of second derivatives r, s, t in the old ones.
+    """
+    g = 1.0 + p * p + q * q
+    root, length = math.sqrt(g), math.sqrt(1.0 + p * p)
+    # the new second axis is n x u = (-p q, 1 + p^2, q) / (root length) in the old frame
+    along, across = -p * q / (root * length), length / root
     for axis in range(3):
         u, v, n = frame[0, axis], frame[1, axis], frame[2, axis]
         frame[0, axis] = (u + p * n) / length
-        frame[2, axis] = (n - p * u - q * v) / math.sqrt(1.0 + p * p + q * q)
-    for axis in range(3):
-        i, j = (axis + 1) % 3, (axis + 2) % 3
-        frame[1, axis] = frame[2, i] * frame[0, j] - frame[2, j] * frame[0, i]
+        frame[1, axis] = along * u + across * v + q / (root * length) * n
+        frame[2, axis] = (n - p * u - q * v) / root
+    a = r / (length * length * root)
+    b = (r * along + s * across) / (length * root)
+    c = (r * along * along + 2.0 * s * along * across + t * across * across) / root
+    return a, b, c
 
 
 @jit
@@ -264,7 +277,7 @@ def flattened(places, count, frame, u, v, z, columns, sums, matrix, y, x):
     if factored(matrix, y, 6) < 6:
         return False
     solved(matrix, y, 6, x)
-    turned(frame, x[1], x[2])
+    a, b, c = turned(frame, x[1], x[2], 2.0 * x[3], x[4], 2.0 * x[5])
     projected(places, count, frame, u, v, z)
-    unbent(u, v, z, count, 2.0 * x[3], x[4], 2.0 * x[5])
+    unbent(u, v, z, count, a, b, c)
     return True

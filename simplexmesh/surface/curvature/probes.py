@@ -25,7 +25,7 @@ EXACT = 0.01
 BENT = 1.7
 """Balls in which radius times curvedness, squared, is more than this are hardly graphs over a plane any longer."""
 
-DROPPED = 0.05
+DROPPED = 0.1
 """Degrees are left out where that adds no more than this share to the squared error."""
 
 SERIES = (225.0, 0.12)
@@ -61,8 +61,11 @@ class Probed(NamedTuple):
 
     def mean(self, groups: Indices) -> Probed:
         """Means over (q, g) groups of probes; what is signed has none and stays."""
-        levels, energies, weights, misfits = (part[groups].mean(axis=1) for part in self[1:5])
-        radii = np.exp(np.log(self.radii)[groups].mean(axis=1))
+        logs, levels, energies, weights, misfits = (
+            sum((part[members] for members in groups.T), np.zeros(())) / groups.shape[1]
+            for part in (np.log(self.radii), *self[1:5])
+        )
+        radii = np.exp(logs)
         return Probed(radii, levels, energies, weights, misfits, np.median(self.degrees[groups], axis=1), self.steps)
 
 

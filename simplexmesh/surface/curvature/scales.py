@@ -33,7 +33,7 @@ TOGETHER, MORE = 8, 24
 AS_GOOD = 1.2
 """The shortest radius whose risk is at most this times the least is taken: it is cheaper and sees more."""
 
-CAUTIOUS = 0.6
+CAUTIOUS = 0.8
 """What radii are chosen by overstates what degrees left out do, by as much on noisy tori."""
 
 SIGNED = True
