@@ -152,6 +152,19 @@ def test_a_part_finds_its_place_and_signatures_agree(ran, tmp_path):
     assert picture.stat().st_size > 20_000
 
 
+def test_solids_on_a_plate_are_told_apart(ran):
+    _, out = ran("saliency")
+    named = {name: kind for name, (kind, _) in out["named"].items()}
+    assert named["hemisphere"] == named["ring outside"] == "peak"
+    assert named["ring inside"] == "saddle ridge"
+    assert named["cylinder"] == named["cone"] == "ridge"
+    assert min(share for name, (_, share) in out["named"].items() if name != "prism's top") > 0.7
+    assert out["tip"] < 0.1
+    assert out["corners"] < 0.1
+    assert out["rim"] < 0.05
+    assert out["rim_radius"] == pytest.approx(0.5, abs=0.02)
+
+
 class TestFrog:
     def test_organs_and_scan(self, ran):
         _, out = ran("frog")

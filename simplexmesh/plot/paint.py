@@ -28,7 +28,7 @@ HOT_METAL = ("#2a3fd0", "#28c4e8", "#3fbf4d", "#f4e04a", "#d7281e")
 FAILED = "#7d7d7d"
 """Of vertices without a value: gray, which is not on the scale."""
 
-SHOWN = 98.0
+SHOWN = 95.0
 """Percent of the values within the scale, where no limits are given."""
 
 SMOOTH = 60.0
@@ -61,8 +61,8 @@ def heat(
     name : str
         What the numbers are, and their unit, for the scale.
     limits : (2,) tuple of float, optional
-        Ends of the scale. By default 98 % of the values are within: numbers of both signs have zero in the middle,
-        others begin at zero or at their 2nd percentile, whichever spreads them more.
+        Ends of the scale. By default 95 % of the values are within: numbers of both signs have zero in the middle,
+        others begin at zero or at their 5th percentile, whichever spreads them more.
     marks : (m, 3) array of float or SalientPoints, optional
         Points to mark with balls, the first ones larger.
     title : str, optional

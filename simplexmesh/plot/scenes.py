@@ -278,16 +278,17 @@ def together(
 def entry(plotter: pv.Plotter, place: int, name: str, color: str) -> None:
     """Write a name at the left, dark so that it can be read, after a dot in its color."""
     height = 0.93 - 0.034 * place
+    narrow = 1200 * plotter.shape[1] / plotter.window_size[0]  # letters are as wide in a panel as in a whole picture
     plotter.add_text(
         "\u2022",
-        position=(0.025, height - 0.012),
+        position=(0.025 * narrow, height - 0.012),
         viewport=True,
         font_size=22,
         color=color,
         name=f"{LEGEND_NAME} dot {place}",
     )
     plotter.add_text(
-        name, position=(0.05, height), viewport=True, font_size=10, color=INK, name=f"{LEGEND_NAME} {place}"
+        name, position=(0.05 * narrow, height), viewport=True, font_size=10, color=INK, name=f"{LEGEND_NAME} {place}"
     )
 
 

@@ -30,6 +30,10 @@ CERTAIN = 1.0
 """A curvature is taken for zero within so many of its standard deviations."""
 
 
+STRAIGHT = 0.3
+"""Nor does one count that is less than this over the diagonal: what bends with a radius of three diagonals is flat."""
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class HKClasses:
     """Which of eight kinds the surface is at each vertex.
@@ -96,7 +100,7 @@ def hk_classes(
     tolerance_mean, tolerance_gauss : float or (n,) array of float, optional
         Within which H, in 1 / length, and K, in 1 / length squared, count as zero. By default a standard deviation:
         the error of H that the method gives, or its unevenness from vertex to vertex, less what averaging takes away;
-        that of K follows, dK = sqrt(k1^2 + k2^2) dk + dk^2.
+        and at least 0.3 over the diagonal; that of K follows, dK = sqrt(k1^2 + k2^2) dk + dk^2.
 
     Returns
     -------
@@ -133,6 +137,7 @@ def hk_classes(
     share = left_of_noise(averages, width) if width > 0 else 1.0
     error = known.error if known.error is not None else unevenness(averages, known.mean)
     error = share * np.where(np.isfinite(error), error, 0.0)
+    error = np.maximum(error, STRAIGHT / averages.diagonal if averages.diagonal > 0 else 0.0)
     # dk is larger than dH = (dk1 + dk2) / 2 by the root of 2
     bends = np.sqrt(np.maximum(4 * mean**2 - 2 * gauss, 0.0))
     error_gauss = bends * np.sqrt(2.0) * error + 2 * error**2

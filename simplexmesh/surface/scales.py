@@ -8,9 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh.surface.averages import Averages
-from simplexmesh.surface.curvature.estimate import METHODS, curvature
+from simplexmesh.surface.curvature.estimate import curvature
 from simplexmesh.surface.curvature.result import Curvature
-from simplexmesh.surface.neighborhoods import rings
 from simplexmesh.surface.samples import Samples
 
 Array = NDArray[np.float64]
@@ -50,9 +49,7 @@ def known_curvature(samples: Samples, given: Any) -> Curvature:
         It belongs to another surface.
     """
     if given is None:
-        if "adaptive" in METHODS:
-            return curvature(samples)
-        return curvature(samples, "sine", neighborhood=rings(3))
+        return curvature(samples)
     if not isinstance(given, Curvature):
         raise TypeError(f"curvature must be a Curvature, made by simplexmesh.curvature, not {type(given).__name__}")
     if len(given.k1) != len(samples.points):
