@@ -5,19 +5,32 @@ from __future__ import annotations
 import igl
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from simplexmesh import _check
 from simplexmesh._vec import cross, norm, normalized
 from simplexmesh.surface.methods import Estimates
-from simplexmesh.surface.neighborhoods import Neighborhoods
+from simplexmesh.surface.neighborhoods import Neighborhoods, rings
 from simplexmesh.surface.reasons import DEGENERATE, FEW
 from simplexmesh.surface.samples import Samples
 
 Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+Mask = NDArray[np.bool_]
+
+CHUNK = 50_000
+"""So many vertices have their rings in memory at a time."""
+
+CANCELED = 1e-6
+"""Normals whose sum is shorter than this share of their number have no direction in common."""
 
 
 def estimate(samples: Samples, around: Neighborhoods, normals: Array, *, radius: int) -> Estimates:
     """Return what `igl.principal_curvature` finds, with our signs and order; vertices it calls bad have failed.
+
+    So have vertices without a normal, and parts where the normals of a neighborhood cancel, as those of a whole closed
+    body within `radius` rings do: libigl would end the process.
 
     Parameters
     ----------
@@ -32,19 +45,60 @@ def estimate(samples: Samples, around: Neighborhoods, normals: Array, *, radius:
     radius = _check.integer("radius", radius, 2)
     if samples.faces is None:
         raise ValueError("surface must be triangles for method 'principal'")
-    first, second, k1, k2, bad = igl.principal_curvature(samples.points, samples.faces, radius, useKring=True)
-    reasons = np.zeros(len(samples.points), np.uint8)
-    reasons[np.asarray(bad, np.int64)] = FEW
+    n = len(samples.points)
+    d1, d2, k1, k2 = np.zeros((n, 3)), np.zeros((n, 3)), np.zeros(n), np.zeros(n)
+    reasons = np.full(n, DEGENERATE, np.uint8)
+    size = float(np.ptp(samples.points, axis=0).max()) or 1.0
+    used, local, faces = _bearable((samples.points - samples.points.mean(axis=0)) / size, samples.faces, radius)
+    if len(used):
+        first, second, greater, less, bad = igl.principal_curvature(local, faces, radius, useKring=True)
+        reasons[used] = 0
+        reasons[used[np.asarray(bad, np.int64)]] = FEW
+        swapped = (greater < less)[:, None]
+        d1[used], d2[used] = np.where(swapped, second, first), np.where(swapped, first, second)
+        k1[used], k2[used] = np.maximum(greater, less) / size, np.minimum(greater, less) / size
+    reasons[np.bincount(samples.faces.ravel(), minlength=n) == 0] = FEW
     kept = around.centers
-    d1, d2, k1, k2, reasons = first[kept], second[kept], k1[kept], k2[kept], reasons[kept]
-    turned = k1 < k2
-    k1, k2 = np.maximum(k1, k2), np.minimum(k1, k2)
-    d1, d2 = np.where(turned[:, None], d2, d1), np.where(turned[:, None], d1, d2)
+    return _directed(k1[kept], k2[kept], d1[kept], d2[kept], reasons[kept], normals)
+
+
+def _directed(k1: Array, k2: Array, d1: Array, d2: Array, reasons: NDArray[np.uint8], normals: Array) -> Estimates:
+    """Return estimates with normals across both directions, and directions where libigl has none: on planes."""
     reasons[~np.isfinite(k1 + k2) & (reasons == 0)] = DEGENERATE
     out = cross(d1, d2)
     out *= np.where(np.einsum("ij,ij->i", out, normals) < 0, -1.0, 1.0)[:, None]
-    flat = ~(np.abs(norm(out) - 1) < 1e-6)  # where all curvatures are zero libigl has no directions
+    flat = ~(np.abs(norm(out) - 1) < 1e-6)
     out[flat] = normals[flat]
     d1[flat] = normalized(cross(out[flat], np.eye(3)[np.abs(out[flat]).argmin(axis=1)]))
     reasons[(norm(out) < 0.5) & (reasons == 0)] = DEGENERATE
     return Estimates(k1, k2, (k1 + k2) / 2, k1 * k2, reasons, d1, out)
+
+
+def _bearable(points: Array, faces: Indices, radius: int) -> tuple[Indices, Array, Indices]:
+    """Return the vertices libigl can be given, their points, and the faces between them."""
+    while True:
+        used = np.unique(faces)
+        local, faces = points[used], np.searchsorted(used, faces)
+        good = _sound(local, faces, radius) if len(used) else np.ones(0, bool)
+        if good.all():
+            return used, local, faces
+        faces = used[faces[good[faces].all(axis=1)]]
+
+
+def _sound(points: Array, faces: Indices, radius: int) -> Mask:
+    """Whether each vertex has a normal and, where all have, is in a part where they cancel in no neighborhood."""
+    directions = igl.per_vertex_normals(points, faces)
+    sound: Mask = np.isfinite(directions).all(axis=1) & (norm(directions) > 0.5)
+    if not sound.all():
+        return sound
+    n, samples = len(points), Samples(points, faces)
+    for start in range(0, n, CHUNK):
+        rows = np.arange(start, min(start + CHUNK, n))
+        near = samples.around(rings(radius), rows)
+        sums = np.add.reduceat(directions[near.members], near.offsets[:-1]) + directions[rows]
+        sound[rows] = norm(sums) > CANCELED * (near.valence + 1)
+    if sound.all():
+        return sound
+    links = coo_array((np.ones(faces.size), (faces.ravel(), faces[:, [1, 2, 0]].ravel())), shape=(n, n))
+    parts = connected_components(links, directed=False)[1]
+    return np.asarray(~np.isin(parts, parts[~sound]))
