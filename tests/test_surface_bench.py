@@ -296,7 +296,7 @@ class TestRatings:
         for kind, rows in rated.items():
             assert {row["method"] for row in rows} == set(printed.THESIS[kind])
             lines = ratings.compared(kind, rows)
-            assert [line for line in lines if line["why"] == "not explained"] == []
+            assert [line for line in lines if line["why"] == ratings.UNEXPLAINED] == []
             assert all(
                 bool(line["why"]) == (line["here"] != line["thesis"])
                 for line in lines
@@ -416,6 +416,28 @@ class TestReport:
 
         with pytest.raises(KeyboardInterrupt):
             interrupted()
+        assert (folder / "index.md").read_text().endswith("older\n")
+        assert [path.name for path in tmp_path.iterdir()] == ["report"]
+
+    def test_a_failure_at_the_last_moment_leaves_it_too(self, tmp_path, monkeypatch):
+        folder = tmp_path / "report"
+        folder.mkdir()
+        (folder / "index.md").write_text(report.TITLE + "\nolder\n")
+        plain = os.replace
+
+        def failing(source, target):
+            if str(source).endswith(".part"):
+                raise OSError("disk full")
+            plain(source, target)
+
+        monkeypatch.setattr(report.os, "replace", failing)
+
+        def written():
+            with report.draft_of(folder) as draft:
+                (draft / "index.md").write_text("newer")
+
+        with pytest.raises(OSError, match="disk full"):
+            written()
         assert (folder / "index.md").read_text().endswith("older\n")
         assert [path.name for path in tmp_path.iterdir()] == ["report"]
 

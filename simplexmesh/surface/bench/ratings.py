@@ -113,6 +113,8 @@ EXPLAINED = {
 }
 """By kind, method, criterion: why our rating is not the thesis's."""
 
+UNEXPLAINED = "Not explained: reasons were sought on the article's surfaces, all of them."
+
 WORK = (
     "The thesis writes n^2 for fits with a fixed number of unknowns, which take time in proportion to n; only the "
     "sorting of all pairs in chen_schmitt takes more. What is fitted here is the time between 6 and 36 neighbors, of "
@@ -178,7 +180,7 @@ def compared(kind: str, ratings: Rows) -> list[dict[str, str]]:
         for criterion, theirs in zip(CRITERIA, printed[1:], strict=True):
             ours = rating[criterion]
             alike = ours in (theirs, "") or criterion == "complexity"
-            why = "" if alike else EXPLAINED.get((kind, rating["method"], criterion), "not explained")
+            why = "" if alike else EXPLAINED.get((kind, rating["method"], criterion), UNEXPLAINED)
             lines.append(
                 {"method": rating["method"], "criterion": criterion, "here": ours, "thesis": theirs, "why": why}
             )
