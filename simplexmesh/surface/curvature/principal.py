@@ -92,8 +92,15 @@ def _sound(points: Array, faces: Indices, radius: int) -> Mask:
     if not sound.all():
         return sound
     n, samples = len(points), Samples(points, faces)
-    for start in range(0, n, CHUNK):
-        rows = np.arange(start, min(start + CHUNK, n))
+    ring = samples.one_ring
+    row = np.repeat(np.arange(n), ring.valence)
+    turns = np.arccos(np.clip(np.einsum("ij,ij->i", directions[row], directions[ring.members]), -1, 1))
+    turned = np.zeros(n)
+    for _ in range(radius):
+        turned = np.maximum.reduceat(turns + turned[ring.members], ring.offsets[:-1])
+    doubtful = np.flatnonzero(turned > 1.5)  # up to a right angle no sum vanishes
+    for start in range(0, len(doubtful), CHUNK):
+        rows = doubtful[start : start + CHUNK]
         near = samples.around(rings(radius), rows)
         sums = np.add.reduceat(directions[near.members], near.offsets[:-1]) + directions[rows]
         sound[rows] = norm(sums) > CANCELED * (near.valence + 1)
