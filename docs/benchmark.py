@@ -69,6 +69,8 @@ def main():
         lines = [line for line in found.tilts if line["quantity"] == quantity]
         table = tables.pivoted(lines, "method", "degrees", lambda line: float(line["error"]))
         text = filled(text, f"tilts {quantity}", tables.as_markdown(table))
+    edge = tables.pivoted(found.border, "method", "noise", page.border_told)
+    text = filled(text, "borders", tables.as_markdown(edge))
     text = filled(text, "rules", ratings.RULES)
     made = [*pictures.of_curves(found.curves["curvature"], ("cubic",)), *pictures.of_surfaces(found.names, few=True)]
     for name, _, draw in made:

@@ -14,7 +14,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from simplexmesh.surface.bench import candidates, noisy, page, peers, printed, ratings, report, tables, tilt, whole
+from simplexmesh.surface.bench import (
+    border,
+    candidates,
+    noisy,
+    page,
+    peers,
+    printed,
+    ratings,
+    report,
+    tables,
+    tilt,
+    whole,
+)
 from simplexmesh.surface.bench.__main__ import main
 from simplexmesh.surface.bench.curve import Curve
 from simplexmesh.surface.bench.pointwise import DISTANCES, Pointwise, rows_of, spreads
@@ -226,6 +238,16 @@ class TestMeshes:
         (orders,) = page._orders([line for line in rows if line["quantity"] == "H"])
         assert float(orders["sine"]) == pytest.approx(2, abs=0.15)
         assert abs(float(orders["taubin"])) < 0.15
+
+
+class TestBorder:
+    def test_estimators_of_rings_have_nothing_there_and_others_do(self):
+        rows = {(row["method"], row["noise"]): row for row in border.border_table(["discrete", "sine"])}
+        assert rows["discrete", 0.0]["failed at the border"] == 1
+        assert page.border_told(rows["discrete", 0.0]).endswith("/ none")
+        assert rows["sine", 0.0]["failed at the border"] < 0.2
+        assert rows["sine", 0.0]["border"] > 0
+        assert rows["sine", 0.1]["inside"] > 5 * rows["sine", 0.0]["inside"]
 
 
 class TestTilt:

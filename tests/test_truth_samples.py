@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.mesh.duality import dual
 from simplexmesh.surface.truth import discretized, noise, rings
-from simplexmesh.surface.truth.closed import Ellipsoid
+from simplexmesh.surface.truth.closed import Ellipsoid, Torus
 from simplexmesh.surface.truth.graphs import ARTICLE, graph
 
 GS03_RADII = (0.5, 0.45, 0.4, 0.35, 0.3, 0.25, 0.2, 0.15, 0.1, 0.05, 0.005, 0.0005)
@@ -275,6 +275,25 @@ class TestIrregular:
     def test_valences_vary(self):
         valence = np.bincount(discretized.torus(60, 24, irregular=True).faces.ravel())
         assert (valence.min(), valence.max()) == (4, 8)
+
+
+class TestCut:
+    def test_keeps_the_truth_of_what_is_left(self):
+        ring = discretized.torus(24, 12)
+        half = discretized.cut(ring, ring.vertices[:, 0] > 0)
+        mesh = dual(half.mesh)
+        assert (mesh.genus, mesh.n_holes) == (0, 2)
+        assert (half.vertices[:, 0] > 0).all()
+        around, tube = np.arctan2(half.vertices[:, 1], half.vertices[:, 0]), np.hypot(*half.vertices[:, :2].T) - 1
+        _, exact = Torus().at(around, np.arctan2(half.vertices[:, 2], tube))
+        np.testing.assert_allclose(half.exact.normals, exact.normals, atol=1e-12)
+        np.testing.assert_allclose(half.exact.k2, exact.k2, atol=1e-12)
+        assert (half.vertices[~half.inner][:, 0] < half.vertices[half.inner][:, 0].max()).all()
+
+    def test_nothing_cannot_be_kept(self):
+        ring = discretized.torus(24, 12)
+        with pytest.raises(ValueError, match="kept must leave at least one face"):
+            discretized.cut(ring, np.zeros(288, bool))
 
 
 class TestNoise:

@@ -37,6 +37,7 @@ def index(found: Results, pictures: Mapping[str, str], *, quick: bool) -> str:
         *_tilts(found),
         *_noise(found),
         *_peers(found),
+        *_border(found),
         "## Surfaces in color",
         *_shown(pictures, "map_"),
     ]
@@ -206,6 +207,25 @@ def _peers(found: Results) -> list[str]:
     )
     least = [{"method": row.pop("method"), "microseconds": min(row.values())} for row in times]
     return [*parts, "Microseconds per vertex, the least over these meshes:", as_markdown(least)]
+
+
+def _border(found: Results) -> list[str]:
+    if not found.border:
+        return []
+    return [
+        "## Where a mesh ends",
+        "Relative error of H on half an irregular torus of 10k, inside / at the border, with noise in mean edges; "
+        "`none` where a method has no estimate at the border. Also in [border.csv](border.csv).",
+        as_markdown(pivoted(found.border, "method", "noise", border_told)),
+    ]
+
+
+def border_told(line: dict[str, Any]) -> str:
+    """Return the errors inside and at the border as they stand in a table."""
+    if line["failed at the border"] == 1:
+        return f"{told(line['inside'])} / none"
+    share = 100 * line["failed at the border"]
+    return f"{told(line['inside'])} / {told(line['border'])}" + (f" ({share:.0f} %)" if share >= 0.5 else "")
 
 
 def error_told(line: dict[str, Any]) -> str:

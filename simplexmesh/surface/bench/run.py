@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from simplexmesh.surface.bench import noisy, peers, pictures, ratings, tilt, whole
+from simplexmesh.surface.bench import border, noisy, peers, pictures, ratings, tilt, whole
 from simplexmesh.surface.bench.curve import Curve
 from simplexmesh.surface.bench.page import index
 from simplexmesh.surface.bench.pointwise import Pointwise, rows_of, spreads
@@ -32,6 +32,7 @@ class Results:
     tilts: Rows = field(default_factory=list)
     noise: Rows = field(default_factory=list)
     peers: Rows = field(default_factory=list)
+    border: Rows = field(default_factory=list)
     ratings: dict[str, Rows] = field(default_factory=dict)
 
 
@@ -73,6 +74,8 @@ def measured(
     for at, case in enumerate(cases):
         report(0.53 + 0.27 * at / len(cases), case.title)
         found.peers += peers.scored(case, names)
+    report(0.79, "borders")
+    found.border += border.border_table(names["curvature"])
     for kind in names:
         found.ratings[kind] = [
             ratings.rated(kind, name, [c for c in found.curves[kind] if c.method == name], found.meshes, found.peers)
@@ -91,6 +94,7 @@ def written(found: Results, folder: Path, report: Report, *, quick: bool = False
         "tilts": found.tilts,
         "noise": found.noise,
         "tori": found.peers,
+        "border": found.border,
         **{f"ratings_{kind}": rows for kind, rows in found.ratings.items()},
     }
     for name, rows in tables.items():

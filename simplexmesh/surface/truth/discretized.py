@@ -234,6 +234,29 @@ def ellipsoid(
     return _whole(points, grids.globe(m, b, turned), exact)
 
 
+def cut(made: Discretized, kept: NDArray[np.bool_]) -> Discretized:
+    """Return the part of a mesh whose faces have only vertices to be kept: an open mesh with a ragged border.
+
+    Parameters
+    ----------
+    made : Discretized
+    kept : (n,) array of bool
+
+    Examples
+    --------
+    >>> ring = torus(24, 12)
+    >>> half = cut(ring, ring.vertices[:, 0] > 0.01)
+    >>> half, int((~half.inner).sum())
+    (Discretized(132 vertices, 240 faces), 24)
+    """
+    keep = _check.array("kept", kept, (len(made.vertices),), bool)
+    faces = made.faces[keep[made.faces].all(axis=1)]
+    if not len(faces):
+        raise ValueError("kept must leave at least one face")
+    used, numbered = np.unique(faces, return_inverse=True)
+    return _whole(made.vertices[used], numbered.reshape(-1, 3), made.exact[used], made.smooth[used])
+
+
 def _joined(a: Exact, b: Exact) -> Exact:
     return Exact(*(np.concatenate([getattr(a, name), getattr(b, name)]) for name in ("normals", "k1", "k2", "d1")))
 
