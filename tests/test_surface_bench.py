@@ -386,6 +386,8 @@ class TestReport:
         assert linked - names == set()
         assert {name for name in names if name.endswith(".png")} <= linked
         assert "nan" not in text
+        shown = set(re.findall(r"!\[.*?\]\((.*?)\)", text))
+        assert {name for name in names if name.startswith("map_")} <= shown
 
     def test_pictures_are_small_and_not_empty(self, folder):
         for path in folder.glob("*.png"):
@@ -400,6 +402,7 @@ class TestReport:
         with report.draft_of(folder) as draft:
             (draft / "index.md").write_text(report.TITLE + "\n")
         assert [path.name for path in folder.iterdir()] == ["index.md"]
+        assert [path.name for path in folder.parent.iterdir()] == ["report"]
 
     @pytest.mark.parametrize(
         ("arguments", "message"),
