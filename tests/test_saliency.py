@@ -271,6 +271,17 @@ class TestSalientPoints:
         assert len(sm.salient_points(part, of=field, border=True)) > 0
         assert len(sm.salient_points(part, of=field)) == 0
 
+    def test_of_an_even_body_are_none(self):
+        """The dual of an icosahedron's subdivision is a ball but for a third of a percent at its twelve pentagons."""
+        mesh = sm.sphere(10).triangulated("dual")
+        assert len(sm.salient_points(mesh)) == 0
+
+    def test_take_the_error_of_what_they_measure_themselves(self, body):
+        mesh, _ = body
+        own, given_ = sm.salient_points(mesh), sm.salient_points(mesh, curvature=sm.curvature(mesh))
+        assert own.threshold == given_.threshold
+        assert own.vertices.tolist() == given_.vertices.tolist()
+
     def test_of_a_flat_field_are_none(self):
         mesh = ball(8)
         assert len(sm.salient_points(mesh, of=np.ones(mesh.n_vertices))) == 0
@@ -329,13 +340,22 @@ class TestClasses:
         assert wrong.mean() < 0.01
         assert (found.labels[out > 1.25] == hk.PEAK).mean() > 0.8
 
-    def test_tolerances_come_from_the_error_when_it_is_known(self):
-        mesh = ball(10)
+    def test_tolerances_come_from_the_error_as_far_as_it_shows(self):
+        mesh = ball(20)
         plain = curved(mesh)
-        values = {name: getattr(plain, name) for name in ("k1", "k2", "mean", "gauss", "normals", "failed", "d1")}
-        told = sm.Curvature(**values, error=np.full(mesh.n_vertices, 5.0), method="told")
+        rough = plain.mean + np.random.default_rng(0).normal(size=mesh.n_vertices)
+        names = ("k1", "k2", "gauss", "normals", "failed", "d1")
+        kept = {name: getattr(plain, name) for name in names}
+
+        def tolerance(mean, error):
+            told = sm.Curvature(**kept, mean=mean, error=np.full(mesh.n_vertices, error), method="told")
+            return sm.hk_classes(mesh, curvature=told, scale=0).tolerance_mean
+
+        floor = 0.3 / Averages(as_samples(mesh)).diagonal
+        assert tolerance(rough, 0.5) == pytest.approx(0.5)
+        assert np.median(tolerance(rough, 50.0)) == pytest.approx(3.0, rel=0.25)  # three times what neighbors differ
+        assert tolerance(np.ones(mesh.n_vertices), 50.0) == pytest.approx(floor, rel=1e-3)
         assert sm.hk_classes(mesh, curvature=plain, scale=0).counts == {"peak": mesh.n_vertices}
-        assert sm.hk_classes(mesh, curvature=told, scale=0).counts == {"flat": mesh.n_vertices}
 
     @pytest.mark.filterwarnings("ignore::simplexmesh.SimplexMeshWarning")
     def test_failed_vertices_are_unknown(self):

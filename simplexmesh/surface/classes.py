@@ -12,7 +12,7 @@ from simplexmesh import _check
 from simplexmesh.surface.averages import Averages
 from simplexmesh.surface.curvature.result import Curvature
 from simplexmesh.surface.samples import as_samples
-from simplexmesh.surface.scales import known_curvature, left_of_noise, smallest_scale, unevenness
+from simplexmesh.surface.scales import known_curvature, left_of_noise, local_noise, smallest_scale
 
 Array = NDArray[np.float64]
 
@@ -99,8 +99,9 @@ def hk_classes(
         default the smallest of `saliency`'s, 0.6 % of the diagonal or 1.5 edges.
     tolerance_mean, tolerance_gauss : float or (n,) array of float, optional
         Within which H, in 1 / length, and K, in 1 / length squared, count as zero. By default a standard deviation:
-        the error of H that the method gives, or its unevenness from vertex to vertex, less what averaging takes away;
-        and at least 0.3 over the diagonal; that of K follows, dK = sqrt(k1^2 + k2^2) dk + dk^2.
+        the error of H that the method gives, as far as it shows between neighbors, or the unevenness of H from vertex
+        to vertex, less what averaging takes away, and at least 0.3 over the diagonal; that of K follows,
+        dK = sqrt(k1^2 + k2^2) dk + dk^2.
 
     Returns
     -------
@@ -135,8 +136,7 @@ def hk_classes(
     width = smallest_scale(averages) if scale is None else _check.number("scale", scale, 0.0)
     mean, gauss = (_averaged(averages, each, width) for each in (known.mean, known.gauss))
     share = left_of_noise(averages, width) if width > 0 else 1.0
-    error = known.error if known.error is not None else unevenness(averages, known.mean)
-    error = share * np.where(np.isfinite(error), error, 0.0)
+    error = share * local_noise(averages, known)
     error = np.maximum(error, STRAIGHT / averages.diagonal if averages.diagonal > 0 else 0.0)
     # dk is larger than dH = (dk1 + dk2) / 2 by the root of 2
     bends = np.sqrt(np.maximum(4 * mean**2 - 2 * gauss, 0.0))

@@ -16,7 +16,7 @@ from simplexmesh.surface.curvature.result import Curvature
 from simplexmesh.surface.neighborhoods import Ball, Neighborhoods
 from simplexmesh.surface.saliency import measured, saliency
 from simplexmesh.surface.samples import Samples, as_samples
-from simplexmesh.surface.scales import left_of_noise, smallest_scale, unevenness
+from simplexmesh.surface.scales import known_curvature, left_of_noise, local_noise, smallest_scale, unevenness
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -28,7 +28,7 @@ APART = 3.0
 """Points are at least so many windows apart."""
 
 FAINT = 0.02
-"""Nor does one count that rises by less than this share of the highest."""
+"""Nor does one count that rises by less than this share of the largest value."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -115,7 +115,7 @@ def salient_points(
     threshold : float, optional
         The least persistence, in the field's unit: 1 / length, radians for saliency. By default 4 times the noise left
         in the field, which is the curvature's own error or, where that is unknown, its unevenness from vertex to
-        vertex; and 2 % of the field's range.
+        vertex; and 2 % of the largest value.
     count : int, optional
         Keep no more than so many, the most persistent.
     border : bool
@@ -138,7 +138,6 @@ def salient_points(
     Examples
     --------
     >>> import simplexmesh as sm
-    >>> ring = sm.torus(60, 24).triangulated("dual")
     >>> egg = sm.ellipsoid((3, 2, 1), 20).triangulated("dual")
     >>> curved = sm.curvature(egg, "sine", neighborhood=sm.rings(2))
     >>> sm.salient_points(egg, curvature=curved, count=2).points.round(1)[:, 0].tolist()
@@ -150,8 +149,9 @@ def salient_points(
     field, noise = _field(of, samples, averages, curvature, width)
     radius = APART * width if radius is None else _check.number("radius", radius, 0.0)
     counted = np.isfinite(field) & (samples.one_ring.valence > 0)
-    highest = float(np.ptp(field[counted])) if counted.any() else 0.0
-    threshold = max(CERTAIN * noise, FAINT * highest) if threshold is None else _check.number("threshold", threshold, 0)
+    if threshold is None:
+        threshold = max(CERTAIN * noise, FAINT * _size(field[counted], of))
+    threshold = _check.number("threshold", threshold, 0.0)
     persistence, basin, into = _persistence(samples.one_ring, field, counted)
     tops = np.flatnonzero((persistence >= threshold) & (persistence > 0))
     if not border and samples.faces is not None:
@@ -167,6 +167,13 @@ def salient_points(
     )  # fmt: skip
 
 
+def _size(field: Array, of: str | ArrayLike) -> float:
+    """Return how large a field is: its largest value, or the range of numbers that may begin anywhere."""
+    if not len(field):
+        return 0.0
+    return float(np.abs(field).max()) if isinstance(of, str) else float(np.ptp(field))
+
+
 def _field(
     of: str | ArrayLike, samples: Samples, averages: Averages, curvature: Curvature | None, width: float
 ) -> tuple[Array, float]:
@@ -179,9 +186,9 @@ def _field(
         return field, unevenness(averages, field)
     if of not in ("magnitude", "mean", "curvedness"):
         _check.choice("of", of, ("magnitude", "mean", "curvedness", "saliency"))
-    raw = measured("mean" if of == "magnitude" else of, samples, curvature)
-    error = None if curvature is None else curvature.error
-    noise = unevenness(averages, raw) if error is None else float(np.nanmedian(error))
+    known = known_curvature(samples, curvature)
+    raw = measured("mean" if of == "magnitude" else of, samples, known)
+    noise = 0.0 if known.failed.all() else float(np.median(local_noise(averages, known)[~known.failed]))
     field = np.where(np.isfinite(raw), averages.over(raw, width), np.nan) if width > 0 else raw
     return np.abs(field) if of == "magnitude" else field, noise * (left_of_noise(averages, width) if width > 0 else 1.0)
 

@@ -20,6 +20,9 @@ SMALLEST = 0.006
 EDGES = 1.5
 """A window is never smaller than so many edges: less would average nothing."""
 
+WIDE, SHOWS = 3.0, 3.0
+"""Differences to neighbors are looked at over so many edges; an error shows in them, by a third at least."""
+
 SPREAD = 1.4826
 """Standard deviation of a normal distribution in units of its median absolute deviation."""
 
@@ -65,6 +68,20 @@ def unevenness(averages: Averages, values: Array) -> float:
     lack = values - averages.over(values, EDGES * averages.spacing, steps=3)
     known = lack[np.isfinite(lack)]
     return SPREAD * float(np.median(np.abs(known))) if len(known) else 0.0
+
+
+def local_noise(averages: Averages, known: Curvature) -> Array:
+    """Return the standard deviation of H's error at each vertex, (n,): what the method told, as far as it shows.
+
+    Neighbors that have errors of their own differ: where they do so by a third of the error told, or less, three times
+    their difference is taken. Without an error, the unevenness of the whole.
+    """
+    if known.error is None:
+        return np.full(len(known.mean), unevenness(averages, known.mean))
+    lack = known.mean - averages.over(known.mean, EDGES * averages.spacing, steps=3)
+    around = averages.over(lack**2, WIDE * averages.spacing, steps=1)
+    shown = np.sqrt(np.maximum(around, 0.0))
+    return np.minimum(np.where(np.isfinite(known.error), known.error, shown), SHOWS * shown)
 
 
 def left_of_noise(averages: Averages, scale: float) -> float:
