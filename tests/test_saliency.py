@@ -12,9 +12,9 @@ from simplexmesh.surface import classes as hk
 from simplexmesh.surface._kernels_maxima import watersheds
 from simplexmesh.surface.averages import Averages
 from simplexmesh.surface.neighborhoods import Neighborhoods
-from simplexmesh.surface.saliency import standing_out
+from simplexmesh.surface.saliency import measured, standing_out
 from simplexmesh.surface.samples import Samples, as_samples
-from simplexmesh.surface.scales import unevenness
+from simplexmesh.surface.scales import mean_and_gauss, unevenness
 from tests.reference_saliency import gaussian_mean, persistence
 
 BUMPS = np.array([[0, 0, 1.0], [1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -0.6, -0.8]])
@@ -93,6 +93,13 @@ class TestAverages:
         values = np.where(np.arange(mesh.n_vertices) % 7 == 0, np.nan, 2.0)
         assert Averages(as_samples(mesh)).over(values, 0.1) == pytest.approx(2.0, abs=1e-4)
 
+    def test_what_is_unknown_takes_after_its_neighbors(self):
+        mesh = ball(16)
+        z = mesh.vertices[:, 2]
+        values = np.where(z > 0.8, np.nan, np.where(z > 0, 1.0, 3.0))
+        found = Averages(as_samples(mesh)).over(values, 0.1)
+        assert found[z > 0.5] == pytest.approx(1.0, abs=0.02)
+
     def test_wide_windows_from_narrow_ones_agree(self, body):
         averages = Averages(as_samples(body[0]))
         values = body[1].mean
@@ -123,6 +130,10 @@ class TestWatersheds:
         top = basin == np.arange(n)
         assert np.where(top, values - np.where(top, saddle, 0), 0) == pytest.approx(persistence(neighbors, values))
         assert (values[basin] >= values).all()
+        for i in range(n):  # the highest neighbor, earliest in the order, leads up
+            uphill = [j for j in neighbors[i] if (values[j], -j) > (values[i], -i)]
+            above = max(uphill, key=lambda j: (values[j], -j), default=i)
+            assert basin[i] == basin[above]
 
 
 class TestSaliency:
@@ -196,6 +207,29 @@ class TestSaliency:
         many = np.abs(np.sin(9 * samples.points).prod(axis=1))
         assert standing_out(samples, np.exp(4 * (z - 1))) > 3 * standing_out(samples, many)
 
+    def test_is_the_weighted_mean_over_scales(self, body):
+        mesh, curvature = body
+        samples = as_samples(mesh)
+        averages = Averages(samples)
+        means = averages.at_scales(measured("mean", samples, curvature), [0.05, 0.08, 0.1, 0.16])
+        fine, coarse = 0.05 * np.abs(means[0] - means[2]), 0.08 * np.abs(means[1] - means[3])
+        weights = standing_out(samples, fine), standing_out(samples, coarse)
+        expected = (weights[0] * fine + weights[1] * coarse) / sum(weights)
+        found = sm.saliency(mesh, curvature=curvature, scales=[0.05, 0.08])
+        assert found == pytest.approx(expected)
+        assert weights[0] != pytest.approx(weights[1], rel=1e-3)
+
+    def test_a_spike_counts_for_what_edges_can_tell(self, body):
+        mesh, curvature = body
+        mean = curvature.mean.copy()
+        mean[7] = 1e6
+        names = ("k1", "k2", "gauss", "normals", "failed", "d1", "error")
+        spiked = sm.Curvature(**{name: getattr(curvature, name) for name in names}, mean=mean, method="spiked")
+        plain, found = sm.saliency(mesh, curvature=curvature), sm.saliency(mesh, curvature=spiked)
+        far = np.linalg.norm(mesh.vertices - mesh.vertices[7], axis=1) > 0.5
+        assert found.max() < 2 * plain.max()
+        assert found[far] == pytest.approx(plain[far], abs=0.3 * plain.max())
+
     @pytest.mark.filterwarnings("ignore::simplexmesh.SimplexMeshWarning")
     def test_is_not_known_on_a_piece_without_curvature(self):
         mesh = ball(8)
@@ -244,6 +278,16 @@ class TestSalientPoints:
         one, other = (sm.salient_points(each, of="mean", curvature=curved(each)) for each in (mesh, copy))
         assert other.vertices.tolist() == one.vertices.tolist()
         assert other.persistence * size == pytest.approx(one.persistence, rel=1e-3)
+
+    def test_the_most_persistent_comes_first_not_the_highest(self):
+        mesh = ball(20)
+        x, _, z = mesh.vertices.T
+        near = [np.linalg.norm(mesh.vertices - place, axis=1) for place in ([0, 0, 1.0], [0.6, 0, 0.8], [0, 0, -1])]
+        field = np.maximum.reduce([10 - 9 * near[0], 9 - 9 * near[1], 5 - 9 * near[2], 0 * x])
+        found = sm.salient_points(mesh, of=field)
+        assert found.values.round().tolist() == [10, 5, 9]
+        assert found.persistence == pytest.approx([10, 5, 2.4], abs=0.5)  # they meet half way, 0.32 from either
+        assert z[found.vertices[1]] < -0.99
 
     def test_keep_their_distance_and_number(self, body):
         mesh, curvature = body
@@ -339,6 +383,21 @@ class TestClasses:
         wrong = (found.labels == hk.PEAK) & (out < 0.95) | (found.labels == hk.SADDLE_RIDGE) & (out > 1.05)
         assert wrong.mean() < 0.01
         assert (found.labels[out > 1.25] == hk.PEAK).mean() > 0.8
+
+    def test_noise_does_not_make_saddles_into_peaks(self):
+        """The mean of noisy K has the variance of H on top; that of tensors has not."""
+        ring = sm.torus(160, 80, radius=1.0, tube_radius=0.35).triangulated("dual")
+        edge = Averages(as_samples(ring)).spacing
+        noise = 0.06 * edge * np.random.default_rng(0).normal(size=ring.vertices.shape)
+        curvature = curved(sm.TriangleMesh(ring.vertices + noise, ring.faces))
+        averages = Averages(as_samples(ring))
+        out = np.hypot(ring.vertices[:, 0], ring.vertices[:, 1])
+        truth = (1 - 1 / out) / 0.35**2
+        _, gauss = mean_and_gauss(averages, curvature, 0.1)
+        off = np.abs(gauss - truth).mean(), np.abs(averages.over(curvature.gauss, 0.1) - truth).mean()
+        assert off[0] < 0.35 < 2 < off[1]
+        inner = sm.hk_classes(ring, curvature=curvature, scale=0.1).labels[out < 0.72]
+        assert set(inner) <= {hk.SADDLE_RIDGE, hk.SADDLE_VALLEY, hk.MINIMAL}
 
     def test_tolerances_come_from_the_error_as_far_as_it_shows(self):
         mesh = ball(20)

@@ -12,7 +12,7 @@ from simplexmesh import _check
 from simplexmesh.surface.averages import Averages
 from simplexmesh.surface.curvature.result import Curvature
 from simplexmesh.surface.samples import as_samples
-from simplexmesh.surface.scales import known_curvature, left_of_noise, local_noise, smallest_scale
+from simplexmesh.surface.scales import known_curvature, left_of_noise, local_noise, mean_and_gauss, smallest_scale
 
 Array = NDArray[np.float64]
 
@@ -134,7 +134,7 @@ def hk_classes(
     averages = Averages(samples)
     known = known_curvature(samples, curvature)
     width = smallest_scale(averages) if scale is None else _check.number("scale", scale, 0.0)
-    mean, gauss = (_averaged(averages, each, width) for each in (known.mean, known.gauss))
+    mean, gauss = (np.nan_to_num(each) for each in mean_and_gauss(averages, known, width))
     share = left_of_noise(averages, width) if width > 0 else 1.0
     error = share * local_noise(averages, known)
     error = np.maximum(error, STRAIGHT / averages.diagonal if averages.diagonal > 0 else 0.0)
@@ -159,10 +159,6 @@ def signs(mean: Array, gauss: Array, near: Array, near_gauss: Array) -> NDArray[
     table = np.array([[SADDLE_VALLEY, VALLEY, PIT], [MINIMAL, FLAT, FLAT], [SADDLE_RIDGE, RIDGE, PEAK]])
     out: NDArray[np.int64] = table[h + 1, k + 1]
     return out
-
-
-def _averaged(averages: Averages, values: Array, width: float) -> Array:
-    return np.where(np.isfinite(values), averages.over(values, width), 0.0) if width > 0 else np.nan_to_num(values)
 
 
 def _tolerance(name: str, given: float | ArrayLike | None, default: ArrayLike, like: Array) -> Array:

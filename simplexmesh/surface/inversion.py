@@ -13,7 +13,7 @@ from simplexmesh._vec import norm
 from simplexmesh.surface.averages import Averages
 from simplexmesh.surface.curvature.result import Curvature
 from simplexmesh.surface.samples import Samples, as_samples
-from simplexmesh.surface.scales import known_curvature, smallest_scale
+from simplexmesh.surface.scales import known_curvature, mean_and_gauss, smallest_scale
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -140,12 +140,11 @@ def inversion_lines(
     """
     samples = _with_faces(surface)
     known = known_curvature(samples, curvature)
-    field = {"mean": known.mean, "gauss": known.gauss}[_check.choice("of", of, ("mean", "gauss"))]
+    _check.choice("of", of, ("mean", "gauss"))
     averages = Averages(samples)
     width = smallest_scale(averages) if scale is None else _check.number("scale", scale, 0.0)
-    if width > 0:
-        field = np.where(np.isfinite(field), averages.over(field, width), np.nan)
-    return level_lines(samples, field, minimum=5 * width if minimum is None else minimum)
+    mean, gauss = mean_and_gauss(averages, known, width)
+    return level_lines(samples, mean if of == "mean" else gauss, minimum=5 * width if minimum is None else minimum)
 
 
 def _with_faces(surface: Any) -> Samples:
