@@ -72,7 +72,7 @@ def workspace():
     places, heights = np.empty((3, MOST)), np.empty((3, MOST))
     columns, sums = np.empty((2, 2 * HIGHEST + 1, MOST)), np.empty(2 * TERMS * 2)
     matrix, vectors = np.zeros((TERMS, TERMS)), np.zeros((3, TERMS))
-    return np.empty(MOST, np.int64), places, heights, columns, sums, matrix, vectors, np.zeros((3, 3))
+    return np.empty(MOST, np.uint64), places, heights, columns, sums, matrix, vectors, np.zeros((3, 3))
 
 
 @jit
@@ -209,7 +209,7 @@ def adaptive_jets(
                 count = gathered(offsets, members, points, center, radius, stamps, 4 * row + 1, found)
             slack, rest, before, wider = 1.0, 1.0, 0.0, 1
             for _step in range(STEPS):
-                told = (radius, degree, sigma, slack, lean)
+                told = (radius, degree, sigma, slack, lean, beyond[row])
                 outcome, total, ratio = fitted(
                     count, center, points, directions, oriented, told, priors[row], work, here
                 )
@@ -247,7 +247,7 @@ def fitted(count, center, points, directions, oriented, told, priors, work, here
 
     Returns whether there is one or why not, the expected error of H, and how much larger residuals are than allowed.
     """
-    radius, degree, sigma, slack, lean = told
+    radius, degree, sigma, slack, lean, beyond = told
     found, places, heights, columns, sums, matrix, vectors, frame = work
     u, v, z, y, x, w = heights[0], heights[1], heights[2], vectors[0], vectors[1], vectors[2]
     nx, ny, nz = mean_direction(found, count, directions, center, oriented)
@@ -278,7 +278,7 @@ def fitted(count, center, points, directions, oriented, told, priors, work, here
     if kept < SPARE + 6:
         excess = max(excess, UNTOLD * curved)
     doubt = math.sqrt(level * variance)
-    allowed = max(3.0 * doubt, TOLERATED * curved, 1e-300)
+    allowed = max(3.0 * doubt, TOLERATED * curved, 0.5 * beyond * radius, 1e-300)
     return FOUND, math.sqrt(doubt * doubt + excess * excess) / radius, excess / allowed
 
 

@@ -49,7 +49,13 @@ def jets(samples: Samples, around: Neighborhoods, *, noise: float | None, detail
     ring, rows, n = samples.one_ring, around.centers, len(around)
     shape, d1, found = np.zeros((n, 2)), np.zeros((n, 3)), np.zeros((n, 3))
     out = Jets(shape, d1, found, np.zeros(n), np.zeros(n), np.zeros(n, np.uint8))
-    links = (ring.offsets, ring.members, samples.points, scales.directions, scales.oriented)
+    links = (
+        ring.offsets.view(np.uint64),
+        ring.members.view(np.uint64),
+        samples.points,
+        scales.directions,
+        scales.oriented,
+    )
     fit = (part[rows] for part in scales[:5])
     kernels.adaptive_jets(rows, *links, *fit, scales.noise, kernels.chunks(n), *out)
     return out

@@ -22,10 +22,10 @@ ANISOTROPIC = 0.5
 EXACT = 0.01
 """Errors below this share of the curvedness are not worth a choice."""
 
-BENT = 1.7
+BENT = 1.0
 """Balls in which radius times curvedness, squared, is more than this are hardly graphs over a plane any longer."""
 
-DROPPED = 0.1
+DROPPED = 0.15
 """Degrees are left out where that adds no more than this share to the squared error."""
 
 SERIES = (225.0, 0.12)
@@ -75,7 +75,7 @@ def probed(samples: Samples, rows: Indices, radii: Array, directions: Array, *, 
     p, k = radii.shape
     shapes = ((4, b + 1), (b,), (b, b), (2,), (), (b + 1,))
     out = Probed(np.ascontiguousarray(radii), *(np.zeros((p, k, *shape)) for shape in shapes))
-    links = (ring.offsets, ring.members, samples.points, directions, oriented)
+    links = (ring.offsets.view(np.uint64), ring.members.view(np.uint64), samples.points, directions, oriented)
     kernels.probes(rows, *links, out.radii, kernels.chunks(p), *out[1:])
     return out
 

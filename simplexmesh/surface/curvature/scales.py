@@ -21,11 +21,11 @@ LADDER = np.array([2.4, 3.4, 4.8, 6.6, 9.0])
 TRIED = 3
 """So many of them, around the best for all, are tried again for each place."""
 
-FIRST = 128
-"""So many probes try all radii."""
+FIRST, LEAST = 96, 160
+"""So many probes try all radii; and there are so many at least when radii are chosen."""
 
-SHARE = 10
-"""Then one vertex in so many is a probe, but at least twice `FIRST`."""
+SHARE = 14
+"""Then one vertex in so many is a probe, but at least `LEAST`."""
 
 TOGETHER, MORE = 8, 24
 """So many probes next to each other speak together of the radius, and so many of priors and degrees."""
@@ -99,7 +99,7 @@ def scales_of(samples: Samples, *, noise: float | None = None, detail: float | N
     everyone = np.arange(len(rows))[None]
     risk = judged(told.mean(everyone), size).compared(told.steps, everyone).risk
     low = min(max(int(_best(risk)[0]) - 1, 0), len(LADDER) - TRIED)
-    rows = np.sort(order[: max(2 * FIRST, len(order) // SHARE)])
+    rows = np.sort(order[: max(LEAST, len(order) // SHARE)])
     told = probed(samples, rows, spacing[rows, None] * LADDER[low : low + TRIED], directions, oriented=oriented)
     columns, degrees = _at_probes(samples.points[rows], told, spacing[rows], size, shortest=low == 0)
     label = kernels.nearest_probe(ring.offsets, ring.members, rows)
