@@ -92,6 +92,15 @@ class TestHeat:
         balls = [each for each in drawn(plotter) if each.n_points == 362]
         assert [ball.center for ball in balls] == [pytest.approx(point, abs=0.01) for point in points.tolist()]
 
+    def test_lines_are_tubes_along_them(self):
+        lines = sm.level_lines(RING, VALUES)
+        plotter = sm.plot.heat(RING, VALUES, lines=[*lines, lines[0].points[:1], lines[0].points[:5]])
+        tubes = [each for each in drawn(plotter) if each.n_points and "heat" not in each.point_data]
+        assert len(tubes) == 3
+        for line, tube in zip(lines, tubes[:2], strict=True):
+            assert tube.length == pytest.approx(np.linalg.norm(np.ptp(line.points, axis=0)), rel=0.05)
+            assert np.abs(np.asarray(tube.points)[:, 2]).max() < 0.02
+
     def test_takes_salient_points(self):
         found = sm.salient_points(RING, of=VALUES)
         sm.plot.heat(RING, VALUES, marks=found).close()

@@ -58,6 +58,16 @@ class TestRegions:
         assert len(found) == 2
         assert found.classes[found.labels[[top, bottom]]].tolist() == [1, 0]
 
+    def test_a_speck_between_two_goes_where_it_has_more_edges(self):
+        ring = as_samples(BALL).one_ring
+        side = BALL.vertices[:, 2] > 0.013
+        above = np.array([side[ring[i]].sum() for i in range(BALL.n_vertices)])
+        for speck in (*np.flatnonzero(above == 4)[:3], *np.flatnonzero((above == 2) & (ring.valence == 6))[:3]):
+            labels = side.astype(int)
+            labels[speck] = 7
+            found = sm.regions(BALL, labels)
+            assert found.classes[found.labels[speck]] == (above[speck] == 4)
+
     def test_a_small_piece_of_its_own_stays(self):
         n = BALL.n_vertices
         both = sm.TriangleMesh(
@@ -190,6 +200,21 @@ class TestSnapping:
         assert sm.snap_landmark(inside, [2.7, 0.3, 0.2], "peak", radius=0.8, curvature=curvature).point[0] < 2.7
         assert sm.snap_landmark(inside, [2.7, 0.3, 0.2], "valley", radius=0.8, curvature=curvature).point[0] > 2.95
 
+    def test_values_are_those_of_the_criterion(self):
+        egg = sm.ellipsoid((3, 2, 1), 40).triangulated("dual")
+        inside = sm.TriangleMesh(egg.vertices, egg.faces[:, ::-1])
+        expected = {
+            "peak": 0.75,
+            "ridge": 3.0,
+            "magnitude": 1.875,
+            "curvedness": 2.187,
+        }  # at the tip: 3 / 2^2 and 3 / 1
+        for surface, names in ((egg, expected), (inside, {"pit": 0.75, "valley": 3.0})):
+            curvature = curved(surface, 1)
+            for name, value in names.items():
+                found = sm.snap_landmark(surface, [2.95, 0.1, 0], name, radius=0.4, curvature=curvature, scale=0)
+                assert found.value == pytest.approx(value, rel=0.06)
+
     def test_the_waist_is_the_saddle(self):
         waist = sm.torus(60, 30).triangulated("dual")
         found = sm.snap_landmark(waist, waist.vertices[0], "saddle", radius=2.0, curvature=curved(waist, 1))
@@ -291,7 +316,7 @@ class TestCircles:
         assert found.radius == pytest.approx(1, abs=0.005)
         assert (found.vertices >= 100).sum() < 4
 
-    @pytest.mark.parametrize("tilt", [0, 1])
+    @pytest.mark.parametrize("tilt", range(5))
     def test_the_rim_of_a_hole_is_found_within_a_percent(self, tilt):
         mesh, center, axis = sheet_with_a_hole(tilt=tilt)
         found = sm.rim_circle(mesh, center + 0.1 * turned(tilt + 5)[0], radius=0.8, curvature=curved(mesh))

@@ -34,6 +34,9 @@ SHOWN = 95.0
 SMOOTH = 60.0
 """Degrees; scans are drawn smooth, and with an edge only where triangles meet at more."""
 
+THIN = 0.0018
+"""Radius of a line, as a share of the diagonal."""
+
 MARK = 0.009
 """Radius of a marked point, as a share of the diagonal."""
 
@@ -45,6 +48,7 @@ def heat(
     name: str = "",
     limits: tuple[float, float] | None = None,
     marks: ArrayLike | None = None,
+    lines: Sequence[Any] = (),
     title: str | None = None,
     view: str | Sequence[float] | None = None,
     up: str = "auto",
@@ -65,6 +69,8 @@ def heat(
         others begin at zero or at their 5th percentile, whichever spreads them more.
     marks : (m, 3) array of float or SalientPoints, optional
         Points to mark with balls, the first ones larger.
+    lines : sequence of Polyline or of (k, 3) arrays of float
+        Lines to draw, as `level_lines` and `inversion_lines` find them.
     title : str, optional
         Text over the picture.
     view : str or (3,) vector, optional
@@ -99,6 +105,8 @@ def heat(
     )  # fmt: skip
     if marks is not None:
         mark(plotter, getattr(marks, "points", marks), size=_diagonal(shown))
+    for line in lines:
+        trace(plotter, line, size=_diagonal(shown))
     if title:
         plotter.add_text(title, position="upper_edge", font_size=11, color=INK)
     return looked_at(plotter, view, up=upright(shown, up)) if alone else plotter
@@ -191,6 +199,15 @@ def mark(plotter: pv.Plotter, points: ArrayLike, *, size: float, color: str = IN
         plotter.add_mesh(
             pv.Sphere(radius=radius, center=point, theta_resolution=20, phi_resolution=20), color=color, specular=0.4
         )
+
+
+def trace(plotter: pv.Plotter, line: Any, *, size: float, color: str = INK) -> None:
+    """Add a line as a tube; `size` is the diagonal of what it lies on."""
+    at = _check.array("lines", getattr(line, "points", line), (None, 3))
+    if len(at) < 2:
+        return
+    drawn = pv.lines_from_points(np.asarray(at), close=getattr(line, "closed", False))
+    plotter.add_mesh(drawn.strip().tube(radius=THIN * size), color=color, specular=0.2)
 
 
 def colored(shown: Any, name: str, values: Array) -> pv.PolyData:
