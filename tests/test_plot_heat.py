@@ -140,6 +140,8 @@ class TestClasses:
         coat = paint.cells(RING, np.array([[1.0, 0, 0], [0, 0, 1]])[labels])
         assert {tuple(color) for color in np.asarray(coat["classes"])} == {(1.0, 0.0, 0.0), (0.0, 0.0, 1.0)}
         assert coat.area == pytest.approx(RING.area)
+        corners = np.asarray(coat.points)[::4]  # the vertex each part belongs to
+        assert (np.asarray(coat["classes"])[::4, 2] == (corners[:, 2] > 0)).all()
         flat = coat.compute_normals(point_normals=False, consistent_normals=False, auto_orient_normals=False)
         lit = np.asarray(coat.point_data["Normals"]).reshape(-1, 4, 3).mean(axis=1)
         assert (np.einsum("ij,ij->i", flat.cell_data["Normals"], lit) > 0).all()
