@@ -38,11 +38,13 @@ STRAIGHT = 0.3
 class HKClasses:
     """Which of eight kinds the surface is at each vertex.
 
-    | | K > 0 | K = 0 | K < 0 |
-    |---|---|---|---|
-    | H > 0, bends outward | peak | ridge | saddle ridge |
-    | H = 0 | | flat | minimal |
-    | H < 0, bends inward | pit | valley | saddle valley |
+    ===================  =====  ======  =============
+    .                    K > 0  K = 0   K < 0
+    ===================  =====  ======  =============
+    H > 0, bends out     peak   ridge   saddle ridge
+    H = 0                .      flat    minimal
+    H < 0, bends in      pit    valley  saddle valley
+    ===================  =====  ======  =============
 
     Attributes
     ----------
