@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import warnings
 
 import numpy as np
@@ -14,7 +15,8 @@ from simplexmesh.errors import SimplexMeshWarning
 from simplexmesh.surface import methods
 from simplexmesh.surface.curvature import _kernels_simplex_angle, estimate
 from simplexmesh.surface.neighborhoods import Neighborhoods
-from simplexmesh.surface.samples import Samples
+from simplexmesh.surface.reasons import DEGENERATE, SAID
+from simplexmesh.surface.samples import Samples, as_samples
 from simplexmesh.surface.truth import discretized
 from simplexmesh.surface.truth.closed import Cylinder, Sphere
 from simplexmesh.surface.truth.graphs import graph
@@ -55,7 +57,7 @@ TWINS = {
 def estimated(method, samples, around, normals, **options):
     """What an estimator finds on rings, less the door."""
     kind = estimate.METHODS[method]
-    return kind.estimate(samples, around, np.ascontiguousarray(normals), **{**kind.options, **options})
+    return kind.estimate(samples, around, np.ascontiguousarray(normals), **{**kind.fixed, **kind.options, **options})
 
 
 def on_rings(method, rings, normals="exact", **options):
@@ -816,13 +818,56 @@ class TestOptions:
         [
             ("discrete", {"area": "whole"}, "area must be one of 'barycentric', 'mixed', 'voronoi', not 'whole'"),
             ("extended_quadric", {"least": 4}, "least must be"),
-            ("quadric", {"terms": 4}, "terms must be 3, 5 or 6, not 4"),
             ("principal", {"radius": 1}, "radius must be"),
         ],
     )
     def test_wrong_ones_are_refused(self, method, options, message):
         with pytest.raises(ValueError, match=message):
             sm.curvature(discretized.torus(8, 6).mesh, method, **options)
+
+    @pytest.mark.parametrize(
+        ("method", "options", "error", "message"),
+        [
+            ("quadric", {"terms": 5}, TypeError, "method 'quadric' has no option 'terms'; its options: least"),
+            ("langer", {"exact": True}, TypeError, "method 'langer' has no option 'exact'; its options: none"),
+            ("discrete", {"projected": "no"}, TypeError, "projected must be true or false, not str 'no'"),
+            ("chen_schmitt", {"weighted": None}, TypeError, "weighted must be true or false, not NoneType None"),
+            ("chen_schmitt", {"normalized": 2}, TypeError, "normalized must be true or false, not int 2"),
+            ("sine", {"least_swing": "yes"}, TypeError, "least_swing must be true or false, not str 'yes'"),
+            ("sine", {"normals": "aera"}, ValueError, "normals must be one of 'adaptive', 'angle', 'area', "),
+            (["sine"], {}, ValueError, "method must be one of 'adaptive', "),
+        ],
+    )
+    def test_the_sentence_names_what_is_wrong(self, method, options, error, message):
+        with pytest.raises(error, match="^" + re.escape(message)):
+            sm.curvature(discretized.torus(8, 6).mesh, method, **options)
+
+    def test_points_have_no_normals_of_faces_to_start_from(self):
+        cloud = sm.PointCloud(discretized.torus(8, 6).vertices)
+        with pytest.raises(ValueError, match=r"^normals must be one of .* for points without faces, not 'area'$"):
+            sm.curvature(cloud, "sine", normals="area")
+
+    def test_other_neighbors_are_not_exchanged_for_the_faces(self):
+        mesh = discretized.torus(20, 12).mesh
+        ring = as_samples(mesh).one_ring
+        same = Neighborhoods(ring.centers[:1], [0, 6], ring[0][::-1], [False])
+        found = sm.curvature(mesh, "discrete", neighborhood=same)
+        assert found.mean[0] == sm.curvature(mesh, "discrete").mean[0]
+        others = Neighborhoods(ring.centers[:1], [0, 6], 100 + np.arange(6), [False])
+        with pytest.raises(ValueError, match=r"^neighborhood must be rings\(1\) for method 'discrete'"):
+            sm.curvature(mesh, "discrete", neighborhood=others)
+
+    def test_long_normals_are_directions_as_well(self):
+        mesh = discretized.torus(20, 12)
+        for length in (1e-200, 1e200):
+            found = sm.curvature(mesh.mesh, "sine", normals=length * mesh.exact.normals)
+            assert found.mean == pytest.approx(sm.curvature(mesh.mesh, "sine", normals=mesh.exact.normals).mean)
+
+    def test_missing_normals_are_given_as_the_reason(self):
+        mesh = discretized.torus(20, 12)
+        _, heard = quietly(mesh.mesh, "sine", normals=0 * mesh.exact.normals)
+        assert heard == ["curvature could not be estimated at 240 of 240 vertices: " + "240 " + SAID[DEGENERATE]]
+        assert "without a normal" in heard[0]
 
     def test_five_neighbors_are_enough_for_an_extended_quadric_if_wanted(self):
         ball = discretized.icosphere(4, 1.0).mesh
@@ -878,7 +923,7 @@ class TestOptions:
         assert masked_exactly(found)
         assert heard == [
             "curvature could not be estimated at 10 of 250 vertices: 1 with too few neighbors, "
-            "9 with neighbors that coincide or do not span a plane"
+            "9 with neighbors that coincide or do not span a plane, or without a normal"
         ]
         assert found.mean[:240] == pytest.approx(sm.curvature(good.mesh, "principal", radius=3).mean, rel=1e-9)
 

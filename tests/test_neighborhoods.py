@@ -410,6 +410,34 @@ class TestGiven:
         with pytest.raises(ValueError, match=f"^{message}$"):
             Neighborhoods(*map(np.array, parts))
 
+    @pytest.mark.parametrize(
+        ("parts", "error", "message"),
+        [
+            (([0.5], [0, 1], [1], [False]), TypeError, "centers must be whole numbers, not float64"),
+            (([0], [0, 1], [1.5], [False]), TypeError, "members must be whole numbers, not float64"),
+            (([0], [0, 1.0], [1], [False]), TypeError, "offsets must be whole numbers, not float64"),
+            ((3, [0], [], []), ValueError, r"centers must have shape \(\*,\), not \(\)"),
+            (([0], [0, 1], [[1]], [False]), ValueError, r"members must have shape \(\*,\), not \(1, 1\)"),
+            (([0], [0, 1], [1], [2]), TypeError, "closed must be bool, not int64"),
+            ((["a"], [0, 1], [1], [True]), TypeError, r"centers must be numbers of shape \(\*,\), not ndarray of <U1"),
+        ],
+    )
+    def test_what_are_no_indices_is_told(self, parts, error, message):
+        with pytest.raises(error, match=f"^{message}$"):
+            Neighborhoods(*parts)
+
+    def test_nothing_around_nothing(self):
+        assert len(Neighborhoods([], [0], [], [])) == 0
+
+    def test_a_point_is_not_its_own_neighbor(self):
+        made = Neighborhoods([1, 2], [0, 1, 3], [0, 1, 2], [False, False])
+        with pytest.raises(ValueError, match=r"^neighborhood must not have a point among its own neighbors, as 2 has$"):
+            Samples(np.eye(4)[:, :3]).around(made)
+
+    def test_connected_is_true_or_false(self):
+        with pytest.raises(TypeError, match=r"^connected must be true or false, not str 'no'$"):
+            sm.ball(1.0, connected="no")
+
     def test_links_of_some_points_leave_the_others_alone(self):
         some = Neighborhoods(np.array([3, 1]), np.array([0, 3, 5]), np.array([0, 1, 2, 0, 2]), np.array([True, False]))
         samples = Samples(np.eye(4)[:, :3], links=some)

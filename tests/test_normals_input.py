@@ -193,7 +193,10 @@ class TestOptions:
             ("extended_sine", {"tolerance": 0.0}, ValueError, "tolerance must be above 0, not 0"),
             ("extended_sine", {"iterations": 2.5}, TypeError, "iterations must be a whole number, not float 2.5"),
             ("plane", {"normals": np.ones((3, 3))}, ValueError, "normals must have shape (240, 3), not (3, 3)"),
-            ("plane", {"normals": "up"}, ValueError, "method must be one of 'a"),
+            ("plane", {"normals": "up"}, ValueError, "normals must be one of 'a"),
+            (["plane"], {}, ValueError, "method must be one of 'a"),
+            ("area", {"weighting": "max"}, TypeError, "method 'area' has no option 'weighting'; its options: none"),
+            ("chen_schmitt", {"normalized": "no"}, TypeError, "normalized must be true or false, not str 'no'"),
             ("area", {"normals": "mean"}, TypeError, "normals must be left out: method 'area' starts from none"),
             ("plane", {"vertices": [240]}, ValueError, "vertices[0] is 240, outside 0..239"),
         ],
@@ -209,6 +212,38 @@ class TestOptions:
         assert_allclose(named, given_, atol=1e-14)
         assert np.abs(named - sm.vertex_normals(mesh, "quadric")).max() > 1e-6
 
-    def test_something_else_is_no_surface(self):
-        with pytest.raises(TypeError, match=r"^surface must be "):
-            sm.vertex_normals(3)
+    def test_names_are_looked_at_before_anything_is_read(self):
+        with pytest.raises(ValueError, match=r"^method must be one of"):
+            sm.vertex_normals("no such file.ply", "planes")
+        with pytest.raises(FileNotFoundError, match=r"no such file.ply"):
+            sm.vertex_normals("no such file.ply", "plane")
+
+    def test_points_of_a_file_keep_their_rows(self, tmp_path):
+        ball = sm.sphere(4).triangulated("dual").vertices
+        twice = np.concatenate([ball, ball[:5]])
+        np.savetxt(tmp_path / "ball.xyz", twice)
+        assert len(sm.read(tmp_path / "ball.xyz").points) == len(twice)
+        assert len(sm.vertex_normals(tmp_path / "ball.xyz", "plane")) == len(twice)
+
+    @pytest.mark.parametrize(
+        ("surface", "error", "message"),
+        [
+            (3, TypeError, "surface must be triangles, a simplex mesh, points or a path to them, not int"),
+            (None, TypeError, "surface must be triangles, a simplex mesh, points or a path to them, not NoneType"),
+            ({"x": 1}, TypeError, "surface must be triangles, a simplex mesh, points or a path to them, not dict"),
+            (
+                np.ones((9, 2)),
+                ValueError,
+                "surface must have shape (*, 3) for points or (*, 6) with normals, not (9, 2)",
+            ),
+            ([], ValueError, "surface must have shape (*, 3) for points or (*, 6) with normals, not (0,)"),
+            (np.ones((2, 9, 3)), ValueError, "surface must have shape (*, 3) for points or (*, 6) with normals, not"),
+            (sm.Volume(np.ones((4, 4, 4))), TypeError, "surface must be triangles, a simplex mesh, points"),
+        ],
+        ids=lambda v: None if isinstance(v, str | type) else type(v).__name__,
+    )
+    def test_something_else_is_no_surface(self, surface, error, message):
+        with pytest.raises(error, match="^" + re.escape(message)):
+            sm.vertex_normals(surface)
+        with pytest.raises(error, match="^" + re.escape(message)):
+            sm.curvature(surface)

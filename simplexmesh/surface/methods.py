@@ -59,6 +59,8 @@ class Method:
         Where its function `estimate` lives.
     options : mapping
         Names it understands beyond those all methods share, each with its default.
+    fixed : mapping
+        What its name says already to a function that serves several methods; no caller can change that.
     normals : str or None
         The normals it starts from on meshes where the caller names none; None: it needs none.
     needs_faces : bool
@@ -69,6 +71,7 @@ class Method:
 
     module: str
     options: Mapping[str, Any] = field(default_factory=dict)
+    fixed: Mapping[str, Any] = field(default_factory=dict)
     normals: str | None = "area"
     needs_faces: bool = False
     own_scale: bool = False
@@ -80,8 +83,10 @@ class Method:
         return found
 
 
-def chosen(name: Any, methods: Mapping[str, Method], options: Mapping[str, Any]) -> tuple[Method, dict[str, Any]]:
-    """Return the method of that name with its options, defaults filled in.
+def chosen(
+    name: Any, methods: Mapping[str, Method], options: Mapping[str, Any], called: str = "method"
+) -> tuple[Method, dict[str, Any]]:
+    """Return the method of that name with its options, defaults filled in; `called` as callers call it.
 
     Raises
     ------
@@ -90,12 +95,12 @@ def chosen(name: Any, methods: Mapping[str, Method], options: Mapping[str, Any])
     TypeError
         It does not understand an option.
     """
-    method = methods[_check.choice("method", name, sorted(methods))]
+    method = methods[_check.choice(called, name, sorted(methods))]
     for option in options:
         if option not in method.options:
             known = ", ".join(sorted(method.options)) or "none"
             raise TypeError(f"method {name!r} has no option {option!r}; its options: {known}")
-    return method, {**method.options, **options}
+    return method, {**method.fixed, **method.options, **options}
 
 
 def warn_of_failures(what: str, reasons: NDArray[np.uint8], *, level: int = 3) -> None:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh import _check
+from simplexmesh.surface.flags import flag
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -55,6 +56,8 @@ class Neighborhoods:
     ------
     ValueError
         Offsets that do not rise from 0 to the number of members, arrays of other lengths, negative indices.
+    TypeError
+        Numbers that are no indices.
 
     Examples
     --------
@@ -71,6 +74,10 @@ class Neighborhoods:
     closed: Mask
 
     def __post_init__(self) -> None:
+        for name in ("centers", "offsets", "members", "closed"):
+            given, kind = _check.listed(name, getattr(self, name)), np.bool_ if name == "closed" else np.int64
+            rows = _check.array(name, given if given.size else given.astype(kind), (None,), kind)
+            object.__setattr__(self, name, _check.frozen(rows))
         n = len(self.centers)
         if len(self.offsets) != n + 1 or len(self.closed) != n:
             raise ValueError(f"offsets and closed must have {n + 1} and {n} entries for {n} centers")
@@ -80,9 +87,6 @@ class Neighborhoods:
             raise ValueError(f"members must be point indices, not {np.min(self.members)}")
         if n and np.min(self.centers) < 0:
             raise ValueError(f"centers must be point indices, not {np.min(self.centers)}")
-        for name in ("centers", "offsets", "members"):
-            object.__setattr__(self, name, _check.frozen(getattr(self, name), np.int64))
-        object.__setattr__(self, "closed", _check.frozen(self.closed, np.bool_))
 
     def __repr__(self) -> str:
         return f"Neighborhoods({len(self)} centers, {self.members.size} neighbors)"
@@ -177,13 +181,15 @@ def ball(radius: float, *, connected: bool = True) -> Ball:
     ------
     ValueError
         A radius that is not positive.
+    TypeError
+        No number, or `connected` neither true nor false.
 
     Examples
     --------
     >>> ball(0.5)
     Ball(radius=0.5, connected=True)
     """
-    return Ball(_check.number("radius", radius, 0.0, open_low=True), bool(connected))
+    return Ball(_check.number("radius", radius, 0.0, open_low=True), flag("connected", connected))
 
 
 def nearest(count: int) -> Nearest:

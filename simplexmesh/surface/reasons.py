@@ -7,6 +7,6 @@ FOUND, FEW, DEGENERATE, OPEN = range(4)
 SAID = (
     "",
     "with too few neighbors",
-    "with neighbors that coincide or do not span a plane",
+    "with neighbors that coincide or do not span a plane, or without a normal",
     "on a border or without a ring of faces",
 )

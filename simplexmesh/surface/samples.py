@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import cKDTree
 
 from simplexmesh import _check
-from simplexmesh.data.convert import as_data
 from simplexmesh.data.points import PointCloud
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.surface import _kernels_balls as balls
@@ -170,6 +169,8 @@ def _given(made: Neighborhoods, n: int, vertices: ArrayLike | None) -> Neighborh
     most = max((int(part.max()) for part in (made.centers, made.members) if len(part)), default=0)
     if most >= n:
         raise ValueError(f"neighborhood must name points below {n:,}, not {most:,}")
+    if len(own := made.members[made.members == np.repeat(made.centers, made.valence)]):
+        raise ValueError(f"neighborhood must not have a point among its own neighbors, as {own[0]:,} has")
     if vertices is None:
         return made
     asked = _check.selection("vertices", vertices, n)
@@ -218,36 +219,51 @@ def as_samples(value: Any, name: str = "surface") -> Samples:
     """
     if isinstance(value, Samples):
         return value
-    value = _as_is(value, name)
-    if isinstance(value, TriangleMesh):
-        return Samples(value.vertices, value.faces)
-    if isinstance(value, PointCloud):
-        return Samples(value.points, outward=value.normals)
-    if hasattr(value, "connectivity"):
-        return Samples(value.vertices, links=_links(value), outward=value.normals)
-    what = os.fspath(value) if isinstance(value, os.PathLike) else type(value).__name__
-    raise TypeError(f"{name} must be a mesh or points, not {what}")
+    found = _as_is(value, name)
+    if isinstance(found, TriangleMesh):
+        return Samples(found.vertices, found.faces)
+    if isinstance(found, PointCloud):
+        return Samples(found.points, outward=found.normals)
+    if hasattr(found, "connectivity"):
+        return Samples(found.vertices, links=_links(found), outward=found.normals)
+    what = type(found).__name__
+    if isinstance(value, str | os.PathLike):
+        what = f"a {what} as in {os.fspath(value)}"
+    raise TypeError(f"{name} must be triangles, a simplex mesh, points or a path to them, not {what}")
 
 
 def _as_is(value: Any, name: str) -> Any:
-    """Return what a caller gave as one of our own types, with every point it had."""
+    """Return what a caller gave as one of our own types, with every point it had, where it is a surface."""
     if isinstance(value, PointCloud | TriangleMesh):
         return value
-    if isinstance(value, tuple | list) and len(value) == 2 and all(np.ndim(part) == 2 for part in value):
-        return TriangleMesh(value[0], value[1])
-    if isinstance(value, np.ndarray | list | tuple):
-        rows = _check.listed(name, value)
-        if rows.ndim == 2 and rows.shape[1] in (3, 6):
-            return PointCloud(rows[:, :3], rows[:, 3:] if rows.shape[1] == 6 else None)
-    if hasattr(value, "vertices") and not hasattr(value, "connectivity"):  # of trimesh
-        faces = getattr(value, "faces", None)
-        points = np.asarray(value.vertices)
-        return PointCloud(points) if faces is None or not len(faces) else TriangleMesh(points, np.asarray(faces))
     if hasattr(value, "IsA") and hasattr(value, "GetPointData"):
         from simplexmesh.data import vtk
 
         return vtk.from_dataset(value, name)
-    return as_data(value, name)
+    if hasattr(value, "connectivity"):  # of a simplex mesh
+        return value
+    if isinstance(value, str | os.PathLike):
+        from simplexmesh.data.reading import read
+
+        return read(value)
+    if isinstance(value, tuple | list) and len(value) == 2:
+        points, faces = (_check.listed(name, part) for part in value)
+        if points.ndim == faces.ndim == 2:
+            return TriangleMesh(points, faces)
+    if hasattr(value, "vertices"):  # of trimesh
+        corners = getattr(value, "faces", None)
+        points = np.asarray(value.vertices)
+        return PointCloud(points) if corners is None or not len(corners) else TriangleMesh(points, np.asarray(corners))
+    if isinstance(value, list | tuple) or hasattr(value, "__array__"):
+        return _cloud(_check.listed(name, value), name)
+    return value
+
+
+def _cloud(rows: NDArray[Any], name: str) -> PointCloud:
+    """Return points, with normals in three more columns."""
+    if rows.ndim != 2 or rows.shape[1] not in (3, 6):
+        raise ValueError(f"{name} must have shape (*, 3) for points or (*, 6) with normals, not {rows.shape}")
+    return PointCloud(rows[:, :3], rows[:, 3:] if rows.shape[1] == 6 else None)
 
 
 def _links(mesh: Any) -> Neighborhoods:

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh.surface.curvature import _kernels_chen_schmitt as kernels
+from simplexmesh.surface.flags import flag
 from simplexmesh.surface.methods import Estimates
 from simplexmesh.surface.neighborhoods import Neighborhoods
 from simplexmesh.surface.samples import Samples
@@ -31,5 +32,6 @@ def estimate(samples: Samples, around: Neighborhoods, normals: Array, *, weighte
     n = len(around)
     k1, k2, d1, reasons = np.full(n, np.nan), np.full(n, np.nan), np.full((n, 3), np.nan), np.zeros(n, np.uint8)
     rows = (around.centers, around.offsets, around.members)
-    kernels.chen_schmitt(*rows, samples.points, normals, bool(weighted), bool(normalized), k1, k2, d1, reasons)
+    options = flag("weighted", weighted), flag("normalized", normalized)
+    kernels.chen_schmitt(*rows, samples.points, normals, *options, k1, k2, d1, reasons)
     return Estimates(k1, k2, (k1 + k2) / 2, k1 * k2, reasons, d1)

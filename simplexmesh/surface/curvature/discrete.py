@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from simplexmesh import _check
 from simplexmesh.surface.curvature import _kernels_discrete as kernels
 from simplexmesh.surface.curvature.ringed import ringed
+from simplexmesh.surface.flags import flag
 from simplexmesh.surface.methods import Estimates
 from simplexmesh.surface.neighborhoods import Neighborhoods
 from simplexmesh.surface.samples import Samples
@@ -35,6 +36,6 @@ def estimate(samples: Samples, around: Neighborhoods, normals: Array, *, area: s
     n = len(around)
     mean, gauss, reasons = np.full(n, np.nan), np.full(n, np.nan), np.zeros(n, np.uint8)
     rows = (around.centers, around.offsets, around.members, around.closed)
-    kernels.discrete(*rows, samples.points, normals, AREAS[area], bool(projected), mean, gauss, reasons)
+    kernels.discrete(*rows, samples.points, normals, AREAS[area], flag("projected", projected), mean, gauss, reasons)
     swing = np.sqrt(np.maximum(mean * mean - gauss, 0.0))
     return Estimates(mean + swing, mean - swing, mean, gauss, reasons)

@@ -25,5 +25,5 @@ def estimate(samples: Samples, around: Neighborhoods, normals: Array, *, exact: 
     n = len(around)
     k1, k2, d1, reasons = np.full(n, np.nan), np.full(n, np.nan), np.full((n, 3), np.nan), np.zeros(n, np.uint8)
     rows = (around.centers, around.offsets, around.members)
-    kernels.langer(*rows, samples.points, normals, bool(exact), k1, k2, d1, reasons)
+    kernels.langer(*rows, samples.points, normals, exact, k1, k2, d1, reasons)
     return Estimates(k1, k2, (k1 + k2) / 2, k1 * k2, reasons, d1)

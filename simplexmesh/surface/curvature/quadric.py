@@ -29,8 +29,6 @@ def estimate(samples: Samples, around: Neighborhoods, normals: Array, *, terms: 
     least : int
         Fewer neighbors than this are too few; at least as many as `terms`.
     """
-    if terms not in (3, 5, 6):
-        raise ValueError(f"terms must be 3, 5 or 6, not {terms}")
     least = _check.integer("least", least, terms)
     n = len(around)
     k1, k2, d1, corrected = np.full(n, np.nan), np.full(n, np.nan), np.full((n, 3), np.nan), np.zeros((n, 3))

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh.surface.curvature import _kernels_sine as kernels
+from simplexmesh.surface.flags import flag
 from simplexmesh.surface.methods import Estimates
 from simplexmesh.surface.neighborhoods import Neighborhoods
 from simplexmesh.surface.samples import Samples
@@ -29,5 +30,5 @@ def estimate(samples: Samples, around: Neighborhoods, normals: Array, *, least_s
     k1, k2, d1 = np.full(n, np.nan), np.full(n, np.nan), np.full((n, 3), np.nan)
     reasons = np.zeros(n, np.uint8)
     rows = (around.centers, around.offsets, around.members)
-    kernels.sine(*rows, samples.points, normals, bool(least_swing), k1, k2, d1, reasons)
+    kernels.sine(*rows, samples.points, normals, flag("least_swing", least_swing), k1, k2, d1, reasons)
     return Estimates(k1, k2, (k1 + k2) / 2, k1 * k2, reasons, d1)

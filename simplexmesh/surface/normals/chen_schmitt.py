@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from simplexmesh.surface.flags import flag
 from simplexmesh.surface.methods import Normals
 from simplexmesh.surface.neighborhoods import Neighborhoods
 from simplexmesh.surface.normals import _kernels_chen_schmitt as kernels
@@ -23,5 +24,5 @@ def estimate(samples: Samples, around: Neighborhoods, normals: Array, *, normali
     n = len(around)
     out, reasons = np.zeros((n, 3)), np.zeros(n, np.uint8)
     rows = (around.centers, around.offsets, around.members)
-    kernels.chen_schmitt(*rows, samples.points, normals, bool(normalized), out, reasons)
+    kernels.chen_schmitt(*rows, samples.points, normals, flag("normalized", normalized), out, reasons)
     return Normals(out, reasons)

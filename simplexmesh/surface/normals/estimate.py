@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -15,10 +16,10 @@ from simplexmesh.surface.samples import Samples, as_samples
 Array = NDArray[np.float64]
 
 METHODS = {
-    "mean": Method("normals.faces", {"weighting": "uniform"}, normals=None, needs_faces=True),
-    "area": Method("normals.faces", {"weighting": "area"}, normals=None, needs_faces=True),
-    "angle": Method("normals.faces", {"weighting": "angle"}, normals=None, needs_faces=True),
-    "max": Method("normals.faces", {"weighting": "max"}, normals=None, needs_faces=True),
+    "mean": Method("normals.faces", fixed={"weighting": "uniform"}, normals=None, needs_faces=True),
+    "area": Method("normals.faces", fixed={"weighting": "area"}, normals=None, needs_faces=True),
+    "angle": Method("normals.faces", fixed={"weighting": "angle"}, normals=None, needs_faces=True),
+    "max": Method("normals.faces", fixed={"weighting": "max"}, normals=None, needs_faces=True),
     "plane": Method("normals.plane", {"variant": "pca"}, normals=None),
     "quadric": Method("normals.quadric", {"passes": 1}),
     "chen_schmitt": Method("normals.chen_schmitt", {"normalized": False}),
@@ -86,15 +87,16 @@ def vertex_normals(
     >>> bool((sm.vertex_normals(cloud, method="quadric") * normals > -1e-3).all())
     True
     """
+    kind, _ = chosen(method, METHODS, options)
     samples = as_samples(surface)
-    if method in METHODS and METHODS[method].own_scale:
+    if kind.own_scale:
         if neighborhood is not None or normals is not None:
             left = "neighborhood" if normals is None else "normals"
             raise TypeError(f"{left} must be left out: method {method!r} chooses its own")
         around = centers_only(samples, vertices)
     else:
         around = samples.around(rings(1) if neighborhood is None else neighborhood, vertices)
-    if method in METHODS and METHODS[method].needs_faces:
+    if kind.needs_faces:
         if samples.is_connected and neighborhood not in (None, rings(1)):
             raise TypeError(f"neighborhood must be left out: method {method!r} takes the faces around each vertex")
         if normals is not None:
@@ -108,10 +110,22 @@ def found_normals(
     samples: Samples, around: Neighborhoods, method: str, *, normals: str | ArrayLike | None = None, **options: Any
 ) -> Normals:
     """Return normals around each center by a method of `vertex_normals`, with reasons where there is none."""
-    kind, understood = chosen(method, METHODS, options)
+    return _found(samples, around, method, "method", normals, options)
+
+
+def _found(
+    samples: Samples,
+    around: Neighborhoods,
+    name: str,
+    called: str,
+    normals: str | ArrayLike | None = None,
+    options: Mapping[str, Any] | None = None,
+) -> Normals:
+    """Return normals by the method of that name, which the caller gave as the argument `called`."""
+    kind, understood = chosen(name, METHODS, options or {}, called)
     if kind.needs_faces and not samples.is_connected and not around.closed.any():
         others = ", ".join(repr(name) for name, other in METHODS.items() if not other.needs_faces)
-        raise ValueError(f"method must be one of {others} for points without faces, not {method!r}")
+        raise ValueError(f"{called} must be one of {others} for points without faces, not {name!r}")
     start = starting_normals(samples, around, kind.normals, normals)
     out: Normals = kind.estimate(samples, around, start, **understood)
     return out
@@ -123,11 +137,6 @@ def centers_only(samples: Samples, vertices: ArrayLike | None) -> Neighborhoods:
     centers = np.arange(n) if vertices is None else _check.selection("vertices", vertices, n)
     none = np.zeros(len(centers) + 1, np.int64)
     return Neighborhoods(centers, none, np.zeros(0, np.int64), np.zeros(len(centers), bool))
-
-
-def normals_around(samples: Samples, around: Neighborhoods, method: str) -> Array:
-    """Return the normals an estimator of curvature starts from, one for each center; nothing is said of failures."""
-    return found_normals(samples, around, method).normals
 
 
 def starting_normals(
@@ -144,12 +153,14 @@ def starting_normals(
         The method or the normals the caller names.
     """
     if isinstance(given, str):
-        return normals_around(samples, around, given)
+        return _found(samples, around, given, "normals").normals
     if given is not None:
-        return _vec.normalized(_check.array("normals", given, (len(samples.points), 3)))[around.centers]
+        some = _check.array("normals", given, (len(samples.points), 3))[around.centers]
+        largest = np.abs(some).max(axis=1, initial=0.0)[:, None]
+        return _vec.normalized(some / np.where(largest > 0.0, largest, 1.0))
     if default is None:
         return None
     if samples.outward is not None:
         return samples.outward[around.centers]
     of_faces = METHODS[default].needs_faces and not samples.is_connected and not around.closed.any()
-    return normals_around(samples, around, "plane" if of_faces else default)
+    return _found(samples, around, "plane" if of_faces else default, "method").normals

@@ -30,8 +30,8 @@ def estimate(
 
     Solver "newton" seeks the zero of (d, e) in two unknowns, five to seven fits a vertex. "ternary" is the thesis's
     search (algorithm 4, its errata mended): tilts along (d, e), by the angle that leaves least, twenty to a hundred
-    times as many fits. Both end when the normal is off by less than `tolerance` radians, as far as (d, e) tell, or give up after so
-    many `iterations`.
+    times as many fits. Both end when the normal is off by less than `tolerance` radians, as far as (d, e) tell, or
+    give up after so many `iterations`.
     """
     n = len(around)
     newton = _check.choice("solver", solver, SOLVERS) == "newton"
