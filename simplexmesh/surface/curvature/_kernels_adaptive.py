@@ -107,7 +107,7 @@ def probes(
     d adds to the shape operator, `[row, k, 1, d - 2]` its variance at unit noise, `[.., 2 and 3, ..]` both for H alone;
     `energies[row, k, d - 3]` the energy |y_d|^2 of a block of degree d, `weights[row, k, d - 3, e - 3]` how much
     coefficients of degree e put into it; `misfits[row, k]` the residual sum of squares and its degrees of freedom;
-    `steps[row, k, d - 2]` what degree d adds to H, in the unit of the points.
+    `steps[row, k, d - 2]` what degree d adds to -H, in the unit of the points.
     """
     for chunk in prange(chunks):
         stamps = np.full(points.shape[0], -1, np.int32)

@@ -48,7 +48,7 @@ class Probed(NamedTuple):
     degrees : (p, k) array of float
         The highest degree fitted, 0 where nothing could be.
     steps : (p, k, 5) array of float
-        What each degree adds to H, signed.
+        What each degree adds to -H, signed, in the unit of the points.
     """
 
     radii: Array

@@ -96,9 +96,9 @@ def scales_of(samples: Samples, *, noise: float | None = None, detail: float | N
     rows = np.sort(order[:FIRST])
     told = probed(samples, rows, spacing[rows, None] * LADDER, directions, oriented=oriented)
     size = noise_of(told) if noise is None else noise
-    everyone = np.arange(len(rows))[None]
-    risk = judged(told.mean(everyone), size).compared(told.steps, everyone).risk
-    low = min(max(int(_best(risk)[0]) - 1, 0), len(LADDER) - TRIED)
+    near = _groups(samples.points[rows], TOGETHER)
+    best = _best(judged(told.mean(near), size).compared(told.steps, near).risk)
+    low = min(max(int(np.median(best)) - 1, 0), len(LADDER) - TRIED)
     rows = np.sort(order[: max(LEAST, len(order) // SHARE)])
     told = probed(samples, rows, spacing[rows, None] * LADDER[low : low + TRIED], directions, oriented=oriented)
     columns, degrees = _at_probes(samples.points[rows], told, spacing[rows], size, shortest=low == 0)
@@ -123,8 +123,7 @@ def _at_probes(places: Array, told: Probed, spacing: Array, noise: float, *, sho
 
     The last row is for points that no edges lead from to a probe: the middle of all.
     """
-    tree = cKDTree(places)
-    near, far = (tree.query(places, min(count, len(places)))[1].reshape(len(places), -1) for count in (TOGETHER, MORE))
+    near, far = _groups(places, TOGETHER), _groups(places, MORE)
     told_together = told.mean(near)
     found = judged(told_together, noise).compared(told.steps, near)
     wide = judged(told.mean(far), noise)
@@ -141,6 +140,12 @@ def _at_probes(places: Array, told: Probed, spacing: Array, noise: float, *, sho
     degrees = wide.degrees[i, k]
     middle = int(np.median(degrees))
     return np.vstack([values, np.median(values, axis=0)]), np.append(degrees, middle)
+
+
+def _groups(places: Array, count: int) -> Indices:
+    """Return (p, g) rows: each place with those nearest to it, so many in all if there are so many."""
+    out: Indices = cKDTree(places).query(places, min(count, len(places)))[1]
+    return out.reshape(len(places), -1)
 
 
 def _directions(samples: Samples) -> tuple[Array, bool]:

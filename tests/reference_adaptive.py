@@ -1,0 +1,197 @@
+"""The adaptive estimator written down as it is explained: no moments, no factors kept, one point at a time."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from simplexmesh.surface.curvature import _kernels_adaptive as kernels
+from simplexmesh.surface.curvature import _kernels_adaptive_jets as limits
+
+Array = np.ndarray
+
+
+def exponents(degree: int) -> list[tuple[int, int]]:
+    """Of u and v, in the order of the coefficients."""
+    return [(d - i, i) for d in range(degree + 1) for i in range(d + 1)]
+
+
+def reached(rings: list[list[int]], points: Array, center: int, radius: float) -> list[int]:
+    """Points that edges inside the ball lead to, ring by ring."""
+    found, seen, k = [center], {center}, 0
+    while k < len(found):
+        for j in rings[found[k]]:
+            if j not in seen:
+                seen.add(j)
+                if np.linalg.norm(points[j] - points[center]) <= radius and len(found) < limits.MOST:
+                    found.append(j)
+        k += 1
+    return found
+
+
+def mean_direction(found: list[int], directions: Array, center: int) -> Array:
+    """Of the points whose direction looks to the center's side."""
+    some = directions[found]
+    total = some[some @ directions[center] >= 0].sum(axis=0)
+    return total / np.linalg.norm(total)
+
+
+def on_its_side(found: list[int], points: Array, directions: Array, normal: Array, radius: float) -> Array:
+    """Places in radii of the points that lie on the center's side and are seen as heights."""
+    places = (points[found] - points[found[0]]) / radius
+    square, height = (places**2).sum(axis=1), places @ normal
+    kept = (square <= 1) & ((height**2 <= limits.STEEP * square) | (np.arange(len(found)) == 0))
+    return places[kept & (directions[found] @ normal >= 0)]
+
+
+def fundamental(x: Array) -> tuple[Array, Array]:
+    """First and second fundamental forms of the graph z = x[0] + x[1] u + x[2] v + x[3] u^2 + ... at the origin."""
+    p, q = x[1:3]
+    first = np.array([[1 + p * p, p * q], [p * q, 1 + q * q]])
+    second = np.array([[2 * x[3], x[4]], [x[4], 2 * x[5]]]) / np.sqrt(1 + p * p + q * q)
+    return first, second
+
+
+def frame_of(normal: Array) -> Array:
+    """Any right-handed frame above a normal."""
+    u = np.cross(normal, np.eye(3)[np.abs(normal).argmin()])
+    u /= np.linalg.norm(u)
+    return np.array([u, np.cross(normal, u), normal])
+
+
+def flattened(places: Array, normal: Array) -> tuple[Array, Array, Array]:
+    """Chords in the tangent plane of a quadric, heights above it, and the frame; the quadric is fitted twice."""
+    frame = frame_of(normal)
+    flat, z = places @ frame[:2].T, places @ frame[2]
+    for _ in range(limits.AGAIN):
+        design = np.stack([flat[:, 0] ** a * flat[:, 1] ** b for a, b in exponents(2)], axis=1)
+        x = np.linalg.lstsq(design, z, rcond=None)[0]
+        _, second = fundamental(x)
+        tangents = frame[:2] + np.outer(x[1:3], frame[2])  # along u and along v, on the graph
+        normal = np.cross(*tangents)
+        turned = frame_of(normal / np.linalg.norm(normal))
+        parts = np.linalg.solve(tangents @ tangents.T, tangents @ turned[:2].T)  # new axes from the graph's tangents
+        bend, axes = np.linalg.eigh(parts.T @ second @ parts)
+        frame = turned
+        z = places @ frame[2]
+        along = places @ frame[:2].T @ axes
+        along /= np.sqrt(np.maximum(1 - 0.5 * bend * z[:, None], limits.BENT))
+        flat = along @ axes.T
+    return flat, z, frame
+
+
+def fitted(found, points, directions, radius, degree, priors, noise, slack, lean, beyond):
+    """One fit: k1 and k2, normal, d1, expected error, residuals over what is allowed; None with too few points."""
+    normal = mean_direction(found, directions, found[0])
+    places = on_its_side(found, points, directions, normal, radius)
+    if len(places) < 6:
+        return None
+    flat, z, frame = flattened(places, normal)
+    while degree > 2 and 0.65 * (degree + 1) * (degree + 2) + 4 > len(z):
+        degree -= 1
+    powers = exponents(degree)
+    design = np.stack([flat[:, 0] ** a * flat[:, 1] ** b for a, b in powers], axis=1)
+    level = (noise / radius) ** 2
+    ridge = np.zeros(len(powers))
+    normal_matrix = design.T @ design
+    for t, (a, b) in enumerate(powers):
+        d = a + b
+        if d > 2:
+            count = float(np.prod(np.arange(a + 1, d + 1)) / np.prod(np.arange(1, b + 1)))  # d over b
+            deviation = slack * priors[d - 3] * radius ** (d - 1)
+            ridge[t] = min(level / max(deviation**2, 1e-30) / count, 1e6 * normal_matrix[t, t])
+    inverse = np.linalg.inv(normal_matrix + np.diag(ridge))
+    x = inverse @ design.T @ z
+    first, second = fundamental(x)
+    bends, ways = np.linalg.eig(np.linalg.solve(first, -second))
+    order = np.argsort(-bends)
+    k1, k2 = bends[order]
+    p, q = x[1:3]
+    up = (frame[2] - p * frame[0] - q * frame[1]) / np.sqrt(1 + p * p + q * q)
+    way = ways[:, order[0]]
+    d1 = way @ (frame[:2] + np.outer([p, q], frame[2]))
+    of_mean = np.zeros(len(powers))
+    of_mean[[3, 5]] = 1
+    doubt = np.sqrt(level * of_mean @ inverse @ of_mean)
+    squares = ((z - design @ x) ** 2).sum() + (ridge * x**2).sum()
+    free = max(len(z) - 6, 1)
+    excess = (
+        np.sqrt(max(squares / free - level * (1 + 3 / np.sqrt(free)), 0)) * kernels.HARM * (1 + kernels.RIMS * lean)
+    )
+    excess *= 1 if degree > 3 else kernels.GENTLE
+    curved = np.sqrt((k1**2 + k2**2) / 2)
+    if len(z) < 6 + kernels.SPARE:
+        excess = max(excess, kernels.UNTOLD * curved)
+    allowed = max(3 * doubt, kernels.TOLERATED * curved, 0.5 * beyond * radius, 1e-300)
+    return np.array([k1, k2]) / radius, up, d1 / np.linalg.norm(d1), np.hypot(doubt, excess) / radius, excess / allowed
+
+
+def estimated(rings, points, directions, center, radius, smallest, degree, priors, beyond, noise):
+    """The whole row: wider at borders, blended with shorter radii where residuals are not noise."""
+    found = reached(rings, points, center, radius)
+    normal = mean_direction(found, directions, center)
+    offset = (points[found] - points[center]).mean(axis=0) / radius
+    lean = float(np.linalg.norm(offset - (offset @ normal) * normal))
+    if lean > kernels.LEANING:
+        radius *= 1 + kernels.REACH * min(lean, 0.5)
+        degree = limits.HIGHEST
+        found = reached(rings, points, center, radius)
+    bends = up = None
+    rest, slack, before = 1.0, 1.0, 0.0
+    for _ in range(kernels.STEPS):
+        one = fitted(found, points, directions, radius, degree, priors, noise, slack, lean, beyond)
+        if one is None:
+            break
+        k, n, _d1, error, ratio = one
+        share = rest
+        if bends is None:
+            bends, up, square, used = k, n, error**2, radius
+        else:
+            share *= (before / error) ** 4 / (1 + (before / error) ** 4)
+            bends, up = (1 - share) * bends + share * k, (1 - share) * up + share * n
+            square, used = (1 - share) * square + share * error**2, (1 - share) * used + share * radius
+        rest, before = share * min(max(ratio - 1, 0), 1), error
+        if rest <= 0 or radius * kernels.SHORTER < smallest:
+            break
+        radius, slack = radius * kernels.SHORTER, slack * 2
+    return bends, up / np.linalg.norm(up), np.sqrt(square + beyond**2), used
+
+
+def probed(rings, points, directions, center, radius, reach, first):
+    """What a probe says at one radius: levels, energies, weights, misfit, degree, steps, as the kernel writes them.
+
+    None with too few points. `reach` is the largest radius of the probe, which says who is found; `first` how many of
+    these give the direction.
+    """
+    found = reached(rings, points, center, reach)
+    normal = mean_direction(found[:first], directions, center)
+    places = on_its_side(found, points, directions, normal, radius)
+    if len(places) < 7:
+        return None
+    flat, z, _ = flattened(places, normal)
+    degree = limits.HIGHEST
+    while degree > 2 and 0.65 * (degree + 1) * (degree + 2) + 4 > len(z):
+        degree -= 1
+    powers = exponents(degree)
+    design = np.stack([flat[:, 0] ** a * flat[:, 1] ** b for a, b in powers], axis=1)
+    Q, R = np.linalg.qr(design)
+    y, inverse = Q.T @ z, np.linalg.inv(R)
+    functionals = np.zeros((3, len(powers)))
+    functionals[0, [3, 5]], functionals[1, [3, 5]], functionals[2, 4] = (1, 1), (1, -1), 1
+    influence = functionals @ inverse
+    blocks = np.array([a + b for a, b in powers])
+    levels, steps = np.zeros((4, 5)), np.zeros(5)
+    energies, weights = np.zeros(4), np.zeros((4, 4))
+    for d in range(2, degree + 1):
+        here = blocks <= 2 if d == 2 else blocks == d
+        change = (influence * y)[:, here].sum(axis=1)
+        variance = (influence[:, here] ** 2).sum(axis=1)
+        levels[:, d - 2] = (change**2).sum(), variance.sum(), change[0] ** 2, variance[0]
+        steps[d - 2] = change[0] / radius
+    for d in range(3, degree + 1):
+        energies[d - 3] = (y[blocks == d] ** 2).sum()
+        for t, (a, b) in enumerate(powers):
+            if a + b >= d:
+                count = np.prod(np.arange(a + 1, a + b + 1)) / np.prod(np.arange(1, b + 1))
+                weights[d - 3, a + b - 3] += count * (R[blocks == d, t] ** 2).sum()
+    misfit = np.array([z @ z - y @ y, len(z) - len(powers)])
+    return levels, energies, weights, misfit, degree, steps

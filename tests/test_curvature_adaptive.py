@@ -1,0 +1,451 @@
+"""Curvature and normals at no options: how exact, everywhere; twins, symmetries, borders, honest errors, bad input."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.linalg import norm
+from scipy.spatial.transform import Rotation
+
+import simplexmesh as sm
+from simplexmesh.errors import SimplexMeshWarning
+from simplexmesh.surface.curvature import _kernels_adaptive as kernels
+from simplexmesh.surface.curvature import _kernels_adaptive_scales as scale_kernels
+from simplexmesh.surface.curvature.probes import judged, noise_of, probed
+from simplexmesh.surface.curvature.scales import LADDER, scales_of
+from simplexmesh.surface.samples import as_samples
+from simplexmesh.surface.truth import discretized
+from simplexmesh.surface.truth.grids import on_border
+from simplexmesh.surface.truth.noise import noisy, unit_of
+from tests import reference_adaptive as reference
+
+SIZES = {"2.5k": (85, 30), "10k": (170, 60), "41k": (340, 120)}
+
+
+def off(found, exact):
+    return norm(found - exact) / norm(exact)
+
+
+def torus(size="10k", noise=0.0, unit="edge", *, irregular=True):
+    made = discretized.torus(*SIZES[size], irregular=irregular)
+    return made.exact, noisy(made.mesh, noise, unit=unit, rng=1)
+
+
+def angle(found, exact):
+    return np.degrees(np.arccos(np.clip((found * exact).sum(axis=1), -1, 1))).mean()
+
+
+class TestAccuracy:
+    """The best of other programs in each column is in the comment."""
+
+    @pytest.mark.parametrize(
+        ("size", "noise", "unit", "irregular", "most"),
+        [
+            ("2.5k", 0.0, "edge", False, 0.0014),  # 0.0014, cotangents
+            ("10k", 0.0, "edge", False, 0.0001),  # 0.0003
+            ("2.5k", 0.0, "edge", True, 0.002),  # 0.030
+            ("10k", 0.0, "edge", True, 0.0002),  # 0.019
+            ("2.5k", 0.01, "edge", True, 0.025),  # 0.038
+            ("10k", 0.01, "edge", True, 0.015),  # 0.060
+            ("2.5k", 0.1, "edge", True, 0.10),  # 0.25
+            ("10k", 0.1, "edge", True, 0.05),  # 0.23
+            ("10k", 0.01, "diagonal", True, 0.25),  # 0.55
+        ],
+    )
+    def test_of_the_mean_on_tori(self, size, noise, unit, irregular, most):
+        exact, mesh = torus(size, noise, unit, irregular=irregular)
+        assert off(sm.curvature(mesh).mean, exact.mean) <= most
+
+    @pytest.mark.slow
+    @pytest.mark.parametrize(("noise", "most"), [(0.0, 0.00002), (0.01, 0.01), (0.1, 0.05)])
+    def test_of_the_mean_on_a_fine_torus(self, noise, most):
+        exact, mesh = torus("41k", noise)
+        assert off(sm.curvature(mesh).mean, exact.mean) <= most  # 0.008, 0.053, 0.22
+
+    @pytest.mark.parametrize(("noise", "most"), [(0.0, 0.001), (0.1, 0.2)])
+    def test_of_the_product_on_an_ellipsoid(self, noise, most):
+        made = discretized.ellipsoid(100, 100, irregular=True)
+        found = sm.curvature(noisy(made.mesh, noise, rng=1))
+        assert off(found.gauss, made.exact.gauss) <= most  # 0.010, 0.20
+
+    def test_falls_with_the_fifth_power_of_the_spacing(self):
+        errors = []
+        for around, across in ((60, 22), (85, 30), (120, 42), (170, 60)):
+            made = discretized.torus(around, across, irregular=True)
+            errors.append(off(sm.curvature(made.mesh).mean, made.exact.mean))
+        slope = np.polyfit(np.log([60, 85, 120, 170]), np.log(errors), 1)[0]
+        assert slope <= -4
+
+    @pytest.mark.parametrize(("noise", "most"), [(0.0, 0.01), (0.01, 0.15), (0.1, 1.2)])
+    def test_of_normals(self, noise, most):
+        exact, mesh = torus(noise=noise)
+        assert angle(sm.vertex_normals(mesh), exact.normals) <= most  # 0.08, 0.19, 1.72 degrees
+
+    def test_of_directions(self):
+        exact, mesh = torus()
+        cosine = np.abs((sm.curvature(mesh).d1 * exact.d1).sum(axis=1))
+        assert np.degrees(np.arccos(np.clip(cosine, 0, 1))).max() < 0.5
+
+    @pytest.mark.parametrize(("frequency", "most"), [(4, 1e-3), (12, 1e-4)])
+    def test_of_simplex_meshes(self, frequency, most):
+        found = sm.curvature(sm.sphere(frequency, radius=2.0))
+        assert np.abs(found.mean - 0.5).max() < most
+        assert np.abs(found.gauss - 0.25).max() < most
+
+    def test_cylinders_are_quadrics(self):
+        made = discretized.uv_cylinder(48, 24)
+        found = sm.curvature(made.mesh)
+        assert np.abs(found.k1 - made.exact.k1).max() < 1e-3
+        assert np.abs(found.k2 - made.exact.k2).max() < 1e-3
+
+
+class TestClouds:
+    def test_without_faces_as_exact_as_with(self):
+        exact, mesh = torus()
+        assert off(sm.curvature(mesh).mean, exact.mean) < 1e-3
+        assert off(sm.curvature(sm.PointCloud(mesh.vertices, exact.normals)).mean, exact.mean) < 1e-3
+
+    def test_find_their_own_side(self):
+        exact, mesh = torus("2.5k", 0.01)
+        found = sm.curvature(mesh.vertices)
+        assert off(found.mean, exact.mean) < 0.05
+        assert ((found.normals * exact.normals).sum(axis=1) > 0.9).all()
+
+
+class TestError:
+    @pytest.mark.parametrize("noise", [0.01, 0.1])
+    @pytest.mark.parametrize("size", ["2.5k", "10k"])
+    def test_is_what_is_to_be_expected(self, size, noise):
+        exact, mesh = torus(size, noise)
+        found = sm.curvature(mesh)
+        ratio = np.abs(found.mean - exact.mean) / found.error
+        assert 0.3 < np.median(ratio) / 0.6745 < 2.0
+        assert (ratio > 4).mean() < 0.02
+
+    def test_is_not_understated_without_noise(self):
+        for irregular in (False, True):
+            exact, mesh = torus("2.5k", irregular=irregular)
+            found = sm.curvature(mesh)
+            assert (np.abs(found.mean - exact.mean) > 4 * found.error).mean() < 0.02
+
+    def test_makes_confidence(self):
+        _, clean = torus("2.5k")
+        _, rough = torus("2.5k", 0.01, "diagonal")
+        assert sm.curvature(clean).confidence.min() > 0.99
+        assert np.median(sm.curvature(rough).confidence) < np.median(sm.curvature(clean).confidence)
+
+    def test_noise_is_measured(self):
+        for noise in (0.01, 0.1):
+            _, mesh = torus(noise=noise)
+            assert scales_of(as_samples(mesh)).noise == pytest.approx(noise * unit_of(mesh, "edge"), rel=0.1)
+
+
+def half_torus(noise):
+    made = discretized.torus(*SIZES["10k"], irregular=True)
+    faces = made.faces[(made.vertices[:, 1] > -0.1)[made.faces].all(axis=1)]
+    used = np.unique(faces)
+    shift = np.zeros(len(made.vertices), int)
+    shift[used] = np.arange(len(used))
+    mesh = sm.TriangleMesh(made.vertices[used], shift[faces])
+    return noisy(mesh, noise, rng=1), made.exact.mean[used], on_border(shift[faces], len(used))
+
+
+class TestBorder:
+    @pytest.mark.parametrize(("noise", "most"), [(0.0, 0.002), (0.01, 0.04), (0.1, 0.12)])
+    def test_has_no_false_ridge(self, noise, most):
+        mesh, exact, rim = half_torus(noise)
+        off_by = (sm.curvature(mesh).mean - exact) / np.sqrt((exact**2).mean())
+        inside, outside = (np.sqrt((off_by[part] ** 2).mean()) for part in (~rim, rim))
+        assert outside < most
+        assert noise == 0.0 or outside < 3.5 * inside
+        assert np.abs(off_by[rim].mean()) < 0.05
+
+    def test_knows_that_it_sees_less(self):
+        mesh, _, rim = half_torus(0.01)
+        error = sm.curvature(mesh).error
+        assert np.median(error[rim]) > 1.5 * np.median(error[~rim])
+
+
+class TestSymmetry:
+    @settings(max_examples=5)
+    @given(
+        seed=st.integers(0, 99),
+        power=st.integers(-9, 9),
+        shift=st.tuples(*[st.floats(-50, 50)] * 3),
+        turn=st.integers(0),
+    )
+    def test_turns_and_scales_with_the_surface(self, seed, power, shift, turn):
+        made = discretized.torus(40, 16, irregular=True, rng=seed)
+        mesh = noisy(made.mesh, 0.02, rng=seed)
+        R, scale = Rotation.random(random_state=turn % 2**32).as_matrix(), 2.0**power
+        found = sm.curvature(mesh)
+        other = sm.curvature(sm.TriangleMesh(scale * (mesh.vertices @ R.T + np.array(shift)), mesh.faces))
+        assert np.abs(other.mean * scale - found.mean).max() < 1e-5
+        assert np.abs(other.error * scale - found.error).max() < 1e-5
+        assert np.abs(other.scale / scale - found.scale).max() < 1e-6
+        assert np.abs(other.normals - found.normals @ R.T).max() < 1e-5
+
+    def test_inside_out(self):
+        _, mesh = torus("2.5k", 0.01)
+        found, other = sm.curvature(mesh), sm.curvature(sm.TriangleMesh(mesh.vertices, mesh.faces[:, ::-1]))
+        assert (
+            off(-other.mean, found.mean) < 0.01
+        )  # not to rounding: who is nearest to a probe hangs on the order of rings
+        assert np.median(np.abs(found.mean + other.mean)) < 1e-4
+        assert off(other.gauss, found.gauss) < 0.01
+        assert np.abs(found.normals + other.normals).max() < 0.01
+
+    def test_some_vertices_are_rows_of_all(self):
+        _, mesh = torus("2.5k", 0.1)
+        some = [5, 1999, 7]
+        found, part = sm.curvature(mesh), sm.curvature(mesh, vertices=some)
+        np.testing.assert_array_equal(part.mean, found.mean[some])
+        np.testing.assert_array_equal(part.error, found.error[some])
+
+    def test_one_thread_and_all_agree(self):
+        _, mesh = torus(noise=0.1)
+        samples = as_samples(mesh)
+        scales, ring, n = scales_of(samples), samples.one_ring, len(mesh.vertices)
+        outs = []
+        for run in (kernels.adaptive_jets.serial, kernels.adaptive_jets.parallel):
+            out = [
+                np.zeros((n, 2)),
+                np.zeros((n, 3)),
+                np.zeros((n, 3)),
+                np.zeros(n),
+                np.zeros(n),
+                np.zeros(n, np.uint8),
+            ]
+            links = ring.offsets.view(np.uint64), ring.members.view(np.uint64), samples.points
+            run(np.arange(n), *links, scales.directions, scales.oriented, *scales[:5], scales.noise, 3, *out)
+            outs.append(out)
+        for one, other in zip(*outs, strict=True):
+            np.testing.assert_allclose(one, other, rtol=1e-9, atol=1e-12)
+
+
+class TestTwins:
+    @settings(max_examples=10)
+    @given(seed=st.integers(0, 999), noise=st.sampled_from([0.0, 0.01, 0.1]), cut=st.booleans())
+    def test_fits(self, seed, noise, cut):
+        samples, chance = self.drawn(seed, noise, cut)
+        n, ring = len(samples.points), samples.one_ring
+        rows = np.sort(chance.choice(n, 12, replace=False))
+        scales = scales_of(samples)._replace(degrees=chance.integers(2, 7, n))
+        out = [
+            np.zeros((12, 2)),
+            np.zeros((12, 3)),
+            np.zeros((12, 3)),
+            np.zeros(12),
+            np.zeros(12),
+            np.zeros(12, np.uint8),
+        ]
+        links = ring.offsets.view(np.uint64), ring.members.view(np.uint64), samples.points
+        given = [part[rows] for part in scales[:5]]
+        kernels.adaptive_jets(rows, *links, scales.directions, True, *given, scales.noise, 1, *out)
+        lists = [ring[i].tolist() for i in range(n)]
+        for r, i in enumerate(rows):
+            radius, smallest, degree, priors, beyond = (part[r] for part in given)
+            of = (lists, samples.points, scales.directions, i)
+            bends, normal, error, used = reference.estimated(
+                *of, radius, smallest, degree, priors, beyond, scales.noise
+            )
+            np.testing.assert_allclose(out[0][r], bends, rtol=1e-5, atol=1e-5)
+            np.testing.assert_allclose(out[2][r], normal, atol=1e-6)
+            np.testing.assert_allclose(out[3][r], error, rtol=1e-3, atol=1e-6)
+            np.testing.assert_allclose(out[4][r], used, rtol=1e-3)
+        assert (out[5] == 0).all()
+
+    @settings(max_examples=10)
+    @given(seed=st.integers(0, 999), noise=st.sampled_from([0.01, 0.1]), cut=st.booleans())
+    def test_probes(self, seed, noise, cut):
+        samples, chance = self.drawn(seed, noise, cut)
+        n, ring = len(samples.points), samples.one_ring
+        rows = np.sort(chance.choice(n, 6, replace=False))
+        directions = scales_of(samples).directions
+        radii = np.full((6, 1), 0.17) * np.array([0.8, 1.2, 1.7])
+        told = probed(samples, rows, radii, directions, oriented=True)
+        lists = [ring[i].tolist() for i in range(n)]
+        for r, i in enumerate(rows):
+            for k in range(3):
+                of = (lists, samples.points, directions, i, radii[r, k], radii[r, 2], 8 + 8 * k)
+                told_plainly = reference.probed(*of)
+                assert (told.degrees[r, k] == 0) == (told_plainly is None)
+                if told_plainly is None:
+                    continue
+                levels, energies, weights, misfit, degree, steps = told_plainly
+                np.testing.assert_allclose(told.levels[r, k], levels, rtol=1e-5, atol=1e-7)
+                np.testing.assert_allclose(told.energies[r, k], energies, rtol=1e-5, atol=1e-9)
+                np.testing.assert_allclose(told.weights[r, k], weights, rtol=1e-5, atol=1e-9)
+                np.testing.assert_allclose(told.misfits[r, k], misfit, rtol=1e-5, atol=1e-9)
+                np.testing.assert_allclose(told.steps[r, k], steps, rtol=1e-5, atol=1e-6)
+                assert told.degrees[r, k] == degree
+
+    @staticmethod
+    def drawn(seed, noise, cut):
+        made = discretized.torus(48, 18, irregular=True, rng=seed)
+        mesh = noisy(made.mesh, noise, rng=seed)
+        if cut:
+            kept = (mesh.vertices[:, 1] > 0)[mesh.faces].all(axis=1)
+            used, faces = np.unique(mesh.faces[kept], return_inverse=True)
+            mesh = sm.TriangleMesh(mesh.vertices[used], faces.reshape(-1, 3))
+        return as_samples(mesh), np.random.default_rng(seed)
+
+    def test_means_over_links(self):
+        samples, chance = self.drawn(0, 0.0, False)
+        values, ring = chance.random((len(samples.points), 2)), samples.one_ring
+        found = scale_kernels.averaged(ring.offsets, ring.members, values, 1, True)
+        for i in (0, 17, 300):
+            np.testing.assert_allclose(found[i], values[[i, *ring[i]]].mean(axis=0))
+
+    def test_spacing_is_the_edge_of_an_even_mesh(self):
+        ball = discretized.icosphere(12, 1.0)
+        ring = as_samples(ball.mesh).one_ring
+        found = scale_kernels.spacings(ring.offsets, ring.members, ball.vertices)
+        edge = np.sqrt(4 * np.pi / len(ball.vertices) * 2 / np.sqrt(3))
+        assert np.median(found) == pytest.approx(edge, rel=0.05)
+
+
+class TestProbes:
+    def test_changes_add_up_and_priors_are_found(self):
+        """Heights drawn from priors: pooled energies give the priors and the noise back."""
+        chance = np.random.default_rng(0)
+        points = np.column_stack([chance.uniform(-1, 1, (4000, 2)), np.zeros(4000)])
+        sigma, bend = 1e-3, 0.5
+        points[:, 2] = sigma * chance.normal(size=4000) + bend / 2 * points[:, 0] ** 2
+        samples = as_samples(sm.PointCloud(points, np.tile([0.0, 0, 1], (4000, 1))))
+        rows = np.flatnonzero((np.abs(points[:, :2]) < 0.6).all(axis=1))[:300]
+        directions = np.tile([0.0, 0, 1], (4000, 1))
+        told = probed(samples, rows, np.full((len(rows), 1), 0.3), directions, oriented=True)
+        assert noise_of(told) == pytest.approx(sigma, rel=0.03)
+        assert told.steps.sum(axis=2)[:, 0].mean() == pytest.approx(bend / 2, abs=0.02)
+        found = judged(told.mean(np.arange(len(rows))[None]), sigma)
+        assert (found.priors[0, 0] * 0.3 < 3 * sigma).all()
+        assert found.degrees[0, 0] <= 3
+        assert found.variance[0, 0] < found.risk[0, 0] < 1e-2
+
+    def test_more_noise_wider_balls(self):
+        widths = [np.median(sm.curvature(torus(noise=noise)[1]).scale) for noise in (0.0, 0.01, 0.1)]
+        assert widths[0] < widths[1] < widths[2] < 1.1 * LADDER[-1] * 0.043
+
+
+class TestInput:
+    def test_coarsest_bodies(self):
+        ball = discretized.icosphere(1, 1.0)
+        found = sm.curvature(ball.mesh)
+        assert len(ball.vertices) == 12
+        assert np.abs(found.mean - 1).max() < 0.1
+        assert (found.error > 0.01).all()
+
+    def test_small_parts_beside_large_ones(self):
+        exact, mesh = torus("2.5k")
+        ball = discretized.icosphere(1, 1.0)
+        vertices = np.vstack([mesh.vertices, ball.vertices + 5])
+        both = sm.TriangleMesh(vertices, np.vstack([mesh.faces, ball.faces + len(mesh.vertices)]))
+        found = sm.curvature(both)
+        assert off(found.mean[: len(mesh.vertices)], exact.mean) < 0.01
+        assert np.abs(found.mean[len(mesh.vertices) :] - 1).max() < 0.1
+
+    def test_walls_closer_than_the_ball_do_not_mix(self):
+        outer, inner = discretized.icosphere(16, 1.0), discretized.icosphere(16, 0.95)
+        vertices = np.vstack([outer.vertices, inner.vertices])
+        faces = np.vstack([outer.faces, inner.faces[:, ::-1] + len(outer.vertices)])
+        found = sm.curvature(noisy(sm.TriangleMesh(vertices, faces), 0.05, rng=0))
+        n = len(outer.vertices)
+        assert np.abs(found.mean[:n].mean() - 1) < 0.02
+        assert np.abs(found.mean[n:].mean() + 1 / 0.95) < 0.02
+
+    def test_isolated_and_few_are_masked_and_told_once(self):
+        _, mesh = torus("2.5k")
+        vertices = np.vstack([mesh.vertices, [[9, 9, 9.0], [9, 9, 8], [9, 8, 9], [8, 9, 9]]])
+        faces = np.vstack([mesh.faces, len(mesh.vertices) + np.array([[1, 2, 3]])])
+        with pytest.warns(
+            SimplexMeshWarning, match=r"^curvature could not be estimated at 4 of 2,554 vertices: 4 with"
+        ):
+            found = sm.curvature(sm.TriangleMesh(vertices, faces))
+        assert found.failed.nonzero()[0].tolist() == [2550, 2551, 2552, 2553]
+        for values in (found.k1, found.mean, found.gauss, found.error, found.scale, found.normals, found.d1):
+            assert np.isnan(values[-4:]).all()
+            assert np.isfinite(values[:-4]).all()
+
+    @pytest.mark.parametrize(
+        ("points", "why"),
+        [
+            (np.ones((30, 3)), "too few neighbors"),
+            (np.column_stack([np.arange(40.0), np.zeros((40, 2))]), "coincide or do not span a plane"),
+        ],
+    )
+    def test_points_without_a_surface(self, points, why):
+        with pytest.warns(SimplexMeshWarning, match=why):
+            assert sm.curvature(points).failed.all()
+
+    def test_duplicates_and_slivers_do_no_harm(self):
+        exact, mesh = torus("2.5k")
+        faces = np.vstack([mesh.faces, [[3, 4, len(mesh.vertices)]]])
+        vertices = np.vstack([mesh.vertices, mesh.vertices[3]])
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", SimplexMeshWarning)
+            found = sm.curvature(sm.TriangleMesh(vertices, faces))
+        assert off(found.mean[:2550], exact.mean) < 0.01
+
+    def test_a_plane_is_flat(self):
+        x, y = np.meshgrid(np.arange(20.0), np.arange(20.0))
+        found = sm.curvature(np.column_stack([x.ravel(), y.ravel(), 0 * x.ravel()]))
+        assert np.abs(found.mean).max() == 0
+        assert np.abs(found.error).max() < 1e-12
+
+    @pytest.mark.parametrize(
+        ("options", "error", "said"),
+        [
+            ({"noise": -1.0}, ValueError, "^noise must be"),
+            ({"detail": 0.0}, ValueError, "^detail must be"),
+            ({"neighborhood": sm.rings(2)}, TypeError, "^neighborhood must be left out: method 'adaptive'"),
+            ({"normals": "area"}, TypeError, "^normals must be left out"),
+            ({"radius": 2}, TypeError, "^method 'adaptive' has no option 'radius'; its options: detail, noise$"),
+        ],
+    )
+    @pytest.mark.parametrize("of", [sm.curvature, sm.vertex_normals])
+    def test_options_are_checked(self, of, options, error, said):
+        with pytest.raises(error, match=said):
+            of(discretized.icosphere(4).mesh, **options)
+
+    def test_detail_is_a_lower_bound_and_noise_is_believed(self):
+        exact, mesh = torus("10k", 0.01)
+        edge = unit_of(mesh, "edge")
+        assert sm.curvature(mesh, detail=8 * edge).scale.min() >= 5 * edge
+        assert np.median(sm.curvature(mesh, noise=0.1 * edge).scale) > np.median(sm.curvature(mesh).scale)
+        assert off(sm.curvature(mesh, noise=0.01 * edge).mean, exact.mean) < 0.02
+
+
+class TestScans:
+    @pytest.mark.parametrize("name", ["lion_head.off", "femur.off", "fran_face.vtk", "rabbit_scan.vtk"])
+    def test_everywhere_an_answer(self, data_folder, name):
+        found = sm.curvature(sm.read(data_folder / name))
+        assert not found.failed.any()
+
+    @pytest.mark.parametrize("name", ["fran_face.vtk", "rabbit_scan.vtk"])
+    def test_rims_are_no_ridges(self, data_folder, name):
+        mesh = sm.read(data_folder / name)
+        found, rim = sm.curvature(mesh), on_border(mesh.faces, len(mesh.vertices))
+        assert np.median(np.abs(found.mean[rim])) < 1.5 * np.median(np.abs(found.mean))
+
+    def test_sharp_edges_stay_narrow(self, data_folder):
+        """On the fandisk's flat faces, farther than four edges from any crease, the plane is found."""
+        mesh = sm.read(data_folder / "fandisk.off")
+        a, b, c = (mesh.vertices[mesh.faces[:, j]] for j in range(3))
+        corner = np.cross(b - a, c - a)
+        corner /= norm(corner, axis=1)[:, None]
+        low = np.full((len(mesh.vertices), 3), np.inf)
+        high = -low
+        for j in range(3):
+            np.minimum.at(low, mesh.faces[:, j], corner)
+            np.maximum.at(high, mesh.faces[:, j], corner)
+        sharp = norm(high - low, axis=1) > 1e-6
+        samples = as_samples(mesh)
+        near = samples.around(sm.rings(6))
+        flat = ~sharp & ~np.array([sharp[near[i]].any() for i in range(len(sharp))])
+        assert flat.sum() > 100
+        assert np.abs(sm.curvature(mesh).mean[flat]).max() < 0.05
