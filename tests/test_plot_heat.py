@@ -83,8 +83,18 @@ class TestHeat:
         ],
     )
     def test_limits(self, values, expected):
-        assert paint._limits(np.array(values), None) == pytest.approx(expected)
-        assert paint._limits(np.array(values), (1, 2)) == (1.0, 2.0)
+        even = np.ones(len(values))
+        assert paint._limits(np.array(values), None, even) == pytest.approx(expected)
+        assert paint._limits(np.array(values), (1, 2), even) == (1.0, 2.0)
+
+    def test_limits_go_by_what_is_seen(self):
+        """Half of the vertices are in a corner of a hundredth of the area."""
+        small = sm.TriangleMesh(
+            np.vstack([RING.vertices, 0.1 * RING.vertices]), np.vstack([RING.faces, RING.faces + 288])
+        )
+        values = np.repeat([1.0, 50.0], 288)
+        plotter = sm.plot.heat(small, values)
+        assert next(iter(plotter.scalar_bars.values())).lookup_table.scalar_range == (0.5, 1.5)
 
     def test_marks_are_balls_at_their_places(self):
         points = RING.vertices[[0, 100]]

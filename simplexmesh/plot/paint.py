@@ -29,7 +29,7 @@ FAILED = "#7d7d7d"
 """Of vertices without a value: gray, which is not on the scale."""
 
 SHOWN = 95.0
-"""Percent of the values within the scale, where no limits are given."""
+"""Percent of the surface whose values are within the scale, where no limits are given."""
 
 SMOOTH = 60.0
 """Degrees; scans are drawn smooth, and with an edge only where triangles meet at more."""
@@ -65,7 +65,7 @@ def heat(
     name : str
         What the numbers are, and their unit, for the scale.
     limits : (2,) tuple of float, optional
-        Ends of the scale. By default 95 % of the values are within: numbers of both signs have zero in the middle,
+        Ends of the scale. By default 95 % of the area is within: numbers of both signs have zero in the middle,
         others begin at zero or at their 5th percentile, whichever spreads them more.
     marks : (m, 3) array of float or SalientPoints, optional
         Points to mark with balls, the first ones larger.
@@ -98,7 +98,7 @@ def heat(
     alone, plotter = plotter is None, stage() if plotter is None else plotter
     shown = _shown(surface)
     numbers = _values(values, shown)
-    low, high = _limits(numbers, limits)
+    low, high = _limits(numbers, limits, _areas(shown))
     coat = colored(shown, "heat", np.clip(numbers, low, high))
     _draw(
         plotter, coat, scalars="heat", cmap=hot_metal(low, high), clim=(low, high), scalar_bar_args=bar(name),
@@ -282,19 +282,38 @@ def _values(values: ArrayLike, shown: Any) -> Array:
     return out
 
 
-def _limits(values: Array, limits: tuple[float, float] | None) -> tuple[float, float]:
+def _areas(shown: Any) -> Array:
+    """Return how much of what is seen belongs to each vertex or point."""
+    if not isinstance(shown, TriangleMesh):
+        return np.ones(_count(shown))
+    double = np.linalg.norm(shown.face_vectors, axis=1)
+    return np.bincount(shown.faces.ravel(), np.repeat(double, 3), _count(shown)).astype(float)
+
+
+def _percentiles(values: Array, weights: Array, percents: Sequence[float]) -> list[float]:
+    """Return the values below which so many percent of the weight are."""
+    order = np.argsort(values)
+    mass = np.cumsum(weights[order])
+    if not mass[-1] > 0:
+        mass = np.arange(1.0, len(values) + 1)
+    places = np.searchsorted(mass, np.asarray(percents) / 100 * mass[-1])
+    return [float(x) for x in values[order][np.minimum(places, len(values) - 1)]]
+
+
+def _limits(values: Array, limits: tuple[float, float] | None, areas: Array) -> tuple[float, float]:
     """Return the ends of the scale."""
     if limits is not None:
         low, high = (_check.number("limits", each) for each in limits)
         if not low < high:
             raise ValueError(f"limits must rise, not go from {low:g} to {high:g}")
         return low, high
-    known = values[np.isfinite(values)]
+    there = np.isfinite(values)
+    known, seen = values[there], areas[there]
     if not len(known):
         return 0.0, 1.0
-    low, high = (float(x) for x in np.percentile(known, [100 - SHOWN, SHOWN]))
+    low, high = _percentiles(known, seen, [100 - SHOWN, SHOWN])
     if low < 0 < high:
-        most = float(np.percentile(np.abs(known), SHOWN))
+        (most,) = _percentiles(np.abs(known), seen, [SHOWN])
         low, high = -most, most
     elif 0 <= low < 0.5 * high:
         low = 0.0
