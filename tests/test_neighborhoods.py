@@ -85,6 +85,21 @@ def two_tetrahedra():
     return points, np.concatenate([faces, np.where(faces > 0, faces + 3, 0)[:, ::-1]])
 
 
+def five_tetrahedra():
+    """Five closed bodies that share the vertex 0, with smaller numbers the later they come."""
+    points, faces = [[0, 0, 0]], []
+    for body in range(5):
+        first = 1 + 3 * (4 - body)
+        faces += [
+            [0, first + 1, first],
+            [0, first, first + 2],
+            [first, first + 1, first + 2],
+            [first + 1, 0, first + 2],
+        ]
+        points += (np.eye(3) + body).tolist()
+    return np.array(points, float), np.array(faces)
+
+
 def book():
     """Three triangles at the edge (0, 1): not a surface there."""
     return np.array([[0, 0, 0], [0, 0, 1], [1, 0, 0], [0, 1, 0], [-1, -1, 0]], float), np.array(
@@ -122,6 +137,7 @@ FAMILIES = {
     "torus": lambda: door_parts(sm.torus(8, 6)),
     "strip": strip,
     "two tetrahedra": two_tetrahedra,
+    "five tetrahedra": five_tetrahedra,
     "book": book,
     "closed book": closed_book,
     "two flaps": two_flaps,
@@ -182,6 +198,18 @@ class TestOneRing:
         mixed = np.random.default_rng(0).permutation(faces)
         one, other = Samples(points, faces).one_ring, Samples(points, mixed).one_ring
         np.testing.assert_array_equal(one.members, other.members)
+
+    @pytest.mark.parametrize("border", [False, True])
+    def test_of_a_large_fan_is_its_rim(self, border):
+        """In any order of its triangles, around a hub that is not the first point."""
+        rim = np.arange(5000)
+        faces = np.stack([np.full(5000, 5000), rim, np.roll(rim, -1)], axis=1)[: 5000 - border]
+        angles = 2 * np.pi * rim / 5000
+        points = np.concatenate([np.stack([np.cos(angles), np.sin(angles), 0 * angles], 1), np.zeros((1, 3))])
+        mixed = np.random.default_rng(0).permutation(faces)
+        ring = Samples(points, mixed).one_ring
+        assert ring[5000].tolist() == rim.tolist()
+        assert ring.closed[5000] != border
 
     def test_of_a_regular_torus_has_six_vertices(self):
         around = as_samples(sm.torus(8, 6).triangulated("dual")).one_ring

@@ -27,22 +27,24 @@ def wedges(faces, n_vertices):
 
 
 @njit(cache=True)
-def _chain(start, stop, ahead, behind, free, out, place, begin):
-    """Follow the fan from the wedge `begin`, writing the vertices met after its first; return the next free place."""
+def _chain(begin, start, ahead, behind, first, later, free, out, place):
+    """Follow the fan from the wedge `begin`, writing the vertices met from its first on; return the next free place."""
+    out[place] = ahead[begin]
     current = begin
-    while True:
-        free[current - start] = False
-        end = behind[current]
-        out[place] = end
+    while current >= 0:
         place += 1
-        following = -1
-        for other in range(start, stop):
-            if free[other - start] and ahead[other] == end:
-                following = other
-                break
-        if following < 0:
-            return place
-        current = following
+        out[place] = end = behind[current]
+        free[current - start] = False
+        first[ahead[current]] = later[current - start]
+        current = first[end]
+    return place + 1
+
+
+@njit(cache=True)
+def _smallest_first(cycle):
+    """Turn a cycle so that it begins with its smallest member."""
+    turned = np.roll(cycle, -np.argmin(cycle))
+    cycle[:] = turned
 
 
 @njit(cache=True)
@@ -51,60 +53,45 @@ def ordered_rings(starts, ahead, behind):
 
     The ring of an inner vertex is a cycle from its smallest member on. At a border it is the fan from its first edge
     to its last, and `closed` is False, as it is where several fans meet: they follow each other, each vertex once.
+    Takes time in proportion to the number of wedges, however many a vertex has.
     """
-    n_vertices = starts.shape[0] - 1
-    offsets = np.zeros(n_vertices + 1, np.int64)
-    members = np.empty(2 * ahead.shape[0], np.int64)
-    closed = np.zeros(n_vertices, np.bool_)
-    most = 0
+    n_vertices, most = starts.shape[0] - 1, 0
     for i in range(n_vertices):
         most = max(most, starts[i + 1] - starts[i])
-    free = np.empty(most, np.bool_)
+    offsets, closed = np.zeros(n_vertices + 1, np.int64), np.zeros(n_vertices, np.bool_)
+    members = np.empty(2 * ahead.shape[0], np.int64)
+    first = np.full(n_vertices, -1, np.int64)  # per vertex the first free wedge that leaves it, `later` the next ones
+    entered, seen = (
+        np.full(n_vertices, -1, np.int64),
+        np.full(n_vertices, -1, np.int64),
+    )  # by a wedge, in the ring, of i
+    later, free = np.empty(most, np.int64), np.empty(most, np.bool_)
     place = 0
     for i in range(n_vertices):
-        start, stop, first = starts[i], starts[i + 1], place
-        free[: stop - start] = True
-        fans = 0
+        start, stop, fans = starts[i], starts[i + 1], 0
+        for wedge in range(stop - 1, start - 1, -1):
+            later[wedge - start], first[ahead[wedge]] = first[ahead[wedge]], wedge
+            entered[behind[wedge]], free[wedge - start] = i, True
         for bordering in range(2):  # fans with a border first, then cycles
             for begin in range(start, stop):
-                if not free[begin - start]:
+                if not free[begin - start] or (bordering == 0 and entered[ahead[begin]] == i):
                     continue
-                if bordering == 0:
-                    entered = False
-                    for other in range(start, stop):
-                        entered |= behind[other] == ahead[begin]
-                    if entered:
-                        continue
-                smallest = begin
-                if bordering == 1:
-                    for other in range(begin, stop):
-                        if free[other - start] and ahead[other] < ahead[smallest]:
-                            smallest = other
-                members[place] = ahead[smallest]
-                place = _chain(start, stop, ahead, behind, free, members, place + 1, smallest)
-                fans += 1
-                closed[i] = bordering == 1 and fans == 1 and members[place - 1] == ahead[smallest]
-                if closed[i]:
+                begun, fans = place, fans + 1
+                place = _chain(begin, start, ahead, behind, first, later, free, members, place)
+                closed[i] = bordering == 1 and fans == 1 and members[place - 1] == members[begun]
+                if members[place - 1] == members[begun]:
                     place -= 1
-        kept = _distinct(members, first, place)
+                    if members[begun] != members[begun:place].min():
+                        _smallest_first(members[begun:place])
+        kept = offsets[i]
+        for k in range(offsets[i], place):
+            if seen[members[k]] != i:
+                seen[members[k]] = i
+                members[kept] = members[k]
+                kept += 1
         closed[i] &= kept == place  # three triangles at an edge: the walk went around more than once
-        place = kept
-        offsets[i + 1] = place
+        place = offsets[i + 1] = kept
     return offsets, members[:place].copy(), closed
-
-
-@njit(cache=True)
-def _distinct(members, first, stop):
-    """Keep the first of each value in members[first:stop]; return where they end."""
-    place = first
-    for k in range(first, stop):
-        seen = False
-        for earlier in range(first, place):
-            seen |= members[earlier] == members[k]
-        if not seen:
-            members[place] = members[k]
-            place += 1
-    return place
 
 
 @njit(cache=True)
