@@ -40,6 +40,19 @@ def files(tmp_path_factory):
     return folder
 
 
+@pytest.fixture(scope="module")
+def turned(tmp_path_factory):
+    """The egg with its faces looking inward, half of it, and its points with normals that look inward."""
+    folder = tmp_path_factory.mktemp("turned")
+    inward = EGG.faces[:, ::-1]
+    save(folder / "egg.off", sm.TriangleMesh(EGG.vertices, inward))
+    half = inward[(EGG.vertices[inward, 2] > -0.2).all(axis=1)]
+    used, faces = np.unique(half, return_inverse=True)
+    save(folder / "half.off", sm.TriangleMesh(EGG.vertices[used], faces.reshape(half.shape)))
+    save(folder / "points.xyz", sm.PointCloud(EGG.vertices, -EGG.vertex_normals))
+    return folder
+
+
 @pytest.fixture
 def command(capsys):
     """Run the command in this process: its code, its output, its errors."""
@@ -123,6 +136,33 @@ class TestFile:
         (tmp_path / "egg.vtp").write_text("old")
         _, _, err = command(files / "egg.off", "--method", "sine", "-o", tmp_path / "egg.vtp")
         assert err == f"note: the surface {tmp_path / 'egg.vtp'} was replaced\n"
+
+
+class TestWhichSideIsOutside:
+    @pytest.mark.parametrize("name", ["egg.off", "half.off", "points.xyz"])
+    def test_can_be_turned(self, command, turned, name):
+        as_it_is, flipped = (
+            json.loads(command(turned / name, "--method", "sine", "--json", *more)[1]) for more in ([], ["--flip"])
+        )
+        assert as_it_is["mean"]["median"] < 0 < flipped["mean"]["median"]
+        assert as_it_is["mean"]["median"] == pytest.approx(-flipped["mean"]["median"], rel=1e-6)
+
+    @pytest.mark.parametrize("name", ["egg.off", "half.off"])
+    def test_is_told_where_faces_look_inward(self, command, turned, name):
+        told = "note: the faces look inward, so that a bump has negative curvature; --flip turns them\n"
+        assert command(turned / name, "--method", "sine")[2] == told
+        assert command(turned / name, "--method", "sine", "--flip")[2] == ""
+
+    def test_is_not_told_of_a_sheet_that_bends_both_ways(self, command, tmp_path):
+        x, y = np.meshgrid(np.linspace(-1, 1, 15), np.linspace(-1, 1, 15))
+        sheet = pv.StructuredGrid(x, y, 0.1 * (x**2 - y**2) - 0.02 * x**2).extract_surface(algorithm="dataset_surface")
+        sheet.triangulate().save(tmp_path / "sheet.ply")
+        assert command(tmp_path / "sheet.ply", "--method", "sine")[2] == ""
+
+    def test_of_what_has_none_cannot_be_turned(self, command, files):
+        code, _, err = command(files / "model.vtp", "--flip")
+        assert code == 2
+        assert err == "error: --flip turns triangles and the normals of points, INPUT has neither\n"
 
 
 class TestReport:

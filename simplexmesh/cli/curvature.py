@@ -14,6 +14,7 @@ from simplexmesh.cli.report import (
     PICTURES,
     as_json,
     direction,
+    note,
     progress,
     table,
     upward,
@@ -23,6 +24,8 @@ from simplexmesh.cli.report import (
 
 EXAMPLE = "Example: simplexmesh curvature femur.off --method sine --rings 2 -o femur_curv.vtp --picture femur.png"
 SHOWN = ("mean", "gauss", "k1", "k2", "saliency", "classes")
+OPEN = 0.02
+"""An open surface encloses at least this share of its area times its diagonal, or which way it looks is not told."""
 POWERS = {"mean": 1, "gauss": 2, "k1": 1, "k2": 1}
 
 
@@ -42,6 +45,7 @@ def command(
     show: Annotated[str, typer.Option(help="What it shows: mean, gauss, k1, k2, saliency or classes.")] = "mean",
     limits: Annotated[tuple[float, float] | None, typer.Option(help="Ends of its scale.")] = None,
     unit: Annotated[str, typer.Option(help="Unit of length, for the scale.")] = "",
+    flip: Annotated[bool, typer.Option("--flip", help="Faces or normals in the file look inward: turn them.")] = False,
     side: Annotated[str, typer.Option("--view", help="Side to look from: iso, xy, -xy, xz, yx, ...")] = "iso",
     up: Annotated[str, typer.Option(help="Axis that points up: x, y, z or auto.")] = "auto",
     json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
@@ -65,7 +69,7 @@ def command(
         reported = interrupts.watching(report)
         began = time.perf_counter()
         reported(0.0, "reading")
-        surface = _surface(path)
+        surface = _outward(_surface(path), flip=flip)
         reported(0.2, "curvature")
         found = measured(surface, method, _neighborhood(rings, radius, nearest), points, reported)
         seconds = time.perf_counter() - began
@@ -95,6 +99,23 @@ def _surface(path: Path) -> Any:
         told = "simplexmesh reconstruct makes a model of it"
         raise ValueError(f"INPUT must hold a surface or points, {path.name} holds a volume: {told}")
     return found
+
+
+def _outward(surface: Any, *, flip: bool) -> Any:
+    """Return the surface, turned if asked; say so where its faces seem to look inward."""
+    from simplexmesh.data.points import PointCloud
+    from simplexmesh.data.triangles import TriangleMesh
+
+    if isinstance(surface, TriangleMesh):
+        surface = TriangleMesh(surface.vertices, surface.faces[:, ::-1]) if flip else surface
+        least = 0.0 if surface.is_closed else OPEN * surface.area * surface.diagonal
+        if surface.volume < -least:
+            note("the faces look inward, so that a bump has negative curvature; --flip turns them")
+    elif flip and isinstance(surface, PointCloud) and surface.normals is not None:
+        surface = PointCloud(surface.points, -surface.normals)
+    elif flip:
+        raise ValueError("--flip turns triangles and the normals of points, INPUT has neither")
+    return surface
 
 
 def _neighborhood(rings: int | None, radius: float | None, nearest: int | None) -> Any:
