@@ -857,6 +857,19 @@ class TestOptions:
         with pytest.raises(ValueError, match=r"^neighborhood must be rings\(1\) for method 'discrete'"):
             sm.curvature(mesh, "discrete", neighborhood=others)
 
+    def test_the_simplex_angle_looks_at_no_other_neighbors(self):
+        mesh = discretized.torus(20, 12).mesh
+        ring = as_samples(mesh).one_ring
+        found = sm.curvature(mesh, "simplex_angle", neighborhood=ring.taken([7, 3]))
+        assert found.mean.tolist() == sm.curvature(mesh, "simplex_angle").mean[[7, 3]].tolist()
+        with pytest.raises(ValueError, match=r"^neighborhood must be rings\(1\) for method 'simplex_angle'"):
+            sm.curvature(mesh, "simplex_angle", neighborhood=as_samples(mesh).around(sm.rings(2)))
+
+    def test_cycles_that_are_not_the_faces_are_not_exchanged_for_them(self):
+        mesh = discretized.torus(20, 12).mesh
+        far = Neighborhoods([0], [0, 6], 100 + np.arange(6), [True])
+        assert sm.curvature(mesh, "discrete", neighborhood=far).mean[0] != sm.curvature(mesh, "discrete").mean[0]
+
     def test_long_normals_are_directions_as_well(self):
         mesh = discretized.torus(20, 12)
         for length in (1e-200, 1e200):
@@ -947,6 +960,38 @@ def test_cylinders_have_no_gaussian_curvature():
         found = sm.curvature(mesh.mesh, method, vertices=np.flatnonzero(mesh.inner), normals=mesh.exact.normals)
         assert np.abs(found.mean - 0.25).max() < 2e-3, method
         assert np.abs(found.gauss).max() < 2e-3, method
+
+
+class TestDoor:
+    """What estimators answer that is no number is a failure, whichever part of the answer it is in."""
+
+    @pytest.mark.parametrize("part", ["k1", "gauss", "d1", "normals", "error", "scale"])
+    @pytest.mark.parametrize("bad", [np.nan, np.inf])
+    def test_nothing_wild_passes(self, monkeypatch, part, bad):
+        def wild(samples, around, normals, **options):
+            one, three = np.ones(len(around)), np.ones((len(around), 3))
+            reasons = np.zeros(len(around), np.uint8)
+            found = methods.Estimates(one, one, one, one, reasons, three, three, one, one)
+            spoiled = getattr(found, part).copy()
+            spoiled[4] = bad
+            return found._replace(**{part: spoiled})
+
+        monkeypatch.setattr("simplexmesh.surface.curvature.sine.estimate", wild)
+        found, heard = quietly(discretized.torus(8, 6).mesh, "sine")
+        assert np.flatnonzero(found.failed).tolist() == [4]
+        assert masked_exactly(found)
+        assert len(heard) == 1
+
+    def test_nor_into_normals(self, monkeypatch):
+        def wild(samples, around, normals, **options):
+            spoiled = np.tile([0, 0, 1.0], (len(around), 1))
+            spoiled[4] = np.nan
+            return methods.Normals(spoiled, np.zeros(len(around), np.uint8))
+
+        monkeypatch.setattr("simplexmesh.surface.normals.plane.estimate", wild)
+        with pytest.warns(SimplexMeshWarning, match="at 1 of 48 vertices"):
+            normals = sm.vertex_normals(discretized.torus(8, 6).mesh, "plane")
+        assert np.flatnonzero(~normals.any(axis=1)).tolist() == [4]
 
 
 def test_methods_name_their_modules():

@@ -301,6 +301,15 @@ class TestBalls:
             np.flatnonzero(row <= radius).tolist() for row in far
         ]
 
+    @pytest.mark.parametrize("connected", [False, True])
+    def test_shells_are_balls_less_the_smaller_ball(self, surface, radius, connected):
+        inner = 0.75 * radius
+        whole = surface.around(sm.ball(radius, connected=connected))
+        shell = surface.around(sm.ball(radius, inner=inner, connected=connected))
+        for i in range(len(surface.points)):
+            far = np.linalg.norm(surface.points[whole[i]] - surface.points[i], axis=1) >= inner
+            assert shell[i].tolist() == whole[i][far].tolist()
+
     def test_of_some_vertices_are_rows_of_all(self, surface, radius):
         for connected in (False, True):
             asked = [2, 0, 2]
@@ -319,6 +328,18 @@ def test_balls_of_any_cloud_are_all_points_near_enough(seed, n, radius, stretch)
     np.fill_diagonal(square, np.inf)
     np.testing.assert_array_equal(found.members, np.nonzero(square <= radius * radius)[1])
     np.testing.assert_array_equal(found.valence, (square <= radius * radius).sum(axis=1))
+
+
+def test_a_shell_of_some_points_around_the_radius():
+    """Within a tenth of the distance of the second neighbors along both axes of a square grid."""
+    x, y = np.meshgrid(np.arange(7.0), np.arange(7.0))
+    grid = Samples(np.stack([x, y, 0 * x], axis=-1).reshape(-1, 3))
+    shell = grid.around(sm.ball(2.2, inner=1.8), [24, 0])
+    assert [row.tolist() for row in (shell[0], shell[1])] == [[10, 22, 26, 38], [2, 14]]
+    assert sm.ball(2.0, inner=2) == sm.ball(2.0, inner=2.0) != sm.ball(2.0)
+    for inner in (-1.0, 2.1):
+        with pytest.raises(ValueError, match=rf"^inner must be between 0 and 2, not {inner:g}$"):
+            sm.ball(2.0, inner=inner)
 
 
 def test_the_other_side_of_a_thin_wall_stays_out():

@@ -78,6 +78,12 @@ class TestAspectRatios:
         for kind in ("edge", "height"):
             assert aspect_ratios((points, [[0, 1, 2], [0, 1, 3]]), kind).tolist() == [0, 0]
 
+    @pytest.mark.parametrize("size", [1e-300, 1e-160, 1e160, 1e300])
+    @pytest.mark.parametrize("kind", ["edge", "height"])
+    def test_heed_no_size(self, kind, size):
+        points, faces = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]]), [[0, 1, 2], [1, 2, 3]]
+        assert_allclose(aspect_ratios((size * points, faces), kind), aspect_ratios((points, faces), kind), rtol=1e-12)
+
     def test_other_kinds_are_told(self):
         with pytest.raises(ValueError, match=r"^kind must be one of 'edge', 'height', not 'area'$"):
             sm.aspect_ratios(sm.sphere(2), "area")

@@ -24,10 +24,11 @@ class Rings:
 
 @dataclass(frozen=True)
 class Ball:
-    """All vertices within a distance; made by `ball`."""
+    """All vertices within a distance, and no nearer than another; made by `ball`."""
 
     radius: float
-    connected: bool
+    connected: bool = True
+    inner: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -167,29 +168,32 @@ def rings(count: int = 1) -> Rings:
     return Rings(_check.integer("rings", count, 1))
 
 
-def ball(radius: float, *, connected: bool = True) -> Ball:
-    """Ask for all vertices within a distance, in the data's unit.
+def ball(radius: float, *, inner: float = 0.0, connected: bool = True) -> Ball:
+    """Ask for all vertices within a distance, or at about a distance, in the data's unit.
 
     Parameters
     ----------
     radius : float
         Of the ball, positive.
+    inner : float
+        Leave out what is nearer than this: `ball(1.1, inner=0.9)` is the shell of what is about 1 away.
     connected : bool
         Take only what edges inside the ball lead to: the other side of a thin wall stays out. Clouds have no edges.
 
     Raises
     ------
     ValueError
-        A radius that is not positive.
+        A radius that is not positive, or an inner one below zero or beyond it.
     TypeError
         No number, or `connected` neither true nor false.
 
     Examples
     --------
     >>> ball(0.5)
-    Ball(radius=0.5, connected=True)
+    Ball(radius=0.5, connected=True, inner=0.0)
     """
-    return Ball(_check.number("radius", radius, 0.0, open_low=True), flag("connected", connected))
+    radius = _check.number("radius", radius, 0.0, open_low=True)
+    return Ball(radius, flag("connected", connected), _check.number("inner", inner, 0.0, radius))
 
 
 def nearest(count: int) -> Nearest:

@@ -94,7 +94,10 @@ def aspect_ratios(surface: Any, kind: str = "edge") -> Array:
     _check.choice("kind", kind, KINDS)
     mesh: TriangleMesh = as_triangles(surface, "surface")
     corners = mesh.vertices[mesh.faces]
-    sides = _vec.norm(corners[:, [1, 2, 0]] - corners)
+    edges = corners[:, [1, 2, 0]] - corners
+    size = np.abs(edges).max(axis=(1, 2))
+    edges /= np.where(size > 0.0, size, 1.0)[:, None, None]
+    sides = _vec.norm(edges)
     longest = sides.max(axis=1)
-    above = sides.min(axis=1) * longest if kind == "edge" else _vec.norm(mesh.face_vectors)
+    above = sides.min(axis=1) * longest if kind == "edge" else _vec.norm(_vec.cross(edges[:, 0], edges[:, 1]))
     return np.divide(above, longest**2, out=np.zeros(len(sides)), where=longest > 0)

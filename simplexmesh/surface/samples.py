@@ -119,6 +119,8 @@ class Samples:
             else:
                 offsets, members = kernels.rings(ring.offsets, ring.members, centers, neighborhood.count, MOST)
             _affordable(offsets[-1], neighborhood)
+        if isinstance(neighborhood, Ball) and neighborhood.inner > 0.0:
+            offsets, members = _beyond(self.points, centers, offsets, members, neighborhood.inner)
         return Neighborhoods(centers, offsets, members, np.zeros(len(centers), bool))
 
     @property
@@ -153,6 +155,16 @@ def _in_ball(points: Array, centers: Indices, radius: float) -> tuple[Indices, I
     members = np.zeros(offsets[-1], np.int64)
     balls.fill(centers, *cells, offsets, members)
     return offsets, members
+
+
+def _beyond(
+    points: Array, centers: Indices, offsets: Indices, members: Indices, inner: float
+) -> tuple[Indices, Indices]:
+    """CSR (offsets, members) of those that are no nearer to their center than `inner`."""
+    rows = np.repeat(np.arange(len(centers)), np.diff(offsets))
+    far = ((points[members] - points[centers[rows]]) ** 2).sum(axis=1) >= inner * inner
+    counts = np.bincount(rows[far], minlength=len(centers))
+    return np.concatenate([[0], np.cumsum(counts)]), members[far]
 
 
 def _affordable(members: int, asked: Neighborhood) -> None:

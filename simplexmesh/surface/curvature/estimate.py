@@ -113,8 +113,11 @@ def curvature(
 
 
 def _sound(found: Estimates) -> Estimates:
-    """Return the same with rows failed whose numbers overflowed."""
+    """Return the same with rows failed that hold what is no number, as where numbers overflowed."""
     total = found.k1 + found.k2 + found.mean + found.gauss
+    for part in (found.d1, found.normals, found.error, found.scale):
+        if part is not None:
+            total = total + (part if part.ndim == 1 else part.sum(axis=1))
     wild = (found.reasons == FOUND) & ~np.isfinite(total)
     return found._replace(reasons=np.where(wild, DEGENERATE, found.reasons).astype(np.uint8)) if wild.any() else found
 

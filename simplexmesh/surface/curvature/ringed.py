@@ -28,8 +28,21 @@ def ringed(samples: Samples, around: Neighborhoods, method: str) -> Neighborhood
         raise ValueError(f"surface must be triangles for method {method!r}, not points or a simplex mesh")
     if around.closed.any():
         return around
+    return faces_around(samples, around, method)
+
+
+def faces_around(samples: Samples, around: Neighborhoods, method: str) -> Neighborhoods:
+    """Return the one-rings around the centers, in order.
+
+    Raises
+    ------
+    ValueError
+        The neighborhoods are others.
+    """
+    if around is samples.one_ring:
+        return around
     ring = samples.one_ring.taken(around.centers)
-    if ring is not around and not _same(ring, around):
+    if not _same(ring, around):
         raise ValueError(f"neighborhood must be rings(1) for method {method!r}, which reads the faces around a vertex")
     return ring
 
@@ -38,6 +51,8 @@ def _same(one: Neighborhoods, other: Neighborhoods) -> bool:
     """Whether both have the same neighbors, in whatever order."""
     if not np.array_equal(one.offsets, other.offsets):
         return False
+    if np.array_equal(one.members, other.members):
+        return True
     rows = np.repeat(np.arange(len(one)), one.valence)
-    first, second = (around.members[np.lexsort((around.members, rows))] for around in (one, other))
+    first, second = (made.members[np.lexsort((made.members, rows))] for made in (one, other))
     return np.array_equal(first, second)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh.surface.curvature import _kernels_simplex_angle as kernels
-from simplexmesh.surface.curvature.ringed import three_each
+from simplexmesh.surface.curvature.ringed import faces_around, three_each
 from simplexmesh.surface.methods import Estimates
 from simplexmesh.surface.neighborhoods import Neighborhoods
 from simplexmesh.surface.reasons import DEGENERATE, FEW, FOUND, OPEN
@@ -28,13 +28,15 @@ def estimate(samples: Samples, around: Neighborhoods, normals: None) -> Estimate
     Raises
     ------
     ValueError
-        Neither triangles nor a simplex mesh.
+        Neither triangles nor a simplex mesh, or neighborhoods other than the one-ring.
     """
     if samples.faces is not None:
+        faces_around(samples, around, "simplex_angle")
         return _selected(_of_triangles(samples.points, samples.faces), around.centers)
     ring = three_each(samples)
     if ring is None:
         raise ValueError("surface must be triangles or a simplex mesh for method 'simplex_angle', not points alone")
+    faces_around(samples, around, "simplex_angle")
     found = _of_nodes(samples.points, ring.members.reshape(-1, 3))
     return _selected(found, around.centers)
 

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from simplexmesh import _check, _vec
 from simplexmesh.surface.methods import Method, Normals, chosen, warn_of_failures
 from simplexmesh.surface.neighborhoods import Neighborhood, Neighborhoods, rings
+from simplexmesh.surface.reasons import DEGENERATE, FOUND
 from simplexmesh.surface.samples import Samples, as_samples
 
 Array = NDArray[np.float64]
@@ -127,8 +128,12 @@ def _found(
         others = ", ".join(repr(name) for name, other in METHODS.items() if not other.needs_faces)
         raise ValueError(f"{called} must be one of {others} for points without faces, not {name!r}")
     start = starting_normals(samples, around, kind.normals, normals)
-    out: Normals = kind.estimate(samples, around, start, **understood)
-    return out
+    found: Normals = kind.estimate(samples, around, start, **understood)
+    good = np.asarray(np.isfinite(found.normals).all(axis=1))
+    if good.all():
+        return found
+    reasons = np.where(good | (found.reasons != FOUND), found.reasons, DEGENERATE).astype(np.uint8)
+    return Normals(np.where(good[:, None], found.normals, 0.0), reasons)
 
 
 def centers_only(samples: Samples, vertices: ArrayLike | None) -> Neighborhoods:
