@@ -77,6 +77,12 @@ def test_of_a_quadric_graph_over_its_tangent_plane_is_exact():
             assert_allclose(one(ring.points, "quadric", start=[0, 0, 1.0]), [0, 0, 1], atol=1e-14)
 
 
+def test_of_the_quadric_is_the_one_its_curvatures_refer_to():
+    mesh = sm.torus(20, 12).triangulated("dual")
+    curvatures = sm.curvature(mesh, "extended_quadric", least=5)
+    assert_allclose(sm.vertex_normals(mesh, "quadric"), curvatures.normals, atol=1e-15)
+
+
 def test_passes_lead_to_the_quadric_over_its_own_tangent_plane():
     ring = truth.scheme_ring(graph("elliptic_paraboloid"), "Rdds", 12, 0.1)
     start = tilted(np.array([0, 0, 1.0]), 0.2, 1.0)

@@ -13,6 +13,9 @@ from simplexmesh.surface._kernels_frames import tangents
 from simplexmesh.surface.curvature._kernels_solve import DEPENDENT, absorb, independence, principal, solve
 from simplexmesh.surface.reasons import DEGENERATE, FEW, FOUND
 
+SIMPLE, EXTENDED, FULL = 3, 5, 6
+"""Terms of the three forms."""
+
 OFFSET = 0.05
 """Neighbors that tell the offset f from the other terms less clearly than this leave it at zero."""
 
@@ -43,16 +46,16 @@ def _fit(points, i, members, start, stop, frame, scale, terms, table):
         x, y, z = x / scale, y / scale, z / scale
         u, v = ux * x + uy * y + uz * z, vx * x + vy * y + vz * z
         table[terms, 0], table[terms, 1], table[terms, 2] = u * u, u * v, v * v
-        if terms > 3:
+        if terms >= EXTENDED:
             table[terms, 3], table[terms, 4] = u, v
-        if terms > 5:
+        if terms == FULL:
             table[terms, 5] = 1.0
         table[terms, terms] = nx * x + ny * y + nz * z
         absorb(table, terms)
-    for j in range(min(terms, 5)):
+    for j in range(min(terms, EXTENDED)):
         if independence(table, j) < DEPENDENT:
             return 0
-    return 5 if terms == 6 and independence(table, 5) < OFFSET else terms
+    return EXTENDED if terms == FULL and independence(table, 5) < OFFSET else terms
 
 
 @Both
@@ -77,7 +80,7 @@ def quadric(centers, offsets, members, points, normals, terms, least, k1, k2, d1
             continue
         solve(table, terms, unknowns)
         a, b, c = table[terms, 0] / scale, table[terms, 1] / scale, table[terms, 2] / scale
-        d, e = (table[terms, 3], table[terms, 4]) if terms > 3 else (0.0, 0.0)
+        d, e = (table[terms, 3], table[terms, 4]) if terms >= EXTENDED else (0.0, 0.0)
         first, g = 1.0 + d * d, 1.0 + d * d + e * e
         root, cross = math.sqrt(g), d * e
         # minus the second fundamental form on the orthonormal tangents (1, 0, d) and (-d e, 1 + d^2, e), normed

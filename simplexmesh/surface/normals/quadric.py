@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh import _check
+from simplexmesh.surface.curvature import _kernels_quadric as kernels
 from simplexmesh.surface.methods import Normals
 from simplexmesh.surface.neighborhoods import Neighborhoods
-from simplexmesh.surface.normals import _kernels_quadric as kernels
 from simplexmesh.surface.samples import Samples
 
 Array = NDArray[np.float64]
@@ -18,10 +18,14 @@ def estimate(samples: Samples, around: Neighborhoods, normals: Array, *, passes:
     """Return the normal at each center of z = a x^2 + b x y + c y^2 + d x + e y, fitted along the normals given.
 
     Wants five neighbors that are not on one conic through the center. Exact on quadric graphs over the tangent plane
-    of the normals given; one pass as published, more bring the frame to the fitted normal.
+    of the normals given; one pass as published, more bring the frame to the fitted normal. The fit is that of the
+    curvature estimator "extended_quadric", which asks for six neighbors.
     """
-    n = len(around)
-    out, reasons = np.zeros((n, 3)), np.zeros(n, np.uint8)
+    reasons = np.zeros(len(around), np.uint8)
+    terms = kernels.EXTENDED  # as many neighbors are enough
     rows = (around.centers, around.offsets, around.members)
-    kernels.quadrics(*rows, samples.points, normals, _check.integer("passes", passes, 1), out, reasons)
-    return Normals(out, reasons)
+    for _ in range(_check.integer("passes", passes, 1)):
+        shape, d1, fitted = np.empty((2, len(around))), np.empty((len(around), 3)), np.zeros((len(around), 3))
+        kernels.quadric(*rows, samples.points, normals, terms, terms, *shape, d1, fitted, reasons)
+        normals = fitted
+    return Normals(normals, reasons)
