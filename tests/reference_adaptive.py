@@ -28,6 +28,11 @@ def reached(rings: list[list[int]], points: Array, center: int, radius: float) -
     return found
 
 
+def shortened(found: list[int], radius: float) -> float:
+    """The radius within which there are about enough points."""
+    return radius * min(1.0, float(np.sqrt(limits.ENOUGH / len(found))))
+
+
 def mean_direction(found: list[int], directions: Array, center: int) -> Array:
     """Of the points whose direction looks to the center's side."""
     some = directions[found]
@@ -115,7 +120,9 @@ def fitted(found, points, directions, radius, degree, priors, noise, slack, lean
     squares = ((z - design @ x) ** 2).sum() + (ridge * x**2).sum()
     free = max(len(z) - 6, 1)
     excess = (
-        np.sqrt(max(squares / free - level * (1 + 3 / np.sqrt(free)), 0)) * kernels.HARM * (1 + kernels.RIMS * lean)
+        np.sqrt(max(squares / free - level * (kernels.ROUGH + 3 / np.sqrt(free)), 0))
+        * kernels.HARM
+        * (1 + kernels.RIMS * lean)
     )
     excess *= 1 if degree > 3 else kernels.GENTLE
     curved = np.sqrt((k1**2 + k2**2) / 2)
@@ -128,6 +135,7 @@ def fitted(found, points, directions, radius, degree, priors, noise, slack, lean
 def estimated(rings, points, directions, center, radius, smallest, degree, priors, beyond, noise):
     """The whole row: wider at borders, blended with shorter radii where residuals are not noise."""
     found = reached(rings, points, center, radius)
+    radius = shortened(found, radius)
     normal = mean_direction(found, directions, center)
     offset = (points[found] - points[center]).mean(axis=0) / radius
     lean = float(np.linalg.norm(offset - (offset @ normal) * normal))
@@ -135,6 +143,7 @@ def estimated(rings, points, directions, center, radius, smallest, degree, prior
         radius *= 1 + kernels.REACH * min(lean, 0.5)
         degree = limits.HIGHEST
         found = reached(rings, points, center, radius)
+        radius = shortened(found, radius)
     bends = up = None
     rest, slack, before = 1.0, 1.0, 0.0
     for _ in range(kernels.STEPS):
@@ -156,14 +165,14 @@ def estimated(rings, points, directions, center, radius, smallest, degree, prior
     return bends, up / np.linalg.norm(up), np.sqrt(square + beyond**2), used
 
 
-def probed(rings, points, directions, center, radius, reach, first):
+def probed(rings, points, directions, center, radius, reach):
     """What a probe says at one radius: levels, energies, weights, misfit, degree, steps, as the kernel writes them.
 
-    None with too few points. `reach` is the largest radius of the probe, which says who is found; `first` how many of
-    these give the direction.
+    None with too few points. `reach` is the largest radius of the probe, which says who is found.
     """
     found = reached(rings, points, center, reach)
-    normal = mean_direction(found[:first], directions, center)
+    radius = min(radius, shortened(found, reach))
+    normal = directions[center] / np.linalg.norm(directions[center])
     places = on_its_side(found, points, directions, normal, radius)
     if len(places) < 7:
         return None

@@ -23,6 +23,7 @@ from simplexmesh.surface.curvature._kernels_adaptive_jets import (
     mean_direction,
     normal_equations,
     seen,
+    shortened,
     solved,
 )
 from simplexmesh.surface.reasons import DEGENERATE, FEW, FOUND
@@ -45,7 +46,10 @@ HARM = 4.0
 SPARE, UNTOLD = 3, 0.1
 """With fewer points to spare residuals tell nothing: curvature is taken to be wrong by this share."""
 
-LEANING = 0.15
+ROUGH = 1.6
+"""Residuals are noise up to this times its variance: it is not the same everywhere."""
+
+LEANING = 0.2
 """Neighborhoods whose mean is farther from the center, in radii, are one-sided: they lie at a border."""
 
 REACH = 0.6
@@ -103,6 +107,8 @@ def probes(
 ):
     """Fit polynomials of all degrees at all radii, and write what tells noise from detail.
 
+    Radii of balls with more than enough points are shortened.
+
     Per row, radius k and degree d, in units of the radius: `levels[row, k, 0, d - 2]` the squared length of what degree
     d adds to the shape operator, `[row, k, 1, d - 2]` its variance at unit noise, `[.., 2 and 3, ..]` both for H alone;
     `energies[row, k, d - 3]` the energy |y_d|^2 of a block of degree d, `weights[row, k, d - 3, e - 3]` how much
@@ -117,9 +123,10 @@ def probes(
             center = centers[row]
             largest = radii[row, radii.shape[1] - 1]
             count = gathered(offsets, members, points, center, largest, stamps, row, found)
+            largest = shortened(largest, count)
             for k in range(radii.shape[1]):
-                radius = radii[row, k]
-                nx, ny, nz = mean_direction(found, min(count, 8 + 8 * k), directions, center, oriented)
+                radius = radii[row, k] = min(radii[row, k], largest)
+                nx, ny, nz = mean_direction(found, 1, directions, center, oriented)
                 kept = seen(found, count, points, directions, center, nx, ny, nz, oriented, radius, places)
                 if kept < 7:
                     continue
@@ -201,12 +208,14 @@ def adaptive_jets(
             if not radius > 0.0:
                 continue
             count = gathered(offsets, members, points, center, radius, stamps, 4 * row, found)
+            radius = shortened(radius, count)
             nx, ny, nz = mean_direction(found, count, directions, center, oriented)
             lean = leaning(found, count, points, center, radius, nx, ny, nz)
             if lean > LEANING:
                 radius *= 1.0 + REACH * min(lean, 0.5)
                 degree = HIGHEST
                 count = gathered(offsets, members, points, center, radius, stamps, 4 * row + 1, found)
+                radius = shortened(radius, count)
             slack, rest, before, wider = 1.0, 1.0, 0.0, 1
             for _step in range(STEPS):
                 told = (radius, degree, sigma, slack, lean, beyond[row])
@@ -273,7 +282,7 @@ def fitted(count, center, points, directions, oriented, told, priors, work, here
     judged(x, frame, here)
     curved = math.sqrt(0.5 * (here[0] * here[0] + here[1] * here[1]))
     free = max(kept - 6, 1)  # what the priors hold back counts among the residuals
-    excess = squares / free - level * (1.0 + 3.0 / math.sqrt(free))
+    excess = squares / free - level * (ROUGH + 3.0 / math.sqrt(free))
     excess = math.sqrt(max(excess, 0.0)) * (HARM if degree > 3 else GENTLE * HARM) * (1.0 + RIMS * lean)
     if kept < SPARE + 6:
         excess = max(excess, UNTOLD * curved)

@@ -15,8 +15,8 @@ HIGHEST = 6
 
 TERMS = 28
 
-MOST = 280
-"""Points a fit looks at, at most: as many as the ball of nine spacings of an even mesh holds."""
+MOST, ENOUGH = 376, 270
+"""So many points are gathered at most; of more than enough the nearest are looked at, more being too dear."""
 
 STEEP = 0.64
 """A point whose height above the tangent plane is more than 0.8 of its distance, squared, is not seen as a height."""
@@ -60,6 +60,12 @@ def gathered(offsets, members, points, center, radius, stamps, stamp, found):
                 if count == most:
                     return count
     return count
+
+
+@jit
+def shortened(radius, count):
+    """Return the radius within which there are about enough of the points of a ball."""
+    return radius if count <= ENOUGH else radius * math.sqrt(ENOUGH / count)
 
 
 @jit

@@ -69,15 +69,15 @@ def averaged(offsets, members, values, times, signed):
 
 
 @njit(cache=True)
-def nearest_probe(offsets, members, probes):
-    """Return for each vertex the row of the probe fewest edges away; -1 where no edges lead to one."""
-    out = np.full(offsets.shape[0] - 1, -1, np.int64)
-    queue = np.empty(offsets.shape[0] - 1, np.int64)
-    stop = 0
-    for row in range(probes.shape[0]):
+def nearest_probe(offsets, members, points, probes):
+    """Return for each vertex the row of the probe fewest edges away, of several the nearest; -1 where no edges lead."""
+    n = offsets.shape[0] - 1
+    out, away = np.full(n, -1, np.int64), np.zeros(n, np.int64)
+    queue = np.empty(n, np.int64)
+    stop = probes.shape[0]
+    for row in range(stop):
         out[probes[row]] = row
-        queue[stop] = probes[row]
-        stop += 1
+        queue[row] = probes[row]
     start = 0
     while start < stop:
         i = queue[start]
@@ -85,9 +85,16 @@ def nearest_probe(offsets, members, probes):
         for m in range(offsets[i], offsets[i + 1]):
             j = members[m]
             if out[j] < 0:
-                out[j] = out[i]
+                out[j], away[j] = out[i], away[i] + 1
                 queue[stop] = j
                 stop += 1
+            elif away[j] == away[i] + 1 and out[j] != out[i]:
+                now = then = 0.0
+                for axis in range(3):
+                    now += (points[probes[out[j]], axis] - points[j, axis]) ** 2
+                    then += (points[probes[out[i]], axis] - points[j, axis]) ** 2
+                if then < now:
+                    out[j] = out[i]
     return out
 
 

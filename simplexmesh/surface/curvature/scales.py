@@ -15,8 +15,8 @@ from simplexmesh.surface.samples import Samples
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-LADDER = np.array([2.4, 3.4, 4.8, 6.6, 9.0])
-"""Radii tried, in spacings: some 20, 42, 84, 160 and 290 points."""
+LADDER = np.array([2.4, 3.4, 4.7, 6.2, 8.0])
+"""Radii tried, in spacings: some 20, 42, 80, 140 and 230 points."""
 
 TRIED = 3
 """So many of them, around the best for all, are tried again for each place."""
@@ -84,15 +84,15 @@ def scales_of(samples: Samples, *, noise: float | None = None, detail: float | N
     """
     ring = samples.one_ring
     directions, oriented = _directions(samples)
-    spacing = kernels.spacings(ring.offsets, ring.members, samples.points)
-    linked = np.flatnonzero(spacing > 0)
-    logs = np.log(np.where(spacing > 0, spacing, 1.0))[:, None]
+    raw = kernels.spacings(ring.offsets, ring.members, samples.points)
+    linked = np.flatnonzero(raw > 0)
+    logs = np.log(np.where(raw > 0, raw, 1.0))[:, None]
     smooth = np.exp(kernels.averaged(ring.offsets, ring.members, logs, 2, SIGNED)[:, 0])
-    spacing = np.where(spacing > 0, smooth, 0.0)
+    spacing = np.where(raw > 0, smooth, 0.0)
     if not len(linked):
         none = np.zeros(len(spacing))
         return Scales(none, none, np.full(len(none), 2), np.zeros((len(none), 4)), none, 0.0, directions, oriented)
-    order = np.random.default_rng(0).permutation(linked)
+    order = linked[_shuffling(raw[linked]).argsort(kind="stable")]
     rows = np.sort(order[:FIRST])
     told = probed(samples, rows, spacing[rows, None] * LADDER, directions, oriented=oriented)
     size = noise_of(told) if noise is None else noise
@@ -102,7 +102,7 @@ def scales_of(samples: Samples, *, noise: float | None = None, detail: float | N
     rows = np.sort(order[: max(LEAST, len(order) // SHARE)])
     told = probed(samples, rows, spacing[rows, None] * LADDER[low : low + TRIED], directions, oriented=oriented)
     columns, degrees = _at_probes(samples.points[rows], told, spacing[rows], size, shortest=low == 0)
-    label = kernels.nearest_probe(ring.offsets, ring.members, rows)
+    label = kernels.nearest_probe(ring.offsets, ring.members, samples.points, rows)
     values = kernels.averaged(ring.offsets, ring.members, columns[label], ROUNDS, SIGNED)
     radii = np.exp(values[:, 0]) * spacing
     smallest = np.minimum(0.7 * LADDER[0] * spacing, radii)
@@ -140,6 +140,12 @@ def _at_probes(places: Array, told: Probed, spacing: Array, noise: float, *, sho
     degrees = wide.degrees[i, k]
     middle = int(np.median(degrees))
     return np.vstack([values, np.median(values, axis=0)]), np.append(degrees, middle)
+
+
+def _shuffling(values: Array) -> Array:
+    """Return keys that sort points as if at random, but the same points however they are numbered, turned or sized."""
+    out: Array = (1e6 * values / values.mean()) % 1.0
+    return out
 
 
 def _groups(places: Array, count: int) -> Indices:
