@@ -89,7 +89,7 @@ def quadric(P, Q, N, terms):
     """Charton 2014, 2.7, 2.15 and 2.16, with the curvatures of a graph at P."""
     x, y, z = ((Q - P) @ frame(N).T).T
     columns = np.array([x * x, x * y, y * y, x, y, np.ones_like(x)]).T
-    if terms == 6 and abs(np.linalg.qr(columns / norm(columns, axis=0))[1][5, 5]) < 0.05:
+    if terms == 6 and abs(np.linalg.qr(columns / norm(columns, axis=0))[1][5, 5]) < 0.25:
         terms = 5  # the neighbors do not tell the offset from the rest
     columns = columns[:, :terms]
     a, b, c, d, e = [*lstsq(columns, z, rcond=None)[0], 0.0, 0.0][:5]

@@ -952,6 +952,17 @@ class TestOptions:
         assert np.einsum("ij,ij->i", found.normals, mesh.exact.normals).min() > 0.95
 
 
+def test_an_offset_that_neighbors_hardly_tell_is_left_out():
+    """Six neighbors nearly in pairs tell it so badly that it would spoil all else, on a mesh as regular as this."""
+    mesh = discretized.torus(40, 24)
+    found, extended = (sm.curvature(mesh.mesh, name).mean for name in ("full_quadric", "extended_quadric"))
+    assert np.abs(found - mesh.exact.mean).max() < 1.01 * np.abs(extended - mesh.exact.mean).max() < 0.03
+    far, extended = (
+        sm.curvature(mesh.mesh, name, neighborhood=sm.rings(2)).mean for name in ("full_quadric", "extended_quadric")
+    )
+    assert np.abs(far - extended).min() > 1e-4  # two rings tell it
+
+
 def test_cylinders_have_no_gaussian_curvature():
     points = Cylinder(2.0).at(0.1, 0.2)[0]
     assert points.shape == (1, 3)

@@ -395,8 +395,9 @@ def test_of_some_vertices_are_rows_of_all(method):
 
 
 @pytest.mark.parametrize("method", NAMES)
-def test_threads_change_nothing(method):
+def test_threads_change_nothing_but_rounding(method):
     mesh = sm.torus(100, 80).triangulated("dual")
     assert mesh.n_vertices > 6000
     few = np.arange(500)
-    np.testing.assert_array_equal(sm.vertex_normals(mesh, method)[:500], sm.vertex_normals(mesh, method, vertices=few))
+    whole, some = sm.vertex_normals(mesh, method), sm.vertex_normals(mesh, method, vertices=few)
+    assert_allclose(whole[:500], some, rtol=0, atol=1e-15)

@@ -16,7 +16,7 @@ from simplexmesh.surface.reasons import DEGENERATE, FEW, FOUND
 SIMPLE, EXTENDED, FULL = 3, 5, 6
 """Terms of the three forms."""
 
-OFFSET = 0.05
+OFFSET = 0.25
 """Neighbors that tell the offset f from the other terms less clearly than this leave it at zero."""
 
 
