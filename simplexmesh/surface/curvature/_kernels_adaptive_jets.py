@@ -15,7 +15,7 @@ HIGHEST = 6
 
 TERMS = 28
 
-MOST, ENOUGH = 376, 270
+MOST, ENOUGH = 352, 245
 """So many points are gathered at most; of more than enough the nearest are looked at, more being too dear."""
 
 STEEP = 0.64

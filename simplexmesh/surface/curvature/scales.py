@@ -15,8 +15,8 @@ from simplexmesh.surface.samples import Samples
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-LADDER = np.array([2.4, 3.4, 4.7, 6.2, 8.0])
-"""Radii tried, in spacings: some 20, 42, 80, 140 and 230 points."""
+LADDER = np.array([2.4, 3.4, 4.6, 6.0, 7.6])
+"""Radii tried, in spacings: some 20, 42, 77, 130 and 210 points."""
 
 TRIED = 3
 """So many of them, around the best for all, are tried again for each place."""
@@ -24,7 +24,7 @@ TRIED = 3
 FIRST, LEAST = 96, 160
 """So many probes try all radii; and there are so many at least when radii are chosen."""
 
-SHARE = 14
+SHARE = 18
 """Then one vertex in so many is a probe, but at least `LEAST`."""
 
 TOGETHER, MORE = 8, 24
