@@ -14,8 +14,9 @@ import simplexmesh as sm
 from simplexmesh.errors import SimplexMeshWarning
 from simplexmesh.surface import methods
 from simplexmesh.surface.curvature import _kernels_simplex_angle, estimate
+from simplexmesh.surface.curvature.result import Curvature
 from simplexmesh.surface.neighborhoods import Neighborhoods
-from simplexmesh.surface.reasons import DEGENERATE, SAID
+from simplexmesh.surface.reasons import DEGENERATE, OPEN, SAID
 from simplexmesh.surface.samples import Samples, as_samples
 from simplexmesh.surface.truth import discretized
 from simplexmesh.surface.truth.closed import Cylinder, Sphere
@@ -901,6 +902,20 @@ class TestOptions:
     def test_cotangents_of_a_simplex_mesh_are_refused(self):
         with pytest.raises(ValueError, match="surface must be triangles"):
             sm.curvature(sm.sphere(3), "discrete")
+        with pytest.raises(ValueError, match="surface must be triangles"):
+            sm.curvature(sm.plane(6, 6), "discrete")
+
+    def test_the_simplex_angle_of_an_open_simplex_mesh_is_its_own_off_the_rim(self):
+        flat = sm.plane(8, 8)
+        x, y = flat.vertices[:, 0], flat.vertices[:, 1]
+        mesh = flat.moved(np.stack([x, y, -0.02 * (x * x + y * y)], axis=1))
+        c = mesh.connectivity
+        rim = c.face_is_hole[c.face].any(axis=1)
+        found, heard = quietly(mesh, "simplex_angle")
+        assert found.failed.tolist() == rim.tolist()
+        assert found.mean[~rim] == pytest.approx(mesh.mean_curvature[~rim], rel=1e-9)
+        told = f"curvature could not be estimated at {rim.sum()} of {len(rim)} vertices: {rim.sum()} {SAID[OPEN]}"
+        assert heard == [told]
 
     @pytest.mark.parametrize("method", REGRESSIONS)
     def test_wider_rings_are_taken(self, method):
@@ -950,6 +965,53 @@ class TestOptions:
         assert np.abs(np.einsum("ij,ij->i", found.d2, second)) == pytest.approx(1, abs=1e-6)
         assert np.abs(np.einsum("ij,ij->i", found.d1, first)) == pytest.approx(1, abs=1e-6)
         assert np.einsum("ij,ij->i", found.normals, mesh.exact.normals).min() > 0.95
+        inside = sm.curvature(sm.TriangleMesh(mesh.vertices, mesh.faces[:, ::-1]), "principal", radius=3)
+        assert np.einsum("ij,ij->i", inside.normals, mesh.exact.normals).max() < -0.95
+        assert np.abs(np.einsum("ij,ij->i", inside.d1, found.d2)) == pytest.approx(1, abs=1e-6)
+
+
+class TestResult:
+    """What follows from the principal curvatures, on bodies where it is known."""
+
+    @pytest.mark.parametrize(
+        ("mesh", "index", "curvedness"),
+        [
+            (discretized.icosphere(6, 2.0).mesh, 1, 0.5),
+            (discretized.uv_cylinder(48, 20).mesh, 0.5, 0.5 / np.sqrt(2)),
+            (discretized.split_square(graph("hyperboloid"), 40).mesh, 0, None),
+        ],
+        ids=["cap", "ridge", "saddle"],
+    )
+    def test_shape_index_and_curvedness(self, mesh, index, curvedness):
+        for outward, faces in ((1, mesh.faces), (-1, mesh.faces[:, ::-1])):
+            found, _ = quietly(sm.TriangleMesh(mesh.vertices, faces), "sine")
+            assert np.nanmedian(found.shape_index) == pytest.approx(outward * index, abs=0.03)
+            if curvedness:
+                assert np.nanmedian(found.curvedness) == pytest.approx(curvedness, rel=0.01)
+
+    def test_of_a_plane(self):
+        x, y = (part.ravel() for part in np.meshgrid(np.arange(5.0), np.arange(5.0)))
+        found = sm.curvature(np.c_[x, y, 0 * x], "sine", normals=np.tile([0, 0, 1.0], (25, 1)))
+        assert not found.shape_index.any()
+        assert not found.curvedness.any()
+
+    def test_directions_and_normals_are_right_handed(self):
+        found = sm.curvature(discretized.torus(20, 12).mesh, "sine")
+        assert np.einsum("ij,ij->i", np.cross(found.d1, found.d2), found.normals) == pytest.approx(1, abs=1e-12)
+
+    def test_sections_follow_euler(self):
+        found = sm.curvature(discretized.torus(20, 12).mesh, "sine")
+        assert found.along(0) == pytest.approx(found.k1)
+        assert found.along(-np.pi / 2) == pytest.approx(found.k2)
+        assert found.along(np.full(240, np.pi / 4)) == pytest.approx(found.mean)
+
+    def test_confidence_is_the_share_of_the_curvature_in_what_was_found(self):
+        k = np.array([1.0, 1.0, 0.0, 0.0, np.nan])
+        error = np.array([0.0, 1.0, 0.0, 2.0, np.nan])
+        failed = np.isnan(k)
+        found = Curvature(k, k, k, k * k, np.zeros((5, 3)), failed, None, error, "by hand")
+        assert found.confidence.tolist() == [1, 0.5, 1, 0, 0]
+        assert sm.curvature(discretized.torus(8, 6).mesh, "sine").confidence is None
 
 
 def test_an_offset_that_neighbors_hardly_tell_is_left_out():

@@ -51,12 +51,11 @@ def curvature(
         What is measured. Faces must be counter-clockwise seen from outside; a cloud without normals has no outside,
         and the signs of its curvatures mean nothing.
     method : str
-        The estimator, by what it fits: "sine" Euler's formula to the circles through each neighbor; "quadric" a
-        paraboloid along the normal, "extended_quadric" one that may tilt (`least`: neighbors it wants at least),
-        "full_quadric" one that may miss the vertex; "discrete" nothing, cotangents and angle defects (`area`:
-        "mixed", "voronoi" or "barycentric"; `projected`); "taubin", "langer", "langer_exact" weighted sums;
-        "chen_schmitt" circles through opposite neighbors (`weighted`, `normalized`); "simplex_angle" the sphere
-        through three neighbors; "principal" is libigl's (`radius` in rings).
+        The estimator, by what it fits: "adaptive", the default, polynomials at a scale of its own; "sine" Euler's
+        formula to the circles through each neighbor; "quadric" a paraboloid along the normal, "extended_quadric" one
+        that may tilt, "full_quadric" one that may miss the vertex; "discrete" nothing, cotangents and angle defects;
+        "taubin", "langer", "langer_exact" weighted sums; "chen_schmitt" circles through opposite neighbors;
+        "simplex_angle" the sphere through three neighbors; "principal" is libigl's.
     neighborhood : from `rings`, `ball`, `nearest`, or Neighborhoods, optional
         Which neighbors it sees; by default the one-ring, in a cloud the 12 nearest points.
     normals : str or (n, 3) array of float, optional
@@ -65,19 +64,24 @@ def curvature(
         Measure these vertices only; the answer has one row for each.
     **options
         What the method understands beyond these. "adaptive": `noise`, its deviation along the normal where it is known;
-        `detail`, a length below which nothing is of interest.
+        `detail`, a length below which nothing is of interest. Quadrics: `least`, fewer neighbors than this are too
+        few. "sine": `least_swing`, take the least k1 - k2 where there are but two directions. "discrete": `area`
+        ("mixed", "voronoi", "barycentric"), `projected`, H along the normal only. "chen_schmitt": `weighted`,
+        `normalized`. "principal": `radius`, rings of neighbors.
 
     Returns
     -------
     Curvature
-        `k1`, `k2`, `d1`, `d2`, `mean`, `gauss`, `normals`, `failed`, `error`, `confidence`.
+        `k1`, `k2`, `d1`, `d2`, `mean`, `gauss`, `normals`, `failed`, `error`, `confidence`, `scale`.
 
     Raises
     ------
     ValueError
-        An unknown method, normals of another shape, vertices outside.
+        An unknown method, normals of another shape, vertices outside, a method of faces and points without any.
     TypeError
-        Not a surface, or an option the method does not have.
+        Not a surface, an option the method does not have, normals or neighborhoods it would not look at.
+    OSError
+        A file that is not there or cannot be read.
 
     Warns
     -----

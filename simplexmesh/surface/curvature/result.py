@@ -77,7 +77,10 @@ class Curvature:
 
     @cached_property
     def shape_index(self) -> Array:
-        """(n,) array of float: 2/pi atan((k1 + k2) / (k1 - k2)): 1 cap, 1/2 ridge, 0 saddle, -1/2 rut, -1 cup."""
+        """(n,) array of float: 2/pi atan((k1 + k2) / (k1 - k2)): 1 cap, 1/2 ridge, 0 saddle, -1/2 rut, -1 cup.
+
+        Also 0 on planes, where the curvedness is.
+        """
         out: Array = 2 / np.pi * np.arctan2(self.k1 + self.k2, self.k1 - self.k2)
         return out
 

@@ -13,7 +13,7 @@ def three_each(samples: Samples) -> Neighborhoods | None:
     ring = samples.links
     if samples.faces is not None or ring is None or len(ring) != len(samples.points):
         return None
-    return ring if (ring.valence == 3).all() and ring.closed.all() else None
+    return ring if (ring.valence == 3).all() else None
 
 
 def ringed(samples: Samples, around: Neighborhoods, method: str) -> Neighborhoods:

@@ -23,7 +23,8 @@ def estimate(samples: Samples, around: Neighborhoods, normals: None) -> Estimate
     That is a simplex mesh's own mean curvature. Of triangles it is measured on the dual, whose vertices are the
     centers of the faces, and each vertex takes the mean of the faces around it. The angle knows nothing of K: that
     comes from the normals, as the solid angle of the three neighbors' over the area of their triangle. k1 and k2 are
-    H +- sqrt(H^2 - K), both H where that root is negative; no directions. The one-ring is all it ever looks at.
+    H +- sqrt(H^2 - K), both H where that root is negative; no directions. The one-ring is all it ever looks at, and on
+    a border it has failed.
 
     Raises
     ------
@@ -37,8 +38,9 @@ def estimate(samples: Samples, around: Neighborhoods, normals: None) -> Estimate
     if ring is None:
         raise ValueError("surface must be triangles or a simplex mesh for method 'simplex_angle', not points alone")
     faces_around(samples, around, "simplex_angle")
-    found = _of_nodes(samples.points, ring.members.reshape(-1, 3))
-    return _selected(found, around.centers)
+    mean, gauss, directions, reasons = _of_nodes(samples.points, ring.members.reshape(-1, 3))
+    reasons = np.where((reasons == FOUND) & ~ring.closed, OPEN, reasons).astype(np.uint8)
+    return _selected((mean, gauss, directions, reasons), around.centers)
 
 
 def _of_nodes(points: Array, neighbors: Indices) -> tuple[Array, Array, Array, Codes]:
