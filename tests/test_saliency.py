@@ -242,6 +242,14 @@ class TestSaliency:
 
 
 class TestSalientPoints:
+    def test_of_saliency_begin_at_the_scale_asked_for(self, body):
+        mesh, curvature = body
+        found = sm.salient_points(mesh, of="saliency", curvature=curvature, scale=0.15)
+        expected = sm.saliency(mesh, curvature=curvature, scales=0.15 * np.array([1, 1.5, 2, 2.5, 3]))
+        assert found.field.tolist() == expected.tolist()
+        with pytest.raises(ValueError, match=r"^scale must be above 0 for saliency, which compares windows, not 0$"):
+            sm.salient_points(mesh, of="saliency", curvature=curvature, scale=0)
+
     def test_are_the_bumps_in_order(self, body):
         mesh, curvature = body
         for of in ("mean", "saliency"):

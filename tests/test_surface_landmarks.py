@@ -10,7 +10,9 @@ from hypothesis import strategies as st
 
 import simplexmesh as sm
 from simplexmesh.surface import regions as division
+from simplexmesh.surface.averages import Averages
 from simplexmesh.surface.samples import as_samples
+from simplexmesh.surface.scales import mean_and_gauss
 
 BALL = sm.sphere(16).triangulated("dual")
 
@@ -134,6 +136,8 @@ class TestLines:
         ends = np.repeat(ring.centers, ring.valence)
         changing = (values[ends] >= 0) != (values[ring.members] >= 0)
         expected = {(min(a, b), max(a, b)) for a, b in zip(ends[changing], ring.members[changing], strict=True)}
+        alone = [i for i in np.flatnonzero(values == 0) if (values[ring[i]] < 0).all()]
+        expected -= {(min(i, j), max(i, j)) for i in alone for j in ring[i]}  # a point is no line
         crossed = [tuple(map(int, edge)) for line in lines for edge in line.edges]
         assert len(crossed) == len(set(crossed))
         assert set(crossed) == expected
@@ -162,6 +166,9 @@ class TestLines:
         values = np.where(np.arange(len(values)) == 7, 2.0, values)
         assert len(sm.level_lines(BALL, values, level=1.5)) == 1
         assert sm.level_lines(BALL, values, level=1.5, minimum=1.0) == []
+
+    def test_a_vertex_that_just_reaches_the_level_is_none(self):
+        assert sm.level_lines(BALL, np.where(np.arange(BALL.n_vertices) == 7, 0.0, -1.0)) == []
 
     @pytest.mark.parametrize(
         ("call", "words"),
@@ -247,6 +254,17 @@ class TestSnapping:
         assert other.vertex == one.vertex
         assert other.moved == pytest.approx(size * one.moved)
 
+    def test_averages_first_and_takes_the_size_then_as_salient_points_do(self):
+        rng = np.random.default_rng(0)
+        mesh = sm.TriangleMesh(BALL.vertices + 0.002 * rng.normal(size=BALL.vertices.shape), BALL.faces)
+        curvature = curved(mesh, 1)
+        field = sm.salient_points(mesh, curvature=curvature, scale=0.2).field
+        found = sm.snap_landmark(mesh, 3, curvature=curvature, scale=0.2, radius=0.4)
+        assert found.value == pytest.approx(field[found.vertex])
+        gauss = mean_and_gauss(Averages(as_samples(mesh)), curvature, 0.2)[1]
+        found = sm.snap_landmark(mesh, 3, "saddle", curvature=curvature, scale=0.2, radius=0.4)
+        assert found.value == pytest.approx(-gauss[found.vertex])
+
     @pytest.mark.parametrize(
         ("pick", "options", "words"),
         [
@@ -315,6 +333,27 @@ class TestCircles:
         assert found.center == pytest.approx([0, 0, 0], abs=0.01)
         assert found.radius == pytest.approx(1, abs=0.005)
         assert (found.vertices >= 100).sum() < 4
+
+    @pytest.mark.parametrize("size", [1e-9, 1e-4, 1e5, 1e9])
+    def test_is_the_same_in_any_unit(self, size):
+        rng = np.random.default_rng(3)
+        turn = 5 * rng.random(60)
+        points = np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1) @ turned(1).T + 0.02 * rng.normal(
+            size=(60, 3)
+        )
+        one, other = sm.fit_circle(points), sm.fit_circle(size * points)
+        assert other.center == pytest.approx(size * one.center, rel=1e-6, abs=1e-7 * size)
+        assert (other.radius, other.rms) == pytest.approx((size * one.radius, size * one.rms), rel=1e-7)
+        assert abs(other.normal @ one.normal) == pytest.approx(1, abs=1e-12)
+
+    def test_of_very_many_points_looks_at_some_first_and_fits_all(self):
+        rng = np.random.default_rng(2)
+        turn = 2 * np.pi * rng.random(40_000)
+        points = np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1) + 0.05 * rng.normal(size=(40_000, 3))
+        found = sm.fit_circle(points)
+        assert len(found.vertices) > 38_000
+        assert np.linalg.norm(found.center) < 0.002
+        assert repr(found).startswith("Circle(radius 1.0")
 
     @pytest.mark.parametrize("tilt", range(5))
     def test_the_rim_of_a_hole_is_found_within_a_percent(self, tilt):

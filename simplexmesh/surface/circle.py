@@ -18,14 +18,20 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 TRIALS = 300
+MOST = 2000
+"""Of more points so many, drawn by their weights, say which of the circles tried is the best."""
+
 ROUNDS = 60
+EXACT = 1e-9
+"""Distances to the circle below this, in units of how far the points reach, are none."""
+
 SHARP = 0.5
 """A rim's points bend by at least this share of what the sharpest near the pick do (their 95th percentile)."""
 
 FEWEST = 6
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Circle:
     """A circle in space, and what it was fitted to.
 
@@ -57,6 +63,9 @@ class Circle:
     rms: float
     vertices: Indices
     covered: float
+
+    def __repr__(self) -> str:
+        return f"Circle(radius {self.radius:.6g}, rms {self.rms:.3g}, {self.covered:.0%} covered)"
 
 
 def fit_circle(points: ArrayLike, *, weights: ArrayLike | None = None) -> Circle:
@@ -93,29 +102,19 @@ def fit_circle(points: ArrayLike, *, weights: ArrayLike | None = None) -> Circle
     trust = np.ones(len(at)) if weights is None else _check.array("weights", weights, (len(at),))
     if (trust < 0).any() or not trust.any():
         raise ValueError("weights must be at least 0, and some above")
-    size = float(norm(at - at.mean(axis=0)).max())
-    start = _tried(at, trust, size)
+    middle = at.mean(axis=0)
+    size = float(norm(at - middle).max())
+    unit = (at - middle) / (size or 1.0)  # lengths and angles are fitted together, so lengths must be about one
+    start = _tried(unit, trust)
     if start is None:
         raise ValueError("points must not lie on one line")
-    center, normal, radius = start
-    for _ in range(ROUNDS):
-        lack, rows = _residuals(at, center, normal, radius)
-        spread = max(2 * 1.4826 * float(np.median(norm(lack))), 1e-9 * size)
-        weight = trust / (1 + (norm(lack) / spread) ** 2) ** 2
-        w = np.repeat(weight, 2)
-        flat = rows.reshape(-1, 6)
-        x = -np.linalg.pinv((flat * w[:, None]).T @ flat, rcond=1e-12, hermitian=True) @ (flat.T @ (w * lack.ravel()))
-        u, v = _frame(normal)
-        center, radius = center + x[:3], abs(radius + x[5])
-        normal = normal + x[3] * u + x[4] * v
-        normal = normal / np.linalg.norm(normal)
-        if np.linalg.norm(x[[0, 1, 2, 5]]) < 1e-12 * size and np.linalg.norm(x[3:5]) < 1e-12:
-            break
-    lack, _ = _residuals(at, center, normal, radius)
-    used = np.flatnonzero((norm(lack) <= 3 * max(spread, 1e-9 * size)) & (trust > 0))
-    rms = float(np.sqrt(np.average(norm(lack[used]) ** 2, weights=trust[used])))
-    covered = _covered(at[used], center, normal)
-    return Circle(_check.frozen(center), _check.frozen(normal), float(radius), rms, _check.frozen(used), covered)
+    center, normal, radius, spread = _settled(unit, trust, *start)
+    lack = norm(_residuals(unit, center, normal, radius)[0])
+    used = np.flatnonzero((lack <= 3 * spread) & (trust > 0))
+    rms = size * float(np.sqrt(np.average(lack[used] ** 2, weights=trust[used])))
+    covered = _covered(unit[used], center, normal)
+    frozen = _check.frozen
+    return Circle(frozen(middle + size * center), frozen(normal), size * radius, rms, frozen(used), covered)
 
 
 def rim_circle(
@@ -206,9 +205,29 @@ def _residuals(at: Array, center: Array, normal: Array, radius: float) -> tuple[
     return np.stack([length - radius, height], axis=1), rows
 
 
-def _tried(at: Array, trust: Array, size: float) -> tuple[Array, Array, float] | None:
+def _settled(at: Array, trust: Array, center: Array, normal: Array, radius: float) -> tuple[Array, Array, float, float]:
+    """Return the circle that steps of Gauss and Newton lead to, and the spread of the distances to it."""
+    spread = EXACT
+    for _ in range(ROUNDS):
+        lack, rows = _residuals(at, center, normal, radius)
+        spread = max(2 * 1.4826 * float(np.median(norm(lack))), EXACT)
+        w = np.repeat(trust / (1 + (norm(lack) / spread) ** 2) ** 2, 2)
+        flat = rows.reshape(-1, 6)
+        x = -np.linalg.pinv((flat * w[:, None]).T @ flat, rcond=1e-12, hermitian=True) @ (flat.T @ (w * lack.ravel()))
+        u, v = _frame(normal)
+        center, radius = center + x[:3], abs(radius + float(x[5]))
+        normal = normal + x[3] * u + x[4] * v
+        normal = normal / np.linalg.norm(normal)
+        if np.linalg.norm(x) < 1e-12:
+            break
+    return center, normal, radius, spread
+
+
+def _tried(at: Array, trust: Array) -> tuple[Array, Array, float] | None:
     """Return the circle through three points that most points lie on, None where all triples are on lines."""
     rng = np.random.default_rng(0)
+    if len(at) > MOST:
+        at, trust = at[rng.choice(len(at), MOST, replace=False, p=_shares(trust))], np.ones(MOST)
     if len(at) == 3:
         triples = np.array([[0, 1, 2]])
     else:
@@ -216,7 +235,7 @@ def _tried(at: Array, trust: Array, size: float) -> tuple[Array, Array, float] |
     a, b, c = (at[triples[:, k]] for k in range(3))
     across = cross(b - a, c - a)
     double = norm(across)
-    sound = double > 1e-9 * size**2
+    sound = double > 1e-9
     if not sound.any():
         return None
     a, b, c, across, double = a[sound], b[sound], c[sound], across[sound], double[sound]
@@ -224,16 +243,12 @@ def _tried(at: Array, trust: Array, size: float) -> tuple[Array, Array, float] |
     one, other = ((c - a) ** 2).sum(axis=1)[:, None], ((b - a) ** 2).sum(axis=1)[:, None]
     arms = (one * cross(across, b - a) + other * cross(c - a, across)) / (2 * double[:, None] ** 2)
     centers, radii = a + arms, norm(arms)
-    lacks = [norm(_residuals(at, *circle)[0]) for circle in zip(centers, normals, radii, strict=True)]
-    # the least weighted median: half of the points, by weight, are nearer than that
-    best = int(
-        np.argmin(
-            [
-                _median(lack, trust) + 0.01 * radius * (radius > 2 * size)
-                for lack, radius in zip(lacks, radii, strict=True)
-            ]
-        )
-    )
+    # the least weighted median: half of the points, by weight, are nearer than that; none much larger than what is seen
+    off = [
+        _median(norm(_residuals(at, *circle)[0]), trust) + 0.01 * circle[2] * (circle[2] > 2)
+        for circle in zip(centers, normals, radii, strict=True)
+    ]
+    best = int(np.argmin(off))
     return centers[best], normals[best], float(radii[best])
 
 

@@ -13,7 +13,7 @@ from simplexmesh._vec import norm
 from simplexmesh.surface.averages import Averages
 from simplexmesh.surface.curvature.result import Curvature
 from simplexmesh.surface.samples import Samples, as_samples
-from simplexmesh.surface.scales import known_curvature, mean_and_gauss, smallest_scale
+from simplexmesh.surface.scales import known_curvature, known_or_not, mean_and_gauss, smallest_scale
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -87,13 +87,12 @@ def level_lines(surface: Any, values: ArrayLike, *, level: float = 0.0, minimum:
     5.0
     """
     samples = _with_faces(surface)
-    field = np.asarray(values, dtype=float)
-    if field.shape != (len(samples.points),):
-        raise ValueError(f"values must have shape ({len(samples.points)},), not {field.shape}")
+    field = known_or_not("values", values, len(samples.points))
     level = _check.number("level", level)
     minimum = _check.number("minimum", minimum, 0.0)
     lines = [_line(samples.points, field - level, chain, closed) for chain, closed in _chains(samples, field - level)]
-    return sorted((line for line in lines if line.length >= minimum), key=lambda line: -line.length)
+    long = (line for line in lines if line.length > 0 and line.length >= minimum)  # one vertex is no line
+    return sorted(long, key=lambda line: -line.length)
 
 
 def inversion_lines(

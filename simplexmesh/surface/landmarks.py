@@ -15,7 +15,7 @@ from simplexmesh._vec import norm
 from simplexmesh.surface.averages import Averages
 from simplexmesh.surface.curvature.result import Curvature
 from simplexmesh.surface.samples import Samples, as_samples
-from simplexmesh.surface.scales import known_curvature, smallest_scale
+from simplexmesh.surface.scales import known_curvature, known_or_not, mean_and_gauss, smallest_scale
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -23,7 +23,7 @@ Indices = NDArray[np.int64]
 CRITERIA = ("peak", "pit", "ridge", "valley", "saddle", "magnitude", "curvedness")
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Landmark:
     """A place on a surface that anyone who picks near it is led to.
 
@@ -50,6 +50,10 @@ class Landmark:
     point: Array
     value: float
     moved: float
+
+    def __repr__(self) -> str:
+        at = ", ".join(f"{x:.6g}" for x in self.point)
+        return f"Landmark(vertex {self.vertex} at ({at}), value {self.value:.4g}, moved {self.moved:.4g})"
 
 
 def snap_landmark(
@@ -106,9 +110,7 @@ def snap_landmark(
     near, away = within(samples, start, radius)
     averages = Averages(samples)
     width = min(smallest_scale(averages), radius / 3) if scale is None else _check.number("scale", scale, 0.0)
-    field = _field(criterion, samples, curvature)
-    if width > 0 and isinstance(criterion, str):
-        field = np.where(np.isfinite(field), averages.over(field, width), np.nan)
+    field = _field(criterion, samples, averages, curvature, width)
     known = np.isfinite(field[near])
     if not known.any():
         raise ValueError(f"criterion must be known somewhere within {radius:g} of the pick, it is nowhere")
@@ -140,20 +142,17 @@ def within(samples: Samples, start: int, radius: float) -> tuple[Indices, Array]
     return near, away[near]
 
 
-def _field(criterion: str | ArrayLike, samples: Samples, curvature: Curvature | None) -> Array:
+def _field(
+    criterion: str | ArrayLike, samples: Samples, averages: Averages, curvature: Curvature | None, width: float
+) -> Array:
+    """Return what is highest at a landmark; H and K are averaged before their size is taken, as noise has none then."""
     if not isinstance(criterion, str):
-        out = np.asarray(criterion, dtype=float)
-        if out.shape != (len(samples.points),):
-            raise ValueError(f"criterion must have shape ({len(samples.points)},), not {out.shape}")
-        return out
+        return known_or_not("criterion", criterion, len(samples.points))
     _check.choice("criterion", criterion, CRITERIA)
     known = known_curvature(samples, curvature)
-    return {
-        "peak": known.k2,
-        "pit": -known.k1,
-        "ridge": known.k1,
-        "valley": -known.k2,
-        "saddle": -known.gauss,
-        "magnitude": np.abs(known.mean),
-        "curvedness": known.curvedness,
-    }[criterion]
+    if criterion in ("magnitude", "saddle"):
+        mean, gauss = mean_and_gauss(averages, known, width)
+        return np.abs(mean) if criterion == "magnitude" else -gauss
+    bends = {"peak": known.k2, "pit": -known.k1, "ridge": known.k1, "valley": -known.k2, "curvedness": known.curvedness}
+    field = bends[criterion]
+    return np.where(np.isfinite(field), averages.over(field, width), np.nan) if width > 0 else field

@@ -16,7 +16,7 @@ from simplexmesh.surface._kernels_maxima import watersheds
 from simplexmesh.surface.averages import Averages
 from simplexmesh.surface.curvature.result import Curvature
 from simplexmesh.surface.samples import Samples, as_samples
-from simplexmesh.surface.scales import known_curvature, smallest_scale
+from simplexmesh.surface.scales import known_curvature, known_or_not, smallest_scale
 
 Array = NDArray[np.float64]
 
@@ -98,10 +98,7 @@ def saliency(
 def measured(of: str | ArrayLike, samples: Samples, curvature: Curvature | None) -> Array:
     """Return the field asked for, (n,), NaN where it is not known."""
     if not isinstance(of, str):
-        field = np.asarray(of, dtype=float)
-        if field.shape != (len(samples.points),):
-            raise ValueError(f"of must have shape ({len(samples.points)},), not {field.shape}")
-        return field
+        return known_or_not("of", of, len(samples.points))
     _check.choice("of", of, QUANTITIES)
     known = known_curvature(samples, curvature)
     field = {"mean": known.mean, "magnitude": np.abs(known.mean), "curvedness": known.curvedness}[of]

@@ -14,7 +14,7 @@ from simplexmesh.surface._kernels_maxima import watersheds
 from simplexmesh.surface.averages import Averages
 from simplexmesh.surface.curvature.result import Curvature
 from simplexmesh.surface.neighborhoods import Ball, Neighborhoods
-from simplexmesh.surface.saliency import measured, saliency
+from simplexmesh.surface.saliency import STEPS, measured, saliency
 from simplexmesh.surface.samples import Samples, as_samples
 from simplexmesh.surface.scales import known_curvature, left_of_noise, local_noise, smallest_scale, unevenness
 
@@ -109,7 +109,8 @@ def salient_points(
     curvature : Curvature, optional
         Of the surface, when already known; otherwise it is measured.
     scale : float, optional
-        Width of the window, in the surface's unit of length; 0 for none. By default the smallest of `saliency`'s.
+        Width of the window, in the surface's unit of length; 0 for none. By default the smallest of `saliency`'s. With
+        saliency that of its smallest window; numbers of the caller's are not averaged.
     radius : float, optional
         The least distance between two points, in the surface's unit of length. By default 3 windows.
     threshold : float, optional
@@ -182,7 +183,9 @@ def _field(
         field = measured(of, samples, curvature)
         return field, unevenness(averages, field)
     if of == "saliency":
-        field = saliency(samples, curvature=curvature)
+        if width <= 0:
+            raise ValueError(f"scale must be above 0 for saliency, which compares windows, not {width:g}")
+        field = saliency(samples, curvature=curvature, scales=width * np.array(STEPS))
         return field, unevenness(averages, field)
     if of not in ("magnitude", "mean", "curvedness"):
         _check.choice("of", of, ("magnitude", "mean", "curvedness", "saliency"))

@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
+from simplexmesh import _check
 from simplexmesh.surface.averages import Averages
 from simplexmesh.surface.curvature.estimate import curvature
 from simplexmesh.surface.curvature.result import Curvature
@@ -39,6 +40,31 @@ def smallest_scale(averages: Averages) -> float:
     1.5
     """
     return max(SMALLEST * averages.diagonal, EDGES * averages.spacing)
+
+
+def known_or_not(name: str, values: ArrayLike, count: int) -> Array:
+    """Return a caller's numbers as (count,) floats, NaN where unknown.
+
+    Raises
+    ------
+    TypeError, ValueError
+        They are no numbers, or of another shape.
+
+    Examples
+    --------
+    >>> known_or_not("of", [1, np.nan], 2).tolist()
+    [1.0, nan]
+    >>> known_or_not("of", [1, 2, 3], 2)
+    Traceback (most recent call last):
+    ...
+    ValueError: of must have shape (2,), not (3,)
+    """
+    given = _check.listed(name, values)
+    if given.dtype.kind not in "biuf":
+        raise TypeError(f"{name} must be numbers, not {given.dtype}")
+    if given.shape != (count,):
+        raise ValueError(f"{name} must have shape ({count},), not {given.shape}")
+    return given.astype(float)
 
 
 def known_curvature(samples: Samples, given: Any) -> Curvature:
