@@ -215,6 +215,7 @@ class TestDeviation:
 
 
 class TestMorphed:
+    @pytest.mark.filterwarnings("ignore:the surface folds")  # landmarks go anywhere
     @given(st.integers(0, 10**6), st.integers(1, 20), st.sampled_from(["compact", "thin_plate"]))
     def test_landmarks_reach_their_targets(self, seed, count, kernel):
         rng = np.random.default_rng(seed)
@@ -244,6 +245,22 @@ class TestMorphed:
         slope = np.abs(np.gradient(morph._window(lines, 1.0), lines)).max()
         assert 0.999 * morph.STEEPEST < slope <= morph.STEEPEST
 
+    def test_says_where_space_folds_all_the_same(self):
+        tip = int(BALL.vertices[:, 0].argmax())
+        beside = int(np.argsort(np.linalg.norm(BALL.vertices - BALL.vertices[tip], axis=1))[1])
+        way = BALL.vertices[beside] - BALL.vertices[tip]
+        with pytest.warns(sm.SimplexMeshWarning, match=r"^the surface folds at \d+ of [0-9,]+ points"):
+            sm.morphed(BALL, [tip, beside], BALL.vertices[[tip, beside]] + [1.5 * way, -1.5 * way])
+
+    @given(st.integers(0, 10**6))
+    def test_gradients_are_those_of_the_displacement(self, seed):
+        rng = np.random.default_rng(seed)
+        at, weights, points = rng.normal(size=(5, 3)), rng.normal(size=(5, 3)), rng.normal(size=(20, 3))
+        steps = 1e-6 * np.eye(3)
+        moved = [[morph._window(morph.cdist(points + s * step, at), 2.0) @ weights for s in (1, -1)] for step in steps]
+        expected = np.stack([(one - other) / 2e-6 for one, other in moved], axis=2)
+        assert morph._gradients(points, at, weights, 2.0) == pytest.approx(expected, abs=1e-7)
+
     def test_a_thin_plate_takes_a_rigid_motion_along(self):
         T = rigid(1)
         landmarks = [0, 500, 1000, 2000, 3000]
@@ -268,6 +285,7 @@ class TestMorphed:
             ([0, 1, 2], BALL.vertices[:3], {"kernel": "thin_plate"}, "landmarks must be at least 4, not in one plane"),
             ([0], [[0, 0, 1.0]], {"kernel": "gauss"}, "kernel must be one of 'compact', 'thin_plate', not 'gauss'"),
             ([[0, 0, np.nan]], [[0, 0, 1.0]], {}, "landmarks must be finite"),
+            ([0], [[0, 0, 1.0]], {"kernel": "thin_plate", "radius": 1.0}, "radius must be left out with a thin plate"),
         ],
     )
     def test_bad_input_is_told(self, landmarks, targets, options, words):

@@ -24,7 +24,7 @@ WIDEST, CLOSEST = 3.0, 3.0
 THIN = 1e-6
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Alignment:
     """Where a source lies on a target.
 
@@ -59,6 +59,9 @@ class Alignment:
     error: float
     overlap: float
     covariance: Array
+
+    def __repr__(self) -> str:
+        return f"Alignment(overlap {self.overlap:.0%}, error {self.error:.3g}, pairs_error {self.pairs_error:.3g})"
 
 
 def align(source: Any, target: Any, pairs: tuple[ArrayLike, ArrayLike], *, refine: bool = True) -> Alignment:

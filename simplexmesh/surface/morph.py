@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from simplexmesh._vec import norm
 from simplexmesh.data.convert import as_data
 from simplexmesh.data.points import PointCloud
 from simplexmesh.data.triangles import TriangleMesh
+from simplexmesh.errors import SimplexMeshWarning
 
 Array = NDArray[np.float64]
 
@@ -22,6 +24,7 @@ STEEPEST = 135 / 64
 
 REACH = 0.3
 ROUNDS = 20
+AT_ONCE = 65536
 
 
 def morphed(
@@ -48,10 +51,11 @@ def morphed(
         Where they go.
     radius : float, optional
         How far the influence of a landmark reaches, with the compact kernel: beyond, nothing moves. By default 30 % of
-        the diagonal, and at least four times the longest way, so that space does not fold.
+        the diagonal, and at least four times the longest way, so that no landmark alone folds space.
     kernel : {"compact", "thin_plate"}
         "compact": phi = (1 - d / r)^4 (4 d / r + 1), smooth and damped (Wendland 1995). "thin_plate": the smoothest
-        deformation of all space, which takes turns, shifts and stretches of all landmarks along (Bookstein 1989).
+        deformation of all space, which takes turns, shifts and stretches of all landmarks along (Bookstein 1989); it
+        has no radius.
     tolerance : float
         How near landmarks must come, as a share of the diagonal.
 
@@ -65,6 +69,11 @@ def morphed(
     ValueError
         Landmarks that coincide but go to different places, or fewer than four for a thin plate; other lengths; a radius
         so small that space would fold.
+
+    Warns
+    -----
+    SimplexMeshWarning
+        Landmarks near each other are sent different ways, so that the surface folds between them.
 
     Examples
     --------
@@ -91,6 +100,8 @@ def morphed(
     near = _check.number("tolerance", tolerance, 0.0, open_low=True) * diagonal
     at, ways = _distinct(at, ways, near)
     if kernel == "thin_plate":
+        if radius is not None:
+            raise ValueError(f"radius must be left out with a thin plate, which has none, not be {radius!r}")
         moved = points + _thin_plate(at, ways, points)
     else:
         moved = points + _compact(at, ways, points, _reach(radius, ways, diagonal), near)
@@ -132,9 +143,22 @@ def _compact(at: Array, ways: Array, points: Array, radius: float, near: float) 
     if norm(ways - matrix @ weights).max() > near:
         raise ValueError("landmarks must be farther apart: they are too near each other to go where they are sent")
     out: Array = np.zeros_like(points)
-    for start in range(0, len(points), 65536):
-        rows = slice(start, start + 65536)
+    folded = 0
+    for start in range(0, len(points), AT_ONCE):
+        rows = slice(start, start + AT_ONCE)
         out[rows] = _window(cdist(points[rows], at), radius) @ weights
+        folded += int((np.linalg.det(np.eye(3) + _gradients(points[rows], at, weights, radius)) <= 0).sum())
+    if folded:
+        said = f"the surface folds at {folded:,} of {len(points):,} points"
+        warnings.warn(f"{said}: landmarks near each other go different ways", SimplexMeshWarning, stacklevel=3)
+    return out
+
+
+def _gradients(points: Array, at: Array, weights: Array, radius: float) -> Array:
+    """Return how displacements change in space, (n, 3, 3): rows for their x, y, z."""
+    steep = -20 / radius**2 * (1 - np.minimum(cdist(points, at) / radius, 1.0)) ** 3
+    spread = np.einsum("nk,ki,kj->nij", steep, weights, -at)
+    out: Array = spread + (steep @ weights)[:, :, None] * points[:, None, :]
     return out
 
 
