@@ -249,3 +249,9 @@ def test_rows_can_be_taken():
 def test_bad_input_is_named(call, message):
     with pytest.raises(ValueError, match=message):
         call()
+
+
+def test_one_row_of_what_is_true_is_one_row():
+    exact = graph("cubic").exact([0.0, 0.1, 0.2], 0.0)
+    assert exact[1].normals.tolist() == exact[[1]].normals.tolist() == exact[1:2].normals.tolist()
+    assert (len(exact[1]), exact[1].d2.shape) == (1, (1, 3))

@@ -51,8 +51,9 @@ class Exact:
         return len(self.k1)
 
     def __getitem__(self, rows: object) -> Exact:
-        """Return what is true at some of the points."""
-        return Exact(*(np.atleast_1d(getattr(self, name)[rows]) for name in ("normals", "k1", "k2", "d1")))
+        """Return what is true at some of the points, or at one."""
+        chosen = [rows] if isinstance(rows, int | np.integer) else rows
+        return Exact(*(getattr(self, name)[chosen] for name in ("normals", "k1", "k2", "d1")))
 
     @cached_property
     def d2(self) -> Array:
