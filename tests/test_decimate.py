@@ -221,7 +221,7 @@ def test_what_folds_before_does_not_fold_after():
 
 
 @pytest.mark.filterwarnings("ignore:triangles repaired")
-@pytest.mark.parametrize("vertices", [4000, 8000])
+@pytest.mark.parametrize("vertices", [4000, 5000, 8000])
 def test_thin_walls_of_a_head_are_left_without_folds(data_folder, vertices):
     volume = read_volume(data_folder / "head_ct.mhd")
     corners, faces, _, _ = marching_cubes(np.pad(np.asarray(volume.values, float), 1), 500)

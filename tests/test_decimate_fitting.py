@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.testing import assert_allclose
+from numpy.testing import assert_allclose, assert_array_equal
 
 from simplexmesh.mesh import _kernels_fitting as kernels
-from simplexmesh.mesh.fitting import Fit, Surface, faces_of
+from simplexmesh.mesh import shapes
+from simplexmesh.mesh.fitting import Fit, Surface, faces_of, tangled_vertices
 from simplexmesh.mesh.triangulation import fan
 from tests.reference_decimate import shaken
 from tests.test_mesh_editing import MESHES
@@ -95,3 +96,15 @@ def test_samples_find_the_closest_place(name):
     if not c.n_holes:
         assert_allclose(largest, np.sqrt(squared.max()))
     assert largest >= np.sqrt(squared.max()) * (1 - 1e-9)
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("size", [0.9, 2.0, 20.0])
+def test_loosening_leaves_fewer_tangled_or_everything_as_it_was(seed, size):
+    ball = shapes.sphere(2)
+    faces, free = np.arange(ball.n_faces, dtype=np.int32), np.ones(ball.n_vertices, bool)
+    fit = Fit(Surface.of(ball), shaken(ball, seed, size), faces, np.zeros((ball.n_faces, 3)), free)
+    before, tangled = fit.mesh, tangled_vertices(fit.mesh)
+    left = fit.loosen(tangled)
+    assert_array_equal(left, tangled_vertices(fit.mesh))
+    assert left.sum() < tangled.sum() or fit.mesh is before

@@ -191,7 +191,10 @@ def _decimated(mesh: SimplexMesh, wanted: int) -> tuple[Decimated, int]:
         return _unchanged(mesh), 0
     reach = np.full(len(mesh.connectivity.face_sizes), np.inf)
     made = _made(mesh, wanted, WEIGHTS, reach, Surface.of(mesh))
-    return _result(made.fit, made.out), int(tangled_vertices(made.fit.mesh).sum())
+    tangled = tangled_vertices(made.fit.mesh)
+    if tangled.any():
+        tangled = made.fit.loosen(tangled)
+    return _result(made.fit, made.out), int(tangled.sum())
 
 
 def _unchanged(mesh: SimplexMesh) -> Decimated:

@@ -200,6 +200,22 @@ class Fit:
         among, along = (2 * AMONG, ALONG) if strictly else (AMONG, ANYHOW)
         self.mesh = self.mesh.moved(self._guard.untangled(self.mesh, among, along))
 
+    def loosen(self, tangled: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Put tangled vertices (n,) to the mean of their neighbors and untangle again, from where fewer may be left.
+
+        Returns which are; where they are no fewer, everything is as it was.
+        """
+        c, before, v = self.mesh.connectivity, self.mesh, np.array(self.mesh.vertices)
+        inner = tangled & ~c.face_is_hole[c.vertex_faces].any(axis=1)
+        v[inner] = v[c.neighbors[inner]].mean(axis=1)
+        self.mesh = before.moved(v)
+        self.untangle()
+        left = tangled_vertices(self.mesh)
+        if left.sum() < tangled.sum():
+            return left
+        self.mesh = before
+        return tangled
+
     def improve(self, rounds: int) -> None:
         """Least squares, again and again, the samples finding their places in between."""
         for _ in range(rounds):
