@@ -44,8 +44,9 @@ def vertex_normals(
     Parameters
     ----------
     surface : TriangleMesh, SimplexMesh, PointCloud, array, PyVista or trimesh object, or path
-        What is measured. A cloud without normals has no outside: there normals look away from the middle of all
-        points, which is outward on convex bodies; elsewhere neighbors may disagree.
+        What is measured. A cloud without normals has no outside: "adaptive" turns them from neighbor to neighbor and
+        the whole of them outward; with other methods they look away from the middle of all points, which is outward
+        on convex bodies; elsewhere neighbors may disagree.
     method : str
         The estimator. "adaptive", the default, chooses its own scale, as in `curvature`. Of the faces around each
         vertex: "mean" of their unit normals, weighted by "area" or "angle", or with the weights of "max", exact on
@@ -69,8 +70,8 @@ def vertex_normals(
 
     Raises
     ------
-    ValueError, TypeError
-        As `curvature`; a method of faces and points without any, or with other neighborhoods than the one-ring.
+    ValueError, TypeError, OSError
+        As `curvature`.
 
     Warns
     -----
