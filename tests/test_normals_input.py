@@ -164,6 +164,12 @@ class TestFailures:
         for method in OF_FACES:
             assert_allclose(sm.vertex_normals((points, faces), method, vertices=[0])[0], [0, 0, 1], atol=1e-12)
 
+    def test_where_faces_cancel_planes_look_away_from_the_middle(self):
+        ball = sm.sphere(6).triangulated("dual")
+        both = np.concatenate([ball.faces, ball.faces[:, ::-1]])
+        normals = sm.vertex_normals((ball.vertices, both), "plane")
+        assert ((normals * ball.vertices).sum(axis=1) > 0.9).all()
+
     def test_faces_that_cancel_have_no_normal(self):
         points, faces = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 1.0]]), [[0, 1, 2], [0, 2, 1]]
         for method in OF_FACES:
@@ -204,6 +210,21 @@ class TestOptions:
     def test_wrong_ones_are_told(self, method, options, error, message):
         with pytest.raises(error, match="^" + re.escape(message)):
             sm.vertex_normals(sm.torus(20, 12).triangulated("dual"), method, **options)
+
+    @pytest.mark.parametrize("solver", ["newton", "ternary"])
+    def test_whoever_tolerates_all_keeps_the_normal_it_began_from(self, solver):
+        mesh = sm.torus(20, 12).triangulated("dual")
+        start = sm.vertex_normals(mesh, "area")
+        kept = sm.vertex_normals(mesh, "extended_sine", solver=solver, tolerance=1e3)
+        assert_allclose(kept, start, atol=1e-15)
+        assert np.abs(sm.vertex_normals(mesh, "extended_sine", solver=solver) - start).max() > 1e-4
+
+    @pytest.mark.parametrize("solver", ["newton", "ternary"])
+    def test_whoever_gives_up_at_once_has_the_quadric(self, solver):
+        mesh = sm.torus(20, 12).triangulated("dual")
+        given_up = sm.vertex_normals(mesh, "extended_sine", solver=solver, iterations=1)
+        assert_allclose(given_up, sm.vertex_normals(mesh, "quadric"), atol=1e-12)
+        assert np.abs(sm.vertex_normals(mesh, "extended_sine", solver=solver) - given_up).max() > 1e-6
 
     def test_a_method_can_be_named_to_start_from(self):
         mesh = sm.torus(20, 12).triangulated("dual")
