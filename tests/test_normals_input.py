@@ -121,10 +121,11 @@ class TestFailures:
             assert seen[0].filename == __file__
             assert_array_equal(normals.any(axis=1), [told == 1] * 4 + [False])
 
+    @pytest.mark.parametrize("line", [[1, 0, 0], [0.3, 0.7, -0.2]])
     @pytest.mark.parametrize("method", NAMES)
-    def test_neighbors_on_a_line_are_told(self, method):
+    def test_neighbors_on_a_line_are_told(self, method, line):
         points = np.zeros((9, 3))
-        points[1:, 0] = [1, 2, 3, 4, -1, -2, -3, -4]
+        points[1:] = np.outer([1, 2, 3, 4, -1, -2, -3, -4], line)
         around = Neighborhoods(np.array([0]), np.array([0, 8]), np.arange(1, 9), np.array([True]))
         start = None if method in OF_FACES else np.tile([0, 0, 1.0], (9, 1))
         found = found_normals(Samples(points, links=around), around, method, normals=start)
