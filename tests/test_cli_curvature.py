@@ -177,6 +177,19 @@ class TestReport:
         assert all(each["persistence"] >= facts["threshold"] for each in facts["salient"])
         assert (facts["failed"], facts["notes"], facts["output"]) == (0, [], None)
 
+    def test_the_table_names_its_numbers(self, command, files):
+        _, out, _ = command(files / "egg.off", "--method", "sine", "--rings", 2, "--points", 2, "--unit", "mm")
+        lines = out.splitlines()
+        head = next(k for k, line in enumerate(lines) if line.startswith("  salient"))
+        assert lines[head].split() == ["salient", "x", "y", "z", "mm", "|H|", "1/mm"]
+        rows = [[float(x) for x in line.split()] for line in lines[head + 1 : head + 3]]
+        found = sm.salient_points(EGG, curvature=self.curved(), count=2)
+        assert np.array(rows) == pytest.approx(np.column_stack([found.points, found.values]), rel=1e-3, abs=1e-3)
+        ends = {len(line.rstrip()) for line in lines[head + 1 : head + 3]}
+        assert len(ends) == 1
+        assert any(line.startswith("  mean H") and line.rstrip().endswith("1/mm") for line in lines)
+        assert any(line.startswith("  Gauss K") and line.rstrip().endswith("1/mm²") for line in lines)
+
     def curved(self):
         return sm.curvature(EGG, "sine", neighborhood=sm.rings(2))
 
@@ -225,6 +238,13 @@ class TestBadInput:
             ("egg.off", ["--show", "heat"], ["--show must be one of 'mean', 'gauss'", "not 'heat'"]),
             ("egg.off", ["--limits", 2, 1, "--picture", "out.png"], ["--limits must rise, not go from 2 to 1"]),
             ("egg.off", ["--view", "up"], ["--view must be one of", "not 'up'"]),
+            ("egg.off", ["--show", "gauss"], ["--show is for a picture: give --picture too"]),
+            ("egg.off", ["--limits", 0, 1], ["--limits are for a picture: give --picture too"]),
+            (
+                "egg.off",
+                ["--limits", 0, 1, "--show", "classes", "--picture", "out.png"],
+                ["--limits are ends of a scale, --show classes has none"],
+            ),
         ],
     )
     def test_is_told_in_one_sentence(self, command, files, tmp_path, monkeypatch, name, options, words):
@@ -236,6 +256,14 @@ class TestBadInput:
         assert errors[0].startswith("error: ")
         assert all(word in errors[0] for word in words)
         assert list(tmp_path.iterdir()) == []
+
+    @pytest.mark.parametrize("option", [("--rings", 2), ("--radius", 0.5), ("--nearest", 12)])
+    @pytest.mark.parametrize("method", [(), ("--method", "adaptive")])
+    def test_neighborhoods_need_a_method_that_takes_them(self, command, files, option, method):
+        code, out, err = command(files / "egg.off", *option, *method)
+        assert (code, out) == (2, "")
+        wanted = "a --method that takes neighbors, such as sine: adaptive, the default, chooses its own"
+        assert err == f"error: {option[0]} needs {wanted}\n"
 
     @pytest.mark.parametrize("option", [["-o", "out.stl"], ["--picture", "out.doc"], ["-o", "nowhere/out.vtp"]])
     def test_outputs_are_refused_before_any_work(self, command, files, monkeypatch, option):
@@ -268,6 +296,20 @@ def test_an_interrupt_leaves_nothing_behind(command, files, tmp_path, monkeypatc
     code, out, err = command(files / "egg.off", "--method", "sine", "-o", tmp_path / "egg.vtp")
     assert (code, out, err) == (130, "", "error: interrupted; nothing was written\n")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_an_interrupt_between_the_files_says_which_is_there(command, files, tmp_path, monkeypatch):
+    write = save
+
+    def interrupted(*args, **options):
+        write(*args, **options)
+        os.kill(os.getpid(), signal.SIGINT)
+
+    monkeypatch.setattr("simplexmesh.data.writing.save", interrupted)
+    made, picture = tmp_path / "egg.vtp", tmp_path / "egg.png"
+    code, out, err = command(files / "egg.off", "--method", "sine", "-o", made, "--picture", picture)
+    assert (code, out, err) == (130, "", f"note: interrupted; {made} was written, {picture} was not\n")
+    assert list(tmp_path.iterdir()) == [made]
 
 
 @pytest.mark.parametrize(

@@ -10,6 +10,7 @@ import typer
 
 from simplexmesh.cli.interrupt import held_interrupts
 from simplexmesh.cli.report import (
+    KEPT,
     NOTES,
     PICTURES,
     as_json,
@@ -42,27 +43,23 @@ def command(
     nearest: Annotated[int | None, typer.Option(help="Or: so many nearest points.")] = None,
     points: Annotated[int, typer.Option(help="How many salient points to tell of.")] = 10,
     picture: Annotated[Path | None, typer.Option(help="Write a picture to this file.")] = None,
-    show: Annotated[str, typer.Option(help="What it shows: mean, gauss, k1, k2, saliency or classes.")] = "mean",
+    show: Annotated[
+        str | None, typer.Option(help="What it shows: mean, the default, gauss, k1, k2, saliency or classes.")
+    ] = None,
     limits: Annotated[tuple[float, float] | None, typer.Option(help="Ends of its scale.")] = None,
-    unit: Annotated[str, typer.Option(help="Unit of length, for the scale.")] = "",
+    unit: Annotated[str, typer.Option(help="Unit of length, for the scale and the table.")] = "",
     flip: Annotated[bool, typer.Option("--flip", help="Faces or normals in the file look inward: turn them.")] = False,
     side: Annotated[str, typer.Option("--view", help="Side to look from: iso, xy, -xy, xz, yx, ...")] = "iso",
     up: Annotated[str, typer.Option(help="Axis that points up: x, y, z or auto.")] = "auto",
     json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
-) -> None:
+) -> int | str:
     """Measure how a surface bends at each vertex, what stands out, and which kind of surface it is there."""
     if output is not None:
         output = writable(output, "--output", (".vtp",), [path])
     if picture is not None:
         picture = writable(picture, "--picture", PICTURES, [path])
-    if show not in SHOWN:
-        raise ValueError(f"--show must be one of {', '.join(map(repr, SHOWN))}, not {show!r}")
-    if sum(each is not None for each in (rings, radius, nearest)) > 1:
-        raise ValueError("give one of --rings, --radius and --nearest, not several")
-    if points < 0:
-        raise ValueError(f"--points must be at least 0, not {points}")
-    if limits is not None and not limits[0] < limits[1]:
-        raise ValueError(f"--limits must rise, not go from {limits[0]:g} to {limits[1]:g}")
+    _check_options(method, {"--rings": rings, "--radius": radius, "--nearest": nearest}, points)
+    _check_picture(picture, show, limits)
     camera, upwards = direction(side), upward(up, side)
 
     with held_interrupts() as interrupts, progress("measuring", wanted=not json) as report:
@@ -79,14 +76,43 @@ def command(
             reported(0.8, "writing")
             with written_to(output, "the surface"):
                 _save(output, surface, arrays(found))
+        if interrupts.asked and output is not None and picture is not None:
+            note(f"interrupted; {output} was written, {picture} was not")
+            return KEPT
         if picture is not None:
             reported(0.9, "drawing")
             with written_to(picture, "the picture"):
-                _draw(picture, surface, found, path.name, show, limits, unit, camera, upwards)
+                _draw(picture, surface, found, path.name, show or SHOWN[0], limits, unit, camera, upwards)
     if json:
         as_json(facts | {"notes": NOTES})
     else:
-        _print(str(output or path), facts)
+        _print(str(output or path), facts, unit)
+    return 0
+
+
+def _check_options(method: str | None, around: dict[str, Any], points: int) -> None:
+    """Say which options do not go together, before any work."""
+    given = [name for name, value in around.items() if value is not None]
+    if len(given) > 1:
+        raise ValueError("give one of --rings, --radius and --nearest, not several")
+    if given and method in (None, "adaptive"):
+        wanted = "a --method that takes neighbors, such as sine"
+        raise ValueError(f"{given[0]} needs {wanted}: adaptive, the default, chooses its own")
+    if points < 0:
+        raise ValueError(f"--points must be at least 0, not {points}")
+
+
+def _check_picture(picture: Path | None, show: str | None, limits: tuple[float, float] | None) -> None:
+    """Say what is wrong with what the picture should show, or that there is none."""
+    if show is not None and show not in SHOWN:
+        raise ValueError(f"--show must be one of {', '.join(map(repr, SHOWN))}, not {show!r}")
+    if limits is not None and not limits[0] < limits[1]:
+        raise ValueError(f"--limits must rise, not go from {limits[0]:g} to {limits[1]:g}")
+    if picture is None and (show is not None or limits is not None):
+        said = "--show is" if show is not None else "--limits are"
+        raise ValueError(f"{said} for a picture: give --picture too")
+    if show == "classes" and limits is not None:
+        raise ValueError("--limits are ends of a scale, --show classes has none")
 
 
 def _surface(path: Path) -> Any:
@@ -212,29 +238,62 @@ def _draw(
     else:
         values = found["saliency"] if show == "saliency" else getattr(found["curvature"], show)
         name = {"mean": "mean curvature", "gauss": "Gaussian curvature", "saliency": "saliency (rad)"}.get(show, show)
-        power = {1: f" (1/{unit})", 2: f" (1/{unit}²)"}.get(POWERS.get(show, 0), "") if unit else ""
-        plotter = plot.heat(surface, values, name=name + power, limits=limits, title=title, view=view, up=up)
+        power = _per(unit, POWERS.get(show, 0))
+        plotter = plot.heat(
+            surface, values, name=f"{name} ({power})" if power else name, limits=limits, title=title, view=view, up=up
+        )
     plot.picture(path, plotter)
 
 
-def _print(title: str, facts: dict[str, Any]) -> None:
-    def told(name: str) -> str:
+def _per(unit: str, power: int) -> str:
+    """Return the unit of a curvature, nothing where the unit of length is not known.
+
+    Examples
+    --------
+    >>> _per("mm", 2), _per("", 2)
+    ('1/mm²', '')
+    """
+    return {1: f"1/{unit}", 2: f"1/{unit}²"}.get(power, "") if unit else ""
+
+
+def _print(title: str, facts: dict[str, Any], unit: str) -> None:
+    def told(name: str, measure: str) -> str:
         spread = facts[name]
-        return f"{spread['median']:.4g}, 90 % within {spread['p5']:.4g} and {spread['p95']:.4g}"
+        said = f"{spread['median']:.4g}, 90 % within {spread['p5']:.4g} and {spread['p95']:.4g}"
+        return f"{said} {measure}".rstrip()
 
     count = facts["vertices"]
     kinds = ", ".join(f"{name} {number / count:.0%}" for name, number in facts["classes"].items())
-    places = [" ".join(f"{x:.5g}" for x in each["point"]) + f", {each['value']:.4g}" for each in facts["salient"]]
     table(
         title,
         {
             "surface": f"{count:,} vertices, {facts['faces']:,} faces",
             "method": facts["method"] + (f", failed at {facts['failed']:,} vertices" if facts["failed"] else ""),
-            "mean H": told("mean"),
-            "Gauss K": told("gauss"),
-            "saliency": told("saliency"),
+            "mean H": told("mean", _per(unit, 1)),
+            "Gauss K": told("gauss", _per(unit, 2)),
+            "saliency": told("saliency", "rad"),
             "kinds": kinds,
-            "salient": "\n".join(places) or "none",
+            "salient": _places(facts["salient"], unit),
             "time": f"{facts['seconds']:.1f} s",
         },
     )
+
+
+def _places(salient: list[dict[str, Any]], unit: str) -> str:
+    """Return a line for each salient point, in columns under their names.
+
+    Examples
+    --------
+    >>> print(_places([{"point": [1.0, 20.5, -3.0], "value": 0.25}], "mm"))
+             x          y          z mm      |H| 1/mm
+             1       20.5            -3          0.25
+    """
+    if not salient:
+        return "none"
+    place, size = f"z {unit}".rstrip(), f"|H| {_per(unit, 1)}".rstrip()
+    wide, wider = max(10, len(place) + 9), max(10, len(size) + 5)
+    lines = [f"{'x':>10} {'y':>10} {place:>{wide}} {size:>{wider}}"]
+    for each in salient:
+        x, y, z = (f"{value:.5g}" for value in each["point"])
+        lines.append(f"{x:>10} {y:>10} {z:>{wide}} {each['value']:>{wider}.4g}")
+    return "\n".join(lines)
