@@ -295,10 +295,6 @@ class TestMorphed:
 
 
 class TestBoolean:
-    @pytest.fixture(autouse=True)
-    def _library(self):
-        pytest.importorskip("manifold3d")
-
     def test_volumes_add_up(self):
         one, other = BALL, sm.TriangleMesh(BALL.vertices + np.array([0.7, 0.1, 0]), BALL.faces)
         union, both = (sm.boolean(one, other, name) for name in ("union", "intersection"))
