@@ -7,7 +7,8 @@ import pytest
 import pyvista as pv
 
 import simplexmesh as sm
-from simplexmesh.plot import paint
+from simplexmesh.plot import coat as coats
+from simplexmesh.plot import hot_metal
 
 
 @pytest.fixture(autouse=True)
@@ -33,7 +34,7 @@ def shade(path):
 
 class TestHotMetal:
     def test_runs_from_blue_over_green_to_red(self):
-        table = paint.hot_metal(-2.0, 2.0)
+        table = hot_metal.hot_metal(-2.0, 2.0)
         low, middle, high = (np.array(table.map_value(x))[:3] for x in (-2.0, 0.0, 2.0))
         assert low.argmax() == 2
         assert middle.argmax() == 1
@@ -42,11 +43,11 @@ class TestHotMetal:
         assert np.abs(np.diff(shades, axis=0)).max() < 0.15  # no steps
 
     def test_failures_are_on_no_place_of_the_scale(self):
-        table = paint.hot_metal(0.0, 1.0)
-        failed = np.array(pv.Color(paint.FAILED).float_rgb)
+        table = hot_metal.hot_metal(0.0, 1.0)
+        failed = np.array(pv.Color(hot_metal.FAILED).float_rgb)
         shades = np.array([table.map_value(x)[:3] for x in np.linspace(0, 1, 200)])
         assert np.linalg.norm(shades - failed, axis=1).min() > 0.25
-        assert tuple(table.nan_color.float_rgb) == tuple(pv.Color(paint.FAILED).float_rgb)
+        assert tuple(table.nan_color.float_rgb) == tuple(pv.Color(hot_metal.FAILED).float_rgb)
 
 
 class TestHeat:
@@ -84,8 +85,8 @@ class TestHeat:
     )
     def test_limits(self, values, expected):
         even = np.ones(len(values))
-        assert paint._limits(np.array(values), None, even) == pytest.approx(expected)
-        assert paint._limits(np.array(values), (1, 2), even) == (1.0, 2.0)
+        assert hot_metal.ends(np.array(values), None, even) == pytest.approx(expected)
+        assert hot_metal.ends(np.array(values), (1, 2), even) == (1.0, 2.0)
 
     def test_limits_go_by_what_is_seen(self):
         """Half of the vertices are in a corner of a hundredth of the area."""
@@ -147,7 +148,7 @@ class TestHeat:
 class TestClasses:
     def test_each_is_of_its_color_and_nothing_blends(self):
         labels = (VALUES > 0).astype(int)
-        coat = paint.cells(RING, np.array([[1.0, 0, 0], [0, 0, 1]])[labels])
+        coat = coats.cells(RING, np.array([[1.0, 0, 0], [0, 0, 1]])[labels])
         assert {tuple(color) for color in np.asarray(coat["classes"])} == {(1.0, 0.0, 0.0), (0.0, 0.0, 1.0)}
         assert coat.area == pytest.approx(RING.area)
         corners = np.asarray(coat.points)[::4]  # the vertex each part belongs to
@@ -163,6 +164,66 @@ class TestClasses:
         names = [name for name in plotter.actors if name.startswith("legend entry") and "dot" not in name]
         written = [plotter.actors[name].input for name in names]
         assert written == ["low", "high"]
+
+    @pytest.mark.parametrize("columns", [1, 2, 3, 4])
+    @pytest.mark.parametrize("beside", [True, False])
+    def test_legend_keeps_clear_of_what_is_shown(self, columns, beside):
+        plotter = sm.plot.stage(columns=columns)
+        for column in range(columns - 1):
+            plotter.subplot(0, column)
+            if beside:
+                sm.plot.heat(RING, VALUES, plotter=plotter)
+        plotter.subplot(0, columns - 1)
+        kinds = np.arange(len(VALUES)) % 8
+        names = ["peak", "ridge", "saddle ridge", "flat", "minimal", "saddle valley", "valley", "pit"]
+        sm.plot.classes(RING, kinds, names=names, colors=["#ff0000"] * 8, plotter=plotter)
+        sm.plot.looked_at(plotter, "xy")
+        with_legend = self.photo(plotter)
+        actors = [name for name in plotter.renderers[-1].actors if "entry" in name]
+        assert len(actors) == 16
+        for name in actors:
+            plotter.renderers[-1].actors[name].SetVisibility(False)
+        without = self.photo(plotter)
+        plotter.renderers[-1].remove_all_lights()
+        for actor in plotter.renderers[-1].actors.values():
+            actor.SetVisibility(False)
+        bare = self.photo(plotter)
+        written, ring = np.abs(with_legend - without).max(axis=2) > 30, np.abs(without - bare).max(axis=2) > 30
+        assert written.sum() > 500
+        assert ring.sum() > 5000
+        assert not (written & ring).any()
+        width = with_legend.shape[1]
+        assert not written[:, : (columns - 1) * width // columns].any()
+        assert not written[:, -2:].any()
+
+    def photo(self, plotter):
+        plotter.render()
+        return np.asarray(plotter.screenshot(return_img=True)).astype(int)
+
+    @pytest.mark.parametrize(
+        ("call", "words"),
+        [
+            (
+                lambda: sm.plot.classes(RING, np.arange(288) % 3, names=["a", "b"]),
+                "names must be one for each class, 3 at least, not 2",
+            ),
+            (
+                lambda: sm.plot.classes(RING, np.arange(288) % 3, colors=["red"]),
+                "colors must be one for each class, 3 at least, not 1",
+            ),
+            (lambda: sm.plot.heat(RING, ["high"] * 288), "values must be numbers, not "),
+            (lambda: sm.plot.heat(RING, VALUES, limits=(0, 1, 2)), "limits must be two numbers, not (0, 1, 2)"),
+            (lambda: sm.plot.heat(RING, VALUES, limits=3), "limits must be two numbers, not 3"),
+        ],
+    )
+    def test_wrong_lengths_are_told(self, call, words):
+        with pytest.raises((ValueError, TypeError)) as caught:
+            call()
+        assert str(caught.value).startswith(words)
+
+    def test_parts_may_be_given_as_true_and_false(self):
+        plotter = sm.plot.classes(RING, VALUES > 0, names=["below", "above"])
+        assert sum("entry" in name for name in plotter.actors) == 4
 
     def test_takes_what_the_functions_return(self):
         curvature = sm.curvature(RING, "sine")

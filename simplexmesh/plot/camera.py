@@ -26,6 +26,7 @@ CORNER = {"x": (0.6, 0.8, 1.0), "y": (0.7, 0.55, 1.0), "z": (0.7, -1.0, 0.55)}  
 TITLE, BAR, LEGEND = 0.08, 0.17, 0.2  # shares of the picture kept free for them
 MARGIN = 0.04
 LEGEND_NAME = "legend entry"  # what the names of a legend's actors begin with
+BAR_NAME = "entry below"  # the same of one that is below, where a scale would be
 
 
 def looked_at(plotter: pv.Plotter, view: str | Sequence[float] | None = None, *, up: str = "z") -> pv.Plotter:
@@ -111,10 +112,10 @@ def _extent(renderer: Any, axes: Array) -> tuple[Array, Array] | None:
 def _bands(renderer: Any) -> tuple[float, float, float]:
     """Return the shares of a panel kept free above, below and on the left."""
     kinds = [actor.GetClassName() for actor in renderer.GetViewProps()]
-    legend = any(str(name).startswith(LEGEND_NAME) for name in renderer.actors)
+    legend, below = (any(str(name).startswith(kind) for name in renderer.actors) for kind in (LEGEND_NAME, BAR_NAME))
     return (
         TITLE if any("CornerAnnotation" in kind for kind in kinds) else 0.0,
-        BAR if any("ScalarBar" in kind for kind in kinds) else 0.0,
+        BAR if below or any("ScalarBar" in kind for kind in kinds) else 0.0,
         LEGEND if legend else 0.0,
     )
 

@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.plot.camera import looked_at
-from simplexmesh.plot.paint import FAILED, colored, hot_metal
+from simplexmesh.plot.coat import colored
+from simplexmesh.plot.hot_metal import FAILED, hot_metal
 from simplexmesh.plot.scale import bar
 from simplexmesh.plot.scenes import COLORS_LIT
 from simplexmesh.plot.stage import INK, LIGHTS, has_display, quiet

@@ -13,32 +13,24 @@ from simplexmesh import _check
 from simplexmesh.data.points import PointCloud
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.data.volume import Volume
-from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.plot import skin
-from simplexmesh.plot.camera import looked_at
+from simplexmesh.plot.camera import BAR_NAME, looked_at
+from simplexmesh.plot.coat import cells, colored
+from simplexmesh.plot.hot_metal import ends, hot_metal
 from simplexmesh.plot.scale import bar
 from simplexmesh.plot.scenes import COLORS_LIT, PALETTE, entry, upright
 from simplexmesh.plot.stage import INK, stage
 
 Array = NDArray[np.float64]
 
-HOT_METAL = ("#2a3fd0", "#28c4e8", "#3fbf4d", "#f4e04a", "#d7281e")
-"""From low to high: blue, cyan, green, yellow, red."""
-
-FAILED = "#7d7d7d"
-"""Of vertices without a value: gray, which is not on the scale."""
-
-SHOWN = 95.0
-"""Percent of the surface whose values are within the scale, where no limits are given."""
-
-SMOOTH = 60.0
-"""Degrees; scans are drawn smooth, and with an edge only where triangles meet at more."""
-
 THIN = 0.0018
 """Radius of a line, as a share of the diagonal."""
 
 MARK = 0.009
 """Radius of a marked point, as a share of the diagonal."""
+
+WIDE, COLUMN = 800, 138
+"""Pixels: a panel as wide as this has room for names at its side; columns of names below it are as wide as that."""
 
 
 def heat(
@@ -98,7 +90,7 @@ def heat(
     alone, plotter = plotter is None, stage() if plotter is None else plotter
     shown = _shown(surface)
     numbers = _values(values, shown)
-    low, high = _limits(numbers, limits, _areas(shown))
+    low, high = ends(numbers, limits, _areas(shown))
     coat = colored(shown, "heat", np.clip(numbers, low, high))
     _draw(
         plotter, coat, scalars="heat", cmap=hot_metal(low, high), clim=(low, high), scalar_bar_args=bar(name),
@@ -131,17 +123,22 @@ def classes(
     surface : TriangleMesh, SimplexMesh, PointCloud or anything convertible to these
         What is divided.
     labels : HKClasses, Regions or (n,) array of int
-        The class of each vertex, at least 0.
+        The class of each vertex, at least 0; or true and false.
     names, colors : sequence of str, optional
         By class number; those of the classes given, or numbers and colors in turn.
     title, view, up, plotter
         As for `heat`.
     legend : bool
-        Whether names are written.
+        Whether names are written: at the left, in a narrow panel below.
 
     Returns
     -------
     pyvista.Plotter
+
+    Raises
+    ------
+    ValueError, TypeError
+        Labels that are no class numbers, or of another length; fewer names or colors than classes; not a surface.
 
     Examples
     --------
@@ -153,42 +150,43 @@ def classes(
     shown = _shown(surface)
     names = getattr(labels, "names", None) if names is None else names
     colors = getattr(labels, "colors", None) if colors is None else colors
-    numbers = np.asarray(getattr(labels, "labels", labels))
-    if numbers.shape != (_count(shown),) or numbers.dtype.kind not in "iu" or numbers.min(initial=0) < 0:
-        raise ValueError(
-            f"labels must be ({_count(shown)},) class numbers of at least 0, not {numbers.dtype} of {numbers.shape}"
-        )
-    palette = list(colors) if colors is not None else [PALETTE[k % len(PALETTE)] for k in range(numbers.max() + 1)]
+    numbers = _classes(labels, shown)
+    many = int(numbers.max(initial=-1)) + 1
+    for name, given in (("names", names), ("colors", colors)):
+        if given is not None and len(given) < many:
+            raise ValueError(f"{name} must be one for each class, {many} at least, not {len(given)}")
+    palette = list(colors) if colors is not None else [PALETTE[k % len(PALETTE)] for k in range(many)]
     table = np.array([pv.Color(color).float_rgb for color in palette])
-    coat = (
-        cells(shown, table[numbers]) if isinstance(shown, TriangleMesh) else colored(shown, "classes", table[numbers])
-    )
-    _draw(plotter, coat, scalars="classes", rgb=True)
+    triangles = isinstance(shown, TriangleMesh)
+    _draw(
+        plotter, cells(shown, table[numbers]) if triangles else colored(shown, "classes", table[numbers]),
+        scalars="classes", rgb=True,
+    )  # fmt: skip
     if legend and names is not None:
-        for place, k in enumerate(np.unique(numbers)):
-            entry(plotter, place, str(names[k]), palette[k])
+        _legend(plotter, [(str(names[k]), palette[k]) for k in np.unique(numbers)])
     if title:
         plotter.add_text(title, position="upper_edge", font_size=11, color=INK)
     return looked_at(plotter, view, up=upright(shown, up)) if alone else plotter
 
 
-def hot_metal(low: float, high: float) -> pv.LookupTable:
-    """Return the color table between two numbers; what is beyond has the color of the end, NaN that of failures.
-
-    Examples
-    --------
-    >>> [hot_metal(0.0, 1.0).map_value(x)[0] for x in (0.0, 1.0)]
-    [0.16470588235294117, 0.8431372549019608]
-    """
-    stops = np.array([pv.Color(color).int_rgba for color in HOT_METAL], dtype=float)
-    at = np.linspace(0, len(stops) - 1, 256)
-    table = pv.LookupTable()
-    table.values = (
-        np.stack([np.interp(at, np.arange(len(stops)), stops[:, k]) for k in range(4)], axis=1).round().astype(np.uint8)
-    )
-    table.scalar_range = (low, high)
-    table.nan_color = FAILED
-    return table
+def _legend(plotter: pv.Plotter, entries: Sequence[tuple[str, str]]) -> None:
+    """Write names at the left, or in a narrow panel below, where the scale of its neighbors is."""
+    width = plotter.window_size[0] / plotter.shape[1]
+    if width >= WIDE:
+        for place, (name, color) in enumerate(entries):
+            entry(plotter, place, name, color)
+        return
+    columns = int(np.clip(width // COLUMN, 1, max(len(entries), 1)))
+    rows = -(-len(entries) // columns)
+    columns = -(-len(entries) // rows)
+    begin = 0.5 * (1 - columns * COLUMN / width)
+    for place, (name, color) in enumerate(entries):
+        column, row = divmod(place, rows)
+        left, height = begin + column * COLUMN / width, 0.025 + 0.036 * (rows - 1 - row)
+        style: dict[str, Any] = {"viewport": True, "name": f"{BAR_NAME} {place}"}
+        plotter.add_text(name, position=(left + 21 / width, height), font_size=8, color=INK, **style)
+        style["name"] += " dot"
+        plotter.add_text("\u2022", position=(left, height - 0.009), font_size=18, color=color, **style)
 
 
 def mark(plotter: pv.Plotter, points: ArrayLike, *, size: float, color: str = INK) -> None:
@@ -210,46 +208,6 @@ def trace(plotter: pv.Plotter, line: Any, *, size: float, color: str = INK) -> N
     plotter.add_mesh(drawn.strip().tube(radius=THIN * size), color=color, specular=0.2)
 
 
-def colored(shown: Any, name: str, values: Array) -> pv.PolyData:
-    """Return what is drawn of a thing, with numbers or colors at its points."""
-    if isinstance(shown, SimplexMesh):
-        coat, _ = skin.geometry(shown, None, None)
-        coat[name] = skin.per_point(shown, values)
-        return coat
-    if isinstance(shown, PointCloud):
-        coat, _ = skin.geometry(PointCloud(shown.points[: skin.MOST_POINTS], _first(shown.normals)), None, None)
-        coat[name] = np.repeat(values[: skin.MOST_POINTS], coat.n_points // min(len(values), skin.MOST_POINTS), axis=0)
-        return coat
-    coat = pv.PolyData.from_regular_faces(np.asarray(shown.vertices), np.asarray(shown.faces))
-    coat[name] = values
-    return coat.compute_normals(
-        cell_normals=False, split_vertices=True, feature_angle=SMOOTH, consistent_normals=False,
-        auto_orient_normals=False,
-    )  # fmt: skip
-
-
-def cells(shown: TriangleMesh, colors: Array) -> pv.PolyData:
-    """Return a surface cut into what is nearest to each vertex, in its color: nothing blends where classes meet."""
-    normals, faces = shown.vertex_normals, shown.faces
-    a, b, c = faces, np.roll(faces, -1, axis=1), np.roll(faces, 1, axis=1)
-
-    def corners(values: Array) -> Array:
-        middle = values[faces].mean(axis=1, keepdims=True) + np.zeros((1, 3, 1))
-        parts = values[a], 0.5 * (values[a] + values[b]), middle, 0.5 * (values[a] + values[c])
-        return np.stack(parts, axis=2).reshape(-1, 3)
-
-    points = corners(shown.vertices)
-    coat = pv.PolyData.from_regular_faces(points, np.arange(len(points)).reshape(-1, 4))
-    coat["classes"] = np.repeat(colors[faces].reshape(-1, 3), 4, axis=0)
-    coat.point_data["Normals"] = corners(normals)
-    coat.point_data.active_normals_name = "Normals"
-    return coat
-
-
-def _first(normals: Array | None) -> Array | None:
-    return None if normals is None else normals[: skin.MOST_POINTS]
-
-
 def _draw(plotter: pv.Plotter, coat: pv.PolyData, **style: Any) -> None:
     if coat.n_points == coat.n_cells:
         plotter.add_mesh(coat, point_size=6, render_points_as_spheres=True, **style)
@@ -267,6 +225,14 @@ def _shown(surface: Any) -> Any:
     return shown
 
 
+def _classes(labels: Any, shown: Any) -> NDArray[np.int64]:
+    numbers = np.asarray(getattr(labels, "labels", labels))
+    if numbers.shape != (_count(shown),) or numbers.dtype.kind not in "iub" or numbers.min(initial=0) < 0:
+        wanted = f"({_count(shown)},) class numbers of at least 0"
+        raise ValueError(f"labels must be {wanted}, not {numbers.dtype} of {numbers.shape}")
+    return numbers.astype(np.int64)
+
+
 def _count(shown: Any) -> int:
     return len(shown.points if isinstance(shown, PointCloud) else shown.vertices)
 
@@ -276,10 +242,12 @@ def _diagonal(shown: Any) -> float:
 
 
 def _values(values: ArrayLike, shown: Any) -> Array:
-    out = np.asarray(values, dtype=float)
-    if out.shape != (_count(shown),):
-        raise ValueError(f"values must have shape ({_count(shown)},), not {out.shape}")
-    return out
+    given = _check.listed("values", values)
+    if given.dtype.kind not in "biuf":
+        raise TypeError(f"values must be numbers, not {given.dtype}")
+    if given.shape != (_count(shown),):
+        raise ValueError(f"values must have shape ({_count(shown)},), not {given.shape}")
+    return given.astype(float)
 
 
 def _areas(shown: Any) -> Array:
@@ -288,33 +256,3 @@ def _areas(shown: Any) -> Array:
         return np.ones(_count(shown))
     double = np.linalg.norm(shown.face_vectors, axis=1)
     return np.bincount(shown.faces.ravel(), np.repeat(double, 3), _count(shown)).astype(float)
-
-
-def _percentiles(values: Array, weights: Array, percents: Sequence[float]) -> list[float]:
-    """Return the values below which so many percent of the weight are."""
-    order = np.argsort(values)
-    mass = np.cumsum(weights[order])
-    if not mass[-1] > 0:
-        mass = np.arange(1.0, len(values) + 1)
-    places = np.searchsorted(mass, np.asarray(percents) / 100 * mass[-1])
-    return [float(x) for x in values[order][np.minimum(places, len(values) - 1)]]
-
-
-def _limits(values: Array, limits: tuple[float, float] | None, areas: Array) -> tuple[float, float]:
-    """Return the ends of the scale."""
-    if limits is not None:
-        low, high = (_check.number("limits", each) for each in limits)
-        if not low < high:
-            raise ValueError(f"limits must rise, not go from {low:g} to {high:g}")
-        return low, high
-    there = np.isfinite(values)
-    known, seen = values[there], areas[there]
-    if not len(known):
-        return 0.0, 1.0
-    low, high = _percentiles(known, seen, [100 - SHOWN, SHOWN])
-    if low < 0 < high:
-        (most,) = _percentiles(np.abs(known), seen, [SHOWN])
-        low, high = -most, most
-    elif 0 <= low < 0.5 * high:
-        low = 0.0
-    return (low, high) if low < high else (low - 0.5, low + 0.5)
