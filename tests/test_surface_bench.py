@@ -23,6 +23,7 @@ from simplexmesh.surface.bench import (
     printed,
     ratings,
     report,
+    run,
     tables,
     tilt,
     whole,
@@ -30,7 +31,6 @@ from simplexmesh.surface.bench import (
 from simplexmesh.surface.bench.__main__ import main
 from simplexmesh.surface.bench.curve import Curve
 from simplexmesh.surface.bench.pointwise import DISTANCES, Pointwise, rows_of, spreads
-from simplexmesh.surface.bench.run import measured
 from simplexmesh.surface.truth.discretized import split_square, uv_sphere
 from simplexmesh.surface.truth.graphs import ARTICLE, graph
 
@@ -296,12 +296,12 @@ class TestPeers:
 
 @pytest.fixture(scope="module")
 def small():
-    return measured([graph("cubic"), graph("sphere")], THESIS_METHODS, QUIET, quick=True)
+    return run.measured([graph("cubic"), graph("sphere")], THESIS_METHODS, QUIET, quick=True)
 
 
 @pytest.fixture(scope="module")
 def rated():
-    return measured(list(ARTICLE.values()), THESIS_METHODS, QUIET, quick=True).ratings
+    return run.measured(list(ARTICLE.values()), THESIS_METHODS, QUIET, quick=True).ratings
 
 
 class TestRatings:
@@ -465,6 +465,18 @@ class TestReport:
             written()
         assert (folder / "index.md").read_text().endswith("older\n")
         assert [path.name for path in tmp_path.iterdir()] == ["report"]
+
+    def test_ctrl_c_while_it_loads_is_told_like_any_other(self, tmp_path, monkeypatch, capsys):
+        class Interrupting:
+            def find_spec(self, name, *_):
+                if name == run.__name__:
+                    raise KeyboardInterrupt
+
+        monkeypatch.setattr(sys, "meta_path", [Interrupting(), *sys.meta_path])
+        monkeypatch.delitem(sys.modules, run.__name__)
+        monkeypatch.delattr("simplexmesh.surface.bench.run")
+        assert main(["-o", str(tmp_path / "report")]) == 130
+        assert capsys.readouterr().err == "interrupted, nothing was written\n"
 
     @pytest.mark.slow
     def test_ctrl_c_leaves_nothing(self, tmp_path):

@@ -7,10 +7,8 @@ import sys
 import time
 from collections.abc import Sequence
 
-from simplexmesh.surface.bench import candidates, report, run
-from simplexmesh.surface.truth.graphs import PRINTINGS
-
 INTERRUPTED = 130
+PRINTINGS = ("article", "thesis")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -22,13 +20,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )
     parser.add_argument("--surfaces", default="all", help="all, or names with commas between, such as cubic,sphere")
     parser.add_argument("--methods", default="all", help="all, or names of sm.curvature and sm.vertex_normals")
-    parser.add_argument("--printing", default="article", choices=sorted(PRINTINGS), help="whose test functions")
-    parser.add_argument("--quick", action="store_true", help="smaller meshes, fewer pictures: half a minute")
+    parser.add_argument("--printing", default="article", choices=PRINTINGS, help="whose test functions")
+    parser.add_argument("--quick", action="store_true", help="smaller meshes, fewer pictures: some ten seconds")
     parser.add_argument("--output", "-o", required=True, help="folder to write: new, empty, or an earlier report")
     given = parser.parse_args(arguments)
     began = time.perf_counter()
-    try:
-        known = PRINTINGS[given.printing]
+    try:  # imported here, so that an interrupt meanwhile is told like any other
+        from simplexmesh.surface.bench import candidates, report, run
+        from simplexmesh.surface.truth import graphs
+
+        known = graphs.PRINTINGS[given.printing]
         surfaces = [known[name] for name in candidates.chosen("surfaces", given.surfaces, list(known))]
         names = candidates.named(given.methods)
         folder = report.writable(given.output)
