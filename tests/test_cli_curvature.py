@@ -13,7 +13,7 @@ import pytest
 import pyvista as pv
 
 import simplexmesh as sm
-from simplexmesh.cli import app
+from simplexmesh.cli import app, curvature
 from simplexmesh.data.writing import save
 
 EGG = sm.ellipsoid((3, 2, 1), 10).triangulated("dual")
@@ -189,6 +189,22 @@ class TestReport:
         assert len(ends) == 1
         assert any(line.startswith("  mean H") and line.rstrip().endswith("1/mm") for line in lines)
         assert any(line.startswith("  Gauss K") and line.rstrip().endswith("1/mm²") for line in lines)
+
+    def test_the_table_does_not_show_what_rounding_leaves(self, capsys):
+        spread = {"median": -3.6e-101, "p5": -0.29, "p95": 0.08}
+        names = ("mean", "gauss", "saliency")
+        facts = {
+            "vertices": 8,
+            "faces": 12,
+            "method": "sine",
+            "failed": 0,
+            "classes": {},
+            "salient": [],
+            "seconds": 0.1,
+        }
+        curvature._print("part", facts | dict.fromkeys(names, spread), "")
+        lines = [line.rstrip() for line in capsys.readouterr().out.splitlines()]
+        assert "  Gauss K   0, 90 % within -0.29 and 0.08" in lines
 
     def curved(self):
         return sm.curvature(EGG, "sine", neighborhood=sm.rings(2))

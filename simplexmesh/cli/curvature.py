@@ -258,9 +258,9 @@ def _per(unit: str, power: int) -> str:
 
 def _print(title: str, facts: dict[str, Any], unit: str) -> None:
     def told(name: str, measure: str) -> str:
-        spread = facts[name]
-        said = f"{spread['median']:.4g}, 90 % within {spread['p5']:.4g} and {spread['p95']:.4g}"
-        return f"{said} {measure}".rstrip()
+        low, middle, high = (facts[name][part] for part in ("p5", "median", "p95"))
+        middle = 0.0 if abs(middle) < 1e-9 * max(abs(low), abs(high)) else middle  # of planes, what rounding leaves
+        return f"{middle:.4g}, 90 % within {low:.4g} and {high:.4g} {measure}".rstrip()
 
     count = facts["vertices"]
     kinds = ", ".join(f"{name} {number / count:.0%}" for name, number in facts["classes"].items())

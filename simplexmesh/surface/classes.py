@@ -119,6 +119,9 @@ def hk_classes(
     K is at most H squared: where K says that the surface bends one way all around while H is within its tolerance,
     the sign of H decides, peak or pit.
 
+    On a coarse mesh 1.5 edges may be much of the radius of a tube, and its inside and outside are averaged with each
+    other; where such a mesh has no noise, a smaller `scale`, or 0, shows more.
+
     References
     ----------
     P. Besl, R. Jain, *Invariant surface characteristics for 3D object recognition in range images*, 1986; H has the
