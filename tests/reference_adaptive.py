@@ -84,6 +84,14 @@ def flattened(places: Array, normal: Array) -> tuple[Array, Array, Array]:
     return flat, z, frame
 
 
+def without(design, ridge, z, least):
+    """x[3] + x[5] of the fit with terms below a degree only."""
+    count = least * (least + 1) // 2
+    some = design[:, :count]
+    x = np.linalg.solve(some.T @ some + np.diag(ridge[:count]), some.T @ z)
+    return x[3] + x[5]
+
+
 def fitted(found, points, directions, radius, degree, priors, noise, slack, lean, beyond):
     """One fit: k1 and k2, normal, d1, expected error, residuals over what is allowed; None with too few points."""
     normal = mean_direction(found, directions, found[0])
@@ -128,8 +136,12 @@ def fitted(found, points, directions, radius, degree, priors, noise, slack, lean
     curved = np.sqrt((k1**2 + k2**2) / 2)
     if len(z) < 6 + kernels.SPARE:
         excess = max(excess, kernels.UNTOLD * curved)
+    hidden = squares / free * (kernels.HARM if degree > 3 else kernels.GENTLE * kernels.HARM) ** 2
+    if degree > 3:  # what H loses when the last even degree and all above are left out, and those above as well
+        hidden += (without(design, ridge, z, degree // 2 * 2) - without(design, ridge, z, degree // 2 * 2 + 1)) ** 2
     allowed = max(3 * doubt, kernels.TOLERATED * curved, 0.5 * beyond * radius, 1e-300)
-    return np.array([k1, k2]) / radius, up, d1 / np.linalg.norm(d1), np.hypot(doubt, excess) / radius, excess / allowed
+    error = np.hypot(doubt, excess) / radius
+    return np.array([k1, k2]) / radius, up, d1 / np.linalg.norm(d1), error, excess / allowed, hidden / radius**2
 
 
 def estimated(rings, points, directions, center, radius, smallest, degree, priors, beyond, noise):
@@ -150,19 +162,20 @@ def estimated(rings, points, directions, center, radius, smallest, degree, prior
         one = fitted(found, points, directions, radius, degree, priors, noise, slack, lean, beyond)
         if one is None:
             break
-        k, n, _d1, error, ratio = one
+        k, n, _d1, error, ratio, hidden = one
         share = rest
         if bends is None:
-            bends, up, square, used = k, n, error**2, radius
+            bends, up, square, used, shown = k, n, error**2, radius, hidden
         else:
             share *= (before / error) ** 4 / (1 + (before / error) ** 4)
             bends, up = (1 - share) * bends + share * k, (1 - share) * up + share * n
+            shown = (1 - share) * shown + share * hidden
             square, used = (1 - share) * square + share * error**2, (1 - share) * used + share * radius
         rest, before = share * min(max(ratio - 1, 0), 1), error
         if rest <= 0 or radius * kernels.SHORTER < smallest:
             break
         radius, slack = radius * kernels.SHORTER, slack * 2
-    return bends, up / np.linalg.norm(up), np.sqrt(square + beyond**2), used
+    return bends, up / np.linalg.norm(up), np.sqrt(square + min(beyond**2, shown)), used
 
 
 def probed(rings, points, directions, center, radius, reach):

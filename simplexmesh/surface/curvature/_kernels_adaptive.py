@@ -20,6 +20,7 @@ from simplexmesh.surface.curvature._kernels_adaptive_jets import (
     gathered,
     influence,
     jit,
+    leaning,
     mean_direction,
     normal_equations,
     seen,
@@ -196,11 +197,11 @@ def adaptive_jets(
 
     Where residuals are too large to be noise, a fit of a shorter radius, down to `smallest`, has its share in the
     answer, all of it where they are far too large. `shape` gets k1, k2; `used` the mean radius; `beyond` is the error
-    expected of higher degrees.
+    expected of higher degrees where the probes were, believed as far as a row's own fits show any.
     """
     for chunk in prange(chunks):
         stamps = np.full(points.shape[0], -1, np.int32)
-        work, here = workspace(), np.zeros(8)
+        work, here = workspace(), np.zeros(9)
         found = work[0]
         for row in range(chunk * centers.shape[0] // chunks, (chunk + 1) * centers.shape[0] // chunks):
             center, radius, degree = centers[row], radii[row], degrees[row]
@@ -216,7 +217,7 @@ def adaptive_jets(
                 degree = HIGHEST
                 count = gathered(offsets, members, points, center, radius, stamps, 4 * row + 1, found)
                 radius = shortened(radius, count)
-            slack, rest, before, wider = 1.0, 1.0, 0.0, 1
+            slack, rest, before, shown, wider = 1.0, 1.0, 0.0, 0.0, 1
             for _step in range(STEPS):
                 told = (radius, degree, sigma, slack, lean, beyond[row])
                 outcome, total, ratio = fitted(
@@ -238,6 +239,7 @@ def adaptive_jets(
                 if reasons[row] == FOUND:
                     better = (before / max(total, 1e-300)) ** 4
                     share *= better / (1.0 + better)
+                shown = (1.0 - share) * shown + share * here[8] / (radius * radius)
                 mixed(row, share, here, radius, total, shape, d1, normals, error, used, reasons)
                 reasons[row] = FOUND
                 rest = share * min(max(ratio - 1.0, 0.0), 1.0)
@@ -247,12 +249,12 @@ def adaptive_jets(
                 radius *= SHORTER
                 slack *= 2.0
             if reasons[row] == FOUND:
-                finished(row, shape, d1, normals, error, beyond)
+                finished(row, shape, d1, normals, error, min(beyond[row] ** 2, shown))
 
 
 @jit
 def fitted(count, center, points, directions, oriented, told, priors, work, here):
-    """Fit one jet to the points found, write k1, k2, d1 and the normal to `here`.
+    """Fit one jet to the points found, write k1, k2, d1, the normal and what may be hidden to `here`.
 
     Returns whether there is one or why not, the expected error of H, and how much larger residuals are than allowed.
     """
@@ -287,21 +289,24 @@ def fitted(count, center, points, directions, oriented, told, priors, work, here
     if kept < SPARE + 6:
         excess = max(excess, UNTOLD * curved)
     doubt = math.sqrt(level * variance)
+    here[8] = hidden(degree, w, y, squares / free)
     allowed = max(3.0 * doubt, TOLERATED * curved, 0.5 * beyond * radius, 1e-300)
     return FOUND, math.sqrt(doubt * doubt + excess * excess) / radius, excess / allowed
 
 
 @jit
-def leaning(found, count, points, center, radius, nx, ny, nz):
-    """Return how far aside the mean of the points found is from the center, in radii: 0.42 on a straight border."""
-    x = y = z = 0.0
-    for k in range(count):
-        j = found[k]
-        x += points[j, 0] - points[center, 0]
-        y += points[j, 1] - points[center, 1]
-        z += points[j, 2] - points[center, 2]
-    height = nx * x + ny * y + nz * z
-    return math.sqrt(max(x * x + y * y + z * z - height * height, 0.0)) / (count * radius)
+def hidden(degree, w, y, square):
+    """Return how wrong H may be by what no degree says, squared, in radii, as far as one fit shows.
+
+    By as much as the last even degree changed it, and by residuals, even if all of them were detail.
+    """
+    last, harm = 0.0, GENTLE * HARM
+    if degree > 3:
+        harm = HARM
+        d = degree // 2 * 2
+        for t in range(d * (d + 1) // 2, (d + 1) * (d + 2) // 2):
+            last += w[t] * y[t]
+    return last * last + harm * harm * max(square, 0.0)
 
 
 @jit
@@ -340,8 +345,8 @@ def mixed(row, share, here, radius, total, shape, d1, normals, error, used, reas
 
 
 @jit
-def finished(row, shape, d1, normals, error, beyond):
-    """Give normal and direction unit length and a right angle; add the error of what no degree says."""
+def finished(row, shape, d1, normals, error, square):
+    """Give normal and direction unit length and a right angle; add what no degree says to the error."""
     length = math.sqrt(normals[row, 0] ** 2 + normals[row, 1] ** 2 + normals[row, 2] ** 2)
     along = 0.0
     for axis in range(3):
@@ -352,7 +357,7 @@ def finished(row, shape, d1, normals, error, beyond):
     length = math.sqrt(d1[row, 0] ** 2 + d1[row, 1] ** 2 + d1[row, 2] ** 2)
     for axis in range(3):
         d1[row, axis] /= length
-    error[row] = math.sqrt(error[row] ** 2 + beyond[row] ** 2)
+    error[row] = math.sqrt(error[row] ** 2 + square)
 
 
 @jit

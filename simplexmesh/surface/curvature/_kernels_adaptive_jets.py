@@ -69,6 +69,19 @@ def shortened(radius, count):
 
 
 @jit
+def leaning(found, count, points, center, radius, nx, ny, nz):
+    """Return how far aside the mean of the points found is from the center, in radii: 0.42 on a straight border."""
+    x = y = z = 0.0
+    for k in range(count):
+        j = found[k]
+        x += points[j, 0] - points[center, 0]
+        y += points[j, 1] - points[center, 1]
+        z += points[j, 2] - points[center, 2]
+    height = nx * x + ny * y + nz * z
+    return math.sqrt(max(x * x + y * y + z * z - height * height, 0.0)) / (count * radius)
+
+
+@jit
 def mean_direction(found, count, directions, center, oriented):
     """Return the unit mean of the directions of the points found that look to the side the center's looks to.
 
