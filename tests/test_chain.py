@@ -187,6 +187,11 @@ class TestDeviation:
         inside = (x > 0) & (y > 0) & (z > 0) & (x / 4 + y + z < 1)
         assert ((sm.deviation(points, wedge).distances < 0) == inside).all()
 
+    def test_reach_goes_as_far_inward(self):
+        found = sm.deviation(np.array([[0, 0, 0.7], [0, 0, 0.95], [0, 0, 1.05], [0, 0, 1.3]]), BALL, reach=0.1)
+        assert np.isnan(found.distances).tolist() == [True, False, False, True]
+        assert found.distances[1:3] == pytest.approx([-0.05, 0.05], abs=0.005)
+
     def test_reach(self):
         found = sm.deviation(np.array([[2.0, 0, 0], [1.1, 0, 0]]), BALL, reach=0.5)
         assert np.isnan(found.distances).tolist() == [True, False]

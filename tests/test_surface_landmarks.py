@@ -70,6 +70,15 @@ class TestRegions:
             found = sm.regions(BALL, labels)
             assert found.classes[found.labels[speck]] == (above[speck] == 4)
 
+    def test_small_ones_that_are_large_enough_together_stay(self):
+        height = BALL.vertices[:, 2]
+        labels = np.where(height > 0.9, 2, np.where(height > 0.77, 1, 0))  # a cap, and a belt around it alone
+        _, belt, cap = sm.regions(BALL, labels, minimum=0).areas
+        assert cap < belt
+        found = sm.regions(BALL, labels, minimum=1.2 * belt)
+        assert found.classes.tolist() == [0, 1]
+        assert found.areas[1] == pytest.approx(cap + belt)
+
     def test_a_small_piece_of_its_own_stays(self):
         n = BALL.n_vertices
         both = sm.TriangleMesh(
@@ -253,6 +262,11 @@ class TestSnapping:
         other = sm.snap_landmark(copy, 5, "peak", radius=size, curvature=curved(copy))
         assert other.vertex == one.vertex
         assert other.moved == pytest.approx(size * one.moved)
+
+    def test_the_window_is_no_more_than_a_third_of_the_radius(self):
+        egg = sm.ellipsoid((3, 2, 1), 10).triangulated("dual")
+        one, other = (sm.snap_landmark(egg, 5, "peak", radius=0.3, curvature=curved(egg), scale=w) for w in (None, 0.1))
+        assert (one.vertex, one.value) == (other.vertex, pytest.approx(other.value))
 
     def test_averages_first_and_takes_the_size_then_as_salient_points_do(self):
         rng = np.random.default_rng(0)
