@@ -105,8 +105,8 @@ class Averages:
 def _solved(mass: Array, time: float, stiffness: csr_matrix, start: Array) -> Array:
     """Solve (M + t L) u = M u_0 by conjugate gradients, preconditioned by the diagonal.
 
-    Products of vectors by `dot`, not `@`: from 10,000 entries on BLAS wakes its threads for each, which on a busy machine
-    takes a hundred times as long as the sum.
+    Products of vectors by `dot`, not `@`: from 10,000 entries on BLAS wakes its threads for each, which on a busy
+    machine takes a hundred times as long as the sum.
     """
     matrix = (diags(mass) + time * stiffness).tocsr()
     right = mass * start
