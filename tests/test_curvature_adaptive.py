@@ -6,6 +6,7 @@ import warnings
 
 import numpy as np
 import pytest
+import pyvista as pv
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.linalg import norm
@@ -196,6 +197,16 @@ class TestBorder:
         mesh, _, rim = half_torus(0.01)
         error = sm.curvature(mesh).error
         assert np.median(error[rim]) > 1.5 * np.median(error[~rim])
+
+
+def test_faces_that_are_exactly_flat_have_an_answer_everywhere():
+    block = pv.Cube(x_length=3.0).triangulate()
+    fine = block.subdivide_adaptive(max_edge_len=block.length / 60).clean()
+    found = sm.curvature((fine.points.astype(float), fine.regular_faces))
+    inside = np.sort(0.5 - np.abs(fine.points / [3.0, 1.0, 1.0]), axis=1)[:, 1] > 0.4  # far from all edges
+    assert inside.sum() > 50
+    assert not found.failed.any()
+    assert np.abs(found.mean[inside]).max() < 1e-6
 
 
 class TestSymmetry:

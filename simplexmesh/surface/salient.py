@@ -185,7 +185,7 @@ def _field(
     if of == "saliency":
         if width <= 0:
             raise ValueError(f"scale must be above 0 for saliency, which compares windows, not {width:g}")
-        field = saliency(samples, curvature=curvature, scales=width * np.array(STEPS))
+        field = saliency(samples, curvature=curvature, scales=[width * step for step in STEPS])
         return field, unevenness(averages, field)
     if of not in ("magnitude", "mean", "curvedness"):
         _check.choice("of", of, ("magnitude", "mean", "curvedness", "saliency"))

@@ -237,8 +237,7 @@ def adaptive_jets(
                 # the part of this fit goes over to the next shorter one as its excess grows, and only if that is better
                 share = rest
                 if reasons[row] == FOUND:
-                    better = (before / max(total, 1e-300)) ** 4
-                    share *= better / (1.0 + better)
+                    share *= 1.0 / (1.0 + (total / before) ** 4) if before > 0.0 else 0.0
                 shown = (1.0 - share) * shown + share * here[8] / (radius * radius)
                 mixed(row, share, here, radius, total, shape, d1, normals, error, used, reasons)
                 reasons[row] = FOUND
