@@ -1005,6 +1005,17 @@ class TestResult:
         assert found.along(-np.pi / 2) == pytest.approx(found.k2)
         assert found.along(np.full(240, np.pi / 4)) == pytest.approx(found.mean)
 
+    def test_oblique_sections_follow_meusnier(self):
+        tube = discretized.uv_cylinder(24, 12, radius=2.0)
+        found = sm.curvature(tube.mesh, "sine", normals=tube.exact.normals)
+        lean = 0.7
+        long, short = 2.0 / np.cos(lean), 2.0  # half axes of the ellipse that a leaning plane cuts out of the tube
+        at_its_long_end = long / short**2
+        assert found.along(0.0, tilt=lean)[tube.inner] == pytest.approx(at_its_long_end, rel=1e-4)
+        assert found.along(0.3, tilt=-lean)[tube.inner] == pytest.approx(found.along(0.3)[tube.inner] / np.cos(lean))
+        with pytest.raises(ValueError, match=r"^tilt must be less than a right angle, not 1.6$"):
+            found.along(0.0, tilt=1.6)
+
     def test_confidence_is_the_share_of_the_curvature_in_what_was_found(self):
         k = np.array([1.0, 1.0, 0.0, 0.0, np.nan])
         error = np.array([0.0, 1.0, 0.0, 2.0, np.nan])

@@ -94,14 +94,26 @@ class Curvature:
             out: Array = np.where(signal + noise > 0, signal / (signal + noise), 1.0)
         return np.where(self.failed, 0.0, out)
 
-    def along(self, angle: ArrayLike) -> Array:
-        """Return the normal curvature of the section at an angle from `d1`: k1 cos^2 + k2 sin^2 (Euler).
+    def along(self, angle: ArrayLike, *, tilt: ArrayLike = 0.0) -> Array:
+        """Return the curvature of the curve that a plane through the vertex cuts out of the surface.
+
+        A plane that holds the normal cuts k1 cos^2 + k2 sin^2 (Euler); one that leans away from the normal cuts that
+        over the cosine of how far it leans (Meusnier): all such circles of curvature lie on one sphere.
 
         Parameters
         ----------
         angle : float or (n,) array of float
-            Radians, counter-clockwise seen from outside.
+            Of the cut from `d1`, radians, counter-clockwise seen from outside.
+        tilt : float or (n,) array of float
+            Between the plane and the normal, radians, less than a right angle.
+
+        Raises
+        ------
+        ValueError
+            A tilt of a right angle or more: that plane touches the surface.
         """
-        turn = np.asarray(angle, float)
-        out: Array = self.k1 * np.cos(turn) ** 2 + self.k2 * np.sin(turn) ** 2
+        turn, lean = np.asarray(angle, float), np.asarray(tilt, float)
+        if (np.abs(lean) >= np.pi / 2).any():
+            raise ValueError(f"tilt must be less than a right angle, not {np.abs(lean).max():g}")
+        out: Array = (self.k1 * np.cos(turn) ** 2 + self.k2 * np.sin(turn) ** 2) / np.cos(lean)
         return out
