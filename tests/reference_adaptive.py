@@ -152,12 +152,12 @@ def estimated(rings, points, directions, center, radius, smallest, degree, prior
     offset = (points[found] - points[center]).mean(axis=0) / radius
     lean = float(np.linalg.norm(offset - (offset @ normal) * normal))
     if lean > kernels.LEANING:
-        radius *= 1 + kernels.REACH * min(lean, 0.5)
+        radius *= 1 + (kernels.REACH if degree > 2 else kernels.FARTHER) * min(lean, 0.5)
         degree = limits.HIGHEST
         found = reached(rings, points, center, radius)
         radius = shortened(found, radius)
     bends = up = None
-    rest, slack, before = 1.0, 1.0, 0.0
+    rest, slack, before = 1.0, kernels.WARY if lean > kernels.LEANING else 1.0, 0.0
     for _ in range(kernels.STEPS):
         one = fitted(found, points, directions, radius, degree, priors, noise, slack, lean, beyond)
         if one is None:

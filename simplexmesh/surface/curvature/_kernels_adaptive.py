@@ -53,8 +53,12 @@ ROUGH = 1.6
 LEANING = 0.2
 """Neighborhoods whose mean is farther from the center, in radii, are one-sided: they lie at a border."""
 
-REACH = 0.6
-"""Such neighborhoods are made larger by this times their lean, for half a ball holds half the points."""
+REACH, FARTHER = 0.6, 1.4
+"""Such neighborhoods are made larger by this times their lean, for half a ball holds half the points; and by so much
+where noise leaves no more than degree 2."""
+
+WARY = 0.65
+"""There priors are narrower by this: what is odd in a polynomial cancels in a whole ball, but puts half a one wrong."""
 
 GENTLE = 0.4
 """Where the degree is at most 3 they do this much of that: most of them is of odd degree."""
@@ -213,11 +217,12 @@ def adaptive_jets(
             nx, ny, nz = mean_direction(found, count, directions, center, oriented)
             lean = leaning(found, count, points, center, radius, nx, ny, nz)
             if lean > LEANING:
-                radius *= 1.0 + REACH * min(lean, 0.5)
+                radius *= 1.0 + (REACH if degree > 2 else FARTHER) * min(lean, 0.5)
                 degree = HIGHEST
                 count = gathered(offsets, members, points, center, radius, stamps, 4 * row + 1, found)
                 radius = shortened(radius, count)
-            slack, rest, before, shown, wider = 1.0, 1.0, 0.0, 0.0, 1
+            slack = WARY if lean > LEANING else 1.0
+            rest, before, shown, wider = 1.0, 0.0, 0.0, 1
             for _step in range(STEPS):
                 told = (radius, degree, sigma, slack, lean, beyond[row])
                 outcome, total, ratio = fitted(
