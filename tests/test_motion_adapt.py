@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 import simplexmesh as sm
+from simplexmesh._kernels_both import PARALLEL_FROM
 from simplexmesh._vec import norm
-from simplexmesh.motion import _kernels
 from simplexmesh.motion.adapt import HIGHEST, LOWEST, adapted_metric
 from tests import reference_motion as reference
 from tests.motion_meshes import (
@@ -196,7 +196,7 @@ def test_threads_that_wait_sleep():
 
 
 def test_large_meshes_take_the_parallel_kernels():
-    assert sm.sphere(18).n_vertices > _kernels.PARALLEL_FROM
+    assert sm.sphere(18).n_vertices > PARALLEL_FROM
     ball = irregular_sphere(frequency=18)
     assert norm(evolved(ball, 20, metric=ball.metric).vertices - ball.vertices).max() < 1e-12
 

@@ -26,7 +26,7 @@ COLORS = (
 )  # fmt: skip
 """One for each class: red outward, blue inward."""
 
-CERTAIN = 1.0
+CERTAIN = 2.0
 """A curvature is taken for zero within so many of its standard deviations."""
 
 
@@ -100,9 +100,9 @@ def hk_classes(
         Width of the window over which H and K are averaged first, in the surface's unit of length; 0 for none. By
         default the smallest of `saliency`'s, 0.6 % of the diagonal or 1.5 edges.
     tolerance_mean, tolerance_gauss : float or (n,) array of float, optional
-        Within which H, in 1 / length, and K, in 1 / length squared, count as zero. By default a standard deviation:
-        the error of H that the method gives, as far as it shows between neighbors, or the unevenness of H from vertex
-        to vertex, less what averaging takes away, and at least 0.3 over the diagonal; that of K follows,
+        Within which H, in 1 / length, and K, in 1 / length squared, count as zero. By default twice a standard
+        deviation: the error of H that the method gives, as far as it shows between neighbors, or the unevenness of H
+        from vertex to vertex, less what averaging takes away, and at least 0.3 over the diagonal; that of K follows,
         dK = sqrt(k1^2 + k2^2) dk + dk^2.
 
     Returns
@@ -142,7 +142,7 @@ def hk_classes(
     mean, gauss = (np.nan_to_num(each) for each in mean_and_gauss(averages, known, width))
     share = left_of_noise(averages, width) if width > 0 else 1.0
     error = share * local_noise(averages, known)
-    error = np.maximum(error, STRAIGHT / averages.diagonal if averages.diagonal > 0 else 0.0)
+    error = np.maximum(error, STRAIGHT / (CERTAIN * averages.diagonal) if averages.diagonal > 0 else 0.0)
     # dk is larger than dH = (dk1 + dk2) / 2 by the root of 2
     bends = np.sqrt(np.maximum(4 * mean**2 - 2 * gauss, 0.0))
     error_gauss = bends * np.sqrt(2.0) * error + 2 * error**2
