@@ -161,6 +161,26 @@ def integer(name: str, value: Any, low: int, high: int | None = None) -> int:
     return out
 
 
+def flag(name: str, value: Any) -> bool:
+    """Return `value` as a bool, or say what it was.
+
+    Raises
+    ------
+    TypeError
+        It is neither true nor false.
+
+    Examples
+    --------
+    >>> flag("weighted", "no")
+    Traceback (most recent call last):
+    ...
+    TypeError: weighted must be true or false, not str 'no'
+    """
+    if not isinstance(value, bool | np.bool_):
+        raise TypeError(f"{name} must be true or false, not {type(value).__name__} {value!r}")
+    return bool(value)
+
+
 def choice(name: str, value: Any, options: Sequence[str]) -> str:
     """Return `value` if it is one of `options`, or list them.
 

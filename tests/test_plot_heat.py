@@ -114,7 +114,12 @@ class TestHeat:
 
     def test_takes_salient_points(self):
         found = sm.salient_points(RING, of=VALUES)
-        sm.plot.heat(RING, VALUES, marks=found).close()
+        balls = [each for each in drawn(sm.plot.heat(RING, VALUES, marks=found)) if "heat" not in each.point_data]
+        at = np.vstack([np.asarray(each.points) for each in balls if each.n_points])
+        assert len(found.points)
+        for point in found.points:  # around each there is a small ball, and nothing is drawn elsewhere
+            assert np.linalg.norm(at - point, axis=1).min() < 0.1
+        assert max(np.linalg.norm(found.points - place, axis=1).min() for place in at) < 0.1
 
     def test_goes_into_a_panel(self):
         plotter = sm.plot.stage(columns=2)
@@ -228,6 +233,10 @@ class TestClasses:
     def test_takes_what_the_functions_return(self):
         curvature = sm.curvature(RING, "sine")
         kinds = sm.hk_classes(RING, curvature=curvature)
-        sm.plot.classes(RING, kinds).close()
-        sm.plot.classes(RING, sm.regions(RING, kinds)).close()
-        sm.plot.classes(RING, kinds, legend=False).close()
+        plotter = sm.plot.classes(RING, kinds)
+        assert sum("entry" in name for name in plotter.actors) == 2 * len(kinds.counts)  # a dot and a name each
+        plotter = sm.plot.classes(RING, sm.regions(RING, kinds))
+        assert max(each.n_cells for each in drawn(plotter)) >= RING.n_faces
+        assert not any("entry" in name for name in plotter.actors)  # regions have numbers, no names
+        plotter = sm.plot.classes(RING, kinds, legend=False)
+        assert not any("entry" in name for name in plotter.actors)

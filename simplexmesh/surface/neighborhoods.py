@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh import _check
-from simplexmesh.surface.flags import flag
+from simplexmesh._check import flag
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]

@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh import _check
+from simplexmesh._check import flag
 from simplexmesh.surface.curvature import _kernels_discrete as kernels
 from simplexmesh.surface.curvature.ringed import ringed
-from simplexmesh.surface.flags import flag
 from simplexmesh.surface.methods import Estimates
 from simplexmesh.surface.neighborhoods import Neighborhoods
 from simplexmesh.surface.samples import Samples

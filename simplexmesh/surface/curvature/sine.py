@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from simplexmesh._check import flag
 from simplexmesh.surface.curvature import _kernels_sine as kernels
-from simplexmesh.surface.flags import flag
 from simplexmesh.surface.methods import Estimates
 from simplexmesh.surface.neighborhoods import Neighborhoods
 from simplexmesh.surface.samples import Samples

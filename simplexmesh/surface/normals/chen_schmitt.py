@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from simplexmesh.surface.flags import flag
+from simplexmesh._check import flag
 from simplexmesh.surface.methods import Normals
 from simplexmesh.surface.neighborhoods import Neighborhoods
 from simplexmesh.surface.normals import _kernels_chen_schmitt as kernels
