@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from scipy.sparse.csgraph import connected_components
+from scipy.spatial.transform import Rotation
 
 
 def persistence(neighbors, values):
@@ -36,3 +37,22 @@ def gaussian_mean(points, areas, values, sigma):
     away = ((points[:, None] - points[None]) ** 2).sum(axis=2)
     weights = np.exp(-away / (2 * sigma**2)) * areas
     return weights @ values / weights.sum(axis=1)
+
+
+def turning_mean(averages, normals, d1, half, sigma):
+    """Two implicit steps of heat for what has directions, each brought to its neighbor's plane by a rotation."""
+    areas, links = averages.areas, averages.links
+    n = len(areas)
+    weights = averages._system[1].toarray()
+    turning = np.zeros((n, n), complex)
+    for i, j in zip(*links, strict=True):
+        axis = np.cross(normals[j], normals[i])
+        sine = np.linalg.norm(axis)
+        angle = np.arctan2(sine, normals[j] @ normals[i])
+        brought = Rotation.from_rotvec(axis / max(sine, 1e-300) * angle).apply(d1[j].copy())
+        beside = np.cross(normals[i], d1[i])
+        turning[i, j] = weights[i, j] * np.exp(2j * np.arctan2(brought @ beside, brought @ d1[i]))
+    out = half.astype(complex)
+    for _ in range(2):
+        out = np.linalg.solve(np.diag(areas) + 0.25 * sigma**2 * turning, areas * out)
+    return out

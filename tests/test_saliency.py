@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -11,11 +13,14 @@ import simplexmesh as sm
 from simplexmesh.surface import classes as hk
 from simplexmesh.surface._kernels_maxima import watersheds
 from simplexmesh.surface.averages import Averages
+from simplexmesh.surface.bends import averaged, settled, swings
 from simplexmesh.surface.neighborhoods import Neighborhoods
 from simplexmesh.surface.saliency import measured, standing_out
 from simplexmesh.surface.samples import Samples, as_samples
-from simplexmesh.surface.scales import mean_and_gauss, unevenness
-from tests.reference_saliency import gaussian_mean, persistence
+from simplexmesh.surface.scales import smallest_scale, unevenness
+from simplexmesh.surface.truth.discretized import torus, uv_cylinder
+from simplexmesh.surface.truth.noise import noisy
+from tests.reference_saliency import gaussian_mean, persistence, turning_mean
 
 BUMPS = np.array([[0, 0, 1.0], [1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -0.6, -0.8]])
 HEIGHTS = np.array([0.16, 0.13, 0.10, 0.07, 0.04])
@@ -401,7 +406,7 @@ class TestClasses:
         averages = Averages(as_samples(ring))
         out = np.hypot(ring.vertices[:, 0], ring.vertices[:, 1])
         truth = (1 - 1 / out) / 0.35**2
-        _, gauss = mean_and_gauss(averages, curvature, 0.1)
+        gauss = averaged(averages, curvature, 0.1).gauss
         off = np.abs(gauss - truth).mean(), np.abs(averages.over(curvature.gauss, 0.1) - truth).mean()
         assert off[0] < 0.35 < 2 < off[1]
         inner = sm.hk_classes(ring, curvature=curvature, scale=0.1).labels[out < 0.72]
@@ -419,12 +424,34 @@ class TestClasses:
             return sm.hk_classes(mesh, curvature=told, scale=0).tolerance_mean
 
         floor = 0.3 / Averages(as_samples(mesh)).diagonal
-        assert tolerance(rough, 0.5) == pytest.approx(2 * 0.5)
-        assert np.median(tolerance(rough, 50.0)) == pytest.approx(
-            2 * 3.0, rel=0.25
-        )  # three times what neighbors differ
+        assert tolerance(rough, 0.5) == pytest.approx(hk.CERTAIN * 0.5)
+        shown = 3.0  # three times what neighbors differ
+        assert np.median(tolerance(rough, 50.0)) == pytest.approx(hk.CERTAIN * shown, rel=0.25)
         assert tolerance(np.ones(mesh.n_vertices), 50.0) == pytest.approx(floor, rel=1e-3)
         assert sm.hk_classes(mesh, curvature=plain, scale=0).counts == {"peak": mesh.n_vertices}
+
+    def test_a_coarse_clean_mesh_shows_its_saddles(self):
+        """The window of 1.5 edges is three quarters of the tube's radius: averaged, a quarter of K is left."""
+        made = torus(40, 14, irregular=True, rng=0)
+        found = sm.hk_classes(made.mesh)
+        expected = np.where(made.exact.gauss > 0, hk.PEAK, hk.SADDLE_RIDGE)
+        clear = np.abs(made.exact.gauss) > 0.4
+        assert (found.labels == expected)[clear].mean() > 0.95
+        assert (found.labels == expected)[np.abs(made.exact.gauss) > 1].all()
+
+    @pytest.mark.parametrize("noise", [0.0, 0.1, 0.2])
+    def test_a_thin_tube_is_a_ridge_with_noise_and_without(self, noise):
+        tube = noisy(uv_cylinder(48, 168, 0.5, 10.0).mesh, noise, rng=1)
+        middle = np.abs(tube.vertices[:, 2] - tube.vertices[:, 2].mean()) < 4.5
+        found = sm.hk_classes(tube)
+        assert (found.labels == hk.RIDGE)[middle].mean() > 0.95
+
+    def test_what_is_no_zero_alone_is_not_asked_for_in_the_window(self):
+        one = tuple(np.array(each) for each in ([3.0, 0.1, 0.1], [5.0, 5.0, 0.1], [1.0, 1, 1], [2.0, 2, 2]))
+        other = tuple(np.array(each) for each in ([-9.0, -9, 0.0], [-9.0, -9, 0.2], [4.0, 4, 4], [6.0, 6, 6]))
+        assert [each.tolist() for each in hk._first_certain([one, other])] == [
+            [3.0, -9, 0], [5.0, 5, 0.2], [1.0, 4, 4], [2.0, 2, 6],
+        ]  # fmt: skip
 
     @pytest.mark.filterwarnings("ignore::simplexmesh.SimplexMeshWarning")
     def test_failed_vertices_are_unknown(self):
@@ -433,6 +460,74 @@ class TestClasses:
         assert found.labels[-1] == hk.UNKNOWN
         assert found.counts["unknown"] == 1
         assert repr(found).startswith("HKClasses(unknown 1, peak")
+
+
+class TestBends:
+    def test_averages_with_directions_are_those_of_the_definition(self):
+        mesh = sm.ellipsoid((3, 2, 1), 4).triangulated("dual")
+        found = curved(mesh)
+        averages = Averages(as_samples(mesh))
+        expected = turning_mean(averages, found.normals, found.d1, (found.k1 - found.k2) / 2, 0.6)
+        assert swings(averages, found, found.d1, 0.6) == pytest.approx(expected, abs=1e-4)
+
+    @given(st.integers(0, 10**6))
+    def test_signs_of_directions_do_not_matter_nor_does_the_place(self, seed):
+        mesh = ball(6)
+        mesh = sm.TriangleMesh(mesh.vertices * [1.0, 0.8, 0.5], mesh.faces)
+        found, turn = curved(mesh), turned(seed)
+        sign = np.random.default_rng(seed).choice([-1.0, 1.0], (mesh.n_vertices, 1))
+        other = replace(found, normals=found.normals @ turn.T, d1=sign * found.d1 @ turn.T)
+        averages = Averages(as_samples(mesh))
+        moved = Averages(as_samples(sm.TriangleMesh(mesh.vertices @ turn.T, mesh.faces)))
+        assert swings(moved, other, other.d1, 0.3) == pytest.approx(swings(averages, found, found.d1, 0.3), abs=1e-4)
+
+    def test_what_turns_with_the_surface_is_not_lost(self):
+        """Around a tube k1 is the same everywhere, and d1 goes round with it."""
+        ring = torus(200, 40, radius=5.0, tube_radius=1.0)
+        c = sm.curvature(ring.mesh)
+        averages = Averages(as_samples(ring.mesh))
+        half = averages.over((c.k1 - c.k2) / 2, 0.5)
+        assert np.abs(swings(averages, c, c.d1, 0.5)) == pytest.approx(half, rel=0.03)
+        _, gauss, _ = averaged(averages, c, 0.5)
+        assert gauss == pytest.approx(averages.over(c.gauss, 0.5), abs=0.03)
+
+    def test_clean_values_stay_and_noisy_ones_go_to_their_means(self):
+        made = torus(40, 14, irregular=True, rng=0)
+        averages = Averages(as_samples(made.mesh))
+        (mean, gauss, _), (whole, whole_gauss, _) = settled(averages, sm.curvature(made.mesh))
+        assert rms(mean - made.exact.mean) < 0.4 * rms(whole - made.exact.mean)
+        assert rms(gauss - made.exact.gauss) < 0.4 * rms(whole_gauss - made.exact.gauss)
+        rough = noisy(ball(16), 0.1, rng=0)
+        averages, c = Averages(as_samples(rough)), sm.curvature(rough)
+        (mean, gauss, error), (whole, _, left) = settled(averages, c)
+        assert rms(mean - whole) < 0.1 * rms(c.mean - whole)
+        assert rms(gauss - 1) < 0.7 * rms(c.gauss - 1)
+        assert left.mean() <= error.mean() < 0.8 * c.error.mean()
+
+    def test_methods_without_directions_or_errors_are_averaged(self):
+        mesh = ball(8)
+        for found in (sm.curvature(mesh, "discrete"), curved(mesh)):
+            averages = Averages(as_samples(mesh))
+            one, other = settled(averages, found)
+            assert one is other
+            assert one.mean == pytest.approx(averages.over(found.mean, smallest_scale(averages)))
+
+    def test_neighbors_without_an_estimate_take_no_part(self):
+        ring = torus(100, 20, radius=5.0, tube_radius=1.0)
+        found = sm.curvature(ring.mesh)
+        hidden = np.arange(len(found.k1)) % 7 == 0
+        kept = {name: np.where(hidden, np.nan, getattr(found, name)) for name in ("k1", "k2", "mean", "gauss")}
+        kept |= {name: np.where(hidden[:, None], np.nan, getattr(found, name)) for name in ("normals", "d1")}
+        averages = Averages(as_samples(ring.mesh))
+        mean, gauss, _ = averaged(averages, replace(found, failed=hidden, **kept), 0.5)
+        whole, whole_gauss, _ = averaged(averages, found, 0.5)
+        assert np.isnan(mean).tolist() == np.isnan(gauss).tolist() == hidden.tolist()
+        assert mean[~hidden] == pytest.approx(whole[~hidden], abs=0.02)
+        assert gauss[~hidden] == pytest.approx(whole_gauss[~hidden], abs=0.02)
+
+
+def rms(values):
+    return float(np.sqrt((values**2).mean()))
 
 
 def test_unevenness_is_the_noise_of_a_field():

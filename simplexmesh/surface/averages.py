@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,9 @@ Array = NDArray[np.float64]
 
 TOLERANCE = 1e-5
 """Residual at which the solver stops, as a share of the right-hand side."""
+
+STEPS = 2
+"""Implicit steps to the first window."""
 
 MOST_STEPS = 2000
 UNKNOWN = 1e-9
@@ -70,7 +74,13 @@ class Averages:
             return _of_triangles(self.samples.points, self.samples.faces)
         return _of_links(self.samples)
 
-    def over(self, values: Array, sigma: float, *, steps: int = 2) -> Array:
+    @property
+    def links(self) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+        """Rows and columns of the Laplacian's entries: between which vertices what is averaged goes, and from each."""
+        entries = self._system[1].tocoo()
+        return entries.row, entries.col
+
+    def over(self, values: Array, sigma: float, *, steps: int = STEPS) -> Array:
         """Return means over windows of the width sigma; NaN are no values, and are filled in from around.
 
         Parameters
@@ -83,14 +93,13 @@ class Averages:
         """
         return self.at_scales(values, [sigma], first=steps)[0]
 
-    def at_scales(self, values: Array, scales: list[float], *, first: int = 2) -> list[Array]:
+    def at_scales(self, values: Array, scales: list[float], *, first: int = STEPS) -> list[Array]:
         """Return means over windows of rising widths, each made from the one before."""
         known = np.isfinite(values)
         start = np.where(known, values, float(values[known].mean()) if known.any() else 0.0)
         areas, stiffness = self._system
         found: list[Array] = []
-        mass, done = np.where(known, areas, UNKNOWN * areas), 0.0
-        mass = np.where(mass > 0, mass, UNKNOWN * float(areas.max(initial=1.0) or 1.0))
+        mass, done = self._masses(known), 0.0
         for scale in scales:
             time = 0.5 * (scale**2 - done)
             for _ in range(first if not found else 1):
@@ -101,32 +110,62 @@ class Averages:
             done = scale**2
         return found
 
+    def over_turning(self, values: Array, turns: NDArray[np.complex128], sigma: float) -> NDArray[np.complex128]:
+        """Return means of what has a direction in tangent planes, as complex numbers in each vertex's own frame.
 
-def _solved(mass: Array, time: float, stiffness: csr_matrix, start: Array) -> Array:
-    """Solve (M + t L) u = M u_0 by conjugate gradients, preconditioned by the diagonal.
+        Parameters
+        ----------
+        values : (n,) array of float or complex
+            NaN for none.
+        turns : (m,) array of complex
+            For each of `links`, by what a number in the frame of its column is multiplied to be one in that of its row.
+        sigma : float
+            Standard deviation of the window, in the unit of the points.
+        """
+        known = np.isfinite(values)
+        out = np.where(known, values, 0.0).astype(complex)
+        stiffness = self._system[1].tocoo()
+        turning = csr_matrix((stiffness.data * turns, (stiffness.row, stiffness.col)), stiffness.shape)
+        for _ in range(STEPS):
+            out = _solved(self._masses(known), 0.5 * sigma**2 / STEPS, turning, out)
+        return out
+
+    def _masses(self, known: NDArray[np.bool_]) -> Array:
+        """Return what each vertex weighs: its area, or hardly anything."""
+        areas = self._system[0]
+        mass = np.where(known, areas, UNKNOWN * areas)
+        return np.where(mass > 0, mass, UNKNOWN * float(areas.max(initial=1.0) or 1.0))
+
+
+def _solved(mass: Array, time: float, stiffness: csr_matrix, start: Any) -> Any:
+    """Solve (M + t L) u = M u_0, real or complex, by conjugate gradients, preconditioned by the diagonal.
 
     Products of vectors by `dot`, not `@`: from 10,000 entries on BLAS wakes its threads for each, which on a busy
     machine takes a hundred times as long as the sum.
     """
     matrix = (diags(mass) + time * stiffness).tocsr()
     right = mass * start
-    inverse = 1 / matrix.diagonal()
+    inverse = 1 / matrix.diagonal().real
     u = start.copy()
     residual = right - matrix @ u
     z = inverse * residual
-    direction, product = z.copy(), float(dot(residual, z))
-    goal = TOLERANCE**2 * float(dot(right, inverse * right))
+    direction, product = z.copy(), _product(residual, z)
+    goal = TOLERANCE**2 * _product(right, inverse * right)
     for _ in range(MOST_STEPS):
         if product <= goal:
             break
         turned = matrix @ direction
-        step = product / float(dot(direction, turned))
+        step = product / _product(direction, turned)
         u += step * direction
         residual -= step * turned
         z = inverse * residual
-        product, before = float(dot(residual, z)), product
+        product, before = _product(residual, z), product
         direction = z + (product / before) * direction
     return u
+
+
+def _product(a: Any, b: Any) -> float:
+    return float(dot(a.conj(), b).real)
 
 
 def _of_triangles(points: Array, faces: NDArray[np.int64]) -> tuple[Array, csr_matrix]:

@@ -10,9 +10,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh import _check
 from simplexmesh.surface.averages import Averages
+from simplexmesh.surface.bends import Bends, averaged, settled
 from simplexmesh.surface.curvature.result import Curvature
 from simplexmesh.surface.samples import as_samples
-from simplexmesh.surface.scales import known_curvature, left_of_noise, local_noise, mean_and_gauss, smallest_scale
+from simplexmesh.surface.scales import known_curvature
 
 Array = NDArray[np.float64]
 
@@ -26,7 +27,7 @@ COLORS = (
 )  # fmt: skip
 """One for each class: red outward, blue inward."""
 
-CERTAIN = 2.0
+CERTAIN = 1.5
 """A curvature is taken for zero within so many of its standard deviations."""
 
 
@@ -98,10 +99,12 @@ def hk_classes(
         Of the surface, when already known; otherwise it is measured.
     scale : float, optional
         Width of the window over which H and K are averaged first, in the surface's unit of length; 0 for none. By
-        default the smallest of `saliency`'s, 0.6 % of the diagonal or 1.5 edges.
+        default each vertex is averaged over the smallest window of `saliency`'s, 0.6 % of the diagonal or 1.5 edges,
+        as far as the error that the method tells asks for: not at all on clean meshes, wholly on noisy ones. What is
+        zero then is looked at again in the whole window.
     tolerance_mean, tolerance_gauss : float or (n,) array of float, optional
-        Within which H, in 1 / length, and K, in 1 / length squared, count as zero. By default twice a standard
-        deviation: the error of H that the method gives, as far as it shows between neighbors, or the unevenness of H
+        Within which H, in 1 / length, and K, in 1 / length squared, count as zero. By default one and a half standard
+        deviations: the error of H that the method gives, as far as it shows between neighbors, or the unevenness of H
         from vertex to vertex, less what averaging takes away, and at least 0.3 over the diagonal; that of K follows,
         dK = sqrt(k1^2 + k2^2) dk + dk^2.
 
@@ -119,9 +122,6 @@ def hk_classes(
     K is at most H squared: where K says that the surface bends one way all around while H is within its tolerance,
     the sign of H decides, peak or pit.
 
-    On a coarse mesh 1.5 edges may be much of the radius of a tube, and its inside and outside are averaged with each
-    other; where such a mesh has no noise, a smaller `scale`, or 0, shows more.
-
     References
     ----------
     P. Besl, R. Jain, *Invariant surface characteristics for 3D object recognition in range images*, 1986; H has the
@@ -138,22 +138,44 @@ def hk_classes(
     samples = as_samples(surface)
     averages = Averages(samples)
     known = known_curvature(samples, curvature)
-    width = smallest_scale(averages) if scale is None else _check.number("scale", scale, 0.0)
-    mean, gauss = (np.nan_to_num(each) for each in mean_and_gauss(averages, known, width))
-    share = left_of_noise(averages, width) if width > 0 else 1.0
-    error = share * local_noise(averages, known)
-    error = np.maximum(error, STRAIGHT / (CERTAIN * averages.diagonal) if averages.diagonal > 0 else 0.0)
-    # dk is larger than dH = (dk1 + dk2) / 2 by the root of 2
-    bends = np.sqrt(np.maximum(4 * mean**2 - 2 * gauss, 0.0))
-    error_gauss = bends * np.sqrt(2.0) * error + 2 * error**2
-    near = _tolerance("tolerance_mean", tolerance_mean, CERTAIN * error, mean)
-    near_gauss = _tolerance("tolerance_gauss", tolerance_gauss, CERTAIN * error_gauss, mean)
+    opinions: tuple[Bends, ...]
+    if scale is None:
+        opinions = settled(averages, known)
+    else:
+        opinions = (averaged(averages, known, _check.number("scale", scale, 0.0)),)
+    least = STRAIGHT / averages.diagonal if averages.diagonal > 0 else 0.0
+    mean, gauss, near, near_gauss = _first_certain(
+        [_judged(each, least, tolerance_mean, tolerance_gauss) for each in opinions]
+    )
     labels = np.where(known.failed, UNKNOWN, signs(mean, gauss, near, near_gauss))
     return HKClasses(
         _check.frozen(labels, np.int8),
         _check.frozen(near),
         _check.frozen(np.where(np.isfinite(near_gauss), near_gauss, 0)),
     )
+
+
+def _judged(
+    found: Bends, least: float, tolerance_mean: float | ArrayLike | None, tolerance_gauss: float | ArrayLike | None
+) -> tuple[Array, Array, Array, Array]:
+    """Return H and K, and within which they count as zero."""
+    mean, gauss, error = (np.nan_to_num(each) for each in found)
+    error = np.maximum(error, least / CERTAIN)
+    # dk is larger than dH = (dk1 + dk2) / 2 by the root of 2
+    bent = np.sqrt(np.maximum(4 * mean**2 - 2 * gauss, 0.0))
+    error_gauss = bent * np.sqrt(2.0) * error + 2 * error**2
+    near = _tolerance("tolerance_mean", tolerance_mean, CERTAIN * error, mean)
+    return mean, gauss, near, _tolerance("tolerance_gauss", tolerance_gauss, CERTAIN * error_gauss, mean)
+
+
+def _first_certain(opinions: list[tuple[Array, Array, Array, Array]]) -> tuple[Array, Array, Array, Array]:
+    """Return of H, and of K, what the first says that is no zero, else what the last does."""
+    mean, gauss, near, near_gauss = opinions[-1]
+    for h, k, within, within_gauss in reversed(opinions[:-1]):
+        sure, sure_gauss = np.abs(h) > within, np.abs(k) > within_gauss
+        mean, near = np.where(sure, h, mean), np.where(sure, within, near)
+        gauss, near_gauss = np.where(sure_gauss, k, gauss), np.where(sure_gauss, within_gauss, near_gauss)
+    return mean, gauss, near, near_gauss
 
 
 def signs(mean: Array, gauss: Array, near: Array, near_gauss: Array) -> NDArray[np.int64]:

@@ -11,12 +11,16 @@ from numpy.typing import ArrayLike, NDArray
 from simplexmesh import _check
 from simplexmesh._vec import norm
 from simplexmesh.surface.averages import Averages
+from simplexmesh.surface.bends import averaged, settled
 from simplexmesh.surface.curvature.result import Curvature
 from simplexmesh.surface.samples import Samples, as_samples
-from simplexmesh.surface.scales import known_curvature, known_or_not, mean_and_gauss, smallest_scale
+from simplexmesh.surface.scales import known_curvature, known_or_not, smallest_scale
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
+
+LONG = 5.0
+"""Lines shorter than so many windows are left out, where nothing else is asked for."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -115,7 +119,7 @@ def inversion_lines(
         Of the surface, when already known; otherwise it is measured.
     scale : float, optional
         Width of the window over which it is averaged first, in the surface's unit of length; 0 for none. By default
-        the smallest of `saliency`'s.
+        as `hk_classes`.
     minimum : float, optional
         Leave out lines shorter than this; by default 5 windows.
 
@@ -141,9 +145,11 @@ def inversion_lines(
     known = known_curvature(samples, curvature)
     _check.choice("of", of, ("mean", "gauss"))
     averages = Averages(samples)
-    width = smallest_scale(averages) if scale is None else _check.number("scale", scale, 0.0)
-    mean, gauss = mean_and_gauss(averages, known, width)
-    return level_lines(samples, mean if of == "mean" else gauss, minimum=5 * width if minimum is None else minimum)
+    width = None if scale is None else _check.number("scale", scale, 0.0)
+    found = settled(averages, known)[0] if width is None else averaged(averages, known, width)
+    if minimum is None:
+        minimum = LONG * (smallest_scale(averages) if width is None else width)
+    return level_lines(samples, found.mean if of == "mean" else found.gauss, minimum=minimum)
 
 
 def _with_faces(surface: Any) -> Samples:

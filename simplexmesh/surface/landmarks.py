@@ -13,9 +13,10 @@ from scipy.sparse.csgraph import dijkstra
 from simplexmesh import _check
 from simplexmesh._vec import norm
 from simplexmesh.surface.averages import Averages
+from simplexmesh.surface.bends import averaged
 from simplexmesh.surface.curvature.result import Curvature
 from simplexmesh.surface.samples import Samples, as_samples
-from simplexmesh.surface.scales import known_curvature, known_or_not, mean_and_gauss, smallest_scale
+from simplexmesh.surface.scales import known_curvature, known_or_not, smallest_scale
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -151,8 +152,14 @@ def _field(
     _check.choice("criterion", criterion, CRITERIA)
     known = known_curvature(samples, curvature)
     if criterion in ("magnitude", "saddle"):
-        mean, gauss = mean_and_gauss(averages, known, width)
-        return np.abs(mean) if criterion == "magnitude" else -gauss
-    bends = {"peak": known.k2, "pit": -known.k1, "ridge": known.k1, "valley": -known.k2, "curvedness": known.curvedness}
-    field = bends[criterion]
+        found = averaged(averages, known, width)
+        return np.abs(found.mean) if criterion == "magnitude" else -found.gauss
+    fields = {
+        "peak": known.k2,
+        "pit": -known.k1,
+        "ridge": known.k1,
+        "valley": -known.k2,
+        "curvedness": known.curvedness,
+    }
+    field = fields[criterion]
     return np.where(np.isfinite(field), averages.over(field, width), np.nan) if width > 0 else field

@@ -86,29 +86,6 @@ def known_curvature(samples: Samples, given: Any) -> Curvature:
     return given
 
 
-def mean_and_gauss(averages: Averages, known: Curvature, width: float) -> tuple[Array, Array]:
-    """Return H and K averaged over windows of a width, (n,) each; NaN where curvature is not known.
-
-    Means of products keep the noise's square: K is taken from the mean of the curvature tensors k1 d1 d1' + k2 d2 d2',
-    whose noise averages out, as the determinant of its part in the tangent plane; from methods without directions, its
-    own mean.
-    """
-    if width <= 0:
-        return known.mean, known.gauss
-    hidden = np.where(known.failed, np.nan, 0.0)
-    mean = averages.over(known.mean, width) + hidden
-    if known.d1 is None or known.d2 is None:
-        return mean, averages.over(known.gauss, width) + hidden
-    a, b, c, d, e, f = (
-        averages.over(known.k1 * known.d1[:, i] * known.d1[:, j] + known.k2 * known.d2[:, i] * known.d2[:, j], width)
-        for i, j in ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
-    )
-    x, y, z = known.normals.T
-    gauss = (b * c - d * d) * x * x + (a * c - e * e) * y * y + (a * b - f * f) * z * z
-    gauss += 2 * ((e * f - a * d) * y * z + (d * f - b * e) * x * z + (d * e - c * f) * x * y)
-    return mean, gauss
-
-
 def unevenness(averages: Averages, values: Array) -> float:
     """Return the standard deviation of what a field has on top of its mean over the nearest vertices: its noise.
 
