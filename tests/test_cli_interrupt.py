@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
+import ctypes
 import os
 import signal
 import threading
+import time
 
 import pytest
 
+from simplexmesh.cli import interrupt
 from simplexmesh.cli.interrupt import held_interrupts
+
+
+def work(steps):
+    for _ in range(steps):
+        time.sleep(0.01)
 
 
 def test_one_is_noted_and_stops_the_next_report():
@@ -45,3 +53,36 @@ def test_other_threads_leave_signals_alone():
     thread.start()
     thread.join()
     assert seen == [(False, True)]
+
+
+def test_one_that_has_to_wait_is_told_that_it_was_heard(monkeypatch, capsys):
+    monkeypatch.setattr(interrupt, "PATIENCE", 0.01)
+    with held_interrupts() as interrupts:
+        os.kill(os.getpid(), signal.SIGINT)
+        interrupts._waiting.join(5)
+        assert capsys.readouterr().err == interrupt.HEARD
+
+
+def test_one_that_is_answered_at_once_is_not(monkeypatch, capsys):
+    monkeypatch.setattr(interrupt, "PATIENCE", 60.0)
+    with held_interrupts() as interrupts:
+        os.kill(os.getpid(), signal.SIGINT)
+        with pytest.raises(KeyboardInterrupt):
+            interrupts.check()
+    interrupts._waiting.join(5)
+    assert not interrupts._waiting.is_alive()
+    assert capsys.readouterr().err == ""
+
+
+def test_a_second_one_that_meets_a_callback_of_c_still_breaks_off(capsys):
+    def meeting(_first, _second):
+        os.kill(os.getpid(), signal.SIGINT)
+        return 0
+
+    kind = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.POINTER(ctypes.c_int), ctypes.POINTER(ctypes.c_int))
+    with held_interrupts():
+        os.kill(os.getpid(), signal.SIGINT)
+        ctypes.CDLL(None).qsort((ctypes.c_int * 2)(2, 1), 2, ctypes.sizeof(ctypes.c_int), kind(meeting))
+        with pytest.raises(KeyboardInterrupt):
+            work(500)
+    assert capsys.readouterr().err == ""

@@ -7,6 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
+from simplexmesh.cli.interrupt import held_interrupts
 from simplexmesh.cli.report import as_json, mesh_numbers, table
 
 EXAMPLE = "Example: simplexmesh info head.vtp"
@@ -19,9 +20,13 @@ def command(
     ] = False,
 ) -> None:
     """Say what a file holds: kind, size, range, extent; for a model also its topology, geometry and flaws."""
-    from simplexmesh.data.reading import read
+    with held_interrupts() as interrupts:  # breaking off an import of VTK ends the process in its own way
+        from simplexmesh.data.reading import read
 
-    found = [{"file": str(path)} | described(read(path)) for path in inputs]
+        found = []
+        for path in inputs:
+            found.append({"file": str(path)} | described(read(path)))
+            interrupts.check()
     if json:
         as_json(found[0] if len(found) == 1 else {"files": found})
         return

@@ -3,11 +3,20 @@
 from __future__ import annotations
 
 import signal
+import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 Report = Callable[[float, str], None]
+
+PATIENCE = 1.0
+"""Seconds after which somebody who pressed Ctrl-C is told that it was heard."""
+
+AGAIN = 0.02
+"""Seconds until an interrupt that met code which cannot be broken off is tried again."""
+
+HEARD = "note: stopping as soon as it can; Ctrl-C once more breaks off at once\n"
 
 
 class Interrupts:
@@ -15,6 +24,14 @@ class Interrupts:
 
     def __init__(self) -> None:
         self.asked = False
+        self._waiting: threading.Timer | None = None
+
+    def heard(self) -> None:
+        """Note that Ctrl-C was pressed, and say so if the work goes on for long: kernels that compile take a minute."""
+        self.asked = True
+        self._waiting = threading.Timer(PATIENCE, lambda: sys.stderr.write(HEARD))
+        self._waiting.daemon = True
+        self._waiting.start()
 
     def check(self) -> None:
         """Stop here if Ctrl-C was pressed, once.
@@ -25,7 +42,13 @@ class Interrupts:
         """
         if self.asked:
             self.asked = False
+            self.settle()
             raise KeyboardInterrupt
+
+    def settle(self) -> None:
+        """Say no more: the work has stopped."""
+        if self._waiting is not None:
+            self._waiting.cancel()
 
     def watching(self, report: Report) -> Report:
         """Return the report, which also stops the work at its next call after Ctrl-C."""
@@ -51,10 +74,19 @@ def held_interrupts() -> Iterator[Interrupts]:
     def noted(number: int, frame: object) -> None:
         if interrupts.asked:
             raise KeyboardInterrupt
-        interrupts.asked = True
+        interrupts.heard()
 
-    before = signal.signal(signal.SIGINT, noted)
+    def swallowed(lost: sys.UnraisableHookArgs) -> None:
+        if lost.exc_type is KeyboardInterrupt:  # it met a callback of the compiler, where it leads nowhere
+            threading.Timer(AGAIN, signal.raise_signal, [signal.SIGINT]).start()
+        else:
+            told(lost)
+
+    before, told = signal.signal(signal.SIGINT, noted), sys.unraisablehook
+    sys.unraisablehook = swallowed
     try:
         yield interrupts
     finally:
+        interrupts.settle()
+        sys.unraisablehook = told
         signal.signal(signal.SIGINT, before)

@@ -118,10 +118,14 @@ def progress(title: str, *, wanted: bool = True) -> Iterator[Callable[[float, st
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
+    from simplexmesh.motion.progress import moving
+
     columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:>3.0f} %"))
-    with Progress(*columns, TimeElapsedColumn(), console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(title, total=1.0)
-        yield lambda fraction, message: bar.update(task, completed=fraction, description=f"{title}: {message}")
+    with (
+        Progress(*columns, TimeElapsedColumn(), console=Console(stderr=True), transient=True) as bar,
+        moving(bar, title, f"{title}: ") as moved,
+    ):
+        yield moved
 
 
 def writable(path: Path, option: str, endings: tuple[str, ...], inputs: list[Path] | None = None) -> Path:

@@ -7,6 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
+from simplexmesh.cli.interrupt import held_interrupts
 from simplexmesh.cli.report import PICTURES, direction, note, unused, upward, writable, written_to
 
 EXAMPLE = "Example: simplexmesh view head.vtp --scalars mean_curvature"
@@ -32,26 +33,28 @@ def command(
         picture = writable(picture, "--picture", PICTURES, [path, *([data] if data else [])])
     camera, upwards = direction(side), upward(up, side)
 
-    from simplexmesh import plot
-    from simplexmesh.data.convert import as_data
+    with held_interrupts() as interrupts:
+        from simplexmesh import plot
+        from simplexmesh.data.convert import as_data
 
-    shown: Any = as_data(path)
-    if data is None:
-        plotter = plot.surface(
-            shown, scalars=scalars, level=level, label=label, title=path.name, unit=unit, view=camera, up=upwards
-        )
-    else:
-        plotter = plot.beside(
-            as_data(data), shown, scalars=scalars, level=level, label=label, unit=unit, view=camera, up=upwards
-        )
-    if picture is None and plot.has_display():
+        shown: Any = as_data(path)
+        options: dict[str, Any] = {
+            "scalars": scalars, "level": level, "label": label, "unit": unit, "view": camera, "up": upwards
+        }  # fmt: skip
+        if data is None:
+            plotter = plot.surface(shown, title=path.name, **options)
+        else:
+            plotter = plot.beside(as_data(data), shown, **options)
+        interrupts.check()
+        windowless = picture is None and not plot.has_display()
+        if windowless:
+            picture = writable(unused(Path(), f"{path.name}.png"), "the picture", PICTURES)
+        if picture is not None:
+            with written_to(picture, "the picture"):
+                plot.picture(picture, plotter)
+    if picture is None:
         plotter.show(title=f"simplexmesh: {path.name}")
         return
-    windowless = picture is None
-    if picture is None:
-        picture = writable(unused(Path(), f"{path.name}.png"), "the picture", PICTURES)
-    with written_to(picture, "the picture"):
-        plot.picture(picture, plotter)
     if windowless:
         note(f"there is no display to open a window on; the picture is in {picture}")
     typer.echo(picture)

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import Any
+
+COMPILING = "compiling, this first time"
 
 Report = Callable[[float, str], None]
 """Called with the share done (0 to 1) and what is being done."""
@@ -28,8 +31,40 @@ def reporting(progress: bool | Report) -> Iterator[Report]:  # noqa: FBT001  the
     elif progress:
         from rich.progress import Progress
 
-        with Progress(transient=True) as bar:
-            task = bar.add_task("reconstructing", total=1.0)
-            yield lambda fraction, message: bar.update(task, completed=fraction, description=message)
+        with Progress(transient=True) as bar, moving(bar, "reconstructing") as report:
+            yield report
     else:
         yield _silent
+
+
+@contextmanager
+def moving(bar: Any, title: str, prefix: str = "") -> Iterator[Report]:
+    """Yield a function that moves a bar of rich's, which also says when kernels are compiled instead.
+
+    Examples
+    --------
+    >>> from rich.progress import Progress
+    >>> bar = Progress(disable=True)
+    >>> with moving(bar, "fitting") as report:
+    ...     report(0.5, "half of it")
+    >>> bar.tasks[0].description, bar.tasks[0].percentage
+    ('half of it', 50.0)
+    """
+    from simplexmesh._kernels_compiled import compiling
+
+    task = bar.add_task(title, total=1.0)
+    said = title
+
+    def moved(fraction: float, message: str) -> None:
+        nonlocal said
+        said = prefix + message
+        bar.update(task, completed=fraction, description=said)
+
+    def begun() -> None:
+        bar.update(task, description=f"{said} ({COMPILING})")
+
+    def ended() -> None:
+        bar.update(task, description=said)
+
+    with compiling(begun, ended):
+        yield moved
