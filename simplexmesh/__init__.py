@@ -53,6 +53,7 @@ _HOME = {
     "recognition.register": ["Pose", "Registration", "register"],
     "recognition.library": ["ModelLibrary", "Recognition"],
     "recognition.align": ["align", "Alignment"],
+    "recognition.occlude": ["occlude", "Occlusion"],
     # V    the surface
     "surface.neighborhoods": ["Neighborhoods", "ball", "nearest", "rings"],
     "surface.normals.estimate": ["vertex_normals"],
@@ -127,6 +128,8 @@ if TYPE_CHECKING:  # the same list once more, for type checkers and editors; a t
     from simplexmesh.recognition.library import Recognition as Recognition
     from simplexmesh.recognition.match import match as match
     from simplexmesh.recognition.matches import Match as Match
+    from simplexmesh.recognition.occlude import Occlusion as Occlusion
+    from simplexmesh.recognition.occlude import occlude as occlude
     from simplexmesh.recognition.register import Pose as Pose
     from simplexmesh.recognition.register import Registration as Registration
     from simplexmesh.recognition.register import register as register

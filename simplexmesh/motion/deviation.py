@@ -13,7 +13,7 @@ from simplexmesh import _check
 from simplexmesh.data.convert import as_data, as_triangles
 from simplexmesh.data.points import PointCloud
 from simplexmesh.motion.distance import Spread
-from simplexmesh.motion.targets.triangles import Triangles, signed_surface_distance
+from simplexmesh.motion.targets.triangles import Triangles
 
 Array = NDArray[np.float64]
 
@@ -101,9 +101,9 @@ def deviation(surface: Any, reference: Any, *, reach: float | None = None, beyon
 
     Notes
     -----
-    Distances are to the triangles. Signs are those of the nearest place's normal, at an edge or a corner the mean of
-    the faces there weighted by their angles (Baerentzen and Aanaes 2005): right for closed surfaces, and for open ones
-    wherever the nearest place is not on the border.
+    Distances are to the triangles. Inside of a closed reference is what it winds around. Of an open one signs are those
+    of the nearest place's normal, at an edge or a corner the mean of the faces there weighted by their angles
+    (Baerentzen and Aanaes 2005): right wherever the nearest place is not on the border.
 
     Examples
     --------
@@ -116,9 +116,9 @@ def deviation(surface: Any, reference: Any, *, reach: float | None = None, beyon
     """
     points = _points(surface)
     mesh = as_triangles(reference, "reference")
-    distances = signed_surface_distance(points, mesh.vertices, mesh.faces)
+    distances, _, beyond = Triangles(mesh).signed(points)
     if not beyond_border and not mesh.is_closed:
-        distances = np.where(Triangles(mesh).beyond_border(points), np.nan, distances)
+        distances = np.where(beyond, np.nan, distances)
     if reach is not None:
         reach = _check.number("reach", reach, 0.0, open_low=True)
         distances = np.where(np.abs(distances) <= reach, distances, np.nan)

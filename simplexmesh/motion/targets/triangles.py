@@ -17,6 +17,9 @@ from simplexmesh.motion.targets.door import BuiltIn, checked
 
 Array = NDArray[np.float64]
 
+ON_IT = 1e-7
+"""Points nearer than this share of the surface's size are on it."""
+
 
 class Triangles(BuiltIn):
     """A surface of triangles: the closest point of the surface, projected on each vertex's normal.
@@ -75,6 +78,25 @@ class Triangles(BuiltIn):
             agrees = (np.abs(facing) > 0.2) | straight
         agrees &= ~(self._beyond_border(closest, faces) & (np.abs(along) < 0.8 * distance))
         return np.where(agrees & (distance <= reach) & known.all(axis=1), along, np.nan)
+
+    def signed(self, points: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
+        """Return, for each point, its signed distance, the direction this grows in, and whether it is beyond a border.
+
+        Distances are positive outside, or, of an open surface, on the side the faces look to. Inside of a closed
+        surface is what it winds around, as normals at slivers, which booleans leave, say nothing. On the surface the
+        direction is the normal there.
+        """
+        at = np.ascontiguousarray(points, dtype=np.float64)
+        kind = igl.SIGNED_DISTANCE_TYPE_PSEUDONORMAL
+        found, faces, closest, normals = igl.signed_distance(at, self.vertices, self.faces, sign_type=kind)
+        closest, faces, distance = np.asarray(closest), np.asarray(faces).ravel(), np.array(found).ravel()
+        off = np.abs(distance) > ON_IT * float(np.ptp(self.vertices, axis=0).max())
+        if not self._on_border.any():
+            inside = inside_surface(at, self.vertices, self.faces)
+            distance = np.where(off, np.where(inside, -1.0, 1.0) * np.abs(distance), distance)
+        away = (at - closest) * np.where(distance < 0, -1.0, 1.0)[:, None]
+        direction = normalized(np.where(off[:, None], away, normals))
+        return distance, direction, self._beyond_border(closest, faces)
 
     @cached_property
     def border(self) -> Border:
