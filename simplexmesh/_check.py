@@ -14,6 +14,9 @@ from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 Kind = TypeVar("Kind")
 
+SMALLEST, LARGEST = 1e-60, 1e60
+"""Lengths between these can be raised to the fifth power."""
+
 
 def array(name: str, value: ArrayLike, shape: Sequence[int | None], dtype: DTypeLike = float) -> NDArray[Any]:
     """Return `value` as an array of `dtype`, or say what is wrong with it.
@@ -46,7 +49,7 @@ def array(name: str, value: ArrayLike, shape: Sequence[int | None], dtype: DType
 
 
 def listed(name: str, value: Any) -> NDArray[Any]:
-    """Return `value` as an array of whatever it holds, or say that it is ragged.
+    """Return `value` as an array of whatever it holds, or say that it is ragged, or that parts of it are masked.
 
     Examples
     --------
@@ -56,9 +59,12 @@ def listed(name: str, value: Any) -> NDArray[Any]:
     ValueError: edge must be an array, but its rows have different lengths
     """
     try:
-        return np.asarray(value)
+        out = np.asarray(value)
     except ValueError:
         raise ValueError(f"{name} must be an array, but its rows have different lengths") from None
+    if isinstance(value, np.ma.MaskedArray) and (hidden := int(np.count_nonzero(np.ma.getmaskarray(value)))):
+        raise ValueError(f"{name} must have no masked values, {hidden:,} of {out.size:,} are")
+    return out
 
 
 def _numbers(name: str, value: ArrayLike, shape: Sequence[int | None]) -> NDArray[Any]:
@@ -182,7 +188,7 @@ def flag(name: str, value: Any) -> bool:
 
 
 def choice(name: str, value: Any, options: Sequence[str]) -> str:
-    """Return `value` if it is one of `options`, or list them.
+    """Return `value` if it is one of `options`, or list them and name the one that was meant.
 
     Examples
     --------
@@ -190,10 +196,33 @@ def choice(name: str, value: Any, options: Sequence[str]) -> str:
     Traceback (most recent call last):
     ...
     ValueError: init must be one of 'auto', 'sphere', not 'cube'
+    >>> choice("init", "spere", ["auto", "sphere"])
+    Traceback (most recent call last):
+    ...
+    ValueError: init must be one of 'auto', 'sphere', not 'spere': did you mean 'sphere'?
     """
     if value not in options:
-        raise ValueError(f"{name} must be one of {', '.join(map(repr, options))}, not {value!r}")
+        meant = nearest(value, options)
+        hint = f": did you mean {meant!r}?" if meant else ""
+        raise ValueError(f"{name} must be one of {', '.join(map(repr, options))}, not {value!r}{hint}")
     return str(value)
+
+
+def nearest(word: Any, words: Sequence[str]) -> str | None:
+    """Return the one of `words` that somebody who wrote `word` may have meant.
+
+    Examples
+    --------
+    >>> nearest("Chen-Schmitt", ["sine", "chen_schmitt"]), nearest("cube", ["auto", "sphere"])
+    ('chen_schmitt', None)
+    """
+    import difflib
+
+    if not isinstance(word, str):
+        return None
+    plain = {each.lower().replace("_", ""): each for each in reversed(words)}
+    found = difflib.get_close_matches(word.lower().replace("-", "").replace(" ", "").replace("_", ""), plain, 1)
+    return plain[found[0]] if found else None
 
 
 def instance(name: str, value: Any, kind: type[Kind]) -> Kind:
@@ -209,6 +238,23 @@ def instance(name: str, value: Any, kind: type[Kind]) -> Kind:
     if not isinstance(value, kind):
         raise TypeError(f"{name} must be a {kind.__name__}, not {type(value).__name__}")
     return value
+
+
+def size(name: str, bounds: NDArray[np.float64]) -> None:
+    """Say that a thing is too small, or too large or far away, for areas that are multiplied with each other.
+
+    Examples
+    --------
+    >>> size("data", np.array([[0.0, 0.0, 0.0], [1e160, 1.0, 1.0]]))
+    Traceback (most recent call last):
+    ...
+    ValueError: data must be within 1e-60 and 1e+60 in its unit of length, not reach to 1e+160: choose another unit
+    """
+    extent, far = float((bounds[1] / 2 - bounds[0] / 2).max()), float(np.abs(bounds).max())
+    if far > LARGEST or 0.0 < extent < SMALLEST:
+        came = f"reach to {far:.3g}" if far > LARGEST else f"be {2 * extent:.3g} long"
+        limits = f"within {SMALLEST:g} and {LARGEST:g} in its unit of length"
+        raise ValueError(f"{name} must be {limits}, not {came}: choose another unit")
 
 
 def frozen(values: ArrayLike, dtype: DTypeLike | None = None) -> NDArray[Any]:

@@ -9,6 +9,7 @@ from numpy.testing import assert_array_equal
 import simplexmesh as sm
 from simplexmesh.data.convert import as_data, as_points, as_triangles, as_volume
 from simplexmesh.errors import SimplexMeshWarning
+from simplexmesh.motion.scans import are_scans
 
 POINTS = np.random.default_rng(0).normal(size=(30, 3))
 
@@ -79,6 +80,22 @@ def test_surfaces_give_their_points():
     assert_array_equal(as_points(ball.triangulated("dual")).points, ball.triangulated("dual").vertices)
 
 
+@pytest.mark.parametrize("kind", [float, int, np.float32])
+def test_vertices_and_faces_are_a_surface_wherever_one_is_taken(kind):
+    corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], kind)
+    faces = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])
+    assert as_data((corners, faces)).is_closed
+    assert as_data((corners.tolist(), faces.tolist())).is_closed
+    assert as_data((corners, faces[:1])).n_faces == 1
+    assert len(sm.deviation((corners, faces), (corners, faces)).distances) == 4
+
+
+def test_scans_of_whole_numbers_are_scans_unless_one_numbers_the_other():
+    points = np.arange(12).reshape(4, 3)
+    assert are_scans([points, points])
+    assert not are_scans([points, points % 4])
+
+
 def test_duplicates_are_merged_and_reported():
     with pytest.warns(SimplexMeshWarning, match="merged 2 duplicate points of 32"):
         assert len(as_data(np.vstack([POINTS, POINTS[:2]]))) == 30
@@ -94,9 +111,10 @@ def test_duplicates_are_merged_and_reported():
         (np.zeros((5, 2)), ValueError, r"data must have shape \(\*, 3\) for points, .*, not \(5, 2\)"),
         (np.zeros(0), ValueError, "data must have shape"),
         ([], ValueError, "data must have shape"),
-        ([[1, 2, 3], [4, 5]], ValueError, "data must be an array of numbers, its rows have different lengths"),
+        ([[1, 2, 3], [4, 5]], ValueError, "data must be an array, but its rows have different lengths"),
         (np.array([["a"] * 3] * 4), TypeError, "data must be numbers, not ndarray of <U1"),
         (np.full((4, 3), np.nan), ValueError, "points must be finite; 4 of 4"),
+        (np.ma.masked_less(POINTS, 0.0), ValueError, "data must have no masked values, [0-9]+ of 90 are"),
         ("nowhere.ply", FileNotFoundError, "'nowhere.ply' is not there"),
     ],
 )

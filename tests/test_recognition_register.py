@@ -425,6 +425,11 @@ class TestBadInput:
         with pytest.raises(ValueError, match=r"target: points must be finite"):
             sm.register(sm.sphere(8), points)
 
+    def test_out_of_the_range_of_numbers(self):
+        points = lumpy(500, np.random.default_rng(0))
+        with pytest.raises(ValueError, match=r"source must be within 1e-60 and 1e\+60 .*, not be .*e-160 long"):
+            sm.register(1e-160 * points, sm.sphere(8))
+
     def test_all_in_one_place(self):
         with (
             pytest.warns(sm.SimplexMeshWarning, match="merged 99"),

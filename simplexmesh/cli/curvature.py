@@ -104,8 +104,10 @@ def _check_options(method: str | None, around: dict[str, Any], points: int) -> N
 
 def _check_picture(picture: Path | None, show: str | None, limits: tuple[float, float] | None) -> None:
     """Say what is wrong with what the picture should show, or that there is none."""
-    if show is not None and show not in SHOWN:
-        raise ValueError(f"--show must be one of {', '.join(map(repr, SHOWN))}, not {show!r}")
+    if show is not None:
+        from simplexmesh import _check
+
+        _check.choice("--show", show, SHOWN)
     if limits is not None and not limits[0] < limits[1]:
         raise ValueError(f"--limits must rise, not go from {limits[0]:g} to {limits[1]:g}")
     if picture is None and (show is not None or limits is not None):

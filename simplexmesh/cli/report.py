@@ -189,8 +189,9 @@ def direction(view: str) -> str | None:
     >>> direction("-xz")
     '-xz'
     """
-    if view not in VIEWS:
-        raise ValueError(f"--view must be one of {', '.join(map(repr, VIEWS))}, not {view!r}")
+    from simplexmesh import _check
+
+    _check.choice("--view", view, VIEWS)
     return None if view == "iso" else view
 
 
@@ -204,6 +205,6 @@ def upward(up: str, view: str = "iso") -> str:
     """
     if up != "auto" and view != "iso":
         raise ValueError(f"--up is for the view iso: --view {view} has its own axis up")
-    if up not in UPS:
-        raise ValueError(f"--up must be one of {', '.join(map(repr, UPS))}, not {up!r}")
-    return up
+    from simplexmesh import _check
+
+    return _check.choice("--up", up, UPS)

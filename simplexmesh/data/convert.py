@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from simplexmesh import _check
 from simplexmesh.data.points import PointCloud
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.data.volume import Volume
@@ -19,8 +20,8 @@ def as_data(value: Any, name: str = "data") -> Any:
     ----------
     value : object
         One of those types; an (n, 3) array of points, (n, 6) of points and normals, or (nx, ny, nz) of samples; a
-        PyVista or VTK image or polygons; a trimesh mesh or point cloud; a path to a file. Libraries are told by the
-        look of their objects and not imported.
+        tuple of vertices and faces, the latter (f, 3) whole numbers; a PyVista or VTK image or polygons; a trimesh mesh
+        or point cloud; a path to a file. Libraries are told by the look of their objects and not imported.
     name : str
         What the caller calls it, for messages.
 
@@ -57,6 +58,8 @@ def as_data(value: Any, name: str = "data") -> Any:
         return found.merged() if isinstance(found, PointCloud) else _welded(found)
     if _is_trimesh(value):
         return _from_trimesh(value)
+    if _is_pair(value):
+        return TriangleMesh(*value)
     if isinstance(value, np.ndarray | list | tuple) or hasattr(value, "__array__"):
         return _from_array(value, name)
     raise TypeError(
@@ -128,10 +131,7 @@ def as_triangles(value: Any, name: str = "triangles") -> TriangleMesh:
 
 
 def _from_array(value: Any, name: str) -> Volume | PointCloud:
-    try:
-        array = np.asarray(value)
-    except ValueError:
-        raise ValueError(f"{name} must be an array of numbers, its rows have different lengths") from None
+    array = _check.listed(name, value)
     if array.dtype.kind not in "biuf":
         raise TypeError(f"{name} must be numbers, not {type(value).__name__} of {array.dtype}")
     if array.ndim == 3:
@@ -143,6 +143,14 @@ def _from_array(value: Any, name: str) -> Volume | PointCloud:
     raise ValueError(
         f"{name} must have shape (*, 3) for points, (*, 6) with normals or (nx, ny, nz) for a volume, not {array.shape}"
     )
+
+
+def _is_pair(value: Any) -> bool:
+    """Whether it is vertices and faces: two tables in a tuple, the second of whole numbers in threes."""
+    if not (isinstance(value, tuple) and len(value) == 2):
+        return False
+    vertices, faces = (_check.listed("data", part) for part in value)
+    return vertices.ndim == faces.ndim == 2 and faces.dtype.kind in "iu" and faces.shape[1] == 3
 
 
 def _is_simplex_mesh(value: Any) -> bool:

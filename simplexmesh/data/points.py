@@ -184,7 +184,7 @@ def affine(name: str, value: ArrayLike) -> Array:
 
 
 def _finite_rows(name: str, value: Any) -> Array:
-    out = np.asarray(value)
+    out = _check.listed(name, value)
     if out.dtype.kind == "f" and out.ndim == 2:
         bad = len(out) - int(np.count_nonzero(np.isfinite(out).all(axis=1)))
         if bad:

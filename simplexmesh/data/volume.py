@@ -233,7 +233,7 @@ def _per_axis(spacing: ArrayLike) -> Array:
 
 
 def _samples(values: ArrayLike) -> NDArray[Any]:
-    out = np.asarray(values)
+    out = _check.listed("values", values)
     if out.dtype.kind not in "biuf":
         raise TypeError(
             f"values must be real numbers of shape (nx, ny, nz), not {type(values).__name__} of {out.dtype}"

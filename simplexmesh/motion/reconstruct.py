@@ -30,7 +30,8 @@ from simplexmesh.motion.untangle import untangled
 
 Array = NDArray[np.float64]
 
-FEWEST_VERTICES = 20
+FEWEST_VERTICES, MOST_VERTICES = 20, 20_000_000
+"""More would take tens of gigabytes on the way, and end as the system ends what asks for them."""
 ADAPTATION = 0.05
 UNMEASURED = Distance(*(Spread.of(np.zeros(0)) for _ in range(3)))
 
@@ -189,7 +190,7 @@ def reconstruct(
     >>> model.mesh.genus, model.distance.mesh_to_data.rms < 0.05
     (0, True)
     """
-    vertices = _check.integer("vertices", vertices, FEWEST_VERTICES)
+    vertices = _check.integer("vertices", vertices, FEWEST_VERTICES, MOST_VERTICES)
     iterations = _check.integer("iterations", iterations, 0)
     rigidity = _check.integer("rigidity", rigidity, 0)
     _check.choice("components", components, ("largest", "all"))

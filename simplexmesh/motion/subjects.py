@@ -270,6 +270,7 @@ def as_subject(
         item = as_data(data)
     if isinstance(item, SimplexMesh):
         item = item.triangulated()
+    _check.size("data", item.bounds)
     if isinstance(item, Volume):
         if item.range[0] == item.range[1] and label is None:
             raise ValueError(f"volume must hold an object and its surroundings; it is {item.range[0]:g} everywhere")
