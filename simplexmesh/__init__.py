@@ -37,6 +37,7 @@ _HOME = {
     "data.reading": ["read", "read_volume", "read_points", "read_triangles", "read_mesh"],
     "data.poses": ["read_poses"],
     "data.clipping": ["clipped"],
+    "data.dividing": ["divided"],
     "data.boolean": ["boolean"],
     # III  the motion
     "motion.deform": ["DeformableModel"],
@@ -79,6 +80,7 @@ if TYPE_CHECKING:  # the same list once more, for type checkers and editors; a t
     from simplexmesh import plot as plot
     from simplexmesh.data.boolean import boolean as boolean
     from simplexmesh.data.clipping import clipped as clipped
+    from simplexmesh.data.dividing import divided as divided
     from simplexmesh.data.points import PointCloud as PointCloud
     from simplexmesh.data.poses import read_poses as read_poses
     from simplexmesh.data.reading import read as read

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+import warnings
 from typing import Any
 
 
@@ -25,3 +27,21 @@ class DivergedError(RuntimeError):
 
 class SimplexMeshWarning(UserWarning):
     """The data given had a flaw that was repaired; the message says what and how often."""
+
+
+def told(message: str) -> None:
+    """Warn, at the line that called this library, however deep inside something was found.
+
+    Examples
+    --------
+    >>> with warnings.catch_warnings(record=True) as caught:
+    ...     warnings.simplefilter("always")
+    ...     told("merged 12 duplicate points")
+    >>> str(caught[0].message), caught[0].filename == __file__
+    ('merged 12 duplicate points', False)
+    """
+    package, level = f"{__name__.partition('.')[0]}.", 1
+    frame = sys._getframe(1)
+    while frame.f_back is not None and f"{frame.f_globals.get('__name__', '')}.".startswith(package):
+        frame, level = frame.f_back, level + 1
+    warnings.warn(message, SimplexMeshWarning, stacklevel=level + 1)

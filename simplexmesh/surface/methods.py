@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib
-import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple, Protocol
@@ -12,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh import _check
-from simplexmesh.errors import SimplexMeshWarning
+from simplexmesh.errors import told
 from simplexmesh.surface.neighborhoods import Neighborhoods
 from simplexmesh.surface.reasons import SAID
 from simplexmesh.surface.samples import Samples
@@ -103,10 +102,9 @@ def chosen(
     return method, {**method.fixed, **method.options, **options}
 
 
-def warn_of_failures(what: str, reasons: NDArray[np.uint8], *, level: int = 3) -> None:
+def warn_of_failures(what: str, reasons: NDArray[np.uint8]) -> None:
     """Say once how many rows have no estimate, and why."""
     counts = np.bincount(reasons, minlength=len(SAID))
     if failed := int(counts[1:].sum()):
         why = ", ".join(f"{counts[code]:,} {SAID[code]}" for code in range(1, len(SAID)) if counts[code])
-        text = f"{what} could not be estimated at {failed:,} of {len(reasons):,} vertices: {why}"
-        warnings.warn(text, SimplexMeshWarning, stacklevel=level)
+        told(f"{what} could not be estimated at {failed:,} of {len(reasons):,} vertices: {why}")

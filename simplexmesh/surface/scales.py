@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh import _check
 from simplexmesh.surface.averages import Averages
+from simplexmesh.surface.bare import tell_of_bare_faces
 from simplexmesh.surface.curvature.estimate import curvature
 from simplexmesh.surface.curvature.result import Curvature
 from simplexmesh.surface.samples import Samples
@@ -76,7 +77,13 @@ def known_curvature(samples: Samples, given: Any) -> Curvature:
         What was given is no curvature.
     ValueError
         It belongs to another surface.
+
+    Warns
+    -----
+    SimplexMeshWarning
+        Most of the surface has no vertices that could tell of it.
     """
+    tell_of_bare_faces(samples)
     if given is None:
         return curvature(samples)
     if not isinstance(given, Curvature):

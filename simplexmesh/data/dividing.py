@@ -1,0 +1,105 @@
+"""Triangles divided until none of their edges is longer than a length."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplexmesh import _check
+from simplexmesh._vec import norm
+from simplexmesh.data.convert import as_triangles
+from simplexmesh.data.triangles import TriangleMesh
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+ACROSS = 60
+"""Edges are no longer than the diagonal over this, where nothing else is asked for."""
+
+MOST = 20_000_000
+"""More faces than about so many are refused."""
+
+
+def divided(surface: Any, longest: float | None = None) -> TriangleMesh:
+    """Return a surface whose long edges are cut in halves, over and over, until none is longer than a length.
+
+    The shape stays as it is, to the last bit; every vertex keeps its number, and new ones follow. Files from CAD have
+    vertices on the edges of a body alone: what is measured at vertices, as curvature is, needs some on its faces too.
+
+    Parameters
+    ----------
+    surface : TriangleMesh, SimplexMesh, PyVista or trimesh object, or path
+        What is divided; a simplex mesh is triangulated.
+    longest : float, optional
+        The longest edge there may be, in the surface's unit of length. By default a 60th of the diagonal.
+
+    Returns
+    -------
+    TriangleMesh
+
+    Raises
+    ------
+    ValueError, TypeError
+        A length that is not positive, or so short that there would be more than 20 million faces; not a surface.
+
+    Examples
+    --------
+    >>> import simplexmesh as sm
+    >>> sheet = sm.TriangleMesh([[0, 0, 0], [4, 0, 0], [4, 1, 0], [0, 1, 0.0]], [[0, 1, 2], [0, 2, 3]])
+    >>> fine = sm.divided(sheet, 0.3)
+    >>> fine.n_vertices > 50, round(fine.area, 12), bool((fine.vertices[:4] == sheet.vertices).all())
+    (True, 4.0, True)
+    """
+    mesh = as_triangles(surface, "surface")
+    if longest is None and mesh.diagonal <= 0:
+        return mesh
+    longest = mesh.diagonal / ACROSS if longest is None else _check.number("longest", longest, 0.0, open_low=True)
+    least = float(np.sqrt(4 / np.sqrt(3) * mesh.area / MOST))  # of triangles with even sides
+    if longest < least:
+        raise ValueError(f"longest must be at least {least:.3g} for at most {MOST:,} faces, not {longest:g}")
+    vertices, faces = np.asarray(mesh.vertices), np.asarray(mesh.faces)
+    while True:
+        edges, sides = _edges(faces)
+        long = norm(vertices[edges[:, 0]] - vertices[edges[:, 1]]) > longest
+        if not long.any():
+            return TriangleMesh(vertices, faces)
+        middle = np.full(len(edges), -1)
+        middle[long] = len(vertices) + np.arange(int(long.sum()))
+        vertices = np.concatenate([vertices, 0.5 * (vertices[edges[long, 0]] + vertices[edges[long, 1]])])
+        faces = _cut(vertices, faces, middle[sides])
+
+
+def _edges(faces: Indices) -> tuple[Indices, Indices]:
+    """Return each edge once, (e, 2), and which of them lie opposite the corners of each face, (f, 3)."""
+    ends = np.sort(faces[:, [[1, 2], [2, 0], [0, 1]]], axis=2).reshape(-1, 2)
+    keys, sides = np.unique(ends[:, 0] * (int(faces.max(initial=0)) + 1) + ends[:, 1], return_inverse=True)
+    first = np.zeros(len(keys), np.int64)
+    first[sides] = np.arange(len(ends))
+    return ends[first], sides.reshape(-1, 3)
+
+
+def _cut(vertices: Array, faces: Indices, middle: Indices) -> Indices:
+    """Return faces with the middles of their sides joined; (f, 3), -1 for a side that stays whole."""
+    cuts = (middle >= 0).sum(axis=1)
+    out = [faces[cuts == 0]]
+    for count in (1, 2, 3):
+        rows = np.flatnonzero(cuts == count)
+        odd = (middle[rows] >= 0) == (count == 1)  # the one side cut, or the one that is not, goes first
+        turned = (odd.argmax(axis=1)[:, None] + np.arange(3)) % 3
+        a, b, c = np.take_along_axis(faces[rows], turned, axis=1).T
+        of_a, of_b, of_c = np.take_along_axis(middle[rows], turned, axis=1).T
+        if count == 1:
+            parts = [(a, b, of_a), (a, of_a, c)]
+        elif count == 2:
+            shorter = norm(vertices[b] - vertices[of_b]) < norm(vertices[c] - vertices[of_c])
+            parts = [
+                (a, of_c, of_b),
+                (of_c, b, np.where(shorter, of_b, c)),
+                (np.where(shorter, b, of_c), c, of_b),
+            ]
+        else:
+            parts = [(a, of_c, of_b), (of_c, b, of_a), (of_b, of_a, c), (of_a, of_b, of_c)]
+        out += [np.stack(part, axis=1) for part in parts]
+    return np.concatenate(out)
