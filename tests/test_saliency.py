@@ -18,7 +18,8 @@ from simplexmesh.surface.neighborhoods import Neighborhoods
 from simplexmesh.surface.saliency import measured, standing_out
 from simplexmesh.surface.samples import Samples, as_samples
 from simplexmesh.surface.scales import smallest_scale, unevenness
-from simplexmesh.surface.truth.discretized import torus, uv_cylinder
+from simplexmesh.surface.truth.discretized import split_square, torus, uv_cylinder
+from simplexmesh.surface.truth.graphs import graph
 from simplexmesh.surface.truth.noise import noisy
 from tests.reference_saliency import gaussian_mean, persistence, turning_mean
 
@@ -445,6 +446,19 @@ class TestClasses:
         middle = np.abs(tube.vertices[:, 2] - tube.vertices[:, 2].mean()) < 4.5
         found = sm.hk_classes(tube)
         assert (found.labels == hk.RIDGE)[middle].mean() > 0.95
+
+    def test_what_bends_is_not_flat_though_neither_sign_is_certain(self):
+        k1, k2 = np.array([[3.0, -3.0], [3, 0.1], [-0.1, -3], [1, -1], [3, -2], [3, -0.8]]).T
+        found = hk.less_flat((k1 + k2) / 2, k1 * k2, np.full(6, 1.0))
+        assert [hk.NAMES[k] for k in found] == ["minimal", "ridge", "valley", "flat", "minimal", "ridge"]
+
+    @pytest.mark.parametrize("noise", [0.0, 0.1])
+    def test_a_monkey_saddle_is_flat_in_its_middle_alone(self, noise):
+        made = split_square(graph("monkey_saddle"), 22)
+        found = sm.hk_classes(noisy(made.mesh, noise, rng=0)).labels[made.scored]
+        curvedness = np.sqrt(2 * made.exact.mean**2 - made.exact.gauss)[made.scored]
+        assert 0 < curvedness[found == hk.FLAT].max() < 0.2 < 0.7 < curvedness.mean()
+        assert set(found) <= {hk.FLAT, hk.MINIMAL, hk.SADDLE_RIDGE, hk.SADDLE_VALLEY}
 
     def test_what_is_no_zero_alone_is_not_asked_for_in_the_window(self):
         one = tuple(np.array(each) for each in ([3.0, 0.1, 0.1], [5.0, 5.0, 0.1], [1.0, 1, 1], [2.0, 2, 2]))

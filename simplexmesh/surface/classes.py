@@ -30,6 +30,8 @@ COLORS = (
 CERTAIN = 1.5
 """A curvature is taken for zero within so many of its standard deviations."""
 
+BENT = 2.3
+"""Where the root of k1^2 + k2^2 is above so many tolerances of H the surface is not flat."""
 
 STRAIGHT = 0.3
 """Nor does one count that is less than this over the diagonal: what bends with a radius of three diagonals is flat."""
@@ -119,6 +121,9 @@ def hk_classes(
 
     Notes
     -----
+    Where H and K are within their tolerances, but k1 and k2 together are not, as near a saddle with large errors, the
+    nearest of ridge, minimal and valley is taken instead of flat, unless tolerances are given.
+
     K is at most H squared: where K says that the surface bends one way all around while H is within its tolerance,
     the sign of H decides, peak or pit.
 
@@ -147,7 +152,10 @@ def hk_classes(
     mean, gauss, near, near_gauss = _first_certain(
         [_judged(each, least, tolerance_mean, tolerance_gauss) for each in opinions]
     )
-    labels = np.where(known.failed, UNKNOWN, signs(mean, gauss, near, near_gauss))
+    labels = signs(mean, gauss, near, near_gauss)
+    if tolerance_mean is None and tolerance_gauss is None:
+        labels = np.where(labels == FLAT, less_flat(mean, gauss, near), labels)
+    labels = np.where(known.failed, UNKNOWN, labels)
     return HKClasses(
         _check.frozen(labels, np.int8),
         _check.frozen(near),
@@ -185,6 +193,17 @@ def signs(mean: Array, gauss: Array, near: Array, near_gauss: Array) -> NDArray[
     h = np.where((k > 0) & (h == 0), np.where(mean < 0, -1, 1), h)
     table = np.array([[SADDLE_VALLEY, VALLEY, PIT], [MINIMAL, FLAT, FLAT], [SADDLE_RIDGE, RIDGE, PEAK]])
     out: NDArray[np.int64] = table[h + 1, k + 1]
+    return out
+
+
+def less_flat(mean: Array, gauss: Array, near: Array) -> NDArray[np.int64]:
+    """Return flat, or the nearest of ridge, minimal and valley where it bends though neither H nor K shows it.
+
+    Near a saddle with large errors H is small and K uncertain, and yet k1 and k2 are known not to be zero.
+    """
+    bent, swing = (np.sqrt(np.maximum(square, 0.0)) for square in (4 * mean**2 - 2 * gauss, mean**2 - gauss))
+    named = np.where(np.abs(mean) < np.tan(np.pi / 8) * swing, MINIMAL, np.where(mean > 0, RIDGE, VALLEY))
+    out: NDArray[np.int64] = np.where(bent > BENT * near, named, FLAT)
     return out
 
 
