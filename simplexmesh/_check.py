@@ -220,9 +220,14 @@ def nearest(word: Any, words: Sequence[str]) -> str | None:
 
     if not isinstance(word, str):
         return None
-    plain = {each.lower().replace("_", ""): each for each in reversed(words)}
-    found = difflib.get_close_matches(word.lower().replace("-", "").replace(" ", "").replace("_", ""), plain, 1)
+    plain = {_plain(each): each for each in reversed(words)}
+    found = difflib.get_close_matches(_plain(word), plain, 1)
     return plain[found[0]] if found else None
+
+
+def _plain(word: str) -> str:
+    """Return a word without capitals and what joins its parts."""
+    return word[:1].lower() + word[1:].lower().translate({ord(mark): None for mark in "-_ "})
 
 
 def instance(name: str, value: Any, kind: type[Kind]) -> Kind:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 import time
@@ -101,6 +102,41 @@ class TestHelp:
             check=True,
         )
         assert done.stdout.startswith("simplexmesh ")
+
+
+class TestWrongLines:
+    @pytest.mark.parametrize(
+        ("line", "said"),
+        [
+            (["saliency", "x"], "No such command 'saliency'. Did you mean 'simplexmesh curvature'?"),
+            (["recognize", "x"], "Did you mean 'simplexmesh library recognise'?"),
+            (["reconstrct", "x"], "Did you mean 'reconstruct'?"),
+            (["info", "ball.vtp", "--jsn"], "--json"),
+            (["library", "recognise", "a.sml", "b", "--best", "0"], "--best must be at least 1, not 0"),
+            (["view", "ball.vtp", "--view", "-xzz"], "not '-xzz': did you mean '-xz'?"),
+        ],
+    )
+    def test_the_nearest_is_named(self, command, line, said):
+        code, out, err = command(*line)
+        assert (code, out) == (2, "")
+        assert said in err
+        assert err.count("\n") == 1
+
+    @pytest.mark.parametrize(("option", "said"), [("--vertices", "abc"), ("--level", "high"), ("--label", "1.5")])
+    def test_a_word_for_a_number_is_told(self, command, option, said):
+        code, _, err = command("reconstruct", "x", "-o", "y.vtp", option, said)
+        assert code == 2
+        assert option in err
+        assert repr(said) in err
+
+    def test_an_output_that_is_full_ends_in_a_sentence(self, files, monkeypatch, capsys):
+        def full(_):
+            raise OSError(28, "No space left on device")
+
+        monkeypatch.setattr(info, "as_json", full)
+        monkeypatch.setattr(app, "as_json", full)
+        assert app.run(["info", str(files / "ball.vtp"), "--json"]) == 2
+        assert capsys.readouterr().err == "error: no space left on device\n"
 
 
 class TestReconstruct:
@@ -246,7 +282,7 @@ class TestBadInput:
             ("volume.mha", ["--level", "nan"], ["level"]),
             ("volume.mha", ["--level", "high"], ["--level", "number"]),
             ("volume.mha", ["--level", 0, "--vertices", 3], ["vertices must be at least 20, not 3"]),
-            ("volume.mha", ["--level", 0, "--vertices", "many"], ["--vertices", "integer"]),
+            ("volume.mha", ["--level", 0, "--vertices", "many"], ["--vertices", "'many'"]),
             ("volume.mha", ["--level", 0, "--init", "cube"], ["init must be one of", "'cube'"]),
             ("volume.mha", ["--level", 0, "--init", "nowhere.vtp"], ["nowhere.vtp"]),
             ("volume.mha", ["--level", 0, "--components", "some"], ["components must be one of", "'some'"]),
@@ -400,6 +436,26 @@ class TestInfo:
         assert facts["volume"] == pytest.approx(ball.volume)
         assert facts["problems"] == []
         assert facts["extent"] == pytest.approx((ball.bounds[1] - ball.bounds[0]).tolist())
+
+    def test_of_a_library(self, command, files, tmp_path):
+        sm.ModelLibrary(tmp_path / "two.sml").add("ball", files / "ball.vtp")
+        _, out, _ = command("info", tmp_path / "two.sml", "--json")
+        assert json.loads(out) == {"file": str(tmp_path / "two.sml"), "kind": "library of models", "models": ["ball"]}
+        (tmp_path / "cut.sml").write_bytes((tmp_path / "two.sml").read_bytes()[:3000])
+        code, _, err = command("info", tmp_path / "cut.sml")
+        assert code == 2
+        assert "is not a whole model library" in err
+        (tmp_path / "two.sml").rename(tmp_path / "two.dat")
+        code, _, err = command("info", tmp_path / "two.dat")
+        assert code == 2
+        assert "two.dat is a library of models or another database" in err
+
+    def test_of_a_pipe(self, command, tmp_path):
+        os.mkfifo(tmp_path / "pipe.ply")
+        code, _, err = command("info", tmp_path / "pipe.ply")
+        assert (code, err) == (
+            2, "error: pipe.ply must be a file, whose beginning can be read again, not a pipe or a device\n"
+        )  # fmt: skip
 
     def test_of_a_volume_says_where_it_lies(self, command, files):
         _, out, _ = command("info", files / "volume.mha", "--json")

@@ -511,5 +511,5 @@ class TestKnownKinds:
 
     def test_content_decides_and_a_wrong_name_is_reported(self, files):
         (files / "mesh.off").rename(files / "mesh.stl")
-        with pytest.warns(SimplexMeshWarning, match=r"mesh.stl is a OFF file by its content"):
+        with pytest.warns(SimplexMeshWarning, match=r"mesh.stl is an OFF file by its content"):
             assert sm.read(files / "mesh.stl").n_faces == 2

@@ -188,3 +188,9 @@ def test_triangles_have_nothing_to_say_to_lost_vertices():
     normals = np.tile([1.0, 0, 0], (3, 1))
     gaps = sm.targets.Triangles(ball).gap(vertices, normals, 1.0)
     assert np.isnan(gaps).tolist() == [True, False, True]
+
+
+def test_targets_can_be_found_by_looking():
+    assert dir(sm.targets) == ["Isosurface", "LabelSurface", "Points", "Triangles", "Union"]
+    assert {"surface", "heat", "picture"} <= set(dir(sm.plot))
+    assert "skin" not in dir(sm.plot)

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import re
 import sys
 import warnings
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import Annotated, Any
 
 import typer
@@ -16,6 +17,24 @@ from simplexmesh.cli.report import INTERRUPTED, KEPT, NOTES, as_json, error, not
 from simplexmesh.errors import DivergedError
 
 BAD_INPUT = 2
+ELSEWHERE = {
+    "saliency": "curvature",
+    "normals": "curvature",
+    "fit": "reconstruct",
+    "simplify": "decimate",
+    "align": "register",
+    "match": "register",
+    "show": "view",
+    "plot": "view",
+    "recognise": "library recognise",
+    "recognize": "library recognise",
+    "add": "library add",
+    "list": "library list",
+    "remove": "library remove",
+}
+"""What somebody may look for as a command, and the command that does it."""
+
+WANTED = {"int_parsing": "a whole number", "int_from_float": "a whole number", "float_parsing": "a number"}
 NOTHING_WRITTEN = "interrupted; nothing was written"
 
 
@@ -102,7 +121,8 @@ def run(arguments: Sequence[str] | None = None) -> int:
     if problem:
         error(problem)
         if "--json" in arguments:
-            as_json({"error": problem})
+            with suppress(OSError):  # where the output is what failed
+                as_json({"error": problem})
     return code
 
 
@@ -122,12 +142,25 @@ def _outcome(arguments: list[str]) -> tuple[int, str]:
     except Exception as problem:
         if not hasattr(problem, "format_message"):  # a wrong command line, by the parser's own kind of error
             raise
-        return BAD_INPUT, problem.format_message() or "no command was given; see simplexmesh --help"
+        return BAD_INPUT, _wrong_line(problem)
     if code == KEPT:  # the command said itself what it kept
         return INTERRUPTED, ""
     if code == INTERRUPTED:  # the parser's way to say that nobody caught the interrupt
         return INTERRUPTED, NOTHING_WRITTEN
     return (code if isinstance(code, int) else 0), ""
+
+
+def _wrong_line(problem: Any) -> str:
+    """Return what is wrong with a command line: the parser's sentence, or a better one."""
+    said = problem.format_message() or "no command was given; see simplexmesh --help"
+    if (unknown := re.fullmatch(r"No such command '(.*)'\.", said)) and unknown[1] in ELSEWHERE:
+        return f"{said} Did you mean 'simplexmesh {ELSEWHERE[unknown[1]]}'?"
+    cause, parameter = problem.__cause__, getattr(problem, "param", None)
+    if parameter is not None and hasattr(cause, "errors"):  # of pydantic, by which newer versions of typer parse
+        first = cause.errors()[0]
+        if first["type"] in WANTED:
+            return f"{max(parameter.opts, key=len)} must be {WANTED[first['type']]}, not {first['input']!r}"
+    return said
 
 
 def _sentence(problem: Exception) -> str:

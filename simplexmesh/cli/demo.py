@@ -30,6 +30,7 @@ def command(
     made_in = next(folder for folder in (output, *output.absolute().parents) if folder.exists())
     if not os.access(made_in, os.W_OK):
         raise PermissionError(f"--output must be in a folder that can be written to, {str(made_in)!r} cannot")
+    output.mkdir(parents=True, exist_ok=True)  # what cannot be made is told before any work
     with progress("frog", wanted=not json) as report:
         out = frog.main(size, report)
     try:

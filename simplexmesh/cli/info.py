@@ -14,7 +14,7 @@ EXAMPLE = "Example: simplexmesh info head.vtp"
 
 
 def command(
-    inputs: Annotated[list[Path], typer.Argument(metavar="FILE", help="Volumes, surfaces, points, models.")],
+    inputs: Annotated[list[Path], typer.Argument(metavar="FILE", help="Volumes, surfaces, points, models, libraries.")],
     json: Annotated[
         bool, typer.Option("--json", help="Print a JSON object; for several files, a list of them named files.")
     ] = False,
@@ -25,7 +25,8 @@ def command(
 
         found = []
         for path in inputs:
-            found.append({"file": str(path)} | described(read(path)))
+            facts = _library(path) or described(read(path))
+            found.append({"file": str(path)} | facts)
             interrupts.check()
     if json:
         as_json(found[0] if len(found) == 1 else {"files": found})
@@ -64,6 +65,15 @@ def described(thing: Any) -> dict[str, Any]:
     else:
         facts = _simplex_mesh(thing)
     return facts | _extent(thing.bounds)
+
+
+def _library(path: Path) -> dict[str, Any] | None:
+    """Return the facts about a library of models, None of any other file."""
+    if path.suffix.lower() != ".sml" or not path.is_file() or not path.stat().st_size:
+        return None
+    from simplexmesh.recognition.library import ModelLibrary
+
+    return {"kind": "library of models", "models": list(ModelLibrary(path).names)}
 
 
 def _volume(volume: Any) -> dict[str, Any]:

@@ -82,8 +82,9 @@ def _added(models: Any, name: str, path: Path, **options: Any) -> None:
     """Add the model in a file; what is wrong with it is told with the file's name."""
     from simplexmesh.data.reading import read
 
+    data = read(path)  # names the file itself
     try:
-        models.add(name, read(path), **options)
+        models.add(name, data, **options)
     except (ValueError, TypeError) as problem:
         raise ValueError(f"{path}: {str(problem).removeprefix('data: ')}") from None
 
@@ -128,7 +129,7 @@ def remove(
 def recognise(
     library: Library,
     scan: Annotated[Path, typer.Argument(metavar="SCAN", help="An object, or a part of it, in the models' unit.")],
-    best: Annotated[int, typer.Option(min=1, help="How many models to tell at most.")] = 5,
+    best: Annotated[int, typer.Option(help="How many models to tell at most.")] = 5,
     level: Annotated[float | None, typer.Option(help="Surface meant, of volumes of intensities.")] = None,
     label: Annotated[int | None, typer.Option(help="Region meant, of volumes of labels.")] = None,
     picture: Annotated[Path | None, typer.Option(help="Write a picture of the scan with the best model in it.")] = None,
@@ -137,6 +138,8 @@ def recognise(
     """Say which models a scan may be of, best first, and where each lies in it."""
     if picture is not None:
         picture = writable(picture, "--picture", PICTURES, [library, scan])
+    if best < 1:
+        raise ValueError(f"--best must be at least 1, not {best}")
     if not library.exists():
         raise FileNotFoundError(f"there is no model library {library}")
     with held_interrupts() as interrupts, progress("recognizing", wanted=not json) as report:

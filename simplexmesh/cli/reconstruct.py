@@ -104,6 +104,8 @@ def loaded(inputs: list[Path], poses: Path | None) -> Any:
 
     if len(inputs) == 1 and poses is None:
         return as_data(inputs[0])
+    if poses is None:
+        note("no --poses were given: the scans are taken to be where they belong; simplexmesh register finds a pose")
     return joined_scans(inputs, poses)
 
 

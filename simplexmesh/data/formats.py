@@ -67,6 +67,9 @@ _MAGIC = [
 ]
 
 
+_DATABASE = b"SQLite format 3\0"
+
+
 def suffix(path: Path) -> str:
     """Return the ending of the name in lower case, `.nii.gz` as one.
 
@@ -87,6 +90,8 @@ def format_of(path: Path) -> str:
     OSError
         The file is empty, is not what its name says, or is in no format this library reads.
     """
+    if not path.is_file():
+        raise OSError(f"{path.name} must be a file, whose beginning can be read again, not a pipe or a device")
     size = path.stat().st_size
     if not size:
         raise OSError(f"{path.name} is empty")
@@ -99,14 +104,23 @@ def format_of(path: Path) -> str:
     if found is None and named == "stl" and not _is_text(head) and len(head) >= 84:
         raise OSError(f"{path.name} must have {_stl_size(head):,} bytes as STL, it has {size:,}: truncated or no STL")
     if found is None and named is not None:
-        raise OSError(f"{path.name} is not {_article(NAMES[named])} file, or is damaged at its beginning")
+        raise OSError(f"{path.name} is not {with_article(NAMES[named])} file, or is damaged at its beginning")
+    if found is None and head.startswith(_DATABASE):
+        raise OSError(f"{path.name} is a library of models or another database: see sm.ModelLibrary")
     if found is None:
         known = ", ".join(sorted(SUFFIXES))
         raise OSError(f"{path.name} is in no format known by its content; readable are {known}")
     return found
 
 
-def _article(name: str) -> str:
+def with_article(name: str) -> str:
+    """Return the name of a format as it stands in a sentence.
+
+    Examples
+    --------
+    >>> with_article("OBJ"), with_article("PLY")
+    ('an OBJ', 'a PLY')
+    """
     return ("an " if name in ("NRRD", "STL", "OBJ", "OFF", "XYZ") else "a ") + name
 
 

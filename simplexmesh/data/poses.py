@@ -133,4 +133,6 @@ def _stanford(words: list[str]) -> tuple[str, Array]:
 
 def _listed(words: list[str]) -> tuple[str, Array]:
     name = words[0].strip()
+    if len(words) != 17:
+        raise ValueError(f"a line must be a name and 16 numbers, with commas between them, not {len(words)} words")
     return name, _matrix(name, np.array([float(word) for word in words[1:]]).reshape(4, 4))

@@ -69,7 +69,9 @@ def read(path: str | os.PathLike[str]) -> Any:
         kind = formats.format_of(where)
         said = formats.SUFFIXES.get(formats.suffix(where), kind)
         if said != kind and not (said == "text" or {said, kind} <= {"vti", "vtp", "vtk"}):
-            _warn(f"{where.name} is a {formats.NAMES[kind]} file by its content and was read as such")
+            _warn(
+                f"{where.name} is {formats.with_article(formats.NAMES[kind])} file by its content and was read as such"
+            )
         return _read_kind(where, kind)
 
 

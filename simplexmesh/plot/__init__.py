@@ -32,3 +32,7 @@ __all__ = [
     "surface",
     "together",
 ]
+
+
+def __dir__() -> list[str]:
+    return __all__

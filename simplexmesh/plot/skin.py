@@ -137,7 +137,7 @@ def scalars_of(
         return distances(mesh, thing(data), level, label, inside), "distance to the data", 1, False
     if wanted == "distance" and "distance" not in mesh.data:
         raise ValueError("scalars 'distance' needs the data to measure to: data is None, and the mesh has none")
-    names = [*DIVERGING, "distance", *mesh.data]
+    names = list(dict.fromkeys([*DIVERGING, "distance", *mesh.data]))
     values = np.asarray(mesh.data[_check.choice("scalars", wanted, names)], dtype=float)
     if values.ndim != 1:
         raise ValueError(f"scalars {wanted!r} must have one number for each vertex, not shape {values.shape}")
