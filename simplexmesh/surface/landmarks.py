@@ -15,13 +15,17 @@ from simplexmesh._vec import norm
 from simplexmesh.surface.averages import Averages
 from simplexmesh.surface.bends import averaged
 from simplexmesh.surface.curvature.result import Curvature
+from simplexmesh.surface.junctions import junctions
 from simplexmesh.surface.samples import Samples, as_samples
 from simplexmesh.surface.scales import known_curvature, known_or_not, smallest_scale
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-CRITERIA = ("peak", "pit", "ridge", "valley", "saddle", "magnitude", "curvedness")
+CRITERIA = ("peak", "pit", "ridge", "valley", "saddle", "magnitude", "curvedness", "junction")
+
+FAINTEST = 0.25
+"""Junctions are looked for where a groove has at least this share of the strength of the strongest nearby."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -78,8 +82,9 @@ def snap_landmark(
         A vertex, or a point no farther from the surface than `radius`.
     criterion : str or (n,) array of float
         What is highest: "peak" and "pit" (the smaller bend of a dome outward, or of a hollow inward: min of k1, k2, or
-        of -k1, -k2; cusps are peaks), "ridge" and "valley" (k1, or -k2), "saddle" (-K), "magnitude" (abs(H)),
-        "curvedness", or numbers of the caller's, NaN where unknown.
+        of -k1, -k2; cusps are peaks, and so is the gonion, where a border bends), "ridge" and "valley" (k1, or -k2),
+        "saddle" (-K), "magnitude" (abs(H)), "curvedness", "junction" (where three grooves or more meet, as sutures at
+        the pterion: -k2 of the third strongest over half the radius), or numbers of the caller's, NaN where unknown.
     radius : float
         How far the landmark may be from the pick along the surface, in its unit of length.
     curvature : Curvature, optional
@@ -95,7 +100,8 @@ def snap_landmark(
     Raises
     ------
     ValueError
-        A pick beyond the surface or farther than `radius` from it, an unknown criterion, nothing known nearby.
+        A pick beyond the surface or farther than `radius` from it, an unknown criterion, nothing known nearby, no
+        junction there.
 
     Examples
     --------
@@ -111,7 +117,10 @@ def snap_landmark(
     near, away = within(samples, start, radius)
     averages = Averages(samples)
     width = min(smallest_scale(averages), radius / 3) if scale is None else _check.number("scale", scale, 0.0)
-    field = _field(criterion, samples, averages, curvature, width)
+    if isinstance(criterion, str) and criterion == "junction":
+        field = _meeting(samples, averages, known_curvature(samples, curvature), width, near, radius)
+    else:
+        field = _field(criterion, samples, averages, curvature, width)
     known = np.isfinite(field[near])
     if not known.any():
         raise ValueError(f"criterion must be known somewhere within {radius:g} of the pick, it is nowhere")
@@ -163,3 +172,18 @@ def _field(
     }
     field = fields[criterion]
     return np.where(np.isfinite(field), averages.over(field, width), np.nan) if width > 0 else field
+
+
+def _meeting(
+    samples: Samples, averages: Averages, known: Curvature, width: float, near: Indices, radius: float
+) -> Array:
+    """Return how strong a junction of grooves each vertex near is; elsewhere it is not known."""
+    groove = np.where(np.isfinite(known.k2), np.maximum(-known.k2, 0.0), 0.0)
+    strength = averages.over(groove, width) if width > 0 else groove
+    field = np.full(len(samples.points), np.nan)
+    field[near] = 0.0
+    deep = near[strength[near] >= FAINTEST * strength[near].max()]
+    field[deep] = junctions(samples, strength, np.nan_to_num(known.normals), deep, radius / 2)
+    if not field[near].any():
+        raise ValueError(f"pick must have a place within {radius:g} where three grooves meet, it has none")
+    return field
