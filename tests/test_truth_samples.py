@@ -326,6 +326,20 @@ class TestNoise:
             axes.add(int(axis))
         assert axes == {0, 1, 2}
 
+    @pytest.mark.parametrize("distribution", noise.DISTRIBUTIONS)
+    def test_along_directions_goes_as_far_one_way_as_another(self, distribution):
+        moved = noise.noisy(self.ball.mesh, 0.1, unit="length", along="directions", distribution=distribution, rng=0)
+        shift = moved.vertices - self.ball.vertices
+        length = np.linalg.norm(shift, axis=1)
+        unit = shift / length[:, None]
+        assert np.abs(unit.mean(axis=0)).max() < 0.05
+        assert unit.T @ unit / len(unit) == pytest.approx(np.eye(3) / 3, abs=0.03)
+        if distribution == "uniform":
+            assert length.max() <= 0.1
+            assert length.mean() == pytest.approx(0.05, rel=0.05)
+        else:
+            assert (length**2).mean() == pytest.approx(0.01, rel=0.1)
+
     def test_faces_stay_and_no_noise_is_none(self):
         moved = noise.noisy(self.ball.mesh, 0.0, rng=0)
         assert (moved.vertices == self.ball.vertices).all()

@@ -39,8 +39,8 @@ def noise_table(
     ----------
     names : sequence of str
         Methods of `curvature`, started from area-weighted normals.
-    along : {"normals", "axis"}
-        Which way vertices move.
+    along : {"normals", "directions"}
+        Which way vertices move: table 10, or 11.
     cumulative : bool
         Each level's noise on top of the level before, to imitate the article's numbers.
     amounts : sequence of float

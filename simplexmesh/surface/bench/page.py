@@ -147,9 +147,10 @@ def _noise(found: Results) -> list[str]:
         "Mean error of H over inner vertices of a spherical cap, z = sqrt(4 - x^2 - y^2) on 50 x 50 cut squares, with "
         "uniform noise of a total width given in diagonals of the bounding box; normals by area. All levels, and K: "
         "[noise.csv](noise.csv). The article's numbers grow as if each level's noise had been added to the level "
-        "before; both ways are here. Its tables 10 and 11 in italics.",
+        "before; both ways are here. Its tables 10 and 11 in italics: what it calls a random axis is one for each "
+        "vertex, by which vertices go both ways, so that the noise is twice as wide as along normals.",
     ]
-    for along in ("normals", "axis"):
+    for along in ("normals", "directions"):
         for cumulative in (False, True):
             rows = [
                 line
@@ -162,7 +163,8 @@ def _noise(found: Results) -> list[str]:
                 if cumulative:
                     table += _printed_noise(along, list(table[0]))
                 added = "each level on top of the one before" if cumulative else "each level by itself"
-                parts += [f"Along {'normals' if along == 'normals' else 'one axis'}, {added}:", as_markdown(table)]
+                way = "normals" if along == "normals" else "a direction of each vertex's own"
+                parts += [f"Along {way}, {added}:", as_markdown(table)]
     return parts
 
 

@@ -38,7 +38,7 @@ NOISE: dict[str, dict[str, dict[str, tuple[float | None, ...]]]] = {
             "extended_quadric": (5.3564e-05, 0.0878645, 0.207958, 0.79513, 4.11073),
         },
     },
-    "axis": {
+    "directions": {
         "H": {
             VORONOI: (7.09784e-10, 0.100438, 0.232241, 0.749053, 1.95398),
             "quadric": (2.79425e-05, 0.100451, 0.232257, 0.74954, 1.95615),

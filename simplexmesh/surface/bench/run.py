@@ -65,7 +65,7 @@ def measured(
         place = {"surface": surface, "mesh": kind, "size": size}
         found.meshes += [place | line for line in whole.scored(made, names)]
         done += size**2
-    for at, (along, cumulative) in enumerate([(a, c) for a in ("normals", "axis") for c in (False, True)]):
+    for at, (along, cumulative) in enumerate([(a, c) for a in ("normals", "directions") for c in (False, True)]):
         report(0.45 + 0.02 * at, f"noise along {along}")
         amounts, repeats = (QUICK_AMOUNTS, 1) if quick else (noisy.AMOUNTS, noisy.REPEATS)
         options: dict[str, Any] = {"along": along, "cumulative": cumulative, "amounts": amounts, "repeats": repeats}

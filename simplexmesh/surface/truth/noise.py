@@ -1,4 +1,4 @@
-"""Noise for meshes that are exact: along normals, along one axis, in all directions."""
+"""Noise for meshes that are exact: along normals, along one axis, along directions drawn for each vertex."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh import _check
-from simplexmesh._vec import norm
+from simplexmesh._vec import norm, normalized
 from simplexmesh.data.triangles import TriangleMesh
 
 Array = NDArray[np.float64]
 
-ALONG = ("normals", "axis", "all")
+ALONG = ("normals", "axis", "directions", "all")
 UNITS = ("diagonal", "edge", "length")
 DISTRIBUTIONS = ("normal", "uniform")
 
@@ -47,10 +47,12 @@ def noisy(
         Standard deviation for normal noise, total width for uniform noise, in `unit`.
     unit : {"edge", "diagonal", "length"}
         The mean edge, the diagonal of the bounding box, the mesh's unit of length.
-    along : {"all", "normals", "axis"}
-        Which way vertices go: each coordinate by itself, along normals, along x, y or z, drawn once for all vertices.
+    along : {"all", "normals", "axis", "directions"}
+        Which way vertices go: each coordinate by itself, along normals, along x, y or z, drawn once for all vertices,
+        or each vertex along a direction of its own.
     distribution : {"normal", "uniform"}
-        Uniform noise is centered. Of total width `amount` in diagonals along normals it is the article's (2012).
+        Uniform noise is centered, but along directions of their own vertices go from 0 to `amount`. In diagonals that
+        is the article's noise (2012), of table 10 along normals, of table 11 along "directions".
     normals : (n, 3) array of float, optional
         Unit vectors for "normals"; the mesh's own by default.
     rng : numpy.random.Generator or int, optional
@@ -71,7 +73,10 @@ def noisy(
     axis = np.eye(3)[chance.integers(3)] if along == "axis" else None
     shape = (n, 3) if along == "all" else (n, 1)
     shift = chance.normal(size=shape) if distribution == "normal" else chance.uniform(-0.5, 0.5, shape)
-    if along == "normals":
+    if along == "directions":
+        shift = shift if distribution == "normal" else shift + 0.5
+        shift = shift * normalized(chance.normal(size=(n, 3)))
+    elif along == "normals":
         ways = mesh.vertex_normals if normals is None else _check.array("normals", normals, (n, 3))
         shift = shift * ways
     elif axis is not None:
