@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +26,7 @@ REASONS = {
 }
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Edited:
     """A mesh after operators, and where everything went.
 
@@ -43,8 +44,22 @@ class Edited:
     vertex_map: NDArray[np.int32]
     face_map: NDArray[np.int32]
 
+    def __repr__(self) -> str:
+        came = f"of {len(self.vertex_map)} vertices"
+        more = [f", {_told(each.name, getattr(self, each.name))}" for each in fields(self)[3:]]
+        return f"{type(self).__name__}({self.mesh!r} {came}{''.join(more)})"
 
-@dataclass(frozen=True, eq=False)
+
+def _told(name: str, value: Any) -> str:
+    """Return a part of a result in a word or two, not with all its numbers."""
+    if isinstance(value, float):
+        return f"{name} {value:.4g}"
+    if isinstance(value, tuple | np.ndarray) and not (name == "faces" and len(value) == 2):
+        return f"{len(value)} {name}"
+    return f"{name} {value!r}"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class Batch:
     """What became of the edits of a batch.
 
@@ -62,3 +77,7 @@ class Batch:
     reasons: Mapping[str, int]
     status: NDArray[np.int32]
     witness: NDArray[np.int32]
+
+    def __repr__(self) -> str:
+        why = "".join(f", {count} not: {reason}" for reason, count in self.reasons.items())
+        return f"Batch({np.count_nonzero(self.done)} of {len(self.done)} done{why})"

@@ -16,7 +16,7 @@ from simplexmesh.mesh.editing import EditableMesh
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Cut(Edited):
     """A mesh after a cut.
 
@@ -32,7 +32,7 @@ class Cut(Edited):
     separated: bool
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Joined(Edited):
     """A mesh after two of its faces were joined.
 

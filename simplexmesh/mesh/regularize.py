@@ -13,7 +13,7 @@ from simplexmesh.mesh.editing import EditableMesh
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Regularized(Edited):
     """A mesh with even face sizes.
 

@@ -73,7 +73,7 @@ class HandleProposal:
         return f"HandleProposal({where}, {what})"
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Handled(Edited):
     """A mesh with handles added to it.
 

@@ -75,7 +75,7 @@ class HoleProposal:
         return f"HoleProposal({len(self.faces)} faces, area {self.area:.4g}, {what})"
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Opened(Edited):
     """A mesh with holes opened in it.
 

@@ -67,13 +67,13 @@ class Match:
     flipped: bool = False
 
     def __repr__(self) -> str:
-        turn = np.degrees(angles_between(np.eye(3)[None], self.rotation[None])[0, 0])
         scale = f", scale {self.scale:.2f} of {self.scaled}" if self.scaled else ""
         flip = ", turned over" if self.flipped else ""
         if self.shift.any():
-            turn = ", ".join(f"{each:.1f}" for each in np.degrees(self.shift))
+            turn = ", ".join(f"{each + 0.0:.1f}" for each in np.degrees(self.shift).round(1))
             return f"Match(distance {self.distance:.4f}, overlap {self.overlap:.0%}, shifted by {turn} degrees{flip})"
-        return f"Match(distance {self.distance:.4f}, overlap {self.overlap:.0%}, turned by {turn:.1f} degrees{scale})"
+        turned = np.degrees(angles_between(np.eye(3)[None], self.T_a_b[None, :3, :3])[0, 0])
+        return f"Match(distance {self.distance:.4f}, overlap {self.overlap:.0%}, turned by {turned:.1f} degrees{scale})"
 
     @cached_property
     def T_a_b(self) -> Array:

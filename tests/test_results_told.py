@@ -1,0 +1,36 @@
+"""What results say of themselves when printed: in a line, without walls of numbers."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import simplexmesh as sm
+
+BALL = sm.sphere(8)
+RING = sm.torus(24, 12)
+
+
+@pytest.mark.parametrize(
+    ("result", "said"),
+    [
+        (sm.remove_face(BALL, 3), "Edited(SimplexMesh(1268 vertices, 636 faces, genus 0, 0 holes) of 1280 vertices)"),
+        (sm.regularize(BALL), f"Regularized({BALL!r} of 1280 vertices, swaps 0, 0 exceptions)"),
+        (sm.cut(RING, sm.Contour.through(RING, [0, 5])), "faces ("),
+        (sm.join(BALL, RING.moved(RING.vertices + 5), 0, 10), "contour Contour(12 vertices))"),
+        (sm.open_holes(BALL, zones=[[1, 2]]), "of 1280 vertices, 1 proposals)"),
+        (sm.EditableMesh(BALL).remove_faces([3, 3]), "Batch(1 of 2 done, 1 not: touched by an edit before)"),
+    ],
+)
+def test_an_edit_is_told_in_a_line(result, said):
+    assert said in repr(result)
+    assert "\n" not in repr(result)
+    assert "array" not in repr(result)
+
+
+def test_a_match_tells_by_how_much_the_object_is_turned():
+    egg = sm.sphere(12)
+    egg = egg.moved(egg.vertices * [1.6, 1.3, 1.0] + 0.1 * egg.vertices**2)
+    quarter = np.array([[0, -1.0, 0], [1, 0, 0], [0, 0, 1]])
+    found = sm.match(sm.sai(egg.moved(egg.vertices @ quarter.T), 6), sm.sai(egg, 6))[0]
+    assert "turned by 90.0 degrees" in repr(found)
