@@ -218,7 +218,7 @@ class TestReport:
 
 
 class TestPicture:
-    @pytest.mark.parametrize("show", ["mean", "gauss", "k1", "saliency", "classes"])
+    @pytest.mark.parametrize("show", ["mean", "gauss", "k1", "saliency", "classes", "all"])
     def test_is_drawn(self, command, files, tmp_path, show):
         picture = tmp_path / "egg.png"
         code, _, err = command(
@@ -260,6 +260,11 @@ class TestBadInput:
                 "egg.off",
                 ["--limits", 0, 1, "--show", "classes", "--picture", "out.png"],
                 ["--limits are ends of a scale, --show classes has none"],
+            ),
+            (
+                "egg.off",
+                ["--limits", 0, 1, "--show", "all", "--picture", "out.png"],
+                ["--limits are ends of a scale, --show all has several"],
             ),
         ],
     )

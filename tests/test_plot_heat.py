@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import pyvista as pv
+from hypothesis import given
+from hypothesis import strategies as st
 
 import simplexmesh as sm
 from simplexmesh.plot import coat as coats
@@ -81,12 +83,30 @@ class TestHeat:
             ([5.0] * 100, (4.5, 5.5)),
             ([np.nan] * 100, (0.0, 1.0)),
             ([0.1] * 999 + [1e9], (-0.4, 0.6)),
+            (
+                [-1.0, 1.0] * 400 + [-3.1, 3.1] * 50 + [-900.0, 900.0] * 50,
+                (-4.0, 4.0),
+            ),  # long tails: four times the middle
+            ([-1.0, 1.0] * 300 + [-900.0, 900.0] * 200, (-900.0, 900.0)),  # but not where they are many
+            ([-0.001, 0.00317] * 100, (-0.0032, 0.0032)),
+            ([0.0, 1234.0] * 100, (0.0, 1400.0)),
         ],
     )
     def test_limits(self, values, expected):
         even = np.ones(len(values))
         assert hot_metal.ends(np.array(values), None, even) == pytest.approx(expected)
         assert hot_metal.ends(np.array(values), (1, 2), even) == (1.0, 2.0)
+
+    @given(st.floats(1e-200, 1e200))
+    def test_round_ends_are_no_less_and_not_much_more(self, value):
+        found = hot_metal._rounded(value)
+        assert value * (1 - 1e-6) <= found <= 1.26 * value
+        assert len(f"{found / 4:.4g}".replace("-", "").replace(".", "").split("e")[0].strip("0")) <= 3
+
+    def test_labels_of_thousands_are_written_out(self):
+        for high, written in ((3600.0, "3600"), (0.0032, "0.0032"), (2e7, "2e+07")):
+            plotter = sm.plot.heat(RING, VALUES, limits=(-high, high))
+            assert next(iter(plotter.scalar_bars.values())).GetLabelFormat() % high == written
 
     def test_limits_go_by_what_is_seen(self):
         """Half of the vertices are in a corner of a hundredth of the area."""
@@ -240,3 +260,57 @@ class TestClasses:
         assert not any("entry" in name for name in plotter.actors)  # regions have numbers, no names
         plotter = sm.plot.classes(RING, kinds, legend=False)
         assert not any("entry" in name for name in plotter.actors)
+
+
+class TestCurvature:
+    def test_four_panels_show_what_the_functions_find(self):
+        found = sm.curvature(RING, "sine")
+        plotter = sm.plot.curvature(RING, curvature=found, unit="mm", title="ring", count=3)
+        assert plotter.shape == (1, 4)
+        coats = [next(iter(each.actors.values())).mapper.dataset for each in plotter.renderers]
+        expected = [found.mean, found.gauss, sm.saliency(RING, curvature=found)]
+        for coat, values in zip(coats, expected, strict=False):
+            assert np.sort(np.unique(coat["heat"])).max() <= np.nanmax(values) + 1e-9
+            assert np.corrcoef(coat["heat"], values[nearest(RING.vertices, coat.points)])[0, 1] > 0.95
+        assert set(plotter.scalar_bars.keys()) == {
+            "mean curvature H (1/mm)\n", "Gaussian curvature K (1/mm²)\n", "saliency (rad)\n",
+        }  # fmt: skip
+        kinds = sm.hk_classes(RING, curvature=found)
+        written = [
+            actor.input for name, actor in plotter.renderers[3].actors.items() if name.endswith(tuple("0123456789"))
+        ]
+        assert set(written) <= set(kinds.counts)
+        assert written
+        cameras = {tuple(np.round(each.camera.position, 9)) for each in plotter.renderers}
+        assert len(cameras) == 1
+
+    def test_marks_no_more_points_than_asked_for(self):
+        egg = sm.ellipsoid((3, 1, 1), 12).triangulated("dual")
+        balls = []
+        for count in (0, 1, 2):
+            plotter = sm.plot.curvature(egg, curvature=sm.curvature(egg, "sine"), count=count)
+            meshes = [
+                actor.mapper.dataset for actor in plotter.renderers[2].actors.values() if getattr(actor, "mapper", None)
+            ]
+            balls.append(sum(each.n_points == 362 for each in meshes))
+        assert balls == [0, 1, 2]
+
+    @pytest.mark.parametrize(
+        ("call", "words"),
+        [
+            (lambda: sm.plot.curvature(CUBE), "surface must be a mesh or points, not Volume"),
+            (lambda: sm.plot.curvature(RING, count=-1), "count must be at least 0, not -1"),
+            (
+                lambda: sm.plot.curvature(RING, curvature=3),
+                "curvature must be a Curvature, made by simplexmesh.curvature",
+            ),
+        ],
+    )
+    def test_bad_input_is_told(self, call, words):
+        with pytest.raises((ValueError, TypeError)) as caught:
+            call()
+        assert str(caught.value).startswith(words)
+
+
+def nearest(points, to):
+    return np.linalg.norm(np.asarray(to)[:, None] - points, axis=2).argmin(axis=1)

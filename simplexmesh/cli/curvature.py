@@ -24,7 +24,7 @@ from simplexmesh.cli.report import (
 )
 
 EXAMPLE = "Example: simplexmesh curvature femur.off --method sine --rings 2 -o femur_curv.vtp --picture femur.png"
-SHOWN = ("mean", "gauss", "k1", "k2", "saliency", "classes")
+SHOWN = ("mean", "gauss", "k1", "k2", "saliency", "classes", "all")
 OPEN = 0.02
 """An open surface encloses at least this share of its area times its diagonal, or which way it looks is not told."""
 POWERS = {"mean": 1, "gauss": 2, "k1": 1, "k2": 1}
@@ -44,7 +44,7 @@ def command(
     points: Annotated[int, typer.Option(help="How many salient points to tell of.")] = 10,
     picture: Annotated[Path | None, typer.Option(help="Write a picture to this file.")] = None,
     show: Annotated[
-        str | None, typer.Option(help="What it shows: mean, the default, gauss, k1, k2, saliency or classes.")
+        str | None, typer.Option(help="What it shows: mean, the default, gauss, k1, k2, saliency, classes or all.")
     ] = None,
     limits: Annotated[tuple[float, float] | None, typer.Option(help="Ends of its scale.")] = None,
     unit: Annotated[str, typer.Option(help="Unit of length, for the scale and the table.")] = "",
@@ -113,8 +113,9 @@ def _check_picture(picture: Path | None, show: str | None, limits: tuple[float, 
     if picture is None and (show is not None or limits is not None):
         said = "--show is" if show is not None else "--limits are"
         raise ValueError(f"{said} for a picture: give --picture too")
-    if show == "classes" and limits is not None:
-        raise ValueError("--limits are ends of a scale, --show classes has none")
+    if show in ("classes", "all") and limits is not None:
+        has = "none" if show == "classes" else "several"
+        raise ValueError(f"--limits are ends of a scale, --show {show} has {has}")
 
 
 def _surface(path: Path) -> Any:
@@ -235,7 +236,10 @@ def _draw(
 ) -> None:
     from simplexmesh import plot
 
-    if show == "classes":
+    if show == "all":
+        curved, points = found["curvature"], len(found["salient"])
+        plotter = plot.curvature(surface, curvature=curved, count=points, unit=unit, title=title, view=view, up=up)
+    elif show == "classes":
         plotter = plot.classes(surface, found["classes"], title=title, view=view, up=up)
     else:
         values = found["saliency"] if show == "saliency" else getattr(found["curvature"], show)

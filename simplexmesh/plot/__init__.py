@@ -10,6 +10,7 @@ Examples
 """
 
 from simplexmesh.plot.attribute_image import signature
+from simplexmesh.plot.bent import curvature
 from simplexmesh.plot.camera import looked_at
 from simplexmesh.plot.landscape import landscape
 from simplexmesh.plot.overlay import overlay
@@ -20,6 +21,7 @@ from simplexmesh.plot.stage import has_display, picture, stage
 __all__ = [
     "beside",
     "classes",
+    "curvature",
     "has_display",
     "heat",
     "landscape",

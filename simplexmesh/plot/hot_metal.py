@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -21,6 +22,13 @@ FAILED = "#7d7d7d"
 
 SHOWN = 95.0
 """Percent of the surface whose values are within the scale, where no limits are given."""
+
+OFTEN, MOST = 85.0, 4.0
+"""Of numbers of both signs less may be: so many percent, down to so many times the middle size. Curvatures have long
+tails, and on a scale that reaches to their ends all else would be green."""
+
+ROUND = (1.0, 1.2, 1.4, 1.6, 1.8, 2.0, 2.4, 2.8, 3.0, 3.2, 3.6, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0)
+"""A scale that begins or is centered at zero ends at one of these, times a power of ten: its labels are short."""
 
 
 def hot_metal(low: float, high: float) -> pv.LookupTable:
@@ -67,8 +75,21 @@ def ends(values: Array, limits: Any, areas: Array) -> tuple[float, float]:
         return 0.0, 1.0
     low, high = _percentiles(known, seen, [100 - SHOWN, SHOWN])
     if low < 0 < high:
-        (most,) = _percentiles(np.abs(known), seen, [SHOWN])
-        low, high = -most, most
+        middle, often, nearly_all = _percentiles(np.abs(known), seen, [50.0, OFTEN, SHOWN])
+        high = _rounded(min(max(MOST * middle, often), nearly_all))
+        low = -high
     elif 0 <= low < 0.5 * high:
-        low = 0.0
+        low, high = 0.0, _rounded(high)
     return (low, high) if low < high else (low - 0.5, low + 0.5)
+
+
+def _rounded(value: float) -> float:
+    """Return the next round number that is no less.
+
+    Examples
+    --------
+    >>> _rounded(0.0571), _rounded(1620.0), _rounded(2.0)
+    (0.06, 2000.0, 2.0)
+    """
+    power = float(f"1e{math.floor(math.log10(value))}")
+    return float(f"{next(step for step in ROUND if step * power >= value * (1 - 1e-9)) * power:.6g}")

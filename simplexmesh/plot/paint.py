@@ -39,7 +39,7 @@ def heat(
     *,
     name: str = "",
     limits: tuple[float, float] | None = None,
-    marks: ArrayLike | None = None,
+    marks: Any = None,
     lines: Sequence[Any] = (),
     title: str | None = None,
     view: str | Sequence[float] | None = None,
@@ -57,8 +57,9 @@ def heat(
     name : str
         What the numbers are, and their unit, for the scale.
     limits : (2,) tuple of float, optional
-        Ends of the scale. By default 95 % of the area is within: numbers of both signs have zero in the middle,
-        others begin at zero or at their 5th percentile, whichever spreads them more.
+        Ends of the scale. By default 95 % of the area is within: numbers of both signs have zero in the middle, and
+        end earlier where their tails are long, others begin at zero or at their 5th percentile, whichever spreads
+        them more.
     marks : (m, 3) array of float or SalientPoints, optional
         Points to mark with balls, the first ones larger.
     lines : sequence of Polyline or of (k, 3) arrays of float
@@ -88,12 +89,12 @@ def heat(
     >>> heat(ring, sm.curvature(ring, "sine").mean, name="mean curvature (1/mm)").close()
     """
     alone, plotter = plotter is None, stage() if plotter is None else plotter
-    shown = _shown(surface)
+    shown = shown_of(surface)
     numbers = _values(values, shown)
     low, high = ends(numbers, limits, _areas(shown))
     coat = colored(shown, "heat", np.clip(numbers, low, high))
     _draw(
-        plotter, coat, scalars="heat", cmap=hot_metal(low, high), clim=(low, high), scalar_bar_args=bar(name),
+        plotter, coat, scalars="heat", cmap=hot_metal(low, high), clim=(low, high), scalar_bar_args=bar(name, high),
     )  # fmt: skip
     if marks is not None:
         mark(plotter, getattr(marks, "points", marks), size=_diagonal(shown))
@@ -147,7 +148,7 @@ def classes(
     >>> classes(ring, sm.hk_classes(ring, curvature=sm.curvature(ring, "sine"))).close()
     """
     alone, plotter = plotter is None, stage() if plotter is None else plotter
-    shown = _shown(surface)
+    shown = shown_of(surface)
     names = getattr(labels, "names", None) if names is None else names
     colors = getattr(labels, "colors", None) if colors is None else colors
     numbers = _classes(labels, shown)
@@ -215,7 +216,7 @@ def _draw(plotter: pv.Plotter, coat: pv.PolyData, **style: Any) -> None:
         plotter.add_mesh(coat, smooth_shading=True, **COLORS_LIT, **style)
 
 
-def _shown(surface: Any) -> Any:
+def shown_of(surface: Any) -> Any:
     """Return the thing to be drawn; a mesh of the caller's stays as it is, with all its vertices."""
     if isinstance(surface, tuple | list) and len(surface) == 2:
         surface = TriangleMesh(surface[0], surface[1])

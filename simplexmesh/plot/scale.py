@@ -38,8 +38,8 @@ def scale(
     }
 
 
-def bar(title: str) -> dict[str, Any]:
-    """Return how the bar under a picture looks, and what it says."""
+def bar(title: str, largest: float = 1.0) -> dict[str, Any]:
+    """Return how the bar under a picture looks, and what it says; labels of thousands are written out."""
     return {
         "title": f"{title}\n",  # the line break keeps it clear of the labels
         "vertical": False,
@@ -48,7 +48,7 @@ def bar(title: str) -> dict[str, Any]:
         "position_x": 0.25,
         "position_y": 0.03,
         "n_labels": 5,
-        "fmt": "%.3g",
+        "fmt": "%.0f" if 1e3 <= largest < 1e5 else "%.3g",
         "color": INK,
         "title_font_size": 16,
         "label_font_size": 13,

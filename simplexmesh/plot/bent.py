@@ -1,0 +1,87 @@
+"""How a surface bends, at one look: mean and Gaussian curvature, what stands out, and kinds of surface."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import pyvista as pv
+
+from simplexmesh import _check
+from simplexmesh.plot.camera import looked_at
+from simplexmesh.plot.paint import classes, heat, shown_of
+from simplexmesh.plot.scenes import upright
+from simplexmesh.plot.stage import stage
+from simplexmesh.surface.classes import hk_classes
+from simplexmesh.surface.curvature.result import Curvature
+from simplexmesh.surface.regions import regions
+from simplexmesh.surface.saliency import saliency
+from simplexmesh.surface.salient import salient_points
+from simplexmesh.surface.samples import as_samples
+from simplexmesh.surface.scales import known_curvature
+
+
+def curvature(
+    surface: Any,
+    *,
+    curvature: Curvature | None = None,
+    count: int = 12,
+    unit: str = "",
+    title: str | None = None,
+    view: str | Sequence[float] | None = None,
+    up: str = "auto",
+) -> pv.Plotter:
+    """Show how a surface bends, in four panels.
+
+    Mean curvature, Gaussian curvature, saliency with the most persistent salient points, and the kinds of surface by
+    the signs of both curvatures, specks joined to what surrounds them.
+
+    Parameters
+    ----------
+    surface : TriangleMesh, SimplexMesh, PointCloud or anything convertible to these
+        What is measured.
+    curvature : Curvature, optional
+        When already known; otherwise it is measured.
+    count : int
+        How many salient points are marked at most.
+    unit : str
+        Unit of length, for the scales.
+    title : str, optional
+        Text over the first panel.
+    view : str or (3,) vector, optional
+        As for `looked_at`.
+    up : {"auto", "x", "y", "z"}
+        As for `surface`.
+
+    Returns
+    -------
+    pyvista.Plotter
+
+    Raises
+    ------
+    ValueError, TypeError
+        Not a surface, a curvature of another one, a negative count.
+
+    Examples
+    --------
+    >>> import simplexmesh as sm
+    >>> sm.plot.curvature(sm.torus(24, 12).triangulated("dual"), unit="mm").close()
+    """
+    shown = shown_of(surface)
+    count = _check.integer("count", count, 0)
+    samples = as_samples(shown)
+    known = known_curvature(samples, curvature)
+    kinds = hk_classes(samples, curvature=known)
+    whole = regions(samples, kinds)
+    standing = saliency(samples, curvature=known)
+    points = salient_points(samples, curvature=known, count=count)
+    plotter = stage(columns=4)
+    per = (f" (1/{unit})", f" (1/{unit}²)") if unit else ("", "")
+    heat(shown, known.mean, name=f"mean curvature H{per[0]}", title=title, plotter=plotter)
+    plotter.subplot(0, 1)
+    heat(shown, known.gauss, name=f"Gaussian curvature K{per[1]}", plotter=plotter)
+    plotter.subplot(0, 2)
+    heat(shown, standing, name="saliency (rad)", marks=points, plotter=plotter)
+    plotter.subplot(0, 3)
+    classes(shown, whole.classes[whole.labels], names=kinds.names, colors=kinds.colors, plotter=plotter)
+    return looked_at(plotter, view, up=upright(shown, up))
