@@ -40,7 +40,7 @@ def told(message: str) -> None:
     >>> str(caught[0].message), caught[0].filename == __file__
     ('merged 12 duplicate points', False)
     """
-    package, level = f"{__name__.partition('.')[0]}.", 1
+    package, level = (f"{__name__.partition('.')[0]}.", "functools.", "contextlib."), 1
     frame = sys._getframe(1)
     while frame.f_back is not None and f"{frame.f_globals.get('__name__', '')}.".startswith(package):
         frame, level = frame.f_back, level + 1

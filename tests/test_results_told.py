@@ -34,3 +34,20 @@ def test_a_match_tells_by_how_much_the_object_is_turned():
     quarter = np.array([[0, -1.0, 0], [1, 0, 0], [0, 0, 1]])
     found = sm.match(sm.sai(egg.moved(egg.vertices @ quarter.T), 6), sm.sai(egg, 6))[0]
     assert "turned by 90.0 degrees" in repr(found)
+
+
+def test_warnings_are_at_the_line_that_called(tmp_path):
+    """However deep it is found, and through cached properties and context managers."""
+    points = np.vstack([BALL.vertices, BALL.vertices[:3]])
+    np.savetxt(tmp_path / "ball.xyz", points)
+    two = np.vstack([BALL.vertices, 0.6 * BALL.vertices + 3.0])
+    for call in (
+        lambda: sm.reconstruct(points, vertices=100, iterations=10),
+        lambda: sm.register(points, BALL),
+        lambda: sm.dual((BALL.triangulated().vertices, np.vstack([BALL.triangulated().faces] * 2))),
+        lambda: sm.reconstruct(two, vertices=200, iterations=10),
+        lambda: sm.reconstruct(tmp_path / "ball.xyz", vertices=100, iterations=10),
+    ):
+        with pytest.warns(sm.SimplexMeshWarning) as heard:
+            call()
+        assert {each.filename for each in heard} == {__file__}

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import re
 import tempfile
-import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -19,7 +18,7 @@ import SimpleITK as sitk  # noqa: N813
 
 from simplexmesh.data import formats, integrity
 from simplexmesh.data.volume import Volume
-from simplexmesh.errors import SimplexMeshWarning
+from simplexmesh.errors import told
 
 _UNEVEN = 0.01
 
@@ -96,11 +95,7 @@ def _dicom_slices(folder: Path) -> list[str]:
     longest = max(found, key=len)
     if len(found) > 1:
         sizes = ", ".join(str(len(slices)) for slices in found)
-        warnings.warn(
-            f"{folder.name} holds {len(found)} DICOM series ({sizes} slices): the longest was taken",
-            SimplexMeshWarning,
-            stacklevel=2,
-        )
+        told(f"{folder.name} holds {len(found)} DICOM series ({sizes} slices): the longest was taken")
     return longest
 
 

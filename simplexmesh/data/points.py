@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -12,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh import _check, _vec
-from simplexmesh.errors import SimplexMeshWarning
+from simplexmesh.errors import told
 
 Array = NDArray[np.float64]
 
@@ -108,7 +107,7 @@ class PointCloud:
         duplicates = len(self) - len(first)
         if not duplicates:
             return self
-        warnings.warn(f"merged {duplicates:,} duplicate points of {len(self):,}", SimplexMeshWarning, stacklevel=2)
+        told(f"merged {duplicates:,} duplicate points of {len(self):,}")
         normals: Array | None = None
         if self.normals is not None:
             normals = np.zeros((len(first), 3))
@@ -151,7 +150,7 @@ def measured(name: str, points: Array, normals: Array | None, *, missing: bool =
         return PointCloud(points, normals)
     gone = int(np.count_nonzero(~keep))
     message = f"{name}: left out {gone:,} of {len(keep):,} points, not measured or without direction"
-    warnings.warn(message, SimplexMeshWarning, stacklevel=5)
+    told(message)
     return PointCloud(points[keep], None if normals is None else normals[keep])
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -17,7 +16,7 @@ from simplexmesh.data.points import PointCloud
 from simplexmesh.data.poses import read_poses
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.data.volume import Volume
-from simplexmesh.errors import SimplexMeshWarning, TopologyError
+from simplexmesh.errors import TopologyError, told
 
 __all__ = ["read", "read_mesh", "read_points", "read_poses", "read_triangles", "read_volume"]
 
@@ -251,4 +250,4 @@ def _not_a(wanted: str, path: Any, got: Any) -> ValueError:
 
 
 def _warn(message: str) -> None:
-    warnings.warn(message, SimplexMeshWarning, stacklevel=4)
+    told(message)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -13,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from simplexmesh import _check, _vec
 from simplexmesh.data.points import PointCloud, affine
 from simplexmesh.data.welding import are_proper, distinct_positions, report_welding
-from simplexmesh.errors import SimplexMeshWarning
+from simplexmesh.errors import told
 
 if TYPE_CHECKING:
     from simplexmesh.mesh.surface_topology import Topology
@@ -68,7 +67,7 @@ class TriangleMesh:
         whole = are_proper(faces)
         if not whole.all():
             gone = int(np.count_nonzero(~whole))
-            warnings.warn(f"removed {gone:,} degenerate faces of {len(faces):,}", SimplexMeshWarning, stacklevel=3)
+            told(f"removed {gone:,} degenerate faces of {len(faces):,}")
             faces = faces[whole]
             if not len(faces):
                 raise ValueError("faces must be at least one with three different vertices, not none")
@@ -212,7 +211,7 @@ class TriangleMesh:
             said.append(f"turned {turned:,} of {len(faces):,} triangles")
         if not said:
             return self
-        warnings.warn(", ".join(said), SimplexMeshWarning, stacklevel=2)
+        told(", ".join(said))
         return TriangleMesh(self.vertices, faces)
 
     def transformed(self, T_target_source: ArrayLike) -> TriangleMesh:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -22,7 +21,7 @@ from vtkmodules.vtkIOXML import vtkXMLImageDataReader, vtkXMLPolyDataReader, vtk
 from simplexmesh.data.points import PointCloud, measured
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.data.volume import Volume
-from simplexmesh.errors import SimplexMeshWarning
+from simplexmesh.errors import told
 from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 
@@ -59,7 +58,7 @@ def read_dataset(path: Path, kind: str) -> Any:
         raise OSError(f"{path.name} holds no points, or is damaged")
     if out.IsA("vtkPolyData") and not out.GetNumberOfCells():
         message = f"{path.name} holds {out.GetNumberOfPoints():,} points but no polygons: it may be truncated"
-        warnings.warn(message, SimplexMeshWarning, stacklevel=4)
+        told(message)
     return out
 
 

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import warnings
-
 import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh.data.points import distinct
-from simplexmesh.errors import SimplexMeshWarning
+from simplexmesh.errors import told
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -49,4 +47,4 @@ def report_welding(merged: int, collapsed: int, unused: int) -> None:
     parts.append((unused, "removed {:,} vertices without face"))
     said = [text.format(count) for count, text in parts if count]
     if said:
-        warnings.warn(", ".join(said), SimplexMeshWarning, stacklevel=3)
+        told(", ".join(said))

@@ -6,14 +6,13 @@ open triangulation each border edge becomes a vertex too, and the border itself 
 
 from __future__ import annotations
 
-import warnings
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh import _check
-from simplexmesh.errors import SimplexMeshWarning
+from simplexmesh.errors import told
 from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.mesh.manifold import matched, oriented
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
@@ -94,7 +93,7 @@ def dual(triangles: Any, *, outward: bool = True) -> SimplexMesh:
     connectivity = _dual_connectivity(mates)
     repairs += turned + _touching(faces, connectivity)
     if repairs:
-        warnings.warn("triangles repaired: " + ", ".join(repairs), SimplexMeshWarning, stacklevel=2)
+        told("triangles repaired: " + ", ".join(repairs))
     return SimplexMesh(_dual_positions(vertices, faces, mates), connectivity)
 
 

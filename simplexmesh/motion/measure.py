@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import warnings
-
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from simplexmesh.errors import SimplexMeshWarning
+from simplexmesh.errors import told
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.distance import Distance, Spread
 from simplexmesh.motion.subjects import MOST_POINTS, Subject
@@ -64,4 +62,4 @@ def _remark(unseen: float, missed: float, closed: bool, dropped: bool) -> None: 
 
 
 def _warn(message: str) -> None:
-    warnings.warn(message, SimplexMeshWarning, stacklevel=4)
+    told(message)

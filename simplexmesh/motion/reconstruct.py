@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -11,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh import _check
-from simplexmesh.errors import SimplexMeshWarning
+from simplexmesh.errors import told
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.distance import Distance, Spread
 from simplexmesh.motion.initial.report import StartReport
@@ -218,7 +217,7 @@ def reconstruct(
         model = _concluded(begun, journey, stages[-1].reach, report, whole=components == "all")
     model, said = _told(model, begun)
     for sentence in said:
-        warnings.warn(sentence, SimplexMeshWarning, stacklevel=2)
+        told(sentence)
     return model
 
 

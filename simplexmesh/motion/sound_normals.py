@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import warnings
-
 import numpy as np
 from scipy.spatial import cKDTree
 
 from simplexmesh.data.points import PointCloud
-from simplexmesh.errors import SimplexMeshWarning
+from simplexmesh.errors import told
 
 LEAST_AGREEMENT = 0.75
 """Normals of which fewer agree with those of their neighbors say nothing about inside and outside."""
@@ -24,6 +22,5 @@ def with_sound_normals(cloud: PointCloud) -> PointCloud:
     if agree.mean() > LEAST_AGREEMENT:
         return cloud
     share = f"{1 - agree.mean():.0%}"
-    warnings.warn(f"normals of neighboring points contradict each other ({share}); they were left out",
-                  SimplexMeshWarning, stacklevel=2)  # fmt: skip
+    told(f"normals of neighboring points contradict each other ({share}); they were left out")
     return PointCloud(cloud.points)
