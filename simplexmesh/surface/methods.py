@@ -8,11 +8,11 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh import _check
 from simplexmesh.errors import told
-from simplexmesh.surface.neighborhoods import Neighborhoods
+from simplexmesh.surface.neighborhoods import Ball, Nearest, Neighborhood, Neighborhoods, Rings, rings
 from simplexmesh.surface.reasons import SAID
 from simplexmesh.surface.samples import Samples
 
@@ -62,6 +62,8 @@ class Method:
         What its name says already to a function that serves several methods; no caller can change that.
     normals : str or None
         The normals it starts from on meshes where the caller names none; None: it needs none.
+    turned : bool
+        It needs none, and yet turns its answer to the side where given ones look.
     needs_faces : bool
         It reads the ordered ring of triangles, which clouds do not have.
     own_scale : bool
@@ -72,6 +74,7 @@ class Method:
     options: Mapping[str, Any] = field(default_factory=dict)
     fixed: Mapping[str, Any] = field(default_factory=dict)
     normals: str | None = "area"
+    turned: bool = False
     needs_faces: bool = False
     own_scale: bool = False
 
@@ -100,6 +103,36 @@ def chosen(
             known = ", ".join(sorted(method.options)) or "none"
             raise TypeError(f"method {name!r} has no option {option!r}; its options: {known}")
     return method, {**method.fixed, **method.options, **options}
+
+
+def around_of(
+    name: str,
+    method: Method,
+    samples: Samples,
+    neighborhood: Neighborhood | None,
+    normals: Any,
+    vertices: ArrayLike | None,
+) -> Neighborhoods:
+    """Return the neighborhoods a method sees; those that choose their own get the centers alone.
+
+    Raises
+    ------
+    TypeError
+        Normals or neighborhoods were given that the method would not look at.
+    """
+    if normals is not None and method.normals is None and not method.turned:
+        raise TypeError(f"normals must be left out: method {name!r} starts from none")
+    if method.own_scale:
+        if neighborhood is not None:
+            raise TypeError(f"neighborhood must be left out: method {name!r} chooses its own")
+        n = len(samples.points)
+        centers = np.arange(n) if vertices is None else _check.selection("vertices", vertices, n)
+        none = np.zeros(len(centers) + 1, np.int64)
+        return Neighborhoods(centers, none, np.zeros(0, np.int64), np.zeros(len(centers), bool))
+    other = isinstance(neighborhood, Rings | Ball | Nearest) and neighborhood != rings(1)
+    if other and method.needs_faces and samples.is_connected:
+        raise TypeError(f"neighborhood must be left out: method {name!r} takes the faces around each vertex")
+    return samples.around(rings(1) if neighborhood is None else neighborhood, vertices)
 
 
 def warn_of_failures(what: str, reasons: NDArray[np.uint8]) -> None:

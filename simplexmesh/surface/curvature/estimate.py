@@ -9,9 +9,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh import _check
 from simplexmesh.surface.curvature.result import Curvature
-from simplexmesh.surface.methods import Estimates, Method, chosen, warn_of_failures
-from simplexmesh.surface.neighborhoods import Ball, Nearest, Neighborhood, Rings, rings
-from simplexmesh.surface.normals.estimate import centers_only, starting_normals
+from simplexmesh.surface.methods import Estimates, Method, around_of, chosen, warn_of_failures
+from simplexmesh.surface.neighborhoods import Neighborhood
+from simplexmesh.surface.normals.estimate import starting_normals
 from simplexmesh.surface.reasons import DEGENERATE, FOUND
 from simplexmesh.surface.samples import as_samples
 
@@ -99,16 +99,7 @@ def curvature(
     """
     kind, understood = chosen(method, METHODS, options)
     samples = as_samples(surface)
-    if kind.normals is None and normals is not None:
-        raise TypeError(f"normals must be left out: method {method!r} starts from none")
-    if kind.own_scale:
-        if neighborhood is not None:
-            raise TypeError(f"neighborhood must be left out: method {method!r} chooses its own")
-        around = centers_only(samples, vertices)
-    else:
-        if kind.needs_faces and isinstance(neighborhood, Rings | Ball | Nearest) and neighborhood != rings(1):
-            raise TypeError(f"neighborhood must be left out: method {method!r} takes the faces around each vertex")
-        around = samples.around(rings(1) if neighborhood is None else neighborhood, vertices)
+    around = around_of(method, kind, samples, neighborhood, normals, vertices)
     directions = starting_normals(samples, around, kind.normals, normals)
     with np.errstate(over="ignore", invalid="ignore"):
         found = _sound(kind.estimate(samples, around, directions, **understood))

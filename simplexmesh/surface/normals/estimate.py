@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh import _check, _vec
-from simplexmesh.surface.methods import Method, Normals, chosen, warn_of_failures
-from simplexmesh.surface.neighborhoods import Neighborhood, Neighborhoods, rings
+from simplexmesh.surface.methods import Method, Normals, around_of, chosen, warn_of_failures
+from simplexmesh.surface.neighborhoods import Neighborhood, Neighborhoods
 from simplexmesh.surface.reasons import DEGENERATE, FOUND
 from simplexmesh.surface.samples import Samples, as_samples
 
@@ -21,7 +21,7 @@ METHODS = {
     "area": Method("normals.faces", fixed={"weighting": "area"}, normals=None, needs_faces=True),
     "angle": Method("normals.faces", fixed={"weighting": "angle"}, normals=None, needs_faces=True),
     "max": Method("normals.faces", fixed={"weighting": "max"}, normals=None, needs_faces=True),
-    "plane": Method("normals.plane", {"variant": "pca"}, normals=None),
+    "plane": Method("normals.plane", {"variant": "pca"}, normals=None, turned=True),
     "quadric": Method("normals.quadric", {"passes": 1}),
     "chen_schmitt": Method("normals.chen_schmitt", {"normalized": False}),
     "extended_sine": Method("normals.extended_sine", {"solver": "newton", "tolerance": 1e-9, "iterations": 50}),
@@ -91,18 +91,7 @@ def vertex_normals(
     """
     kind, _ = chosen(method, METHODS, options)
     samples = as_samples(surface)
-    if kind.own_scale:
-        if neighborhood is not None or normals is not None:
-            left = "neighborhood" if normals is None else "normals"
-            raise TypeError(f"{left} must be left out: method {method!r} chooses its own")
-        around = centers_only(samples, vertices)
-    else:
-        around = samples.around(rings(1) if neighborhood is None else neighborhood, vertices)
-    if kind.needs_faces:
-        if samples.is_connected and neighborhood not in (None, rings(1)):
-            raise TypeError(f"neighborhood must be left out: method {method!r} takes the faces around each vertex")
-        if normals is not None:
-            raise TypeError(f"normals must be left out: method {method!r} starts from none")
+    around = around_of(method, kind, samples, neighborhood, normals, vertices)
     found = found_normals(samples, around, method, normals=normals, **options)
     warn_of_failures("a normal", found.reasons)
     return found.normals
@@ -135,14 +124,6 @@ def _found(
         return found
     reasons = np.where(good | (found.reasons != FOUND), found.reasons, DEGENERATE).astype(np.uint8)
     return Normals(np.where(good[:, None], found.normals, 0.0), reasons)
-
-
-def centers_only(samples: Samples, vertices: ArrayLike | None) -> Neighborhoods:
-    """Return neighborhoods without members, for methods that choose their own: the centers alone."""
-    n = len(samples.points)
-    centers = np.arange(n) if vertices is None else _check.selection("vertices", vertices, n)
-    none = np.zeros(len(centers) + 1, np.int64)
-    return Neighborhoods(centers, none, np.zeros(0, np.int64), np.zeros(len(centers), bool))
 
 
 def starting_normals(
