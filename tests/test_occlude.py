@@ -10,7 +10,7 @@ from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
 
 import simplexmesh as sm
-from simplexmesh.motion.targets.triangles import Triangles
+from simplexmesh.motion.targets.triangles import Triangles, signed_surface_distance
 from simplexmesh.recognition.least_motion import least_motion
 from simplexmesh.surface.normals.estimate import vertex_normals
 
@@ -204,8 +204,17 @@ class TestInput:
 
     def test_parts_out_of_reach_are_told(self):
         away = lifted(UPPER, 50)
-        with pytest.raises(ValueError, match=r"^moving must be within the reach 0\.2\d+ of fixed, it is not$"):
+        with pytest.raises(
+            ValueError, match=r"^moving must be within the reach 0\.2\d+ of fixed and not beyond its border"
+        ):
             sm.occlude(away, LOWER)
+
+    def test_parts_that_do_not_face_each_other_are_told(self):
+        ball = sm.sphere(8).triangulated("dual")
+        with pytest.warns(sm.SimplexMeshWarning, match=r"^nothing of moving touches fixed"):
+            found = sm.occlude(ball, ball)
+        assert found.contact_area == 0
+        assert found.angle == 0
 
     @pytest.mark.parametrize("name", ["moving", "fixed"])
     def test_points_are_no_surface(self, name):
@@ -252,6 +261,16 @@ class TestLeastMotion:
 
 
 class TestSigned:
+    @pytest.mark.parametrize(
+        "surface", [sm.torus(20, 12).triangulated("dual"), LOWER, sm.clipped(sm.sphere(6), (0, 0, 0.3), (0, 0, 1))]
+    )
+    def test_is_what_libigl_says_of_clean_surfaces(self, surface):
+        points = np.random.default_rng(0).normal(size=(2000, 3))
+        distance, _, beyond = Triangles(surface).signed(points)
+        known = signed_surface_distance(points, surface.vertices, surface.faces)
+        assert distance[~beyond] == pytest.approx(known[~beyond], abs=1e-12)
+        assert np.abs(distance) == pytest.approx(np.abs(known), abs=1e-12)
+
     @given(st.integers(0, 10**6))
     def test_direction_is_the_gradient(self, seed):
         target = Triangles(sm.ellipsoid((3, 2, 1), 8))

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -11,12 +12,15 @@ from numpy.typing import ArrayLike, NDArray
 from simplexmesh import _check
 from simplexmesh._vec import cross, dot, norm
 from simplexmesh.data.convert import as_triangles
+from simplexmesh.errors import SimplexMeshWarning
 from simplexmesh.recognition.gaps import OPPOSED, Gaps, Part, gaps
 from simplexmesh.recognition.least_motion import least_motion
+from simplexmesh.recognition.limits import Limits, bounds_of
 from simplexmesh.recognition.rigid import rigid_fit
 from simplexmesh.recognition.rotations import rotations_of
 
 Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
 
 REACH, TOLERANCE = 0.1, 0.002
 """How far surfaces attract each other at first, and how near they touch, as shares of the moving part's diagonal."""
@@ -28,6 +32,9 @@ STILL = 0.02
 
 AROUND = 8.0
 """Vertices nearer than so many widths are followed through a stage; half of that is as far as they have a say."""
+
+MOST = 6000
+"""Of more vertices so many, drawn at random, say where a part goes; all say when it is out of the other."""
 
 MET = 1e-3
 """Limits are met within this share of the tolerance."""
@@ -152,68 +159,38 @@ def occlude(
     one, other = Part(as_triangles(moving, "moving")), Part(as_triangles(fixed, "fixed"))
     near = _share("tolerance", tolerance, TOLERANCE, one.diagonal)
     far = max(_share("reach", reach, REACH, one.diagonal), near)
-    limits = Limits(near, far, _check.number("penetration", penetration, 0.0), *_bounds(pairs, slack))
+    limits = Limits(near, far, _check.number("penetration", penetration, 0.0), *bounds_of(pairs, slack))
     start = np.eye(4) if pairs is None or len(limits.here) < 3 else rigid_fit(limits.here, limits.there)
     before, distances = _contact(one, other, start, limits)
     if not (np.abs(distances[np.isfinite(distances)]) <= far).any():
-        raise ValueError(f"moving must be within the reach {far:.4g} of fixed, it is not")
-    T = start
+        raise ValueError(f"moving must be within the reach {far:.4g} of fixed and not beyond its border, it is not")
+    T, among = start, (_some(one), _some(other))
     for width in np.geomspace(far, near, STAGES):
-        T = _drawn(one, other, T, float(width), limits, give=float(width) if width > near else 0.0)
+        T = _drawn(one, other, T, float(width), limits, float(width) if width > near else 0.0, among)
     T = _freed(one, other, T, limits)
     return _told(one, other, T, limits, float(one.areas[before].sum()))
 
 
-class Limits(NamedTuple):
-    """What a motion must keep to.
-
-    Attributes
-    ----------
-    near, far : float
-        Gaps at which parts touch, and beyond which they have nothing to do with each other.
-    deep : float
-        How deep parts may go into each other.
-    here, there : (k, 3) array of float
-        Pairs.
-    slack : float
-        How far these may be apart.
-    """
-
-    near: float
-    far: float
-    deep: float
-    here: Array
-    there: Array
-    slack: float
+def _some(part: Part) -> Indices:
+    """Return the vertices that say where a part goes: all, or as many as are needed for that."""
+    n = len(part.points)
+    return np.arange(n) if n <= MOST else np.sort(np.random.default_rng(0).choice(n, MOST, replace=False))
 
 
 def _share(name: str, value: float | None, share: float, diagonal: float) -> float:
     return share * diagonal if value is None else _check.number(name, value, 0.0, open_low=True)
 
 
-def _bounds(pairs: tuple[ArrayLike, ArrayLike] | None, slack: float | None) -> tuple[Array, Array, float]:
-    """Return points of the moving part, those of the fixed one, and how far they may be apart."""
-    none = np.zeros((0, 3))
-    if pairs is None:
-        if slack is not None:
-            raise ValueError("slack must be left out without pairs")
-        return none, none, np.inf
-    if not isinstance(pairs, tuple | list) or len(pairs) != 2:
-        raise TypeError("pairs must be two arrays of points, of the moving part and of the fixed one")
-    here = _check.array("pairs[0]", pairs[0], (None, 3))
-    there = _check.array("pairs[1]", pairs[1], (len(here), 3))
-    if len(here) < 3 and slack is None:
-        raise ValueError(f"pairs must be at least 3 without a slack, not {len(here)}")
-    return here, there, np.inf if slack is None else _check.number("slack", slack, 0.0, open_low=True)
-
-
-def _drawn(one: Part, other: Part, T: Array, width: float, limits: Limits, give: float) -> Array:
+def _drawn(
+    one: Part, other: Part, T: Array, width: float, limits: Limits, give: float, among: tuple[Indices, Indices]
+) -> Array:
     """Return the motion after surfaces were drawn together, gaps much wider than `width` hardly.
 
-    They may go deeper into each other by `give`. Steps that lose contact are halved.
+    They may go deeper into each other by `give`. Steps that lose contact are halved. Only the vertices `among` all
+    those of either part are looked at.
     """
     looser = limits._replace(deep=limits.deep + give)
-    found = gaps(one, other, T, AROUND * width, limits.far)
+    found = gaps(one, other, T, AROUND * width, limits.far, among)
     among, most = (found.mine, found.its), width
     for _ in range(ROUNDS):
         gap = _gap(found, limits)
@@ -241,7 +218,7 @@ def _gap(found: Gaps, limits: Limits) -> Array:
 def _merit(found: Gaps, T: Array, width: float, looser: Limits, limits: Limits) -> float:
     """Return the soft area of contact, less what of it limits are exceeded by, in widths."""
     soft = float((found.area / (1 + (_gap(found, limits) / width) ** 2)).sum())
-    over = max(-float(found.distance.min(initial=0.0)) - looser.deep, _apart(T, limits).max(initial=0.0) - limits.slack)
+    over = max(-float(found.distance.min(initial=0.0)) - looser.deep, limits.apart(T).max(initial=0.0) - limits.slack)
     return soft - float(found.area.sum()) * max(over - MET * limits.near, 0.0) / width
 
 
@@ -250,7 +227,7 @@ def _freed(one: Part, other: Part, T: Array, limits: Limits) -> Array:
     for _ in range(ROUNDS):
         found = gaps(one, other, T, limits.near, limits.far)
         deepest = -found.distance.min(initial=0.0) - limits.deep
-        apart = _apart(T, limits).max(initial=-np.inf) - limits.slack
+        apart = limits.apart(T).max(initial=-np.inf) - limits.slack
         if max(deepest, apart) <= MET * limits.near:
             break
         T, _ = _stepped(T, found, np.zeros(len(found.area)), found.distance, limits, one.diagonal)
@@ -276,20 +253,19 @@ def _stepped(T: Array, found: Gaps, weight: Array, gap: Array, limits: Limits, m
     return step @ T, min(size, most)
 
 
-def _apart(T: Array, limits: Limits) -> Array:
-    return np.asarray(norm(limits.here @ T[:3, :3].T + T[:3, 3] - limits.there))
-
-
 def _told(one: Part, other: Part, T: Array, limits: Limits, before: float) -> Occlusion:
     """Return what was found, measured; say so if pairs could not be met."""
     contact, distances = _contact(one, other, T, limits)
     lowest = float(gaps(one, other, T, limits.near, limits.far).distance.min(initial=0.0))
-    apart = float(_apart(T, limits).max()) if len(limits.here) else float("nan")
+    apart = float(limits.apart(T).max()) if len(limits.here) else float("nan")
     if np.isfinite(limits.slack) and apart > limits.slack + max(MET * limits.near, 1e-9 * one.diagonal):
         raise ValueError(
             f"slack must let the pairs be met and the parts stay out of each other, "
             f"not be {limits.slack:g}: they are left {apart:.4g} apart"
         )
+    if not contact.any():
+        said = "nothing of moving touches fixed: surfaces that face each other must be within the reach"
+        warnings.warn(said, SimplexMeshWarning, stacklevel=3)
     frozen = _check.frozen
     area = float(one.areas[contact].sum())
     return Occlusion(frozen(T), frozen(distances), frozen(contact), area, before, max(0.0, -lowest), apart)

@@ -87,16 +87,51 @@ class Triangles(BuiltIn):
         direction is the normal there.
         """
         at = np.ascontiguousarray(points, dtype=np.float64)
-        kind = igl.SIGNED_DISTANCE_TYPE_PSEUDONORMAL
-        found, faces, closest, normals = igl.signed_distance(at, self.vertices, self.faces, sign_type=kind)
-        closest, faces, distance = np.asarray(closest), np.asarray(faces).ravel(), np.array(found).ravel()
-        off = np.abs(distance) > ON_IT * float(np.ptp(self.vertices, axis=0).max())
-        if not self._on_border.any():
-            inside = inside_surface(at, self.vertices, self.faces)
-            distance = np.where(off, np.where(inside, -1.0, 1.0) * np.abs(distance), distance)
-        away = (at - closest) * np.where(distance < 0, -1.0, 1.0)[:, None]
-        direction = normalized(np.where(off[:, None], away, normals))
-        return distance, direction, self._beyond_border(closest, faces)
+        distance, closest, faces = self.closest(at)
+        normals = self._normals_at(closest, faces)
+        away = at - closest
+        if self._on_border.any():
+            inside = dot(away, normals) < 0
+        else:
+            inside = np.asarray(self._winding.winding_number(at)).ravel() > 0.5
+        sign = np.where(inside, -1.0, 1.0)
+        off = distance > ON_IT * float(np.ptp(self.vertices, axis=0).max())
+        direction = normalized(np.where(off[:, None], sign[:, None] * away, normals))
+        return sign * distance, direction, self._beyond_border(closest, faces)
+
+    @cached_property
+    def _winding(self) -> Any:
+        found = igl.FastWindingNumberBVH()
+        found.init(self.vertices, self.faces)
+        return found
+
+    @cached_property
+    def _around(self) -> tuple[Array, Array]:
+        """(v, 3) normals at vertices, the mean of faces weighted by their angles, and (f, 3, 3) those of sides."""
+        corners = self.vertices[self.faces]
+        along = normalized((np.roll(corners, -1, axis=1) - corners).reshape(-1, 3)).reshape(-1, 3, 3)
+        turns = np.arccos(np.clip(-(along * np.roll(along, 1, axis=1)).sum(axis=2), -1.0, 1.0))
+        at_vertices, other = np.zeros_like(self.vertices), np.roll(self.faces, -1, axis=1)
+        np.add.at(at_vertices, self.faces, turns[:, :, None] * self._normals[:, None])
+        keys = np.minimum(self.faces, other) * len(self.vertices) + np.maximum(self.faces, other)
+        edges, place = np.unique(keys.ravel(), return_inverse=True)
+        at_edges = np.zeros((len(edges), 3))
+        np.add.at(at_edges, place.ravel(), np.repeat(self._normals, 3, axis=0))
+        return at_vertices, at_edges[place.ravel()].reshape(-1, 3, 3)
+
+    def _normals_at(self, closest: Array, faces: NDArray[np.int64]) -> Array:
+        """Return (n, 3) unit normals at places of the surface: of faces, sides or corners (Baerentzen, Aanaes 2005)."""
+        corners, (at_vertices, at_sides) = self.vertices[self.faces[faces]], self._around
+        rest = closest[:, None] - corners
+        share = norm(np.cross(np.roll(corners, -1, axis=1) - corners, rest).reshape(-1, 3)).reshape(-1, 3)
+        low = share <= ON_IT * np.maximum(share.max(axis=1), 1e-300)[:, None]  # of side j: the place is on it
+        out = self._normals[faces].copy()
+        for side in range(3):
+            out[low[:, side]] = at_sides[faces[low[:, side]], side]
+        for corner in range(3):
+            here = low[:, corner] & low[:, corner - 1]
+            out[here] = at_vertices[self.faces[faces[here], corner]]
+        return normalized(out)
 
     @cached_property
     def border(self) -> Border:
