@@ -8,6 +8,7 @@ import signal
 
 import numpy as np
 import pytest
+import SimpleITK
 
 import simplexmesh as sm
 from simplexmesh.cli import app
@@ -45,6 +46,28 @@ def models(files):
     for name in ("lumpy.stl", "ring.vtp"):
         library.add(name.partition(".")[0], files / name)
     return library.path
+
+
+def test_dark_objects(command, tmp_path):
+    """A cavity is a body whose inside is below the level: in the library as such, and found as such."""
+    image = SimpleITK.GetImageFromArray(egg_distance().astype(np.float32))
+    SimpleITK.WriteImage(image, tmp_path / "dark.nrrd")
+    code, _, _ = command("add", tmp_path / "models.sml", tmp_path / "dark.nrrd", "--level", 0, "--inside", "below")
+    assert code == 0
+    cloud = sm.ModelLibrary(tmp_path / "models.sml").points("dark")
+    away = cloud.points - cloud.points.mean(axis=0)
+    assert ((cloud.normals * away).sum(axis=1) > 0).mean() > 0.99
+    options = ("--level", 0, "--inside", "below", "--json")
+    code, out, _ = command("recognise", tmp_path / "models.sml", tmp_path / "dark.nrrd", *options)
+    assert json.loads(out)["models"][0]["score"] > 0.9
+    image = ("register", str(tmp_path / "dark.nrrd"), str(tmp_path / "dark.nrrd"), *map(str, options[:4]))
+    assert app.run(image) == 0
+
+
+def egg_distance():
+    """Negative within an egg."""
+    x, y, z = np.mgrid[-14:15, -14:15, -14:15]
+    return np.sqrt((x / 12) ** 2 + (y / (9 + 0.2 * x)) ** 2 + (z / 7) ** 2) - 1
 
 
 def test_adds_and_lists(command, files, tmp_path):

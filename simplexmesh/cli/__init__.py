@@ -1,4 +1,4 @@
-"""The command line: `simplexmesh demo | reconstruct | info | view`.
+"""The command line: `simplexmesh demo | reconstruct | decimate | register | curvature | library | info | view`.
 
 Nothing heavy is imported before a command runs, so that `--help` is immediate.
 """

@@ -32,6 +32,7 @@ def add(
     replace: Annotated[bool, typer.Option("--replace", help="Let models of these names give way.")] = False,
     level: Annotated[float | None, typer.Option(help="Surface meant, of volumes of intensities.")] = None,
     label: Annotated[int | None, typer.Option(help="Region meant, of volumes of labels.")] = None,
+    inside: Annotated[str, typer.Option(help="Where the object is: above the level, or below.")] = "above",
     json: Json = False,
 ) -> int | str:
     """Add models to a library, which is made if there is none. Each is on disk before the next is read."""
@@ -47,7 +48,7 @@ def add(
         try:
             for k, (each, path) in enumerate(zip(names, inputs, strict=True)):
                 reported(k / len(inputs), path.name)
-                _added(models, each, path, replace=replace, level=level, label=label)
+                _added(models, each, path, replace=replace, level=level, label=label, inside=inside)
                 added.append(each)
         except KeyboardInterrupt:
             if not added:
@@ -132,6 +133,7 @@ def recognise(
     best: Annotated[int, typer.Option(help="How many models to tell at most.")] = 5,
     level: Annotated[float | None, typer.Option(help="Surface meant, of volumes of intensities.")] = None,
     label: Annotated[int | None, typer.Option(help="Region meant, of volumes of labels.")] = None,
+    inside: Annotated[str, typer.Option(help="Where the object is: above the level, or below.")] = "above",
     picture: Annotated[Path | None, typer.Option(help="Write a picture of the scan with the best model in it.")] = None,
     json: Json = False,
 ) -> None:
@@ -149,7 +151,7 @@ def recognise(
         models, data = ModelLibrary(library), read(scan)
         began = time.perf_counter()
         told = interrupts.watching(report)
-        found = models.recognise(data, best=best, level=level, label=label, progress=told)
+        found = models.recognise(data, best=best, level=level, label=label, inside=inside, progress=told)
         seconds = time.perf_counter() - began
         interrupts.check()
         if picture is not None and found:

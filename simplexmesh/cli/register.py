@@ -21,6 +21,7 @@ def command(
     output: Annotated[Path | None, typer.Option("--output", "-o", help="The pose, .json, as --poses reads it.")] = None,
     level: Annotated[float | None, typer.Option(help="Surface meant, of volumes of intensities.")] = None,
     label: Annotated[int | None, typer.Option(help="Region meant, of volumes of labels.")] = None,
+    inside: Annotated[str, typer.Option(help="Where the object is: above the level, or below.")] = "above",
     picture: Annotated[Path | None, typer.Option(help="Write a picture of both before and after.")] = None,
     json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
 ) -> None:
@@ -36,7 +37,7 @@ def command(
         began = time.perf_counter()
         here, there = read(source), read(target)
         levels, labels = (_of_volumes(value, here, there) for value in (level, label))
-        found = register(here, there, level=levels, label=labels, progress=interrupts.watching(report))
+        found = register(here, there, level=levels, label=labels, inside=inside, progress=interrupts.watching(report))
         seconds = time.perf_counter() - began
         interrupts.check()
         if output is not None:

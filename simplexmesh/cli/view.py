@@ -21,6 +21,7 @@ def command(
     data: Annotated[Path | None, typer.Option(help="Data to show beside the model, and to measure to.")] = None,
     level: Annotated[float | None, typer.Option(help="Surface shown of a volume of intensities.")] = None,
     label: Annotated[int | None, typer.Option(help="Region shown of a volume of labels.")] = None,
+    inside: Annotated[str, typer.Option(help="Where the object is: above the level, or below.")] = "above",
     unit: Annotated[str, typer.Option(help="Unit of length, for the scale.")] = "",
     side: Annotated[str, typer.Option("--view", help="Side to look from: iso, xy, -xy, xz, yx, ...")] = "iso",
     up: Annotated[
@@ -39,7 +40,8 @@ def command(
 
         shown: Any = as_data(path)
         options: dict[str, Any] = {
-            "scalars": scalars, "level": level, "label": label, "unit": unit, "view": camera, "up": upwards
+            "scalars": scalars, "level": level, "label": label, "inside": inside,
+            "unit": unit, "view": camera, "up": upwards,
         }  # fmt: skip
         if data is None:
             plotter = plot.surface(shown, title=path.name, **options)
