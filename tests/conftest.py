@@ -1,8 +1,9 @@
-"""What all tests share: the folder of real data, hypothesis profiles, pictures without a window."""
+"""What all tests share: the folder of real data, hypothesis profiles, pictures without a window, the command."""
 
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -28,3 +29,17 @@ def data_folder() -> Path:
     if not folder.is_dir():
         pytest.fail(f"SIMPLEXMESH_DATA names {named}, which is not a folder")
     return folder
+
+
+@pytest.fixture
+def command(request: pytest.FixtureRequest, capsys: pytest.CaptureFixture[str]) -> Callable[..., tuple[int, str, str]]:
+    """Run the command in this process: its code, its output, its errors; a module's `COMMAND` goes first."""
+    from simplexmesh.cli import app
+
+    first = getattr(request.module, "COMMAND", "").split()
+
+    def run(*arguments: object) -> tuple[int, str, str]:
+        code = app.run([*first, *map(str, arguments)])
+        return (code, *capsys.readouterr())
+
+    return run

@@ -57,17 +57,6 @@ def write_metaimage(path, values):
     path.write_bytes(text.encode() + values.tobytes(order="F"))
 
 
-@pytest.fixture
-def command(capsys):
-    """Run the command in this process: its code, its output, its errors."""
-
-    def run(*arguments):
-        code = app.run([str(argument) for argument in arguments])
-        return (code, *capsys.readouterr())
-
-    return run
-
-
 class TestHelp:
     @pytest.mark.parametrize("name", ["demo", "reconstruct", "info", "view"])
     def test_shows_an_example(self, command, name):

@@ -13,11 +13,13 @@ import pytest
 import pyvista as pv
 
 import simplexmesh as sm
-from simplexmesh.cli import app, curvature
+from simplexmesh.cli import curvature
 from simplexmesh.data.writing import save
 
 EGG = sm.ellipsoid((3, 2, 1), 10).triangulated("dual")
 NAMES = {"k1", "k2", "mean", "gauss", "d1", "d2", "normals", "failed", "saliency", "hk_class"}
+
+COMMAND = "curvature"
 
 
 @pytest.fixture(scope="module")
@@ -51,17 +53,6 @@ def turned(tmp_path_factory):
     save(folder / "half.off", sm.TriangleMesh(EGG.vertices[used], faces.reshape(half.shape)))
     save(folder / "points.xyz", sm.PointCloud(EGG.vertices, -EGG.vertex_normals))
     return folder
-
-
-@pytest.fixture
-def command(capsys):
-    """Run the command in this process: its code, its output, its errors."""
-
-    def run(*arguments):
-        code = app.run(["curvature", *map(str, arguments)])
-        return (code, *capsys.readouterr())
-
-    return run
 
 
 class TestHelp:

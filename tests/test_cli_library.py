@@ -16,14 +16,7 @@ from tests import reference_recognition as reference
 
 T = np.array([[0, -1.0, 0, 5], [1, 0, 0, 0], [0, 0, 1, -2], [0, 0, 0, 1]])
 
-
-@pytest.fixture
-def command(capsys):
-    def run(*words):
-        code = app.run(["library", *map(str, words)])
-        return code, *capsys.readouterr()
-
-    return run
+COMMAND = "library"
 
 
 @pytest.fixture(scope="module")

@@ -9,12 +9,13 @@ import pytest
 import SimpleITK as sitk
 
 import simplexmesh as sm
-from simplexmesh.cli import app
 from simplexmesh.data.writing import save
 from simplexmesh.motion.initial.polygonize import isosurface
 from tests import reference_recognition as reference
 
 T = np.array([[0, -1.0, 0, 5], [1, 0, 0, 0], [0, 0, 1, -2], [0, 0, 0, 1]])
+
+COMMAND = "register"
 
 
 @pytest.fixture(scope="module")
@@ -26,15 +27,6 @@ def files(tmp_path_factory):
     np.savetxt(folder / "few.xyz", mesh.vertices[:20])
     np.savetxt(folder / "large.xyz", 1000 * mesh.vertices)
     return folder
-
-
-@pytest.fixture
-def command(capsys):
-    def run(*words):
-        code = app.run(["register", *map(str, words)])
-        return code, *capsys.readouterr()
-
-    return run
 
 
 def test_prints_and_writes_the_pose(command, files, tmp_path):
