@@ -167,6 +167,14 @@ def test_solids_on_a_plate_are_told_apart(ran):
     assert out["rim_radius"] == pytest.approx(0.5, abs=0.02)
 
 
+def test_teeth_are_brought_into_contact(ran):
+    _, out = ran("occlusion")
+    assert out["error"] < 0.01
+    assert out["found"].area_before < 0.1 * out["found"].contact_area
+    assert out["touching"] > 0.5
+    assert out["found"].penetration < 1e-5
+
+
 class TestFrog:
     def test_organs_and_scan(self, ran):
         _, out = ran("frog")
