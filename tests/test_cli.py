@@ -508,7 +508,8 @@ class TestView:
         code, _, err = command("view", files / "ball.vtp", "--up", "y", "--view", "xz")
         assert (code, err) == (2, "error: --up is for the view iso: --view xz has its own axis up\n")
         assert (
-            "--up must be one of 'auto', 'x', 'y', 'z', not 'w'" in command("view", files / "ball.vtp", "--up", "w")[2]
+            "--up must be one of 'auto', 'x', 'y', 'z', '-x', '-y', '-z', not 'w'"
+            in command("view", files / "ball.vtp", "--up", "w")[2]
         )
 
     def test_beside_its_data(self, command, files, tmp_path):

@@ -231,6 +231,17 @@ class TestCamera:
         right = np.cross(up, toward)
         assert (right["xyz".index(view[0])], up["xyz".index(view[1])]) == (1, 1)
 
+    @pytest.mark.parametrize("axis", ["x", "y", "z"])
+    def test_a_minus_turns_upside_down_and_keeps_the_front(self, axis):
+        toward, up = camera._directions(None, axis)
+        down_toward, down = camera._directions(None, f"-{axis}")
+        k = "xyz".index(axis)
+        assert up[k] > 0.7
+        assert down[k] == pytest.approx(-up[k])
+        front = {"x": 2, "y": 2, "z": 1}[axis]
+        assert down_toward[front] == pytest.approx(toward[front])
+        assert down_toward == pytest.approx(np.where(np.arange(3) == front, toward, -toward))
+
     def test_up_is_guessed_for_data_and_given_for_the_rest(self, ball):
         tall = ball.vertices * [1, 2, 1]
         assert scenes.upright(sm.PointCloud(tall)) == "y"

@@ -50,7 +50,7 @@ def command(
     unit: Annotated[str, typer.Option(help="Unit of length, for the scale and the table.")] = "",
     flip: Annotated[bool, typer.Option("--flip", help="Faces or normals in the file look inward: turn them.")] = False,
     side: Annotated[str, typer.Option("--view", help="Side to look from: iso, xy, -xy, xz, yx, ...")] = "iso",
-    up: Annotated[str, typer.Option(help="Axis that points up: x, y, z or auto.")] = "auto",
+    up: Annotated[str, typer.Option(help="Axis that points up: x, y, z, -x, -y, -z or auto.")] = "auto",
     json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
 ) -> int | str:
     """Measure how a surface bends at each vertex, what stands out, and which kind of surface it is there."""

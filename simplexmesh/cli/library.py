@@ -16,8 +16,6 @@ ADD_EXAMPLE = "Example: simplexmesh library add models.sml cow.obj elephant.off"
 LIST_EXAMPLE = "Example: simplexmesh library list models.sml --json"
 REMOVE_EXAMPLE = "Example: simplexmesh library remove models.sml cow"
 RECOGNISE_EXAMPLE = "Example: simplexmesh library recognise models.sml scan.ply --picture found.png"
-COLORS = ("#c8553d", "#2a6f97")
-MOST_DRAWN = 20_000
 
 Library = Annotated[Path, typer.Argument(metavar="LIBRARY", help="The library's file, .sml by convention.")]
 Json = Annotated[bool, typer.Option("--json", help="Print the report as JSON.")]
@@ -156,7 +154,7 @@ def recognise(
         interrupts.check()
         if picture is not None and found:
             with written_to(picture, "the picture"):
-                _draw(picture, data, models.points(found[0].name), found[0].T_scan_model, level, label)
+                _draw(picture, data, models, found[0], level, label)
     if not found:
         note("no model of the library fits")
     if json:
@@ -174,18 +172,10 @@ def recognise(
     )
 
 
-def _draw(path: Path, scan: Any, model: Any, T: Any, level: float | None, label: int | None) -> None:
-    """Write a picture of a scan by itself, and with a model where it was found."""
+def _draw(path: Path, scan: Any, models: Any, best: Any, level: float | None, label: int | None) -> None:
+    """Write a picture of the best model and the scan, and of the model where it was found."""
     from simplexmesh import plot
-    from simplexmesh.recognition.surfaces import surface_of
 
-    points = surface_of(scan, "data", level=level, label=label, most=MOST_DRAWN).points
-    placed = model.points @ T[:3, :3].T + T[:3, 3]
-    plotter = plot.stage(2)
-    for column, shown in enumerate(((points,), (points, placed))):
-        plotter.subplot(0, column)
-        for place, color in zip(shown, COLORS, strict=False):
-            plotter.add_points(place, color=color, point_size=4, render_points_as_spheres=True)
-        plotter.add_text("with the best model" if column else "the scan", font_size=12, color="#1d2b36")
-        plotter.reset_camera()
-    plot.picture(path, plotter)
+    titles = (f"the scan, and {best.name} as it is in the library", f"{best.name} where it was found")
+    model, T = models.points(best.name), best.T_scan_model
+    plot.picture(path, plot.overlay(model, scan, T, level=level, label=label, titles=titles))

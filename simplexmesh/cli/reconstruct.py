@@ -59,7 +59,7 @@ def command(
     ] = None,
     picture: Annotated[Path | None, typer.Option(help="Write a picture of data and model to this file.")] = None,
     view: Annotated[str | None, typer.Option(help="Side the picture is taken from: iso, xy, -xy, xz, yx, ...")] = None,
-    up: Annotated[str | None, typer.Option(help="Axis that points up in the picture: x, y, z or auto.")] = None,
+    up: Annotated[str | None, typer.Option(help="Axis up in the picture: x, y, z, -x, -y, -z or auto.")] = None,
     json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
 ) -> int | str:
     """Fit a surface model to a volume, a label, a scan or several scans."""

@@ -17,7 +17,7 @@ MODELS = (".vtp", ".ply", ".obj", ".off", ".stl")
 PICTURES = (".png", ".jpg", ".jpeg", ".tif")
 INTERRUPTED = 130
 KEPT = "interrupted, and what was reached is kept"  # what a command returns then
-UPS = ("auto", "x", "y", "z")
+UPS = ("auto", "x", "y", "z", "-x", "-y", "-z")
 NOTES: list[str] = []  # what was said so far, for JSON
 VIEWS = ("iso", "xy", "xz", "yz", "yx", "zx", "zy", "-xy", "-xz", "-yz", "-yx", "-zx", "-zy")
 

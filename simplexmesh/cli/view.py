@@ -25,7 +25,8 @@ def command(
     unit: Annotated[str, typer.Option(help="Unit of length, for the scale.")] = "",
     side: Annotated[str, typer.Option("--view", help="Side to look from: iso, xy, -xy, xz, yx, ...")] = "iso",
     up: Annotated[
-        str, typer.Option(help="Axis that points up: x, y, z, or auto: z, or y for surfaces and points taller along y.")
+        str,
+        typer.Option(help="Axis up: x, y, z, -x, -y, -z, or auto: z, or y for scans taller along y."),
     ] = "auto",
     picture: Annotated[Path | None, typer.Option(help="Write a picture to this file and open no window.")] = None,
 ) -> None:

@@ -23,6 +23,8 @@ SIDES = {  # name: where the camera stands, which way is up; the first letter po
     "zy": ((-1, 0, 0), (0, 1, 0)),
 }
 CORNER = {"x": (0.6, 0.8, 1.0), "y": (0.7, 0.55, 1.0), "z": (0.7, -1.0, 0.55)}  # from the front, the right and above
+UPS |= {f"-{name}": (-x, -y, -z) for name, (x, y, z) in UPS.items()}
+CORNER |= {"-x": (-0.6, -0.8, 1.0), "-y": (-0.7, -0.55, 1.0), "-z": (-0.7, -1.0, -0.55)}  # the same fronts
 TITLE, BAR, LEGEND = 0.08, 0.17, 0.2  # shares of the picture kept free for them
 MARGIN = 0.04
 LEGEND_NAME = "legend entry"  # what the names of a legend's actors begin with
@@ -42,8 +44,8 @@ def looked_at(plotter: pv.Plotter, view: str | Sequence[float] | None = None, *,
     view : str or (3,) vector, optional
         ``"xy"``, ``"-xz"`` and the like, with the first axis to the right and the second up (the minus looks from the
         other side), or a direction to look from. By default from the front, the right and above.
-    up : {"x", "y", "z"}
-        The axis that points up, unless `view` names two axes.
+    up : {"x", "y", "z", "-x", "-y", "-z"}
+        The axis that points up, or down with a minus, unless `view` names two axes.
 
     Examples
     --------

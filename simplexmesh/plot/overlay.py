@@ -49,7 +49,7 @@ def overlay(
         Over the two panels.
     view : str or (3,) vector, optional
         As for `looked_at`.
-    up : {"auto", "x", "y", "z"}
+    up : {"auto", "x", "y", "z", "-x", "-y", "-z"}
         As for `surface`; auto goes by the target.
 
     Returns

@@ -76,7 +76,7 @@ def surface(
         Whether the object is where a volume is above `level` or below.
     view : str or (3,) vector, optional
         As for `looked_at`, when the plotter is new.
-    up : {"auto", "x", "y", "z"}
+    up : {"auto", "x", "y", "z", "-x", "-y", "-z"}
         The axis that points up. Auto: z, save for surfaces and points given as data, which have y up where they are
         taller along y than along z by a tenth; simplex meshes and volumes have z up.
     plotter : pyvista.Plotter, optional
@@ -163,7 +163,7 @@ def panels(
         As for `surface`, for the simplex meshes among them.
     view : str or (3,) vector, optional
         As for `looked_at`.
-    up : {"auto", "x", "y", "z"}
+    up : {"auto", "x", "y", "z", "-x", "-y", "-z"}
         As for `surface`; auto goes by the first thing.
     **options
         Passed on to `surface`.
@@ -256,7 +256,7 @@ def together(
         Whether polygons are drawn, and names written.
     view : str or (3,) vector, optional
         As for `looked_at`.
-    up : {"x", "y", "z"}
+    up : {"x", "y", "z", "-x", "-y", "-z"}
         The axis that points up.
 
     Examples
