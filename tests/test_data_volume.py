@@ -209,3 +209,25 @@ class TestBox:
 
     def test_of_nothing(self):
         assert box_around(np.zeros((3, 3, 3), bool)) is None
+
+
+@pytest.mark.parametrize(
+    ("call", "error", "said"),
+    [
+        (lambda v: v.to_world([1, 2]), ValueError, r"^ijk must have shape \(3,\), not \(2,\)$"),
+        (lambda v: v.to_index(1.0), ValueError, "^xyz must have shape"),
+        (lambda v: v.to_index("abc"), TypeError, "^xyz must be numbers"),
+        (lambda v: v.to_index([[0, 0, np.nan]]), ValueError, "^xyz must be finite"),
+        (lambda v: v.mask([1, 2]), TypeError, "^label must be a number, not list"),
+        (lambda v: v.smoothed(1e9), ValueError, "^sigma must be between 0 and "),
+    ],
+)
+def test_what_is_no_place_no_label_and_no_width_is_told(call, error, said):
+    with pytest.raises(error, match=said):
+        call(Volume(np.arange(24.0).reshape(2, 3, 4)))
+
+
+def test_a_grid_wider_than_the_volume_still_has_its_ends():
+    out = Volume(np.ones((3, 4, 5))).resampled(1e9)
+    assert out.shape == (2, 2, 2)
+    assert_allclose(out.values, 1.0)

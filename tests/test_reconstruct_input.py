@@ -50,6 +50,8 @@ def test_scans_are_put_together_by_their_poses(tmp_path):
         joined_scans(files, {"scan0": poses[0]})
     with pytest.raises(ValueError, match="poses must be one per scan"):
         joined_scans(files, poses[:1])
+    with pytest.raises(TypeError, match="poses must be a path, matrices by name or one per scan, not int"):
+        joined_scans(files, 3)
 
 
 @pytest.mark.parametrize(

@@ -95,7 +95,7 @@ class Volume:
     def to_world(self, ijk: ArrayLike) -> Array:
         """Return the physical coordinates of (..., 3) indices, whole or not."""
         T = self.T_world_index
-        return np.asarray(ijk, dtype=float) @ T[:3, :3].T + T[:3, 3]
+        return _triples("ijk", ijk) @ T[:3, :3].T + T[:3, 3]
 
     def to_index(self, xyz: ArrayLike) -> Array:
         """Return the continuous indices of (..., 3) physical coordinates.
@@ -106,7 +106,7 @@ class Volume:
         array([2. , 0. , 0.5])
         """
         T = np.linalg.inv(self.T_world_index)
-        return np.asarray(xyz, dtype=float) @ T[:3, :3].T + T[:3, 3]
+        return _triples("xyz", xyz) @ T[:3, :3].T + T[:3, 3]
 
     @cached_property
     def bounds(self) -> Array:
@@ -150,7 +150,10 @@ class Volume:
         ------
         ValueError
             No sample has that label; the message says whether the volume holds intensities, or one value only.
+        TypeError
+            It is no number.
         """
+        _check.number("label", label)
         inside = self.values == label
         if not inside.any():
             low, high = self.range
@@ -176,7 +179,7 @@ class Volume:
         """
         from scipy import ndimage
 
-        sigma = _check.number("sigma", sigma, 0.0)
+        sigma = _check.number("sigma", sigma, 0.0, self.diagonal)
         out: NDArray[Any] = np.zeros(self.shape, dtype=self._float_type, order="F")
         ndimage.gaussian_filter(self.values, sigma / self.spacing, output=out, mode="nearest")
         return self._with_values(out)
@@ -207,7 +210,8 @@ class Volume:
         start = (extent - factor * (shape - 1)) / 2
         fine: NDArray[Any] = self.values.astype(self._float_type, copy=False)
         if (factor > 1).any():
-            fine = ndimage.gaussian_filter(fine, np.maximum(0, (factor - 1) / 2), mode="nearest")
+            sigmas = np.clip((factor - 1) / 2, 0, 2 * extent)  # a wider one sees nothing more than the border
+            fine = ndimage.gaussian_filter(fine, sigmas, mode="nearest")
         out: NDArray[Any] = np.zeros(shape, dtype=self._float_type, order="F")
         ndimage.affine_transform(
             fine, factor, offset=start, output=out, output_shape=tuple(shape), order=1, mode="nearest"
@@ -230,6 +234,12 @@ def _per_axis(spacing: ArrayLike) -> Array:
     if (out <= 0).any():
         raise ValueError(f"spacing must be positive along every axis, not {tuple(out.tolist())}")
     return out
+
+
+def _triples(name: str, value: ArrayLike) -> Array:
+    """Return (..., 3) numbers, or say what came."""
+    rows = _check.listed(name, value)
+    return _check.array(name, rows, (*rows.shape[:-1], 3))
 
 
 def _samples(values: ArrayLike) -> NDArray[Any]:

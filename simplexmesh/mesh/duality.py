@@ -6,6 +6,7 @@ open triangulation each border edge becomes a vertex too, and the border itself 
 
 from __future__ import annotations
 
+import os
 from typing import Any
 
 import numpy as np
@@ -30,7 +31,8 @@ def _vertices_and_faces(triangles: Any) -> tuple[Array, Indices]:
     elif hasattr(triangles, "vertices") and hasattr(triangles, "faces"):
         vertices, faces = triangles.vertices, triangles.faces
     else:
-        raise TypeError(f"triangles must be (vertices, faces) or have both, not {type(triangles).__name__}")
+        hint = ": sm.read_triangles reads a file" if isinstance(triangles, str | os.PathLike) else ""
+        raise TypeError(f"triangles must be (vertices, faces) or have both, not {type(triangles).__name__}{hint}")
     vertices = _check.array("triangles.vertices", vertices, (None, 3))
     faces = _check.array("triangles.faces", faces, (None, 3), np.int64)
     if not len(faces):

@@ -68,6 +68,8 @@ def joined_scans(scans: Sequence[Any], poses: Any = None) -> PointCloud:
         clouds.append(item)
     if poses is not None:
         table = read_poses(poses) if isinstance(poses, str | Path) else poses
+        if not isinstance(table, Mapping | Sequence | np.ndarray):
+            raise TypeError(f"poses must be a path, matrices by name or one per scan, not {type(poses).__name__}")
         clouds = [
             cloud.transformed(_pose(table, scan, place))
             for place, (cloud, scan) in enumerate(zip(clouds, scans, strict=True))
