@@ -285,6 +285,13 @@ class TestSalientPoints:
         found = sm.salient_points(noisy, of="mean", curvature=curved(noisy, 3))
         assert {0, 1, 2} <= set(bump_of(found.points)) <= {0, 1, 2, 3, 4}
 
+    @pytest.mark.parametrize("of", ["magnitude", "curvedness", "saliency"])
+    @pytest.mark.parametrize("noise", [0.01, 0.1, 0.3])
+    def test_of_a_noisy_ball_are_few_however_far_estimates_see(self, of, noise):
+        """Neighbors that see far err alike: their means err hardly less. The highest may be there, no other."""
+        found = [len(sm.salient_points(noisy(ball(24), noise, rng=seed), of=of)) for seed in range(2)]
+        assert sum(found) <= 3
+
     @given(st.integers(0, 10**6), st.floats(0.01, 100))
     def test_move_with_the_surface(self, seed, size):
         mesh = bumpy(12, width=0.25)

@@ -10,13 +10,10 @@ from numpy.typing import NDArray
 from simplexmesh._vec import cross, dot
 from simplexmesh.surface.averages import Averages
 from simplexmesh.surface.curvature.result import Curvature
-from simplexmesh.surface.scales import local_noise, smallest_scale
+from simplexmesh.surface.scales import left_of_noise, local_noise, smallest_scale
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
-
-ALIKE = 0.25
-"""Estimates from neighborhoods of a radius err alike within so much of it, measured on noisy spheres and tori."""
 
 PARTS = 3
 """Numbers of a symmetric 2 x 2 tensor, each of which has noise: H, and size and direction of the difference."""
@@ -44,7 +41,7 @@ def averaged(averages: Averages, known: Curvature, width: float) -> Bends:
     if width <= 0:
         return Bends(known.mean, known.gauss, error)
     hidden = np.where(known.failed, np.nan, 0.0)
-    mean, left = averages.over(known.mean, width) + hidden, np.sqrt(_left(averages, known, width)) * error
+    mean, left = averages.over(known.mean, width) + hidden, left_of_noise(averages, known, width) * error
     if known.d1 is None:
         return Bends(mean, averages.over(known.gauss, width) + hidden, left)
     swing = swings(averages, known, known.d1, width) + hidden
@@ -64,16 +61,16 @@ def settled(averages: Averages, known: Curvature) -> tuple[Bends, Bends]:
     if known.error is None or known.d1 is None or width <= 0:
         found = averaged(averages, known, width)
         return found, found
-    error, left = local_noise(averages, known), _left(averages, known, width)
+    error, left = local_noise(averages, known), left_of_noise(averages, known, width)
     hidden, half = np.where(known.failed, np.nan, 0.0), (known.k1 - known.k2) / 2
     mean, swing = averages.over(known.mean, width) + hidden, swings(averages, known, known.d1, width) + hidden
     way = averages.over((mean - known.mean) ** 2 + np.abs(swing - half) ** 2, width, steps=1)
-    taken = (1 - left) * error**2
+    taken = (1 - left**2) * error**2
     share = np.divide(PARTS * taken, way, out=np.ones(len(way)), where=way > PARTS * taken)
     between, turned = known.mean + share * (mean - known.mean), half + share * (swing - half)
     return (
         Bends(between, between**2 - np.abs(turned) ** 2, np.sqrt(error**2 - share * taken)),
-        Bends(mean, mean**2 - np.abs(swing) ** 2, np.sqrt(left) * error),
+        Bends(mean, mean**2 - np.abs(swing) ** 2, left * error),
     )
 
 
@@ -101,16 +98,3 @@ def _turns(normals: Array, along: Array, to: NDArray[np.int32], of: NDArray[np.i
     out = (dot(brought, u) + 1j * dot(brought, cross(n, u))) ** 2
     size = np.abs(out)
     return np.divide(out, size, out=np.ones(len(out), complex), where=sound & (size > 0))
-
-
-def _left(averages: Averages, known: Curvature, width: float) -> Array:
-    """Return the share of the error's variance that is left in means over windows of a width, (n,).
-
-    A window holds 4 pi width^2 of area. Where vertices err each for itself, one in so many is left of a variance; where
-    estimates see far, those err alike whose neighborhoods are much the same.
-    """
-    alike = np.full(len(known.mean), float(np.median(averages.areas)) if len(averages.areas) else 0.0)
-    if known.scale is not None:
-        alike = np.maximum(alike, np.pi * (ALIKE * np.nan_to_num(known.scale)) ** 2)
-    out: Array = alike / (alike + 4 * np.pi * width**2)
-    return out

@@ -116,7 +116,7 @@ def salient_points(
     threshold : float, optional
         The least persistence, in the field's unit: 1 / length, radians for saliency. By default 4 times the noise left
         in the field, which is the curvature's own error or, where that is unknown, its unevenness from vertex to
-        vertex; and 2 % of the largest value.
+        vertex, less what averaging takes where neighborhoods differ; and 2 % of the largest value.
     count : int, optional
         Keep no more than so many, the most persistent.
     border : bool
@@ -182,18 +182,25 @@ def _field(
     if not isinstance(of, str):
         field = measured(of, samples, curvature)
         return field, unevenness(averages, field)
+    _check.choice("of", of, ("magnitude", "mean", "curvedness", "saliency"))
+    known = known_curvature(samples, curvature)
     if of == "saliency":
         if width <= 0:
             raise ValueError(f"scale must be above 0 for saliency, which compares windows, not {width:g}")
-        field = saliency(samples, curvature=curvature, scales=[width * step for step in STEPS])
-        return field, unevenness(averages, field)
-    if of not in ("magnitude", "mean", "curvedness"):
-        _check.choice("of", of, ("magnitude", "mean", "curvedness", "saliency"))
-    known = known_curvature(samples, curvature)
+        scales = [width * step for step in STEPS]
+        field = saliency(samples, curvature=known, scales=scales)
+        return field, float(np.mean([scale * _noise(averages, known, scale) for scale in scales]))
     raw = measured("mean" if of == "magnitude" else of, samples, known)
-    noise = 0.0 if known.failed.all() else float(np.median(local_noise(averages, known)[~known.failed]))
     field = np.where(np.isfinite(raw), averages.over(raw, width), np.nan) if width > 0 else raw
-    return np.abs(field) if of == "magnitude" else field, noise * (left_of_noise(averages, width) if width > 0 else 1.0)
+    return np.abs(field) if of == "magnitude" else field, _noise(averages, known, width)
+
+
+def _noise(averages: Averages, known: Curvature, width: float) -> float:
+    """Return the middle deviation of the error that is left of H in windows of a width."""
+    if known.failed.all():
+        return 0.0
+    left = left_of_noise(averages, known, width) if width > 0 else 1.0
+    return float(np.median((left * local_noise(averages, known))[~known.failed]))
 
 
 def _persistence(ring: Neighborhoods, field: Array, counted: NDArray[np.bool_]) -> tuple[Array, Indices, Indices]:

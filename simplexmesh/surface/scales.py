@@ -25,6 +25,9 @@ EDGES = 1.5
 WIDE, SHOWS = 3.0, 3.0
 """Differences to neighbors are looked at over so many edges; an error shows in them, by a third at least."""
 
+ALIKE = 0.25
+"""Estimates from neighborhoods of a radius err alike within so much of it, measured on noisy spheres and tori."""
+
 SPREAD = 1.4826
 """Standard deviation of a normal distribution in units of its median absolute deviation."""
 
@@ -117,12 +120,15 @@ def local_noise(averages: Averages, known: Curvature) -> Array:
     return np.minimum(np.where(np.isfinite(known.error), known.error, shown), SHOWS * shown)
 
 
-def left_of_noise(averages: Averages, scale: float) -> float:
-    """Return which share of noise remains in a mean over a window of the width `scale`, at most 1.
+def left_of_noise(averages: Averages, known: Curvature, scale: float) -> Array:
+    """Return which share of the error's deviation remains in means over windows of the width `scale`, (n,), at most 1.
 
-    A Gaussian window holds 4 pi scale^2 of area. Noise of vertices, each for itself, makes curvatures that differ the
-    more from neighbor to neighbor; their means have about half of what this says.
+    A Gaussian window holds 4 pi scale^2 of area. Where vertices err each for itself, one in so many is left of a
+    variance; where estimates see far, those err alike whose neighborhoods are much the same.
     """
-    held = 4 * np.pi * scale**2
     each = float(np.median(averages.areas)) if len(averages.areas) else 0.0
-    return min(1.0, float(np.sqrt(each / held))) if held > 0 else 1.0
+    alike = np.full(len(known.mean), each)
+    if known.scale is not None:
+        alike = np.maximum(alike, np.pi * (ALIKE * np.nan_to_num(known.scale)) ** 2)
+    held = alike + 4 * np.pi * scale**2
+    return np.sqrt(np.divide(alike, held, out=np.ones(len(alike)), where=held > 0))
