@@ -291,6 +291,15 @@ class TestSigned:
         assert distance[[0, 2]] == pytest.approx([1, -2])
         assert beyond.tolist() == [False, True, False]
 
+    def test_inside_is_what_a_surface_winds_around_where_it_passes_through_itself(self):
+        both, _ = feet([0, 0, 0.0], [0.25, 0, 0.0])  # two balls that overlap
+        points = np.random.default_rng(0).uniform(-0.3, 0.6, (800, 3))
+        distance, _, _ = Triangles(both).signed(points)
+        away = np.linalg.norm(points[:, None] - [[0, 0, 0], [0.25, 0, 0]], axis=2).min(axis=1)
+        clear = np.abs(away - 0.2) > 0.01
+        assert ((distance < 0) == (away < 0.2))[clear].all()
+        assert ((sm.deviation(points, both).distances < 0) == (away < 0.2))[clear].all()
+
     def test_slivers_turn_nothing_inside_out(self):
         """A tetrahedron with a face of no area along an edge: its normal says nothing."""
         corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [0.5, 0, 0]])

@@ -83,8 +83,8 @@ class Triangles(BuiltIn):
         """Return, for each point, its signed distance, the direction this grows in, and whether it is beyond a border.
 
         Distances are positive outside, or, of an open surface, on the side the faces look to. Inside of a closed
-        surface is what it winds around, as normals at slivers, which booleans leave, say nothing. On the surface the
-        direction is the normal there.
+        surface is what it winds around: where it has slivers, or passes through itself as offsets do, the normal of the
+        nearest place says nothing. On the surface the direction is the normal there.
         """
         at = np.ascontiguousarray(points, dtype=np.float64)
         distance, closest, faces = self.closest(at)
