@@ -12,7 +12,8 @@ from types import FunctionType
 from typing import Any
 
 import numpy as np
-from numba import njit
+
+from simplexmesh._kernels_njit import njit
 
 FAST = {"nsz", "arcp", "contract", "reassoc"}  # never 'nnan': NaN means "no data here" and must stay visible
 PARALLEL_FROM = 6000

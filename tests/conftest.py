@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 from collections.abc import Callable
 from pathlib import Path
@@ -17,6 +18,14 @@ settings.register_profile(
 )
 settings.register_profile("thorough", max_examples=1000, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "fast"))
+
+gc.disable()  # what collecting the tests makes is kept: nothing there to look for, again and again
+
+
+def pytest_collection_finish():
+    """Leave the tests themselves out of every later search for garbage."""
+    gc.freeze()
+    gc.enable()
 
 
 @pytest.fixture(scope="session")
@@ -43,3 +52,20 @@ def command(request: pytest.FixtureRequest, capsys: pytest.CaptureFixture[str]) 
         return (code, *capsys.readouterr())
 
     return run
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _kernels_write_to_nothing_read_only():
+    """Check each kernel, at its first call with such types, for writing to arrays that were lent read-only."""
+    from simplexmesh._kernels_njit import Kernel
+    from tests.kernel_writes import check
+
+    compiled = Kernel._compile_for_args
+
+    def checked(self, *arguments, **named):
+        check(self.py_func, arguments)
+        return compiled(self, *arguments, **named)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Kernel, "_compile_for_args", checked)
+        yield

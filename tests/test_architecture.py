@@ -12,13 +12,14 @@ import pytest
 ROOT = Path(__file__).parents[1] / "simplexmesh"
 
 # Room -> the rooms it may import from, besides itself; the front is the package as users see it.
-FLOOR = {"errors", "_check", "_vec", "_cache", "_kernels_both", "_kernels_compiled"}
+FLOOR = {"errors", "_check", "_vec", "_cache", "_kernels_njit", "_kernels_both", "_kernels_compiled"}
 BELOW = {
     "errors": set(),
     "_check": {"errors"},
     "_vec": set(),
     "_cache": set(),
-    "_kernels_both": set(),
+    "_kernels_njit": set(),
+    "_kernels_both": {"_kernels_njit"},
     "_kernels_compiled": set(),
     "mesh": FLOOR,
     "data": FLOOR | {"mesh"},
@@ -186,6 +187,10 @@ class TestEveryFile:
 
     def test_libraries_stay_behind_their_doors(self, path):
         assert wrong_doors(path.relative_to(ROOT).as_posix(), imports(path.read_text(encoding="utf-8"))) == []
+
+    def test_kernels_are_compiled_in_one_way(self, path):
+        source = path.read_text(encoding="utf-8")
+        assert path.name == "_kernels_njit.py" or not {"numba", "numba.njit"} & {*imports(source)}
 
     def test_fits_on_a_few_screens(self, path):
         source = path.read_text(encoding="utf-8")

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from simplexmesh._kernels_njit import njit
 
-@numba.njit(cache=True, error_model="numpy")
+
+@njit(cache=True, error_model="numpy")
 def lzf_decompressed(packed: NDArray[np.uint8], size: int) -> tuple[Any, int]:
     """Decompress LZF (M. Lehmann, liblzf 3.6, lzf_d.c).
 

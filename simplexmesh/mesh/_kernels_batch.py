@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from simplexmesh._kernels_njit import njit
 from simplexmesh.mesh._kernels_edit import (
     DONE,
     EDITS,

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from simplexmesh._kernels_njit import njit
 from simplexmesh.mesh._kernels_corners import bends, stays
 from simplexmesh.mesh._kernels_decimate import Corners, Weights
 from simplexmesh.mesh._kernels_edit import DONE, EDITS, Darts, follow, refuse_swap, swap, turn, turn_back

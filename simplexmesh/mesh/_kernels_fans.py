@@ -8,9 +8,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from simplexmesh._kernels_njit import njit
 from simplexmesh.mesh._kernels_crossing import round_once, triangles_cross
 from simplexmesh.mesh._kernels_fitting import Faces
 from simplexmesh.mesh._kernels_vectors import Vector, difference, dot, unit

@@ -9,9 +9,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from simplexmesh._kernels_njit import njit
 from simplexmesh.mesh._kernels_vectors import Vector, dot, minus, row
 
 Array = NDArray[np.float64]

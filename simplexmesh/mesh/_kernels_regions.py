@@ -7,9 +7,9 @@ A row of 23 numbers is a region: its area, its centroid (3), the integral of the
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from simplexmesh._kernels_njit import njit
 from simplexmesh.mesh._kernels_edit import Darts, follow
 
 Array = NDArray[np.float64]

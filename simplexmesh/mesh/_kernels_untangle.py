@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from simplexmesh._kernels_njit import njit
 from simplexmesh.mesh._kernels_crossing import boxes_by_cell
 from simplexmesh.mesh._kernels_fans import Guarded, crossings, touches_crossed
 from simplexmesh.mesh._kernels_guard import EQUAL, MANY, Bounds, faults, put_vertex

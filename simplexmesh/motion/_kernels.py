@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import math
 
-from numba import njit, prange
+from numba import prange
 
 from simplexmesh._kernels_both import FAST, Both
+from simplexmesh._kernels_njit import njit
 
 FREE, ORIENTATION, ANGLE, MEAN_CURVATURE, SHAPE, CURVATURE = range(6)
 

@@ -8,9 +8,8 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
 from simplexmesh._kernels_both import FAST
+from simplexmesh._kernels_njit import njit
 from simplexmesh.motion._kernels import FREE, ORIENTATION, SHAPE
 
 

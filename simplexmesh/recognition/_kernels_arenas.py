@@ -8,8 +8,9 @@ Motion h is one of model `owners[h]`, whose samples are those from ``starts`` of
 from __future__ import annotations
 
 import numpy as np
-from numba import njit, prange
+from numba import prange
 
+from simplexmesh._kernels_njit import njit
 from simplexmesh.recognition._kernels_register import followed, judged
 
 

@@ -7,7 +7,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit, prange
+from numba import prange
+
+from simplexmesh._kernels_njit import njit
 
 FLAGS = {"nsz", "arcp", "contract", "reassoc"}
 AWAY, ALONG = 5, 8

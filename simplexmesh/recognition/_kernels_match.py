@@ -6,7 +6,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
+
+from simplexmesh._kernels_njit import njit
 
 FAST = {"nsz", "arcp", "contract", "reassoc"}
 WIDTH = 64  # the 60 turns of the icosahedron, filled up to whole vectors

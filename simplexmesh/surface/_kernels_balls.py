@@ -4,9 +4,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit, prange
+from numba import prange
 
 from simplexmesh._kernels_both import Both
+from simplexmesh._kernels_njit import njit
 
 BITS = 21
 """Of a cell's number along each axis."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
+from simplexmesh._kernels_njit import njit
 
 
 @njit(inline="always")

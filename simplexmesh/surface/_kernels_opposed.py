@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
+from simplexmesh._kernels_njit import njit
 
 TIED = 1e-9
 """Oppositions that differ by a smaller share of the largest are the same: rounding must not choose between them."""

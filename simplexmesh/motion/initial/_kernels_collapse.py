@@ -6,8 +6,8 @@ Half-edges are numbered as in `_kernels_remesh`. Twin in `tests/reference_initia
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from simplexmesh._kernels_njit import njit
 from simplexmesh.mesh._kernels_heap import new_heap, put
 from simplexmesh.motion.initial._kernels_remesh import _area_normal, _before, _cosine, _next
 

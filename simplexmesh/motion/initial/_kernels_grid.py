@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from simplexmesh._kernels_njit import njit
 
 _FLAGS = {"nsz", "arcp", "contract", "reassoc"}
 

@@ -7,7 +7,8 @@ Half-edge `3 * t + j` runs from corner j to corner j + 1 of triangle t; `mates` 
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from simplexmesh._kernels_njit import njit
 
 _FLAGS = {"nsz", "arcp", "contract", "reassoc"}
 

@@ -7,8 +7,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit, prange
+from numba import prange
 
+from simplexmesh._kernels_njit import njit
 from simplexmesh.motion.targets._kernels_algebra import diagonalize, tangents
 
 

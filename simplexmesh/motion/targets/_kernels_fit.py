@@ -14,9 +14,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from simplexmesh._kernels_both import FAST
+from simplexmesh._kernels_njit import njit
 from simplexmesh.motion.targets._kernels_algebra import form, median, set_form, solve, tangents, turn_frame
 
 OFFSET, VARIANCE, NOISE, COUNT, LEAN, CURVATURE = range(6)

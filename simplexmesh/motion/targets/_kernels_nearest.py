@@ -15,8 +15,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from simplexmesh._kernels_njit import njit
 from simplexmesh.motion.targets._kernels_lanes import WIDTH
 from simplexmesh.motion.targets._kernels_patches import LANES, rivals
 from simplexmesh.motion.targets._kernels_pointers import fetch, floats, integers, start

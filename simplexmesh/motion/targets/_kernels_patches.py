@@ -11,9 +11,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit, prange
+from numba import prange
 
 from simplexmesh._kernels_both import FAST
+from simplexmesh._kernels_njit import njit
 
 LANES = 8  # surfels in a patch
 WIDEST = 1.5  # no neighbor's support is wider than this, against a surfel's own

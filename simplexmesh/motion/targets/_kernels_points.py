@@ -8,9 +8,10 @@ import math
 from functools import partial
 
 import numpy as np
-from numba import njit, prange
+from numba import prange
 
 from simplexmesh._kernels_both import Both
+from simplexmesh._kernels_njit import njit
 from simplexmesh.motion.targets._kernels_nearest import (
     HEAD,
     NONE,

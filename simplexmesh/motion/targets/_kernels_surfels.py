@@ -7,8 +7,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit, prange
+from numba import prange
 
+from simplexmesh._kernels_njit import njit
 from simplexmesh.motion.targets._kernels_algebra import plane_normal
 from simplexmesh.motion.targets._kernels_fit import COUNT, CURVATURE, NOISE, OFFSET, VARIANCE, fit
 from simplexmesh.motion.targets._kernels_tree import within

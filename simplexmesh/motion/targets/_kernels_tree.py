@@ -11,7 +11,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit, prange
+from numba import prange
+
+from simplexmesh._kernels_njit import njit
 
 
 @njit(cache=True, error_model="numpy")

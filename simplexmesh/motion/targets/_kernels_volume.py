@@ -6,9 +6,10 @@ from __future__ import annotations
 import math
 from functools import partial
 
-from numba import njit, prange
+from numba import prange
 
 from simplexmesh._kernels_both import FAST, Both
+from simplexmesh._kernels_njit import njit
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)

@@ -13,8 +13,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from simplexmesh._kernels_njit import njit
 from simplexmesh.motion.targets._kernels_lanes import WIDTH, bits, eight, larger, less, lowest, no_more, put
 from simplexmesh.motion.targets._kernels_pointers import floats, integers
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
 from simplexmesh._kernels_both import FAST
+from simplexmesh._kernels_njit import njit
 from simplexmesh.surface._kernels_frames import tangents
 
 HIGHEST = 6

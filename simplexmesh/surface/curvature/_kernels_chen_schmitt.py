@@ -4,9 +4,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit, prange
+from numba import prange
 
 from simplexmesh._kernels_both import Both
+from simplexmesh._kernels_njit import njit
 from simplexmesh.surface._kernels_frames import tangents
 from simplexmesh.surface._kernels_opposed import arms_of, most_opposed
 from simplexmesh.surface.curvature._kernels_solve import FLAT, absorb, principal, solve

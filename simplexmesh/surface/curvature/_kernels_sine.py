@@ -5,9 +5,10 @@ from __future__ import annotations
 
 import math
 
-from numba import njit, prange
+from numba import prange
 
 from simplexmesh._kernels_both import Both
+from simplexmesh._kernels_njit import njit
 from simplexmesh.surface._kernels_frames import tangents
 from simplexmesh.surface.curvature._kernels_solve import FLAT
 from simplexmesh.surface.reasons import DEGENERATE, FEW, FOUND

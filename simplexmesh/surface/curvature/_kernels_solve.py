@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
+from simplexmesh._kernels_njit import njit
 
 FLAT = 1e-24
 """A neighbor whose projection is shorter than this share of its distance, squared, has no azimuth."""

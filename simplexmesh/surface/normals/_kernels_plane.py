@@ -6,9 +6,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit, prange
+from numba import prange
 
 from simplexmesh._kernels_both import Both
+from simplexmesh._kernels_njit import njit
 from simplexmesh.surface.normals._kernels_small import diagonalize
 from simplexmesh.surface.reasons import DEGENERATE, FEW, FOUND
 

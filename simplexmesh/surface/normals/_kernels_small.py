@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
+from simplexmesh._kernels_njit import njit
 
 DEPENDENT = 1e-10
 """A column that keeps less than this share of its square beside the others adds nothing of its own."""
