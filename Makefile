@@ -4,12 +4,14 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 SOURCES := simplexmesh tests demos docs/conf.py
+WORKERS ?= 4
 
-.PHONY: help setup demo test nightly lint types docs benchmark clean
+.PHONY: help setup demo test suite nightly lint types docs benchmark clean
 
 help:
 	@echo "make demo       reconstruct organs of the frog, then one of them from a noisy scan, into demo_output/"
 	@echo "make test       lint, types and the whole test suite"
+	@echo "make suite      the test suite alone, by one process per core but at most WORKERS=4"
 	@echo "make nightly    millions of random operators, and hypothesis looking for new examples"
 	@echo "make docs       the documentation, with the gallery, into docs/_build/html"
 	@echo "make benchmark  nanoseconds per vertex, and ratios against peers"
@@ -35,7 +37,10 @@ types: $(READY)
 	$(BIN)/mypy
 
 test: lint types
-	$(BIN)/python -m pytest --durations=10
+	@$(MAKE) --no-print-directory suite
+
+suite: $(READY)
+	$(BIN)/python -m pytest --durations=10 --numprocesses=auto --maxprocesses=$(WORKERS) --dist=loadfile
 
 nightly: $(READY)
 	$(BIN)/python -m pytest -m nightly tests/nightly

@@ -77,7 +77,7 @@ class TestHelp:
 
     def test_imports_nothing_heavy(self):
         code = "import sys, simplexmesh.cli; print(*{n.partition('.')[0] for n in sys.modules})"
-        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+        done = subprocess.run([sys.executable, "-c", code], capture_output=True, encoding="utf-8", check=True)
         assert not {"numba", "scipy", "pyvista", "vtkmodules", "numpy", "SimpleITK", "igl"} & set(done.stdout.split())
 
     def test_version(self, command):
@@ -405,7 +405,7 @@ class TestFailures:
             "sys.meta_path.insert(0, Interrupting())\n"
             "simplexmesh.cli.main(['--help'])"
         )
-        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+        done = subprocess.run([sys.executable, "-c", code], capture_output=True, encoding="utf-8", check=False)
         assert (done.returncode, done.stdout) == (130, "")
         assert done.stderr == "error: interrupted; nothing was written\n"
 

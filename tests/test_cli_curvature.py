@@ -67,7 +67,7 @@ class TestHelp:
             "try: main(['curvature', '--help'])\n"
             "finally: print('loaded', *{name.partition('.')[0] for name in sys.modules})"
         )
-        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+        done = subprocess.run([sys.executable, "-c", code], capture_output=True, encoding="utf-8", check=False)
         loaded = done.stdout.split("loaded ")[1].split()
         assert not {"numba", "scipy", "pyvista", "vtkmodules", "numpy", "SimpleITK", "igl"} & set(loaded)
 

@@ -47,7 +47,7 @@ def whole(tmp_path_factory):
 def sentence(error):
     text = str(error.value)
     assert "\n" not in text
-    assert len(text) < 300
+    assert len(text) < 350
     assert "0x" not in text
     return text
 

@@ -130,5 +130,6 @@ def _one_sided(
     """Return which of some points have their neighbors on one side, and the normals (m, 3) of their planes."""
     found = np.empty((len(rows), 3)) if normals is None else normals
     free, off = np.empty((2, len(rows)))
+    points, near = np.ascontiguousarray(points), np.ascontiguousarray(near)  # one layout is compiled, not four
     _kernels_borders.sides(points, rows, near, found, normals is not None, free, off)
     return np.flatnonzero((free > WIDEST) & (off > LOPSIDED)), found
