@@ -133,6 +133,15 @@ def test_other_programs_see_the_polygons(ending, mesh, tmp_path):
         assert_allclose(seen.get_cell(i).points, mesh.vertices[mesh.faces[i]], rtol=1e-6, atol=1e-6)
 
 
+def test_what_single_precision_spoils_is_told(tmp_path):
+    ball = sm.sphere(4)
+    with pytest.warns(sm.SimplexMeshWarning, match=r"^STL has single precision, .* by up to 0\.\d+; "):
+        ball.moved(ball.vertices + 4e6).save(tmp_path / "far.stl")
+    with pytest.raises(ValueError, match=r"^path must not end with \.stl, .*, for vertices at 9\.\d+e\+159$"):
+        ball.moved(ball.vertices * 1e160).save(tmp_path / "huge.stl")
+    assert [path.name for path in tmp_path.iterdir()] == ["far.stl"]
+
+
 def test_stl_keeps_the_triangles_in_single_precision(mesh, tmp_path):
     save(tmp_path / "mesh.stl", mesh)
     again = sm.read(tmp_path / "mesh.stl")

@@ -12,8 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh.data import vtk
+from simplexmesh.errors import told
 
 Array = NDArray[np.float64]
+
+COARSE = 1e-4
+"""Rounding by more than this share of the extent is worth a word."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +52,7 @@ def save(path: str | os.PathLike[str], value: Any, *, arrays: Mapping[str, NDArr
     Raises
     ------
     ValueError
-        The ending is not known, or the format cannot hold it, or arrays of another length.
+        The ending is not known, or the format cannot hold it (STL nothing beyond 3e38), or arrays of another length.
     TypeError
         It is something else.
     OSError
@@ -181,6 +185,7 @@ def _write_off(path: Path, content: _Polygons) -> None:
 def _write_stl(path: Path, content: _Polygons) -> None:
     surface = content.triangles()
     corners = surface.vertices[surface.faces]
+    _check_single(surface.vertices)
     record = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("spare", "<u2")])
     rows = np.zeros(len(corners), record)
     length = np.linalg.norm(surface.face_vectors, axis=1, keepdims=True)
@@ -189,6 +194,16 @@ def _write_stl(path: Path, content: _Polygons) -> None:
     with path.open("wb") as file:
         file.write(b"simplexmesh".ljust(80) + len(rows).to_bytes(4, "little"))
         file.write(rows.tobytes())
+
+
+def _check_single(points: Array) -> None:
+    """Say what single precision cannot hold, and what it moves by more than a ten-thousandth of the extent."""
+    largest = float(np.abs(points).max())
+    if largest > float(np.finfo(np.float32).max):
+        raise ValueError(f"path must not end with .stl, whose numbers end at 3e38, for vertices at {largest:.3g}")
+    off = float(np.abs(points - points.astype(np.float32)).max())
+    if off > COARSE * float(np.ptp(points, axis=0).max()):
+        told(f"STL has single precision, which moves vertices by up to {off:.2g}; all other formats have double")
 
 
 def _write_xyz(path: Path, content: _Polygons) -> None:

@@ -116,6 +116,9 @@ def deviation(surface: Any, reference: Any, *, reach: float | None = None, beyon
     """
     points = _points(surface)
     mesh = as_triangles(reference, "reference")
+    _check.size("reference", mesh.bounds)
+    if len(points):
+        _check.size("surface", np.stack([points.min(axis=0), points.max(axis=0)]))
     distances, _, beyond = Triangles(mesh).signed(points)
     if not beyond_border and not mesh.is_closed:
         distances = np.where(beyond, np.nan, distances)
