@@ -155,12 +155,6 @@ class TestClipped:
 
 class TestDeviation:
     @pytest.mark.parametrize("offset", [0.1, -0.2])
-    def test_sizes_that_a_tree_of_boxes_cannot_hold_are_told(self):
-        with pytest.raises(ValueError, match=r"^reference must be within 1e-60 and 1e\+60 in its unit of length, not"):
-            sm.deviation(BALL, sm.sphere(3, radius=1e160))
-        with pytest.raises(ValueError, match=r"^surface must be within 1e-60 and 1e\+60 in its unit of length, not"):
-            sm.deviation(sm.sphere(3, radius=1e-160), BALL)
-
     def test_of_an_offset_sphere_is_the_offset(self, offset):
         done = sm.TriangleMesh((1 + offset) * BALL.vertices, BALL.faces)
         found = sm.deviation(done, BALL)
@@ -223,6 +217,12 @@ class TestDeviation:
         with pytest.raises((ValueError, TypeError)) as caught:
             call()
         assert str(caught.value) == words
+
+    def test_sizes_that_a_tree_of_boxes_cannot_hold_are_told(self):
+        with pytest.raises(ValueError, match=r"^reference must be within 1e-60 and 1e\+60 in its unit of length, not"):
+            sm.deviation(BALL, sm.sphere(3, radius=1e160))
+        with pytest.raises(ValueError, match=r"^surface must be within 1e-60 and 1e\+60 in its unit of length, not"):
+            sm.deviation(sm.sphere(3, radius=1e-160), BALL)
 
 
 class TestMorphed:
