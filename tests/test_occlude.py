@@ -209,6 +209,12 @@ class TestInput:
         ):
             sm.occlude(away, LOWER)
 
+    @pytest.mark.parametrize("name", ["moving", "fixed"])
+    def test_sizes_that_a_tree_of_boxes_cannot_hold_are_told(self, name):
+        parts = {"moving": UPPER, "fixed": LOWER, name: sm.sphere(3, radius=1e160)}
+        with pytest.raises(ValueError, match=f"^{name} must be within 1e-60 and"):
+            sm.occlude(**parts)
+
     def test_parts_that_do_not_face_each_other_are_told(self):
         ball = sm.sphere(8).triangulated("dual")
         with pytest.warns(sm.SimplexMeshWarning, match=r"^nothing of moving touches fixed"):

@@ -156,7 +156,10 @@ def occlude(
     >>> found.T_fixed_moving[:3, 3].round(2).tolist(), bool(found.contact_area > 0.9 * upper.area)
     ([-0.04, 0.03, -0.1], True)
     """
-    one, other = Part(as_triangles(moving, "moving")), Part(as_triangles(fixed, "fixed"))
+    meshes = {"moving": as_triangles(moving, "moving"), "fixed": as_triangles(fixed, "fixed")}
+    for name, mesh in meshes.items():
+        _check.size(name, mesh.bounds)
+    one, other = Part(meshes["moving"]), Part(meshes["fixed"])
     near = _share("tolerance", tolerance, TOLERANCE, one.diagonal)
     far = max(_share("reach", reach, REACH, one.diagonal), near)
     limits = Limits(near, far, _check.number("penetration", penetration, 0.0), *bounds_of(pairs, slack))
