@@ -135,6 +135,11 @@ class TestClipped:
         ("call", "words"),
         [
             (lambda: sm.clipped(BALL, (0, 0, 0), (0, 0, 0)), "normal must not be the zero vector"),
+            (
+                lambda: sm.clipped(sm.plane(8, 8, size=(2e160, 1.0)), (0, 0, 0), (0, 0, 1)),
+                "surface must be within 1e-60 and 1e+60 in its unit of length, not reach to 1e+160: "
+                "choose another unit",
+            ),
             (lambda: sm.clipped(BALL, (0, 0), (0, 0, 1)), "origin must have shape (3,), not (2,)"),
             (lambda: sm.clipped(BALL, (0, 0, 0), (0, 0, np.nan)), "normal must be finite; normal[2] is nan"),
             (
@@ -327,6 +332,7 @@ class TestBoolean:
     @pytest.mark.parametrize(
         ("call", "words"),
         [
+            (lambda: sm.boolean(BALL, sm.sphere(3, radius=1e-160)), "second must be within 1e-60 and 1e+60"),
             (lambda: sm.boolean(sm.plane(8, 8), BALL), "first must be closed, it has a border"),
             (
                 lambda: sm.boolean(BALL, sm.TriangleMesh(BALL.vertices, BALL.faces[:, ::-1])),

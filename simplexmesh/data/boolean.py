@@ -74,6 +74,7 @@ def _library() -> Any:
 
 def _solid(manifold3d: Any, mesh: TriangleMesh, name: str) -> Any:
     mesh = mesh.welded(report=False)
+    _check.size(name, mesh.bounds)
     if not mesh.is_closed:
         raise ValueError(f"{name} must be closed, it has a border")
     if mesh.volume <= 0:

@@ -52,6 +52,7 @@ def clipped(surface: Any, origin: ArrayLike, normal: ArrayLike, *, cap: bool = F
     False
     """
     mesh = as_triangles(surface, "surface").welded(report=False)
+    _check.size("surface", mesh.bounds)
     at, direction = _check.array("origin", origin, (3,)), _check.array("normal", normal, (3,))
     length = float(np.linalg.norm(direction))
     if not length > 0:
