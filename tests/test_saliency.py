@@ -467,12 +467,21 @@ class TestClasses:
         assert 0 < curvedness[found == hk.FLAT].max() < 0.2 < 0.7 < curvedness.mean()
         assert set(found) <= {hk.FLAT, hk.MINIMAL, hk.SADDLE_RIDGE, hk.SADDLE_VALLEY}
 
-    def test_what_is_no_zero_alone_is_not_asked_for_in_the_window(self):
+    def test_the_window_is_asked_where_a_vertex_says_zero_and_believed_within_its_tolerance(self):
         one = tuple(np.array(each) for each in ([3.0, 0.1, 0.1], [5.0, 5.0, 0.1], [1.0, 1, 1], [2.0, 2, 2]))
-        other = tuple(np.array(each) for each in ([-9.0, -9, 0.0], [-9.0, -9, 0.2], [4.0, 4, 4], [6.0, 6, 6]))
+        other = tuple(np.array(each) for each in ([-0.5, 0.9, 1.1], [-0.5, -9, 1.9], [0.4, 0.4, 0.4], [0.6, 0.6, 0.6]))
         assert [each.tolist() for each in hk._first_certain([one, other])] == [
-            [3.0, -9, 0], [5.0, 5, 0.2], [1.0, 4, 4], [2.0, 2, 6],
+            [3.0, 0.9, 0.1], [5.0, 5.0, 1.9], [1.0, 0.4, 1], [2.0, 2, 0.6],
         ]  # fmt: skip
+
+    def test_a_face_is_flat_up_to_its_edges(self):
+        """Windows near an edge have some of its bend."""
+        corners = np.array([[i, j, k] for i in (-1.0, 1) for j in (-1.0, 1) for k in (-1.0, 1)])
+        sides = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+        faces = [[a, b, c] for a, b, c, _ in sides] + [[a, c, d] for a, _, c, d in sides]
+        fine = sm.divided(sm.TriangleMesh(corners, faces), 0.06)
+        beside = np.sort(np.abs(fine.vertices), axis=1)[:, 1]
+        assert (sm.hk_classes(fine).labels == hk.FLAT)[beside < 0.8].mean() > 0.99
 
     @pytest.mark.filterwarnings("ignore::simplexmesh.SimplexMeshWarning")
     def test_failed_vertices_are_unknown(self):

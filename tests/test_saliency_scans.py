@@ -76,7 +76,7 @@ def test_specks_vanish_into_regions(measured):
     kinds = sm.hk_classes(mesh, curvature=curvature)
     raw, whole = sm.regions(mesh, kinds, minimum=0), sm.regions(mesh, kinds)
     assert len(whole) < 0.5 * len(raw)
-    assert (whole.classes[whole.labels] == kinds.labels).mean() > 0.8
+    assert (whole.classes[whole.labels] == kinds.labels).mean() > 0.75
 
 
 def test_edges_and_corners_of_the_fandisk_are_its_salient_points(measured):

@@ -177,12 +177,16 @@ def _judged(
 
 
 def _first_certain(opinions: list[tuple[Array, Array, Array, Array]]) -> tuple[Array, Array, Array, Array]:
-    """Return of H, and of K, what the first says that is no zero, else what the last does."""
-    mean, gauss, near, near_gauss = opinions[-1]
-    for h, k, within, within_gauss in reversed(opinions[:-1]):
-        sure, sure_gauss = np.abs(h) > within, np.abs(k) > within_gauss
-        mean, near = np.where(sure, h, mean), np.where(sure, within, near)
-        gauss, near_gauss = np.where(sure_gauss, k, gauss), np.where(sure_gauss, within_gauss, near_gauss)
+    """Return of H, and of K, what the first says; where that is zero, what a later one says, if the first allows it.
+
+    A window near the edge of a face has some of the edge's bend: beyond the first's tolerance it is not believed.
+    """
+    mean, gauss, near, near_gauss = opinions[0]
+    for h, k, within, within_gauss in opinions[1:]:
+        asked = (np.abs(mean) <= near) & (np.abs(h) <= near)
+        asked_gauss = (np.abs(gauss) <= near_gauss) & (np.abs(k) <= near_gauss)
+        mean, near = np.where(asked, h, mean), np.where(asked, within, near)
+        gauss, near_gauss = np.where(asked_gauss, k, gauss), np.where(asked_gauss, within_gauss, near_gauss)
     return mean, gauss, near, near_gauss
 
 
