@@ -41,6 +41,11 @@ def files(tmp_path_factory):
     return folder
 
 
+def write_off(path, vertices, faces):
+    rows = [" ".join(map(str, row)) for row in [*map(list, vertices), *([3, *face] for face in faces)]]
+    path.write_text("\n".join(["OFF", f"{len(vertices)} {len(faces)} 0", *rows]) + "\n")
+
+
 def write_metaimage(path, values):
     types = {"float64": "MET_DOUBLE", "uint8": "MET_UCHAR"}
     header = {
@@ -425,6 +430,18 @@ class TestInfo:
         assert facts["volume"] == pytest.approx(ball.volume)
         assert facts["problems"] == []
         assert facts["extent"] == pytest.approx((ball.bounds[1] - ball.bounds[0]).tolist())
+
+    def test_of_triangles(self, command, files, tmp_path):
+        facts = json.loads(command("info", files / "ball.stl", "--json")[1])
+        assert (facts["genus"], facts["borders"], facts["components"], facts["problems"]) == (0, 0, 1, [])
+        ring = sm.torus().triangulated()
+        write_off(tmp_path / "in.off", ring.vertices, ring.faces[:, ::-1])
+        facts = json.loads(command("info", tmp_path / "in.off", "--json")[1])
+        assert (facts["genus"], facts["problems"]) == (1, ["the faces look inward"])
+        write_off(tmp_path / "book.off", [*np.eye(3), [0, 0, 0], [1, 1, 1]], [[0, 1, 2], [0, 1, 3], [0, 1, 4]])
+        code, out, _ = command("info", tmp_path / "book.off")
+        assert code == 0
+        assert "at most two triangles may share an edge" in out
 
     def test_of_a_library(self, command, files, tmp_path):
         sm.ModelLibrary(tmp_path / "two.sml").add("ball", files / "ball.vtp")

@@ -53,15 +53,7 @@ def described(thing: Any) -> dict[str, Any]:
     if isinstance(thing, PointCloud):
         facts = {"kind": "points", "points": len(thing), "normals": thing.normals is not None}
     elif isinstance(thing, TriangleMesh):
-        facts = {
-            "kind": "triangles",
-            "vertices": thing.n_vertices,
-            "faces": thing.n_faces,
-            "closed": thing.is_closed,
-            "area": thing.area,
-        }
-        if thing.is_closed:
-            facts["volume"] = thing.volume
+        facts = _triangles(thing)
     else:
         facts = _simplex_mesh(thing)
     return facts | _extent(thing.bounds)
@@ -99,6 +91,24 @@ def _simplex_mesh(mesh: Any) -> dict[str, Any]:
         "arrays": sorted(mesh.data),
         "problems": list(found.problems),
     }
+
+
+def _triangles(mesh: Any) -> dict[str, Any]:
+    from simplexmesh.errors import TopologyError
+
+    facts = {"kind": "triangles", "vertices": mesh.n_vertices, "faces": mesh.n_faces, "closed": mesh.is_closed}
+    problems = []
+    try:
+        found = mesh.topology
+        facts |= {"genus": found.genus, "borders": found.n_borders, "components": found.n_components}
+    except TopologyError as problem:
+        problems.append(str(problem))
+    facts["area"] = mesh.area
+    if mesh.is_closed:
+        facts["volume"] = mesh.volume
+        if mesh.volume < 0:
+            problems.append("the faces look inward")
+    return facts | {"problems": problems}
 
 
 def _extent(bounds: Any) -> dict[str, Any]:
