@@ -50,6 +50,13 @@ class TestAlign:
         assert found.error < 0.01
         assert 0.005 < found.pairs_error < 0.1
 
+    def test_pairs_that_lead_nowhere_are_told(self):
+        body = potato()
+        picks = body.vertices[[0, 300, 700]]
+        with pytest.warns(sm.SimplexMeshWarning, match="^source is nowhere near target where the pairs bring it"):
+            found = sm.align(body, body, (picks, picks + 100.0))
+        assert found.overlap == 0
+
     def test_refines_what_the_pairs_say(self):
         body, T = potato(), rigid(3)
         moved = body.vertices @ T[:3, :3].T + T[:3, 3]

@@ -11,6 +11,7 @@ from scipy.spatial import cKDTree
 
 from simplexmesh import _check
 from simplexmesh._vec import norm
+from simplexmesh.errors import told
 from simplexmesh.recognition.icp import paired, refined, uncertainty
 from simplexmesh.recognition.rigid import rigid_fit
 from simplexmesh.recognition.surfaces import Surface, surface_of
@@ -88,6 +89,11 @@ def align(source: Any, target: Any, pairs: tuple[ArrayLike, ArrayLike], *, refin
     ValueError, TypeError, OSError
         Fewer than three pairs, pairs on a line, data that is not there, fewer than 50 points.
 
+    Warns
+    -----
+    SimplexMeshWarning
+        Nothing of the source is near the target then.
+
     References
     ----------
     A. Charton, thesis, 2014, 1.3.1 (coarse alignment from three pairs, then ICP); B. Horn 1987 (the motion of pairs);
@@ -113,6 +119,8 @@ def align(source: Any, target: Any, pairs: tuple[ArrayLike, ArrayLike], *, refin
     found = paired(one, other, tree, T, grain)
     covariance, error = uncertainty(one, other, found, T)
     overlap = float(found.common.mean())
+    if refine and not overlap:
+        told("source is nowhere near target where the pairs bring it: are they in the same order and unit?")
     frozen = _check.frozen
     return Alignment(frozen(T), frozen(start), pairs_error, error, overlap, frozen(covariance))
 
