@@ -76,12 +76,12 @@ def chunks(rows):
 
 
 @jit
-def workspace():
+def workspace(most):
     """Return the arrays every fit writes to: found, places, u v z, columns, sums, matrix, y, x, w, frame."""
-    places, heights = np.empty((3, MOST)), np.empty((3, MOST))
-    columns, sums = np.empty((2, 2 * HIGHEST + 1, MOST)), np.empty(2 * TERMS * 2)
+    places, heights = np.empty((3, most)), np.empty((3, most))
+    columns, sums = np.empty((2, 2 * HIGHEST + 1, most)), np.empty(2 * TERMS * 2)
     matrix, vectors = np.zeros((TERMS, TERMS)), np.zeros((3, TERMS))
-    return np.empty(MOST, np.uint64), places, heights, columns, sums, matrix, vectors, np.zeros((3, 3))
+    return np.empty(most, np.uint64), places, heights, columns, sums, matrix, vectors, np.zeros((3, 3))
 
 
 @jit
@@ -122,7 +122,7 @@ def probes(
     """
     for chunk in prange(chunks):
         stamps = np.full(points.shape[0], -1, np.int32)
-        found, places, heights, columns, sums, matrix, vectors, frame = workspace()
+        found, places, heights, columns, sums, matrix, vectors, frame = workspace(MOST)
         u, v, z, y, x, w = heights[0], heights[1], heights[2], vectors[0], vectors[1], vectors[2]
         for row in range(chunk * centers.shape[0] // chunks, (chunk + 1) * centers.shape[0] // chunks):
             center = centers[row]
@@ -205,7 +205,7 @@ def adaptive_jets(
     """
     for chunk in prange(chunks):
         stamps = np.full(points.shape[0], -1, np.int32)
-        work, here = workspace(), np.zeros(9)
+        work, here = workspace(MOST), np.zeros(9)
         found = work[0]
         for row in range(chunk * centers.shape[0] // chunks, (chunk + 1) * centers.shape[0] // chunks):
             center, radius, degree = centers[row], radii[row], degrees[row]

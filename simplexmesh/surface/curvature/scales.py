@@ -60,6 +60,8 @@ class Scales(NamedTuple):
         Rough normals, of any length.
     oriented : bool
         Whether they look to one side of the surface.
+    spacing : (n,) array of float
+        The edge of an even triangulation as dense as the points; 0 where a point has no neighbors.
     """
 
     radii: Array
@@ -70,6 +72,7 @@ class Scales(NamedTuple):
     noise: float
     directions: Array
     oriented: bool
+    spacing: Array
 
 
 def scales_of(samples: Samples, *, noise: float | None = None, detail: float | None = None) -> Scales:
@@ -91,8 +94,10 @@ def scales_of(samples: Samples, *, noise: float | None = None, detail: float | N
     spacing = np.where(raw > 0, smooth, 0.0)
     if not len(linked):
         none = np.zeros(len(spacing))
-        return Scales(none, none, np.full(len(none), 2), np.zeros((len(none), 4)), none, 0.0, directions, oriented)
-    order = linked[_shuffling(raw[linked]).argsort(kind="stable")]
+        return Scales(
+            none, none, np.full(len(none), 2), np.zeros((len(none), 4)), none, 0.0, directions, oriented, none
+        )
+    order = linked[shuffling(raw[linked]).argsort(kind="stable")]
     rows = np.sort(order[:FIRST])
     told = probed(samples, rows, spacing[rows, None] * LADDER, directions, oriented=oriented)
     size = noise_of(told) if noise is None else noise
@@ -110,7 +115,9 @@ def scales_of(samples: Samples, *, noise: float | None = None, detail: float | N
         radii, smallest = np.where(spacing > 0, np.maximum(radii, detail), 0.0), np.maximum(smallest, detail)
     with np.errstate(divide="ignore", invalid="ignore"):
         priors = np.where(radii[:, None] > 0, np.sqrt(values[:, 2:]) / radii[:, None] ** np.arange(2, 6), 0.0)
-    return Scales(radii, smallest, degrees[label], priors, CAUTIOUS * np.sqrt(values[:, 1]), size, directions, oriented)
+    return Scales(
+        radii, smallest, degrees[label], priors, CAUTIOUS * np.sqrt(values[:, 1]), size, directions, oriented, spacing
+    )
 
 
 def _best(risk: Array) -> Indices:
@@ -142,7 +149,7 @@ def _at_probes(places: Array, told: Probed, spacing: Array, noise: float, *, sho
     return np.vstack([values, np.median(values, axis=0)]), np.append(degrees, middle)
 
 
-def _shuffling(values: Array) -> Array:
+def shuffling(values: Array) -> Array:
     """Return keys that sort points as if at random, but the same points however they are numbered, turned or sized."""
     out: Array = (1e6 * values / values.mean()) % 1.0
     return out

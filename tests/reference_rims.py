@@ -1,0 +1,37 @@
+"""Plain fits at borders written down as they are explained: one point at a time."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tests import reference_adaptive as reference
+
+Array = np.ndarray
+
+
+def depths(rings: list[list[int]], closed: Array, most: int) -> Array:
+    """Edges to the nearest vertex that is not closed, most + 1 where there are more."""
+    out = np.where(closed, most + 1, 0)
+    for step in range(most):
+        for i, ring in enumerate(rings):
+            if out[i] > step and any(out[j] == step for j in ring):
+                out[i] = step + 1
+    return out
+
+
+def plain(rings, points, directions, center, radius, full):
+    """H of polynomials of degrees 2, 3 and 4, how far points lie to one side, and their mean place, both in radii."""
+    found = reference.reached(rings, points, center, radius)
+    radius *= min(1.0, np.sqrt(full / len(found)))
+    normal = reference.mean_direction(found, directions, center)
+    places = reference.on_its_side(found, points, directions, normal, radius)
+    flat, z, _ = reference.flattened(places, normal)
+    highest = max([d for d in (3, 4) if 0.65 * (d + 1) * (d + 2) + 4 <= len(z)], default=2)
+    means = []
+    for degree in (2, 3, 4):
+        powers = reference.exponents(min(degree, highest))
+        design = np.stack([flat[:, 0] ** a * flat[:, 1] ** b for a, b in powers], axis=1)
+        first, second = reference.fundamental(np.linalg.lstsq(design, z, rcond=None)[0])
+        means.append(-np.trace(np.linalg.solve(first, second)) / 2 / radius)
+    offset = places.mean(axis=0)
+    return means, np.linalg.norm(offset - (offset @ normal) * normal), offset
