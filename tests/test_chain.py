@@ -189,6 +189,23 @@ class TestDeviation:
         assert sm.deviation(points, planned, beyond_border=True).distances[2] == pytest.approx(4.5, abs=0.1)
         assert sm.deviation(points, planned).spread.count == 2
 
+    def test_corners_stored_apart_make_no_border(self):
+        corners = BALL.vertices[BALL.faces].reshape(-1, 3)
+        soup = sm.TriangleMesh(corners, np.arange(len(corners)).reshape(-1, 3))
+        points = np.random.default_rng(0).normal(size=(50, 3))
+        assert sm.deviation(points, soup).distances == pytest.approx(sm.deviation(points, BALL).distances, abs=1e-12)
+
+    def test_a_reference_that_looks_inward_is_told(self):
+        inward = sm.TriangleMesh(BALL.vertices, BALL.faces[:, ::-1])
+        points = np.random.default_rng(0).normal(size=(50, 3))
+        with pytest.warns(sm.SimplexMeshWarning, match="the reference looks inward") as caught:
+            found = sm.deviation(points, inward)
+        assert {each.filename for each in caught} == {__file__}
+        assert found.distances == pytest.approx(-sm.deviation(points, BALL).distances, abs=1e-12)
+        with pytest.warns(sm.SimplexMeshWarning, match="turned"):
+            outward = inward.oriented()
+        assert sm.deviation(points, outward).distances == pytest.approx(-found.distances, abs=1e-12)
+
     def test_signs_are_right_at_sharp_corners(self):
         wedge = sm.TriangleMesh(
             [[0, 0, 0], [4, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from simplexmesh import _check
 from simplexmesh.data.convert import as_data, as_triangles
 from simplexmesh.data.points import PointCloud
+from simplexmesh.errors import told
 from simplexmesh.motion.distance import Spread
 from simplexmesh.motion.targets.triangles import Triangles
 
@@ -82,7 +83,7 @@ def deviation(surface: Any, reference: Any, *, reach: float | None = None, beyon
     surface : TriangleMesh, SimplexMesh, PointCloud, array, PyVista or trimesh object, or path
         What is measured, at its vertices or points; rows of the answer are theirs.
     reference : TriangleMesh, SimplexMesh, PyVista or trimesh object, or path
-        What it is compared with, faces counter-clockwise seen from outside.
+        What it is compared with, faces counter-clockwise seen from outside; its duplicate positions are merged.
     reach : float, optional
         Distances beyond this, in the unit of the surfaces, are not known: NaN. By default there is no end.
     beyond_border : bool
@@ -115,8 +116,10 @@ def deviation(surface: Any, reference: Any, *, reach: float | None = None, beyon
     (0.1, True)
     """
     points = _points(surface)
-    mesh = as_triangles(reference, "reference")
+    mesh = as_triangles(reference, "reference").welded(report=False)
     _check.size("reference", mesh.bounds)
+    if mesh.is_closed and mesh.volume < 0:
+        told("the reference looks inward, so distances are positive within it: reference.oriented() turns it")
     if len(points):
         _check.size("surface", np.stack([points.min(axis=0), points.max(axis=0)]))
     distances, _, beyond = Triangles(mesh).signed(points)

@@ -9,8 +9,10 @@ import igl
 import numpy as np
 from numpy.typing import NDArray
 
+from simplexmesh import _check
 from simplexmesh._vec import cross, dot, norm, normalized
 from simplexmesh.data.convert import as_triangles
+from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.mesh import _kernels
 from simplexmesh.motion.targets.borders import Border, border_of_triangles
 from simplexmesh.motion.targets.door import BuiltIn, checked
@@ -35,6 +37,11 @@ class Triangles(BuiltIn):
     oriented : bool
         False where the triangles' orientation means nothing: both sides attract.
 
+    Raises
+    ------
+    ValueError, TypeError
+        No triangles, or of a size beyond what areas can be multiplied in.
+
     Examples
     --------
     >>> import simplexmesh as sm
@@ -47,6 +54,7 @@ class Triangles(BuiltIn):
 
     def __init__(self, triangles: Any, *, oriented: bool = True) -> None:
         mesh = as_triangles(triangles)
+        _check.size("triangles", mesh.bounds)
         self.oriented = oriented
         self.vertices = np.ascontiguousarray(mesh.vertices, dtype=np.float64)
         self.faces = np.ascontiguousarray(mesh.faces, dtype=np.int64)
@@ -83,27 +91,34 @@ class Triangles(BuiltIn):
         """Return, for each point, its signed distance, the direction this grows in, and whether it is beyond a border.
 
         Distances are positive outside, or, of an open surface, on the side the faces look to. Inside of a closed
-        surface is what it winds around: where it has slivers, or passes through itself as offsets do, the normal of the
-        nearest place says nothing. On the surface the direction is the normal there.
+        surface is what it winds around: where it passes through itself, as offsets do, the normal of the nearest place
+        says nothing. One that looks inward, as the wall of a cavity does, has its inside around it. On the surface the
+        direction is the normal there.
         """
         at = np.ascontiguousarray(points, dtype=np.float64)
         distance, closest, faces = self.closest(at)
-        normals = self._normals_at(closest, faces)
-        away = at - closest
+        away, beyond = at - closest, self._beyond_border(closest, faces)
+        on_it = distance <= ON_IT * float(np.ptp(self.vertices, axis=0).max())
         if self._on_border.any():
+            normals = self._normals_at(closest, faces)
             inside = dot(away, normals) < 0
         else:
-            inside = np.asarray(self._winding.winding_number(at)).ravel() > 0.5
+            normals = away.copy()
+            normals[on_it] = self._normals_at(closest[on_it], faces[on_it])
+            inside = np.asarray(self._winding.winding_number(at)).ravel() > (-0.5 if self._looks_inward else 0.5)
         sign = np.where(inside, -1.0, 1.0)
-        off = distance > ON_IT * float(np.ptp(self.vertices, axis=0).max())
-        direction = normalized(np.where(off[:, None], sign[:, None] * away, normals))
-        return sign * distance, direction, self._beyond_border(closest, faces)
+        direction = normalized(np.where(on_it[:, None], normals, sign[:, None] * away))
+        return sign * distance, direction, beyond
 
     @cached_property
     def _winding(self) -> Any:
         found = igl.FastWindingNumberBVH()
         found.init(self.vertices, self.faces)
         return found
+
+    @cached_property
+    def _looks_inward(self) -> bool:
+        return TriangleMesh(self.vertices, self.faces).volume < 0
 
     @cached_property
     def _around(self) -> tuple[Array, Array]:
