@@ -18,6 +18,7 @@ CUBE = np.array([[i, j, k] for i in (-1.0, 1) for j in (-1.0, 1) for k in (-1.0,
 SIDES = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
 BOX = sm.TriangleMesh(CUBE, [[a, b, c] for a, b, c, _ in SIDES] + [[a, c, d] for a, _, c, d in SIDES])
 BALL = sm.sphere(6).triangulated("dual")
+SLIVER = sm.TriangleMesh([[0, 0, 0], [1, 0, 0], [2, 0, 0], [3, 0, 0]], [[0, 1, 2], [0, 2, 3]])
 
 
 def prism(sides=24, height=3.0):
@@ -69,6 +70,11 @@ class TestDivided:
         fine = sm.divided(BOX)
         assert BOX.diagonal / 120 < longest(fine) <= BOX.diagonal / 60
 
+    def test_slivers_are_cut_along_and_sizes_beyond_numbers_are_told(self):
+        assert longest(sm.divided(SLIVER, 0.01)) <= 0.01
+        with pytest.raises(ValueError, match="surface must be within 1e-60 and 1e\\+60"):
+            sm.divided(sm.TriangleMesh(1e200 * CUBE, BOX.faces))
+
     @pytest.mark.parametrize(
         ("call", "words"),
         [
@@ -77,6 +83,14 @@ class TestDivided:
             (
                 lambda: sm.divided(BOX, 1e-6),
                 "longest must be at least 0.00166 for at most 20,000,000 faces, not 1e-06",
+            ),
+            (
+                lambda: sm.divided(SLIVER, 1e-9),
+                "longest must be at least 2.5e-07 for at most 20,000,000 faces, not 1e-09",
+            ),
+            (
+                lambda: sm.divided(sm.TriangleMesh(1e-6 * CUBE + 1e9, BOX.faces)),
+                "longest must be at least 4.77e-07 so far from 0, not 5.50604e-08",
             ),
         ],
     )

@@ -25,7 +25,7 @@ MOST = 20_000_000
 def divided(surface: Any, longest: float | None = None) -> TriangleMesh:
     """Return a surface whose long edges are cut in halves, over and over, until none is longer than a length.
 
-    The shape stays as it is, to the last bit; every vertex keeps its number, and new ones follow. Files from CAD have
+    The shape stays as it is but for round-off; every vertex keeps its number, and new ones follow. Files from CAD have
     vertices on the edges of a body alone: what is measured at vertices, as curvature is, needs some on its faces too.
 
     Parameters
@@ -42,7 +42,8 @@ def divided(surface: Any, longest: float | None = None) -> TriangleMesh:
     Raises
     ------
     ValueError, TypeError
-        A length that is not positive, or so short that there would be more than 20 million faces; not a surface.
+        A length that is not positive, or so short that there would be more than 20 million faces or that positions so
+        far from the origin cannot tell it; not a surface.
 
     Examples
     --------
@@ -53,13 +54,14 @@ def divided(surface: Any, longest: float | None = None) -> TriangleMesh:
     (True, 4.0, True)
     """
     mesh = as_triangles(surface, "surface")
+    _check.size("surface", mesh.bounds)
     if longest is None and mesh.diagonal <= 0:
         return mesh
     longest = mesh.diagonal / ACROSS if longest is None else _check.number("longest", longest, 0.0, open_low=True)
-    least = float(np.sqrt(4 / np.sqrt(3) * mesh.area / MOST))  # of triangles with even sides
-    if longest < least:
-        raise ValueError(f"longest must be at least {least:.3g} for at most {MOST:,} faces, not {longest:g}")
     vertices, faces = np.asarray(mesh.vertices), np.asarray(mesh.faces)
+    for least, why in ((_shortest(mesh), f"for at most {MOST:,} faces"), (_told_apart(vertices), "so far from 0")):
+        if longest < least:
+            raise ValueError(f"longest must be at least {least:.3g} {why}, not {longest:g}")
     while True:
         edges, sides = _edges(faces)
         long = norm(vertices[edges[:, 0]] - vertices[edges[:, 1]]) > longest
@@ -69,6 +71,18 @@ def divided(surface: Any, longest: float | None = None) -> TriangleMesh:
         middle[long] = len(vertices) + np.arange(int(long.sum()))
         vertices = np.concatenate([vertices, 0.5 * (vertices[edges[long, 0]] + vertices[edges[long, 1]])])
         faces = _cut(vertices, faces, middle[sides])
+
+
+def _shortest(mesh: TriangleMesh) -> float:
+    """Return the length that gives as many faces as there may be, of even sides, or, of slivers, all in a row."""
+    sides = norm((mesh.vertices[mesh.faces] - mesh.vertices[np.roll(mesh.faces, 1, axis=1)]).reshape(-1, 3))
+    in_rows = float(sides.reshape(-1, 3).max(axis=1).sum()) / MOST
+    return max(float(np.sqrt(4 / np.sqrt(3) * mesh.area / MOST)), in_rows)
+
+
+def _told_apart(vertices: Array) -> float:
+    """Return the least length whose middle is another position than its ends."""
+    return 4 * float(np.spacing(np.abs(vertices).max()))
 
 
 def _edges(faces: Indices) -> tuple[Indices, Indices]:

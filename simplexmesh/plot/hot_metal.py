@@ -76,7 +76,7 @@ def ends(values: Array, limits: Any, areas: Array) -> tuple[float, float]:
     low, high = _percentiles(known, seen, [100 - SHOWN, SHOWN])
     if low < 0 < high:
         middle, often, nearly_all = _percentiles(np.abs(known), seen, [50.0, OFTEN, SHOWN])
-        high = _rounded(min(max(MOST * middle, often), nearly_all))
+        high = _rounded(min(max(MOST * middle, often) or nearly_all, nearly_all))  # most may be zero
         low = -high
     elif 0 <= low < 0.5 * high:
         low, high = 0.0, _rounded(high)
