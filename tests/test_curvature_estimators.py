@@ -707,12 +707,12 @@ class TestBadInput:
         assert some.mean == pytest.approx(whole.mean[[7, 3, 100]], nan_ok=True, abs=0)
         assert some.gauss == pytest.approx(whole.gauss[[7, 3, 100]], nan_ok=True, abs=0)
 
-    @pytest.mark.parametrize("size", [1e-300, 1e-200, 1e-155, 1e-20, 1e20, 1e160])
-    def test_sizes_near_the_ends_of_numbers(self, method, size):
+    @pytest.mark.parametrize("size", [1e-59, 1e-20, 1e20, 1e59])
+    def test_sizes_near_the_ends_of_what_is_taken(self, method, size):
         mesh = discretized.torus(12, 8).mesh
         found, _ = quietly(sm.TriangleMesh(mesh.vertices * size, mesh.faces), method)
         assert masked_exactly(found)
-        if 1e-100 < size < 1e100 and method not in ("full_quadric", "principal"):
+        if 1e-40 < size < 1e40 and method not in ("full_quadric", "principal"):
             assert found.mean * size == pytest.approx(sm.curvature(mesh, method).mean, rel=1e-9, abs=1e-9)
 
     def test_one_thread_and_all_agree(self, method):

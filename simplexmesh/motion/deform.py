@@ -67,7 +67,7 @@ class DeformableModel:
     Raises
     ------
     ValueError, TypeError
-        For an argument of the wrong shape, type or range.
+        For an argument of the wrong shape, type or range, and a mesh of a size beyond what areas can be multiplied in.
 
     Examples
     --------
@@ -101,6 +101,7 @@ class DeformableModel:
     ) -> None:
         if not isinstance(mesh, SimplexMesh):
             raise TypeError(f"mesh must be a SimplexMesh, not {type(mesh).__name__}")
+        _check.size("mesh", mesh.bounds)
         if target is not None and not callable(getattr(target, "gap", None)):
             raise TypeError(f"target must have a method gap(vertices, normals, reach), not {type(target).__name__}")
         n = mesh.n_vertices

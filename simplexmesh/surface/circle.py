@@ -88,7 +88,7 @@ def fit_circle(points: ArrayLike, *, weights: ArrayLike | None = None) -> Circle
     Raises
     ------
     ValueError
-        Fewer than three points, or all on a line.
+        Fewer than three points, or all on a line, or of a size beyond what areas can be multiplied in.
 
     Examples
     --------
@@ -99,6 +99,7 @@ def fit_circle(points: ArrayLike, *, weights: ArrayLike | None = None) -> Circle
     at = _check.array("points", points, (None, 3))
     if len(at) < 3:
         raise ValueError(f"points must be at least 3, not {len(at)}")
+    _check.size("points", np.stack([at.min(axis=0), at.max(axis=0)]))
     trust = np.ones(len(at)) if weights is None else _check.array("weights", weights, (len(at),))
     if (trust < 0).any() or not trust.any():
         raise ValueError("weights must be at least 0, and some above")

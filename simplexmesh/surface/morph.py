@@ -68,7 +68,7 @@ def morphed(
     ------
     ValueError
         Landmarks that coincide but go to different places, or fewer than four for a thin plate; other lengths; a radius
-        so small that space would fold.
+        so small that space would fold; a surface of a size beyond what areas can be multiplied in.
 
     Warns
     -----
@@ -89,6 +89,7 @@ def morphed(
     points = np.asarray(data.points if isinstance(data, PointCloud) else getattr(data, "vertices", None), dtype=float)
     if points.ndim != 2:
         raise TypeError(f"surface must be a mesh or points, not {type(data).__name__}")
+    _check.size("surface", np.stack([points.min(axis=0), points.max(axis=0)]))
     _check.choice("kernel", kernel, ("compact", "thin_plate"))
     given = _check.listed("landmarks", landmarks)
     at = points[_check.indices("landmarks", given, (None,), len(points))] if given.ndim == 1 else given

@@ -221,7 +221,7 @@ def as_samples(value: Any, name: str = "surface") -> Samples:
     TypeError
         It is not a surface.
     ValueError, OSError
-        Its content cannot be used.
+        Its content cannot be used: of another shape, or of a size beyond what areas can be multiplied in.
 
     Examples
     --------
@@ -232,6 +232,8 @@ def as_samples(value: Any, name: str = "surface") -> Samples:
     if isinstance(value, Samples):
         return value
     found = _as_is(value, name)
+    if isinstance(found, TriangleMesh | PointCloud) or hasattr(found, "connectivity"):
+        _check.size(name, np.asarray(found.bounds))
     if isinstance(found, TriangleMesh):
         return Samples(found.vertices, found.faces)
     if isinstance(found, PointCloud):
