@@ -185,16 +185,16 @@ def half_torus(noise):
 
 
 class TestBorder:
-    @pytest.mark.parametrize(("noise", "most"), [(0.0, 0.002), (0.01, 0.04), (0.1, 0.12)])
+    @pytest.mark.parametrize(("noise", "most"), [(0.0, 0.002), (0.01, 0.02), (0.1, 0.05)])
     def test_has_no_false_ridge(self, noise, most):
         mesh, exact, rim = half_torus(noise)
         off_by = (sm.curvature(mesh).mean - exact) / np.sqrt((exact**2).mean())
         inside, outside = (np.sqrt((off_by[part] ** 2).mean()) for part in (~rim, rim))
         assert outside < most
-        assert noise == 0.0 or outside < 3.5 * inside
+        assert noise == 0.0 or outside < 2.0 * inside
         assert np.abs(off_by[rim].mean()) < 0.05
 
-    @pytest.mark.parametrize(("noise", "most"), [(0.0, 0.0007), (0.01, 0.066), (0.1, 0.19)])
+    @pytest.mark.parametrize(("noise", "most"), [(0.0, 0.0007), (0.01, 0.06), (0.1, 0.15)])
     def test_of_a_graph(self, noise, most):
         """libigl's principal_curvature, radius 5, errs by 0.037, 0.069, 0.73."""
         made = discretized.split_square(graph("trigonometric"), 80)

@@ -9,11 +9,11 @@ import numpy as np
 from numba import get_num_threads, prange
 
 from simplexmesh._kernels_both import PARALLEL_FROM, Both
+from simplexmesh.surface.curvature._kernels_adaptive_answers import finished, judged, mixed
 from simplexmesh.surface.curvature._kernels_adaptive_jets import (
     HIGHEST,
     MOST,
     TERMS,
-    bending,
     factored,
     flattened,
     framed,
@@ -203,57 +203,74 @@ def adaptive_jets(
     answer, all of it where they are far too large. `shape` gets k1, k2; `used` the mean radius; `beyond` is the error
     expected of higher degrees where the probes were, believed as far as a row's own fits show any.
     """
+    links, outs = (offsets, members, points, directions, oriented), (shape, d1, normals, error, used, reasons)
     for chunk in prange(chunks):
-        stamps = np.full(points.shape[0], -1, np.int32)
-        work, here = workspace(MOST), np.zeros(9)
-        found = work[0]
+        stamps, work, here = np.full(points.shape[0], -1, np.int32), workspace(MOST), np.zeros(9)
         for row in range(chunk * centers.shape[0] // chunks, (chunk + 1) * centers.shape[0] // chunks):
-            center, radius, degree = centers[row], radii[row], degrees[row]
             reasons[row] = FEW
-            if not radius > 0.0:
-                continue
-            count = gathered(offsets, members, points, center, radius, stamps, 4 * row, found)
-            radius = shortened(radius, count)
-            nx, ny, nz = mean_direction(found, count, directions, center, oriented)
-            lean = leaning(found, count, points, center, radius, nx, ny, nz)
-            if lean > LEANING:
-                radius *= 1.0 + (REACH if degree > 2 else FARTHER) * min(lean, 0.5)
-                degree = HIGHEST
-                count = gathered(offsets, members, points, center, radius, stamps, 4 * row + 1, found)
-                radius = shortened(radius, count)
-            slack = WARY if lean > LEANING else 1.0
-            rest, before, shown, wider = 1.0, 0.0, 0.0, 1
-            for _step in range(STEPS):
-                told = (radius, degree, sigma, slack, lean, beyond[row])
-                outcome, total, ratio = fitted(
-                    count, center, points, directions, oriented, told, priors[row], work, here
-                )
-                if outcome != FOUND:
-                    if reasons[row] == FOUND or (outcome == FEW and wider == 3):
-                        break
-                    reasons[row] = outcome
-                    if outcome == DEGENERATE and degree > 2:
-                        degree = 2
-                    elif wider < 3:
-                        wider += 1
-                        radius *= WIDER
-                        count = gathered(offsets, members, points, center, radius, stamps, 4 * row + wider, found)
-                    continue
-                # the part of this fit goes over to the next shorter one as its excess grows, and only if that is better
-                share = rest
-                if reasons[row] == FOUND:
-                    share *= 1.0 / (1.0 + (total / before) ** 4) if before > 0.0 else 0.0
-                shown = (1.0 - share) * shown + share * here[8] / (radius * radius)
-                mixed(row, share, here, radius, total, shape, d1, normals, error, used, reasons)
-                reasons[row] = FOUND
-                rest = share * min(max(ratio - 1.0, 0.0), 1.0)
-                before = total
-                if rest <= 0.0 or radius * SHORTER < smallest[row]:
-                    break
-                radius *= SHORTER
-                slack *= 2.0
-            if reasons[row] == FOUND:
-                finished(row, shape, d1, normals, error, min(beyond[row] ** 2, shown))
+            if radii[row] > 0.0:
+                ball = surroundings(4 * row, centers[row], radii[row], degrees[row], links, stamps, work[0])
+                fit = smallest[row], priors[row], beyond[row], sigma
+                answered(row, centers[row], ball, fit, links, stamps, work, here, outs)
+
+
+@jit
+def surroundings(stamp, center, radius, degree, links, stamps, found):
+    """Gather the points of a ball, of a larger one where they lie to one side.
+
+    Returns how many there are, the radius, the degree to fit, and how far their mean is aside.
+    """
+    offsets, members, points, directions, oriented = links
+    count = gathered(offsets, members, points, center, radius, stamps, stamp, found)
+    radius = shortened(radius, count)
+    nx, ny, nz = mean_direction(found, count, directions, center, oriented)
+    lean = leaning(found, count, points, center, radius, nx, ny, nz)
+    if lean > LEANING:
+        radius *= 1.0 + (REACH if degree > 2 else FARTHER) * min(lean, 0.5)
+        degree = HIGHEST
+        count = gathered(offsets, members, points, center, radius, stamps, stamp + 1, found)
+        radius = shortened(radius, count)
+    return count, radius, degree, lean
+
+
+@jit
+def answered(row, center, ball, fit, links, stamps, work, here, outs):
+    """Fit a jet in a ball, in wider ones where there is none, in shorter ones where it does not follow the points."""
+    count, radius, degree, lean = ball
+    smallest, priors, beyond, sigma = fit
+    offsets, members, points, directions, oriented = links
+    shape, d1, normals, error, used, reasons = outs
+    slack = WARY if lean > LEANING else 1.0
+    rest, before, shown, wider = 1.0, 0.0, 0.0, 1
+    for _step in range(STEPS):
+        told = (radius, degree, sigma, slack, lean, beyond)
+        outcome, total, ratio = fitted(count, center, points, directions, oriented, told, priors, work, here)
+        if outcome != FOUND:
+            if reasons[row] == FOUND or (outcome == FEW and wider == 3):
+                break
+            reasons[row] = outcome
+            if outcome == DEGENERATE and degree > 2:
+                degree = 2
+            elif wider < 3:
+                wider += 1
+                radius *= WIDER
+                count = gathered(offsets, members, points, center, radius, stamps, 4 * row + wider, work[0])
+            continue
+        # the part of this fit goes over to the next shorter one as its excess grows, and only if that is better
+        share = rest
+        if reasons[row] == FOUND:
+            share *= 1.0 / (1.0 + (total / before) ** 4) if before > 0.0 else 0.0
+        shown = (1.0 - share) * shown + share * here[8] / (radius * radius)
+        mixed(row, share, here, radius, total, shape, d1, normals, error, used, reasons)
+        reasons[row] = FOUND
+        rest = share * min(max(ratio - 1.0, 0.0), 1.0)
+        before = total
+        if rest <= 0.0 or radius * SHORTER < smallest:
+            break
+        radius *= SHORTER
+        slack *= 2.0
+    if reasons[row] == FOUND:
+        finished(row, shape, d1, normals, error, min(beyond * beyond, shown))
 
 
 @jit
@@ -324,74 +341,3 @@ def held_back(matrix, degree, level, slack, radius, priors):
             t = d * (d + 1) // 2 + i
             matrix[t, t] += min(ridge / share, 1e6 * matrix[t, t] + 1e-300)
             share *= (d - i) / (i + 1.0)
-
-
-@jit
-def mixed(row, share, here, radius, total, shape, d1, normals, error, used, reasons):
-    """Let the answer of a row be `share` parts of what was found here, the rest what it was."""
-    keep = 1.0 - share
-    if reasons[row] != FOUND:
-        share, keep = 1.0, 0.0
-        shape[row, 0] = shape[row, 1] = error[row] = used[row] = 0.0
-        for axis in range(3):
-            d1[row, axis] = normals[row, axis] = 0.0
-    shape[row, 0] = keep * shape[row, 0] + share * here[0] / radius
-    shape[row, 1] = keep * shape[row, 1] + share * here[1] / radius
-    error[row] = math.sqrt(keep * error[row] ** 2 + share * total * total)
-    used[row] = keep * used[row] + share * radius
-    agree = 0.0
-    for axis in range(3):
-        agree += d1[row, axis] * here[2 + axis]
-    sign = math.copysign(1.0, agree)
-    for axis in range(3):
-        d1[row, axis] = keep * d1[row, axis] + share * sign * here[2 + axis]
-        normals[row, axis] = keep * normals[row, axis] + share * here[5 + axis]
-
-
-@jit
-def finished(row, shape, d1, normals, error, square):
-    """Give normal and direction unit length and a right angle; add what no degree says to the error."""
-    length = math.sqrt(normals[row, 0] ** 2 + normals[row, 1] ** 2 + normals[row, 2] ** 2)
-    along = 0.0
-    for axis in range(3):
-        normals[row, axis] /= length
-        along += normals[row, axis] * d1[row, axis]
-    for axis in range(3):
-        d1[row, axis] -= along * normals[row, axis]
-    length = math.sqrt(d1[row, 0] ** 2 + d1[row, 1] ** 2 + d1[row, 2] ** 2)
-    for axis in range(3):
-        d1[row, axis] /= length
-    error[row] = math.sqrt(error[row] ** 2 + square)
-
-
-@jit
-def judged(x, frame, here):
-    """Write k1, k2, the tangent of k1 and the normal of a jet; return (k1 - k2) / 2."""
-    mean, gauss = bending(x)
-    swing = math.sqrt(max(mean * mean - gauss, 0.0))
-    here[0], here[1] = mean + swing, mean - swing
-    p, q = x[1], x[2]
-    g = 1.0 + p * p + q * q
-    root = math.sqrt(g)
-    # shape operator -II I^-1 in the basis of the graph's own tangents (1, 0, p), (0, 1, q)
-    r, s, t = -2.0 * x[3] / root, -x[4] / root, -2.0 * x[5] / root
-    e, f, h = 1.0 + p * p, p * q, 1.0 + q * q
-    a, b = (r * h - s * f) / g, (s * h - t * f) / g
-    c, d = (s * e - r * f) / g, (t * e - s * f) / g
-    half, largest = 0.5 * (a + d), 0.5 * (a + d) + swing
-    # eigenvector of [[a, b], [c, d]], from the row that says more
-    if abs(a - half) + abs(b) == 0.0 and abs(c) == 0.0:
-        first, second = 1.0, 0.0
-    elif abs(largest - a) + abs(b) > abs(largest - d) + abs(c):
-        first, second = b, largest - a
-    else:
-        first, second = largest - d, c
-    if first == 0.0 and second == 0.0:
-        first = 1.0
-    up = p * first + q * second
-    length = math.sqrt(first * first + second * second + up * up)
-    for axis in range(3):
-        fu, fv, fn = frame[0, axis], frame[1, axis], frame[2, axis]
-        here[2 + axis] = (first * fu + second * fv + up * fn) / length
-        here[5 + axis] = (fn - p * fu - q * fv) / root
-    return swing
