@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh import _check
+from simplexmesh.data.welding import distinct_positions
 from simplexmesh.errors import told
 from simplexmesh.surface.neighborhoods import Ball, Nearest, Neighborhood, Neighborhoods, Rings, rings
-from simplexmesh.surface.reasons import SAID
+from simplexmesh.surface.reasons import FEW, OPEN, SAID
 from simplexmesh.surface.samples import Samples
 
 Array = NDArray[np.float64]
@@ -135,9 +136,23 @@ def around_of(
     return samples.around(rings(1) if neighborhood is None else neighborhood, vertices)
 
 
-def warn_of_failures(what: str, reasons: NDArray[np.uint8]) -> None:
-    """Say once how many rows have no estimate, and why."""
+def warn_of_failures(what: str, reasons: NDArray[np.uint8], samples: Samples, around: Neighborhoods) -> None:
+    """Say once how many rows have no estimate, why, and what to do where corners are stored apart."""
     counts = np.bincount(reasons, minlength=len(SAID))
     if failed := int(counts[1:].sum()):
         why = ", ".join(f"{counts[code]:,} {SAID[code]}" for code in range(1, len(SAID)) if counts[code])
-        told(f"{what} could not be estimated at {failed:,} of {len(reasons):,} vertices: {why}")
+        alone = around.centers[(reasons == FEW) | (reasons == OPEN)]
+        told(f"{what} could not be estimated at {failed:,} of {len(reasons):,} vertices: {why}{_apart(samples, alone)}")
+
+
+def _apart(samples: Samples, alone: NDArray[np.int64]) -> str:
+    """Return what to say where vertices lack neighbors because others lie at the same place; nothing elsewhere."""
+    if samples.faces is None or not len(alone):
+        return ""
+    _, place = distinct_positions(samples.points, 0.0)
+    copies = int(np.count_nonzero(np.bincount(place)[place[alone]] > 1))
+    if not copies:
+        return ""
+    soup = np.bincount(samples.faces.ravel()).max() == 1
+    said = "the triangles share no vertices" if soup else f"{copies:,} of these lie where other vertices do"
+    return f"; {said}, merge them with TriangleMesh(vertices, faces).welded()"

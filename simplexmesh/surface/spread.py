@@ -113,5 +113,5 @@ def spread(
     reasons = np.zeros(n, np.uint8)
     rows = (around.centers, around.offsets, around.members)
     kernels.spreads(*rows, samples.points, directions, distances, angles, imbalances, reasons)
-    warn_of_failures("the spread of neighbors", reasons)
+    warn_of_failures("the spread of neighbors", reasons, samples, around)
     return Spread(distances, angles, imbalances, reasons != 0)

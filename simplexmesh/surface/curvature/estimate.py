@@ -103,7 +103,7 @@ def curvature(
     directions = starting_normals(samples, around, kind.normals, normals)
     with np.errstate(over="ignore", invalid="ignore"):
         found = _sound(kind.estimate(samples, around, directions, **understood))
-    warn_of_failures("curvature", found.reasons)
+    warn_of_failures("curvature", found.reasons, samples, around)
     return _finished(found, directions, method)
 
 

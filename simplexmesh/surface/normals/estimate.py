@@ -93,7 +93,7 @@ def vertex_normals(
     samples = as_samples(surface)
     around = around_of(method, kind, samples, neighborhood, normals, vertices)
     found = found_normals(samples, around, method, normals=normals, **options)
-    warn_of_failures("a normal", found.reasons)
+    warn_of_failures("a normal", found.reasons, samples, around)
     return found.normals
 
 
