@@ -10,7 +10,7 @@ import numpy as np
 from numba import prange
 
 from simplexmesh._kernels_njit import njit
-from simplexmesh.motion.targets._kernels_algebra import diagonalize
+from simplexmesh.motion.targets._kernels_algebra import principal_axes
 
 
 @njit(cache=True, error_model="numpy", parallel=True)
@@ -23,30 +23,12 @@ def fit_planes(points, near, normals, spread, smooth):
     n, count = near.shape
     for i in prange(n):
         A, V, middle = np.zeros((3, 3)), np.zeros((3, 3)), np.zeros(3)
-        for k in range(count):
-            for a in range(3):
-                middle[a] += points[near[i, k], a] / count
-        for k in range(count):
-            x = points[near[i, k], 0] - middle[0]
-            y = points[near[i, k], 1] - middle[1]
-            z = points[near[i, k], 2] - middle[2]
-            A[0, 0] += x * x
-            A[0, 1] += x * y
-            A[0, 2] += x * z
-            A[1, 1] += y * y
-            A[1, 2] += y * z
-            A[2, 2] += z * z
-        A[1, 0], A[2, 0], A[2, 1] = A[0, 1], A[0, 2], A[1, 2]
-        diagonalize(A, V)
-        least = 0
-        for a in range(1, 3):
-            if A[a, a] < A[least, least]:
-                least = a
+        least = principal_axes(points, near[i, 0], near[i], middle, A, V)
         spread[i] = max(0.0, A[least, least] / count)
         lack = 0.0
         for a in range(3):
             normals[i, a] = V[a, least]
-            lack += (points[near[i, 0], a] - middle[a]) * V[a, least]
+            lack -= middle[a] * V[a, least]
         for a in range(3):
             smooth[i, a] = points[near[i, 0], a] - lack * V[a, least]
 

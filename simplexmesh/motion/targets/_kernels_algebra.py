@@ -54,6 +54,38 @@ def diagonalize(A, V):
 
 
 @njit(cache=True, error_model="numpy")
+def principal_axes(points, origin, near, middle, A, V):
+    """Fill `middle` with the mean of the points `near`, seen from one of them, and find the axes of their spread.
+
+    `A` becomes the diagonal matrix of second moments, `V` their axes. Returns which is the least.
+    """
+    middle[:] = 0.0
+    A[:] = 0.0
+    for k in range(len(near)):
+        for a in range(3):
+            middle[a] += points[near[k], a] - points[origin, a]
+    for a in range(3):
+        middle[a] /= len(near)
+    for k in range(len(near)):
+        x = points[near[k], 0] - points[origin, 0] - middle[0]
+        y = points[near[k], 1] - points[origin, 1] - middle[1]
+        z = points[near[k], 2] - points[origin, 2] - middle[2]
+        A[0, 0] += x * x
+        A[0, 1] += x * y
+        A[0, 2] += x * z
+        A[1, 1] += y * y
+        A[1, 2] += y * z
+        A[2, 2] += z * z
+    A[1, 0], A[2, 0], A[2, 1] = A[0, 1], A[0, 2], A[1, 2]
+    diagonalize(A, V)
+    least = 0
+    for a in range(1, 3):
+        if A[a, a] < A[least, least]:
+            least = a
+    return least
+
+
+@njit(cache=True, error_model="numpy")
 def solve(m, size, rhs, first):
     """Solve in place by Cholesky: `m` (6, 6) becomes its factor, `rhs` the solution, `first` = inverse of m, column 0.
 
