@@ -222,6 +222,17 @@ class TestInput:
         assert found.contact_area == 0
         assert found.angle == 0
 
+    def test_parts_that_cannot_be_brought_out_of_each_other_are_told(self):
+        ball = sm.sphere(6).triangulated("dual")
+        wall = sm.TriangleMesh(
+            np.concatenate([1.4 * ball.vertices, 0.8 * ball.vertices]),
+            np.concatenate([ball.faces, ball.faces[:, ::-1] + ball.n_vertices]),
+        )
+        with pytest.warns(sm.SimplexMeshWarning, match=r"^moving is left 0\.\d+ deep in fixed") as caught:
+            found = sm.occlude(ball, wall)  # too large for the room it is in
+        assert {each.filename for each in caught} == {__file__}
+        assert found.penetration > 0.1
+
     @pytest.mark.parametrize("name", ["moving", "fixed"])
     def test_points_are_no_surface(self, name):
         parts = {"moving": UPPER, "fixed": LOWER, name: sm.PointCloud(UPPER.vertices)}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from simplexmesh import _check
 from simplexmesh._vec import cross, dot, norm
 from simplexmesh.data.convert import as_triangles
-from simplexmesh.errors import SimplexMeshWarning
+from simplexmesh.errors import told
 from simplexmesh.recognition.gaps import OPPOSED, Gaps, Part, gaps
 from simplexmesh.recognition.least_motion import least_motion
 from simplexmesh.recognition.limits import Limits, bounds_of
@@ -130,6 +129,11 @@ def occlude(
     ValueError, TypeError, OSError
         Not surfaces; numbers that are not positive; pairs of other lengths; a slack without pairs, or one that no
         motion can meet; nothing within reach.
+
+    Warns
+    -----
+    SimplexMeshWarning
+        Nothing touches, or parts so deep in each other at the start that they stay deeper than is allowed.
 
     Notes
     -----
@@ -266,9 +270,10 @@ def _told(one: Part, other: Part, T: Array, limits: Limits, before: float) -> Oc
             f"slack must let the pairs be met and the parts stay out of each other, "
             f"not be {limits.slack:g}: they are left {apart:.4g} apart"
         )
-    if not contact.any():
-        said = "nothing of moving touches fixed: surfaces that face each other must be within the reach"
-        warnings.warn(said, SimplexMeshWarning, stacklevel=3)
+    if -lowest - limits.deep > max(MET * limits.near, 1e-9 * one.diagonal):
+        told(f"moving is left {-lowest:.3g} deep in fixed: no small motion gets it out, begin with the parts apart")
+    elif not contact.any():
+        told("nothing of moving touches fixed: surfaces that face each other must be within the reach")
     frozen = _check.frozen
     area = float(one.areas[contact].sum())
     return Occlusion(frozen(T), frozen(distances), frozen(contact), area, before, max(0.0, -lowest), apart)
