@@ -76,12 +76,18 @@ def test_salient_forms_are_regions_of_their_own():
     demo = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(demo)
     mesh = demo.phantom(0.035)
-    found = sm.regions(mesh, sm.hk_classes(mesh, curvature=sm.curvature(mesh)))
+    kinds = sm.hk_classes(mesh, curvature=sm.curvature(mesh))
+    found = sm.regions(mesh, kinds)
+    expected = {
+        "hemisphere": "peak", "ring outside": "peak", "ring inside": "saddle ridge",
+        "cylinder": "ridge", "cone": "ridge", "prism's top": "flat",
+    }  # fmt: skip
     own = {}
     for name, part in demo.parts(mesh.vertices).items():
         count = np.bincount(found.labels[part])
         own[name] = int(count.argmax())
         assert count.max() > 0.8 * count.sum(), name
+        assert kinds.names[found.classes[own[name]]] == expected[name]
     assert len(set(own.values())) == len(own)
     assert len(found) < 50
 
