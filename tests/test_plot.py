@@ -214,6 +214,30 @@ class TestCamera:
         assert max(np.ptp(x), np.ptp(y) / (1 - camera.BAR - camera.TITLE)) > 0.85
         assert x.min() + x.max() == pytest.approx(1, abs=0.01)
 
+    @pytest.mark.parametrize("draw", ["surface", "heat", "classes", "together"])
+    @pytest.mark.parametrize("shape", [(1, 1, 3), (3, 1, 1), (1, 1, 1), (1, 1, 0.01)])
+    def test_the_window_of_one_body_is_tall_or_wide_as_it_is(self, ball, shape, draw):
+        body = ball.moved(ball.vertices * shape)
+        numbers = np.arange(ball.n_vertices)
+        plotter = {
+            "surface": lambda: sm.plot.surface(body, view="xz"),
+            "heat": lambda: sm.plot.heat(body, numbers, view="xz"),
+            "classes": lambda: sm.plot.classes(body, numbers % 3, view="xz"),
+            "together": lambda: sm.plot.together({"body": body}, view="xz", legend=False),
+        }[draw]()
+        width, height = plotter.window_size
+        assert 600 <= width <= 1200
+        assert 720 <= height <= 1080
+        filled = np.ptp(on_screen(plotter.renderer, body.vertices), axis=0)
+        assert filled.max() > (0.85 if draw != "heat" else 0.75)
+        assert filled.min() > 0.01 if shape[2] < 1 else filled.min() > 0.4
+
+    def test_names_and_windows_of_the_caller_stay_where_they_are(self, ball):
+        tall = ball.moved(ball.vertices * [1, 1, 3])
+        assert sm.plot.together({"a": tall}).window_size == [1200, 900]
+        plotter = sm.plot.surface(tall, plotter=sm.plot.stage(size=(500, 400)))
+        assert sm.plot.looked_at(plotter, "xz").window_size == [500, 400]
+
     def test_panels_in_one_place_share_a_camera_that_shows_all(self, ball):
         plotter = sm.plot.panels({"part": ball, "whole": ball.moved(3 * ball.vertices)})
         first, second = plotter.renderers
@@ -254,9 +278,10 @@ class TestCamera:
 
 class TestPicture:
     def test_shows_the_surface_and_its_polygons(self, ball, tmp_path):
+        plotter = sm.plot.surface(ball)
+        empty = sm.plot.picture(tmp_path / "empty.png", sm.plot.stage(size=tuple(plotter.window_size)))
+        drawn = sm.plot.picture(tmp_path / "drawn.png", plotter)
         bare = sm.plot.picture(tmp_path / "bare.png", sm.plot.surface(ball, edges=False))
-        drawn = sm.plot.picture(tmp_path / "drawn.png", sm.plot.surface(ball))
-        empty = sm.plot.picture(tmp_path / "empty.png", sm.plot.stage())
         bare, drawn, empty = (np.asarray(pv.read(p).active_scalars, dtype=float) for p in (bare, drawn, empty))
         assert (np.abs(bare - empty).max(axis=1) > 20).mean() > 0.1
         assert (np.abs(drawn - bare).max(axis=1) > 20).mean() > 0.005
@@ -297,7 +322,10 @@ class TestPicture:
             )
             wanted = 255 * np.array(pv.LookupTable("viridis", scalar_range=(-1, 1))(value)[:3], dtype=float)
             picture = sm.plot.picture(tmp_path / "ball.png", plotter)
-            seen = np.asarray(pv.read(picture).active_scalars, dtype=float).reshape(900, 1200, 3)[450:550, 550:650]
+            image = pv.read(picture)
+            width, height, _ = image.dimensions
+            seen = np.asarray(image.active_scalars, dtype=float).reshape(height, width, 3)
+            seen = seen[height // 2 : height // 2 + 100, width // 2 - 50 : width // 2 + 50]
             assert np.abs(seen - wanted).max() < 25
 
     def test_is_lit_by_the_normals_of_the_mesh(self, ball):

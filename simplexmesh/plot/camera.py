@@ -26,12 +26,16 @@ CORNER = {"x": (0.6, 0.8, 1.0), "y": (0.7, 0.55, 1.0), "z": (0.7, -1.0, 0.55)}  
 UPS |= {f"-{name}": (-x, -y, -z) for name, (x, y, z) in UPS.items()}
 CORNER |= {"-x": (-0.6, -0.8, 1.0), "-y": (-0.7, -0.55, 1.0), "-z": (-0.7, -1.0, -0.55)}  # the same fronts
 TITLE, BAR, LEGEND = 0.08, 0.17, 0.2  # shares of the picture kept free for them
-MARGIN = 0.04
+MARGIN = 0.03
+TALL, WIDE = (600, 1080), (1200, 720)
+"""Pixels: the windows of bodies much taller than wide, and much wider than tall; those between lie between."""
 LEGEND_NAME = "legend entry"  # what the names of a legend's actors begin with
 BAR_NAME = "entry below"  # the same of one that is below, where a scale would be
 
 
-def looked_at(plotter: pv.Plotter, view: str | Sequence[float] | None = None, *, up: str = "z") -> pv.Plotter:
+def looked_at(
+    plotter: pv.Plotter, view: str | Sequence[float] | None = None, *, up: str = "z", window: bool = False
+) -> pv.Plotter:
     """Place the camera of every panel so that all in it is seen, below its title and above its scale.
 
     The projection is parallel. Panels whose contents lie in one place share one camera, and so their scale; where they
@@ -46,6 +50,8 @@ def looked_at(plotter: pv.Plotter, view: str | Sequence[float] | None = None, *,
         other side), or a direction to look from. By default from the front, the right and above.
     up : {"x", "y", "z", "-x", "-y", "-z"}
         The axis that points up, or down with a minus, unless `view` names two axes.
+    window : bool
+        Make the window of a single panel taller or wider, so that a long body fills more of it.
 
     Examples
     --------
@@ -66,6 +72,8 @@ def looked_at(plotter: pv.Plotter, view: str | Sequence[float] | None = None, *,
         both = np.min([box[0] for box in shown], axis=0), np.max([box[1] for box in shown], axis=0)
         boxes = [both for _ in boxes]
     bands = np.max([_bands(renderer) for renderer in panels], axis=0)
+    if window and len(panels) == 1 and not bands[2]:  # names at the left were placed in the window as it is
+        plotter.window_size = _window(shown[0], bands)
     for box, renderer in zip(boxes, panels, strict=True):
         if box is not None:
             _place(renderer, box, axes, _scale(box, renderer, bands), bands)
@@ -120,6 +128,23 @@ def _bands(renderer: Any) -> tuple[float, float, float]:
         BAR if below or any("ScalarBar" in kind for kind in kinds) else 0.0,
         LEGEND if legend else 0.0,
     )
+
+
+def _window(box: tuple[Array, Array], bands: Array) -> list[int]:
+    """Return the width and height in pixels of a window that a box fills as well as may be.
+
+    Examples
+    --------
+    >>> flat, upright, cube = np.array([[9.0, 1, 1], [1, 9, 1], [1, 1, 1]])
+    >>> [_window((0 * size, size), np.zeros(3)) for size in (flat, upright, cube)]
+    [[1200, 720], [600, 1080], [920, 890]]
+    """
+    (width, height, _), (top, bottom, left) = box[1] - box[0], bands
+    asked = width / (1 - left - 2 * MARGIN), height / (1 - top - bottom - 2 * MARGIN)
+    wide, tall = np.log(WIDE[0] / WIDE[1]), np.log(TALL[0] / TALL[1])
+    least = 1e-12 * max(asked) or 1.0
+    share = (np.clip(np.log(max(asked[0], least) / max(asked[1], least)), tall, wide) - tall) / (wide - tall)
+    return [int(10 * round(0.1 * (a + share * (b - a)))) for a, b in zip(TALL, WIDE, strict=True)]
 
 
 def _scale(box: tuple[Array, Array], renderer: Any, bands: Array) -> float:

@@ -102,7 +102,7 @@ def heat(
         trace(plotter, line, size=_diagonal(shown))
     if title:
         plotter.add_text(title, position="upper_edge", font_size=11, color=INK)
-    return looked_at(plotter, view, up=upright(shown, up)) if alone else plotter
+    return looked_at(plotter, view, up=upright(shown, up), window=True) if alone else plotter
 
 
 def classes(
@@ -167,7 +167,7 @@ def classes(
         _legend(plotter, [(str(names[k]), palette[k]) for k in np.unique(numbers)])
     if title:
         plotter.add_text(title, position="upper_edge", font_size=11, color=INK)
-    return looked_at(plotter, view, up=upright(shown, up)) if alone else plotter
+    return looked_at(plotter, view, up=upright(shown, up), window=True) if alone else plotter
 
 
 def _legend(plotter: pv.Plotter, entries: Sequence[tuple[str, str]]) -> None:

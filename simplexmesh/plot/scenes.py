@@ -125,7 +125,7 @@ def surface(
         plotter.add_mesh(lines, color=INK, line_width=1.0, opacity=float(strong) * opacity, lighting=False)
     if title:
         plotter.add_text(title, position="upper_edge", font_size=11, color=INK)
-    return looked_at(plotter, view, up=upright(shown, up)) if alone else plotter
+    return looked_at(plotter, view, up=upright(shown, up), window=True) if alone else plotter
 
 
 def _check_choice(things: Sequence[Any], level: float | None, label: int | None) -> None:
@@ -272,7 +272,7 @@ def together(
         surface(mesh, color=color, opacity=clear, edges=edges, plotter=plotter)
         if legend:
             entry(plotter, place, name, color)
-    return looked_at(plotter, view, up=up)
+    return looked_at(plotter, view, up=up, window=True)
 
 
 def entry(plotter: pv.Plotter, place: int, name: str, color: str) -> None:
