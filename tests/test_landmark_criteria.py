@@ -7,7 +7,7 @@ import pytest
 import pyvista as pv
 
 import simplexmesh as sm
-from simplexmesh.surface.junctions import junctions
+from simplexmesh.surface.junctions import _thinned, junctions
 from simplexmesh.surface.samples import Samples, as_samples
 
 BEND = 0.35
@@ -86,6 +86,18 @@ class TestPterion:
         assert max(np.linalg.norm(each.point[:2] - MEETING) for each in found) < 0.06  # two edges
         pit = sm.snap_landmark(mesh, self.PICKS[0], "pit", radius=0.6, curvature=curvature)
         assert np.linalg.norm(pit.point[:2] - MEETING) > 0.3
+
+    def test_of_many_vertices_some_are_looked_at_and_lead_to_the_same_place(self, monkeypatch):
+        mesh = vault(140)
+        curvature, samples = sm.curvature(mesh), as_samples(mesh)
+        middle = np.flatnonzero(np.linalg.norm(mesh.vertices[:, :2] - MEETING, axis=1) < 0.1)
+        assert len(_thinned(samples, middle, 0.3)[0]) == mesh.n_vertices
+        monkeypatch.setattr("simplexmesh.surface.junctions.MOST", 200)
+        looked_at, tree = _thinned(samples, middle, 0.3)
+        assert (tree.data == mesh.vertices[looked_at]).all()
+        assert 100 < np.mean(tree.query_ball_point(mesh.vertices[middle], 0.3, return_length=True)) < 250
+        found = [sm.snap_landmark(mesh, pick, "junction", radius=0.6, curvature=curvature) for pick in self.PICKS]
+        assert max(np.linalg.norm(each.point[:2] - MEETING) for each in found) < 0.06
 
     @pytest.mark.parametrize("arms", [(0.4,), (0.4, 3.0)])
     def test_a_groove_that_only_bends_is_no_junction(self, arms):

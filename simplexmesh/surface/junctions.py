@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from simplexmesh._vec import dot, norm
 from simplexmesh.surface.samples import Samples
@@ -15,6 +16,9 @@ SECTORS, RINGS = 24, 4
 """A disk around each place is divided into so many directions and distances."""
 
 ARMS = 3
+
+MOST = 1500
+"""Of more vertices in a disk, on average, so many are looked at, drawn at random."""
 
 APART, FAINTEST = 0.5, 0.25
 """Between two arms the field falls below this share of the fainter, which has at least this share of the strongest."""
@@ -51,13 +55,24 @@ def junctions(samples: Samples, strength: Array, normals: Array, rows: Indices, 
     True
     """
     out = np.zeros(len(rows))
-    around = samples.tree.query_ball_point(samples.points[rows], reach)
-    for k, (row, members) in enumerate(zip(rows.tolist(), around, strict=True)):
-        near = np.asarray(members)
+    looked_at, tree = _thinned(samples, rows, reach)
+    for k, row in enumerate(rows.tolist()):
+        near = looked_at[tree.query_ball_point(samples.points[row], reach)]
         near = near[(near != row) & (dot(normals[near], normals[row][None]) > 0)]
         if len(near) >= SECTORS and normals[row].any():
             out[k] = _third(_profile(samples.points[near] - samples.points[row], strength[near], normals[row], reach))
     return out
+
+
+def _thinned(samples: Samples, rows: Indices, reach: float) -> tuple[Indices, cKDTree]:
+    """Return the vertices that are looked at, all or as many as are needed, and a tree of them."""
+    every = np.arange(len(samples.points))
+    counts = samples.tree.query_ball_point(samples.points[rows], reach, return_length=True)
+    if not len(rows) or counts.mean() <= MOST:
+        return every, samples.tree
+    share = 0.5 ** np.ceil(np.log2(counts.mean() / MOST))  # the same for picks that lead to the same place
+    some = np.flatnonzero(np.random.default_rng(0).random(len(every)) < share)
+    return some, cKDTree(samples.points[some])
 
 
 def _profile(arms: Array, strength: Array, normal: Array, reach: float) -> Array:
