@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import igl
 import numpy as np
 
 from tests.reference_operators import Loops
@@ -233,3 +234,18 @@ class Decimation:
 
 
 SAME, SWAPPED = (0, 0, 0, 0), (-1, -1, 1, 1)
+
+
+def densely(points, triangles, pieces=13):
+    """Points (b, t, 3) all over triangles: b = (pieces + 1) (pieces + 2) / 2 each, corners and edges included."""
+    parts = [(i, j, pieces - i - j) for i in range(pieces + 1) for j in range(pieces + 1 - i)]
+    return np.einsum("bi,tik->btk", np.array(parts) / pieces, points[triangles])
+
+
+def apart(points, triangles, other_points, other_triangles):
+    """How far each triangle (t,) is from other triangles, at 105 of its points, by libigl."""
+    samples = densely(points, triangles)
+    flat = np.ascontiguousarray(samples.reshape(-1, 3))
+    there = np.array(other_points, float), np.array(other_triangles, np.int64)
+    squared = igl.point_mesh_squared_distance(flat, *there)[0]
+    return np.sqrt(squared.reshape(samples.shape[:2]).max(axis=0))

@@ -16,7 +16,6 @@ from simplexmesh.mesh import shapes
 from simplexmesh.mesh.decimate import decimate
 from simplexmesh.mesh.duality import dual
 from simplexmesh.mesh.least import least_vertices
-from simplexmesh.mesh.nearest import Nearest
 from tests.reference_decimate import shaken
 from tests.test_mesh_editing import MESHES, complete
 
@@ -137,25 +136,6 @@ def test_a_tolerance_holds_both_ways(name, tolerance):
     assert out.largest <= tolerance
     for one, other in ((mesh, out.mesh), (out.mesh, mesh)):
         assert farthest(one.triangulated(), other.triangulated()) <= tolerance
-
-
-def test_the_nearest_of_a_surface_is_that_of_libigl():
-    ball, torus = shapes.sphere(6), shapes.torus(30, 12)
-    for one, other in ((ball, shaken(ball, 0, 0.5)), (torus, shaken(torus, 1, 0.5))):
-        fan, there = one.triangulated(), other.triangulated()
-        a, b, c = (there.vertices[there.faces[:, k]] for k in range(3))
-        points = np.concatenate([there.vertices, (a + b) / 2, (b + c) / 2])
-        squared = igl.point_mesh_squared_distance(points, np.array(fan.vertices), np.array(fan.faces, np.int64))[0]
-        found = Nearest(one).distances(points) ** 2
-        assert (found >= squared - 1e-12).all()
-        far = squared > 0.1 * squared.max()  # near ones are found roughly
-        assert_allclose(found[far], squared[far], atol=1e-12)
-        bound = float(np.sqrt(np.quantile(squared, 0.9)))
-        corners, first, second = np.split(squared > bound**2, [len(there.vertices), -len(a)])
-        owner = np.repeat(np.arange(other.n_faces), other.connectivity.face_sizes)
-        wrong = np.unique(owner[corners[there.faces].any(axis=1) | first | second])
-        assert 0 < len(wrong) < other.n_faces
-        assert_array_equal(np.flatnonzero(Nearest(one).faces_beyond(other, bound)), wrong)
 
 
 def box(k):

@@ -11,7 +11,8 @@ from numpy.testing import assert_array_equal
 
 from simplexmesh.mesh import _kernels_exceptions as exceptions
 from simplexmesh.mesh import shapes
-from simplexmesh.mesh.decimate import LAX, decimate
+from simplexmesh.mesh.coarsening import LAX
+from simplexmesh.mesh.decimate import decimate
 from simplexmesh.mesh.editing import EditableMesh
 from tests.reference_decimate import shaken
 from tests.reference_operators import Loops

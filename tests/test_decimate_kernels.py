@@ -15,7 +15,7 @@ from simplexmesh.mesh import _kernels_regions as regions
 from simplexmesh.mesh import shapes
 from simplexmesh.mesh._kernels_batch import imbalance
 from simplexmesh.mesh._kernels_edit import DONE, refuse_swap
-from simplexmesh.mesh.decimate import WEIGHTS
+from simplexmesh.mesh.coarsening import WEIGHTS
 from simplexmesh.mesh.editing import EditableMesh
 from tests.reference_decimate import Decimation, regions_of, shaken
 from tests.reference_operators import Loops

@@ -169,16 +169,6 @@ class Fit:
         area = max(float(weights.sum()), np.finfo(float).tiny)
         return float(np.sqrt((weights * squared).sum() / area)), float(np.sqrt(largest))
 
-    def faces_beyond(self, distance: float) -> NDArray[np.bool_]:
-        """Return (g,) which faces of the mesh samples belong to, or are on, that are farther than a distance."""
-        squared, on_rims = self._distances()
-        out = np.zeros(len(self._faces.hole), bool)
-        far = squared > distance**2
-        out[self._start[far]] = True
-        out[self._part_of[self._surface.faces[far]]] = True
-        out[self._part_of[self._surface.rim_faces[on_rims > distance**2]]] = True
-        return out
-
     def _distances(self) -> tuple[Array, Array]:
         """Return the squared distances of the samples, and of those on rims to the rims."""
         self._locate()
@@ -191,9 +181,9 @@ class Fit:
         there = w[:, :1] * v[f.vertices[c]] + w[:, 1:2] * v[f.ahead[c]]
         return self._squared, ((there - self._surface.rim_points) ** 2).sum(axis=1)
 
-    def advance(self, target: Array) -> None:
-        """Move the vertices towards a target, as far as faces still point along what they stand for."""
-        self.mesh = self.mesh.moved(self._guard.advanced(self.mesh, target, 0.0))
+    def advance(self, target: Array, *, loosely: bool = False) -> None:
+        """Move the vertices towards a target, as far as faces still point along what they stand for, or roughly so."""
+        self.mesh = self.mesh.moved(self._guard.advanced(self.mesh, target, LOOSELY if loosely else 0.0))
 
     def untangle(self, *, strictly: bool = False) -> None:
         """Move the vertices of faces that fold or cross; strictly, of those that point elsewhere."""
@@ -225,7 +215,7 @@ class Fit:
                 np.concatenate([one.corner, other.corner]), np.concatenate([one.weights, other.weights])
             )
             target = kernels.solved(np.array(self.mesh.vertices), self._faces, places, self._terms(), ITERATIONS)
-            self.mesh = self.mesh.moved(self._guard.advanced(self.mesh, target, LOOSELY))
+            self.advance(target, loosely=True)
 
     def _terms(self) -> kernels.Terms:
         s, f, mesh = self._surface, self._faces, self.mesh

@@ -6,7 +6,10 @@ import math
 
 import numpy as np
 
+from simplexmesh import _check
+from simplexmesh.errors import TopologyError
 from simplexmesh.mesh.connectivity import Connectivity
+from simplexmesh.mesh.simplex_mesh import SimplexMesh
 
 
 def least_vertices(connectivity: Connectivity) -> int:
@@ -39,3 +42,20 @@ def least_vertices(connectivity: Connectivity) -> int:
         others = max(3, 2 - 2 * genus + (n_holes + 1) // 2)
         total += 2 * (max(corners, n_holes + others if n_holes > 1 else 0) - 2 + 2 * genus)
     return total
+
+
+def vertices_wanted(mesh: SimplexMesh, vertices: int | None) -> int:
+    """Return the number of vertices to keep, or say why it cannot be."""
+    wanted = _check.integer("vertices", vertices, 1)
+    if wanted > mesh.n_vertices:
+        raise ValueError(f"vertices must be at most {mesh.n_vertices}, as many as the mesh has, not {wanted}")
+    least = least_vertices(mesh.connectivity)
+    if wanted < least:
+        pieces = "" if mesh.n_components == 1 else f", {mesh.n_components} components"
+        topology = f"genus {mesh.genus}, {mesh.n_holes} holes{pieces}"
+        raise TopologyError(f"vertices must be at least {least}, the fewest with {topology}, not {wanted}")
+    if wanted % 2:
+        raise ValueError(
+            f"vertices must be even, as three edges meet in each and every edge has two ends, not {wanted}"
+        )
+    return wanted
