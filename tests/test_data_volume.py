@@ -117,9 +117,16 @@ class TestLabels:
         with pytest.raises(ValueError, match=r"label must be present in the volume, 9 is not; present are \[0, 1, 2"):
             volume.mask(9)
 
+    def test_patches_too_many_to_be_known_as_labels_have_masks(self):
+        blocks = np.kron(np.arange(125).reshape(5, 5, 5), np.ones((4, 4, 4), int))
+        assert Volume(blocks).mask(7).values.sum() == 64
+
     def test_a_label_that_cannot_be_is_told_why(self):
-        with pytest.raises(ValueError, match=r"volume holds intensities, not labels; give level, not label 3$"):
-            Volume(np.random.default_rng(0).random((5, 5, 5))).mask(3)
+        noise = np.random.default_rng(0)
+        for values in (noise.random((5, 5, 5)), noise.integers(0, 999, (9, 9, 9)), noise.integers(0, 9, (9, 9, 9))):
+            told = r"^volume holds intensities \(.* to .*\), not labels; give level \(--level\), not label 3$"
+            with pytest.raises(ValueError, match=told):
+                Volume(values).mask(3)
         with pytest.raises(ValueError, match=r"volume has the value 0 everywhere, label 3 is not in it$"):
             Volume(np.zeros((5, 5, 5))).mask(3)
 

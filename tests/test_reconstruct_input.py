@@ -58,6 +58,12 @@ def test_scans_are_put_together_by_their_poses(tmp_path):
     ("data", "options", "error", "message"),
     [
         (ball_volume(), {}, ValueError, r"level must be given for a volume of intensities \(.*\); Otsu's threshold"),
+        (
+            ball_volume(),
+            {"label": 0},
+            ValueError,
+            r"volume holds intensities \(.*\), not labels; give level \(--level\), ",
+        ),
         (ball_volume(), {"level": 99.0}, ValueError, "level must be between .* the range of the volume, not 99"),
         (ball_volume(), {"level": "high"}, TypeError, "level must be a number, not str"),
         (ball_volume(), {"level": 0.0, "label": 1}, ValueError, "give level or label, not both"),

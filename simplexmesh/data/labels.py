@@ -24,9 +24,24 @@ def looks_like_labels(values: NDArray[Any]) -> bool:
     found = few_whole_numbers(values)
     if found is None:
         return False
-    if len(found) <= 2:
-        return True
-    background = max(found, key=lambda label: found[label])
+    return len(found) <= 2 or _are_patches(values, max(found, key=lambda label: found[label]))
+
+
+def could_be_labels(values: NDArray[Any]) -> bool:
+    """Whether samples are labels where somebody says so: whole numbers, equal in patches, as many as there may be.
+
+    Examples
+    --------
+    >>> regions = np.kron(np.arange(125).reshape(5, 5, 5), np.ones((4, 4, 4)))
+    >>> looks_like_labels(regions), could_be_labels(regions), could_be_labels(regions + 0.5)
+    (False, True, False)
+    """
+    found = few_whole_numbers(values, most=values.size)
+    return found is not None and (len(found) <= 2 or _are_patches(values, max(found, key=lambda label: found[label])))
+
+
+def _are_patches(values: NDArray[Any], background: int) -> bool:
+    """Whether more than half of the neighboring pairs outside the background are equal."""
     equal = pairs = 0
     for slab in slabs(values):
         a, b = slab[:-1], slab[1:]
@@ -43,8 +58,8 @@ def slabs(values: NDArray[Any]) -> Iterator[NDArray[Any]]:
         yield values[:, :, k : k + thick]
 
 
-def few_whole_numbers(values: NDArray[Any]) -> dict[int, int] | None:
-    """Return how often each value occurs, or None as soon as one is not whole or there are more than `MOST_LABELS`."""
+def few_whole_numbers(values: NDArray[Any], most: int = MOST_LABELS) -> dict[int, int] | None:
+    """Return how often each value occurs, or None as soon as one is not whole or there are more than so many."""
     found: dict[int, int] = {}
     for slab in slabs(values):
         if slab.dtype.kind == "f" and (slab != np.rint(slab)).any():
@@ -53,7 +68,7 @@ def few_whole_numbers(values: NDArray[Any]) -> dict[int, int] | None:
             return None
         for value, count in _counts(slab.ravel(order="K")):
             found[value] = found.get(value, 0) + count
-        if len(found) > MOST_LABELS:
+        if len(found) > most:
             return None
     return found
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh import _check
-from simplexmesh.data.labels import MOST_LABELS, few_whole_numbers, looks_like_labels, slabs
+from simplexmesh.data.labels import MOST_LABELS, could_be_labels, few_whole_numbers, looks_like_labels, slabs
 
 Array = NDArray[np.float64]
 
@@ -149,19 +149,21 @@ class Volume:
         Raises
         ------
         ValueError
-            No sample has that label; the message says whether the volume holds intensities, or one value only.
+            No sample has that label, or the volume holds intensities, or one value only.
         TypeError
             It is no number.
         """
         _check.number("label", label)
         inside = self.values == label
+        low, high = self.range
+        if low < high and not self.is_labels and not could_be_labels(self.values):
+            said = f"volume holds intensities ({low:g} to {high:g}), not labels"
+            raise ValueError(f"{said}; give level (--level), not label {label!r}")
         if not inside.any():
-            low, high = self.range
             if low == high:
                 raise ValueError(f"volume has the value {low:g} everywhere, label {label!r} is not in it")
-            if not self.is_labels:
-                raise ValueError(f"volume holds intensities, not labels; give level, not label {label!r}")
-            raise ValueError(f"label must be present in the volume, {label!r} is not; present are {self.labels()}")
+            present = f"; present are {self.labels()}" if self.is_labels else ""
+            raise ValueError(f"label must be present in the volume, {label!r} is not{present}")
         return self._with_values(inside)
 
     def smoothed(self, sigma: float) -> Volume:

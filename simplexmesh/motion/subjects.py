@@ -134,6 +134,7 @@ class LabelSubject:
             label = regions[0]
         self.volume, self.components = volume, components
         self.label = _check.integer("label", label, -(2**31))
+        volume.mask(self.label)  # or it says why there is none
         self.target: Target = LabelSurface(volume, self.label)
         self.resolution = float(np.min(volume.spacing))
 
