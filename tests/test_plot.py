@@ -382,6 +382,14 @@ class TestPicture:
         with pytest.raises(ValueError, match=r"^level and label are for volumes, not for PointCloud$"):
             sm.plot.beside(ball.vertices, ball, label=5)
 
+    def test_refuses_a_side_of_no_level(self, ball):
+        labels = sm.Volume(np.pad(np.ones((4, 4, 4), int), 2))
+        for shown, of in ((ball, "SimplexMesh"), (ball.vertices, "PointCloud"), (labels, "labels")):
+            with pytest.raises(ValueError, match=f"^inside is for a level of a volume, not for {of}$"):
+                sm.plot.surface(shown, inside="below")
+        with pytest.raises(ValueError, match=r"^inside must be one of 'above', 'below', not 'beneath'"):
+            sm.plot.surface(ball, inside="beneath")
+
     def test_needs_a_known_ending_and_a_folder(self, tmp_path):
         with pytest.raises(ValueError, match=r"one of '\.png'.* not '\.doc'$"):
             sm.plot.picture(tmp_path / "ball.doc", None)

@@ -37,7 +37,7 @@ def signature(
         Whether the mesh fitted to the object is shown on the left, as large as the sphere and in the same colors.
     view : str or (3,) vector, optional
         As for `looked_at`.
-    up : {"x", "y", "z"}
+    up : {"x", "y", "z", "-x", "-y", "-z"}
         The axis that points up.
     title : str, optional
         Text over the picture.

@@ -50,7 +50,7 @@ def curvature(
         Text over the first panel.
     view : str or (3,) vector, optional
         As for `looked_at`.
-    up : {"auto", "x", "y", "z"}
+    up : {"auto", "x", "y", "z", "-x", "-y", "-z"}
         As for `surface`.
 
     Returns

@@ -68,7 +68,7 @@ def heat(
         Text over the picture.
     view : str or (3,) vector, optional
         As for `looked_at`, when the plotter is new.
-    up : {"auto", "x", "y", "z"}
+    up : {"auto", "x", "y", "z", "-x", "-y", "-z"}
         As for `surface`.
     plotter : pyvista.Plotter, optional
         Where to add; a new one when not given.

@@ -89,7 +89,8 @@ def surface(
     Raises
     ------
     ValueError
-        An unknown name, scalars of another length than the vertices, or "distance" neither known nor to be measured.
+        An unknown name, scalars of another length than the vertices, or "distance" neither known nor to be measured;
+        a level, a label or a side of it for what has none.
 
     Examples
     --------
@@ -99,7 +100,7 @@ def surface(
     """
     alone, plotter = plotter is None, stage() if plotter is None else plotter
     shown = skin.thing(mesh)
-    _check_choice([shown, data], level, label)
+    _check_choice([shown, data], level, label, inside)
     if not isinstance(shown, SimplexMesh) and scalars is not None:
         raise TypeError(f"scalars need a SimplexMesh to color, not {type(shown).__name__}")
     coat, lines = skin.geometry(shown, level, label, inside)
@@ -128,11 +129,16 @@ def surface(
     return looked_at(plotter, view, up=upright(shown, up), window=True) if alone else plotter
 
 
-def _check_choice(things: Sequence[Any], level: float | None, label: int | None) -> None:
-    """Refuse a level or a label where there is no volume."""
+def _check_choice(things: Sequence[Any], level: float | None, label: int | None, inside: str) -> None:
+    """Refuse a level or a label where there is no volume, and a side of a level where there is no level."""
+    _check.choice("inside", inside, ("above", "below"))
     things = [skin.thing(one) for one in things if one is not None]
-    if (level, label) != (None, None) and not any(isinstance(one, Volume) for one in things):
+    volumes = any(isinstance(one, Volume) for one in things)
+    if (level, label) != (None, None) and not volumes:
         raise ValueError(f"level and label are for volumes, not for {type(things[-1]).__name__}")
+    of = "labels" if volumes else type(things[-1]).__name__
+    if inside != "above" and (level is None or label is not None):
+        raise ValueError(f"inside is for a level of a volume, not for {of}")
 
 
 def upright(shown: Any, up: str = "auto") -> str:
@@ -182,13 +188,14 @@ def panels(
         raise ValueError(f"things must be a mapping of titles to what is shown, not {type(things).__name__}")
     shown = {title: skin.thing(thing) for title, thing in things.items()}
     level, label, data = (options.pop(name, None) for name in ("level", "label", "data"))
-    _check_choice([*shown.values(), data], level, label)
+    inside = options.pop("inside", "above")
+    _check_choice([*shown.values(), data], level, label, inside)
     plotter = stage(columns=len(shown))
     for column, (title, one) in enumerate(shown.items()):
         plotter.subplot(0, column)
         of: dict[str, Any] = {"scalars": scalars} if isinstance(one, SimplexMesh) else {}
         if isinstance(one, Volume) or (isinstance(one, SimplexMesh) and data is not None):
-            of |= {"data": data, "level": level, "label": label}
+            of |= {"data": data, "level": level, "label": label, "inside": inside}
         surface(one, title=title, plotter=plotter, **of, **options)
     return looked_at(plotter, view, up=upright(next(iter(shown.values())), up))
 
