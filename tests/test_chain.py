@@ -187,7 +187,7 @@ class TestDeviation:
         assert np.isnan(sm.deviation(points, planned).distances).tolist() == [False, False, True]
         assert sm.deviation(points, planned).distances[:2] == pytest.approx([0.2, -0.1])
         assert sm.deviation(points, planned, beyond_border=True).distances[2] == pytest.approx(4.5, abs=0.1)
-        assert sm.deviation(points, planned).spread.count == 2
+        assert sm.deviation(points, planned).summary.count == 2
 
     def test_corners_stored_apart_make_no_border(self):
         corners = BALL.vertices[BALL.faces].reshape(-1, 3)

@@ -217,3 +217,14 @@ class TestVectors:
 @pytest.mark.parametrize("name", ["mesh", "data", "motion"])
 def test_every_room_says_what_it_is(name):
     assert (import_module(f"simplexmesh.{name}").__doc__ or "").startswith("Chapter ")
+
+
+def test_only_one_class_has_the_name_of_a_public_one():
+    homes = {}
+    for path in (REPOSITORY / "simplexmesh").rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ClassDef):
+                homes.setdefault(node.name, []).append(path.name)
+    public = {name for name in sm.__all__ if inspect.isclass(getattr(sm, name))}
+    assert len(public) > 20
+    assert {name: homes[name] for name in public if len(homes[name]) > 1} == {}

@@ -13,7 +13,7 @@ from simplexmesh import _check
 from simplexmesh.data.convert import as_data, as_triangles
 from simplexmesh.data.points import PointCloud
 from simplexmesh.errors import told
-from simplexmesh.motion.distance import Spread
+from simplexmesh.motion.distance import Summary
 from simplexmesh.motion.targets.triangles import Triangles
 
 Array = NDArray[np.float64]
@@ -27,7 +27,7 @@ class Deviation:
     ----------
     distances : (n,) array of float
         Positive outside the reference, negative inside; NaN where there is nothing to compare with.
-    spread : Spread
+    summary : Summary
         Of their absolute values.
 
     Examples
@@ -40,33 +40,33 @@ class Deviation:
     distances: Array
 
     def __repr__(self) -> str:
-        s = self.spread
+        s = self.summary
         return f"Deviation(mean={s.mean:.4g}, rms={s.rms:.4g}, p95={s.p95:.4g}, max={s.max:.4g}, bias={self.bias:.4g})"
 
     @cached_property
-    def spread(self) -> Spread:
+    def summary(self) -> Summary:
         """Mean, rms, 95th percentile and largest of the absolute values, and how many are known."""
-        return Spread.of(self.distances)
+        return Summary.of(self.distances)
 
     @property
     def mean(self) -> float:
         """Of the absolute values."""
-        return self.spread.mean
+        return self.summary.mean
 
     @property
     def rms(self) -> float:
         """Root mean square."""
-        return self.spread.rms
+        return self.summary.rms
 
     @property
     def p95(self) -> float:
         """95th percentile of the absolute values."""
-        return self.spread.p95
+        return self.summary.p95
 
     @property
     def max(self) -> float:
         """The largest absolute value."""
-        return self.spread.max
+        return self.summary.max
 
     @property
     def bias(self) -> float:

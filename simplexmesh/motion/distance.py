@@ -11,13 +11,13 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Spread:
+class Summary:
     """Mean, root mean square, 95th percentile and largest of a set of distances, and how many there were.
 
     Examples
     --------
-    >>> Spread.of(np.array([0.0, 3.0, 4.0, np.nan]))
-    Spread(mean=2.333, rms=2.887, p95=3.9, max=4, count=3)
+    >>> Summary.of(np.array([0.0, 3.0, 4.0, np.nan]))
+    Summary(mean=2.333, rms=2.887, p95=3.9, max=4, count=3)
     """
 
     mean: float
@@ -27,8 +27,8 @@ class Spread:
     count: int
 
     @classmethod
-    def of(cls, distances: Array) -> Spread:
-        """Return the spread of (n,) distances; NaN are left out, and nothing at all gives NaN throughout."""
+    def of(cls, distances: Array) -> Summary:
+        """Return the summary of (n,) distances; NaN are left out, and nothing at all gives NaN throughout."""
         known = np.abs(distances[np.isfinite(distances)])
         if not len(known):
             return cls(float("nan"), float("nan"), float("nan"), float("nan"), 0)
@@ -42,7 +42,7 @@ class Spread:
 
     def __repr__(self) -> str:
         numbers = ", ".join(f"{name}={getattr(self, name):.4g}" for name in ("mean", "rms", "p95", "max"))
-        return f"Spread({numbers}, count={self.count})"
+        return f"Summary({numbers}, count={self.count})"
 
 
 @dataclass(frozen=True)
@@ -51,20 +51,20 @@ class Distance:
 
     Attributes
     ----------
-    mesh_to_data : Spread
+    mesh_to_data : Summary
         From the vertices of the mesh, along their normals, to the surface seen in the data; where nothing is near
         along the normal, to the nearest point of the data.
-    data_to_mesh : Spread
+    data_to_mesh : Summary
         From the points of the data to the surface of the mesh (its fan triangulation); all points that the background
         reaches count.
-    enclosed : Spread
+    enclosed : Summary
         The part of `data_to_mesh` that lies inside the model and far from its surface: walls of pockets that the model
         closes over, such as airways behind sealed nostrils.
     """
 
-    mesh_to_data: Spread
-    data_to_mesh: Spread
-    enclosed: Spread
+    mesh_to_data: Summary
+    data_to_mesh: Summary
+    enclosed: Summary
 
     def as_dict(self) -> dict[str, dict[str, float]]:
         """Return plain numbers, ready for JSON."""

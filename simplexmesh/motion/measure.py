@@ -8,7 +8,7 @@ from scipy.spatial import cKDTree
 
 from simplexmesh.errors import told
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-from simplexmesh.motion.distance import Distance, Spread
+from simplexmesh.motion.distance import Distance, Summary
 from simplexmesh.motion.subjects import MOST_POINTS, Subject
 from simplexmesh.motion.targets.triangles import inside_surface, surface_distance
 
@@ -43,7 +43,7 @@ def measured(mesh: SimplexMesh, subject: Subject, reach: float, *, dropped: bool
     if not mesh.n_holes:
         far = np.flatnonzero(back > reach)
         enclosed = far[inside_surface(points[far], surface.vertices, surface.faces)]
-    distance = Distance(Spread.of(away), Spread.of(back), Spread.of(back[enclosed]))
+    distance = Distance(Summary.of(away), Summary.of(back), Summary.of(back[enclosed]))
     diagonal = float(np.linalg.norm(np.ptp(points, axis=0)))
     limit = max(reach, FAR * diagonal)
     missed = (np.count_nonzero(back > limit) - np.count_nonzero(back[enclosed] > limit)) / max(len(back), 1)

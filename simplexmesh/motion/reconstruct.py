@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from simplexmesh import _check
 from simplexmesh.errors import told
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-from simplexmesh.motion.distance import Distance, Spread
+from simplexmesh.motion.distance import Distance, Summary
 from simplexmesh.motion.initial.report import StartReport
 from simplexmesh.motion.journey import Journey
 from simplexmesh.motion.left_out import noted, unopened
@@ -32,7 +32,7 @@ Array = NDArray[np.float64]
 FEWEST_VERTICES, MOST_VERTICES = 20, 20_000_000
 """More would take tens of gigabytes on the way, and end as the system ends what asks for them."""
 ADAPTATION = 0.05
-UNMEASURED = Distance(*(Spread.of(np.zeros(0)) for _ in range(3)))
+UNMEASURED = Distance(*(Summary.of(np.zeros(0)) for _ in range(3)))
 
 
 @dataclass(frozen=True, repr=False)
