@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 
 import simplexmesh as sm
 from simplexmesh.motion.targets.triangles import Triangles, signed_surface_distance
+from simplexmesh.recognition.gaps import Part
 from simplexmesh.recognition.least_motion import least_motion
 from simplexmesh.surface.normals.estimate import vertex_normals
 
@@ -94,6 +95,34 @@ class TestOcclude:
         found = sm.occlude(sunk, slab, tolerance=1e-4, reach=1e-4)
         assert found.penetration < 1e-6
         assert found.T_fixed_moving[2, 3] > 0.05
+
+    def test_what_is_deep_in_the_moving_part_comes_out_as_well(self):
+        stool, _ = feet([1, 0, 0.3], [-0.5, 0.9, 0.35], [-0.5, -0.8, 0.27])
+        sunk = lifted(stool, -np.sort(stool.vertices[:, 2])[stool.n_vertices // 3])
+        slab = sm.TriangleMesh(*_thick(GROUND.vertices, GROUND.faces, 2.0))
+        found = sm.occlude(sm.divided(slab, 0.1), sunk, tolerance=1e-3, reach=0.02)
+        assert found.penetration < 1e-6
+        assert found.T_fixed_moving[2, 3] < -0.05
+
+    def test_what_is_far_behind_an_open_surface_is_not_inside(self):
+        balls, n = feet([0, 0, 0.25], [0, 0, -2.0])
+        T = sm.occlude(balls, GROUND, tolerance=0.005, reach=0.5).T_fixed_moving
+        assert (balls.vertices[:n] @ T[2, :3] + T[2, 3]).min() == pytest.approx(0, abs=1e-6)
+
+    def test_what_is_deeper_than_it_may_be_does_not_touch(self):
+        ball, _ = feet([0, 0, 0.0])
+        found = sm.occlude(ball, GROUND, tolerance=0.005)
+        assert found.area_before < 0.1 * ball.area
+        assert found.contact_area > 0
+
+    def test_corners_stored_apart_make_no_border(self):
+        ball, _ = feet([0, 0, 0.0])
+        soup = Part(
+            sm.TriangleMesh(ball.vertices[ball.faces].reshape(-1, 3), np.arange(ball.faces.size).reshape(-1, 3))
+        )
+        assert soup.closed
+        assert soup.known(2 * ball.vertices)[0] == pytest.approx(0.2, abs=0.01)
+        assert (soup.points.shape, soup.areas.sum()) == ((ball.faces.size, 3), pytest.approx(ball.area))
 
     def test_goes_as_deep_as_it_may(self):
         stool, _ = feet([1, 0, 0.3], [-0.5, 0.9, 0.35], [-0.5, -0.8, 0.27])
