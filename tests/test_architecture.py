@@ -37,6 +37,7 @@ UPWARD = {
         "mesh/simplex_mesh.py",
         "simplexmesh.data.writing",
     ): "users look for mesh.save() and mesh.to_pyvista() on the mesh",
+    ("mesh/decimate.py", "simplexmesh.data.convert"): "scans are decimated as they come, also from files",
     ("recognition/sai.py", "simplexmesh.plot.attribute_image"): "users look for sai.plot() on the signature",
     ("surface/bench/pictures.py", "simplexmesh.plot.curves"): "the bench is a program, and draws what it finds",
     ("surface/bench/pictures.py", "simplexmesh.plot.stage"): "the bench is a program, and draws what it finds",

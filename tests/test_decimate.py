@@ -92,11 +92,6 @@ def test_bad_input_is_told(given_, error, says):
         decimate(shapes.sphere(4), **given_)
 
 
-def test_only_a_mesh_is_decimated():
-    with pytest.raises(TypeError, match="mesh must be a SimplexMesh, not list"):
-        decimate([], vertices=4)
-
-
 def test_a_plane_stays_flat_and_keeps_its_corners():
     plane = shapes.plane(20, 20)
     out = decimate(plane, vertices=100)

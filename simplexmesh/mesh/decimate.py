@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import warnings
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +13,7 @@ from numpy.typing import NDArray
 from simplexmesh import _check
 from simplexmesh.errors import SimplexMeshWarning
 from simplexmesh.mesh.coarsening import made
+from simplexmesh.mesh.duality import dual
 from simplexmesh.mesh.edited import Edited
 from simplexmesh.mesh.editing import EditableMesh
 from simplexmesh.mesh.fitting import Surface, tangled_vertices
@@ -21,7 +24,7 @@ from simplexmesh.mesh.within import made_within
 Indices = NDArray[np.int32]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Decimated(Edited):
     """A decimated mesh.
 
@@ -46,7 +49,7 @@ class Decimated(Edited):
     exceptions: Indices
 
 
-def decimate(mesh: SimplexMesh, *, vertices: int | None = None, tolerance: float | None = None) -> Decimated:
+def decimate(mesh: Any, *, vertices: int | None = None, tolerance: float | None = None) -> Decimated:
     """Return a mesh of the same shape and topology with fewer vertices.
 
     Edges are removed (T1), the one that costs least first. Each face stands for a region of the surface, and what an
@@ -61,8 +64,9 @@ def decimate(mesh: SimplexMesh, *, vertices: int | None = None, tolerance: float
 
     Parameters
     ----------
-    mesh : SimplexMesh
-        The mesh.
+    mesh : SimplexMesh, TriangleMesh, PyVista or trimesh object, or path
+        The mesh; of triangles, their dual: in `vertex_map` and distances, vertices are the triangles and their
+        centroids, see `dual`.
     vertices : int, optional
         How many to keep: even, as the number of vertices of a simplex mesh always is.
     tolerance : float, optional
@@ -80,7 +84,7 @@ def decimate(mesh: SimplexMesh, *, vertices: int | None = None, tolerance: float
     Raises
     ------
     TypeError
-        When neither or both of `vertices` and `tolerance` are given.
+        When neither or both of `vertices` and `tolerance` are given, or no mesh.
     ValueError
         When `vertices` is odd, or more than there are, or `tolerance` is not above 0.
     TopologyError
@@ -107,10 +111,12 @@ def decimate(mesh: SimplexMesh, *, vertices: int | None = None, tolerance: float
     SimplexMesh(400 vertices, 202 faces, genus 0, 0 holes)
     >>> out.rms < 0.01
     True
+    >>> sm.decimate(ball.triangulated("dual"), vertices=400).mesh.n_vertices
+    400
     """
-    _check.instance("mesh", mesh, SimplexMesh)
     if (vertices is None) == (tolerance is None):
         raise TypeError("give vertices or tolerance" + ("" if vertices is None else ", not both"))
+    mesh = _given(mesh)
     if tolerance is not None:
         near = made_within(mesh, _check.number("tolerance", tolerance, 0, open_low=True))
         return _unchanged(mesh) if near is None else _result(*near)
@@ -123,6 +129,21 @@ def decimate(mesh: SimplexMesh, *, vertices: int | None = None, tolerance: float
         message = f"{left} vertices are left, not {wanted}: no other edge can be removed without a fold"
         warnings.warn(message, SimplexMeshWarning, stacklevel=2)
     return out
+
+
+def _given(mesh: Any) -> SimplexMesh:
+    """Return the simplex mesh a caller gave, or the dual of the triangles, also those in a file."""
+    if isinstance(mesh, SimplexMesh):
+        return mesh
+    from simplexmesh.data.convert import as_data
+
+    found = as_data(mesh, "mesh")
+    if isinstance(found, SimplexMesh):
+        return found
+    if hasattr(found, "faces"):
+        return dual(found)
+    where = f" in {os.path.basename(os.fspath(mesh))}" if isinstance(mesh, str | os.PathLike) else ""
+    raise TypeError(f"mesh must be a SimplexMesh or triangles, not the {type(found).__name__}{where}: see reconstruct")
 
 
 def _decimated(mesh: SimplexMesh, wanted: int) -> tuple[Decimated, int]:
