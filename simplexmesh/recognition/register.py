@@ -38,7 +38,7 @@ SETTLED = 0.03
 """The last refinement ends when a step is smaller than this share of the pose's own uncertainty."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Pose:
     """One way in which a surface may lie on another.
 
@@ -52,15 +52,21 @@ class Pose:
 
     Examples
     --------
-    >>> import simplexmesh as sm
+    >>> import numpy as np, simplexmesh as sm
     >>> egg = sm.ellipsoid((3, 2, 1), 12)
     >>> [pose.equivalent for pose in sm.register(egg, egg).poses]
     [True, True, True]
+    >>> Pose(np.diag([-1.0, -1.0, 1.0, 1.0]), 0.9, True)
+    Pose(score 0.90, turned by 180.0 degrees, equivalent)
     """
 
     T_target_source: Array
     score: float
     equivalent: bool
+
+    def __repr__(self) -> str:
+        turn = np.degrees(np.arccos(np.clip((np.trace(self.T_target_source[:3, :3]) - 1) / 2, -1.0, 1.0)))
+        return f"Pose(score {self.score:.2f}, turned by {turn:.1f} degrees{', equivalent' if self.equivalent else ''})"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
