@@ -106,7 +106,7 @@ class TestBareFaces:
     )
     def test_one_warning_at_the_line_of_the_caller(self, function):
         with warnings.catch_warnings(record=True) as caught:
-            warnings.simplefilter("default")
+            warnings.simplefilter("always")
             function(prism())
         bare = [each for each in caught if "divided" in str(each.message)]
         assert all(each.filename == __file__ for each in caught)

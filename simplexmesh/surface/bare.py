@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from weakref import WeakSet
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,6 +19,8 @@ FLAT = np.radians(2.0)
 
 MOSTLY = 0.5
 """Above this share of the area it is worth saying."""
+
+_LOOKED_AT: WeakSet[Samples] = WeakSet()
 
 
 def bare_share(samples: Samples) -> float:
@@ -60,7 +64,10 @@ def _on_sharp_edges(
 
 
 def tell_of_bare_faces(samples: Samples) -> None:
-    """Warn where most of a surface has no vertices that could tell how it bends."""
+    """Warn, once, where most of a surface has no vertices that could tell how it bends."""
+    if samples in _LOOKED_AT:
+        return
+    _LOOKED_AT.add(samples)
     share = bare_share(samples)
     if share > MOSTLY:
         told(
