@@ -145,6 +145,14 @@ class TestOcclude:
         assert Triangles(sm.TriangleMesh(moved, plate.faces)).signed(tip[None])[0][0] > -1e-4
         assert moved[:, 2].min() < 0.79  # it has come down
 
+    def test_of_a_simplex_mesh_rows_are_its_vertices(self):
+        ball = sm.sphere(8, radius=0.5, center=(0, 0, 0.55))
+        found = sm.occlude(ball, GROUND, tolerance=0.005)
+        height = ball.vertices @ found.T_fixed_moving[2, :3] + found.T_fixed_moving[2, 3]
+        assert found.distances == pytest.approx(height)
+        assert found.contact.shape == (ball.n_vertices,)
+        assert found.contact_area > 0
+
     def test_of_fragments_of_a_bone(self):
         egg = sm.ellipsoid((3, 2, 1), 14).triangulated("dual")
         rough = sm.TriangleMesh(egg.vertices * (1 + 0.05 * np.sin(4 * egg.vertices[:, :1])), egg.faces)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -48,8 +48,8 @@ class Occlusion:
     T_fixed_moving : (4, 4) array of float
         Brings the moving part to its place.
     distances : (n,) array of float
-        From the moving part's vertices to the fixed one after that, in the data's unit: positive outside, negative
-        inside; NaN beyond its border.
+        From the moving part's vertices, in the order they were given, to the fixed one after that, in the data's unit:
+        positive outside, negative inside; NaN beyond its border.
     contact : (n,) array of bool
         The vertices that touch: near enough, and facing the other surface.
     contact_area, area_before : float
@@ -175,7 +175,9 @@ def occlude(
     for width in np.geomspace(far, near, STAGES):
         T = _drawn(one, other, T, float(width), limits, float(width) if width > near else 0.0, among)
     T = _freed(one, other, T, limits)
-    return _told(one, other, T, limits, float(one.areas[before].sum()))
+    found = _told(one, other, T, limits, float(one.areas[before].sum()))
+    own = getattr(moving, "n_vertices", None) if hasattr(moving, "connectivity") else None
+    return replace(found, distances=found.distances[:own], contact=found.contact[:own])  # centers of faces come last
 
 
 def _some(part: Part) -> Indices:
