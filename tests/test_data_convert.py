@@ -86,6 +86,7 @@ def test_vertices_and_faces_are_a_surface_wherever_one_is_taken(kind):
     faces = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])
     assert as_data((corners, faces)).is_closed
     assert as_data((corners.tolist(), faces.tolist())).is_closed
+    assert kind is int or as_data([corners, faces]).is_closed
     assert as_data((corners, faces[:1])).n_faces == 1
     assert len(sm.deviation((corners, faces), (corners, faces)).distances) == 4
 
@@ -93,7 +94,9 @@ def test_vertices_and_faces_are_a_surface_wherever_one_is_taken(kind):
 def test_scans_of_whole_numbers_are_scans_unless_one_numbers_the_other():
     points = np.arange(12).reshape(4, 3)
     assert are_scans([points, points])
-    assert not are_scans([points, points % 4])
+    assert are_scans([points, points % 4])  # of a grid, say
+    assert not are_scans((points, points % 4))
+    assert not are_scans([points.astype(float), points % 4])
 
 
 def test_duplicates_are_merged_and_reported():

@@ -139,6 +139,11 @@ def test_what_single_precision_spoils_is_told(tmp_path):
         ball.moved(ball.vertices + 4e6).save(tmp_path / "far.stl")
     with pytest.raises(ValueError, match=r"^path must not end with \.stl, .*, for vertices at 9\.\d+e\+159$"):
         ball.moved(ball.vertices * 1e160).save(tmp_path / "huge.stl")
+    for lost in (ball.vertices * 1e-47, 1e-3 * ball.vertices + 1e6):
+        with pytest.raises(
+            ValueError, match=r"^path must not end with \.stl, whose .* cannot tell these vertices apart"
+        ):
+            ball.moved(lost).save(tmp_path / "lost.stl")
     assert [path.name for path in tmp_path.iterdir()] == ["far.stl"]
 
 

@@ -20,7 +20,7 @@ def as_data(value: Any, name: str = "data") -> Any:
     ----------
     value : object
         One of those types; an (n, 3) array of points, (n, 6) of points and normals, or (nx, ny, nz) of samples; a
-        tuple of vertices and faces, the latter (f, 3) whole numbers; a PyVista or VTK image or polygons; a trimesh mesh
+        pair of vertices and faces, the latter (f, 3) whole numbers; a PyVista or VTK image or polygons; a trimesh mesh
         or point cloud; a path to a file. Libraries are told by the look of their objects and not imported.
     name : str
         What the caller calls it, for messages.
@@ -146,11 +146,15 @@ def _from_array(value: Any, name: str) -> Volume | PointCloud:
 
 
 def _is_pair(value: Any) -> bool:
-    """Whether it is vertices and faces: two tables in a tuple, the second of whole numbers in threes."""
-    if not (isinstance(value, tuple) and len(value) == 2):
+    """Whether it is vertices and faces: two tables in a tuple, or two arrays in a list, the second whole numbers."""
+    if not (isinstance(value, tuple | list) and len(value) == 2):
+        return False
+    if isinstance(value, list) and not all(isinstance(part, np.ndarray) for part in value):
         return False
     vertices, faces = (_check.listed("data", part) for part in value)
-    return vertices.ndim == faces.ndim == 2 and faces.dtype.kind in "iu" and faces.shape[1] == 3
+    if not (vertices.ndim == faces.ndim == 2 and faces.dtype.kind in "iu" and faces.shape[1] == 3):
+        return False
+    return isinstance(value, tuple) or vertices.dtype.kind == "f"  # a list of whole numbers twice may be anything
 
 
 def _is_simplex_mesh(value: Any) -> bool:

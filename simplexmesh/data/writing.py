@@ -201,7 +201,10 @@ def _check_single(points: Array) -> None:
     largest = float(np.abs(points).max())
     if largest > float(np.finfo(np.float32).max):
         raise ValueError(f"path must not end with .stl, whose numbers end at 3e38, for vertices at {largest:.3g}")
-    off = float(np.abs(points - points.astype(np.float32)).max())
+    single = points.astype(np.float32)
+    if not (np.ptp(single, axis=0) > 0).sum() >= 2 and (np.ptp(points, axis=0) > 0).sum() >= 2:
+        raise ValueError("path must not end with .stl, whose single precision cannot tell these vertices apart")
+    off = float(np.abs(points - single).max())
     if off > COARSE * float(np.ptp(points, axis=0).max()):
         told(f"STL has single precision, which moves vertices by up to {off:.2g}; all other formats have double")
 

@@ -21,8 +21,8 @@ Array = NDArray[np.float64]
 def are_scans(data: Any) -> bool:
     """Return whether data is a list of scans: paths, clouds, surfaces, or arrays of points (n, 3) or (n, 6).
 
-    A pair whose second array holds whole numbers is vertices and faces, not two scans, if the first array does not or
-    they number its rows.
+    A pair whose second array holds whole numbers is vertices and faces, not two scans, if the first array does not, or,
+    in a tuple, if they number its rows.
 
     Examples
     --------
@@ -34,13 +34,13 @@ def are_scans(data: Any) -> bool:
     if all(isinstance(item, str | Path | PointCloud | TriangleMesh) for item in data):
         return True
     arrays = all(isinstance(item, np.ndarray) and item.ndim == 2 and item.shape[1] in (3, 6) for item in data)
-    return arrays and not (len(data) == 2 and _are_faces(data[1], data[0]))
+    return arrays and not (len(data) == 2 and _are_faces(data[1], data[0], pair=isinstance(data, tuple)))
 
 
-def _are_faces(numbers: NDArray[Any], of: NDArray[Any]) -> bool:
-    if numbers.dtype.kind not in "iu" or not numbers.size:
+def _are_faces(numbers: NDArray[Any], of: NDArray[Any], *, pair: bool) -> bool:
+    if numbers.dtype.kind not in "iu" or not numbers.size or numbers.shape[1] != 3:
         return False
-    return of.dtype.kind == "f" or bool(numbers.shape[1] == 3 and numbers.min() >= 0 and numbers.max() < len(of))
+    return of.dtype.kind == "f" or (pair and bool(numbers.min() >= 0 and numbers.max() < len(of)))
 
 
 def joined_scans(scans: Sequence[Any], poses: Any = None) -> PointCloud:
