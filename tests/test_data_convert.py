@@ -94,6 +94,7 @@ def test_vertices_and_faces_are_a_surface_wherever_one_is_taken(kind):
 def test_scans_of_whole_numbers_are_scans_unless_one_numbers_the_other():
     points = np.arange(12).reshape(4, 3)
     assert are_scans([points, points])
+    assert are_scans((points, points))
     assert are_scans([points, points % 4])  # of a grid, say
     assert not are_scans((points, points % 4))
     assert not are_scans([points.astype(float), points % 4])
