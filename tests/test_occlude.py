@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import igl
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -10,7 +11,7 @@ from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
 
 import simplexmesh as sm
-from simplexmesh.motion.targets.triangles import Triangles, signed_surface_distance
+from simplexmesh.motion.targets.triangles import Triangles
 from simplexmesh.recognition.gaps import Part
 from simplexmesh.recognition.least_motion import least_motion
 from simplexmesh.surface.normals.estimate import vertex_normals
@@ -321,7 +322,8 @@ class TestSigned:
     def test_is_what_libigl_says_of_clean_surfaces(self, surface):
         points = np.random.default_rng(0).normal(size=(2000, 3))
         distance, _, beyond = Triangles(surface).signed(points)
-        known = signed_surface_distance(points, surface.vertices, surface.faces)
+        kind = igl.SIGNED_DISTANCE_TYPE_PSEUDONORMAL
+        known, *_ = igl.signed_distance(points, np.array(surface.vertices), np.array(surface.faces), sign_type=kind)
         assert distance[~beyond] == pytest.approx(known[~beyond], abs=1e-12)
         assert np.abs(distance) == pytest.approx(np.abs(known), abs=1e-12)
 

@@ -205,25 +205,6 @@ def surface_distance(points: Array, vertices: Array, faces: NDArray[np.int64]) -
     return np.sqrt(np.asarray(squared).ravel())
 
 
-def signed_surface_distance(points: Array, vertices: Array, faces: NDArray[np.int64]) -> Array:
-    """Return (n,) the distance of points to a triangulated surface, positive on the side its faces look to.
-
-    Examples
-    --------
-    >>> import simplexmesh as sm
-    >>> ball = sm.sphere(12).triangulated()
-    >>> signed_surface_distance(np.array([[0.0, 0, 3], [0, 0, 0.5]]), ball.vertices, ball.faces).round(1)
-    array([ 2. , -0.5])
-    """
-    distances, *_ = igl.signed_distance(
-        np.ascontiguousarray(points, dtype=np.float64),
-        np.ascontiguousarray(vertices, dtype=np.float64),
-        np.ascontiguousarray(faces, dtype=np.int64),
-        sign_type=igl.SIGNED_DISTANCE_TYPE_PSEUDONORMAL,
-    )
-    return np.asarray(distances).ravel()
-
-
 def inside_surface(points: Array, vertices: Array, faces: NDArray[np.int64]) -> NDArray[np.bool_]:
     """Return (n,) whether points are inside a closed triangulated surface, by the winding number (Jacobson 2013).
 
