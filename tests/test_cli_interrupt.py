@@ -10,6 +10,7 @@ import time
 
 import pytest
 
+from simplexmesh._interrupts import insistent_interrupts
 from simplexmesh.cli import interrupt
 from simplexmesh.cli.interrupt import held_interrupts
 
@@ -74,15 +75,29 @@ def test_one_that_is_answered_at_once_is_not(monkeypatch, capsys):
     assert capsys.readouterr().err == ""
 
 
-def test_a_second_one_that_meets_a_callback_of_c_still_breaks_off(capsys):
+def meet_in_a_callback():
+    """Press Ctrl-C where Python is called by C, in a comparison of two numbers."""
+
     def meeting(_first, _second):
         os.kill(os.getpid(), signal.SIGINT)
         return 0
 
     kind = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.POINTER(ctypes.c_int), ctypes.POINTER(ctypes.c_int))
+    ctypes.CDLL(None).qsort((ctypes.c_int * 2)(2, 1), 2, ctypes.sizeof(ctypes.c_int), kind(meeting))
+
+
+def test_a_second_one_that_meets_a_callback_of_c_still_breaks_off(capsys):
     with held_interrupts():
         os.kill(os.getpid(), signal.SIGINT)
-        ctypes.CDLL(None).qsort((ctypes.c_int * 2)(2, 1), 2, ctypes.sizeof(ctypes.c_int), kind(meeting))
+        meet_in_a_callback()
+        with pytest.raises(KeyboardInterrupt):
+            work(500)
+    assert capsys.readouterr().err == ""
+
+
+def test_none_is_lost_in_a_callback_of_c(capsys):
+    with insistent_interrupts():
+        meet_in_a_callback()
         with pytest.raises(KeyboardInterrupt):
             work(500)
     assert capsys.readouterr().err == ""

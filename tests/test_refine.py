@@ -371,7 +371,7 @@ def box():
         (
             (COARSE, EGG, {"threshold": "finest"}),
             ValueError,
-            "threshold must be one of 'coarse', 'medium', 'fine', not 'finest'",
+            "threshold must be one of 'coarse', 'medium', 'fine', not 'finest': did you mean 'fine'\\?",
         ),
         ((COARSE, EGG, {"threshold": 0.0}), ValueError, "threshold must be .*0"),
         ((COARSE, EGG, {"vertices": 100}), ValueError, "vertices must be at least 160, what the mesh has, not 100"),

@@ -8,13 +8,12 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
+from simplexmesh._interrupts import insistent_interrupts
+
 Report = Callable[[float, str], None]
 
 PATIENCE = 1.0
 """Seconds after which somebody who pressed Ctrl-C is told that it was heard."""
-
-AGAIN = 0.02
-"""Seconds until an interrupt that met code which cannot be broken off is tried again."""
 
 HEARD = "note: stopping as soon as it can; Ctrl-C once more breaks off at once\n"
 
@@ -76,17 +75,10 @@ def held_interrupts() -> Iterator[Interrupts]:
             raise KeyboardInterrupt
         interrupts.heard()
 
-    def swallowed(lost: sys.UnraisableHookArgs) -> None:
-        if lost.exc_type is KeyboardInterrupt:  # it met a callback of the compiler, where it leads nowhere
-            threading.Timer(AGAIN, signal.raise_signal, [signal.SIGINT]).start()
-        else:
-            told(lost)
-
-    before, told = signal.signal(signal.SIGINT, noted), sys.unraisablehook
-    sys.unraisablehook = swallowed
+    before = signal.signal(signal.SIGINT, noted)
     try:
-        yield interrupts
+        with insistent_interrupts():
+            yield interrupts
     finally:
         interrupts.settle()
-        sys.unraisablehook = told
         signal.signal(signal.SIGINT, before)

@@ -89,7 +89,7 @@ def _rounded(value: float) -> float:
     Examples
     --------
     >>> _rounded(0.0571), _rounded(1620.0), _rounded(2.0)
-    (0.06, 2000.0, 2.0)
+    (0.06, 1800.0, 2.0)
     """
     power = float(f"1e{math.floor(math.log10(value))}")
     return float(f"{next(step for step in ROUND if step * power >= value * (1 - 1e-9)) * power:.6g}")

@@ -30,8 +30,8 @@ def stacked(lessons: list[tuple[Array, Array]], most: float) -> tuple[Array, Arr
     Examples
     --------
     >>> guesses = np.random.default_rng(0).normal(size=(2, 50, 3))
-    >>> stacked([(one, one @ [1.0, -0.5, 0.0]) for one in guesses], 9.0)[0].round(1)
-    array([ 1. , -0.5,  0. ])
+    >>> stacked([(one, one @ [1.0, -0.5, 0.2]) for one in guesses], 9.0)[0].round(1)
+    array([ 1. , -0.5,  0.2])
     """
     x, y = _together(lessons)
     if len(lessons) < 2:
