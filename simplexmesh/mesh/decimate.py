@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import warnings
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh import _check
-from simplexmesh.errors import SimplexMeshWarning
+from simplexmesh.errors import told
 from simplexmesh.mesh.coarsening import made
 from simplexmesh.mesh.duality import dual
 from simplexmesh.mesh.edited import Edited
@@ -123,11 +122,9 @@ def decimate(mesh: Any, *, vertices: int | None = None, tolerance: float | None 
     wanted = vertices_wanted(mesh, vertices)
     out, wrong = _decimated(mesh, wanted)
     if wrong:
-        message = f"{wrong} vertices of the decimated mesh are on faces that fold or cross"
-        warnings.warn(message, SimplexMeshWarning, stacklevel=2)
+        told(f"{wrong} vertices of the decimated mesh are on faces that fold or cross")
     if (left := out.mesh.n_vertices) > wanted:
-        message = f"{left} vertices are left, not {wanted}: no other edge can be removed without a fold"
-        warnings.warn(message, SimplexMeshWarning, stacklevel=2)
+        told(f"{left} vertices are left, not {wanted}: no other edge can be removed without a fold")
     return out
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from typing import Any
 
 import numpy as np
@@ -15,7 +14,7 @@ from simplexmesh._vec import norm
 from simplexmesh.data.convert import as_data
 from simplexmesh.data.points import PointCloud
 from simplexmesh.data.triangles import TriangleMesh
-from simplexmesh.errors import SimplexMeshWarning
+from simplexmesh.errors import told
 
 Array = NDArray[np.float64]
 
@@ -150,8 +149,8 @@ def _compact(at: Array, ways: Array, points: Array, radius: float, near: float) 
         out[rows] = _window(cdist(points[rows], at), radius) @ weights
         folded += int((np.linalg.det(np.eye(3) + _gradients(points[rows], at, weights, radius)) <= 0).sum())
     if folded:
-        said = f"the surface folds at {folded:,} of {len(points):,} points"
-        warnings.warn(f"{said}: landmarks near each other go different ways", SimplexMeshWarning, stacklevel=3)
+        where = f"{folded:,} of {len(points):,} points"
+        told(f"the surface folds at {where}: landmarks near each other go different ways")
     return out
 
 
