@@ -15,8 +15,8 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-for threads in ("NUMBA_NUM_THREADS", "OPENBLAS_NUM_THREADS"):  # those of OpenBLAS spin for a while after their work
-    os.environ.setdefault(threads, "1")
+os.environ.setdefault("NUMBA_NUM_THREADS", "1")
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # its threads spin for a while when their work is done
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import igl
