@@ -81,7 +81,7 @@ def workspace(most):
     places, heights = np.empty((3, most)), np.empty((3, most))
     columns, sums = np.empty((2, 2 * HIGHEST + 1, most)), np.empty(2 * TERMS * 2)
     matrix, vectors = np.zeros((TERMS, TERMS)), np.zeros((3, TERMS))
-    return np.empty(most, np.uint64), places, heights, columns, sums, matrix, vectors, np.zeros((3, 3))
+    return np.empty(most + 1, np.uint64), places, heights, columns, sums, matrix, vectors, np.zeros((3, 3))
 
 
 @jit
