@@ -301,6 +301,7 @@ class TestCurvature:
         [
             (lambda: sm.plot.curvature(CUBE), "surface must be a mesh or points, not Volume"),
             (lambda: sm.plot.curvature(RING, count=-1), "count must be at least 0, not -1"),
+            (lambda: sm.plot.curvature(RING, up="w", curvature=3), "up must be one of 'auto', 'x', "),
             (
                 lambda: sm.plot.curvature(RING, curvature=3),
                 "curvature must be a Curvature, made by simplexmesh.curvature",

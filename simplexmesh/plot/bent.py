@@ -68,7 +68,7 @@ def curvature(
     >>> sm.plot.curvature(sm.torus(24, 12).triangulated("dual"), unit="mm").close()
     """
     shown = shown_of(surface)
-    count = _check.integer("count", count, 0)
+    count, up = _check.integer("count", count, 0), upright(shown, up)
     samples = as_samples(shown)
     known = known_curvature(samples, curvature)
     kinds = hk_classes(samples, curvature=known)
@@ -84,4 +84,4 @@ def curvature(
     heat(shown, standing, name="saliency (rad)", marks=points, plotter=plotter)
     plotter.subplot(0, 3)
     classes(shown, whole.classes[whole.labels], names=kinds.names, colors=kinds.colors, plotter=plotter)
-    return looked_at(plotter, view, up=upright(shown, up))
+    return looked_at(plotter, view, up=up)
