@@ -1,4 +1,4 @@
-"""The errors that are this library's own; everything else is ValueError, TypeError or OSError."""
+"""The exceptions and the warning this library defines; it otherwise raises ValueError, TypeError and OSError."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from typing import Any
 
 
 class TopologyError(ValueError):
-    """The connectivity given or asked for is not that of a simplex mesh; the message says where and why."""
+    """The given or requested connectivity is not that of a simplex mesh; the message says where and why."""
 
 
 class DivergedError(RuntimeError):
-    """A motion left the finite numbers.
+    """Vertex positions became infinite or NaN during the motion.
 
     Attributes
     ----------
@@ -26,17 +26,17 @@ class DivergedError(RuntimeError):
 
 
 class SimplexMeshWarning(UserWarning):
-    """The data given had a flaw that was repaired; the message says what and how often."""
+    """The input had a defect that was repaired; the message says what and how often."""
 
 
-def told(message: str) -> None:
-    """Warn, at the line that called this library, however deep inside something was found.
+def warn(message: str) -> None:
+    """Issue a SimplexMeshWarning that points at the line that called this library.
 
     Examples
     --------
     >>> with warnings.catch_warnings(record=True) as caught:
     ...     warnings.simplefilter("always")
-    ...     told("merged 12 duplicate points")
+    ...     warn("merged 12 duplicate points")
     >>> str(caught[0].message), caught[0].filename == __file__
     ('merged 12 duplicate points', False)
     """

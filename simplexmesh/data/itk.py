@@ -18,7 +18,7 @@ import SimpleITK as sitk  # noqa: N813
 
 from simplexmesh.data import formats, integrity
 from simplexmesh.data.volume import Volume
-from simplexmesh.errors import told
+from simplexmesh.errors import warn
 
 _UNEVEN = 0.01
 
@@ -95,7 +95,7 @@ def _dicom_slices(folder: Path) -> list[str]:
     longest = max(found, key=len)
     if len(found) > 1:
         sizes = ", ".join(str(len(slices)) for slices in found)
-        told(f"{folder.name} holds {len(found)} DICOM series ({sizes} slices): the longest was taken")
+        warn(f"{folder.name} holds {len(found)} DICOM series ({sizes} slices): the longest was taken")
     return longest
 
 

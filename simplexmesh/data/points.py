@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh import _check, _vec
-from simplexmesh.errors import told
+from simplexmesh.errors import warn
 
 Array = NDArray[np.float64]
 
@@ -107,7 +107,7 @@ class PointCloud:
         duplicates = len(self) - len(first)
         if not duplicates:
             return self
-        told(f"merged {duplicates:,} duplicate points of {len(self):,}")
+        warn(f"merged {duplicates:,} duplicate points of {len(self):,}")
         normals: Array | None = None
         if self.normals is not None:
             normals = np.zeros((len(first), 3))
@@ -150,7 +150,7 @@ def measured(name: str, points: Array, normals: Array | None, *, missing: bool =
         return PointCloud(points, normals)
     gone = int(np.count_nonzero(~keep))
     message = f"{name}: left out {gone:,} of {len(keep):,} points, not measured or without direction"
-    told(message)
+    warn(message)
     return PointCloud(points[keep], None if normals is None else normals[keep])
 
 

@@ -16,7 +16,7 @@ from simplexmesh.data.points import PointCloud
 from simplexmesh.data.poses import read_poses
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.data.volume import Volume
-from simplexmesh.errors import TopologyError, told
+from simplexmesh.errors import TopologyError, warn
 
 __all__ = ["read", "read_mesh", "read_points", "read_poses", "read_triangles", "read_volume"]
 
@@ -68,7 +68,7 @@ def read(path: str | os.PathLike[str]) -> Any:
         kind = formats.format_of(where)
         said = formats.SUFFIXES.get(formats.suffix(where), kind)
         if said != kind and not (said == "text" or {said, kind} <= {"vti", "vtp", "vtk"}):
-            _warn(
+            warn(
                 f"{where.name} is {formats.with_article(formats.NAMES[kind])} file by its content and was read as such"
             )
         return _read_kind(where, kind)
@@ -247,7 +247,3 @@ def _existing(path: str | os.PathLike[str]) -> Path:
 
 def _not_a(wanted: str, path: Any, got: Any) -> ValueError:
     return ValueError(f"path must hold {wanted}, {Path(path).name} holds a {type(got).__name__}")
-
-
-def _warn(message: str) -> None:
-    told(message)

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from simplexmesh import _check, _vec
 from simplexmesh.data.points import PointCloud, affine
 from simplexmesh.data.welding import are_proper, distinct_positions, report_welding
-from simplexmesh.errors import told
+from simplexmesh.errors import warn
 
 if TYPE_CHECKING:
     from simplexmesh.mesh.surface_topology import Topology
@@ -67,7 +67,7 @@ class TriangleMesh:
         whole = are_proper(faces)
         if not whole.all():
             gone = int(np.count_nonzero(~whole))
-            told(f"removed {gone:,} degenerate faces of {len(faces):,}")
+            warn(f"removed {gone:,} degenerate faces of {len(faces):,}")
             faces = faces[whole]
             if not len(faces):
                 raise ValueError("faces must be at least one with three different vertices, not none")
@@ -211,7 +211,7 @@ class TriangleMesh:
             said.append(f"turned {turned:,} of {len(faces):,} triangles")
         if not said:
             return self
-        told(", ".join(said))
+        warn(", ".join(said))
         return TriangleMesh(self.vertices, faces)
 
     def transformed(self, T_target_source: ArrayLike) -> TriangleMesh:

@@ -21,7 +21,7 @@ from vtkmodules.vtkIOXML import vtkXMLImageDataReader, vtkXMLPolyDataReader, vtk
 from simplexmesh.data.points import PointCloud, measured
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.data.volume import Volume
-from simplexmesh.errors import told
+from simplexmesh.errors import warn
 from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 
@@ -58,7 +58,7 @@ def read_dataset(path: Path, kind: str) -> Any:
         raise OSError(f"{path.name} holds no points, or is damaged")
     if out.IsA("vtkPolyData") and not out.GetNumberOfCells():
         message = f"{path.name} holds {out.GetNumberOfPoints():,} points but no polygons: it may be truncated"
-        told(message)
+        warn(message)
     return out
 
 

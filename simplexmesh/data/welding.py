@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh.data.points import distinct
-from simplexmesh.errors import told
+from simplexmesh.errors import warn
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -47,4 +47,4 @@ def report_welding(merged: int, collapsed: int, unused: int) -> None:
     parts.append((unused, "removed {:,} vertices without face"))
     said = [text.format(count) for count, text in parts if count]
     if said:
-        told(", ".join(said))
+        warn(", ".join(said))

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh.data import vtk
-from simplexmesh.errors import told
+from simplexmesh.errors import warn
 
 Array = NDArray[np.float64]
 
@@ -206,7 +206,7 @@ def _check_single(points: Array) -> None:
         raise ValueError("path must not end with .stl, whose single precision cannot tell these vertices apart")
     off = float(np.abs(points - single).max())
     if off > COARSE * float(np.ptp(points, axis=0).max()):
-        told(f"STL has single precision, which moves vertices by up to {off:.2g}; all other formats have double")
+        warn(f"STL has single precision, which moves vertices by up to {off:.2g}; all other formats have double")
 
 
 def _write_xyz(path: Path, content: _Polygons) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh import _check
-from simplexmesh.errors import told
+from simplexmesh.errors import warn
 from simplexmesh.mesh.coarsening import made
 from simplexmesh.mesh.duality import dual
 from simplexmesh.mesh.edited import Edited
@@ -122,9 +122,9 @@ def decimate(mesh: Any, *, vertices: int | None = None, tolerance: float | None 
     wanted = vertices_wanted(mesh, vertices)
     out, wrong = _decimated(mesh, wanted)
     if wrong:
-        told(f"{wrong} vertices of the decimated mesh are on faces that fold or cross")
+        warn(f"{wrong} vertices of the decimated mesh are on faces that fold or cross")
     if (left := out.mesh.n_vertices) > wanted:
-        told(f"{left} vertices are left, not {wanted}: no other edge can be removed without a fold")
+        warn(f"{left} vertices are left, not {wanted}: no other edge can be removed without a fold")
     return out
 
 

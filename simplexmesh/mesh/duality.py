@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh import _check
-from simplexmesh.errors import told
+from simplexmesh.errors import warn
 from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.mesh.manifold import matched, oriented
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
@@ -95,7 +95,7 @@ def dual(triangles: Any, *, outward: bool = True) -> SimplexMesh:
     connectivity = _dual_connectivity(mates)
     repairs += turned + _touching(faces, connectivity)
     if repairs:
-        told("triangles repaired: " + ", ".join(repairs))
+        warn("triangles repaired: " + ", ".join(repairs))
     return SimplexMesh(_dual_positions(vertices, faces, mates), connectivity)
 
 

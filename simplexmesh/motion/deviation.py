@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from simplexmesh import _check
 from simplexmesh.data.convert import as_data, as_triangles
 from simplexmesh.data.points import PointCloud
-from simplexmesh.errors import told
+from simplexmesh.errors import warn
 from simplexmesh.motion.distance import Summary
 from simplexmesh.motion.targets.triangles import Triangles
 
@@ -119,7 +119,7 @@ def deviation(surface: Any, reference: Any, *, reach: float | None = None, beyon
     mesh = as_triangles(reference, "reference").welded(report=False)
     _check.size("reference", mesh.bounds)
     if mesh.is_closed and mesh.volume < 0:
-        told("the reference looks inward, so distances are positive within it: reference.oriented() turns it")
+        warn("the reference looks inward, so distances are positive within it: reference.oriented() turns it")
     if len(points):
         _check.size("surface", np.stack([points.min(axis=0), points.max(axis=0)]))
     distances, _, beyond = Triangles(mesh).signed(points)

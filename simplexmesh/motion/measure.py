@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from simplexmesh.errors import told
+from simplexmesh.errors import warn
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.distance import Distance, Summary
 from simplexmesh.motion.subjects import MOST_POINTS, Subject
@@ -62,4 +62,4 @@ def _remark(unseen: float, missed: float, closed: bool, dropped: bool) -> None: 
 
 
 def _warn(message: str) -> None:
-    told(message)
+    warn(message)

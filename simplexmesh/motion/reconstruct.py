@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh import _check
-from simplexmesh.errors import told
+from simplexmesh.errors import warn
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.distance import Distance, Summary
 from simplexmesh.motion.initial.report import StartReport
@@ -217,7 +217,7 @@ def reconstruct(
         model = _concluded(begun, journey, stages[-1].reach, report, whole=components == "all")
     model, said = _told(model, begun)
     for sentence in said:
-        told(sentence)
+        warn(sentence)
     return model
 
 

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from simplexmesh.data.points import PointCloud
-from simplexmesh.errors import told
+from simplexmesh.errors import warn
 
 LEAST_AGREEMENT = 0.75
 """Normals of which fewer agree with those of their neighbors say nothing about inside and outside."""
@@ -22,5 +22,5 @@ def with_sound_normals(cloud: PointCloud) -> PointCloud:
     if agree.mean() > LEAST_AGREEMENT:
         return cloud
     share = f"{1 - agree.mean():.0%}"
-    told(f"normals of neighboring points contradict each other ({share}); they were left out")
+    warn(f"normals of neighboring points contradict each other ({share}); they were left out")
     return PointCloud(cloud.points)

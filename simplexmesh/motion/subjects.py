@@ -14,7 +14,7 @@ from simplexmesh.data.convert import as_data, as_triangles
 from simplexmesh.data.points import PointCloud
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.data.volume import Volume
-from simplexmesh.errors import TopologyError, told
+from simplexmesh.errors import TopologyError, warn
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.crossings import outer_crossings
 from simplexmesh.motion.initial.indicator import Indicator
@@ -112,7 +112,7 @@ def _wanted(volume: Volume, level: float, sign: float, components: str) -> Array
     left = 1 - len(largest) / max(len(points), 1)
     if left > MOST_LEFT_OUT:
         message = f"{left:.0%} of the surface is on smaller pieces that are left out; components='all' keeps them"
-        told(message)
+        warn(message)
     return largest
 
 
@@ -194,13 +194,13 @@ class PointsSubject:
             start = start_from_points(
                 PointCloud(self.cloud.points), vertices, components=self.components, tunnels=tunnels or 0.0
             )
-            told("the points' normals bound no body and were left out")
+            warn("the points' normals bound no body and were left out")
             self.cloud = PointCloud(self.cloud.points)
         self._indicator = start.indicator
         if self.cloud.normals is not None and start.indicator is not None:
             inward = start.indicator.at(self.cloud.points)[1]
             if (inward * self.cloud.normals).sum() > 0:
-                told("the points' normals look inwards and were turned")
+                warn("the points' normals look inwards and were turned")
                 self.cloud = PointCloud(self.cloud.points, -self.cloud.normals)
         return start
 
@@ -240,7 +240,7 @@ class TrianglesSubject:
         start = start_from_points(self.sampled, vertices, components=self.components, tunnels=tunnels or 0.0)
         known = self.triangles.topology
         if known.n_components == 1 and not known.n_borders and known.genus != start.report.genus and not tunnels:
-            told(
+            warn(
                 f"the surface has genus {known.genus}, the model has {start.report.genus}: handles are lost that are "
                 "finer than its start could see; more vertices may keep them"
             )

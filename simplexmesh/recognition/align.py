@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 
 from simplexmesh import _check
 from simplexmesh._vec import norm
-from simplexmesh.errors import told
+from simplexmesh.errors import warn
 from simplexmesh.recognition.icp import paired, refined, uncertainty
 from simplexmesh.recognition.rigid import rigid_fit
 from simplexmesh.recognition.surfaces import Surface, surface_of
@@ -120,7 +120,7 @@ def align(source: Any, target: Any, pairs: tuple[ArrayLike, ArrayLike], *, refin
     covariance, error = uncertainty(one, other, found, T)
     overlap = float(found.common.mean())
     if refine and not overlap:
-        told("source is nowhere near target where the pairs bring it: are they in the same order and unit?")
+        warn("source is nowhere near target where the pairs bring it: are they in the same order and unit?")
     frozen = _check.frozen
     return Alignment(frozen(T), frozen(start), pairs_error, error, overlap, frozen(covariance))
 

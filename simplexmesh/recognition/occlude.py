@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from simplexmesh import _check
 from simplexmesh._vec import cross, dot, norm
 from simplexmesh.data.convert import as_triangles
-from simplexmesh.errors import told
+from simplexmesh.errors import warn
 from simplexmesh.recognition.gaps import OPPOSED, Gaps, Part, gaps
 from simplexmesh.recognition.least_motion import least_motion
 from simplexmesh.recognition.limits import Limits, bounds_of
@@ -273,9 +273,9 @@ def _told(one: Part, other: Part, T: Array, limits: Limits, before: float) -> Oc
             f"not be {limits.slack:g}: they are left {apart:.4g} apart"
         )
     if -lowest - limits.deep > max(MET * limits.near, 1e-9 * one.diagonal):
-        told(f"moving is left {-lowest:.3g} deep in fixed: no small motion gets it out, begin with the parts apart")
+        warn(f"moving is left {-lowest:.3g} deep in fixed: no small motion gets it out, begin with the parts apart")
     elif not contact.any():
-        told("nothing of moving touches fixed: surfaces that face each other must be within the reach")
+        warn("nothing of moving touches fixed: surfaces that face each other must be within the reach")
     frozen = _check.frozen
     area = float(one.areas[contact].sum())
     return Occlusion(frozen(T), frozen(distances), frozen(contact), area, before, max(0.0, -lowest), apart)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh._vec import cross, dot, norm, normalized
-from simplexmesh.errors import told
+from simplexmesh.errors import warn
 from simplexmesh.surface.samples import Samples
 
 SHARP = np.radians(30.0)
@@ -70,7 +70,7 @@ def tell_of_bare_faces(samples: Samples) -> None:
     _LOOKED_AT.add(samples)
     share = bare_share(samples)
     if share > MOSTLY:
-        told(
+        warn(
             f"{share:.0%} of the surface lies between sharp edges without a vertex that tells how it bends, "
             "as in files from CAD; simplexmesh.divided(surface) gives it some"
         )

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh import _check
 from simplexmesh.data.welding import distinct_positions
-from simplexmesh.errors import told
+from simplexmesh.errors import warn
 from simplexmesh.surface.neighborhoods import Ball, Nearest, Neighborhood, Neighborhoods, Rings, rings
 from simplexmesh.surface.reasons import FEW, OPEN, SAID
 from simplexmesh.surface.samples import Samples
@@ -142,7 +142,7 @@ def warn_of_failures(what: str, reasons: NDArray[np.uint8], samples: Samples, ar
     if failed := int(counts[1:].sum()):
         why = ", ".join(f"{counts[code]:,} {SAID[code]}" for code in range(1, len(SAID)) if counts[code])
         alone = around.centers[(reasons == FEW) | (reasons == OPEN)]
-        told(f"{what} could not be estimated at {failed:,} of {len(reasons):,} vertices: {why}{_apart(samples, alone)}")
+        warn(f"{what} could not be estimated at {failed:,} of {len(reasons):,} vertices: {why}{_apart(samples, alone)}")
 
 
 def _apart(samples: Samples, alone: NDArray[np.int64]) -> str:

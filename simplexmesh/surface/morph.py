@@ -14,7 +14,7 @@ from simplexmesh._vec import norm
 from simplexmesh.data.convert import as_data
 from simplexmesh.data.points import PointCloud
 from simplexmesh.data.triangles import TriangleMesh
-from simplexmesh.errors import told
+from simplexmesh.errors import warn
 
 Array = NDArray[np.float64]
 
@@ -150,7 +150,7 @@ def _compact(at: Array, ways: Array, points: Array, radius: float, near: float) 
         folded += int((np.linalg.det(np.eye(3) + _gradients(points[rows], at, weights, radius)) <= 0).sum())
     if folded:
         where = f"{folded:,} of {len(points):,} points"
-        told(f"the surface folds at {where}: landmarks near each other go different ways")
+        warn(f"the surface folds at {where}: landmarks near each other go different ways")
     return out
 
 
