@@ -160,6 +160,19 @@ def test_what_is_no_mesh_is_refused(twin, error, message):
         Connectivity(twin)
 
 
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: Connectivity.from_neighbors(3), r"^neighbors must have shape \(\*, 3\), not \(\)$"),
+        (lambda: Connectivity.from_neighbors([[1, 2], [3]]), "^neighbors must be an array, but its rows have"),
+        (lambda: Connectivity(TETRAHEDRON, [[1, 2], [3]]), "^hole_darts must be an array, but its rows have"),
+    ],
+)
+def test_what_is_no_table_is_refused(make, message):
+    with pytest.raises(ValueError, match=message):
+        make()
+
+
 def test_one_sided_neighbors_and_absent_holes_are_refused():
     with pytest.raises(TopologyError, match="vertex 1 is a neighbor of vertex 0, but 0 is not one of its neighbors"):
         Connectivity.from_neighbors([[1, 2, 3], [4, 3, 2], [0, 1, 3], [0, 2, 1], [1, 2, 3]])

@@ -94,6 +94,9 @@ def test_saved_and_read_back(tmp_path):
         (lambda: sm.SimplexMesh(BALL.vertices, BALL.neighbors), TypeError, "connectivity must be a Connectivity"),
         (lambda: BALL.with_data(a=np.ones(3)), ValueError, "data 'a' must have 180 rows"),
         (lambda: BALL.with_data(a=["x"] * 180), TypeError, "data 'a' must be numbers"),
+        (lambda: BALL.with_data(a=[[1], [2, 3]]), ValueError, "^data 'a' must be an array, but its rows have"),
+        (lambda: sm.SimplexMesh(BALL.vertices, BALL.connectivity, 5), TypeError, "^data must be a Mapping, not int$"),
+        (lambda: sm.SimplexMesh(BALL.vertices, BALL.connectivity, np.ones(3)), TypeError, "^data must be a Mapping"),
         (lambda: BALL.triangulated("cut"), ValueError, "method must be one of 'fan', 'dual', not 'cut'"),
     ],
 )

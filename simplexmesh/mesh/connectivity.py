@@ -91,7 +91,7 @@ class Connectivity:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "twin", _checked_twin(self.twin))
-        given = np.asarray(self.hole_darts)
+        given = _check.listed("hole_darts", self.hole_darts)
         darts = _check.indices("hole_darts", given if given.size else np.zeros(0, np.int64), (None,), self.twin.size)
         holes = np.unique(self.face.ravel()[darts]) if len(darts) else darts
         object.__setattr__(self, "hole_darts", _locked(self.face_darts[self.face_offsets[holes]].copy()))
@@ -117,8 +117,8 @@ class Connectivity:
         >>> Connectivity.from_neighbors([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]]).twin.tolist()
         [[3, 6, 9], [0, 11, 7], [1, 5, 10], [2, 8, 4]]
         """
-        n = len(np.asarray(neighbors))
-        rows = _check.indices("neighbors", neighbors, (None, 3), n)
+        n = len(_check.array("neighbors", neighbors, (None, 3), np.int64))
+        rows = _check.indices("neighbors", neighbors, (n, 3), n)
         back = rows[rows] == np.arange(n)[:, None, None]
         if (wrong := ~back.any(axis=2)).any():
             i, j = np.argwhere(wrong)[0]

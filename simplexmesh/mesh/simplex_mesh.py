@@ -23,14 +23,13 @@ Array = NDArray[np.float64]
 
 def _vertex_array(name: str, values: ArrayLike, n: int) -> NDArray[Any]:
     """Return one named array read-only, or say that it has not one row per vertex."""
-    given = np.asarray(values)
-    shared = not given.flags.writeable and given.flags.owndata  # ours already, on its way to the next mesh
-    out = given if shared else _check.frozen(given)
-    if out.dtype.kind not in "biuf":
-        raise TypeError(f"data {name!r} must be numbers, not {out.dtype}")
-    if out.ndim == 0 or len(out) != n:
-        raise ValueError(f"data {name!r} must have {n} rows, one for each vertex, not shape {out.shape}")
-    return out
+    given = _check.listed(f"data {name!r}", values)
+    if given.dtype.kind not in "biuf":
+        raise TypeError(f"data {name!r} must be numbers, not {given.dtype}")
+    if given.ndim == 0 or len(given) != n:
+        raise ValueError(f"data {name!r} must have {n} rows, one for each vertex, not shape {given.shape}")
+    read_only = not given.flags.writeable and given.flags.owndata  # already ours: passed on from another mesh
+    return given if read_only else _check.frozen(given)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -69,7 +68,8 @@ class SimplexMesh:
             raise TypeError(f"connectivity must be a Connectivity, not {type(self.connectivity).__name__}")
         n = self.connectivity.n_vertices
         vertices = _check.array("vertices", self.vertices, (n, 3))
-        data = {str(name): _vertex_array(name, values, n) for name, values in dict(self.data or {}).items()}
+        given = {} if self.data is None else _check.instance("data", self.data, Mapping)  # type: ignore[type-abstract]
+        data = {str(name): _vertex_array(name, values, n) for name, values in given.items()}
         object.__setattr__(self, "vertices", _check.frozen(vertices, np.float64))
         object.__setattr__(self, "data", MappingProxyType(data))
 
