@@ -335,6 +335,16 @@ class TestPicture:
             actor.mapper.dataset.point_data["Normals"][: ball.n_vertices], ball.normals, atol=1e-6
         )
 
+    def test_points_in_front_of_a_surface_are_all_seen(self):
+        """VTK's depth offset for coincident primitives hid those left of the middle."""
+        ball = sm.sphere(12).triangulated()
+        plotter = sm.plot.stage(size=(300, 300))
+        sm.plot.surface(ball, edges=False, color="white", plotter=plotter)
+        plotter.add_mesh(1.01 * ball.vertices, color="red", point_size=5, render_points_as_spheres=True)
+        pixels = np.asarray(sm.plot.looked_at(plotter, "xy").screenshot(return_img=True)).astype(int)
+        red = pixels[..., 0] - pixels[..., 1] > 60
+        assert red[:, :150].sum() == pytest.approx(red[:, 150:].sum(), rel=0.1)
+
     def test_replaces_an_older_one_and_leaves_no_drafts(self, ball, tmp_path):
         path = tmp_path / "ball.png"
         path.write_text("old")

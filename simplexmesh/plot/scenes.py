@@ -118,6 +118,8 @@ def surface(
         actor = plotter.add_mesh(coat, smooth_shading=True, **light, **style)
         actor.mapper.SetResolveCoincidentTopologyToPolygonOffset()  # so that lines lie on top
         actor.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(2.0, 2.0)
+        # The mode is global in VTK. With its default offset for points, half of those drawn as spheres would be hidden.
+        actor.mapper.SetResolveCoincidentTopologyPointOffsetParameter(0.0)
     wanted = shown.n_vertices <= MOST_EDGES if isinstance(shown, SimplexMesh) and edges is None else edges
     if wanted and isinstance(shown, Volume):
         lines = coat.extract_all_edges()
