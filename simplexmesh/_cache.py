@@ -1,4 +1,4 @@
-"""Where compiled kernels and tables are kept: numba's folder when its own are closed, and the one of tables."""
+"""Folders for cached results: numba's compiled kernels, and lookup tables that are computed once."""
 
 from __future__ import annotations
 
@@ -6,18 +6,18 @@ import os
 import sys
 from pathlib import Path
 
-ROOMS = ("mesh", "data", "motion", "recognition", "surface")
+SUBPACKAGES = ("mesh", "data", "motion", "recognition", "surface")
 
 
 def ensure() -> None:
-    """Name a folder of the user's own in NUMBA_CACHE_DIR, if numba would find none and stop; before its first import.
+    """Set NUMBA_CACHE_DIR to a private temporary folder if numba would find no writable one; call before importing it.
 
-    Containers and build machines have packages that only root may write, and no home. Numba is content with the
-    package's `__pycache__` or the user's cache folder; only where both are closed is anything changed.
+    In containers and on build machines the package may be writable by root only and the home folder missing. Numba
+    accepts the package's `__pycache__` or the user's cache folder; nothing is changed unless neither is writable.
     """
     if os.environ.get("NUMBA_CACHE_DIR") or _writable(_user_folder()):
         return
-    if all(_writable(Path(__file__).parent / room / "__pycache__") for room in ROOMS):
+    if all(_writable(Path(__file__).parent / name / "__pycache__") for name in SUBPACKAGES):
         return
     import tempfile
 
@@ -25,12 +25,12 @@ def ensure() -> None:
     try:
         folder.mkdir(mode=0o700, exist_ok=True)
         owned = not hasattr(os, "getuid") or (folder.stat().st_uid == os.getuid() and not folder.is_symlink())
-        if not owned or not _writable(folder):  # somebody else's: code from there must not run
+        if not owned or not _writable(folder):  # another user's: its compiled code must not be loaded
             folder = Path(tempfile.mkdtemp(prefix="simplexmesh-numba-"))
     except OSError:
         return
     os.environ["NUMBA_CACHE_DIR"] = str(folder)
-    if "numba" in sys.modules:  # it has read its environment already
+    if "numba" in sys.modules:  # it has already read its environment
         sys.modules["numba"].config.CACHE_DIR = str(folder)
 
 
@@ -39,7 +39,7 @@ def _user() -> str:
 
 
 def _user_folder() -> Path:
-    """Return the folder numba takes for the user's (numba.misc.appdirs)."""
+    """Return the user's cache folder as numba defines it (numba.misc.appdirs)."""
     if os.name == "nt":
         return Path(os.environ.get("LOCALAPPDATA", Path.home() / "AppData" / "Local"), "numba")
     if sys.platform == "darwin":
@@ -48,25 +48,25 @@ def _user_folder() -> Path:
 
 
 def _writable(folder: Path) -> bool:
-    """Whether files can be written in the folder, or it can be made."""
+    """Whether files can be written to the folder, or to the one it would be created in."""
     try:
         while not folder.exists():
             if folder == folder.parent:
                 return False
             folder = folder.parent
-    except OSError:  # a folder above must not even be searched
+    except OSError:  # no permission to search a parent folder
         return False
     return folder.is_dir() and os.access(folder, os.W_OK | os.X_OK)
 
 
-def tables() -> Path | None:
-    """Return the folder for tables that are computed once and shared by processes, or None where none can be written.
+def table_folder() -> Path | None:
+    """Return the folder for lookup tables shared between processes, or None if it is not writable.
 
-    The environment variable SIMPLEXMESH_CACHE names another one.
+    The environment variable SIMPLEXMESH_CACHE overrides the default.
 
     Examples
     --------
-    >>> tables() is None or tables().name != ""
+    >>> table_folder() is None or table_folder().name != ""
     True
     """
     named = os.environ.get("SIMPLEXMESH_CACHE")

@@ -1,6 +1,6 @@
-"""The one checker: turns what a caller gave into a clean array, or says in one sentence what is wrong with it.
+"""Argument checks: return the argument as a clean array or number, or raise with one sentence that says what is wrong.
 
-Used at public doors only, never in kernels.
+Called by public functions only, never by kernels.
 """
 
 from __future__ import annotations
@@ -15,22 +15,22 @@ from numpy.typing import ArrayLike, DTypeLike, NDArray
 Kind = TypeVar("Kind")
 
 SMALLEST, LARGEST = 1e-60, 1e60
-"""Lengths between these can be raised to the fifth power."""
+"""Lengths between these can be raised to the fifth power without overflow or underflow."""
 
 
 def array(name: str, value: ArrayLike, shape: Sequence[int | None], dtype: DTypeLike = float) -> NDArray[Any]:
-    """Return `value` as an array of `dtype`, or say what is wrong with it.
+    """Return `value` as an array of the given shape and type.
 
     Parameters
     ----------
     name : str
-        What the caller calls it, for the message.
+        Name of the argument, for the message.
     value : array_like
-        What the caller gave.
+        The argument.
     shape : sequence of int or None
-        Wanted shape; None stands for any length.
+        Expected shape; None stands for any length.
     dtype : dtype
-        Wanted type; floats must be finite.
+        Expected type; floats must be finite.
 
     Examples
     --------
@@ -48,12 +48,12 @@ def array(name: str, value: ArrayLike, shape: Sequence[int | None], dtype: DType
     return out
 
 
-def listed(name: str, value: Any) -> NDArray[Any]:
-    """Return `value` as an array of whatever it holds, or say that it is ragged, or that parts of it are masked.
+def any_array(name: str, value: Any) -> NDArray[Any]:
+    """Return `value` as an array of any shape and type; ragged and masked ones are refused.
 
     Examples
     --------
-    >>> listed("edge", [[0, 1], [2]])
+    >>> any_array("edge", [[0, 1], [2]])
     Traceback (most recent call last):
     ...
     ValueError: edge must be an array, but its rows have different lengths
@@ -68,9 +68,9 @@ def listed(name: str, value: Any) -> NDArray[Any]:
 
 
 def _numbers(name: str, value: ArrayLike, shape: Sequence[int | None]) -> NDArray[Any]:
-    """Return `value` as an array of numbers of some kind, of a shape."""
+    """Return `value` as an array of numbers of any type, of the given shape."""
     wanted = "(" + ", ".join("*" if n is None else str(n) for n in shape) + ("," if len(shape) == 1 else "") + ")"
-    out = listed(name, value)
+    out = any_array(name, value)
     if out.dtype.kind not in "biuf":
         raise TypeError(f"{name} must be numbers of shape {wanted}, not {type(value).__name__} of {out.dtype}")
     if out.ndim != len(shape) or any(n not in (None, m) for n, m in zip(shape, out.shape, strict=True)):
@@ -79,9 +79,9 @@ def _numbers(name: str, value: ArrayLike, shape: Sequence[int | None]) -> NDArra
 
 
 def indices(name: str, value: ArrayLike, shape: Sequence[int | None], count: int) -> NDArray[np.int64]:
-    """Return `value` as int64 indices into something of `count` rows, or say which one is outside.
+    """Return `value` as int64 indices into an array of `count` rows; all must be in range.
 
-    An empty list is no index; true and false are none either, see `selection`.
+    An empty list is valid, booleans are not (see `selection`).
 
     Examples
     --------
@@ -102,7 +102,7 @@ def indices(name: str, value: ArrayLike, shape: Sequence[int | None], count: int
 
 
 def selection(name: str, value: ArrayLike, count: int) -> NDArray[np.int64]:
-    """Return which of `count` things are chosen, as given by number or by mask: (m,) int64 indices.
+    """Return a selection among `count` elements, given as indices or as a boolean mask, as (m,) int64 indices.
 
     Examples
     --------
@@ -120,7 +120,7 @@ def selection(name: str, value: ArrayLike, count: int) -> NDArray[np.int64]:
 
 
 def number(name: str, value: Any, low: float = -math.inf, high: float = math.inf, *, open_low: bool = False) -> float:
-    """Return `value` as a float between `low` and `high`, or say what it was.
+    """Return `value` as a finite float between `low` and `high`; `open_low` excludes `low` itself.
 
     Examples
     --------
@@ -148,7 +148,7 @@ def number(name: str, value: Any, low: float = -math.inf, high: float = math.inf
 
 
 def integer(name: str, value: Any, low: int, high: int | None = None) -> int:
-    """Return `value` as an int of at least `low` and at most `high`, or say what it was.
+    """Return `value` as an int between `low` and `high`, both included.
 
     Examples
     --------
@@ -168,12 +168,12 @@ def integer(name: str, value: Any, low: int, high: int | None = None) -> int:
 
 
 def flag(name: str, value: Any) -> bool:
-    """Return `value` as a bool, or say what it was.
+    """Return `value` as a bool.
 
     Raises
     ------
     TypeError
-        It is neither true nor false.
+        It is not a bool.
 
     Examples
     --------
@@ -188,7 +188,7 @@ def flag(name: str, value: Any) -> bool:
 
 
 def choice(name: str, value: Any, options: Sequence[str]) -> str:
-    """Return `value` if it is one of `options`, or list them and name the one that was meant.
+    """Return `value` if it is one of `options`; the error lists them and suggests the most similar one.
 
     Examples
     --------
@@ -202,18 +202,18 @@ def choice(name: str, value: Any, options: Sequence[str]) -> str:
     ValueError: init must be one of 'auto', 'sphere', not 'spere': did you mean 'sphere'?
     """
     if value not in options:
-        meant = nearest(value, options)
+        meant = closest_word(value, options)
         hint = f": did you mean {meant!r}?" if meant else ""
         raise ValueError(f"{name} must be one of {', '.join(map(repr, options))}, not {value!r}{hint}")
     return str(value)
 
 
-def nearest(word: Any, words: Sequence[str]) -> str | None:
-    """Return the one of `words` that somebody who wrote `word` may have meant.
+def closest_word(word: Any, words: Sequence[str]) -> str | None:
+    """Return the one of `words` most similar to `word`, or None; case, hyphens, underscores and spaces are ignored.
 
     Examples
     --------
-    >>> nearest("Chen-Schmitt", ["sine", "chen_schmitt"]), nearest("cube", ["auto", "sphere"])
+    >>> closest_word("Chen-Schmitt", ["sine", "chen_schmitt"]), closest_word("cube", ["auto", "sphere"])
     ('chen_schmitt', None)
     """
     import difflib
@@ -226,12 +226,12 @@ def nearest(word: Any, words: Sequence[str]) -> str | None:
 
 
 def _plain(word: str) -> str:
-    """Return a word without capitals and what joins its parts."""
+    """Return a word in lower case without separators."""
     return word[:1].lower() + word[1:].lower().translate({ord(mark): None for mark in "-_ "})
 
 
 def instance(name: str, value: Any, kind: type[Kind]) -> Kind:
-    """Return `value`, an object of the class `kind`, or say what it was.
+    """Return `value` if it is an instance of `kind`.
 
     Examples
     --------
@@ -246,7 +246,7 @@ def instance(name: str, value: Any, kind: type[Kind]) -> Kind:
 
 
 def size(name: str, bounds: NDArray[np.float64]) -> None:
-    """Say that a thing is too small, or too large or far away, for areas that are multiplied with each other.
+    """Refuse (2, 3) bounds so small, so large or so far from the origin that products of areas overflow or vanish.
 
     Examples
     --------
@@ -263,7 +263,7 @@ def size(name: str, bounds: NDArray[np.float64]) -> None:
 
 
 def frozen(values: ArrayLike, dtype: DTypeLike | None = None) -> NDArray[Any]:
-    """Return a read-only C-contiguous array that owns its numbers: the caller's array is never frozen or shared.
+    """Return a read-only C-contiguous copy; the caller's array is neither frozen nor shared.
 
     Examples
     --------

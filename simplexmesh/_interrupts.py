@@ -1,4 +1,4 @@
-"""Ctrl-C that meets a callback of the compiler, where an exception leads nowhere: it comes again a moment later."""
+"""Ctrl-C during a callback of the compiler, where exceptions are discarded: the signal is sent again."""
 
 from __future__ import annotations
 
@@ -8,33 +8,33 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-AGAIN = 0.02
-"""Seconds until then."""
+RESEND_DELAY = 0.02
+"""Seconds until it is sent again."""
 
 
 @contextmanager
-def insistent_interrupts() -> Iterator[None]:
-    """Let no KeyboardInterrupt be lost in code that cannot be broken off, such as LLVM's.
+def resend_lost_interrupts() -> Iterator[None]:
+    """Send SIGINT again whenever a KeyboardInterrupt is discarded in a callback from C, such as LLVM's.
 
     Examples
     --------
     >>> before = sys.unraisablehook
-    >>> with insistent_interrupts():
+    >>> with resend_lost_interrupts():
     ...     sys.unraisablehook is not before
     True
     >>> sys.unraisablehook is before
     True
     """
 
-    def swallowed(lost: sys.UnraisableHookArgs) -> None:
+    def hook(lost: sys.UnraisableHookArgs) -> None:
         if lost.exc_type is KeyboardInterrupt:
-            threading.Timer(AGAIN, signal.raise_signal, [signal.SIGINT]).start()
+            threading.Timer(RESEND_DELAY, signal.raise_signal, [signal.SIGINT]).start()
         else:
-            told(lost)
+            previous(lost)
 
-    told = sys.unraisablehook
-    sys.unraisablehook = swallowed
+    previous = sys.unraisablehook
+    sys.unraisablehook = hook
     try:
         yield
     finally:
-        sys.unraisablehook = told
+        sys.unraisablehook = previous

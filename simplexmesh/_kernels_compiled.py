@@ -1,4 +1,4 @@
-"""Whether kernels are being compiled: at the first use after installing only, which takes up to a minute."""
+"""Notification of kernel compilation, which takes up to a minute at the first use after installation."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from numba.core import event
 
 
 class _Compiling(event.Listener):  # type: ignore[misc]
-    """Tells when compilation begins and ends; kernels that call others are compiled within each other's time."""
+    """Report the begin and end of compilation; nested compilations of called kernels count as one."""
 
     def __init__(self, begun: Callable[[], None], ended: Callable[[], None]) -> None:
         self.begun, self.ended = begun, ended
@@ -28,7 +28,7 @@ class _Compiling(event.Listener):  # type: ignore[misc]
 
 @contextmanager
 def compiling(begun: Callable[[], None], ended: Callable[[], None]) -> Iterator[None]:
-    """Call one function when kernels begin to be compiled, another when they are; none for those in the cache.
+    """Call `begun` when compilation starts and `ended` when it is complete; kernels loaded from the cache do not count.
 
     Examples
     --------

@@ -1,13 +1,13 @@
-"""How kernels are compiled: once for read-only and writable arrays, and safely where processes start together.
+"""The decorator of all kernels: one compilation for read-only and writable arrays, and a race-free disk cache.
 
-numba compiles a function again for every mixture of read-only and writable arrays it is called with, which differ in
-nothing the machine sees; here the arrays of a call from Python are all taken for writable, and so are those of the
-kernels called from there. (That none writes to what it was lent is checked by the tests, in `tests/kernel_writes.py`.)
+numba compiles a function again for every combination of read-only and writable arrays it is called with, although the
+machine code is the same; here all arrays of a call from Python are typed as writable, and so are those passed on to
+other kernels. (`tests/kernel_writes.py` checks that no kernel writes to a read-only input.)
 
-numba's cache on disk numbers its files in the order they come, so two processes that compile one kernel at the same
-time for different types give both results the same name; the index then calls one by the other's types for ever after,
-which is an error, wrong numbers or a dead process (numba issues 4807 and 10128). Here a file's name tells what it
-holds, and the index names it once it is whole.
+numba's disk cache numbers its files in order of arrival, so two processes that compile one kernel at the same time for
+different types give both results the same name; the index then maps one signature to the other's code permanently,
+which causes errors, wrong numbers or crashes (numba issues 4807 and 10128). Here a file's name is a hash of its
+signature, and the index refers to a file only once it is complete.
 """
 
 # mypy: allow-untyped-defs
@@ -28,7 +28,7 @@ from numba.core.types.containers import BaseTuple
 
 
 def njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:
-    """Return numba's decorator with these options, for kernels.
+    """Return the kernel decorator, `numba.njit` with these options.
 
     Examples
     --------
@@ -41,21 +41,21 @@ def njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:
     """
 
     def compiled(function: Callable[..., Any]) -> Any:
-        kernel = numba.njit(no_cfunc_wrapper=True, **options)(function)  # none is passed on by its address
+        kernel = numba.njit(no_cfunc_wrapper=True, **options)(function)  # no kernel is called from C
         if isinstance(kernel, CPUDispatcher):  # NUMBA_DISABLE_JIT leaves functions as they are
             kernel.__class__ = Kernel
             if hasattr(kernel._cache, "_cache_file"):
-                kernel._cache._cache_file.__class__ = Files
+                kernel._cache._cache_file.__class__ = CacheFile
         return kernel
 
     return compiled
 
 
 class Kernel(CPUDispatcher):  # type: ignore[misc]
-    """A compiled function that takes read-only arrays for writable ones."""
+    """A compiled function whose read-only array arguments are typed as writable."""
 
     def _compile_for_args(self, *args, **kws):
-        """Return the code for these arguments; numba asks once per mixture of types."""
+        """Return the machine code for these arguments; numba calls this once per combination of types."""
         given = [arg._numba_type_ if hasattr(arg, "_numba_type_") else numba.typeof(arg) for arg in args]
         wanted = [writable(kind) for kind in given]
         if wanted == given:
@@ -66,7 +66,7 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]
 
 
 def writable(kind):
-    """Return the type with its arrays writable; they may be parts of tuples."""
+    """Return the type with all its arrays writable, also those within tuples."""
     if isinstance(kind, types.Array) and not kind.mutable:
         return kind.copy(readonly=False)
     if isinstance(kind, BaseTuple) and len(kind):
@@ -74,13 +74,13 @@ def writable(kind):
     return kind
 
 
-class Files(IndexDataCacheFile):  # type: ignore[misc]
-    """The files of one kernel's compiled forms."""
+class CacheFile(IndexDataCacheFile):  # type: ignore[misc]
+    """Index and data files of one kernel's compiled specializations."""
 
     def save(self, key, data):
-        """Keep a compiled form: first its file, then its line in the index."""
+        """Store a compiled specialization: the data file first, then its entry in the index."""
         stem = self._index_name.removesuffix("nbi")
-        if Path(self._index_path).exists() and not self._load_index():  # it and all files are of other source
+        if Path(self._index_path).exists() and not self._load_index():  # all files are of an older source
             for old in Path(self._cache_path).glob(f"{stem}*.nbc"):
                 with suppress(OSError):
                     old.unlink()

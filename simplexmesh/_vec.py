@@ -1,4 +1,4 @@
-"""Vectors in stacks: the few operations that NumPy spells at length."""
+"""Dot and cross products, norms and unit vectors of stacked vectors."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ Array = NDArray[np.float64]
 
 
 def dot(a: Array, b: Array) -> Array:
-    """Return the scalar products of two stacks of vectors, over the last axis.
+    """Return the dot products of two stacks of vectors, over the last axis.
 
     Examples
     --------
@@ -20,7 +20,7 @@ def dot(a: Array, b: Array) -> Array:
 
 
 def cross(a: Array, b: Array) -> Array:
-    """Return the vector products of two stacks of 3-vectors; several times faster than `numpy.cross`.
+    """Return the cross products of two stacks of 3-vectors; several times faster than `numpy.cross`.
 
     Examples
     --------
@@ -33,7 +33,7 @@ def cross(a: Array, b: Array) -> Array:
 
 
 def norm(a: Array) -> Array:
-    """Return the lengths of a stack of vectors.
+    """Return the Euclidean norms of a stack of vectors.
 
     Examples
     --------
@@ -44,7 +44,7 @@ def norm(a: Array) -> Array:
 
 
 def normalized(a: Array) -> Array:
-    """Return the vectors at length one; a zero vector stays zero.
+    """Return the vectors scaled to unit length; a zero vector stays zero.
 
     Examples
     --------

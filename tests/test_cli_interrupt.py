@@ -10,7 +10,7 @@ import time
 
 import pytest
 
-from simplexmesh._interrupts import insistent_interrupts
+from simplexmesh._interrupts import resend_lost_interrupts
 from simplexmesh.cli import interrupt
 from simplexmesh.cli.interrupt import held_interrupts
 
@@ -96,7 +96,7 @@ def test_a_second_one_that_meets_a_callback_of_c_still_breaks_off(capsys):
 
 
 def test_none_is_lost_in_a_callback_of_c(capsys):
-    with insistent_interrupts():
+    with resend_lost_interrupts():
         meet_in_a_callback()
         with pytest.raises(KeyboardInterrupt):
             work(500)

@@ -14,7 +14,7 @@ import numba
 import numpy as np
 import pytest
 
-from simplexmesh._kernels_njit import Files, njit
+from simplexmesh._kernels_njit import CacheFile, njit
 from tests.kernel_writes import check, written
 
 Pair = namedtuple("Pair", ["left", "right"])
@@ -91,8 +91,8 @@ class TestWrites:
             fill(frozen(np.zeros((1, 3))), np.ones(3))
 
 
-def files(folder: Path, stamp: str = "now") -> Files:
-    return Files(str(folder), "kernel", stamp)
+def files(folder: Path, stamp: str = "now") -> CacheFile:
+    return CacheFile(str(folder), "kernel", stamp)
 
 
 class Turns:

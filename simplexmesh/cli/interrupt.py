@@ -8,7 +8,7 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from simplexmesh._interrupts import insistent_interrupts
+from simplexmesh._interrupts import resend_lost_interrupts
 
 Report = Callable[[float, str], None]
 
@@ -77,7 +77,7 @@ def held_interrupts() -> Iterator[Interrupts]:
 
     before = signal.signal(signal.SIGINT, noted)
     try:
-        with insistent_interrupts():
+        with resend_lost_interrupts():
             yield interrupts
     finally:
         interrupts.settle()

@@ -131,7 +131,7 @@ def as_triangles(value: Any, name: str = "triangles") -> TriangleMesh:
 
 
 def _from_array(value: Any, name: str) -> Volume | PointCloud:
-    array = _check.listed(name, value)
+    array = _check.any_array(name, value)
     if array.dtype.kind not in "biuf":
         raise TypeError(f"{name} must be numbers, not {type(value).__name__} of {array.dtype}")
     if array.ndim == 3:
@@ -151,7 +151,7 @@ def _is_pair(value: Any) -> bool:
         return False
     if isinstance(value, list) and not all(isinstance(part, np.ndarray) for part in value):
         return False
-    vertices, faces = (_check.listed("data", part) for part in value)
+    vertices, faces = (_check.any_array("data", part) for part in value)
     if not (vertices.ndim == faces.ndim == 2 and faces.dtype.kind in "iu" and faces.shape[1] == 3):
         return False
     return isinstance(value, tuple) or vertices.dtype.kind == "f"  # a list of whole numbers twice may be anything

@@ -183,7 +183,7 @@ def affine(name: str, value: ArrayLike) -> Array:
 
 
 def _finite_rows(name: str, value: Any) -> Array:
-    out = _check.listed(name, value)
+    out = _check.any_array(name, value)
     if out.dtype.kind == "f" and out.ndim == 2:
         bad = len(out) - int(np.count_nonzero(np.isfinite(out).all(axis=1)))
         if bad:

@@ -240,12 +240,12 @@ def _per_axis(spacing: ArrayLike) -> Array:
 
 def _triples(name: str, value: ArrayLike) -> Array:
     """Return (..., 3) numbers, or say what came."""
-    rows = _check.listed(name, value)
+    rows = _check.any_array(name, value)
     return _check.array(name, rows, (*rows.shape[:-1], 3))
 
 
 def _samples(values: ArrayLike) -> NDArray[Any]:
-    out = _check.listed("values", values)
+    out = _check.any_array("values", values)
     if out.dtype.kind not in "biuf":
         raise TypeError(
             f"values must be real numbers of shape (nx, ny, nz), not {type(values).__name__} of {out.dtype}"

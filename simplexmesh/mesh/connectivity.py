@@ -91,7 +91,7 @@ class Connectivity:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "twin", _checked_twin(self.twin))
-        given = _check.listed("hole_darts", self.hole_darts)
+        given = _check.any_array("hole_darts", self.hole_darts)
         darts = _check.indices("hole_darts", given if given.size else np.zeros(0, np.int64), (None,), self.twin.size)
         holes = np.unique(self.face.ravel()[darts]) if len(darts) else darts
         object.__setattr__(self, "hole_darts", _locked(self.face_darts[self.face_offsets[holes]].copy()))

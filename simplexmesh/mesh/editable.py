@@ -136,7 +136,7 @@ class EditableDarts:
 
     def dart(self, name: str, edge: int | Sequence[int]) -> int:
         """Return the dart of an edge named by a dart or by its two ends, checked."""
-        if _check.listed(name, edge).ndim == 0:
+        if _check.any_array(name, edge).ndim == 0:
             if isinstance(edge, bool) or not isinstance(edge, int | np.integer):
                 raise TypeError(f"{name} must be a dart or the two ends of an edge, not {type(edge).__name__} {edge!r}")
             dart = _check.integer(name, edge, 0, 3 * self._used[0] - 1)

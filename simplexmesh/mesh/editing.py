@@ -24,7 +24,7 @@ def _chosen(name: str, given: ArrayLike, count: int) -> NDArray[np.int32]:
 
 def places_on_edges(at: ArrayLike, count: int) -> NDArray[np.float64]:
     """Return where on each of two darts new vertices are to go, (count, 2), given so or once for all; checked."""
-    given = _check.listed("at", at)
+    given = _check.any_array("at", at)
     if given.ndim < 2:
         both = _check.number("at", at) if given.ndim == 0 else _check.array("at", at, (2,))
         given = np.broadcast_to(both, (count, 2))

@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 
 def _vertex_array(name: str, values: ArrayLike, n: int) -> NDArray[Any]:
     """Return one named array read-only, or say that it has not one row per vertex."""
-    given = _check.listed(f"data {name!r}", values)
+    given = _check.any_array(f"data {name!r}", values)
     if given.dtype.kind not in "biuf":
         raise TypeError(f"data {name!r} must be numbers, not {given.dtype}")
     if given.ndim == 0 or len(given) != n:

@@ -40,7 +40,7 @@ def threshold_of(threshold: str | float) -> float:
 def zone_of(mesh: SimplexMesh, zones: ArrayLike) -> Mask:
     """Return (f,) which faces refinement is limited to."""
     c = mesh.connectivity
-    given = _check.listed("zones", zones)
+    given = _check.any_array("zones", zones)
     if given.dtype == bool:
         if given.shape == (c.n_vertices,):
             return np.logical_and.reduceat(given[c.face_vertices], c.face_offsets[:-1])

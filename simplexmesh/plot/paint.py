@@ -243,7 +243,7 @@ def _diagonal(shown: Any) -> float:
 
 
 def _values(values: ArrayLike, shown: Any) -> Array:
-    given = _check.listed("values", values)
+    given = _check.any_array("values", values)
     if given.dtype.kind not in "biuf":
         raise TypeError(f"values must be numbers, not {given.dtype}")
     if given.shape != (_count(shown),):

@@ -211,7 +211,7 @@ def rotations(frequency: int, family: str = "even") -> Rotations:
     """
     checked_frequency(frequency)
     _check.choice("family", family, FAMILIES)
-    folder = _cache.tables()
+    folder = _cache.table_folder()
     path = None if folder is None else folder / f"rotations-{VERSION}-{family}-{frequency}.npz"
     found = None if path is None else _read(path, frequency, family)
     if found is None:

@@ -90,7 +90,7 @@ def morphed(
         raise TypeError(f"surface must be a mesh or points, not {type(data).__name__}")
     _check.size("surface", np.stack([points.min(axis=0), points.max(axis=0)]))
     _check.choice("kernel", kernel, ("compact", "thin_plate"))
-    given = _check.listed("landmarks", landmarks)
+    given = _check.any_array("landmarks", landmarks)
     at = points[_check.indices("landmarks", given, (None,), len(points))] if given.ndim == 1 else given
     at = _check.array("landmarks", at, (None, 3))
     ways = _check.array("targets", targets, (len(at), 3)) - at

@@ -76,7 +76,7 @@ class Neighborhoods:
 
     def __post_init__(self) -> None:
         for name in ("centers", "offsets", "members", "closed"):
-            given, kind = _check.listed(name, getattr(self, name)), np.bool_ if name == "closed" else np.int64
+            given, kind = _check.any_array(name, getattr(self, name)), np.bool_ if name == "closed" else np.int64
             rows = _check.array(name, given if given.size else given.astype(kind), (None,), kind)
             object.__setattr__(self, name, _check.frozen(rows))
         n = len(self.centers)

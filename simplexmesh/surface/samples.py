@@ -261,7 +261,7 @@ def _as_is(value: Any, name: str) -> Any:
 
         return read(value)
     if isinstance(value, tuple | list) and len(value) == 2:
-        points, faces = (_check.listed(name, part) for part in value)
+        points, faces = (_check.any_array(name, part) for part in value)
         if points.ndim == faces.ndim == 2:
             return TriangleMesh(points, faces)
     if hasattr(value, "vertices"):  # of trimesh
@@ -269,7 +269,7 @@ def _as_is(value: Any, name: str) -> Any:
         points = np.asarray(value.vertices)
         return PointCloud(points) if corners is None or not len(corners) else TriangleMesh(points, np.asarray(corners))
     if isinstance(value, list | tuple) or hasattr(value, "__array__"):
-        return _cloud(_check.listed(name, value), name)
+        return _cloud(_check.any_array(name, value), name)
     return value
 
 

@@ -63,7 +63,7 @@ def known_or_not(name: str, values: ArrayLike, count: int) -> Array:
     ...
     ValueError: of must have shape (2,), not (3,)
     """
-    given = _check.listed(name, values)
+    given = _check.any_array(name, values)
     if given.dtype.kind not in "biuf":
         raise TypeError(f"{name} must be numbers, not {given.dtype}")
     if given.shape != (count,):

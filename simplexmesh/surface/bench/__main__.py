@@ -7,7 +7,7 @@ import sys
 import time
 from collections.abc import Sequence
 
-from simplexmesh._interrupts import insistent_interrupts
+from simplexmesh._interrupts import resend_lost_interrupts
 
 INTERRUPTED = 130
 PRINTINGS = ("article", "thesis")
@@ -35,7 +35,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         surfaces = [known[name] for name in candidates.chosen("surfaces", given.surfaces, list(known))]
         names = candidates.named(given.methods)
         folder = report.writable(given.output)
-        with insistent_interrupts(), report.draft_of(folder) as draft:
+        with resend_lost_interrupts(), report.draft_of(folder) as draft:
             found = run.measured(surfaces, names, told, quick=given.quick)
             run.written(found, draft, told, quick=given.quick)
     except (ValueError, OSError) as problem:
