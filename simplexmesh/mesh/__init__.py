@@ -1,4 +1,4 @@
-"""Chapter I, the mesh: connectivity, geometry, duality, shapes."""
+"""Chapter I, the mesh: connectivity, geometry, duality, shapes, editing operators, decimation."""
 
 from simplexmesh import _cache
 

@@ -1,6 +1,6 @@
-"""What is glued to what: the darts of a 2-simplex mesh, and everything that follows from them.
+"""Connectivity of a 2-simplex mesh: its darts (half-edges), and all adjacency derived from them.
 
-Dart `d = 3 * i + j` is the directed edge from vertex `i` to its neighbor number `j`; the three darts of a vertex run
+Dart `d = 3 * i + j` is the directed edge from vertex `i` to its neighbor number `j`; the three darts of a vertex are
 counter-clockwise seen from outside. `twin[i, j]` is the opposite dart, and that one array is the whole topology.
 """
 
@@ -18,21 +18,21 @@ from simplexmesh.errors import TopologyError
 from simplexmesh.mesh import _kernels
 
 Indices = NDArray[np.int32]
-MOST_VERTICES = 2**31 // 3
+MAX_VERTICES = 2**31 // 3
 
 
-def _locked(values: NDArray[Any]) -> NDArray[Any]:
-    """Forbid writing to an array that nobody else holds, and return it."""
+def _read_only(values: NDArray[Any]) -> NDArray[Any]:
+    """Mark an array that no one else holds as read-only, without a copy, and return it."""
     values.setflags(write=False)
     return values
 
 
 def _checked_twin(twin: ArrayLike) -> Indices:
-    """Return `twin` read-only, or say at which vertex it is not that of a simplex mesh."""
+    """Return `twin` as a read-only array, or raise `TopologyError` naming a vertex where it is no simplex mesh."""
     given = _check.array("twin", twin, (None, 3), np.int64)
     n = len(given)
-    if not 4 <= n <= MOST_VERTICES:
-        raise TopologyError(f"twin must have 4 to {MOST_VERTICES} rows, one for each vertex, not {n}")
+    if not 4 <= n <= MAX_VERTICES:
+        raise TopologyError(f"twin must have 4 to {MAX_VERTICES} rows, one for each vertex, not {n}")
     flat = _check.indices("twin", given, (n, 3), 3 * n).ravel()
     darts = np.arange(3 * n)
     if (wrong := flat[flat] != darts).any():
@@ -48,16 +48,16 @@ def _checked_twin(twin: ArrayLike) -> Indices:
     if (wrong := (a == b) | (b == c) | (c == a)).any():
         i = int(wrong.argmax())
         raise TopologyError(f"vertex {i} must have three different neighbors, not {rows[i].tolist()}")
-    return _locked(flat.reshape(-1, 3).astype(np.int32))
+    return _read_only(flat.reshape(-1, 3).astype(np.int32))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Connectivity:
-    """The topology of a 2-simplex mesh: computed once, read-only, shared by all meshes that only moved.
+    """The topology of a 2-simplex mesh: computed once, read-only, shared by meshes that differ in positions only.
 
-    Faces are the orbits of `next(d) = rotate^-1(twin[d])`, the walk with the face on its left, counter-clockwise seen
-    from outside. A hole is a face like any other, with a label: arrays per face hold the holes too, and
-    `face_is_hole` tells them apart; `n_faces` counts the faces of the surface only.
+    Faces are the orbits of `next(d) = rotate^-1(twin[d])`, which walks around the face on the left of a dart,
+    counter-clockwise seen from outside. A hole is a face with a label: per-face arrays include the holes, marked in
+    `face_is_hole`; `n_faces` counts the faces of the surface only.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ class Connectivity:
     Raises
     ------
     TopologyError
-        Naming the vertex, when `twin` is not that of a simplex mesh.
+        When `twin` is not that of a simplex mesh; the message names a vertex.
 
     References
     ----------
@@ -94,7 +94,7 @@ class Connectivity:
         given = _check.any_array("hole_darts", self.hole_darts)
         darts = _check.indices("hole_darts", given if given.size else np.zeros(0, np.int64), (None,), self.twin.size)
         holes = np.unique(self.face.ravel()[darts]) if len(darts) else darts
-        object.__setattr__(self, "hole_darts", _locked(self.face_darts[self.face_offsets[holes]].copy()))
+        object.__setattr__(self, "hole_darts", _read_only(self.face_darts[self.face_offsets[holes]].copy()))
 
     @classmethod
     def from_neighbors(cls, neighbors: ArrayLike, hole_darts: ArrayLike = ()) -> Connectivity:
@@ -129,7 +129,7 @@ class Connectivity:
         return f"Connectivity({self.n_vertices} vertices, {self.n_faces} faces, {self.n_holes} holes)"
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle and copy by what was given, without the caches."""
+        """Pickle and copy the arguments only, not the cached arrays."""
         return Connectivity, (self.twin, self.hole_darts)
 
     @property
@@ -139,7 +139,7 @@ class Connectivity:
 
     @property
     def n_edges(self) -> int:
-        """Number of edges, three halves of the number of vertices."""
+        """Number of edges, 3/2 the number of vertices."""
         return self.twin.size // 2
 
     @property
@@ -155,12 +155,12 @@ class Connectivity:
     @cached_property
     def neighbors(self) -> Indices:
         """(n, 3) the neighbors of each vertex, counter-clockwise seen from outside."""
-        return _locked(self.twin // np.int32(3))
+        return _read_only(self.twin // np.int32(3))
 
     @cached_property
     def _orbits(self) -> tuple[Indices, Indices, Indices]:
         face, darts, offsets = _kernels.face_orbits(self.twin.reshape(-1))
-        return _locked(face.reshape(-1, 3)), _locked(darts), _locked(offsets)
+        return _read_only(face.reshape(-1, 3)), _read_only(darts), _read_only(offsets)
 
     @property
     def face(self) -> Indices:
@@ -169,57 +169,57 @@ class Connectivity:
 
     @property
     def vertex_faces(self) -> Indices:
-        """(n, 3) the faces around each vertex, number `j` between its neighbors `j` and `j + 1`: the same as `face`."""
+        """(n, 3) the faces around each vertex, number `j` between its neighbors `j` and `j + 1`; the array `face`."""
         return self._orbits[0]
 
     @property
     def face_darts(self) -> Indices:
-        """(3n,) the darts of each face in walking order; face `f` has those from `face_offsets[f]` on."""
+        """(3n,) the darts of each face in order around it; those of face `f` start at `face_offsets[f]`."""
         return self._orbits[1]
 
     @property
     def face_offsets(self) -> Indices:
-        """(f + 1,) where each face, holes included, begins in `face_darts` and `face_vertices`."""
+        """(f + 1,) where each face, holes included, starts in `face_darts` and `face_vertices`."""
         return self._orbits[2]
 
     @cached_property
     def face_vertices(self) -> Indices:
         """(3n,) the vertices of each face, counter-clockwise seen from outside."""
-        return _locked(self.face_darts // np.int32(3))
+        return _read_only(self.face_darts // np.int32(3))
 
     @cached_property
     def face_sizes(self) -> Indices:
         """(f,) the number of vertices of each face."""
-        return _locked(np.diff(self.face_offsets))
+        return _read_only(np.diff(self.face_offsets))
 
     @cached_property
     def face_is_hole(self) -> NDArray[np.bool_]:
         """(f,) whether each face is a hole."""
         out = np.zeros(len(self.face_sizes), bool)
         out[self.face.ravel()[self.hole_darts]] = True
-        return _locked(out)
+        return _read_only(out)
 
     @cached_property
     def edge_darts(self) -> Indices:
         """(e, 2) the two darts of each edge, the smaller first."""
         twin = self.twin.ravel()
         first = np.flatnonzero(twin > np.arange(twin.size)).astype(np.int32)
-        return _locked(np.stack([first, twin[first]], axis=1))
+        return _read_only(np.stack([first, twin[first]], axis=1))
 
     @cached_property
     def edge_vertices(self) -> Indices:
         """(e, 2) the two ends of each edge, the smaller first."""
-        return _locked(self.edge_darts // np.int32(3))
+        return _read_only(self.edge_darts // np.int32(3))
 
     @cached_property
     def edge_faces(self) -> Indices:
-        """(e, 2) the faces on the left and on the right of each edge, walked from its smaller end."""
-        return _locked(self.face.ravel()[self.edge_darts])
+        """(e, 2) the faces on the left and on the right of each edge, directed from its smaller end."""
+        return _read_only(self.face.ravel()[self.edge_darts])
 
     @cached_property
     def components(self) -> Indices:
         """(n,) the connected component of each vertex, numbered by smallest vertex."""
-        return _locked(_kernels.component_labels(self.neighbors))
+        return _read_only(_kernels.component_labels(self.neighbors))
 
     @cached_property
     def n_components(self) -> int:
@@ -259,4 +259,4 @@ class Connectivity:
         [0, 1, 2, 3]
         """
         offsets, vertices = _kernels.rings(self.neighbors, _check.integer("size", size, 0))
-        return _locked(offsets), _locked(vertices)
+        return _read_only(offsets), _read_only(vertices)

@@ -1,4 +1,4 @@
-"""The geometry of a simplex mesh on its faces, each triangulated as a fan around its centroid.
+"""Geometry of the faces of a simplex mesh, each triangulated as a fan around its centroid.
 
 Faces come as in `Connectivity`: face `f` has the vertices `face_vertices[face_offsets[f] : face_offsets[f + 1]]`,
 counter-clockwise seen from outside, hole faces included.
@@ -16,7 +16,7 @@ Indices = NDArray[np.int32]
 
 
 def following(face_vertices: Indices, face_offsets: Indices) -> Indices:
-    """Return the vertex that follows each one around its face.
+    """Return the next vertex around the face, for each face corner.
 
     Examples
     --------
@@ -28,8 +28,8 @@ def following(face_vertices: Indices, face_offsets: Indices) -> Indices:
     return out
 
 
-def _sums(values: Array, face_offsets: Indices) -> Array:
-    """Return the sum over each face of values that are per corner."""
+def _face_sums(values: Array, face_offsets: Indices) -> Array:
+    """Return the sum of per-corner values over each face."""
     return np.add.reduceat(values, face_offsets[:-1], axis=0)
 
 
@@ -53,13 +53,13 @@ def face_centroids(vertices: Array, face_vertices: Indices, face_offsets: Indice
     >>> face_centroids(np.array([[0, 0, 0], [3, 0, 0], [0, 3.0, 0]]), np.array([0, 1, 2]), np.array([0, 3]))
     array([[1., 1., 0.]])
     """
-    return _sums(vertices[face_vertices], face_offsets) / np.diff(face_offsets)[:, None]
+    return _face_sums(vertices[face_vertices], face_offsets) / np.diff(face_offsets)[:, None]
 
 
 def fan_vectors(vertices: Array, face_vertices: Indices, face_offsets: Indices) -> Array:
-    """Return the vector area of each fan triangle: half the outward normal times twice the area, one per face corner.
+    """Return the vector area of each fan triangle, one per face corner: its area times its outward unit normal.
 
-    The triangle of a corner has that corner, the following one and the centroid of the face.
+    The triangle of a corner consists of that corner, the next one and the centroid of the face.
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ def fan_vectors(vertices: Array, face_vertices: Indices, face_offsets: Indices) 
 
 
 def face_areas(vertices: Array, face_vertices: Indices, face_offsets: Indices) -> Array:
-    """Return the area of each face, in the squared unit of `vertices`: that of its fan.
+    """Return the area of each face, that of its fan, in the squared unit of `vertices`.
 
     Parameters
     ----------
@@ -105,11 +105,11 @@ def face_areas(vertices: Array, face_vertices: Indices, face_offsets: Indices) -
     >>> face_areas(np.array([[0, 0, 0], [3, 0, 0], [0, 3.0, 0]]), np.array([0, 1, 2]), np.array([0, 3]))
     array([4.5])
     """
-    return _sums(norm(fan_vectors(vertices, face_vertices, face_offsets)), face_offsets)
+    return _face_sums(norm(fan_vectors(vertices, face_vertices, face_offsets)), face_offsets)
 
 
 def face_normals(vertices: Array, face_vertices: Indices, face_offsets: Indices) -> Array:
-    """Return the unit normal of each face, that of its vector area, outward; zero where that vanishes.
+    """Return the outward unit normal of each face, the direction of its vector area; zero where that vanishes.
 
     Parameters
     ----------
@@ -121,23 +121,23 @@ def face_normals(vertices: Array, face_vertices: Indices, face_offsets: Indices)
     Returns
     -------
     (f, 3) array of float
-        Of length one, or zero.
+        Unit vectors or zero.
 
     Examples
     --------
     >>> face_normals(np.array([[0, 0, 0], [3, 0, 0], [0, 3.0, 0]]), np.array([0, 1, 2]), np.array([0, 3]))
     array([[0., 0., 1.]])
     """
-    return normalized(_sums(fan_vectors(vertices, face_vertices, face_offsets), face_offsets))
+    return normalized(_face_sums(fan_vectors(vertices, face_vertices, face_offsets), face_offsets))
 
 
 def face_gauss(vertex_normals: Array, face_vertices: Indices, face_offsets: Indices) -> Array:
     """Return the Gaussian measure of each face: the signed area of the spherical polygon of its vertices' normals.
 
     It is the integral of the Gaussian curvature over the face, dual to the angle deficit of a triangulation:
-    positive where the surface is a bowl or a dome, negative at a saddle. Over a closed mesh it sums to
-    `4 pi (1 - genus)`; where the normals of a face go round a great circle, as those of a cylinder's holes do, either
-    side may be taken and sums differ by `4 pi`.
+    positive where the surface is elliptic, negative where it is hyperbolic. Over a closed mesh it sums to
+    `4 pi (1 - genus)`; where the normals of a face follow a great circle, as at a cylinder's holes, the side is
+    ambiguous and sums may differ by `4 pi`.
 
     Parameters
     ----------
@@ -162,18 +162,18 @@ def face_gauss(vertex_normals: Array, face_vertices: Indices, face_offsets: Indi
     >>> bool(np.isclose(octant[0], 4 * np.pi / 8))
     True
     """
-    middle = normalized(_sums(vertex_normals[face_vertices], face_offsets))
-    a = np.repeat(middle, np.diff(face_offsets), axis=0)
+    mean = normalized(_face_sums(vertex_normals[face_vertices], face_offsets))
+    a = np.repeat(mean, np.diff(face_offsets), axis=0)
     b = vertex_normals[face_vertices]
     c = vertex_normals[following(face_vertices, face_offsets)]
     angles = 2 * np.arctan2(dot(a, cross(b, c)), 1 + dot(a, b) + dot(b, c) + dot(c, a))
-    return _sums(angles, face_offsets)
+    return _face_sums(angles, face_offsets)
 
 
 def enclosed_volume(vertices: Array, face_vertices: Indices, face_offsets: Indices) -> float:
-    """Return the volume inside the fans, positive when the faces are counter-clockwise seen from outside.
+    """Return the volume enclosed by the fans, positive when the faces are counter-clockwise seen from outside.
 
-    A hole among the faces counts as closed by its own fan.
+    A hole among the faces is closed by its own fan.
 
     Parameters
     ----------
@@ -202,7 +202,7 @@ def enclosed_volume(vertices: Array, face_vertices: Indices, face_offsets: Indic
 def face_inversions(
     vertices: Array, vertex_normals: Array, face_vertices: Indices, face_offsets: Indices
 ) -> NDArray[np.int32]:
-    """Return for each face how many of its fan triangles point against the normals of their two vertices.
+    """Return for each face the number of fan triangles whose normal opposes the sum of their two vertex normals.
 
     Parameters
     ----------
@@ -214,7 +214,7 @@ def face_inversions(
     Returns
     -------
     (f,) array of int
-        Zero everywhere on a mesh that is not folded.
+        Zero everywhere on a mesh without folds.
 
     Examples
     --------

@@ -1,12 +1,11 @@
-"""The geometry of a simplex mesh at its vertices, in closed form.
+"""Closed-form geometry at the vertices of a simplex mesh: normal, height, simplex angle, mean curvature, metric.
 
-Each vertex P is seen from its three neighbors A, B, C, counter-clockwise from outside: they carry a plane with normal
-`n` and a circle with center `C0` and radius `r`; `F` is the foot of P on the plane, `h = (P - F) . n` its height and
+A vertex P has three neighbors A, B, C, counter-clockwise seen from outside. Their plane has normal `n`, their
+circumcircle center `C0` and radius `r`; `F` is the foot of P on the plane, `h = (P - F) . n` its height and
 `d = |F - C0|`. Normals point outward, angles are in radians, curvature is positive on a sphere.
 
-The formulas below are those of Delingette (1994, chapter 3) multiplied out until nothing is divided by the area of
-the triangle A, B, C, so that neighbors on one line are an ordinary case: there the normal is zero, and so are the
-height, the angle and the curvature.
+The formulas are those of Delingette (1994, chapter 3) multiplied out so that nothing is divided by the area of triangle
+A, B, C. Collinear neighbors are then no special case: the normal, height, angle and curvature are zero.
 """
 
 from __future__ import annotations
@@ -19,28 +18,28 @@ from simplexmesh._vec import cross, dot, norm, normalized
 Array = NDArray[np.float64]
 Indices = NDArray[np.int32]
 
-ON_ONE_LINE = 1e-14
-"""Neighbors are on one line where the sine of their angle at A is below this."""
+COLLINEAR_SINE = 1e-14
+"""Neighbors count as collinear where the sine of their angle at A is below this."""
 
 
-def _seen_from_first(vertices: Array, neighbors: Indices) -> tuple[Array, Array, Array, Array]:
-    """Return `P - A`, `B - A`, `C - A` and `(B - A) x (C - A)`, the last exactly zero for neighbors on one line."""
+def _relative_to_first(vertices: Array, neighbors: Indices) -> tuple[Array, Array, Array, Array]:
+    """Return `P - A`, `B - A`, `C - A` and `(B - A) x (C - A)`, the last exactly zero for collinear neighbors."""
     origin = vertices[neighbors[:, 0]]
     b = vertices[neighbors[:, 1]] - origin
     c = vertices[neighbors[:, 2]] - origin
     w = cross(b, c)
-    w[dot(w, w) <= ON_ONE_LINE**2 * dot(b, b) * dot(c, c)] = 0.0
+    w[dot(w, w) <= COLLINEAR_SINE**2 * dot(b, b) * dot(c, c)] = 0.0
     return vertices - origin, b, c, w
 
 
 def _divided(numerator: Array, denominator: Array, otherwise: float) -> Array:
-    """Return the quotients, and `otherwise` where the denominator is zero."""
+    """Return the elementwise quotient, `otherwise` where the denominator is zero."""
     out = np.full(np.broadcast_shapes(numerator.shape, denominator.shape), otherwise)
     return np.divide(numerator, denominator, out=out, where=denominator != 0)
 
 
 def normals(vertices: Array, neighbors: Indices) -> Array:
-    """Return the vertex normals: those of the planes of the neighbors, outward.
+    """Return the outward vertex normals, each that of the plane through the three neighbors.
 
     Parameters
     ----------
@@ -52,7 +51,7 @@ def normals(vertices: Array, neighbors: Indices) -> Array:
     Returns
     -------
     (n, 3) array of float
-        Of length one; zero where the neighbors are on one line.
+        Unit vectors; zero where the neighbors are collinear.
 
     References
     ----------
@@ -64,7 +63,7 @@ def normals(vertices: Array, neighbors: Indices) -> Array:
     >>> normals(P, np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]]))[0]
     array([0., 0., 1.])
     """
-    return normalized(_seen_from_first(vertices, neighbors)[3])
+    return normalized(_relative_to_first(vertices, neighbors)[3])
 
 
 def height(vertices: Array, neighbors: Indices) -> Array:
@@ -80,7 +79,7 @@ def height(vertices: Array, neighbors: Indices) -> Array:
     Returns
     -------
     (n,) array of float
-        Positive where the surface is convex; zero where the neighbors are on one line.
+        Positive where the surface is convex; zero where the neighbors are collinear.
 
     Examples
     --------
@@ -88,12 +87,12 @@ def height(vertices: Array, neighbors: Indices) -> Array:
     >>> float(height(P, np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]]))[0])
     2.0
     """
-    p, _, _, w = _seen_from_first(vertices, neighbors)
+    p, _, _, w = _relative_to_first(vertices, neighbors)
     return dot(p, normalized(w))
 
 
 def circumcircle(vertices: Array, neighbors: Indices) -> tuple[Array, Array]:
-    """Return the center and the radius of the circle through the three neighbors of each vertex.
+    """Return the center and radius of the circle through the three neighbors of each vertex.
 
     Parameters
     ----------
@@ -105,9 +104,9 @@ def circumcircle(vertices: Array, neighbors: Indices) -> tuple[Array, Array]:
     Returns
     -------
     center : (n, 3) array of float
-        C0; NaN where the neighbors are on one line.
+        C0; NaN where the neighbors are collinear.
     radius : (n,) array of float
-        r; infinite where the neighbors are on one line.
+        r; infinite where the neighbors are collinear.
 
     Examples
     --------
@@ -116,7 +115,7 @@ def circumcircle(vertices: Array, neighbors: Indices) -> tuple[Array, Array]:
     >>> center[0].tolist(), round(float(radius[0]), 12)
     ([0.0, 0.0, 0.0], 2.0)
     """
-    _, b, c, w = _seen_from_first(vertices, neighbors)
+    _, b, c, w = _relative_to_first(vertices, neighbors)
     ww = dot(w, w)
     offset = cross(dot(b, b)[:, None] * c - dot(c, c)[:, None] * b, w)
     center = vertices[neighbors[:, 0]] + _divided(offset, 2 * ww[:, None], np.nan)
@@ -125,12 +124,12 @@ def circumcircle(vertices: Array, neighbors: Indices) -> tuple[Array, Array]:
 
 
 def simplex_angle(vertices: Array, neighbors: Indices) -> Array:
-    """Return the simplex angle: how far, as an angle, each vertex stands out of the plane of its neighbors.
+    """Return the simplex angle: the elevation of each vertex above the plane of its neighbors, as an angle.
 
     With the notation of this module, `phi = atan2(2 h r, r^2 - d^2 - h^2)`. It is zero where the four points are
-    coplanar with the foot inside the circle, positive where the surface is convex, the same for all points of one
-    side of a sphere through the neighbors, and changed neither by rigid motion nor by scale. Where the foot is
-    outside the circle the angle is beyond a right angle, and it is +-pi in the plane.
+    coplanar with the foot inside the circle, positive where the surface is convex, constant on either side of a sphere
+    through the neighbors, and invariant under rigid motion and scaling. Where the foot is outside the circle, |phi|
+    exceeds pi/2, and is pi in the plane.
 
     Parameters
     ----------
@@ -142,12 +141,11 @@ def simplex_angle(vertices: Array, neighbors: Indices) -> Array:
     Returns
     -------
     (n,) array of float
-        In radians, in (-pi, pi]; zero where the neighbors are on one line.
+        In radians, in (-pi, pi]; zero where the neighbors are collinear.
 
     References
     ----------
-    H. Delingette, thesis, 1994, section 3.3.1; IJCV 32 (1999) 111, section 3.2. Signs as on a convex surface with
-    outward normals.
+    H. Delingette, thesis, 1994, section 3.3.1; IJCV 32 (1999) 111, section 3.2; the sign is for outward normals.
 
     Examples
     --------
@@ -155,7 +153,7 @@ def simplex_angle(vertices: Array, neighbors: Indices) -> Array:
     >>> float(simplex_angle(P, np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]]))[0]) == np.pi / 2
     True
     """
-    p, b, c, w = _seen_from_first(vertices, neighbors)
+    p, b, c, w = _relative_to_first(vertices, neighbors)
     toward_center = cross(dot(b, b)[:, None] * c - dot(c, c)[:, None] * b, w)
     sine = dot(p, w) * norm(b) * norm(c) * norm(b - c)
     cosine = dot(p, toward_center) - dot(p, p) * dot(w, w)
@@ -191,13 +189,13 @@ def mean_curvature(vertices: Array, neighbors: Indices) -> Array:
     >>> float(mean_curvature(P, np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]]))[0])
     0.5
     """
-    p, b, c, w = _seen_from_first(vertices, neighbors)
+    p, b, c, w = _relative_to_first(vertices, neighbors)
     sphere = dot(p, p)[:, None] * w + dot(b, b)[:, None] * cross(c, p) + dot(c, c)[:, None] * cross(p, b)
     return _divided(2 * dot(p, w), norm(sphere), 0.0)
 
 
 def metric_parameters(vertices: Array, neighbors: Indices) -> Array:
-    """Return the metric parameters: where the foot of each vertex is among its neighbors, in barycentric coordinates.
+    """Return the metric parameters: the barycentric coordinates of each vertex's foot in the triangle of its neighbors.
 
     Parameters
     ----------
@@ -209,7 +207,7 @@ def metric_parameters(vertices: Array, neighbors: Indices) -> Array:
     Returns
     -------
     (n, 3) array of float
-        e1, e2, e3 with sum 1 and `F = e1 A + e2 B + e3 C`; 1/3 each where the neighbors are on one line.
+        e1, e2, e3 with sum 1 and `F = e1 A + e2 B + e3 C`; 1/3 each where the neighbors are collinear.
 
     References
     ----------
@@ -221,7 +219,7 @@ def metric_parameters(vertices: Array, neighbors: Indices) -> Array:
     >>> metric_parameters(P, np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]]))[0]
     array([0.375, 0.25 , 0.375])
     """
-    p, b, c, w = _seen_from_first(vertices, neighbors)
+    p, b, c, w = _relative_to_first(vertices, neighbors)
     ww = dot(w, w)
     second = _divided(dot(cross(p, c), w), ww, 1 / 3)
     third = _divided(dot(cross(b, p), w), ww, 1 / 3)
@@ -231,27 +229,27 @@ def metric_parameters(vertices: Array, neighbors: Indices) -> Array:
 def height_of_angle(radius: ArrayLike, distance: ArrayLike, angle: ArrayLike, *, far: bool = True) -> Array:
     """Return the height L(r, d, phi) at which a vertex has a given simplex angle.
 
-    For a foot inside the circle, `d <= r`, there is exactly one. For a foot outside, the angle is beyond a right
-    angle and two heights `L` and `(d^2 - r^2) / L` share it: `far` picks the larger, which is the continuation of
-    the other case and the one of the thesis.
+    For a foot inside the circle, `d <= r`, there is exactly one. For a foot outside, |phi| exceeds pi/2 and two heights
+    `L` and `(d^2 - r^2) / L` have that angle: `far` selects the larger, which continues the first case and is the one
+    of the thesis.
 
     Parameters
     ----------
     radius, distance, angle : array_like of float
         r > 0, d >= 0 and phi in [-pi, pi], broadcast together; the angle in radians.
     far : bool
-        Which of the two heights to take for a foot outside the circle.
+        Whether to return the larger of the two heights for a foot outside the circle.
 
     Returns
     -------
     array of float
-        Heights, with the sign of the angle; NaN where there is none, which is where `|d sin(phi)| > r`. For a foot
-        outside the circle and an angle below a right angle, which no vertex has, the angle of the answer is
-        `phi - pi` or `phi + pi`.
+        Heights, with the sign of the angle; NaN where none exists, that is, where `|d sin(phi)| > r`. For a foot
+        outside the circle and |phi| below pi/2, which no vertex has, the height returned has angle `phi - pi` or
+        `phi + pi`.
 
     References
     ----------
-    H. Delingette, thesis, 1994, equations 3.7 and 3.10, in a form without cancellation.
+    H. Delingette, thesis, 1994, equations 3.7 and 3.10, rearranged to avoid cancellation.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""The simplex mesh: positions on a connectivity. Thin; the mathematics lives in the modules it forwards to."""
+"""The simplex mesh: vertex positions on a connectivity. A thin class that forwards to the geometry modules."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 
 
 def _vertex_array(name: str, values: ArrayLike, n: int) -> NDArray[Any]:
-    """Return one named array read-only, or say that it has not one row per vertex."""
+    """Return a named per-vertex array as read-only numbers, or raise when its rows or its type do not fit."""
     given = _check.any_array(f"data {name!r}", values)
     if given.dtype.kind not in "biuf":
         raise TypeError(f"data {name!r} must be numbers, not {given.dtype}")
@@ -34,18 +34,18 @@ def _vertex_array(name: str, values: ArrayLike, n: int) -> NDArray[Any]:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SimplexMesh:
-    """A surface whose vertices have three neighbors each.
+    """A surface mesh in which every vertex has three neighbors.
 
-    Frozen: arrays are read-only copies, and `moved`, `with_data` return new meshes that share the connectivity.
+    Immutable: arrays are read-only copies; `moved` and `with_data` return new meshes that share the connectivity.
 
     Parameters
     ----------
     vertices : (n, 3) array of float
         Positions, finite, in the unit of the data.
     connectivity : Connectivity
-        What is glued to what; neighbors and faces counter-clockwise seen from outside.
+        The topology; neighbors and faces are counter-clockwise seen from outside.
     data : mapping of str to array, optional
-        Arrays with one row per vertex, by name.
+        Named arrays with one row per vertex.
 
     Examples
     --------
@@ -74,12 +74,12 @@ class SimplexMesh:
         object.__setattr__(self, "data", MappingProxyType(data))
 
     def __repr__(self) -> str:
-        more = "" if self.n_components == 1 else f", {self.n_components} components"
+        components = "" if self.n_components == 1 else f", {self.n_components} components"
         counts = f"{self.n_vertices} vertices, {self.n_faces} faces"
-        return f"SimplexMesh({counts}, genus {self.genus}, {self.n_holes} holes{more})"
+        return f"SimplexMesh({counts}, genus {self.genus}, {self.n_holes} holes{components})"
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle and copy by what was given, without the caches."""
+        """Pickle and copy the arguments only, not the cached arrays."""
         return SimplexMesh, (self.vertices, self.connectivity, dict(self.data))
 
     # ---- topology
@@ -91,7 +91,7 @@ class SimplexMesh:
 
     @property
     def n_faces(self) -> int:
-        """Number of faces of the surface, holes left out."""
+        """Number of faces of the surface, holes excluded."""
         return self.connectivity.n_faces
 
     @property
@@ -116,16 +116,16 @@ class SimplexMesh:
 
     @cached_property
     def faces(self) -> tuple[NDArray[np.int32], ...]:
-        """The vertices of each face of the surface, counter-clockwise seen from outside; holes left out."""
-        topology = self.connectivity
-        loops = np.split(topology.face_vertices, topology.face_offsets[1:-1])
-        return tuple(loop for loop, hole in zip(loops, topology.face_is_hole, strict=True) if not hole)
+        """The vertices of each face of the surface, counter-clockwise seen from outside; holes excluded."""
+        c = self.connectivity
+        loops = np.split(c.face_vertices, c.face_offsets[1:-1])
+        return tuple(loop for loop, hole in zip(loops, c.face_is_hole, strict=True) if not hole)
 
     @property
     def _faces(self) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
         return self.connectivity.face_vertices, self.connectivity.face_offsets
 
-    # ---- geometry, computed when first asked for
+    # ---- geometry, computed on first access
 
     @cached_property
     def normals(self) -> Array:
@@ -159,12 +159,12 @@ class SimplexMesh:
 
     @cached_property
     def area(self) -> float:
-        """Area of the surface, holes left out, in the squared unit of the vertices."""
+        """Area of the surface, holes excluded, in the squared unit of the vertices."""
         return float(self.face_areas[~self.connectivity.face_is_hole].sum())
 
     @cached_property
     def volume(self) -> float:
-        """Enclosed volume in the cubed unit of the vertices, each hole closed by a fan."""
+        """Signed enclosed volume in the cubed unit of the vertices, each hole closed by a fan."""
         return face_geometry.enclosed_volume(self.vertices, *self._faces)
 
     @cached_property
@@ -173,7 +173,7 @@ class SimplexMesh:
         return _check.frozen([self.vertices.min(axis=0), self.vertices.max(axis=0)])
 
     def check(self, *, self_intersections: bool = False) -> Report:
-        """Return what is wrong with the mesh, true when nothing is; see `check.check`.
+        """Return a report of the defects of the mesh, true when there are none; see `check.check`.
 
         Examples
         --------
@@ -186,11 +186,11 @@ class SimplexMesh:
     # ---- new objects
 
     def moved(self, vertices: ArrayLike) -> SimplexMesh:
-        """Return the mesh with its vertices elsewhere, sharing the connectivity and keeping the data."""
+        """Return the mesh with new vertex positions, sharing the connectivity and keeping the data."""
         return SimplexMesh(vertices, self.connectivity, self.data)  # type: ignore[arg-type]
 
     def with_data(self, **arrays: ArrayLike | None) -> SimplexMesh:
-        """Return the mesh with named arrays, one row per vertex, added or replaced; None drops one.
+        """Return the mesh with named per-vertex arrays added or replaced; None removes one.
 
         Examples
         --------
@@ -201,7 +201,7 @@ class SimplexMesh:
         data = {name: values for name, values in {**self.data, **arrays}.items() if values is not None}
         return SimplexMesh(self.vertices, self.connectivity, data)  # type: ignore[arg-type]
 
-    # ---- the rooms above: imports point downward, but users look for these on the mesh, so they reach up when called
+    # ---- conversions, imported when called: they belong to higher packages, but users look for them on the mesh
 
     def triangulated(self, method: str = "fan") -> Any:
         """Return a `TriangleMesh` of the surface, holes left open.
@@ -209,8 +209,8 @@ class SimplexMesh:
         Parameters
         ----------
         method : {"fan", "dual"}
-            "fan" divides each face about its centroid and keeps the border exactly; "dual" has a corner for each
-            face and a triangle for each vertex, fewer of both, and underestimates the curvature.
+            "fan" divides each face into triangles around its centroid and keeps the border exactly; "dual" has a
+            vertex for each face and a triangle for each vertex, fewer of both, and underestimates the curvature.
 
         Examples
         --------
@@ -223,9 +223,9 @@ class SimplexMesh:
         return importlib.import_module("simplexmesh.data.triangles").TriangleMesh(points, triangles)
 
     def save(self, path: str | Path) -> None:
-        """Write the mesh to a file, in the format its name ends with; VTP keeps everything."""
+        """Write the mesh to a file in the format given by its extension; VTP keeps everything."""
         importlib.import_module("simplexmesh.data.writing").write_mesh(self, path)
 
     def to_pyvista(self) -> Any:
-        """Return a `pyvista.PolyData` with the polygons of the surface and the data of the vertices."""
+        """Return a `pyvista.PolyData` with the faces as polygons and the vertex data."""
         return importlib.import_module("simplexmesh.data.writing").polydata(self)

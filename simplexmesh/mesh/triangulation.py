@@ -1,4 +1,4 @@
-"""From simplex meshes to triangulations: a fan in each face, or the dual."""
+"""Triangulation of simplex meshes: a fan in each face, or the dual triangulation."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Indices = NDArray[np.int64]
 
 
 def fan(vertices: Array, connectivity: Connectivity) -> tuple[Array, Indices]:
-    """Return the mesh with each face triangulated as a fan around its centroid, holes left open.
+    """Triangulate each face as a fan around its centroid, holes left open.
 
     Parameters
     ----------
@@ -26,9 +26,9 @@ def fan(vertices: Array, connectivity: Connectivity) -> tuple[Array, Indices]:
     Returns
     -------
     points : (n + f, 3) array of float
-        The mesh's own vertices, then the centroids of its faces.
+        The vertices of the mesh, then the centroids of its faces.
     triangles : (t, 3) array of int
-        Counter-clockwise seen from outside, face after face.
+        Counter-clockwise seen from outside, ordered by face.
 
     Examples
     --------
@@ -47,11 +47,11 @@ def fan(vertices: Array, connectivity: Connectivity) -> tuple[Array, Indices]:
 
 
 def dual_triangles(vertices: Array, connectivity: Connectivity) -> tuple[Array, Indices]:
-    """Return the triangulation dual to the mesh: a corner at each face's centroid, a triangle for each vertex.
+    """Return the dual triangulation: a corner at the centroid of each face, a triangle for each vertex.
 
-    Vertices on a hole become border edges and have no triangle. `dual` takes the triangulation back to the same
-    connectivity: darts and all for a closed mesh, and for an open one whose hole vertices come last, as those of
-    `dual` do; otherwise up to the order of the vertices.
+    Vertices on a hole become border edges and have no triangle. `dual` of the result has the same connectivity: dart
+    by dart for a closed mesh, and for an open one whose hole vertices come last, as in the results of `dual`;
+    otherwise up to the order of the vertices.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ def dual_triangles(vertices: Array, connectivity: Connectivity) -> tuple[Array, 
     solid = ~connectivity.face_is_hole
     inner = solid[connectivity.face].all(axis=1)
     if not inner.any():
-        raise TopologyError("every vertex lies on a hole, so that no triangle is left in the dual")
+        raise TopologyError("every vertex lies on a hole, so the dual has no triangle")
     number = np.cumsum(solid) - 1
     triangles = number[np.roll(connectivity.face[inner], 1, axis=1)]
     centroids = face_geometry.face_centroids(vertices, connectivity.face_vertices, connectivity.face_offsets)
