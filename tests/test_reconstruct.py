@@ -107,6 +107,11 @@ def test_noise_is_removed_from_points_about_which_nothing_is_told(noisy_torus):
     assert np.degrees(np.arccos(np.clip(cosine, -1, 1))).mean() < 8.5
 
 
+@pytest.mark.parametrize("vertices", [20, 23])
+def test_the_smallest_budgets_suffice_for_a_primitive(vertices):
+    assert sm.reconstruct(sm.sphere(16).vertices, init="sphere", vertices=vertices).mesh.n_vertices <= vertices
+
+
 def test_the_budget_is_kept(noisy_torus):
     assert abs(noisy_torus.mesh.n_vertices - 4000) <= 400
     for vertices in (200, 1501):

@@ -34,7 +34,7 @@ Array = NDArray[np.float64]
 FAR_FROM_BORDER = 6.0
 """In mean edges: a hole is opened by itself only where the data ends no farther away."""
 
-WRAPPED, FEWEST_FOR_TUNNELS = 0.5, 1200
+WRAPPED, FEWEST_FOR_TUNNELS, FEWEST = 0.5, 1200, 20
 """Coarser meshes do not find their way through the holes of objects."""
 
 USUAL_LOOKS = 40
@@ -170,7 +170,7 @@ def _tunnels(journey: Journey, plan: Plan, samples: Samples, fine: Stage) -> Sta
 
     wanted = plan.vertices
     if plan.refine != "none":
-        wanted = min(max(int(WRAPPED * wanted), FEWEST_FOR_TUNNELS), int(0.85 * wanted))
+        wanted = max(min(max(int(WRAPPED * wanted), FEWEST_FOR_TUNNELS), int(0.85 * wanted)), FEWEST)
     out = tunneled(
         journey.mesh,
         samples,
