@@ -6,12 +6,12 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 import simplexmesh as sm
-from simplexmesh.recognition.spheres import ball
+from simplexmesh.recognition.sphere_domain import sphere_domain
 
 
 def nearest_vertices(frequency, R):
     """Where a rotation takes each vertex of the sphere: the vertex of largest cosine, by comparing with all."""
-    vertices = ball(frequency).vertices
+    vertices = sphere_domain(frequency).vertices
     return np.argmax(vertices @ R.T @ vertices.T, axis=1)
 
 
@@ -31,7 +31,7 @@ def search_seen(table, first, first_seen, second, second_seen):
 
 def interpolated(frequency, values, direction):
     """The value at a unit vector, linear in a triangle of a vertex and two of its faces' centers."""
-    here = ball(frequency)
+    here = sphere_domain(frequency)
     means = np.array([values[loop].mean() for loop in here.mesh.faces])
     for i in np.argsort(-(here.vertices @ direction))[:12]:
         for j in range(3):
@@ -59,15 +59,15 @@ def zxz(alpha, beta, gamma):
 
 def distance(frequency, first, second, R):
     """Equation 6.3 over n: the mean square of first(R P) - second(P)."""
-    here = ball(frequency)
-    return ((here.interpolated(first, here.places(here.vertices @ R.T)) - second) ** 2).mean()
+    here = sphere_domain(frequency)
+    return ((here.interpolated(first, here.locate(here.vertices @ R.T)) - second) ** 2).mean()
 
 
 def two_scales(frequency, first, second, *, coarse=10.0, fine=1.0, reach=8.0):
     """The thesis's first method: all of z-x-z in steps of 10 degrees, then steps of 1 degree around the minimum."""
     around = np.radians(np.arange(0, 360, coarse))
     best, at = np.inf, None
-    vertices = ball(frequency).vertices
+    vertices = sphere_domain(frequency).vertices
     tree = cKDTree(vertices)
     for alpha in around:
         for beta in np.radians(np.arange(0, 180 + coarse, coarse)):
@@ -158,7 +158,7 @@ def on_model(topology, frequency, at):
 
 def triangles_of(frequency):
     """Every triangle of a vertex and two of its faces' centers: the vertex, the two faces, the inverse of corners."""
-    here = ball(frequency)
+    here = sphere_domain(frequency)
     vertex = np.repeat(np.arange(len(here.vertices)), 3)
     faces = here.mesh.connectivity.face
     pairs = np.stack([np.roll(faces, 1, axis=1), faces], axis=2).reshape(-1, 2)
@@ -168,7 +168,7 @@ def triangles_of(frequency):
 
 def residuals(frequency, R, first, seen_first, second, seen):
     """The sum of squares of first(R p) - second(p), how many count, and the normal equations for a small turn."""
-    here = ball(frequency)
+    here = sphere_domain(frequency)
     vertex, pairs, inverse = triangles_of(frequency)
     means = np.array([first[loop].mean() for loop in here.mesh.faces])
     total, count, A, b = 0.0, 0, np.zeros((3, 3)), np.zeros(3)

@@ -7,11 +7,11 @@ import pytest
 
 import simplexmesh as sm
 from simplexmesh.plot.landscape import HIGH
+from simplexmesh.recognition.flat_domains import domain
 from simplexmesh.recognition.landscape import NODES, around, over_patch, over_sphere, plane_of, vector_of
 from simplexmesh.recognition.matches import Match
-from simplexmesh.recognition.patches import domain
 from simplexmesh.recognition.rotations import rotations, rotations_of
-from simplexmesh.recognition.spheres import ball
+from simplexmesh.recognition.sphere_domain import sphere_domain
 from tests import reference_recognition as reference
 
 
@@ -31,13 +31,13 @@ class TestNumbers:
         g = 17
         table, one = rotations(5), signature()
         other = sm.SAI(5, one.mesh.moved(one.mesh.vertices[table.turns[g]]))  # phi_b(p) = phi_a(R p)
-        pole = ball(5).vertices[123]
+        pole = sphere_domain(5).vertices[123]
         values = over_sphere(one, other, pole)
-        assert values.shape == (len(ball(NODES).vertices),)
-        assert ball(NODES).vertices[values.argmin()] @ (table.group[g] @ pole) > np.cos(np.radians(8))
+        assert values.shape == (len(sphere_domain(NODES).vertices),)
+        assert sphere_domain(NODES).vertices[values.argmin()] @ (table.group[g] @ pole) > np.cos(np.radians(8))
 
     def test_of_parts_only_what_both_show_counts(self):
-        whole, half = signature(), signature(hidden=ball(5).vertices[:, 0] > 0.2)
+        whole, half = signature(), signature(hidden=sphere_domain(5).vertices[:, 0] > 0.2)
         values = over_sphere(whole, half, np.array([0, 0, 1.0]))
         assert np.isfinite(values).all()
         assert around(whole, half, np.eye(3), np.zeros((1, 3)))[0] < 0.5 * np.median(values)

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from simplexmesh.recognition import _kernels_match as kernels
-from simplexmesh.recognition.spheres import ball
+from simplexmesh.recognition.sphere_domain import sphere_domain
 from tests import reference_recognition as reference
 
 F = 5
@@ -17,14 +17,14 @@ SEEDS = st.integers(0, 2**31)
 def fields(seed, share=0.8):
     """Two smooth fields on the sphere, what is seen of them, and a rotation."""
     rng = np.random.default_rng(seed)
-    at, directions = ball(F).vertices, rng.normal(size=(2, 5, 3))
+    at, directions = sphere_domain(F).vertices, rng.normal(size=(2, 5, 3))
     values = [np.sin(2 * at @ each.T).sum(axis=1) for each in directions]
     seen = [at @ reference.random_rotation(rng)[0] < 2 * rng.uniform(share, 1) - 1 for _ in range(2)]
     return values, seen, reference.random_rotation(rng)
 
 
 def at_rotation(R, values, seen):
-    here = ball(F)
+    here = sphere_domain(F)
     near = np.argmax(here.vertices @ R.T @ here.vertices.T, axis=1)
     A, b = np.full((3, 3), np.nan), np.full(3, np.nan)
     found = kernels.residuals(
@@ -64,7 +64,7 @@ class TestResiduals:
     @given(SEEDS)
     def test_where_vertices_went_is_left_for_the_next_time(self, seed):
         values, _, R = fields(seed)
-        here = ball(F)
+        here = sphere_domain(F)
         *_, near = at_rotation(R, values, [np.ones(500, bool)] * 2)
         vertex, _, inverse = reference.triangles_of(F)
         for p in range(0, 500, 29):
@@ -88,7 +88,7 @@ class TestFollow:
     @given(SEEDS, st.sampled_from([0, 1, 3, 6]), st.sampled_from([0.02, 0.1, 1.0]))
     def test_is_the_plain_method_step_by_step(self, seed, steps, longest):
         values, seen, R = fields(seed)
-        here, rng = ball(F), np.random.default_rng(seed)
+        here, rng = sphere_domain(F), np.random.default_rng(seed)
         starts = np.stack([R, reference.random_rotation(rng)])
         plain = [
             reference.followed(F, start, values[0], seen[0], values[1], seen[1], least=50, steps=steps, longest=longest)
@@ -107,7 +107,7 @@ class TestFollow:
 
     def test_too_little_in_common_stays_where_it_is(self):
         values, _, R = fields(3)
-        here = ball(F)
+        here = sphere_domain(F)
         seen = [here.vertices[:, 2] > 0.95] * 2
         turns, mean, common = R[None].copy(), np.zeros(1), np.zeros(1)
         near = np.argmax(here.vertices @ R.T @ here.vertices.T, axis=1)[None]
@@ -124,12 +124,12 @@ class TestFollow:
     def test_comes_back_from_a_few_degrees_away(self, seed):
         """A field and the same turned: the minimum is the turn itself."""
         rng = np.random.default_rng(seed)
-        at, directions, R = ball(F).vertices, rng.normal(size=(6, 3)), reference.random_rotation(rng)
+        at, directions, R = sphere_domain(F).vertices, rng.normal(size=(6, 3)), reference.random_rotation(rng)
         first = np.sin(2 * at @ directions.T).sum(axis=1)
         second = np.sin(2 * at @ R.T @ directions.T).sum(axis=1)  # second(p) = first(R p)
         axis = rng.normal(size=3)
         turns = reference.turned(np.radians(4) * axis / np.linalg.norm(axis), R)[None]
-        here, seen, mean, common = ball(F), np.ones(500, bool), np.zeros(1), np.zeros(1)
+        here, seen, mean, common = sphere_domain(F), np.ones(500, bool), np.zeros(1), np.zeros(1)
         near = np.argmax(here.vertices @ turns[0].T @ here.vertices.T, axis=1)[None]
         kernels.follow(
             *(turns, here.vertices, near, first, here.face_means(first), seen, second, seen),

@@ -27,7 +27,7 @@ from simplexmesh.recognition.profile import profile_of
 from simplexmesh.recognition.scene import without_strays
 from simplexmesh.recognition.shelf import Images
 from simplexmesh.recognition.spectrum import power_spectrum
-from simplexmesh.recognition.spheres import ball
+from simplexmesh.recognition.sphere_domain import sphere_domain
 from simplexmesh.recognition.store import Store
 from simplexmesh.recognition.surfaces import surface_of
 from tests import reference_library as plain
@@ -568,10 +568,10 @@ def test_few_directions_keep_the_nearest(known):
 def test_the_power_of_harmonics():
     """The addition theorem gives what a basis of harmonics gives."""
     signature = sm.sai(reference.lumpy(12), 5)
-    values = np.clip(signature.angles, -0.3, 0.3) * ball(5).cell_areas
+    values = np.clip(signature.angles, -0.3, 0.3) * sphere_domain(5).cell_areas
     power = power_spectrum(signature, 5, smoothing=0)
     for degree in range(6):
-        basis = plain.harmonics(degree, ball(5).vertices)
+        basis = plain.harmonics(degree, sphere_domain(5).vertices)
         assert power[degree] == pytest.approx(np.linalg.norm(values @ basis), rel=0.05, abs=1e-3)
 
 

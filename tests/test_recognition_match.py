@@ -10,7 +10,7 @@ from simplexmesh.recognition.match import APART, searched, separate
 from simplexmesh.recognition.occlusion import Signature, scale_factor, scaled_directions, signature_of, smoothed
 from simplexmesh.recognition.rigid import rigid_fit, to_planes
 from simplexmesh.recognition.rotations import angles_between, built, rotations, rotations_of
-from simplexmesh.recognition.spheres import ball
+from simplexmesh.recognition.sphere_domain import sphere_domain
 from tests import reference_recognition as reference
 
 F = 5
@@ -27,7 +27,7 @@ def bumpy(frequency=F, seed=0, turn=None):
     directions = rng.normal(size=(6, 3))
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
     height = rng.uniform(-0.25, 0.4, 6)
-    here = ball(frequency)
+    here = sphere_domain(frequency)
     at = here.vertices if turn is None else here.vertices @ turn
     radius = 1 + (height * np.exp((at @ directions.T - 1) / 0.2)).sum(axis=1)
     return here.mesh.moved(here.vertices * radius[:, None])
@@ -38,8 +38,8 @@ class TestSearch:
     def test_is_the_plain_sum_for_every_rotation(self, family):
         rng = np.random.default_rng(0)
         table = built(F, family)
-        n = ball(F).mesh.n_vertices
-        a, b = (Signature(rng.normal(size=n), np.ones(n, bool), ball(F).vertices) for _ in range(2))
+        n = sphere_domain(F).mesh.n_vertices
+        a, b = (Signature(rng.normal(size=n), np.ones(n, bool), sphere_domain(F).vertices) for _ in range(2))
         total, common = searched(a, b, table)
         assert np.allclose(total, reference.search(table.indices(), a.values, b.values), rtol=1e-4)
         assert (common == n).all()
@@ -48,8 +48,8 @@ class TestSearch:
     def test_of_what_both_see(self, seed):
         rng = np.random.default_rng(seed)
         table = built(F, "darts")
-        n = ball(F).mesh.n_vertices
-        a, b = (Signature(rng.normal(size=n), rng.random(n) < 0.6, ball(F).vertices) for _ in range(2))
+        n = sphere_domain(F).mesh.n_vertices
+        a, b = (Signature(rng.normal(size=n), rng.random(n) < 0.6, sphere_domain(F).vertices) for _ in range(2))
         total, common = searched(a, b, table)
         plain, count = reference.search_seen(table.indices(), a.values, a.seen, b.values, b.seen)
         assert np.array_equal(common, count)
@@ -113,7 +113,7 @@ class TestNear:
 
     def test_mirrored_bodies_are_not_taken_for_each_other(self):
         body = bumpy()
-        rows = np.argmax((ball(F).vertices * [-1, 1, 1]) @ ball(F).vertices.T, axis=1)
+        rows = np.argmax((sphere_domain(F).vertices * [-1, 1, 1]) @ sphere_domain(F).vertices.T, axis=1)
         mirrored = body.moved(body.vertices[rows] * [-1, 1, 1])
         same, other = sm.match(sai_of(body), sai_of(body))[0], sm.match(sai_of(body), sai_of(mirrored))[0]
         assert np.linalg.det(other.rotation) == pytest.approx(1)
@@ -131,7 +131,7 @@ class TestHypotheses:
         assert between.min() >= APART - 1e-9
 
     def test_hold_every_symmetry_of_a_symmetric_body(self):
-        here = ball(F)
+        here = sphere_domain(F)
         radius = 1 + 0.2 * np.abs(here.vertices[:, 0]) ** 3 + 0.1 * here.vertices[:, 1] ** 2
         body = sai_of(here.mesh.moved(here.vertices * radius[:, None]))
         found = sm.match(body, body, best=4)
@@ -157,7 +157,7 @@ class TestHypotheses:
 class TestOcclusion:
     def test_areas_about_the_center_grow_by_k(self):
         center = np.array([0.0, 0.6, 0.8])
-        here = ball(12)
+        here = sphere_domain(12)
         for k in (0.4, 1.0, 1.7):
             sources, exist = scaled_directions(here.vertices, center, k)
             cap = sources @ center > np.cos(0.7)  # what lands in the image of a cap
@@ -166,13 +166,13 @@ class TestOcclusion:
             assert np.allclose(np.linalg.norm(sources, axis=1), 1)
 
     def test_scale_one_is_the_identity(self):
-        here = ball(F)
+        here = sphere_domain(F)
         sources, exist = scaled_directions(here.vertices, np.array([1.0, 0, 0]), 1.0)
         assert exist.all()
         assert np.allclose(sources, here.vertices, atol=1e-7)
 
     def test_factor_is_that_of_equation_6_8(self):
-        here = ball(F)
+        here = sphere_domain(F)
         hidden = here.vertices[:, 2] < 0
         whole, part = sai_of(bumpy()), sai_of(bumpy(), hidden=hidden)
         k = 4 * np.pi * part.visible_area / (4 * np.pi * part.visible_fraction * whole.area)
@@ -181,7 +181,7 @@ class TestOcclusion:
     def test_half_a_signature_finds_its_place_on_the_whole(self):
         R = reference.random_rotation(np.random.default_rng(8))
         whole = sai_of(bumpy(7))
-        hidden = ball(7).vertices @ [0.6, 0, 0.8] < 0.1
+        hidden = sphere_domain(7).vertices @ [0.6, 0, 0.8] < 0.1
         half = sai_of(bumpy(7, turn=R.T), hidden)
         (found, *_) = sm.match(whole, half, scale=1.0 / scale_factor(whole, half))
         assert found.scaled == "b"
@@ -192,7 +192,7 @@ class TestOcclusion:
     def test_the_part_may_be_either_of_the_two(self):
         R = reference.random_rotation(np.random.default_rng(8))
         whole = sai_of(bumpy(7))
-        hidden = ball(7).vertices @ [0.6, 0, 0.8] < 0.1
+        hidden = sphere_domain(7).vertices @ [0.6, 0, 0.8] < 0.1
         half = sai_of(bumpy(7, turn=R.T), hidden)
         (found, *_) = sm.match(half, whole, scale=1.0 / scale_factor(whole, half))
         assert found.scaled == "a"
@@ -201,9 +201,13 @@ class TestOcclusion:
 
     def test_unknown_scale_is_found(self):
         whole = sai_of(bumpy(7))
-        shrunk = signature_of(sai_of(bumpy(7), ball(7).vertices[:, 0] < 0.2), scale=0.5)
+        shrunk = signature_of(sai_of(bumpy(7), sphere_domain(7).vertices[:, 0] < 0.2), scale=0.5)
         part = sm.SAI(
-            7, whole.mesh.moved(ball(7).interpolated(whole.mesh.vertices, ball(7).places(shrunk.sources))), ~shrunk.seen
+            7,
+            whole.mesh.moved(
+                sphere_domain(7).interpolated(whole.mesh.vertices, sphere_domain(7).locate(shrunk.sources))
+            ),
+            ~shrunk.seen,
         )
         found = sm.match(whole, part)[0]
         assert 1.4 < found.scale < 2.9
@@ -211,13 +215,13 @@ class TestOcclusion:
         assert np.median(away) < 0.1
 
     def test_smoothing_does_not_let_hidden_values_in(self):
-        neighbors = ball(F).mesh.neighbors
-        seen = ball(F).vertices[:, 2] > 0
+        neighbors = sphere_domain(F).mesh.neighbors
+        seen = sphere_domain(F).vertices[:, 2] > 0
         values = np.where(seen, 2.0, 1e6)
         assert np.allclose(smoothed(values, seen, neighbors, 3)[seen], 2.0)
 
     def test_the_rim_is_left_out_and_tips_are_cut(self):
-        hidden = ball(F).vertices[:, 2] < 0
+        hidden = sphere_domain(F).vertices[:, 2] < 0
         one = sai_of(bumpy(), hidden)
         part = signature_of(one, limit=0.2)
         rim = hidden[one.mesh.neighbors].any(axis=1) & ~hidden
@@ -229,8 +233,8 @@ class TestOcclusion:
     def test_angles_grow_with_the_piece_of_surface_a_vertex_stands_for(self):
         coarse, fine = sai_of(bumpy(5)), sai_of(bumpy(10))  # four times the vertices
         finer = signature_of(coarse, scale=4.0)
-        at = finer.seen & (ball(5).vertices @ coarse.center > np.cos(1.0))
-        same = ball(10).interpolated(fine.angles, ball(10).places(finer.sources))
+        at = finer.seen & (sphere_domain(5).vertices @ coarse.center > np.cos(1.0))
+        same = sphere_domain(10).interpolated(fine.angles, sphere_domain(10).locate(finer.sources))
         assert np.corrcoef(finer.values[at], same[at])[0, 1] > 0.9
         assert np.median(np.abs(finer.values - same)[at]) < 0.3 * np.median(np.abs(same[at]))
 

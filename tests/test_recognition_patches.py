@@ -12,12 +12,12 @@ from hypothesis import strategies as st
 
 import simplexmesh as sm
 from simplexmesh.mesh.homology import cut_open
-from simplexmesh.recognition import laying, unrolling
-from simplexmesh.recognition.laying import sampled
-from simplexmesh.recognition.patches import PERIODIC, TOPOLOGIES, domain
+from simplexmesh.recognition import flat_fitting, parameterization
+from simplexmesh.recognition.flat_domains import PERIODIC, TOPOLOGIES, domain
+from simplexmesh.recognition.flat_fitting import sampled
+from simplexmesh.recognition.parameterization import conformal_parameterization, harmonic_forms, without_chords
 from simplexmesh.recognition.sliding import compared, grid, moved
 from simplexmesh.recognition.spectrum import power_spectrum
-from simplexmesh.recognition.unrolling import harmonic, unrolled, without_bridges
 from tests import reference_recognition as reference
 
 PATCHES = tuple(TOPOLOGIES[1:])
@@ -83,7 +83,7 @@ class TestUnrolling:
     @pytest.mark.parametrize("tube", [0.2, 0.5, 0.7])
     def test_a_torus_of_revolution_in_closed_form(self, tube):
         donut = sm.torus(60, 24, tube_radius=tube).triangulated()
-        flat = unrolled(donut.vertices, donut.faces, "torus")
+        flat = conformal_parameterization(donut.vertices, donut.faces, "torus")
         corners = flat.vertices[flat.faces]
         around = np.arctan2(corners[..., 1], corners[..., 0]) / (2 * np.pi)
         phi = np.arctan2(corners[..., 2], np.hypot(corners[..., 0], corners[..., 1]) - 1)
@@ -102,7 +102,7 @@ class TestUnrolling:
     @pytest.mark.parametrize("height", [0.5, 2.0, 6.0])
     def test_a_round_tube_is_as_it_is(self, height):
         tube = sm.cylinder(vertices=1500, height=height).triangulated()
-        flat = unrolled(tube.vertices, tube.faces, "cylinder")
+        flat = conformal_parameterization(tube.vertices, tube.faces, "cylinder")
         x, y, z = np.moveaxis(flat.vertices[flat.faces], 2, 0)
         turn = wrapped(flat.corners[..., 0] - np.arctan2(y, x) / (2 * np.pi))
         other = wrapped(flat.corners[..., 0] + np.arctan2(y, x) / (2 * np.pi))
@@ -116,12 +116,12 @@ class TestUnrolling:
     def test_a_tube_is_laid_out_alike_whatever_loops_it_was_cut_along(self, monkeypatch, basis):
         """A loop that winds about the tube on its way counts turns too: what it adds must come out again."""
         tube = sm.cylinder(vertices=600, height=2.0).triangulated()
-        plain = unrolled(tube.vertices, tube.faces, "cylinder")
-        cut = unrolling.cut_open
+        plain = conformal_parameterization(tube.vertices, tube.faces, "cylinder")
+        cut = parameterization.cut_open
         monkeypatch.setattr(
-            unrolling, "cut_open", lambda *body: replace(cut(*body), forms=cut(*body).forms @ np.array(basis))
+            parameterization, "cut_open", lambda *body: replace(cut(*body), forms=cut(*body).forms @ np.array(basis))
         )
-        flat = unrolled(tube.vertices, tube.faces, "cylinder")
+        flat = conformal_parameterization(tube.vertices, tube.faces, "cylinder")
         assert flat.modulus == pytest.approx(plain.modulus)
         assert np.allclose(np.ptp(flat.corners.reshape(-1, 2), axis=0), np.ptp(plain.corners.reshape(-1, 2), axis=0))
 
@@ -132,7 +132,7 @@ class TestUnrolling:
         angle = wide * away
         side = patch.coordinates / np.maximum(away, 1e-12)[:, None] * np.sin(angle)[:, None]
         cap = patch.mesh.moved(np.column_stack([side, np.cos(angle)])).triangulated()
-        flat = unrolled(cap.vertices, cap.faces, "plane")
+        flat = conformal_parameterization(cap.vertices, cap.faces, "plane")
         x, y, z = np.moveaxis(flat.vertices[flat.faces], 2, 0)
         exact = np.tan(0.5 * np.arctan2(np.hypot(x, y), z)) / np.tan(0.5 * wide)
         assert np.abs(np.linalg.norm(flat.corners, axis=2) - exact).max() < 0.02
@@ -143,7 +143,7 @@ class TestUnrolling:
     @pytest.mark.parametrize("topology", PATCHES)
     def test_triangles_keep_their_turn_and_fill_the_patch_once(self, topology):
         body = lumpy(topology).triangulated()
-        flat = unrolled(body.vertices, body.faces, topology)
+        flat = conformal_parameterization(body.vertices, body.faces, topology)
         one, two = (flat.corners[:, j] - flat.corners[:, 0] for j in (1, 2))
         area = 0.5 * (one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0])
         assert (area > 0).mean() > 0.995
@@ -152,7 +152,7 @@ class TestUnrolling:
     @pytest.mark.parametrize("topology", PATCHES)
     def test_angles_are_kept_but_for_one_stretch_of_the_whole(self, topology):
         body = lumpy(topology, frequency=12).triangulated()
-        flat = unrolled(body.vertices, body.faces, topology)
+        flat = conformal_parameterization(body.vertices, body.faces, topology)
         tensors, weight = reference.stretches(flat)
         whole = np.average(tensors, axis=0, weights=weight)
         whole /= np.sqrt(np.linalg.det(whole))
@@ -166,7 +166,7 @@ class TestUnrolling:
         patch = domain("plane", 12)
         x, y, _ = patch.vertices.T
         bump = patch.mesh.moved(np.column_stack([x, y, 0.8 * np.exp(-((x - 0.4) ** 2 + y**2) / 0.04)])).triangulated()
-        flat = unrolled(bump.vertices, bump.faces, "plane")
+        flat = conformal_parameterization(bump.vertices, bump.faces, "plane")
         at = flat.corners.mean(axis=1)
         square = (at**2).sum(axis=1, keepdims=True)
         area = np.linalg.norm(sm.TriangleMesh(flat.vertices, flat.faces).face_vectors, axis=1)
@@ -176,7 +176,7 @@ class TestUnrolling:
 
     def test_vertices_are_put_where_the_patch_says_across_the_seam_too(self):
         donut = sm.torus(60, 24, tube_radius=0.4).triangulated()
-        flat = unrolled(donut.vertices, donut.faces, "torus")
+        flat = conformal_parameterization(donut.vertices, donut.faces, "torus")
         for turn in (0.0, 0.3, 0.77, *np.linspace(0, 1 / 35, 9)):  # the seam lies in all parts of triangles
             shifted = replace(flat, corners=flat.corners + turn * np.array([1.0, 1.5]))
             patch = domain("torus", 7)
@@ -187,7 +187,7 @@ class TestUnrolling:
     def test_harmonic_forms_neither_turn_nor_spring(self):
         donut = lumpy("torus").triangulated()
         cut = cut_open(donut.vertices, donut.faces)
-        forms, energy = harmonic(cut)
+        forms, energy = harmonic_forms(cut)
         number = {tuple(sorted(pair)): k for k, pair in enumerate(cut.edges.tolist())}
         for a, b, c in cut.faces[::37].tolist():
             total = 0.0
@@ -205,7 +205,7 @@ class TestUnrolling:
     def test_a_handle_is_known_by_what_it_bounds_however_it_is_turned(self):
         """The first coordinate goes around the hole, also when the tube is the longer way around."""
         donut = sm.torus(24, 60, tube_radius=0.8).triangulated()
-        flat = unrolled(donut.vertices, donut.faces, "torus")
+        flat = conformal_parameterization(donut.vertices, donut.faces, "torus")
         x, y, _ = np.moveaxis(flat.vertices[flat.faces], 2, 0)
         turn = np.arctan2(y, x) / (2 * np.pi)
         off = [wrapped(flat.corners[..., 0] - s * turn) for s in (1, -1)]
@@ -214,10 +214,10 @@ class TestUnrolling:
     def test_bridges_are_cut_and_nothing_else(self):
         body = sm.plane(6, 5).triangulated()
         corner = np.array([[0, 1, 2]])
-        vertices, faces = without_bridges(np.eye(3), corner)
+        vertices, faces = without_chords(np.eye(3), corner)
         assert np.array_equal(faces, corner)
         assert len(vertices) == 3
-        vertices, faces = without_bridges(body.vertices, body.faces)
+        vertices, faces = without_chords(body.vertices, body.faces)
         area = sm.TriangleMesh(vertices, faces).area
         assert area == pytest.approx(body.area)
         edges = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
@@ -229,7 +229,7 @@ class TestUnrolling:
     def test_vertices_of_the_patch_lie_on_the_surface(self, topology):
         body = lumpy(topology, frequency=8)
         surface = body.triangulated()
-        flat = unrolled(surface.vertices, surface.faces, topology)
+        flat = conformal_parameterization(surface.vertices, surface.faces, topology)
         mesh = domain(topology, 6).mesh.moved(sampled(flat, domain(topology, 6)))
         gap = sm.targets.Triangles(surface).gap(mesh.vertices, mesh.normals, 1.0)
         assert np.nanmax(np.abs(gap)) < 0.03
@@ -408,9 +408,9 @@ class TestDoor:
     @pytest.mark.parametrize(
         ("data", "topology", "said"),
         [
-            (sm.sphere(8), "torus", r"genus 1 and with 0 borders, for topology='torus'; it is in 1, of genus 0"),
-            (sm.torus(20, 8), "plane", r"genus 0 and with 1 borders, for topology='plane'; it is in 1, of genus 1"),
-            (sm.plane(12, 12), "cylinder", r"with 2 borders, for topology='cylinder'; .* genus 0 and with 1"),
+            (sm.sphere(8), "torus", r"genus 1, border count 0 .* for topology='torus', not 0, 0 and 1"),
+            (sm.torus(20, 8), "plane", r"genus 0, border count 1 .* for topology='plane', not 1, 0 and 1"),
+            (sm.plane(12, 12), "cylinder", r"border count 2 .* for topology='cylinder', not 0, 1 and 1"),
             (sm.sphere(12).vertices, "cylinder", r"data must suit topology='cylinder'; a model of that topology is"),
         ],
     )
@@ -426,9 +426,9 @@ class TestDoor:
         model = SimpleNamespace(
             mesh=ring, tangled=20, distance=SimpleNamespace(data_to_mesh=near, mesh_to_data=near)
         )  # of 640 vertices
-        monkeypatch.setattr(laying, "reconstruct", lambda *_, **__: model)
+        monkeypatch.setattr(flat_fitting, "reconstruct", lambda *_, **__: model)
         points = ring.triangulated().sampled(2000, rng=0).points
-        with pytest.raises(ValueError, match="0 away from it with 20 vertices tangled"):
+        with pytest.raises(ValueError, match="0 away from it, with 20 tangled vertices"):
             sm.sai(points, 5, topology="torus")
         model.tangled = 0
         assert sm.sai(points, 5, topology="torus").visible_fraction == 1

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from simplexmesh.recognition import rotations as tables
-from simplexmesh.recognition.spheres import ball, boosted, centering
+from simplexmesh.recognition.sphere_domain import mobius_centering, mobius_map, sphere_domain
 from tests import reference_recognition as reference
 
 
@@ -32,7 +32,7 @@ class TestGroup:
 
     @pytest.mark.parametrize("frequency", [5, 6, 9])
     def test_takes_the_sphere_to_itself_vertex_by_vertex(self, frequency):
-        table, here = tables.built(frequency, "darts"), ball(frequency)
+        table, here = tables.built(frequency, "darts"), sphere_domain(frequency)
         for R, turn in zip(table.group, table.turns, strict=True):
             assert np.allclose(here.vertices @ R.T, here.vertices[turn], atol=1e-9)
             assert {tuple(sorted(row)) for row in turn[here.mesh.neighbors]} == {
@@ -42,7 +42,7 @@ class TestGroup:
 
 class TestFamilies:
     def test_darts_are_the_3n_rotations_from_one_dart_to_every_other(self):
-        table, here = tables.built(5, "darts"), ball(5)
+        table, here = tables.built(5, "darts"), sphere_domain(5)
         assert len(table) == 3 * here.mesh.n_vertices
         images = table.matrices @ here.vertices[0]
         at = np.argmax(images @ here.vertices.T, axis=1)
@@ -67,7 +67,7 @@ class TestFamilies:
         table = tables.built(5, family)
         rows = table.indices()
         assert rows.shape == (len(table), 500)
-        here = ball(5)
+        here = sphere_domain(5)
         for k in range(0, len(table), 97):
             images = here.vertices @ table.matrices[k].T
             found = np.einsum("ij,ij->i", images, here.vertices[rows[k]])
@@ -136,40 +136,40 @@ class TestSphere:
         rng = np.random.default_rng(2)
         values, directions = rng.normal(size=500), rng.normal(size=(40, 3))
         directions /= np.linalg.norm(directions, axis=1, keepdims=True)
-        here = ball(5)
+        here = sphere_domain(5)
         plain = [reference.interpolated(5, values, d) for d in directions]
-        assert np.allclose(here.interpolated(values, here.places(directions)), plain, atol=1e-9)
+        assert np.allclose(here.interpolated(values, here.locate(directions)), plain, atol=1e-9)
 
     def test_walks_end_at_the_same_place_from_anywhere(self):
         rng = np.random.default_rng(3)
         directions = rng.normal(size=(200, 3))
         directions /= np.linalg.norm(directions, axis=1, keepdims=True)
-        here = ball(7)
-        near = here.places(directions)
-        far = here.places(directions, rng.integers(0, here.mesh.n_vertices, 200))
+        here = sphere_domain(7)
+        near = here.locate(directions)
+        far = here.locate(directions, rng.integers(0, here.mesh.n_vertices, 200))
         assert np.array_equal(near.vertex, far.vertex)
         assert near.weights.min() > -1e-9
         assert np.allclose(near.weights.sum(axis=1), 1)
 
     def test_boosts_keep_circles_and_angles(self):
-        here, b = ball(5), np.array([0.4, -0.2, 0.3])
-        images = boosted(here.vertices, b)
+        here, b = sphere_domain(5), np.array([0.4, -0.2, 0.3])
+        images = mobius_map(here.vertices, b)
         assert np.allclose(np.linalg.norm(images, axis=1), 1)
         turns = np.linspace(0, 2 * np.pi, 9)[:-1]
         circle = np.stack([0.6 * np.cos(turns), 0.6 * np.sin(turns), np.full(8, 0.8)], axis=1)
-        moved = boosted(circle, b)
+        moved = mobius_map(circle, b)
         flat = np.linalg.svd(moved - moved.mean(axis=0))[1]
         assert flat[2] < 1e-12 * flat[0]
 
     def test_centering_undoes_any_boost_but_for_a_rotation(self):
-        here = ball(6)
+        here = sphere_domain(6)
         weights = 1 + 0.5 * here.vertices[:, 0] ** 2 + 0.3 * here.vertices[:, 1]
 
         def centered(points):
-            for b in centering(points, weights):
-                points = boosted(points, b)
+            for b in mobius_centering(points, weights):
+                points = mobius_map(points, b)
             return points
 
         one = centered(here.vertices)
-        other = centered(boosted(here.vertices, np.array([0.3, 0.5, -0.2])))
+        other = centered(mobius_map(here.vertices, np.array([0.3, 0.5, -0.2])))
         assert np.allclose(one @ one.T, other @ other.T, atol=1e-6)

@@ -7,8 +7,8 @@ import pytest
 from scipy.spatial import cKDTree
 
 import simplexmesh as sm
-from simplexmesh.recognition.fitting import centered, vertex_areas
-from simplexmesh.recognition.spheres import ball, boosted
+from simplexmesh.recognition.sphere_domain import mobius_map, sphere_domain
+from simplexmesh.recognition.sphere_fitting import centered, vertex_areas
 from tests import reference_recognition as reference
 
 
@@ -43,10 +43,10 @@ class TestSignature:
         assert np.array_equal(signature.angles, signature.mesh.simplex_angle)
 
     def test_what_is_visible_is_told_by_area(self, body):
-        here = ball(5)
+        here = sphere_domain(5)
         direction = np.array([0.6, 0.0, 0.8])
         hidden = here.vertices @ direction < 0.3
-        slid = here.mesh.moved(boosted(here.vertices, np.array([0.3, -0.2, 0.1])) * [2, 1, 1])
+        slid = here.mesh.moved(mobius_map(here.vertices, np.array([0.3, -0.2, 0.1])) * [2, 1, 1])
         one = sm.SAI(5, slid, hidden)
         assert one.visible_fraction == pytest.approx(here.cell_areas[~hidden].sum() / (4 * np.pi))
         areas = vertex_areas(slid)
@@ -88,18 +88,18 @@ class TestInvariance:
         assert np.allclose(found.T_a_b[:3, :3] @ [0, 0, 0] + found.T_a_b[:3, 3], t, atol=0.05)
 
     def test_centering_forgets_where_the_motion_began(self):
-        here = ball(7)
+        here = sphere_domain(7)
         egg = here.mesh.moved(here.vertices * [1.3, 1.0, 0.8])
-        slid = boosted(here.vertices, np.array([0.2, 0.1, -0.15]))
-        other = here.mesh.moved(here.interpolated(egg.vertices, here.places(slid)))
+        slid = mobius_map(here.vertices, np.array([0.2, 0.1, -0.15]))
+        other = here.mesh.moved(here.interpolated(egg.vertices, here.locate(slid)))
         one, two = centered(egg, 7, 7), centered(other, 7, 7)
         assert np.linalg.norm(one.vertices - two.vertices, axis=1).max() < 0.05  # chords lie below
         assert np.linalg.norm(egg.vertices - other.vertices, axis=1).max() > 0.2
 
     @pytest.mark.parametrize("slide", [(0.5, 0.3, -0.2), (-0.1, 0.6, 0.3)])
     def test_centering_balances_what_was_far_out_of_balance(self, slide):
-        here = ball(7)
-        mesh = here.mesh.moved(boosted(here.vertices * 1.0, np.array(slide)) * [1.5, 1.2, 0.7])
+        here = sphere_domain(7)
+        mesh = here.mesh.moved(mobius_map(here.vertices * 1.0, np.array(slide)) * [1.5, 1.2, 0.7])
         found = centered(mesh, 7, 7)
         areas = vertex_areas(found)
         assert np.linalg.norm(areas @ here.vertices / areas.sum()) < 0.02
@@ -107,18 +107,23 @@ class TestInvariance:
 
 class TestHidden:
     def test_films_are_taut_only_where_they_bulge_the_wrong_way(self, body, monkeypatch):
-        from simplexmesh.recognition import fitting
+        from simplexmesh.recognition import sphere_fitting
 
         seen = []
 
-        class Watched(fitting.DeformableModel):
+        class Watched(sphere_fitting.DeformableModel):
             def step(self):
                 gaps = super().step()
                 free, codes = np.isnan(gaps), np.asarray(self.constraint)
-                seen.append((int((codes[~free] == fitting.TAUT).sum()), int((codes[free] == fitting.SMOOTH).sum())))
+                seen.append(
+                    (
+                        int((codes[~free] == sphere_fitting.ORIENTATION).sum()),
+                        int((codes[free] == sphere_fitting.CURVATURE).sum()),
+                    )
+                )
                 return gaps
 
-        monkeypatch.setattr(fitting, "DeformableModel", Watched)
+        monkeypatch.setattr(sphere_fitting, "DeformableModel", Watched)
         cloud = body.triangulated().sampled(6000, rng=0).points
         sm.sai(cloud[cloud[:, 2] > 0.1], frequency=5)
         taut, smooth = np.array(seen)[-100:].T
@@ -127,13 +132,13 @@ class TestHidden:
 
     def test_the_threshold_is_by_samples_or_by_edges(self):
         from simplexmesh.motion.evolve import mean_edge
-        from simplexmesh.recognition.samples import reach_of
+        from simplexmesh.recognition.surface_samples import visibility_threshold
 
-        edge = mean_edge(ball(5).mesh)
+        edge = mean_edge(sphere_domain(5).mesh)
         for spacing in (0.01, 1.0):
             grid = np.arange(20) * spacing
             points = np.stack([*(each.ravel() for each in np.meshgrid(grid, grid)), np.zeros(400)], axis=1)
-            found = reach_of(points, cKDTree(points), ball(5).mesh)
+            found = visibility_threshold(points, cKDTree(points), sphere_domain(5).mesh)
             corner = 3 * spacing * np.array([1.0, np.sqrt(2), 2.0])  # to the fourth neighbor; farther on borders
             assert found == pytest.approx(0.75 * edge) if spacing < edge / 8 else np.isclose(found, corner).any()
 
@@ -236,7 +241,7 @@ class TestDoor:
 
     @pytest.mark.parametrize("hidden", [np.zeros(3, bool), np.zeros(500), np.zeros((500, 1), bool)])
     def test_hidden_of_another_shape(self, hidden):
-        with pytest.raises(ValueError, match="hidden must be 500 values true or false"):
+        with pytest.raises(ValueError, match="hidden must be 500 booleans"):
             sm.SAI(5, sm.sphere(5), hidden)
 
 
@@ -258,23 +263,23 @@ class TestPicture:
 
 class TestFilms:
     def test_that_come_loose_are_not_kept(self, body, monkeypatch):
-        from simplexmesh.recognition import fitting
+        from simplexmesh.recognition import sphere_fitting
 
-        moved, after = fitting._moved, []
+        moved, after = sphere_fitting._run_phase, []
 
         def loosened(mesh, *rest):
             after.append(moved(mesh, *rest))
             return after[-1].moved(after[-1].vertices * (2.0 if len(after) > 6 else 1.0))
 
-        monkeypatch.setattr(fitting, "_moved", loosened)
+        monkeypatch.setattr(sphere_fitting, "_run_phase", loosened)
         found = sm.sai(body, frequency=5)
         assert np.array_equal(found.mesh.vertices, after[5].vertices)
 
     def test_are_taut_outside_of_the_data(self):
-        from simplexmesh.recognition.fitting import Box
+        from simplexmesh.recognition.sphere_fitting import Box
 
         points = np.random.default_rng(0).uniform(-1, 1, (4000, 3)) * [3, 2, 1]
         R = reference.random_rotation(np.random.default_rng(1))
         box = Box.around(points @ R.T + [5, 0, 0])
         probes = np.array([[0, 0, 0], [2.7, 1.7, 0.8], [3.3, 0, 0], [0, 2.3, 0], [0, 0, -1.2]])
-        assert box.left_by(probes @ R.T + [5, 0, 0]).tolist() == [False, False, True, True, True]
+        assert box.outside(probes @ R.T + [5, 0, 0]).tolist() == [False, False, True, True, True]

@@ -18,7 +18,7 @@ from simplexmesh.recognition.landscape import NODES, around, over_patch, over_sp
 from simplexmesh.recognition.match import comparable, match
 from simplexmesh.recognition.matches import Match
 from simplexmesh.recognition.sai import SAI
-from simplexmesh.recognition.spheres import ball
+from simplexmesh.recognition.sphere_domain import sphere_domain
 
 Array = NDArray[np.float64]
 
@@ -87,7 +87,7 @@ def landscape(
     shown, axes = hypotheses[:SHOWN], plane_of(hypotheses)
     pole = shown[0].rotation.T @ (FRONT / np.linalg.norm(FRONT))
     values = over_sphere(sai_a, sai_b, pole)
-    ground, vectors, flat = ball(NODES).mesh, *_disc(axes)
+    ground, vectors, flat = sphere_domain(NODES).mesh, *_disc(axes)
     tops = [one.rotation @ pole for one in shown]
     at = [int(np.argmax(ground.vertices @ top)) for top in tops]
     values[at] = np.minimum(values[at], [one.distance for one in shown])

@@ -95,8 +95,8 @@ def refined(
         weight = _trust(lack, arm) * found.alike[common]
         rows, matrix = information(arms, normals, weight)
         values, vectors = np.linalg.eigh(matrix)
-        sound = values > LOST * values[-1]
-        x = -vectors[:, sound] @ ((vectors[:, sound].T @ (rows.T @ (weight * lack))) / values[sound])
+        regular = values > LOST * values[-1]
+        x = -vectors[:, regular] @ ((vectors[:, regular].T @ (rows.T @ (weight * lack))) / values[regular])
         step = np.eye(4)
         step[:3, :3] = rotations_of(x[None, :3] / arm)[0]
         step[:3, 3] = middle + x[3:] - step[:3, :3] @ middle

@@ -8,14 +8,14 @@ from scipy.ndimage import map_coordinates
 from scipy.spatial import cKDTree
 
 from simplexmesh.recognition import _kernels_match
+from simplexmesh.recognition.flat_domains import FlatDomain, domain
 from simplexmesh.recognition.match import searched
 from simplexmesh.recognition.matches import Match
 from simplexmesh.recognition.occlusion import Signature, scale_factor, signature_of
-from simplexmesh.recognition.patches import Patch, domain
 from simplexmesh.recognition.rotations import rotations, rotations_of
 from simplexmesh.recognition.sai import SAI
 from simplexmesh.recognition.sliding import compared, compared_values
-from simplexmesh.recognition.spheres import ball
+from simplexmesh.recognition.sphere_domain import sphere_domain
 
 Array = NDArray[np.float64]
 
@@ -26,7 +26,7 @@ LEAST_OVERLAP = 0.5
 
 
 def over_sphere(sai_a: SAI, sai_b: SAI, pole: Array) -> Array:
-    """Return (720,) the least distance over all rotations that take a pole of b to each vertex of ``ball(6)``.
+    """Return (720,) the least distance over all rotations that take a pole of b to each vertex of ``sphere_domain(6)``.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ def over_sphere(sai_a: SAI, sai_b: SAI, pole: Array) -> Array:
     >>> one = sm.sai(sm.ellipsoid((3, 2, 1), 12), frequency=5)
     >>> pole = np.array([0, 0, 1.0])
     >>> values = over_sphere(one, one, pole)
-    >>> bool(values[ball(NODES).vertices @ pole > 0.98].min() < 0.3 * values.mean())
+    >>> bool(values[sphere_domain(NODES).vertices @ pole > 0.98].min() < 0.3 * values.mean())
     True
     """
     a, b = _signatures(sai_a, sai_b)
@@ -49,8 +49,8 @@ def over_sphere(sai_a: SAI, sai_b: SAI, pole: Array) -> Array:
     total, common = searched(a, b, table)
     with np.errstate(divide="ignore", invalid="ignore"):
         distance = np.where(common >= LEAST_OVERLAP * common.max(), np.sqrt(total / common), np.inf)
-    at = cKDTree(ball(NODES).vertices).query(table.matrices @ pole)[1]
-    out = np.full(len(ball(NODES).vertices), np.inf)
+    at = cKDTree(sphere_domain(NODES).vertices).query(table.matrices @ pole)[1]
+    out = np.full(len(sphere_domain(NODES).vertices), np.inf)
     np.minimum.at(out, at, distance)
     return np.where(np.isfinite(out), out, np.max(out[np.isfinite(out)], initial=0.0))
 
@@ -67,7 +67,7 @@ def around(sai_a: SAI, sai_b: SAI, rotation: Array, vectors: Array) -> Array:
         Axes of the turns, as long as their angles in radians.
     """
     a, b = _signatures(sai_a, sai_b)
-    here = ball(sai_a.frequency)
+    here = sphere_domain(sai_a.frequency)
     means, A, slope = here.face_means(a.values), np.zeros((3, 3)), np.zeros(3)
     near = np.argmax(here.vertices @ rotation.T @ here.vertices.T, axis=1)
     out = np.full(len(vectors), np.nan)
@@ -94,7 +94,7 @@ def over_patch(sai_a: SAI, sai_b: SAI) -> Array:
     True
     """
     patch = domain(sai_a.topology, sai_a.frequency)
-    assert isinstance(patch, Patch)
+    assert isinstance(patch, FlatDomain)
     a, b = (compared_values(one, 2, 0.3) for one in (sai_a, sai_b))
     squares = []
     for flipped in (False, True) if patch.topology != "plane" else (False,):

@@ -16,7 +16,7 @@ from simplexmesh.recognition.occlusion import WHOLE, Signature, scale_factor, si
 from simplexmesh.recognition.rotations import FAMILIES, TURNS, Rotations, rotations
 from simplexmesh.recognition.sai import SAI
 from simplexmesh.recognition.sliding import slid
-from simplexmesh.recognition.spheres import Ball, ball
+from simplexmesh.recognition.sphere_domain import SphereDomain, sphere_domain
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -104,7 +104,7 @@ def match(
             raise ValueError(f"method, refine and scale are for signatures on spheres, not on a {sai_a.topology}")
         return slid(sai_a, sai_b, best, minimum_overlap, smoothing, limit)
     table = rotations(sai_a.frequency, method)
-    here = ball(sai_a.frequency)
+    here = sphere_domain(sai_a.frequency)
     found: list[_Hypothesis] = []
     for factor, which in _scales(sai_a, sai_b, scale):
         a = signature_of(sai_a, smoothing=smoothing, limit=limit, scale=factor if which == "a" else 1.0)
@@ -192,7 +192,7 @@ def _turned(values: NDArray[Any], table: Rotations) -> NDArray[np.float32]:
     return out
 
 
-def _turns(a: Signature, b: Signature, table: Rotations, here: Ball, least: int, best: int, *,
+def _turns(a: Signature, b: Signature, table: Rotations, here: SphereDomain, least: int, best: int, *,
            refine: bool) -> list[tuple[Array, float, float]]:  # fmt: skip
     """Return the rotations under which two signatures differ least, their distance and how many vertices are common."""
     most = CANDIDATES * best if refine else best
@@ -232,7 +232,7 @@ def separate(turns: Array, most: int) -> list[int]:
     return kept
 
 
-def _followed(turns: Array, near: Indices, a: Signature, b: Signature, here: Ball, least: int,
+def _followed(turns: Array, near: Indices, a: Signature, b: Signature, here: SphereDomain, least: int,
               steps: int) -> tuple[Array, Array]:  # fmt: skip
     """Follow rotations toward the least distance around, in place; return distances and numbers of common vertices."""
     distance, common = np.zeros(len(turns)), np.zeros(len(turns))
@@ -246,11 +246,11 @@ def _followed(turns: Array, near: Indices, a: Signature, b: Signature, here: Bal
 
 def _told(one: _Hypothesis, sai_a: SAI, sai_b: SAI) -> Match:
     """Return a hypothesis with the correspondences it makes."""
-    here = ball(sai_a.frequency)
-    places = here.places(here.vertices @ one.rotation.T)
+    here = sphere_domain(sai_a.frequency)
+    places = here.locate(here.vertices @ one.rotation.T)
     common = one.b.seen & one.a.seen[places.vertex]
     on_a = here.interpolated(one.a.sources, places)[common]
-    place_a, place_b = here.places(normalized(on_a)), here.places(one.b.sources[common])
+    place_a, place_b = here.locate(normalized(on_a)), here.locate(one.b.sources[common])
     return Match(
         rotation=_check.frozen(one.rotation),
         distance=one.distance,

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from simplexmesh._vec import normalized
 from simplexmesh.recognition.sai import SAI
-from simplexmesh.recognition.spheres import ball
+from simplexmesh.recognition.sphere_domain import sphere_domain
 
 Array = NDArray[np.float64]
 
@@ -97,13 +97,13 @@ def signature_of(one: SAI, *, smoothing: int = 0, scale: float = 1.0, limit: flo
     limit : float
         Angles beyond this, in radians, count as this.
     """
-    here = ball(one.frequency)
+    here = sphere_domain(one.frequency)
     values = smoothed(one.angles, ~one.hidden, one.mesh.neighbors, smoothing)
     seen = ~(one.hidden | one.hidden[one.mesh.neighbors].any(axis=1))
     if scale == 1.0:
         return Signature(np.clip(values, -limit, limit), seen, here.vertices)
     sources, exist = scaled_directions(here.vertices, one.center, scale)
-    places = here.places(sources)
+    places = here.locate(sources)
     values = here.interpolated(2 * np.arctan(np.tan(values / 2) / np.sqrt(scale)), places)
     return Signature(np.clip(values, -limit, limit), exist & seen[places.vertex], sources)
 

@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 from simplexmesh import _cache, _check
 from simplexmesh._vec import normalized
 from simplexmesh.mesh.lattices import polyhedron
-from simplexmesh.recognition.spheres import ball, checked_frequency
+from simplexmesh.recognition.sphere_domain import checked_frequency, sphere_domain
 
 Array = NDArray[np.float64]
 Table = NDArray[np.int16]
@@ -105,7 +105,7 @@ def icosahedral_group() -> Array:
 
 def dart_representatives(frequency: int, turns: Table) -> Array:
     """Return one rotation (m, 3, 3) for each orbit of the darts under the icosahedron: it takes dart 0 to the dart."""
-    mesh = ball(frequency).mesh
+    mesh = sphere_domain(frequency).mesh
     darts = mesh.connectivity.n_vertices * 3
     vertex, other = np.arange(darts) // 3, mesh.neighbors.ravel().astype(np.int64)
     code = np.full(darts, np.iinfo(np.int64).max)
@@ -171,7 +171,7 @@ def angles_between(first: Array, second: Array) -> Array:
 
 def built(frequency: int, family: str) -> Rotations:
     """Return a family of rotations, computed."""
-    here = ball(frequency)
+    here = sphere_domain(frequency)
     group = icosahedral_group()
     turns = _nearest(frequency, group)
     if family == "darts":
@@ -185,7 +185,7 @@ def _nearest(frequency: int, matrices: Array) -> Table:
     """Return, for each rotation and vertex, the vertex nearest to where it comes, (k, n)."""
     from scipy.spatial import cKDTree
 
-    vertices = ball(frequency).vertices
+    vertices = sphere_domain(frequency).vertices
     images = np.einsum("kab,nb->kna", matrices, vertices)
     return cKDTree(vertices).query(images.reshape(-1, 3), workers=-1)[1].reshape(images.shape[:2]).astype(np.int16)
 
@@ -235,10 +235,10 @@ def _read(path: Path, frequency: int, family: str) -> Rotations | None:
         return None
     m = len(parts["representatives"])
     shapes = {"representatives": (m, 3, 3), "maps": (m, n), "group": (TURNS, 3, 3), "turns": (TURNS, n)}
-    sound = all(parts[name].shape == shape for name, shape in shapes.items())
+    valid = all(parts[name].shape == shape for name, shape in shapes.items())
     for name in ("maps", "turns"):
-        sound = sound and parts[name].dtype == np.int16 and parts[name].min() >= 0 and parts[name].max() < n
-    return Rotations(frequency, family, **parts) if sound and m > 0 else None
+        valid = valid and parts[name].dtype == np.int16 and parts[name].min() >= 0 and parts[name].max() < n
+    return Rotations(frequency, family, **parts) if valid and m > 0 else None
 
 
 def _leave(path: Path, found: Rotations) -> None:

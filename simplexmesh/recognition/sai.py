@@ -1,4 +1,4 @@
-"""Spherical attribute images: the shape of an object as one number per vertex of a sphere, torus, tube or disc."""
+"""Spherical attribute images: shape signatures, a simplex angle per vertex of a sphere, torus, cylinder or disc."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from simplexmesh import _check
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.progress import Report, reporting
 from simplexmesh.motion.subjects import as_subject
-from simplexmesh.recognition.fitting import fitted, vertex_areas
-from simplexmesh.recognition.laying import laid
-from simplexmesh.recognition.patches import TOPOLOGIES, Patch, domain
-from simplexmesh.recognition.samples import reach_of, samples, sound
-from simplexmesh.recognition.spheres import Ball, checked_frequency
-from simplexmesh.recognition.storing import understood, write
+from simplexmesh.recognition.flat_domains import TOPOLOGIES, FlatDomain, domain
+from simplexmesh.recognition.flat_fitting import fit_flat_domain
+from simplexmesh.recognition.sai_files import read, write
+from simplexmesh.recognition.sphere_domain import SphereDomain, checked_frequency
+from simplexmesh.recognition.sphere_fitting import fit_sphere, vertex_areas
+from simplexmesh.recognition.surface_samples import check_samples, samples, visibility_threshold
 
 Array = NDArray[np.float64]
 
-LEAST_SEEN = 0.05
+MINIMUM_VISIBLE = 0.05
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -34,18 +34,18 @@ class SAI:
     Parameters
     ----------
     frequency : int
-        f, 5 to 12: the sphere has 20 f^2 vertices, and so have others, but for the disc, which has about as many.
+        f, 5 to 12: the mesh has 20 f^2 vertices, a disc about as many.
     mesh : SimplexMesh
-        The sphere fitted to the object, in the object's place; its connectivity is that of ``sm.sphere(frequency)``.
-        For other topologies a torus, a tube or a disc: see `simplexmesh.recognition.patches`.
+        The sphere fitted to the object, in the object's frame; its connectivity is that of ``sm.sphere(frequency)``.
+        For other topologies a torus, a cylinder or a disc: see `simplexmesh.recognition.flat_domains`.
     hidden : (n,) array of bool, optional
-        Vertices that no data is near: they bridge what was not seen. None are by default.
+        Vertices without data nearby: they bridge what was not seen. By default none.
     distance : (n,) array of float, optional
         From each vertex to the nearest data, in the data's unit.
     threshold : float
-        Vertices farther away than this from the data are hidden.
+        Vertices farther than this from the data are hidden, in the data's unit.
     topology : {"sphere", "torus", "cylinder", "plane"}
-        What the mesh is; "plane" is a disc.
+        Of the mesh; "plane" is a disc.
 
     Raises
     ------
@@ -78,7 +78,7 @@ class SAI:
         n = self.mesh.n_vertices
         hidden = np.zeros(n, bool) if self.hidden is None else np.asarray(self.hidden)
         if hidden.dtype != bool or hidden.shape != (n,):
-            raise ValueError(f"hidden must be {n} values true or false, not {hidden.dtype} of shape {hidden.shape}")
+            raise ValueError(f"hidden must be {n} booleans, not {hidden.dtype} of shape {hidden.shape}")
         distance = np.zeros(n) if self.distance is None else _check.array("distance", self.distance, (n,))
         object.__setattr__(self, "hidden", _check.frozen(hidden))
         object.__setattr__(self, "distance", _check.frozen(distance))
@@ -89,8 +89,8 @@ class SAI:
         return f"SAI({kind}frequency {self.frequency}, {self.n_vertices} vertices{seen})"
 
     @property
-    def domain(self) -> Ball | Patch:
-        """The regular mesh the signature lives on: a unit sphere, or the torus, tube or disc of its topology."""
+    def domain(self) -> SphereDomain | FlatDomain:
+        """The regular mesh of the signature: the unit sphere, or the torus, cylinder or disc of its topology."""
         return domain(self.topology, self.frequency)
 
     @property
@@ -100,41 +100,41 @@ class SAI:
 
     @property
     def angles(self) -> Array:
-        """(n,) the simplex angle at each vertex, in radians, positive where the surface bulges out."""
+        """(n,) simplex angle at each vertex, in radians, positive where the surface is convex."""
         return self.mesh.simplex_angle
 
     @property
     def directions(self) -> Array:
-        """(n, 3) where each vertex is on the unit sphere, or on the model of another topology."""
+        """(n, 3) position of each vertex on the unit sphere, or on the domain of another topology."""
         return self.domain.vertices
 
     @property
     def area(self) -> float:
-        """The area of the fitted mesh, in the data's unit squared."""
+        """Area of the fitted mesh, in the data's unit squared."""
         return self.mesh.area
 
     @cached_property
     def visible_area(self) -> float:
-        """The part of `area` that was seen (A1 of equation 6.8)."""
+        """The visible part of `area` (A1 of equation 6.8)."""
         areas = vertex_areas(self.mesh)
         return float(self.area * areas[~self.hidden].sum() / areas.sum())
 
     @cached_property
     def visible_fraction(self) -> float:
-        """The share of the unit sphere that was seen (A2 of equation 6.8, over 4 pi)."""
+        """The visible fraction of the unit sphere (A2 of equation 6.8, over 4 pi)."""
         cells = self.domain.cell_areas
         return float(cells[~self.hidden].sum() / cells.sum())
 
     @cached_property
     def center(self) -> Array:
-        """(3,) the mean direction of what was seen, a unit vector; the x axis where all was seen."""
+        """(3,) mean direction of the visible part, a unit vector; the x axis if all is visible."""
         cells = self.domain.cell_areas
         mean = (self.directions * cells[:, None])[~self.hidden].sum(axis=0)
         length = float(np.linalg.norm(mean))
         return np.array([1.0, 0.0, 0.0]) if length < 1e-6 * cells.sum() else mean / length
 
     def plot(self, **options: Any) -> Any:
-        """Show the signature on the sphere, each vertex at the radius pi + phi, gray where hidden; others likewise.
+        """Show the signature on its domain, on the sphere with vertices at radius pi + phi; hidden vertices are gray.
 
         Parameters
         ----------
@@ -144,14 +144,14 @@ class SAI:
         Returns
         -------
         pyvista.Plotter
-            `.show()` opens it; `simplexmesh.plot.picture` writes it to a file.
+            `.show()` opens a window; `simplexmesh.plot.picture` writes a file.
         """
         from simplexmesh.plot.attribute_image import signature
 
         return signature(self, **options)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the signature to a file, whole or not at all.
+        """Write the signature to a file, atomically.
 
         Parameters
         ----------
@@ -175,9 +175,9 @@ class SAI:
         Raises
         ------
         OSError
-            The file is absent, not one of ours, or cut short.
+            The file is missing, of another kind or truncated.
         """
-        with understood(path) as parts:
+        with read(path) as parts:
             frequency = int(parts["frequency"])
             topology = str(parts["topology"]) if "topology" in parts else "sphere"
             mesh = domain(topology, frequency).mesh.moved(parts["vertices"])
@@ -196,31 +196,31 @@ def sai(
     topology: str = "sphere",
     progress: bool | Report = False,
 ) -> SAI:
-    """Return the spherical attribute image of an object, or its image on a torus, a tube or a disc.
+    """Return the spherical attribute image of an object, or its image on a torus, a cylinder or a disc.
 
-    A quasi-regular sphere is laid around the data as an ellipsoid and moves under strong, then light smoothing with
-    metric parameters 1/3 until it rests. Its simplex angles do not change with the object's place, size and pose;
-    another pose only turns them on the sphere.
+    A quasi-regular sphere starts as an ellipsoid around the data and is deformed with metric parameters 1/3, under
+    strong, then light smoothing, until it converges. Its simplex angles are invariant to translation and scale of the
+    object; rotating the object rotates them on the sphere.
 
     Parameters
     ----------
     data : SimplexMesh, TriangleMesh, PointCloud, Volume, array, pyvista or trimesh object, path, or sequence of scans
         A complete object, several views of it in one frame, or one view.
     frequency : int
-        f, 5 to 12; the signature has 20 f^2 values, on a disc about as many. Signatures that are to be compared need
-        the same.
+        f, 5 to 12; the signature has 20 f^2 values, on a disc about as many. Only signatures of one frequency can be
+        compared.
     level, label, inside
-        The surface meant, when `data` is a volume; as in `reconstruct`.
+        The surface of a volume, as in `reconstruct`.
     poses : path, mapping or sequence, optional
-        For several scans: T_world_scan of each, as in `reconstruct`.
+        T_world_scan of each of several scans, as in `reconstruct`.
     threshold : float, optional
-        Vertices farther than this from the data are labelled hidden, in the data's unit. Default: three times the
-        distance between neighboring samples where they are sparse, and at least three quarters of the mesh's edges.
+        Vertices farther than this from the data are hidden, in the data's unit. Default: three times the distance
+        between neighboring samples where they are sparse, and at least three quarters of the mean edge of the mesh.
     topology : {"sphere", "torus", "cylinder", "plane"}
-        On what: a "torus" for objects with one handle and no border, knotted or not, a "cylinder" for tubes with two
-        borders, a "plane" for sheets with one border. The sphere suits any object; it seals handles.
+        Of the domain: "torus" for objects with one handle and no border, knotted or not, "cylinder" for tubes with two
+        borders, "plane" for sheets with one border. The sphere suits any object; it closes handles.
     progress : bool or callable
-        True shows a bar; a function is called with the share done and a message.
+        True shows a bar; a function is called with the fraction done and a message.
 
     Returns
     -------
@@ -229,19 +229,18 @@ def sai(
     Raises
     ------
     ValueError, TypeError, OSError
-        Data that is not there, too small or flat to carry a signature, of another topology than asked for; a frequency
-        out of range.
+        Data that is missing, too few points or coplanar, or of another topology; a frequency out of range.
     DivergedError
-        When the motion left the finite numbers.
+        The deformation produced numbers that are not finite.
 
     Notes
     -----
-    At rest the mesh is nearly a conformal image of the sphere. Of all such images the one is taken whose area is
-    balanced about the center of the sphere, which makes the result repeatable: see `simplexmesh.recognition.fitting`.
-    Data with handles gets them sealed.
+    The converged mesh is nearly a conformal image of the sphere. Of all such images the one whose area is balanced
+    about the center of the sphere is taken, which makes the result repeatable: see
+    `simplexmesh.recognition.sphere_fitting`. Handles of the data are closed.
 
-    A torus, a tube or a disc is laid on the data along a map that keeps angles but for a stretch of the whole, found
-    from harmonic functions (`simplexmesh.recognition.unrolling`), then smoothed on the data.
+    A torus, cylinder or disc is mapped to the data by a conformal parameterization followed by an affine stretch
+    (`simplexmesh.recognition.parameterization`), then relaxed on the data.
 
     References
     ----------
@@ -263,21 +262,21 @@ def sai(
         report(0.0, "reading")
         subject = as_subject(data, level=level, label=label, inside=inside, components="largest", poses=poses)
         points, normals = samples(subject)
-        sound(points)
+        check_samples(points)
         report(0.1, "fitting")
         if topology == "sphere":
-            mesh = fitted(points, normals, frequency)
+            mesh = fit_sphere(points, normals, frequency)
         else:
             told = {"level": level, "label": label, "inside": inside, "poses": poses}
-            mesh = laid(subject, data, topology, frequency, told)
+            mesh = fit_flat_domain(subject, data, topology, frequency, told)
         report(0.9, "labeling")
         tree = cKDTree(points)
         distance = tree.query(mesh.vertices, workers=-1)[0]
-        limit = reach_of(points, tree, mesh) if limit is None else limit
+        limit = visibility_threshold(points, tree, mesh) if limit is None else limit
         found = SAI(frequency, mesh, distance > limit, distance, limit, topology)
-        if found.visible_fraction < LEAST_SEEN:
+        if found.visible_fraction < MINIMUM_VISIBLE:
             raise ValueError(
-                f"data must be near the {topology} fitted to it on at least {LEAST_SEEN:.0%} of it; it is on "
+                f"data must be near the {topology} fitted to it on at least {MINIMUM_VISIBLE:.0%} of it; it is on "
                 f"{found.visible_fraction:.1%}, with threshold {limit:g}"
             )
         report(1.0, "done")

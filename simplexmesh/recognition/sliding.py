@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from simplexmesh import _check
 from simplexmesh._vec import normalized
+from simplexmesh.recognition.flat_domains import FlatDomain, domain
 from simplexmesh.recognition.matches import Match
 from simplexmesh.recognition.occlusion import smoothed
-from simplexmesh.recognition.patches import Patch, domain
 from simplexmesh.recognition.sai import SAI
 
 Array = NDArray[np.float64]
@@ -39,7 +39,7 @@ class Grid:
     Attributes
     ----------
     coordinates : (rows, columns, 2) array of float
-        As in `Patch`; for the disc the columns are angles and the rows radii.
+        As in `FlatDomain`; for the disc the columns are angles and the rows radii.
     corners : (rows, columns, 3) array of int
     weights : (rows, columns, 3) array of float
         What interpolates there.
@@ -64,8 +64,8 @@ def grid(topology: str, frequency: int) -> Grid:
     if topology == "plane":
         at = y[..., None] * np.stack([np.cos(2 * np.pi * x), np.sin(2 * np.pi * x)], axis=-1)
     patch = domain(topology, frequency)
-    assert isinstance(patch, Patch)
-    corners, weights = patch.places(at.reshape(-1, 2))
+    assert isinstance(patch, FlatDomain)
+    corners, weights = patch.locate(at.reshape(-1, 2))
     areas = steps[:, None] if topology == "plane" else np.ones((rows, 1))
     return Grid(at, corners.reshape(rows, columns, 3), weights.reshape(rows, columns, 3), areas / areas.sum() / columns)
 
@@ -191,8 +191,8 @@ def _measured(
 ) -> tuple[float, float]:
     """Return the root mean square difference over what both show, and the share that is."""
     patch = domain(sai_a.topology, sai_a.frequency)
-    assert isinstance(patch, Patch)
-    corners, weights = patch.places(moved(patch.topology, patch.coordinates, shift, flipped=flipped))
+    assert isinstance(patch, FlatDomain)
+    corners, weights = patch.locate(moved(patch.topology, patch.coordinates, shift, flipped=flipped))
     both = b[1] & a[1][corners].all(axis=1)
     if not both.any():
         return np.inf, 0.0
@@ -230,8 +230,8 @@ def _apart(one: Array, other: Array) -> float:
 def _told(sai_a: SAI, sai_b: SAI, distance: float, overlap: float, shift: Array, *, flipped: bool) -> Match:
     """Return a hypothesis with the correspondences it makes."""
     patch = domain(sai_a.topology, sai_a.frequency)
-    assert isinstance(patch, Patch)
-    corners, weights = patch.places(moved(patch.topology, patch.coordinates, shift, flipped=flipped))
+    assert isinstance(patch, FlatDomain)
+    corners, weights = patch.locate(moved(patch.topology, patch.coordinates, shift, flipped=flipped))
     both = ~sai_b.hidden & ~sai_a.hidden[corners].any(axis=1)
     corners, weights = corners[both], weights[both]
     c, s = np.cos(2 * np.pi * shift[0]), np.sin(2 * np.pi * shift[0])

@@ -1,4 +1,4 @@
-"""The part of a signature that no rotation changes: how much of it there is in spherical harmonics of each degree."""
+"""Rotation-invariant power spectrum of a signature in spherical harmonics."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ from numpy.typing import NDArray
 
 from simplexmesh.recognition.occlusion import signature_of
 from simplexmesh.recognition.sai import SAI
-from simplexmesh.recognition.spheres import ball
+from simplexmesh.recognition.sphere_domain import sphere_domain
 
 Array = NDArray[np.float64]
 
 
 def power_spectrum(sai: SAI, degrees: int = 12, *, smoothing: int = 2, limit: float = 0.3) -> Array:
-    """Return (degrees + 1,) the root of the power of a signature in each degree of its spherical harmonics.
+    """Return (degrees + 1,) square roots of a signature's power in each degree of spherical harmonics.
 
-    By the addition theorem the sum over all orders of a degree l is a sum over pairs of vertices of the product of
-    their angles with Legendre's polynomial of the cosine between them; no harmonic itself is needed.
+    By the addition theorem the power of degree l is a sum over pairs of vertices: the product of their angles times
+    the Legendre polynomial P_l of the cosine between them. No harmonics are evaluated.
 
     Parameters
     ----------
@@ -24,12 +24,12 @@ def power_spectrum(sai: SAI, degrees: int = 12, *, smoothing: int = 2, limit: fl
         On a sphere, complete.
     degrees : int
     smoothing, limit
-        How angles are smoothed and cut off, as in `match`.
+        Smoothing and clipping of the angles, as in `match`.
 
     Raises
     ------
     ValueError
-        A signature on something else.
+        `sai` is not on a sphere.
 
     References
     ----------
@@ -46,12 +46,12 @@ def power_spectrum(sai: SAI, degrees: int = 12, *, smoothing: int = 2, limit: fl
     """
     if sai.topology != "sphere":
         raise ValueError(f"sai must be a signature on a sphere, not on a {sai.topology}")
-    here = ball(sai.frequency)
-    values = signature_of(sai, smoothing=smoothing, limit=limit).values * here.cell_areas
-    cosine = np.clip(here.vertices @ here.vertices.T, -1.0, 1.0)
-    before, legendre = np.zeros_like(cosine), np.ones_like(cosine)
+    domain = sphere_domain(sai.frequency)
+    values = signature_of(sai, smoothing=smoothing, limit=limit).values * domain.cell_areas
+    cosine = np.clip(domain.vertices @ domain.vertices.T, -1.0, 1.0)
+    previous, legendre = np.zeros_like(cosine), np.ones_like(cosine)
     powers = []
     for degree in range(degrees + 1):
         powers.append((2 * degree + 1) / (4 * np.pi) * float(values @ legendre @ values))
-        before, legendre = legendre, ((2 * degree + 1) * cosine * legendre - degree * before) / (degree + 1)
+        previous, legendre = legendre, ((2 * degree + 1) * cosine * legendre - degree * previous) / (degree + 1)
     return np.sqrt(np.maximum(powers, 0.0))

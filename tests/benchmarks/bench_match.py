@@ -19,7 +19,7 @@ import simplexmesh as sm
 from simplexmesh.recognition.match import searched
 from simplexmesh.recognition.occlusion import Signature
 from simplexmesh.recognition.rotations import built, rotations
-from simplexmesh.recognition.spheres import ball
+from simplexmesh.recognition.sphere_domain import sphere_domain
 from tests import reference_recognition as reference
 
 
@@ -50,8 +50,11 @@ def searches() -> None:
             built(frequency, family)
             build = time.perf_counter() - start
             table = rotations(frequency, family)
-            whole = [Signature(each, np.ones(n, bool), ball(frequency).vertices) for each in values]
-            part = [Signature(each, some, ball(frequency).vertices) for each, some in zip(values, seen, strict=True)]
+            whole = [Signature(each, np.ones(n, bool), sphere_domain(frequency).vertices) for each in values]
+            part = [
+                Signature(each, some, sphere_domain(frequency).vertices)
+                for each, some in zip(values, seen, strict=True)
+            ]
             search = best(lambda: searched(*whole, table))  # noqa: B023
             hidden = best(lambda: searched(*part, table))  # noqa: B023
             rows = table.indices()

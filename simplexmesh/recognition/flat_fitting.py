@@ -1,0 +1,159 @@
+"""Fit a regular torus, cylinder or disc to data through a conformal parameterization."""
+
+from __future__ import annotations
+
+import warnings
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from simplexmesh._vec import norm
+from simplexmesh.data.triangles import TriangleMesh
+from simplexmesh.errors import SimplexMeshWarning
+from simplexmesh.mesh.simplex_mesh import SimplexMesh
+from simplexmesh.motion.deform import DeformableModel
+from simplexmesh.motion.outward import turned_outward
+from simplexmesh.motion.reconstruct import reconstruct
+from simplexmesh.motion.subjects import PointsSubject, Subject, TrianglesSubject
+from simplexmesh.recognition.flat_domains import PERIODIC, FlatDomain, domain
+from simplexmesh.recognition.parameterization import Parameterization, conformal_parameterization
+
+Array = NDArray[np.float64]
+
+INVARIANTS = {"torus": (1, 0), "cylinder": (0, 2), "plane": (0, 1)}
+"""Genus and number of borders of each topology."""
+
+INITIAL_SHAPES = {"torus": "auto", "cylinder": "cylinder", "plane": "plane"}
+VERTICES = 3000
+MAXIMUM_ERROR = 0.01
+"""Largest root mean square distance between model and data, in diagonals."""
+
+MAXIMUM_TANGLED = 0.004
+"""Largest fraction of tangled vertices; a few occur, as in the corners of a rectangle fitted to a disc."""
+
+CANDIDATES = 24
+STIFF_STEPS, LIGHT_STEPS = 40, 40
+REACH = 0.05
+
+
+def fit_flat_domain(subject: Subject, data: Any, topology: str, frequency: int, options: dict[str, Any]) -> SimplexMesh:
+    """Return the regular mesh of a topology and frequency fitted to data.
+
+    A triangulated surface is parameterized as it is, a reconstruction of any other data. The mesh is mapped onto it and
+    then relaxed on the data along its normals, with its metric parameters kept.
+
+    Parameters
+    ----------
+    subject : Subject
+        The prepared data.
+    data : Any
+        The data as given, for `reconstruct`.
+    topology : {"torus", "cylinder", "plane"}
+    frequency : int
+    options : dict
+        Keyword arguments of `reconstruct` that describe the data.
+
+    Returns
+    -------
+    SimplexMesh
+
+    Raises
+    ------
+    ValueError
+        The data has another topology.
+    """
+    if topology == "plane" or isinstance(subject, TrianglesSubject):
+        subject = turned_outward(subject)  # so that the side taken does not depend on the pose
+    surface = _surface(subject, data, topology, options)
+    patch = domain(topology, frequency)
+    assert isinstance(patch, FlatDomain)
+    mesh = patch.mesh.moved(sampled(conformal_parameterization(surface.vertices, surface.faces, topology), patch))
+    return _relaxed(mesh, subject, float(norm(np.ptp(surface.vertices, axis=0))))
+
+
+def _surface(subject: Subject, data: Any, topology: str, options: dict[str, Any]) -> TriangleMesh:
+    """Return the data as a triangulated surface of a topology."""
+    if isinstance(subject, TrianglesSubject):
+        surface = subject.triangles
+    elif isinstance(subject, PointsSubject) and topology == "plane":
+        surface = _reconstructed(subject.cloud, topology, {})
+    else:
+        surface = _reconstructed(data, topology, options)
+    found, (genus, borders) = surface.topology, INVARIANTS[topology]
+    if (found.n_components, found.genus, found.n_borders) != (1, genus, borders):
+        raise ValueError(
+            f"data must have genus {genus}, border count {borders} and component count 1 for topology={topology!r}, "
+            f"not {found.genus}, {found.n_borders} and {found.n_components}"
+        )
+    return surface
+
+
+def _reconstructed(data: Any, topology: str, options: dict[str, Any]) -> TriangleMesh:
+    """Return the surface reconstructed from a volume or points, started from a shape of the topology."""
+    start = INITIAL_SHAPES[topology]
+    fixed: dict[str, Any] = {} if start == "auto" else {"holes": "none", "handles": "none", "refine": "none"}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", SimplexMeshWarning)  # checked below
+        model = reconstruct(data, vertices=VERTICES, init=start, **fixed, **options)
+    surface = model.mesh.triangulated(method="fan")
+    error = max(model.distance.data_to_mesh.rms, model.distance.mesh_to_data.rms)
+    if error > MAXIMUM_ERROR * surface.diagonal or (model.tangled or 0) > MAXIMUM_TANGLED * model.mesh.n_vertices:
+        raise ValueError(
+            f"data must suit topology={topology!r}; a model of that topology is {error:.3g} away from it, with "
+            f"{model.tangled} tangled vertices (triangle and simplex meshes are used as they are)"
+        )
+    return surface
+
+
+def sampled(parameterization: Parameterization, patch: FlatDomain) -> Array:
+    """Return (n, 3) the points of a parameterized surface at the vertices of a domain."""
+    size, turns = patch.period, np.array(PERIODIC[patch.topology])
+    corners = parameterization.corners * size
+    middle = corners.mean(axis=1)
+    shift = np.where(turns, np.floor(middle / size) * size, 0.0)
+    shift = np.where(turns & (middle - shift >= size), shift + size, shift)  # after rounding
+    corners, middle = corners - shift[:, None], middle - shift
+    offset = np.zeros(2) if turns.all() else np.where(turns, 0.0, middle.min(axis=0))
+    box = np.where(turns, size, 0.0)
+    at = np.where(turns, (patch.coordinates % 1.0) * size, patch.coordinates * size)
+    tree = cKDTree(middle - offset, boxsize=box)
+    near = tree.query(at - offset, k=min(CANDIDATES, len(middle)), workers=-1)[1]
+    off = at[:, None] - middle[near]
+    off = np.where(turns, off - np.rint(off / size) * size, off)
+    a, b, c = (corners[near, j] - middle[near] for j in range(3))
+    weights = _barycentric(off, a, b, c)
+    best = weights.min(axis=2).argmax(axis=1)
+    rows = np.arange(len(at))
+    share = np.clip(weights[rows, best], 0.0, None)
+    share /= share.sum(axis=1, keepdims=True)
+    return np.einsum("nj,njx->nx", share, parameterization.vertices[parameterization.faces[near[rows, best]]])
+
+
+def _barycentric(p: Array, a: Array, b: Array, c: Array) -> Array:
+    """Return (..., 3) barycentric coordinates of points p (..., 2) in triangles a, b, c."""
+
+    def det(u: Array, v: Array) -> Array:
+        return np.asarray(u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0])
+
+    whole = det(b - a, c - a)
+    whole = np.where(np.abs(whole) < 1e-30, np.inf, whole)
+    second, third = det(p - a, c - a) / whole, det(b - a, p - a) / whole
+    return np.stack([1 - second - third, second, third], axis=-1)
+
+
+def _relaxed(mesh: SimplexMesh, subject: Subject, diagonal: float) -> SimplexMesh:
+    """Return a mesh relaxed on the data: strong smoothing first, then light."""
+    metric = np.clip(mesh.metric, 0.05, 0.9)
+    metric /= metric.sum(axis=1, keepdims=True)
+    now = mesh
+    for rigidity, beta, iterations in ((3, 0.2, STIFF_STEPS), (1, 0.4, LIGHT_STEPS)):
+        model = DeformableModel(
+            now, subject.target, rigidity=rigidity, reach=REACH * diagonal, alpha=0.4, beta=beta, metric=metric,
+            damping=0.6,
+        )  # fmt: skip
+        for _ in range(iterations):
+            model.step()
+        now = model.mesh
+    return mesh.moved(now.vertices)

@@ -1,0 +1,69 @@
+"""Reading and writing files of signatures."""
+
+from __future__ import annotations
+
+import os
+import zipfile
+import zlib
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+KIND = "simplexmesh SAI 1"
+
+DAMAGE = (
+    *(ValueError, TypeError, KeyError, IndexError, AttributeError, EOFError, OSError, MemoryError),
+    *(NotImplementedError, OverflowError, zipfile.BadZipFile, zlib.error),
+)
+"""Exceptions that reading a damaged file may raise."""
+
+
+def write(path: str | os.PathLike[str], **parts: NDArray[Any]) -> None:
+    """Write the arrays of a signature to a file, replaced atomically.
+
+    Raises
+    ------
+    OSError
+        The folder does not exist or cannot be written to.
+    """
+    target = _path(path)
+    if not target.parent.is_dir():
+        raise FileNotFoundError(f"there is no folder {target.parent} to write {target.name} to")
+    draft = target.with_name(f".{target.name}.{os.getpid()}.part")
+    try:
+        with draft.open("wb") as file:
+            np.savez_compressed(file, kind=np.array(KIND), **parts)  # type: ignore[arg-type]
+        os.replace(draft, target)
+    finally:
+        draft.unlink(missing_ok=True)
+
+
+@contextmanager
+def read(path: str | os.PathLike[str]) -> Iterator[Mapping[str, NDArray[Any]]]:
+    """Yield the arrays of a signature file; exceptions raised while they are used count as damage of the file.
+
+    Raises
+    ------
+    OSError
+        The file is absent, not one of ours, or cut short.
+    """
+    target = _path(path)
+    if not target.is_file():
+        raise FileNotFoundError(f"there is no file {target}")
+    try:
+        with target.open("rb") as raw, np.load(raw, allow_pickle=False) as file:
+            if str(file["kind"]) != KIND:
+                raise ValueError(f"it is of kind {str(file['kind'])[:40]!r}")
+            yield {name: file[name] for name in file.files}
+    except DAMAGE as error:
+        raise OSError(f"{target} is not a whole signature written by SAI.save: {error}") from None
+
+
+def _path(path: str | os.PathLike[str]) -> Path:
+    if not isinstance(path, str | os.PathLike):
+        raise TypeError(f"path must be the name of a file, not {type(path).__name__}")
+    return Path(path)
