@@ -108,7 +108,7 @@ class TestOrientation:
         points, triangles = back(CLOSED[name])
         over = np.random.default_rng(seed).random(len(triangles)) < 0.4
         mixed = np.where(over[:, None], triangles[:, ::-1], triangles)
-        with pytest.warns(SimplexMeshWarning, match="turned") if over.any() else np.errstate():
+        with pytest.warns(SimplexMeshWarning, match="flipped") if over.any() else np.errstate():
             mesh = dual((points, mixed))
         assert mesh.genus == CLOSED[name].genus
         assert mesh.volume > 0
@@ -116,7 +116,7 @@ class TestOrientation:
 
     def test_inside_out_is_turned_unless_told_not_to(self):
         inside_out = (OCTAHEDRON[0], OCTAHEDRON[1][:, ::-1])
-        with pytest.warns(SimplexMeshWarning, match="turned 8 triangles of closed components outward"):
+        with pytest.warns(SimplexMeshWarning, match="flipped 8 triangles of inside-out components"):
             assert dual(inside_out).volume > 0
         assert dual(inside_out, outward=False).volume < 0
 
@@ -124,7 +124,7 @@ class TestOrientation:
         uv, triangles = lattices.sheet(4, 4)
         points = np.column_stack([uv, np.zeros(len(uv))])
         triangles[5] = triangles[5, ::-1]
-        with pytest.warns(SimplexMeshWarning, match="turned over 1 triangles"):
+        with pytest.warns(SimplexMeshWarning, match="flipped 1 triangle$"):
             mesh = dual((points, triangles))
         inner = mesh.connectivity.neighbors.max(axis=1) < len(triangles)
         assert (mesh.normals[inner, 2] > 0).all()
@@ -140,7 +140,7 @@ class TestOrientation:
             [np.cos(angle / 2) * np.cos(angle), np.cos(angle / 2) * np.sin(angle), np.sin(angle / 2)], axis=1
         )
         ring = np.stack([3 * np.cos(angle), 3 * np.sin(angle), 0 * angle], axis=1)
-        with pytest.raises(TopologyError, match=r"must have two sides; the surface of triangle 0, with corners \["):
+        with pytest.raises(TopologyError, match=r"must be orientable; the surface of triangle 0, with corners \["):
             dual((np.concatenate([ring + side, ring - side]), faces))
 
 
@@ -148,7 +148,7 @@ class TestRepairs:
     def test_repeated_corners_copies_and_unused_corners(self):
         points = np.vstack([OCTAHEDRON[0], [[9, 9, 9]]])
         faces = [*OCTAHEDRON[1].tolist(), [3, 3, 4], OCTAHEDRON[1][2, [1, 2, 0]].tolist()]
-        with pytest.warns(SimplexMeshWarning, match="dropped 1 triangles with a repeated corner, dropped 1 copies"):
+        with pytest.warns(SimplexMeshWarning, match="dropped 1 triangle with a repeated corner, dropped 1 duplicate"):
             mesh = dual((points, faces))
         assert (mesh.n_vertices, mesh.n_faces) == (8, 6)
 
@@ -156,13 +156,13 @@ class TestRepairs:
         points = np.vstack([OCTAHEDRON[0], OCTAHEDRON[0][1:] + 2 * np.eye(3)[0]])
         second = np.where(OCTAHEDRON[1] == 1, 0, OCTAHEDRON[1] + 5)  # its corner 1 is the first one's corner 0
         second[OCTAHEDRON[1] == 0] = 6
-        with pytest.warns(SimplexMeshWarning, match="split 1 corners where sheets touch, the first being 0"):
+        with pytest.warns(SimplexMeshWarning, match="split 1 vertex where sheets touch, the first being 0"):
             mesh = dual((points, np.concatenate([OCTAHEDRON[1], second])))
         assert (mesh.n_components, mesh.genus, mesh.n_faces) == (2, 0, 12)
 
     def test_borders_that_touch_in_a_corner_are_split(self):
         points = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0.0]])
-        with pytest.warns(SimplexMeshWarning, match="split 1 corners"):
+        with pytest.warns(SimplexMeshWarning, match="split 1 vertex"):
             mesh = dual((points, [[0, 1, 2], [0, 3, 4]]))
         assert (mesh.n_components, mesh.n_holes) == (2, 2)
 

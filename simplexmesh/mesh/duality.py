@@ -1,7 +1,7 @@
-"""From triangulations to simplex meshes; `triangulation` is the way back.
+"""The simplex mesh dual to a triangulation; `triangulation` has the inverse.
 
-A simplex mesh is the dual of a triangulation: a vertex for each triangle, a face for each vertex. At the border of an
-open triangulation each border edge becomes a vertex too, and the border itself a hole face.
+A simplex mesh is the dual of a triangulation: a vertex for each triangle, a face for each vertex. In an open
+triangulation each border edge becomes a vertex too, and each border a hole face.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from simplexmesh import _check
 from simplexmesh.errors import warn
 from simplexmesh.mesh.connectivity import Connectivity
-from simplexmesh.mesh.manifold import matched, oriented
+from simplexmesh.mesh.manifold import counted, matched, oriented
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 
 Array = NDArray[np.float64]
@@ -23,7 +23,7 @@ Indices = NDArray[np.int64]
 
 
 def _vertices_and_faces(triangles: Any) -> tuple[Array, Indices]:
-    """Return the positions and the corners of whatever has them: a pair, this library's, trimesh's or pyvista's."""
+    """Return the checked vertices and faces of a pair of arrays or of a mesh object (ours, trimesh's, PyVista's)."""
     if isinstance(triangles, tuple | list) and len(triangles) == 2:
         vertices, faces = triangles
     elif hasattr(triangles, "regular_faces"):
@@ -44,37 +44,37 @@ def dual(triangles: Any, *, outward: bool = True) -> SimplexMesh:
     """Return the simplex mesh dual to a triangulation, closed or open.
 
     Vertex `t` is the centroid of triangle `t`, and its dart `j` crosses the triangle's edge from corner `j` to corner
-    `j + 1`. After them comes one vertex for each border edge, at its midpoint, whose neighbors are the triangle, the
-    border edge before and the border edge after; each border is a hole face.
+    `j + 1`. They are followed by one vertex for each border edge, at its midpoint, whose neighbors are the triangle
+    and the previous and next border edge; each border is a hole face.
 
-    What can be repaired safely is, with a warning: triangles with a repeated corner and second copies of a triangle
-    are dropped, triangles turned against their neighbors are turned back, and a corner where several sheets touch is
-    split. Corners in no triangle are ignored.
+    Flaws that can be repaired safely are, with a warning: triangles with a repeated corner and duplicate triangles
+    are dropped, triangles oriented against their neighbors are flipped, and a vertex where several sheets touch is
+    split. Unused vertices are ignored.
 
     Parameters
     ----------
     triangles : pair of arrays or object
         `(vertices, faces)` of shapes (v, 3) and (t, 3), or an object with `vertices` and `faces`.
     outward : bool
-        Turn closed components that are inside out. Without it the orientation given is kept, so that the inner wall
-        of a cavity stays one.
+        Flip closed components that are inside out. Without it the orientation given is kept, as the inner wall of a
+        cavity needs.
 
     Returns
     -------
     SimplexMesh
-        With `t` vertices and one more for each border edge, after dropping.
+        With one vertex for each triangle kept and each border edge.
 
     Raises
     ------
     TopologyError
         Where an edge has more than two triangles, or a component has no consistent orientation.
     ValueError
-        When there is no triangle, or a corner that does not exist.
+        When there is no triangle, or one with a vertex index out of range.
 
     Warns
     -----
     SimplexMeshWarning
-        Saying what was repaired.
+        Listing the repairs.
 
     References
     ----------
@@ -91,16 +91,16 @@ def dual(triangles: Any, *, outward: bool = True) -> SimplexMesh:
     """
     vertices, faces = _vertices_and_faces(triangles)
     faces, mates, repairs = matched(faces)
-    faces, mates, turned = oriented(vertices, faces, mates, outward=outward)
+    faces, mates, flipped = oriented(vertices, faces, mates, outward=outward)
     connectivity = _dual_connectivity(mates)
-    repairs += turned + _touching(faces, connectivity)
+    repairs += flipped + _split_vertices(faces, connectivity)
     if repairs:
         warn("triangles repaired: " + ", ".join(repairs))
     return SimplexMesh(_dual_positions(vertices, faces, mates), connectivity)
 
 
 def _dual_connectivity(mates: Indices) -> Connectivity:
-    """Return the darts of the dual from the opposite of each half-edge, -1 on a border."""
+    """Return the connectivity of the dual, given the opposite of each half-edge, -1 on a border."""
     n = len(mates)
     twin = mates.ravel()
     border = np.flatnonzero(twin < 0)
@@ -118,9 +118,9 @@ def _dual_connectivity(mates: Indices) -> Connectivity:
 
 
 def _next_on_border(mates: Indices, border: Indices) -> Indices:
-    """Return the border half-edge that follows each one, found by turning about its end through the triangles.
+    """Return the next border half-edge of each one, found by rotating about its end through the triangles.
 
-    Turning keeps to one sheet, so that two sheets that touch in a corner have separate borders.
+    Rotation stays on one sheet, so two sheets that touch in a vertex have separate borders.
     """
     current = border.copy()
     turning = np.arange(len(border))
@@ -140,12 +140,11 @@ def _dual_positions(vertices: Array, faces: Indices, mates: Indices) -> Array:
     return np.concatenate([vertices[faces].mean(axis=1), (vertices[start] + vertices[end]) / 2])
 
 
-def _touching(faces: Indices, connectivity: Connectivity) -> list[str]:
-    """Return a sentence naming the corners where sheets touched: those that became several faces."""
-    around = connectivity.face[: len(faces)]
-    corner = np.full(len(connectivity.face_sizes), -1)
-    corner[around] = np.roll(faces, -1, axis=1)
-    split = np.flatnonzero(np.bincount(corner[corner >= 0]) > 1)
+def _split_vertices(faces: Indices, connectivity: Connectivity) -> list[str]:
+    """Return a phrase on the vertices where sheets touched, those that became several faces; none without any."""
+    source = np.full(len(connectivity.face_sizes), -1)
+    source[connectivity.face[: len(faces)]] = np.roll(faces, -1, axis=1)
+    split = np.flatnonzero(np.bincount(source[source >= 0]) > 1)
     if not len(split):
         return []
-    return [f"split {len(split)} corners where sheets touch, the first being {split[0]}"]
+    return [f"split {counted(len(split), 'vertex', 'vertices')} where sheets touch, the first being {split[0]}"]

@@ -1,4 +1,4 @@
-"""Regular triangulations, whose duals are the shapes: divided polyhedra, and rows of triangles on a rectangle."""
+"""Regular triangulations, the duals of the primitive shapes: subdivided polyhedra, triangle strips on a rectangle."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ BASES = ("tetrahedron", "octahedron", "icosahedron")
 
 
 def polyhedron(name: str) -> tuple[Array, Indices]:
-    """Return the corners, at distance one, and the triangles of a regular polyhedron, counter-clockwise from outside.
+    """Return the corners, on the unit sphere, and the triangles, counter-clockwise seen from outside, of a polyhedron.
 
     Parameters
     ----------
     name : {"icosahedron", "octahedron", "tetrahedron"}
-        Which.
+        The regular polyhedron.
 
     Examples
     --------
@@ -47,7 +47,7 @@ def polyhedron(name: str) -> tuple[Array, Indices]:
 
 
 def subdivided(corners: Array, faces: Indices, f: int) -> tuple[Array, Indices]:
-    """Return a triangulation with each triangle divided in f^2, points shared along the edges.
+    """Return a triangulation with each triangle divided into f^2, points shared along the edges.
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ def subdivided(corners: Array, faces: Indices, f: int) -> tuple[Array, Indices]:
     local = np.concatenate(
         [np.stack([up, right, above], axis=1), np.stack([row[i[down] + 1] + j[down], corner, at[down] + 1], axis=1)]
     )
-    # A point is the same point in two triangles when the same corners have the same weights in it.
+    # Two triangles share a point when the same corners have the same barycentric weights.
     codes = np.sort(np.where(weights > 0, faces[:, None, :] * (f + 1) + weights, 0), axis=2)
     base = len(corners) * (f + 1)
     keys = (codes[..., 0] * base + codes[..., 1]) * base + codes[..., 2]
@@ -86,7 +86,7 @@ def subdivided(corners: Array, faces: Indices, f: int) -> tuple[Array, Indices]:
 
 
 def strip(around: int, along: int) -> tuple[Array, Indices]:
-    """Return rows of nearly equilateral triangles on a rectangle closed in the first direction.
+    """Return rows of nearly equilateral triangles on a rectangle, periodic in the first direction.
 
     Parameters
     ----------
@@ -123,12 +123,12 @@ def sheet(across: int, along: int) -> tuple[Array, Indices]:
     Parameters
     ----------
     across, along : int
-        Triangles with their base on the first row, and number of rows of triangles.
+        Number of triangles with their base on the first row, and number of rows of triangles.
 
     Returns
     -------
     uv : (p, 2) array of float
-        Coordinates in [0, 1]; rows have `across + 1` and `across + 2` points by turns.
+        Coordinates in [0, 1]; rows have `across + 1` and `across + 2` points alternately.
     triangles : ((2 * across + 1) * along, 3) array of int
         Counter-clockwise in (u, v).
 
@@ -157,7 +157,7 @@ def sheet(across: int, along: int) -> tuple[Array, Indices]:
 
 
 def tube(around: int, across: int) -> tuple[Array, Indices]:
-    """Return rows of nearly equilateral triangles on a rectangle closed in both directions: six at every point.
+    """Return rows of nearly equilateral triangles on a rectangle, periodic in both directions: six at every point.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Triangles made fit for a dual: flaws dropped, half-edges matched, orientation made consistent."""
+"""Preparation of triangles for a dual: degenerate ones dropped, half-edges matched, orientation made consistent."""
 
 from __future__ import annotations
 
@@ -13,42 +13,55 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 
-def without_slim(faces: Indices) -> tuple[Indices, list[str]]:
-    """Return the triangles without those that repeat a corner, and what was dropped.
+def counted(count: int, singular: str, plural: str) -> str:
+    """Return a number with its noun.
 
     Examples
     --------
-    >>> without_slim(np.array([[0, 1, 2], [2, 2, 3]]))
-    (array([[0, 1, 2]]), ['dropped 1 triangles with a repeated corner'])
+    >>> counted(1, "triangle", "triangles"), counted(1204, "triangle", "triangles")
+    ('1 triangle', '1,204 triangles')
+    """
+    return f"{count:,} {singular if count == 1 else plural}"
+
+
+def without_degenerate(faces: Indices) -> tuple[Indices, list[str]]:
+    """Return the triangles without those that repeat a corner, and a phrase for the repair, if any.
+
+    Examples
+    --------
+    >>> without_degenerate(np.array([[0, 1, 2], [2, 2, 3]]))
+    (array([[0, 1, 2]]), ['dropped 1 triangle with a repeated corner'])
     """
     a, b, c = faces.T
-    slim = (a == b) | (b == c) | (c == a)
-    if not slim.any():
+    degenerate = (a == b) | (b == c) | (c == a)
+    if not degenerate.any():
         return faces, []
-    return faces[~slim], [f"dropped {int(slim.sum())} triangles with a repeated corner"]
+    dropped = counted(int(degenerate.sum()), "triangle", "triangles")
+    return faces[~degenerate], [f"dropped {dropped} with a repeated corner"]
 
 
-def without_copies(faces: Indices) -> tuple[Indices, list[str]]:
-    """Return the triangles without second copies, whatever the order of their corners, and what was dropped.
+def without_duplicates(faces: Indices) -> tuple[Indices, list[str]]:
+    """Return the triangles without duplicates, in any order of corners, and a phrase for the repair, if any.
 
     Examples
     --------
-    >>> without_copies(np.array([[0, 1, 2], [1, 0, 2]]))
-    (array([[0, 1, 2]]), ['dropped 1 copies of a triangle'])
+    >>> without_duplicates(np.array([[0, 1, 2], [1, 0, 2]]))
+    (array([[0, 1, 2]]), ['dropped 1 duplicate triangle'])
     """
     corners = np.sort(faces, axis=1)
     order = np.lexsort(corners.T)
-    again = np.zeros(len(faces), bool)
-    again[order[1:]] = (np.diff(corners[order], axis=0) == 0).all(axis=1)
-    if not again.any():
+    duplicate = np.zeros(len(faces), bool)
+    duplicate[order[1:]] = (np.diff(corners[order], axis=0) == 0).all(axis=1)
+    if not duplicate.any():
         return faces, []
-    return faces[~again], [f"dropped {int(again.sum())} copies of a triangle"]
+    return faces[~duplicate], [f"dropped {counted(int(duplicate.sum()), 'duplicate triangle', 'duplicate triangles')}"]
 
 
 def matched(faces: Indices) -> tuple[Indices, Indices, list[str]]:
-    """Return triangles without flaws, their half-edges as `half_edge_mates` gives them, and what was dropped.
+    """Return valid triangles with their half-edges, as from `half_edge_mates`, and phrases for the repairs.
 
-    Copies are looked for only where there is a sign of one: a crowded edge, or a triangle with one neighbor thrice.
+    Duplicates are searched for only if there is a sign of one: an edge of more than two triangles, or a triangle with
+    the same neighbor across all three edges.
 
     Raises
     ------
@@ -58,21 +71,21 @@ def matched(faces: Indices) -> tuple[Indices, Indices, list[str]]:
     Examples
     --------
     >>> matched(np.array([[0, 1, 2], [2, 1, 3], [2, 1, 0]]))[2]
-    ['dropped 1 copies of a triangle']
+    ['dropped 1 duplicate triangle']
     """
-    faces, said = without_slim(faces)
+    faces, repairs = without_degenerate(faces)
     if not len(faces):
         raise TopologyError("triangles must have a face with three different corners, not none")
-    mates, crowded = _kernels.half_edge_mates(faces)
+    mates, nonmanifold = _kernels.half_edge_mates(faces)
     a, b, c = (mates // 3).reshape(-1, 3).T
-    if crowded >= 0 or ((a == b) & (b == c) & (a >= 0)).any():
-        faces, copies = without_copies(faces)
-        return faces, half_edge_mates(faces), said + copies
-    return faces, mates.reshape(-1, 3), said
+    if nonmanifold >= 0 or ((a == b) & (b == c) & (a >= 0)).any():
+        faces, more = without_duplicates(faces)
+        return faces, half_edge_mates(faces), repairs + more
+    return faces, mates.reshape(-1, 3), repairs
 
 
 def half_edge_mates(faces: Indices) -> Indices:
-    """Return for half-edge `j` of each triangle, from corner `j` to corner `j + 1`, the other one on its edge.
+    """Return the opposite of each half-edge; half-edge `j` of a triangle runs from corner `j` to corner `j + 1`.
 
     Parameters
     ----------
@@ -95,9 +108,9 @@ def half_edge_mates(faces: Indices) -> Indices:
     array([[-1,  3, -1],
            [ 1, -1, -1]])
     """
-    mates, crowded = _kernels.half_edge_mates(faces)
-    if crowded >= 0:
-        a, b = faces[crowded // 3, [crowded % 3, (crowded + 1) % 3]]
+    mates, nonmanifold = _kernels.half_edge_mates(faces)
+    if nonmanifold >= 0:
+        a, b = faces[nonmanifold // 3, [nonmanifold % 3, (nonmanifold + 1) % 3]]
         on_edge = np.flatnonzero((faces == a).any(axis=1) & (faces == b).any(axis=1))
         raise TopologyError(
             f"at most two triangles may share an edge; the edge of corners {min(a, b)} and {max(a, b)} has "
@@ -106,11 +119,16 @@ def half_edge_mates(faces: Indices) -> Indices:
     return mates.reshape(-1, 3)
 
 
-def to_turn(faces: Indices, mates: Indices) -> NDArray[np.bool_]:
-    """Return which triangles to turn over so that all agree with their neighbors; fewest in each component.
+def to_flip(faces: Indices, mates: Indices) -> NDArray[np.bool_]:
+    """Return a mask of the triangles to flip for a consistent orientation, the fewest in each component.
 
-    Each triangle stands twice in a graph, as it is and turned over, linked to those of its neighbors that agree with
-    it; a component of the surface has a consistent orientation exactly when it makes two components of that graph.
+    In the orientation double cover each triangle is two nodes, as given and flipped, linked to the neighbors' nodes
+    with the same orientation. A component of the surface is orientable exactly when its cover has two components.
+
+    Raises
+    ------
+    TopologyError
+        For a one-sided surface.
     """
     n = len(faces)
     inside = mates >= 0
@@ -118,22 +136,22 @@ def to_turn(faces: Indices, mates: Indices) -> NDArray[np.bool_]:
     if agrees[inside].all():
         return np.zeros(n, bool)
     other = mates // 3
-    kept = np.where(inside, np.where(agrees, other, other + n), -1)
-    turned = np.where(inside, np.where(agrees, other + n, other), -1)
-    labels = _kernels.component_labels(np.concatenate([kept, turned]).astype(np.int32))
-    mirrored = labels[:n] == labels[n:]
-    if mirrored.any():
-        t = int(mirrored.argmax())
+    as_given = np.where(inside, np.where(agrees, other, other + n), -1)
+    flipped = np.where(inside, np.where(agrees, other + n, other), -1)
+    labels = _kernels.component_labels(np.concatenate([as_given, flipped]).astype(np.int32))
+    one_sided = labels[:n] == labels[n:]
+    if one_sided.any():
+        t = int(one_sided.argmax())
         raise TopologyError(
-            f"triangles must have two sides; the surface of triangle {t}, with corners {faces[t].tolist()}, has one"
+            f"triangles must be orientable; the surface of triangle {t}, with corners {faces[t].tolist()}, is one-sided"
         )
     size = np.bincount(labels[:n], minlength=int(labels.max()) + 1)
-    as_is, over = size[labels[:n]], size[labels[n:]]
-    return (as_is < over) | ((as_is == over) & (labels[:n] > labels[n:]))
+    n_given, n_flipped = size[labels[:n]], size[labels[n:]]
+    return (n_given < n_flipped) | ((n_given == n_flipped) & (labels[:n] > labels[n:]))
 
 
 def _inside_out(vertices: Array, faces: Indices, mates: Indices) -> NDArray[np.bool_]:
-    """Return which triangles belong to a closed component with negative volume."""
+    """Return a mask of the triangles in closed components of negative volume."""
     labels = _kernels.component_labels(np.where(mates >= 0, mates // 3, -1).astype(np.int32))
     a, b, c = (vertices - vertices[faces].mean(axis=(0, 1)))[faces].transpose(1, 0, 2)
     volume = np.bincount(labels, dot(a, cross(b, c)))
@@ -141,45 +159,45 @@ def _inside_out(vertices: Array, faces: Indices, mates: Indices) -> NDArray[np.b
     return ((volume < 0) & ~is_open)[labels]
 
 
-def _turned(faces: Indices, mates: Indices, over: NDArray[np.bool_]) -> tuple[Indices, Indices]:
-    """Return the triangles and half-edges with some turned over, by swapping their last two corners."""
+def _flipped(faces: Indices, mates: Indices, flip: NDArray[np.bool_]) -> tuple[Indices, Indices]:
+    """Return the triangles and half-edges with those in a mask flipped, by swapping their last two corners."""
     faces = faces.copy()
-    faces[over] = faces[over][:, [0, 2, 1]]
+    faces[flip] = faces[flip][:, [0, 2, 1]]
     mates = mates.copy()
-    mates[over] = mates[over][:, [2, 1, 0]]
-    renamed = np.where(over[mates // 3], 3 * (mates // 3) + 2 - mates % 3, mates)
-    return faces, np.where(mates < 0, -1, renamed)
+    mates[flip] = mates[flip][:, [2, 1, 0]]
+    renumbered = np.where(flip[mates // 3], 3 * (mates // 3) + 2 - mates % 3, mates)
+    return faces, np.where(mates < 0, -1, renumbered)
 
 
 def oriented(vertices: Array, faces: Indices, mates: Indices, *, outward: bool) -> tuple[Indices, Indices, list[str]]:
-    """Return triangles that agree with their neighbors, their half-edges, and what was turned.
+    """Return consistently oriented triangles, their half-edges, and phrases for the repairs.
 
     Parameters
     ----------
     vertices : (v, 3) array of float
         Positions.
     faces, mates : (t, 3) arrays of int
-        Triangles, and their half-edges as `half_edge_mates` returns them.
+        Triangles, and their half-edges as from `half_edge_mates`.
     outward : bool
-        Also turn closed components that enclose a negative volume.
+        Also flip closed components that enclose a negative volume.
 
     Raises
     ------
     TopologyError
-        For a surface with one side.
+        For a one-sided surface.
 
     Examples
     --------
     >>> faces = np.array([[0, 1, 2], [1, 2, 3]])
     >>> oriented(np.eye(4)[:, :3], faces, half_edge_mates(faces), outward=True)[2]
-    ['turned over 1 triangles']
+    ['flipped 1 triangle']
     """
-    said = []
-    over = to_turn(faces, mates)
-    if over.any():
-        faces, mates = _turned(faces, mates, over)
-        said.append(f"turned over {int(over.sum())} triangles")
-    if outward and (over := _inside_out(vertices, faces, mates)).any():
-        faces, mates = _turned(faces, mates, over)
-        said.append(f"turned {int(over.sum())} triangles of closed components outward")
-    return faces, mates, said
+    repairs = []
+    flip = to_flip(faces, mates)
+    if flip.any():
+        faces, mates = _flipped(faces, mates, flip)
+        repairs.append(f"flipped {counted(int(flip.sum()), 'triangle', 'triangles')}")
+    if outward and (flip := _inside_out(vertices, faces, mates)).any():
+        faces, mates = _flipped(faces, mates, flip)
+        repairs.append(f"flipped {counted(int(flip.sum()), 'triangle', 'triangles')} of inside-out components")
+    return faces, mates, repairs

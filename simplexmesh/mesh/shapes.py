@@ -1,4 +1,4 @@
-"""Shapes to start from: sphere, ellipsoid, cylinder, plane and torus, all with outward normals."""
+"""Primitive shapes: sphere, ellipsoid, cylinder, plane and torus, all with outward normals."""
 
 from __future__ import annotations
 
@@ -9,22 +9,22 @@ from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh import _check
 from simplexmesh._vec import normalized
-from simplexmesh.mesh import counts, lattices
+from simplexmesh.mesh import lattices, resolution
 from simplexmesh.mesh.duality import dual
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 
 Array = NDArray[np.float64]
 
 
-PER_SQUARE = {"icosahedron": 20, "octahedron": 8, "tetrahedron": 4}
-"""Triangles of each polyhedron, and vertices of its sphere over the squared frequency; the most regular first."""
+TRIANGLES = {"icosahedron": 20, "octahedron": 8, "tetrahedron": 4}
+"""Triangles of each polyhedron; its sphere has this many vertices times the squared frequency. Most regular first."""
 
-CYLINDER = counts.Grid("around", "along", lambda n, m: 2 * n * (m + 1), (3, 1))
-PLANE = counts.Grid("across", "along", lambda n, m: (2 * n + 1) * m + 2 * (n + m) + m % 2, (2, 2))
-TORUS = counts.Grid("around", "across", lambda n, m: 2 * n * m, (3, 4), step=2)
+CYLINDER = resolution.Grid("around", "along", lambda n, m: 2 * n * (m + 1), (3, 1))
+PLANE = resolution.Grid("across", "along", lambda n, m: (2 * n + 1) * m + 2 * (n + m) + m % 2, (2, 2))
+TORUS = resolution.Grid("around", "across", lambda n, m: 2 * n * m, (3, 4), step=2)
 
-SMOOTHINGS = 8
-"""Passes that move the inner vertices of a plane off the line of their neighbors in its corners."""
+SMOOTHING_PASSES = 8
+"""Smoothing passes over the inner vertices of a plane, which in its corners have collinear neighbors otherwise."""
 
 
 def sphere(
@@ -35,7 +35,7 @@ def sphere(
     radius: float = 1.0,
     center: ArrayLike = (0.0, 0.0, 0.0),
 ) -> SimplexMesh:
-    """Return a sphere: the dual of a regular polyhedron with each triangle divided in `frequency` squared.
+    """Return a sphere: the dual of a regular polyhedron with each triangle divided into `frequency` squared.
 
     Parameters
     ----------
@@ -43,13 +43,13 @@ def sphere(
         f at least 1: the sphere has 4 f^2 vertices from the tetrahedron, 8 f^2 from the octahedron and 20 f^2 from
         the icosahedron, which is the most regular (12 pentagons, the rest hexagons).
     base : {"icosahedron", "octahedron", "tetrahedron"}, optional
-        The polyhedron; the icosahedron when not given, unless `vertices` is and another comes nearer: see there.
+        The polyhedron; by default the icosahedron, or the one chosen for `vertices`.
     vertices : int, optional
-        About how many vertices to have, instead of `frequency`; 1,280 when neither is given. Without a `base` the
-        icosahedron is taken if it comes within 10 %, else the base that comes nearest: at most 10 % off from 233 up
-        and 13 % from 200 up.
+        Approximate number of vertices, instead of `frequency`; 1,280 when neither is given. Without a `base` the
+        icosahedron is used if its nearest count is within 10 %, else the base that comes nearest: the error is at most
+        10 % from 233 vertices up and 13 % from 200 up.
     radius : float
-        All vertices are at this distance from the center.
+        Distance of all vertices from the center.
     center : (3,) array of float
         The center.
 
@@ -72,9 +72,9 @@ def sphere(
     128
     """
     if base is None:
-        base = "icosahedron" if frequency is not None else counts.base_for(vertices, PER_SQUARE)
+        base = "icosahedron" if frequency is not None else resolution.base_for(vertices, TRIANGLES)
     corners, faces = lattices.polyhedron(_check.choice("base", base, lattices.BASES))
-    f = counts.frequency(frequency, vertices, len(faces))
+    f = resolution.frequency(frequency, vertices, len(faces))
     R = _check.number("radius", radius, 0.0, open_low=True)
     at = _check.array("center", center, (3,))
     points, triangles = lattices.subdivided(corners, faces, f)
@@ -142,9 +142,9 @@ def cylinder(
     around, along : int, optional
         At least 3 and at least 1: the cylinder has `2 * around * (along + 1)` vertices.
     vertices : int, optional
-        About how many vertices to have, instead, with nearly equal sides; 1,280 by default, at most 10 % off from 200.
+        Approximate number of vertices, instead, with nearly equal edges; 1,280 by default, within 10 % from 200 up.
     radius, height : float
-        All vertices are at `radius` from the axis; the ends are `height` apart.
+        Distance of all vertices from the axis, and distance of the ends.
     center, axis : (3,) array of float
         The middle, and the direction of the axis.
 
@@ -160,7 +160,7 @@ def cylinder(
     """
     R = _check.number("radius", radius, 0.0, open_low=True)
     L = _check.number("height", height, 0.0, open_low=True)
-    n, m = counts.cells(CYLINDER, around, along, vertices, 2 * math.pi * R / L)
+    n, m = resolution.cells(CYLINDER, around, along, vertices, 2 * math.pi * R / L)
     uv, triangles = lattices.strip(n, m)
     theta = 2 * math.pi * uv[:, 0]
     mesh = dual((np.stack([np.cos(theta), np.sin(theta), uv[:, 1] - 0.5], axis=1), triangles))
@@ -184,7 +184,7 @@ def plane(
     across, along : int, optional
         At least 2 each: the rectangle has `(2 * across + 1) * along` vertices inside and one for each border edge.
     vertices : int, optional
-        About how many vertices to have, instead, with nearly equal sides; 1,280 by default, at most 10 % off from 200.
+        Approximate number of vertices, instead, with nearly equal edges; 1,280 by default, within 10 % from 200 up.
     size : (2,) array of float
         Lengths of the sides; the border vertices lie on them.
     center, axis : (3,) array of float
@@ -203,12 +203,12 @@ def plane(
     sides = _check.array("size", size, (2,))
     if (sides <= 0).any():
         raise ValueError(f"size must be above 0, not {sides.tolist()}")
-    n, m = counts.cells(PLANE, across, along, vertices, sides[0] / sides[1])
+    n, m = resolution.cells(PLANE, across, along, vertices, sides[0] / sides[1])
     uv, triangles = lattices.sheet(n, m)
     flat = np.column_stack([(uv - 0.5) * sides, np.zeros(len(uv))])
     mesh = dual((flat, triangles))
     points = mesh.vertices.copy()
-    for _ in range(SMOOTHINGS):
+    for _ in range(SMOOTHING_PASSES):
         points[: len(triangles)] = points[mesh.neighbors[: len(triangles)]].mean(axis=1)
     return mesh.moved(_placed(points, center, axis))
 
@@ -231,7 +231,7 @@ def torus(
         Cells around the axis, at least 3, and around the tube, even and at least 4: the torus has
         `2 * around * across` vertices.
     vertices : int, optional
-        About how many vertices to have, instead, with nearly equal sides; 1,280 by default, at most 10 % off from 200.
+        Approximate number of vertices, instead, with nearly equal edges; 1,280 by default, within 10 % from 200 up.
     radius, tube_radius : float
         All vertices are at `tube_radius` from the circle of radius `radius` about the axis; `tube_radius < radius`.
     center, axis : (3,) array of float
@@ -240,7 +240,7 @@ def torus(
     Returns
     -------
     SimplexMesh
-        With normals out of the tube.
+        With outward normals.
 
     Examples
     --------
@@ -251,7 +251,7 @@ def torus(
     r = _check.number("tube_radius", tube_radius, 0.0, open_low=True)
     if r >= R:
         raise ValueError(f"tube_radius must be below radius, {R:g}, not {r:g}")
-    n, m = counts.cells(TORUS, around, across, vertices, R / r)
+    n, m = resolution.cells(TORUS, around, across, vertices, R / r)
     if m % 2:
         raise ValueError(f"across must be even, not {m}")
     uv, triangles = lattices.tube(n, m)
@@ -268,7 +268,7 @@ def _on_torus(angles: Array, R: float, r: float) -> Array:
 
 
 def _placed(points: Array, center: ArrayLike, axis: ArrayLike) -> Array:
-    """Return points with z turned to `axis`, then moved to `center`."""
+    """Return points rotated so that z becomes `axis`, then translated to `center`."""
     z = _check.array("axis", axis, (3,))
     if not z.any():
         raise ValueError("axis must have a direction, not [0, 0, 0]")

@@ -1,4 +1,4 @@
-"""The topology of a triangulated surface, as its triangles are: pieces, borders, handles."""
+"""Topology of a triangulated surface: components, borders, genus, Euler characteristic."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ Indices = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Topology:
-    """How a surface hangs together.
+    """Topological invariants of a surface.
 
     Attributes
     ----------
     n_components : int
-        Connected pieces; sheets that touch in a corner only are two.
+        Connected components; sheets that touch only in a vertex count separately.
     n_borders : int
-        Closed loops of edges with one triangle; 0 on a closed surface.
+        Closed loops of border edges, those of one triangle; 0 on a closed surface.
     genus : int
-        Handles, summed over the components.
+        Number of handles, summed over the components.
     euler : int
         V - E + F = 2 n_components - 2 genus - n_borders.
     """
@@ -35,7 +35,7 @@ class Topology:
 
 
 def surface_topology(faces: Indices) -> Topology:
-    """Return the topology of triangles, whichever way each is turned; copies and repeated corners do not count.
+    """Return the topology of triangles, whatever their orientation; duplicate and degenerate ones are ignored.
 
     Parameters
     ----------
@@ -45,7 +45,7 @@ def surface_topology(faces: Indices) -> Topology:
     Raises
     ------
     TopologyError
-        Where more than two triangles share an edge, or a surface has one side only.
+        Where more than two triangles share an edge, or a surface is one-sided.
 
     Examples
     --------
@@ -53,18 +53,18 @@ def surface_topology(faces: Indices) -> Topology:
     Topology(n_components=1, n_borders=1, genus=0, euler=1)
     """
     faces, mates, _ = manifold.matched(faces)
-    manifold.to_turn(faces, mates)  # refuses what has one side
-    pieces = _kernels.component_labels(np.where(mates >= 0, mates // 3, -1).astype(np.int32))
+    manifold.to_flip(faces, mates)  # raises on one-sided surfaces
+    components = _kernels.component_labels(np.where(mates >= 0, mates // 3, -1).astype(np.int32))
     fans = _fans(faces, mates)
     n_border = int(np.count_nonzero(mates < 0))
     euler = int(fans.max()) + 1 - (mates.size + n_border) // 2 + len(faces)
-    n_components = int(pieces.max()) + 1
-    n_borders = _loops(fans, mates) if n_border else 0
+    n_components = int(components.max()) + 1
+    n_borders = _n_border_loops(fans, mates) if n_border else 0
     return Topology(n_components, n_borders, (2 * n_components - n_borders - euler) // 2, euler)
 
 
 def _fans(faces: Indices, mates: Indices) -> NDArray[np.int32]:
-    """Return (t, 3) the fan of each corner: corners of one vertex are in one if edges link their triangles."""
+    """Return the fan (t, 3) of each corner: corners of one vertex whose triangles are connected across its edges."""
     corner = np.arange(faces.size).reshape(-1, 3)
     across = []
     for edge in (mates, np.roll(mates, 1, axis=1)):  # half-edge j leaves corner j, half-edge j - 1 arrives there
@@ -75,8 +75,8 @@ def _fans(faces: Indices, mates: Indices) -> NDArray[np.int32]:
     return _kernels.component_labels(links).reshape(-1, 3)
 
 
-def _loops(fans: NDArray[np.int32], mates: Indices) -> int:
-    """Return the number of border loops: border edges are linked where they bound the same fan, two to each."""
+def _n_border_loops(fans: NDArray[np.int32], mates: Indices) -> int:
+    """Return the number of border loops; border edges are linked at the fans they bound, two at each."""
     border = mates < 0
     ends = np.stack([fans[border], np.roll(fans, -1, axis=1)[border]], axis=1)
     order = np.argsort(ends.ravel(), kind="stable")

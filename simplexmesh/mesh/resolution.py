@@ -1,0 +1,124 @@
+"""Resolution of the primitive shapes: numbers of cells, as given or from an approximate number of vertices."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+
+from simplexmesh import _check
+
+DEFAULT_VERTICES = 1280
+MAX_VERTICES = 100_000_000
+_WINDOW = 16  # cells on either side of the wanted proportions that are searched
+_COUNT_ERROR = 0.03  # relative error of the vertex count that costs as much as edges off by a factor of e
+
+
+def frequency(given: int | None, vertices: int | None, n_triangles: int) -> int:
+    """Return the checked frequency, or the one whose sphere comes nearest to a number of vertices.
+
+    A polyhedron of `n_triangles` triangles gives a sphere of `n_triangles * frequency**2` vertices.
+    """
+    if given is not None and vertices is not None:
+        raise TypeError("give frequency or vertices, not both")
+    if given is not None:
+        return _check.integer("frequency", given, 1, math.isqrt(MAX_VERTICES // n_triangles))
+    return _nearest_frequency(_n_wanted(vertices), n_triangles)
+
+
+def base_for(vertices: int | None, n_triangles: Mapping[str, int]) -> str:
+    """Return the first base if its nearest number of vertices is within 10 %, else the base that comes nearest.
+
+    Examples
+    --------
+    >>> base_for(130, {"icosahedron": 20, "octahedron": 8, "tetrahedron": 4})
+    'octahedron'
+    """
+    wanted = _n_wanted(vertices)
+    error = {base: abs(n * _nearest_frequency(wanted, n) ** 2 - wanted) for base, n in n_triangles.items()}
+    first = next(iter(error))
+    return first if error[first] <= 0.1 * wanted else min(error, key=lambda base: error[base])
+
+
+def _nearest_frequency(wanted: int, n_triangles: int) -> int:
+    below = max(1, math.isqrt(wanted // n_triangles))
+    return min((below, below + 1), key=lambda f: abs(n_triangles * f**2 - wanted))
+
+
+def _n_wanted(vertices: int | None) -> int:
+    return DEFAULT_VERTICES if vertices is None else _check.integer("vertices", vertices, 4, MAX_VERTICES)
+
+
+@dataclass(frozen=True)
+class Grid:
+    """A shape with cells in two directions.
+
+    Attributes
+    ----------
+    first, second : str
+        The names of the two parameters, the numbers of cells.
+    count : callable
+        Number of vertices for given numbers of cells; linear in each (in the second, among those of equal parity).
+    minimum : (2,) tuple of int
+        The smallest numbers of cells.
+    step : int
+        2 when the second must be even.
+    """
+
+    first: str
+    second: str
+    count: Callable[[int, int], int]
+    minimum: tuple[int, int]
+    step: int = 1
+
+
+def cells(grid: Grid, first: int | None, second: int | None, vertices: int | None, aspect: float) -> tuple[int, int]:
+    """Return the two numbers of cells as given, or the best ones for a number of vertices and equal edge lengths.
+
+    A count off by 3 % costs as much as edges off by a factor of e: the exact count often leaves only slivers.
+
+    Parameters
+    ----------
+    grid : Grid
+        The shape.
+    first, second : int, optional
+        The caller's numbers of cells.
+    vertices : int, optional
+        The caller's approximate number of vertices.
+    aspect : float
+        Length of the first direction over that of the second; a cell holds two triangles and has the height of an
+        equilateral one.
+
+    Examples
+    --------
+    >>> ring = Grid("around", "along", lambda n, m: 2 * n * (m + 1), (3, 1))
+    >>> cells(ring, None, None, 100, 3.0)
+    (10, 4)
+    """
+    if (first is None) != (second is None):
+        raise TypeError(f"give both {grid.first} and {grid.second}, or neither")
+    if first is not None and second is not None:
+        if vertices is not None:
+            raise TypeError(f"give {grid.first} and {grid.second}, or vertices, not both")
+        return _check.integer(grid.first, first, grid.minimum[0]), _check.integer(grid.second, second, grid.minimum[1])
+    wanted, ratio = _n_wanted(vertices), aspect * math.sqrt(3) / 2
+
+    def cost(pair: tuple[int, int]) -> float:
+        count_error = grid.count(*pair) / wanted - 1
+        return (count_error / _COUNT_ERROR) ** 2 + abs(math.log(pair[0] / pair[1] / ratio))
+
+    return min(_candidates(grid, wanted, ratio), key=cost)
+
+
+def _candidates(grid: Grid, wanted: int, ratio: float) -> Iterator[tuple[int, int]]:
+    """Yield pairs of numbers of cells near the wanted number of vertices and ratio."""
+    low, least = grid.minimum[0], max(2, grid.minimum[1])
+    per_first = grid.count(low + 1, least) - grid.count(low, least)
+    most = low + max(0, wanted - grid.count(low, least)) // per_first
+    center = min(max(round(math.sqrt(wanted / 2 * ratio)), low), most)
+    for n in range(max(low, center - _WINDOW), center + _WINDOW + 1):
+        base = grid.count(n, least)
+        per_step = (grid.count(n, least + 2) - base) / 2 * grid.step
+        steps = max(0, math.floor((wanted - base) / per_step))
+        for extra in (-1, 0, 1):
+            yield n, least + grid.step * max(0, steps + extra)
