@@ -13,13 +13,13 @@ from scipy.spatial import cKDTree
 
 import simplexmesh as sm
 from simplexmesh.cli import app
+from simplexmesh.motion.border_force import BorderForce
 from simplexmesh.motion.evolve import mean_edge
 from simplexmesh.motion.holes import open_holes
 from simplexmesh.motion.outward import turned_outward
 from simplexmesh.motion.rim import Rim
 from simplexmesh.motion.rim_refine import divided_rims
 from simplexmesh.motion.rim_upright import uprighted
-from simplexmesh.motion.shore import Shore
 from simplexmesh.motion.subjects import as_subject
 from simplexmesh.motion.targets import _kernels_borders
 from simplexmesh.motion.targets.borders import border_of_points
@@ -361,7 +361,7 @@ class TestRims:
         turn = np.linspace(0, 2 * np.pi, 500)
         z = tube.vertices[:, 2].max() + 0.3
         ring = np.column_stack([np.cos(turn), np.sin(turn), np.full(500, z)])
-        pull = Shore(ring, 0.5).pull(tube.vertices, rim, 1.0)
+        pull = BorderForce(ring, 0.5).displacements(tube.vertices, rim, 1.0)
         places = tube.vertices[rim.vertices]
         along = places[rim.after] - places[rim.before]
         assert np.abs((pull * along).sum(axis=1)).max() < 1e-12
@@ -376,7 +376,7 @@ class TestRims:
         one = int(places[:, 2].argmax())
         up = np.array([0.0, 0.0, 1.0])
         border = np.concatenate([places[places[:, 2] > 0] + 0.1 * up, [places[one] + 0.4 * up] * 3])
-        pull = Shore(border, 1.0).pull(tube.vertices, rim, 1.0)
+        pull = BorderForce(border, 1.0).displacements(tube.vertices, rim, 1.0)
         assert pull[one] @ up == pytest.approx((0.1 + 3 * 0.4) / 4)  # the mean of those that it is nearest to
         others = (places[:, 2] > 0) & (np.arange(len(places)) != one)
         assert np.allclose(pull[others] @ up, 0.1)

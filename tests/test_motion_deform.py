@@ -244,7 +244,7 @@ def test_rigidity_averages_exactly_the_vertices_within_so_many_edges(seed):
     rigidity = rng.integers(0, 5, ball.n_vertices)
     for reach in (rigidity, np.full(ball.n_vertices, int(rigidity[0]))):
         model = sm.DeformableModel(ball, rigidity=reach)
-        weights = np.stack([model._smoothed(unit, model.rigidity).copy() for unit in np.eye(ball.n_vertices)], axis=1)
+        weights = np.stack([model._averaged(unit, model.rigidity).copy() for unit in np.eye(ball.n_vertices)], axis=1)
         assert_allclose(weights.sum(axis=1), 1, atol=1e-14)
         for i, s in enumerate(reach):
             near = {i}

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 import simplexmesh as sm
 from simplexmesh.motion import _kernels, _kernels_adapt, _kernels_averages, _kernels_rim
-from simplexmesh.motion.rim import Memory
+from simplexmesh.motion.rim import RimShape
 from tests import reference_motion as reference
 from tests.motion_meshes import hole_places, open_tube
 
@@ -42,10 +42,10 @@ def apart(vertices, neighbors):
 def frames(vertices, neighbors, which="serial"):
     n = len(vertices)
     normals, inverse_radius, curvature, area = np.zeros((n, 3)), np.zeros(n), np.zeros(n), np.zeros(n)
-    steep = np.full(n, 9, np.int8)
-    getattr(_kernels.frames, which)(vertices, neighbors, normals, inverse_radius, curvature, area, steep)
+    obtuse = np.full(n, 9, np.int8)
+    getattr(_kernels.frames, which)(vertices, neighbors, normals, inverse_radius, curvature, area, obtuse)
     beyond = reference.beyond_a_right_angle(vertices, neighbors)
-    assert_array_equal(steep[apart(vertices, neighbors)], beyond[apart(vertices, neighbors)])
+    assert_array_equal(obtuse[apart(vertices, neighbors)], beyond[apart(vertices, neighbors)])
     a, b, c = (vertices[neighbors[:, k]] for k in range(3))
     wide = inverse_radius > 0
     assert_allclose(area[wide], 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)[wide], rtol=1e-9, atol=1e-300)
@@ -64,8 +64,8 @@ def stepped(kernel, seed, constraint, vertices, neighbors, *, fast=False, extra=
     normals, inverse_radius, _ = frames(vertices, neighbors)
     codes = np.array([reference.NAMES.index(name) for name in constraint], dtype=np.int8)
     following, moves, energy = np.zeros((n, 3)), np.zeros(n), np.zeros(n)
-    steep = reference.beyond_a_right_angle(vertices, neighbors)
-    given = (vertices, previous, neighbors, metric, normals, inverse_radius, steep)
+    obtuse = reference.beyond_a_right_angle(vertices, neighbors)
+    given = (vertices, previous, neighbors, metric, normals, inverse_radius, obtuse)
     weights = (gaps, alpha, beta, damping, following, moves, energy)
     if fast:
         kernel(*given, wanted, *weights)
@@ -227,7 +227,7 @@ def wavy_rim(seed, count):
 def rim_goals(vertices, rows, name, remembered=None):
     work, kept = np.zeros((3, len(rows[0]), 3)), np.zeros((len(rows[0]), 3)) if remembered is None else remembered
     codes = np.full(len(vertices), reference.NAMES.index(name), np.int8)
-    _kernels_rim.rim_targets(vertices, *rows, codes, kept, work[0], work[1], np.zeros(3), work[2])
+    _kernels_rim.rim_goals(vertices, *rows, codes, kept, work[0], work[1], np.zeros(3), work[2])
     return work[2]
 
 
@@ -265,12 +265,12 @@ def test_remembered_places_are_those_of_the_best_similarity(seed):
     rng = np.random.default_rng(seed)
     kept = open_tube(8, 5)
     row = np.unique(kept.connectivity.face_vertices[hole_places(kept)])
-    memory = Memory(row, kept.vertices, kept.neighbors)
+    memory = RimShape(row, kept.vertices, kept.neighbors)
     Q = Rotation.random(random_state=seed).as_matrix()
     moved = 2.5 * kept.vertices @ Q.T + [1, 2, 3]
-    assert_allclose(memory.places(moved), moved[row], atol=1e-9)
+    assert_allclose(memory.positions(moved), moved[row], atol=1e-9)
     moved = moved + rng.choice([0.3, 3.0]) * rng.normal(size=moved.shape)
-    for place, i in zip(memory.places(moved), row, strict=True):
+    for place, i in zip(memory.positions(moved), row, strict=True):
         star = sorted({int(i), *kept.neighbors[i].tolist(), *kept.neighbors[kept.neighbors[i]].ravel().tolist()})
         times = np.array([1 + (kept.neighbors[kept.neighbors[i]] == k).sum() for k in star], dtype=float)
         times[[k not in kept.neighbors[i] and k != i for k in star]] -= 1  # at two edges' distance only

@@ -126,7 +126,7 @@ class TestCuts:
         may_grow = rng.uniform(size=c.face_sizes.size) < 0.8
         out = np.zeros((len(faces), 2), np.int32)
         loops = c.twin.reshape(-1), c.face.reshape(-1), c.face_darts, c.face_offsets
-        _kernels_refine.cuts(np.asarray(mesh.vertices), *loops, may_grow, faces, 0.1, out)
+        _kernels_refine.best_cuts(np.asarray(mesh.vertices), *loops, may_grow, faces, 0.1, out)
         for face, pair in zip(faces.tolist(), out.tolist(), strict=True):
             costs = reference.cut_costs(mesh, face, may_grow, 0.1)
             if not costs:
@@ -140,7 +140,7 @@ class TestCuts:
         groups = rng.integers(0, 40, (30, 4)).astype(np.int32)
         free = rng.uniform(size=40) < 0.9
         out = np.zeros(30, np.int64)
-        count = _kernels_refine.apart(groups, free.copy(), limit, out)
+        count = _kernels_refine.disjoint_rows(groups, free.copy(), limit, out)
         assert out[:count].tolist() == reference.apart(groups, free, limit)
 
 

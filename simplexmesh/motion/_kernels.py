@@ -1,7 +1,4 @@
-"""One iteration of a simplex mesh, in loops over vertices: frames, averaging passes, steps.
-
-Arrays in, arrays out; nothing is checked here.
-"""
+"""Kernels of one iteration of a deformable simplex mesh: local frames, simplex angles and position updates."""
 # mypy: allow-untyped-defs
 
 from __future__ import annotations
@@ -17,10 +14,10 @@ FREE, ORIENTATION, ANGLE, MEAN_CURVATURE, SHAPE, CURVATURE = range(6)
 
 
 @Both
-def frames(vertices, neighbors, normals, inverse_radius, curvature, area, steep):
+def frames(vertices, neighbors, normals, inverse_radius, curvature, area, obtuse):
     """Fill, per vertex, the unit normal, 1 / circumradius and area of the neighbors' triangle, and H (thesis, 3).
 
-    `steep` is the sign of the simplex angle where that is beyond a right angle, which H cannot tell; 0 elsewhere.
+    `obtuse` is the sign of the simplex angle where its magnitude exceeds pi/2, which H does not tell; 0 elsewhere.
     """
     for i in prange(vertices.shape[0]):
         a, b, c = neighbors[i, 0], neighbors[i, 1], neighbors[i, 2]
@@ -31,12 +28,12 @@ def frames(vertices, neighbors, normals, inverse_radius, curvature, area, steep)
         nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
         uu, vv, uv = ux * ux + uy * uy + uz * uz, vx * vx + vy * vy + vz * vz, ux * vx + uy * vy + uz * vz
         nn = nx * nx + ny * ny + nz * nz
-        if nn <= 1e-24 * uu * vv or nn == 0.0:  # collinear neighbors have no normal: such a vertex is flat
+        if nn <= 1e-24 * uu * vv or nn == 0.0:  # collinear neighbors define no normal: such a vertex counts as flat
             normals[i, 0] = normals[i, 1] = normals[i, 2] = 0.0
             inverse_radius[i] = 0.0
             curvature[i] = 0.0
             area[i] = 0.0
-            steep[i] = 0
+            obtuse[i] = 0
             continue
         double = math.sqrt(nn)
         area[i] = 0.5 * double
@@ -54,12 +51,12 @@ def frames(vertices, neighbors, normals, inverse_radius, curvature, area, steep)
         inverse_radius[i] = 1.0 / math.sqrt(rr)
         size = math.sqrt(4.0 * h * h * rr + power * power)
         curvature[i] = 2.0 * h / size if size > 0.0 else 0.0  # a vertex on its neighbors' circle: coincident points
-        steep[i] = 0 if power <= 0.0 else 1 if h > 0.0 else -1
+        obtuse[i] = 0 if power <= 0.0 else 1 if h > 0.0 else -1
 
 
 @Both
 def angles(vertices, neighbors, normals, inverse_radius, out):
-    """Fill the simplex angle of each vertex, in (-pi, pi], from frames already computed."""
+    """Fill the simplex angle of each vertex, in (-pi, pi], given its frame from `frames`."""
     for i in prange(vertices.shape[0]):
         if inverse_radius[i] == 0.0:
             out[i] = 0.0
@@ -86,10 +83,10 @@ def angles(vertices, neighbors, normals, inverse_radius, out):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
-def _finish(
+def _advance(
     i, vertices, previous, neighbors, normals, force, push, gap, alpha, beta, damping, reach, out, moves, energy
 ):  # fmt: skip
-    """Add inertia, `push` and the pull of the data to the internal `force`, cap the step, write where it ends."""
+    """Add inertia, the data force and `push` to the internal `force`, limit the step and write the new position."""
     fx, fy, fz = force
     energy_i = fx * fx + fy * fy + fz * fz
     fx *= alpha
@@ -97,13 +94,13 @@ def _finish(
     fz *= alpha
     nx, ny, nz = normals[i, 0], normals[i, 1], normals[i, 2]
     a, b, c = neighbors[i, 0], neighbors[i, 1], neighbors[i, 2]
-    around = (
+    agreement = (
         nx * (normals[a, 0] + normals[b, 0] + normals[c, 0])
         + ny * (normals[a, 1] + normals[b, 1] + normals[c, 1])
         + nz * (normals[a, 2] + normals[b, 2] + normals[c, 2])
     )
     energy_i *= alpha
-    if gap == gap and around > 0.0:  # NaN is "no data"; a folded vertex is not pushed
+    if gap == gap and agreement > 0.0:  # NaN: no data within reach; a folded vertex gets no data force
         energy_i += beta * gap * gap
         fx += beta * gap * nx
         fy += beta * gap * ny
@@ -114,7 +111,7 @@ def _finish(
     sz = keep * (vertices[i, 2] - previous[i, 2]) + fz + push[2]
     step2 = sx * sx + sy * sy + sz * sz
     limit = 0.5 * reach
-    if limit * limit < step2 < math.inf:  # an infinite step stays infinite, for the caller to see
+    if limit * limit < step2 < math.inf:  # an infinite step stays infinite, so that the caller detects divergence
         shrink = limit / math.sqrt(step2)
         sx *= shrink
         sy *= shrink
@@ -128,21 +125,21 @@ def _finish(
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
-def _in_a_steep_place(steep, i, a, b, c, wanted):
-    """Tell whether a vertex and all around it are beyond a right angle, on the side of the curvature wanted.
+def _obtuse_neighborhood(obtuse, i, a, b, c, wanted):
+    """Return whether a vertex and its neighbors all have angles beyond pi/2 of the sign of the wanted curvature.
 
-    Two angles have the same H. Of a coarse surface, as a tetrahedron on its sphere, the larger one is meant; of a
-    spike, whose neighbors bend the other way, the smaller.
+    Two simplex angles have the same H. On a coarse surface, such as a tetrahedron inscribed in its sphere, the larger
+    one is meant; at a spike, whose neighbors bend the other way, the smaller one.
     """
-    return steep[a] == steep[i] and steep[b] == steep[i] and steep[c] == steep[i] and wanted * steep[i] > 0.0
+    return obtuse[a] == obtuse[i] and obtuse[b] == obtuse[i] and obtuse[c] == obtuse[i] and wanted * obtuse[i] > 0.0
 
 
 @Both
 def curvature_step(
-    vertices, previous, neighbors, metric, normals, inverse_radius, steep, wanted_curvature, gaps, alpha, beta, damping,
-    out, moves, energy,
+    vertices, previous, neighbors, metric, normals, inverse_radius, obtuse, wanted_curvature, gaps, alpha, beta,
+    damping, out, moves, energy,
 ):  # fmt: skip
-    """Fill `out` with the next positions, all vertices under a wanted mean curvature: the usual case."""
+    """Fill `out` with the next positions where every vertex has a wanted mean curvature: the common case."""
     for i in prange(vertices.shape[0]):
         a, b, c = neighbors[i, 0], neighbors[i, 1], neighbors[i, 2]
         e2, e3 = metric[i, 1], metric[i, 2]
@@ -151,7 +148,7 @@ def curvature_step(
         vx, vy, vz = vertices[c, 0] - ax, vertices[c, 1] - ay, vertices[c, 2] - az
         px, py, pz = vertices[i, 0] - ax, vertices[i, 1] - ay, vertices[i, 2] - az
         uu, vv, uv = ux * ux + uy * uy + uz * uz, vx * vx + vy * vy + vz * vz, ux * vx + uy * vy + uz * vz
-        # the power of the reference point in the circumcircle, r^2 - d*^2, needs only its metric parameters
+        # r^2 - d*^2, minus the power of the reference point in the circumcircle, from its metric parameters
         inside = metric[i, 0] * (e2 * uu + e3 * vv) + e2 * e3 * (uu + vv - 2.0 * uv)
         inside = max(inside, 0.0)
         wanted = wanted_curvature[i]
@@ -161,7 +158,7 @@ def curvature_step(
         cosine2 = max(1.0 - sine * sine, 0.0)
         divisor = math.sqrt(cosine2) + math.sqrt(cosine2 + inside * wanted * wanted)
         height = inside * wanted / divisor if divisor > 0.0 else 0.0
-        if steep[i] != 0 and _in_a_steep_place(steep, i, a, b, c, wanted):
+        if obtuse[i] != 0 and _obtuse_neighborhood(obtuse, i, a, b, c, wanted):
             height = divisor / wanted
         reach = math.sqrt((3.0 * (px * px + py * py + pz * pz) + uu + vv
                            - 2.0 * (px * (ux + vx) + py * (uy + vy) + pz * (uz + vz))) / 3.0)  # fmt: skip
@@ -171,7 +168,7 @@ def curvature_step(
             e2 * uy + e3 * vy + height * normals[i, 1] - py,
             e2 * uz + e3 * vz + height * normals[i, 2] - pz,
         )
-        _finish(
+        _advance(
             i, vertices, previous, neighbors, normals, force, (0.0, 0.0, 0.0), gaps[i], alpha[i], beta[i], damping[i],
             reach, out, moves, energy,
         )  # fmt: skip
@@ -179,10 +176,10 @@ def curvature_step(
 
 @Both
 def constrained_step(
-    vertices, previous, neighbors, metric, normals, inverse_radius, steep, constraint, wanted_curvature, wanted_angle,
+    vertices, previous, neighbors, metric, normals, inverse_radius, obtuse, constraint, wanted_curvature, wanted_angle,
     extra, gaps, alpha, beta, damping, out, moves, energy,
 ):  # fmt: skip
-    """Fill `out` with the next positions, each vertex under its own constraint, plus `extra` moves."""
+    """Fill `out` with the next positions, each vertex under its own constraint and displaced by `extra`."""
     for i in prange(vertices.shape[0]):
         a, b, c = neighbors[i, 0], neighbors[i, 1], neighbors[i, 2]
         e1, e2, e3 = metric[i, 0], metric[i, 1], metric[i, 2]
@@ -215,9 +212,9 @@ def constrained_step(
             else:
                 sine = min(max(r * wanted_curvature[i], -1.0), 1.0)
                 cosine = math.sqrt(max(1.0 - sine * sine, 0.0))
-                if steep[i] != 0 and _in_a_steep_place(steep, i, a, b, c, wanted_curvature[i]):
+                if obtuse[i] != 0 and _obtuse_neighborhood(obtuse, i, a, b, c, wanted_curvature[i]):
                     cosine = -cosine
-            if cosine >= 0.0:  # a reference point outside the circle has no height below a right angle
+            if cosine >= 0.0:  # no height exists below pi/2 for a reference point outside the circle
                 inside = max(inside, 0.0)
             q = math.sqrt(max(r * r * cosine * cosine + inside * sine * sine, 0.0))
             if cosine >= 0.0:
@@ -232,7 +229,7 @@ def constrained_step(
             e1 * vertices[a, 2] + e2 * vertices[b, 2] + e3 * vertices[c, 2] + height * normals[i, 2] - vertices[i, 2],
         )
         push = (extra[i, 0], extra[i, 1], extra[i, 2])
-        _finish(
+        _advance(
             i, vertices, previous, neighbors, normals, force, push, gaps[i], alpha[i], beta[i], damping[i],
             reach, out, moves, energy,
         )  # fmt: skip

@@ -1,4 +1,4 @@
-"""How much the surface bends at each vertex, and the metric parameters that follow it."""
+"""Kernels of curvature-adapted metric parameters: discrete curvedness, and the parameters that follow from it."""
 # mypy: allow-untyped-defs
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from simplexmesh._kernels_both import Both
 
 @Both
 def curvedness(vertices, normals, neighbors, shortest, out):
-    """Fill the root mean square, over the three neighbors, of the normal's turn per length, `shortest` at least."""
+    """Fill the root mean square over the neighbors of the change of normal per edge length, at least `shortest`."""
     for i in prange(vertices.shape[0]):
         total = 0.0
         for j in range(3):
@@ -26,7 +26,7 @@ def curvedness(vertices, normals, neighbors, shortest, out):
 
 @Both
 def adapted(metric, size, floor, neighbors, strength, lowest, highest, out):
-    """Fill metric parameters half way to ``1/3 + strength dC_j``, `strength` reduced to stay in lowest..highest."""
+    """Fill the mean of `metric` and ``1/3 + strength dC_j``, `strength` reduced to keep this in lowest..highest."""
     for i in prange(metric.shape[0]):
         a, b, c = abs(size[neighbors[i, 0]]), abs(size[neighbors[i, 1]]), abs(size[neighbors[i, 2]])
         mean = (a + b + c) / 3.0

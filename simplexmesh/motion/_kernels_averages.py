@@ -1,4 +1,4 @@
-"""Means over the one-ring: one pass reaches one edge farther, s of them the neighborhood Q^s."""
+"""Kernels that average over the one-ring; s passes average over the neighborhood Q^s."""
 # mypy: allow-untyped-defs
 
 from __future__ import annotations
@@ -20,24 +20,24 @@ def averages(values, neighbors, out):
 
 @Both
 def moments(curvature, area, out):
-    """Fill `out` with curvature times area: what to average so that the mean is one over the surface."""
+    """Fill `out` with curvature times area, whose averages over those of the area are area-weighted means."""
     for i in prange(curvature.shape[0]):
         out[i] = curvature[i] * area[i]
 
 
 @Both
 def quotients(moment, area, out):
-    """Fill `out` with moment over area, zero where there is no area."""
+    """Fill `out` with moment over area, zero where the area is zero."""
     for i in prange(moment.shape[0]):
         out[i] = moment[i] / area[i] if area[i] > 0.0 else 0.0
 
 
 @Both
 def angle_averages(values, neighbors, inverse_radius, out):
-    """Fill `out` with the mean simplex angle of each vertex and its neighbors, each carried to the vertex's circle.
+    """Fill `out` with the mean simplex angle over the one-ring, angles converted to the vertex's own circumradius.
 
-    An angle seen from a circle of radius r_j becomes, on the same sphere, one of sine sin(phi_j) r_i / r_j: equal
-    circles give the plain mean, and unequal ones on one sphere agree, so that spheres rest at any sampling.
+    On one sphere, an angle phi_j of circumradius r_j corresponds to an angle of sine sin(phi_j) r_i / r_j. Equal radii
+    give the plain mean; unequal ones on a sphere agree, so that spheres are at rest at any sampling.
     """
     for i in prange(values.shape[0]):
         total = values[i]

@@ -1,4 +1,4 @@
-"""Kernels of refinement: the factors of a face's score, and the two edges between which a face is best divided."""
+"""Kernels of refinement: edge lengths and areas of faces, the best cut across a face, disjoint groups of faces."""
 # mypy: allow-untyped-defs
 
 from __future__ import annotations
@@ -35,17 +35,17 @@ def lengths_and_areas(vertices, face_vertices, offsets, elongation, area):
 
 
 @njit(cache=True, error_model="numpy", fastmath={"nsz", "arcp", "contract", "reassoc"})
-def cuts(vertices, twin, face, face_darts, offsets, may_grow, faces, crowding, out):
-    """Fill, for each of `faces`, the two darts whose middles divide it best; -1 where none may be used.
+def best_cuts(vertices, twin, face, face_darts, offsets, may_grow, faces, crowding, out):
+    """Fill, for each of `faces`, the two darts between whose midpoints it is best cut; -1 where no cut is allowed.
 
-    The halves have as equal numbers of vertices as can be. Among those pairs the least cost wins: the distance of the
-    two middles over the longest among them, plus `crowding` for each vertex that the faces across have beyond six.
+    Candidates halve the vertices as evenly as possible. The cheapest is taken: the length of the cut over that of the
+    longest candidate, plus `crowding` times the number of vertices that the two faces across have beyond twelve.
     """
     for i in range(faces.size):
         begin, m = offsets[faces[i]], offsets[faces[i] + 1] - offsets[faces[i]]
         out[i, 0] = out[i, 1] = -1
         longest = 0.0
-        for turn in range(2):
+        for sweep in range(2):  # the longest candidate, then the cheapest
             least = np.inf
             for one in range(m):
                 for step in range(m // 2, (m + 1) // 2 + 1):
@@ -56,7 +56,7 @@ def cuts(vertices, twin, face, face_darts, offsets, may_grow, faces, crowding, o
                         gap = vertices[d // 3, c] + vertices[twin[d] // 3, c]
                         gap -= vertices[e // 3, c] + vertices[twin[e] // 3, c]
                         length2 += 0.25 * gap * gap
-                    if turn == 0:
+                    if sweep == 0:
                         longest = max(longest, math.sqrt(length2))
                         continue
                     across, beyond = face[twin[d]], face[twin[e]]
@@ -70,16 +70,16 @@ def cuts(vertices, twin, face, face_darts, offsets, may_grow, faces, crowding, o
 
 
 @njit(cache=True)
-def apart(groups, free, limit, out):
-    """Fill which rows of `groups` (m, 4) to take, in order, no two with a number in common, `limit` at most; count."""
+def disjoint_rows(groups, free, limit, out):
+    """Fill and count the rows of `groups` (m, k), at most `limit`, chosen greedily so that no two share an entry."""
     count = 0
     for i in range(groups.shape[0]):
         if count == limit:
             break
-        whole = True
+        disjoint = True
         for k in range(groups.shape[1]):
-            whole = whole and free[groups[i, k]]
-        if whole:
+            disjoint = disjoint and free[groups[i, k]]
+        if disjoint:
             for k in range(groups.shape[1]):
                 free[groups[i, k]] = False
             out[count] = i

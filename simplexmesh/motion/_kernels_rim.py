@@ -1,6 +1,6 @@
-"""The rim of a hole: a closed line in space, moved by the force of 1-simplex meshes instead of the surface's.
+"""Kernels of the rims of holes, closed polygons in space under the internal force of 1-simplex meshes.
 
-`rim[k]` is a vertex, `before[k]` and `after[k]` the rows of `rim` it lies between.
+`rim[k]` is a vertex, `before[k]` and `after[k]` are the rows of `rim` with its neighbors along the hole.
 """
 # mypy: allow-untyped-defs
 
@@ -14,8 +14,8 @@ from simplexmesh.motion._kernels import FREE, ORIENTATION, SHAPE
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
-def rim_bends(vertices, rim, before, after, bend, tangent):
-    """Fill each vertex's chord direction and curvature vector, which points from the chord to the vertex."""
+def rim_curvatures(vertices, rim, before, after, bend, tangent):
+    """Fill the unit chord and the curvature vector, pointing from the chord to the vertex, of each rim vertex."""
     for k in range(rim.shape[0]):
         p, a, b = vertices[rim[k]], vertices[rim[before[k]]], vertices[rim[after[k]]]
         chord2 = 0.0
@@ -39,8 +39,8 @@ def rim_bends(vertices, rim, before, after, bend, tangent):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
-def _carried(k, before, after, bend, tangent, wanted):
-    """Fill the mean of a vertex's curvature vector and its neighbors', these turned by the smallest rotation."""
+def _transported_mean(k, before, after, bend, tangent, wanted):
+    """Fill the weighted mean of a vertex's curvature vector and its neighbors', parallel-transported to its chord."""
     for j in range(3):
         wanted[j] = 0.5 * bend[k, j]
     for other in (before[k], after[k]):
@@ -50,18 +50,18 @@ def _carried(k, before, after, bend, tangent, wanted):
             crossing += tangent[k, j] * bend[other, j]
         if cosine > -0.9:
             for j in range(3):
-                turned = bend[other, j] - crossing / (1.0 + cosine) * (tangent[k, j] + tangent[other, j])
-                wanted[j] += 0.25 * turned
+                transported = bend[other, j] - crossing / (1.0 + cosine) * (tangent[k, j] + tangent[other, j])
+                wanted[j] += 0.25 * transported
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
-def rim_targets(vertices, rim, before, after, constraint, remembered, bend, tangent, wanted, out):
-    """Fill, per rim vertex, where its constraint wants it, its neighbors evenly on either side.
+def rim_goals(vertices, rim, before, after, constraint, remembered, bend, tangent, wanted, out):
+    """Fill the goal of the internal force at each rim vertex: midway between its neighbors, at its constraint's height.
 
-    The rim's own curvature under `free`, none under `orientation`, the `remembered` place under `shape`, and
-    continuous curvature under all others, so that circles are at rest.
+    Its present curvature under `free`, zero curvature under `orientation`, the `remembered` position under `shape`, and
+    curvature averaged along the rim under all others, so that circles are at rest.
     """
-    rim_bends(vertices, rim, before, after, bend, tangent)
+    rim_curvatures(vertices, rim, before, after, bend, tangent)
     for k in range(rim.shape[0]):
         i = rim[k]
         p, a, b = vertices[i], vertices[rim[before[k]]], vertices[rim[after[k]]]
@@ -76,7 +76,7 @@ def rim_targets(vertices, rim, before, after, constraint, remembered, bend, tang
         if kind == FREE:
             wanted[:] = bend[k]
         else:
-            _carried(k, before, after, bend, tangent, wanted)
+            _transported_mean(k, before, after, bend, tangent, wanted)
         size2 = r2 = from_middle2 = aside2 = 0.0
         for j in range(3):
             size2 += wanted[j] ** 2
@@ -85,7 +85,7 @@ def rim_targets(vertices, rim, before, after, constraint, remembered, bend, tang
             aside2 += 0.5 * ((p[j] - a[j]) ** 2 + (p[j] - b[j]) ** 2)
         sine2 = size2 * r2
         height = r2 / (1.0 + math.sqrt(1.0 - sine2)) if sine2 < 1.0 else r2 / math.sqrt(sine2)
-        if kind == FREE and from_middle2 > r2:  # beyond a right angle: the far side of the circle
+        if kind == FREE and from_middle2 > r2:  # an angle beyond pi/2: the far side of the circle
             height = (1.0 + math.sqrt(max(1.0 - sine2, 0.0))) / size2 if size2 > 0.0 else 0.0
             height = min(height, math.sqrt(aside2 / size2)) if size2 > 0.0 else 0.0
         for j in range(3):
@@ -94,9 +94,9 @@ def rim_targets(vertices, rim, before, after, constraint, remembered, bend, tang
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def rim_step(
-    vertices, previous, neighbors, normals, rim, targets, extra, gaps, alpha, beta, damping, out, moves, energy
+    vertices, previous, neighbors, normals, rim, goals, extra, gaps, alpha, beta, damping, out, moves, energy
 ):  # fmt: skip
-    """Fill the next positions of the vertices on rims, by the law and with the safeguards of all other vertices."""
+    """Fill the next positions of rim vertices, by the law of motion and with the safeguards of all other vertices."""
     for k in range(rim.shape[0]):
         i = rim[k]
         upright = star2 = force2 = 0.0
@@ -104,14 +104,14 @@ def rim_step(
             for j in range(3):
                 upright += normals[i, j] * normals[neighbors[i, n], j]
                 star2 += (vertices[neighbors[i, n], j] - vertices[i, j]) ** 2
-        pulled = gaps[i] == gaps[i] and upright > 0.0
-        gap = gaps[i] if pulled else 0.0
+        attracted = gaps[i] == gaps[i] and upright > 0.0
+        gap = gaps[i] if attracted else 0.0
         step2 = 0.0
         for j in range(3):
-            force = targets[k, j] - vertices[i, j]
+            force = goals[k, j] - vertices[i, j]
             force2 += force * force
             step = (1.0 - damping[i]) * (vertices[i, j] - previous[i, j]) + alpha[i] * force
-            step += extra[i, j] + (beta[i] * gap * normals[i, j] if pulled else 0.0)
+            step += extra[i, j] + (beta[i] * gap * normals[i, j] if attracted else 0.0)
             out[i, j] = step
             step2 += step * step
         limit2 = star2 / 12.0  # half the root mean square distance, squared

@@ -1,4 +1,4 @@
-"""Metric parameters that follow curvature: vertices gather where the surface bends."""
+"""Curvature-adapted metric parameters, which concentrate vertices where the surface bends."""
 
 from __future__ import annotations
 
@@ -11,24 +11,24 @@ from simplexmesh.motion import _kernels_adapt
 Array = NDArray[np.float64]
 
 LOWEST, HIGHEST = 0.05, 0.833
-"""Metric parameters stay in this range (thesis, section 5.5.1): no vertex lands on a neighbor."""
+"""Bounds of the metric parameters (thesis, section 5.5.1), which keep vertices off their neighbors."""
 
 FLAT = 0.005
-"""Radians that normals turn along a mean edge where nothing bends: less is rounding, which vertices must not follow."""
+"""Turn of the normal along a mean edge, in radians, below which a surface is flat and curvature is rounding error."""
 
 
 def curvedness(vertices: Array, normals: Array, neighbors: NDArray[np.int32], *, shortest: float = 0.0) -> Array:
-    """Return how much the surface bends at each vertex, sqrt((k1^2 + k2^2) / 2) in the limit, from the turn of normals.
+    """Return a discrete curvedness at each vertex, which tends to sqrt((k1^2 + k2^2) / 2) under refinement.
 
-    The root mean square over the three neighbors of the normal's turn per length. Unlike |H| it does not vanish on
-    saddles, which would otherwise be emptied of vertices and webbed over.
+    The root mean square over the three neighbors of the change of normal per edge length. Unlike |H| it does not vanish
+    on minimal saddles, which adaptation to |H| would drain of vertices until the mesh spans them.
 
     Parameters
     ----------
     vertices, normals : (n, 3) array of float
     neighbors : (n, 3) array of int
     shortest : float
-        Edges count as at least so long: over tiny ones any unevenness is a strong bend.
+        Lower bound of the edge lengths: over tiny edges any noise is a large curvature.
 
     Returns
     -------
@@ -43,29 +43,29 @@ def curvedness(vertices: Array, normals: Array, neighbors: NDArray[np.int32], *,
     np.float64(0.5)
     """
     out = np.zeros(len(vertices))
-    plain = *_plain(vertices, normals), _check.frozen(neighbors, np.int32)
+    plain = *_contiguous(vertices, normals), _check.frozen(neighbors, np.int32)
     _kernels_adapt.curvedness(*plain, float(shortest), out)
     return out
 
 
 def adapted_metric(metric: Array, curvature: Array, neighbors: NDArray[np.int32], *, strength: float) -> Array:
-    """Return reference metric parameters drawn half way towards the neighbors of higher curvature.
+    """Return reference metric parameters moved half way towards those that favor neighbors of higher curvature.
 
     Each wanted parameter is ``1/3 + strength * dC_j`` with ``dC_j = (C_j - mean_k C_k) / C`` over the three
     neighbors, `strength` reduced where needed to keep all three within `LOWEST`..`HIGHEST` (Delingette 1994, 5.5.1,
     with C = |H|).
-    Where C is below its mean over the mesh the mean divides instead: on flat parts the thesis's ratio measures noise,
-    and drew vertices out of them until faces were several times longer than wide.
+    C in the denominator is at least its mean over the mesh: on flat parts the thesis's ratio amplifies noise, and
+    drained them of vertices until faces were several times longer than wide.
 
     Parameters
     ----------
     metric : (n, 3) array of float
-        Reference metric parameters now; rows sum to 1.
+        Present reference metric parameters; rows sum to 1.
     curvature : (n,) array of float
-        Any measure C of bending, such as `curvedness` or |H|; its sign does not matter.
+        Any curvature measure C, such as `curvedness` or |H|; its sign is ignored.
     neighbors : (n, 3) array of int
     strength : float
-        0 leaves evenly spaced vertices, 0.25 is strong.
+        0 spaces vertices evenly, 0.25 is strong.
 
     Returns
     -------
@@ -79,19 +79,19 @@ def adapted_metric(metric: Array, curvature: Array, neighbors: NDArray[np.int32]
     array([0.305, 0.305, 0.39 ])
     """
     out = np.zeros((len(metric), 3))
-    plain, size = _plain(metric, curvature)
-    adapt(plain, size, _check.frozen(neighbors, np.int32), strength, out)
+    plain, size = _contiguous(metric, curvature)
+    adapt_metric(plain, size, _check.frozen(neighbors, np.int32), strength, out)
     return out
 
 
-def adapt(
+def adapt_metric(
     metric: Array, curvature: Array, neighbors: NDArray[np.int32], strength: float, out: Array, *, least: float = 1e-300
 ) -> None:
-    """Do what `adapted_metric` does, into `out`, which is not `metric`; curvature below `least` counts as none."""
+    """Fill `out`, which must not be `metric`, as `adapted_metric` does; C in the denominator is at least `least`."""
     floor = max(float(np.abs(curvature).mean()), least)
     _kernels_adapt.adapted(metric, curvature, floor, neighbors, float(strength), LOWEST, HIGHEST, out)
 
 
-def _plain(*arrays: Array) -> list[Array]:
-    """Return arrays as kernels were compiled for them: their own, of float64."""
+def _contiguous(*arrays: Array) -> list[Array]:
+    """Return fresh C-contiguous float64 arrays, the layout that kernels are compiled for."""
     return [np.array(array, dtype=np.float64, order="C") for array in arrays]

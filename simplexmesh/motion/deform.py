@@ -1,4 +1,4 @@
-"""The deformable model: a mesh that moves under internal constraints, data and forces of the user's own."""
+"""The deformable model: a simplex mesh that moves under internal, data and user-supplied forces."""
 
 from __future__ import annotations
 
@@ -11,63 +11,62 @@ from simplexmesh import _check
 from simplexmesh.errors import DivergedError
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion import _kernels, _kernels_adapt, _kernels_averages, _kernels_rim
-from simplexmesh.motion.adapt import FLAT, adapt
-from simplexmesh.motion.forces import CONSTRAINTS, Force, Frame, constraint_codes, pushed, several
-from simplexmesh.motion.parameters import carried, per_vertex, references, whole_per_vertex
-from simplexmesh.motion.rim import Memory, Rim
-from simplexmesh.motion.shore import Shore
+from simplexmesh.motion.adapt import FLAT, adapt_metric
+from simplexmesh.motion.border_force import BorderForce
+from simplexmesh.motion.forces import CONSTRAINTS, Force, Frame, as_forces, constraint_codes, total_displacement
+from simplexmesh.motion.parameters import given_or_stored, per_vertex, references, whole_per_vertex
+from simplexmesh.motion.rim import Rim, RimShape
 from simplexmesh.motion.state import State, Target
 from simplexmesh.motion.targets.door import ask, reach_above_zero, read_only
 
 Array = NDArray[np.float64]
 
-
-LONGEST_STEP = 10.0
-"""A vertex that moves by more than so many diagonals of the first mesh in one iteration has diverged."""
+MAX_STEP = 10.0
+"""In diagonals of the first mesh: a vertex that moves farther in one iteration has diverged."""
 
 
 class DeformableModel:
-    """A simplex mesh in motion (Delingette 1994, chapters 4 and 5, equations 4.42, 5.2 and 5.3).
+    """A deformable simplex mesh (Delingette 1994, chapters 4 and 5, equations 4.42, 5.2 and 5.3).
 
     One iteration moves every vertex by ``(1 - damping) (P - P_previous) + alpha (P* - P) + beta gap n``: inertia, the
-    internal constraint, and the data seen along the normal. Three safeguards hold: the height of P* above its
-    neighbors is at most the (root mean square) distance to them, a step at most half of that, and a vertex whose
-    normal is reversed against its neighbors' is not pushed along it.
+    internal force, and the data force along the normal. Three safeguards hold: the height of P* above its neighbors is
+    at most the root mean square distance to them, a step is at most half of that, and a vertex whose normal is
+    opposed to its neighbors' gets no data force.
 
     Parameters
     ----------
     mesh : SimplexMesh
-        Where to start. Its arrays `metric`, `rigidity`, `constraint` and `reference_angle` are the defaults here.
+        The start. Its data arrays `metric`, `rigidity`, `constraint` and `reference_angle` are defaults here.
     target : Target, optional
-        What draws the mesh; see `simplexmesh.targets`. Without one only the internal force and `forces` act.
+        The data that attracts the mesh; see `simplexmesh.targets`. Without it only the internal force and `forces` act.
     rigidity : int or (n,) array of int
-        How many edges far the constraints `angle` and `mean_curvature` average, 1 (fine) to about 10 (stiff).
+        Radius, in edges, over which the constraints `angle` and `mean_curvature` average: 1 (fine) to about 10 (stiff).
     alpha, beta : float or (n,) array of float
-        Weight of the internal force (0 to 0.5) and of the data (0 to 1).
+        Weights of the internal force (0 to 0.5) and of the data force (0 to 1).
     damping : float or (n,) array of float
-        1 is no inertia; must be above 0.
+        Above 0, at most 1, which is no inertia.
     reach : float, optional
-        Data farther away than this does not draw, in the mesh's unit; infinity for no limit. Default: 20 % of the
-        mesh's diagonal.
+        Data farther than this has no effect, in the mesh's unit; infinity for no limit. Default: 20 % of the mesh's
+        diagonal.
     constraint : str or (n,) array of str, optional
         One of `simplexmesh.motion.forces.CONSTRAINTS`; default `mean_curvature`.
     metric : (n, 3) array of float, optional
         Reference metric parameters, rows summing to 1; default 1/3 each, which spaces vertices evenly.
     curvature : float or (n,) array of float, optional
-        The mean curvature wanted by the constraint `curvature`, positive on a sphere.
+        The mean curvature prescribed by the constraint `curvature`, positive on a sphere.
     reference : SimplexMesh, optional
-        The shape remembered by the constraint `shape`: same connectivity, any place and size.
+        The shape that the constraint `shape` restores: same connectivity, any position and scale.
     adaptation : float
-        Every 10 iterations the metric parameters follow curvature with this strength, 0 (never) to 0.25.
+        Strength, 0 (never) to 0.25, with which metric parameters are adapted to curvature every 10 iterations.
     seeking : float
-        Weight, 0 to 1, with which vertices on holes are drawn to the border of the data, where the target knows one.
+        Weight, 0 to 1, with which vertices on holes are attracted to the border of the data, if the target has one.
     forces : callable or sequence of callables
-        Each maps a `Frame` to displacements (n, 3), added in every iteration.
+        Functions from a `Frame` to displacements (n, 3), added in every iteration.
 
     Raises
     ------
     ValueError, TypeError
-        For an argument of the wrong shape, type or range, and a mesh of a size beyond what areas can be multiplied in.
+        For an argument of the wrong shape, type or range, and a mesh so large or small that areas over- or underflow.
 
     Examples
     --------
@@ -106,67 +105,67 @@ class DeformableModel:
             raise TypeError(f"target must have a method gap(vertices, normals, reach), not {type(target).__name__}")
         n = mesh.n_vertices
         self.target = target
-        self.forces = several(forces)
+        self.forces = as_forces(forces)
         self.iteration = 0
         self._start = mesh
         self._neighbors = mesh.connectivity.neighbors
         self._rim = Rim.of(mesh.connectivity)
-        self._shore = Shore.of(target, mesh, _check.number("seeking", seeking, 0.0, 1.0))
-        self.rigidity = whole_per_vertex("rigidity", carried(rigidity, mesh, "rigidity", 1), n, 0, 1000)
+        self._border = BorderForce.of(target, mesh, _check.number("seeking", seeking, 0.0, 1.0))
+        self.rigidity = whole_per_vertex("rigidity", given_or_stored(rigidity, mesh, "rigidity", 1), n, 0, 1000)
         self.alpha = per_vertex("alpha", alpha, n, 0.0, 0.5)
         self.beta = per_vertex("beta", beta, n, 0.0, 1.0)
         self.damping = per_vertex("damping", damping, n, 1e-3, 1.0)
         diagonal = float(np.linalg.norm(np.ptp(mesh.vertices, axis=0)))
-        self._longest2 = (LONGEST_STEP * max(diagonal, np.finfo(float).tiny)) ** 2
+        self._max_move2 = (MAX_STEP * max(diagonal, np.finfo(float).tiny)) ** 2
         self.reach = 0.2 * diagonal if reach is None else reach_above_zero(reach)
         self.adaptation = _check.number("adaptation", adaptation, 0.0, 1.0)
-        self.constraint = constraint_codes(carried(constraint, mesh, "constraint", "mean_curvature"), n)
+        self.constraint = constraint_codes(given_or_stored(constraint, mesh, "constraint", "mean_curvature"), n)
         self.constraint.setflags(write=False)
         self.metric, self._reference_angle, self._prescribed = references(
             mesh, self.constraint, metric=metric, curvature=curvature, reference=reference
         )
-        self._buffers(mesh.vertices)
+        self._allocate(mesh.vertices)
         if self._rim:
-            kept = mesh if reference is None else reference
-            self._memory = Memory(self._rim.vertices, kept.vertices, self._neighbors)
+            shape = mesh if reference is None else reference
+            self._rim_shape = RimShape(self._rim.vertices, shape.vertices, self._neighbors)
 
-    def _buffers(self, vertices: Array) -> None:
+    def _allocate(self, vertices: Array) -> None:
         n = len(vertices)
         self._vertices, self._previous, self._next = vertices.copy(), vertices.copy(), vertices.copy()
         self._normals = np.zeros((n, 3))
         self._inverse_radius, self._curvature, self._moves, self._energy = (np.zeros(n) for _ in range(4))
-        self._area, self._moment, self._steep = np.zeros(n), np.zeros(n), np.zeros(n, np.int8)
+        self._area, self._moment, self._obtuse = np.zeros(n), np.zeros(n), np.zeros(n, np.int8)
         self._scratch = np.zeros((2, n))
         self._no_gap = np.full(n, np.nan)
-        self._counted: NDArray[np.int8] | None = None
+        self._counted_constraint: NDArray[np.int8] | None = None
 
     @property
     def mesh(self) -> SimplexMesh:
-        """The mesh as it is now, its reference metric parameters among its data."""
+        """The present mesh, with its reference metric parameters as data array `metric`."""
         return self._start.moved(self._vertices).with_data(metric=self.metric)
 
     def run(self, iterations: int, *, every: int = 1, tolerance: float = 0.0) -> Iterator[State]:
-        """Move, yielding a state every so many iterations, so that any loop can watch, draw or stop.
+        """Iterate, yielding the state regularly, so that a loop can monitor, draw or stop the motion.
 
         Parameters
         ----------
         iterations : int
-            How many at most.
+            Maximum number.
         every : int
-            Yield once in so many iterations (and at the last).
+            Number of iterations per state; the last iteration yields one in any case.
         tolerance : float
-            Stop once no vertex moves by more than this in an iteration, in the mesh's unit; 0 never stops early.
+            Stop once no vertex moves farther than this in an iteration, in the mesh's unit; 0 never stops early.
 
         Returns
         -------
         iterator of State
-            Nothing moves until it is asked for its first state.
+            Lazy: nothing moves before the first state is requested.
 
         Raises
         ------
         DivergedError
-            When a vertex flies off, by 10 times the size of the first mesh or out of the finite numbers; the error
-            carries the last good mesh.
+            When a vertex moves by more than 10 diagonals of the first mesh, or to a position that is not finite; the
+            error carries the last valid mesh.
         """
         iterations = _check.integer("iterations", iterations, 0)
         every = _check.integer("every", every, 1)
@@ -177,54 +176,54 @@ class DeformableModel:
         for k in range(1, iterations + 1):
             gaps = self.step()
             move = float(np.sqrt(self._moves.max()))
-            resting = move <= tolerance and tolerance > 0
-            if k % every == 0 or k == iterations or resting:
+            at_rest = move <= tolerance and tolerance > 0
+            if k % every == 0 or k == iterations or at_rest:
                 yield State.of(self.iteration, self._energy, gaps, move)
-            if resting:
+            if at_rest:
                 return
 
     def step(self) -> Array:
-        """Do one iteration and return the gaps it saw, (n,), NaN where no data was within reach.
+        """Do one iteration and return the gaps (n,) that it used, NaN where no data was within reach.
 
         Raises
         ------
         DivergedError
-            When a vertex flies off; the step is not taken.
+            As for `run`; the step is not taken.
         """
-        frame = (self._inverse_radius, self._curvature, self._area, self._steep)
+        frame = (self._inverse_radius, self._curvature, self._area, self._obtuse)
         _kernels.frames(self._vertices, self._neighbors, self._normals, *frame)
-        metric, following = self._adapted(), self._next
+        metric, following = self._adapted_metric(), self._next
         gaps = self._no_gap if self.target is None else ask(self.target, self._vertices, self._normals, self.reach)
-        extra = self._pushed() if self.forces else None
-        self._internal(metric, gaps, extra, following)
+        extra = self._user_displacement() if self.forces else None
+        self._step_surface(metric, gaps, extra, following)
         if self._rim:
-            self._on_rims(self._rim, gaps, extra, following)
-        if not self._moves.max() <= self._longest2:
+            self._step_rims(self._rim, gaps, extra, following)
+        if not self._moves.max() <= self._max_move2:
             raise self._diverged(gaps)
-        # all at once, so that an interrupt leaves the model before this step or after it
+        # one assignment, so that an interrupt leaves the model either before this step or after it
         self._next, self._previous, self._vertices, self.metric, self.iteration = (
             *(self._previous, self._vertices, following),
             *(metric, self.iteration + 1),
         )
         return gaps
 
-    def _pushed(self) -> Array:
-        """Return the sum of the user's forces as displacements."""
+    def _user_displacement(self) -> Array:
+        """Return the displacements (n, 3) of the user's forces."""
         n, normals, curvature = self._neighbors, read_only(self._normals), read_only(self._curvature)
         frame = Frame(read_only(self._vertices), normals, n, curvature, self.iteration)
-        return pushed(self.forces, frame)
+        return total_displacement(self.forces, frame)
 
-    def _on_rims(self, rim: Rim, gaps: Array, extra: Array | None, out: Array) -> None:
-        """Replace the next positions of the vertices on holes: the contour's force in place of the surface's."""
-        goals = rim.targets(self._vertices, self.constraint, self._memory)
-        extra = self._shore.added(extra, self._vertices, rim, self.reach)
+    def _step_rims(self, rim: Rim, gaps: Array, extra: Array | None, out: Array) -> None:
+        """Replace the next positions of rim vertices, which are under the internal force of a contour."""
+        goals = rim.goals(self._vertices, self.constraint, self._rim_shape)
+        extra = self._border.added_to(extra, self._vertices, rim, self.reach)
         _kernels_rim.rim_step(
             *(self._vertices, self._previous, self._neighbors, self._normals, rim.vertices, goals, extra, gaps),
             *(self.alpha, self.beta, self.damping, out, self._moves, self._energy),
         )
 
-    def _smoothed(self, values: Array, passes: NDArray[np.int64], *, angles: bool = False) -> Array:
-        """Return `values` after as many one-ring averaging passes as each vertex asks for."""
+    def _averaged(self, values: Array, passes: NDArray[np.int64], *, angles: bool = False) -> Array:
+        """Return `values` (n,) after `passes` (n,) averages over the one-ring, a number for each vertex."""
         most = int(passes.max(initial=0))
         uniform = int(passes.min()) == most
         out = values if uniform else values.copy()
@@ -242,59 +241,60 @@ class DeformableModel:
         return out
 
     def _mean_curvature(self) -> Array:
-        """Return the mean of H over Q^s, each vertex weighing as much as its neighbors' triangle.
+        """Return the mean of H over Q^s, weighted by the area of the neighbors' triangle.
 
-        Weights are free as long as they are positive (thesis, section 4.3). Equal ones let a few tiny, strongly bent
-        triangles blow up large ones beside them.
+        Any positive weights are admissible (thesis, section 4.3). With equal ones, a few tiny triangles of high
+        curvature inflate the large ones beside them.
         """
         _kernels_averages.moments(self._curvature, self._area, self._moment)
-        moment = self._smoothed(self._moment, self.rigidity)
+        moment = self._averaged(self._moment, self.rigidity)
         np.copyto(self._moment, moment)
-        area = self._smoothed(self._area, self.rigidity)
+        area = self._averaged(self._area, self.rigidity)
         _kernels_averages.quotients(self._moment, area, self._moment)
         return self._moment
 
-    def _internal(self, metric: Array, gaps: Array, extra: Array | None, out: Array) -> None:
-        """Fill the next positions of all vertices under the surface's force, by the plain kernel where it suffices."""
+    def _step_surface(self, metric: Array, gaps: Array, extra: Array | None, out: Array) -> None:
+        """Fill the next positions under the surface's internal force, by the fast kernel where it suffices."""
         given = (
             *(self._vertices, self._previous, self._neighbors, metric),
-            *(self._normals, self._inverse_radius, self._steep),
+            *(self._normals, self._inverse_radius, self._obtuse),
         )
         weights = (gaps, self.alpha, self.beta, self.damping, out, self._moves, self._energy)
-        if self._counted is not self.constraint:
-            self._counted, self._kinds = self.constraint, np.bincount(self.constraint, minlength=len(CONSTRAINTS))
-        kinds = self._kinds
+        if self._counted_constraint is not self.constraint:
+            self._counted_constraint = self.constraint
+            self._constraint_counts = np.bincount(self.constraint, minlength=len(CONSTRAINTS))
+        counts = self._constraint_counts
         curvature_code = CONSTRAINTS.index("mean_curvature")
-        wanted = self._mean_curvature() if kinds[curvature_code] else self._prescribed
-        if kinds[curvature_code] == len(gaps) and extra is None:
+        wanted = self._mean_curvature() if counts[curvature_code] else self._prescribed
+        if counts[curvature_code] == len(gaps) and extra is None:
             _kernels.curvature_step(*given, wanted, *weights)
             return
-        if kinds[CONSTRAINTS.index("curvature")]:
+        if counts[CONSTRAINTS.index("curvature")]:
             wanted = np.where(self.constraint == CONSTRAINTS.index("curvature"), self._prescribed, wanted)
         angle = self._reference_angle
-        if kinds[CONSTRAINTS.index("angle")]:
+        if counts[CONSTRAINTS.index("angle")]:
             angle = np.zeros(len(gaps))
             _kernels.angles(self._vertices, self._neighbors, self._normals, self._inverse_radius, angle)
-            average = self._smoothed(angle, self.rigidity, angles=True)
+            average = self._averaged(angle, self.rigidity, angles=True)
             angle = np.where(self.constraint == CONSTRAINTS.index("angle"), average, self._reference_angle)
         extra = np.zeros_like(self._vertices) if extra is None else extra
         _kernels.constrained_step(*given, self.constraint, wanted, angle, extra, *weights)
 
-    def _adapted(self) -> Array:
-        """Return the metric parameters of this iteration: every tenth time, new ones in the spare array."""
+    def _adapted_metric(self) -> Array:
+        """Return the metric parameters of this iteration: the present ones, or every tenth time a new array."""
         if not (self.adaptation and self.iteration and self.iteration % 10 == 0):
             return self.metric
-        bend, spare = self._moment, np.empty_like(self.metric)
+        bend, out = self._moment, np.empty_like(self.metric)
         edge = float(np.linalg.norm(self._vertices[self._neighbors[:, 0]] - self._vertices, axis=1).mean())
         _kernels_adapt.curvedness(self._vertices, self._normals, self._neighbors, edge, bend)
-        smooth = self._smoothed(bend, np.full(len(bend), 2))
-        adapt(self.metric, smooth, self._neighbors, self.adaptation, spare, least=FLAT / max(edge, 1e-300))
-        return spare
+        smooth = self._averaged(bend, np.full(len(bend), 2))
+        adapt_metric(self.metric, smooth, self._neighbors, self.adaptation, out, least=FLAT / max(edge, 1e-300))
+        return out
 
     def _diverged(self, gaps: Array) -> DivergedError:
-        """Return what to say about the first vertex that flew off, and whose doing it was if that is known."""
-        wrong = int(np.argmax(~(self._moves <= self._longest2)))
-        said = f"vertex {wrong} flew off at iteration {self.iteration + 1}"
-        if abs(gaps[wrong]) > self._longest2**0.5:
-            said += f": {type(self.target).__name__}.gap answered {gaps[wrong]:g} there"
-        return DivergedError(said, self.mesh)
+        """Return an error that names the first diverged vertex, and the target's answer there if that was the cause."""
+        wrong = int(np.argmax(~(self._moves <= self._max_move2)))
+        message = f"vertex {wrong} diverged at iteration {self.iteration + 1}"
+        if abs(gaps[wrong]) > self._max_move2**0.5:
+            message += f": {type(self.target).__name__}.gap returned {gaps[wrong]:g} there"
+        return DivergedError(message, self.mesh)

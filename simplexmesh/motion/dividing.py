@@ -77,7 +77,7 @@ def _cut(edit: EditableMesh, mesh: SimplexMesh, faces: Indices, most: int, may_g
     c = mesh.connectivity
     pairs = np.full((len(faces), 2), -1, np.int32)
     loops = c.twin.reshape(-1), c.face.reshape(-1), c.face_darts, c.face_offsets
-    _kernels_refine.cuts(np.asarray(mesh.vertices), *loops, may_grow, faces.astype(np.int64), CROWDING, pairs)
+    _kernels_refine.best_cuts(np.asarray(mesh.vertices), *loops, may_grow, faces.astype(np.int64), CROWDING, pairs)
     pairs = pairs[pairs[:, 0] >= 0]
     done = at = 0
     while done < most and at < len(pairs):
@@ -171,7 +171,7 @@ def taken_apart(groups: NDArray[np.int32], count: int, most: int, free: Mask | N
     """
     out = np.zeros(min(most, len(groups)), np.int64)
     free = np.ones(count, bool) if free is None else free.copy()
-    return out[: _kernels_refine.apart(groups, free, len(out), out)]
+    return out[: _kernels_refine.disjoint_rows(groups, free, len(out), out)]
 
 
 Maps = tuple[NDArray[np.int32], NDArray[np.int32]]

@@ -1,4 +1,4 @@
-"""Internal constraints by name, and forces of the user's own: plain functions from a `Frame` to displacements."""
+"""Names of the internal constraints, and user-supplied forces: functions from a `Frame` to displacements."""
 
 from __future__ import annotations
 
@@ -15,28 +15,28 @@ from simplexmesh._vec import norm
 Array = NDArray[np.float64]
 
 CONSTRAINTS = ("free", "orientation", "angle", "mean_curvature", "shape", "curvature")
-"""What the internal force of a vertex asks for, by rising order of continuity (Delingette 1994, section 4.3).
+"""Constraints of the internal force at a vertex, by rising order of continuity (Delingette 1994, section 4.3).
 
 ==================  =============================================================================================
-``free``            nothing across the surface: normals may break, only vertices even out
-``orientation``     a flat neighborhood: continuous normals; shrinks closed surfaces
+``free``            none along the normal: vertices are spaced evenly, normals may be discontinuous
+``orientation``     continuous normals, simplex angle 0; shrinks closed surfaces
 ``angle``           the mean simplex angle of the vertices within `rigidity` edges
 ``mean_curvature``  the mean H of the vertices within `rigidity` edges; a sphere is at rest
 ``shape``           the simplex angle and metric parameters of a reference mesh: elastic shape memory, at any scale
 ``curvature``       a prescribed mean curvature
 ==================  =============================================================================================
 
-On the rim of a hole, a line, `free` keeps the line's curvature, `orientation` asks for a straight one, `shape` for the
-place among the vertices around that the reference has, the three others for continuous curvature along the line.
+On the rim of a hole, `free` keeps the curvature of the rim as a line, `orientation` straightens it, `shape` restores
+the position relative to the surrounding vertices on the reference, and the other three give continuous curvature.
 
-Two angles have the same H. The one below a right angle is meant, unless the vertex and its three neighbors are all
-beyond it already, to the side of the H wanted: so a tetrahedron is at rest, and a spike is not.
+Two simplex angles have the same H. The one below pi/2 is meant, unless the vertex and its three neighbors all have
+angles beyond it already, of the sign of H: so a tetrahedron is at rest, and a spike is not.
 """
 
 
 @dataclass(frozen=True)
 class Frame:
-    """What a force may look at: the moving mesh, as read-only views that hold for this iteration only.
+    """The state of the mesh that a force sees: read-only views, valid for this iteration only.
 
     Attributes
     ----------
@@ -58,7 +58,7 @@ Force = Callable[[Frame], Array]
 
 
 def constraint_codes(constraint: str | ArrayLike, count: int) -> NDArray[np.int8]:
-    """Return one code per vertex (the place in `CONSTRAINTS`) from a name, names or codes.
+    """Return one code per vertex, the index in `CONSTRAINTS`, from a name, an array of names or of codes.
 
     Examples
     --------
@@ -80,12 +80,12 @@ def constraint_codes(constraint: str | ArrayLike, count: int) -> NDArray[np.int8
     return np.array(codes, dtype=np.int8)
 
 
-def several(forces: Any) -> tuple[Force, ...]:
-    """Return one force or several as a tuple.
+def as_forces(forces: Any) -> tuple[Force, ...]:
+    """Return one force or a sequence of forces as a tuple, checked.
 
     Examples
     --------
-    >>> several(3.0)
+    >>> as_forces(3.0)
     Traceback (most recent call last):
     ...
     TypeError: forces must be a function of a Frame or a sequence of them, not float
@@ -104,8 +104,8 @@ def several(forces: Any) -> tuple[Force, ...]:
     return out
 
 
-def pushed(forces: tuple[Force, ...], frame: Frame) -> Array:
-    """Return the sum (n, 3) of the displacements that forces ask for."""
+def total_displacement(forces: tuple[Force, ...], frame: Frame) -> Array:
+    """Return the sum (n, 3) of the displacements of all forces."""
     out = np.zeros(frame.vertices.shape)
     for force in forces:
         out += _check.array("a force's displacements", force(frame), out.shape)
@@ -113,18 +113,18 @@ def pushed(forces: tuple[Force, ...], frame: Frame) -> Array:
 
 
 def pull(point: ArrayLike, *, vertex: int, stiffness: float = 0.2, extent: float) -> Force:
-    """Return an elastic force that draws a vertex and its surroundings to a point (thesis, section 5.3.1).
+    """Return an elastic force that pulls a vertex and its neighborhood to a point (thesis, section 5.3.1).
 
     Parameters
     ----------
     point : (3,) array_like
-        Where to draw, in the mesh's unit.
+        In the mesh's unit.
     vertex : int
-        The vertex taken hold of.
+        The vertex that is pulled.
     stiffness : float
-        Share of the distance covered in one iteration, 0 to 1.
+        Fraction of the distance covered in one iteration, 0 to 1.
     extent : float
-        Distance from the vertex at which the force has fallen to 1/e^(1/2), in the mesh's unit.
+        Standard deviation of the Gaussian weight with distance from the vertex, in the mesh's unit.
 
     Examples
     --------
@@ -148,7 +148,7 @@ def pull(point: ArrayLike, *, vertex: int, stiffness: float = 0.2, extent: float
 
 
 def repulsion(center: ArrayLike, *, radius: float, strength: float = 0.2) -> Force:
-    """Return a force that keeps the surface out of a ball, stronger the deeper a vertex is in it ("virtual hand").
+    """Return a force out of a ball, proportional to the depth of a vertex in it ("virtual hand").
 
     Parameters
     ----------
@@ -156,7 +156,7 @@ def repulsion(center: ArrayLike, *, radius: float, strength: float = 0.2) -> For
     radius : float
         In the mesh's unit.
     strength : float
-        Share of the depth covered in one iteration, 0 to 1.
+        Fraction of the depth covered in one iteration, 0 to 1.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""What a motion is told about each vertex: numbers or arrays, from the caller or carried by the mesh."""
+"""Per-vertex parameters of a motion, checked: numbers or arrays from the caller, or arrays stored on the mesh."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from simplexmesh.motion.forces import CONSTRAINTS
 Array = NDArray[np.float64]
 
 
-def carried(given: Any, mesh: SimplexMesh, name: str, otherwise: Any) -> Any:
-    """Return what the caller gave, else what the mesh carries under this name, else the library's default."""
-    return given if given is not None else mesh.data.get(name, otherwise)
+def given_or_stored(given: Any, mesh: SimplexMesh, name: str, default: Any) -> Any:
+    """Return the caller's value, else the mesh's data array of this name, else the default."""
+    return given if given is not None else mesh.data.get(name, default)
 
 
 def per_vertex(name: str, value: Any, count: int, low: float = -np.inf, high: float = np.inf) -> Array:
-    """Return a fresh array of one float per vertex from a number or an array, all within bounds."""
+    """Return a fresh (count,) array from a number or an array, checked to lie within bounds."""
     if np.ndim(value) == 0:
         return np.full(count, _check.number(name, value, low, high))
     out = _check.array(name, value, (count,), float).astype(float)
@@ -31,7 +31,7 @@ def per_vertex(name: str, value: Any, count: int, low: float = -np.inf, high: fl
 
 
 def whole_per_vertex(name: str, value: Any, count: int, low: int, high: int) -> NDArray[np.int64]:
-    """Return a fresh array of one whole number per vertex."""
+    """Return a fresh (count,) array of integers from a number or an array, checked to lie within bounds."""
     out = per_vertex(name, value, count, low, high)
     if (out % 1).any():
         raise TypeError(f"{name} must be a whole number of edges, not {out[np.argmax(out % 1 > 0)]:g}")
@@ -41,16 +41,17 @@ def whole_per_vertex(name: str, value: Any, count: int, low: int, high: int) -> 
 def references(
     mesh: SimplexMesh, constraint: NDArray[np.int8], *, metric: Any, curvature: Any, reference: SimplexMesh | None
 ) -> tuple[Array, Array, Array]:
-    """Return what the constraints refer to: metric parameters (n, 3), simplex angles (n,) and curvatures (n,).
+    """Return the reference metric parameters (n, 3), simplex angles (n,) and curvatures (n,) of the constraints.
 
     Raises
     ------
     ValueError
-        Metric parameters that do not sum to 1, a reference of another connectivity, a constraint without what it needs.
+        For metric parameters that do not sum to 1, a reference of another connectivity, a constraint without its
+        reference, or a reference without its constraint.
     """
     n = mesh.n_vertices
-    remembers = constraint == CONSTRAINTS.index("shape")
-    wanted = carried(metric, mesh, "metric", None)
+    elastic = constraint == CONSTRAINTS.index("shape")
+    wanted = given_or_stored(metric, mesh, "metric", None)
     parameters = np.full((n, 3), 1 / 3) if wanted is None else _check.array("metric", wanted, (n, 3)).copy()
     if not np.allclose(parameters.sum(axis=1), 1, atol=1e-6):
         row = int(np.abs(parameters.sum(axis=1) - 1).argmax())
@@ -59,16 +60,16 @@ def references(
     if reference is not None:
         if not isinstance(reference, SimplexMesh):
             raise TypeError(f"reference must be a SimplexMesh, not {type(reference).__name__}")
-        if not remembers.any():
+        if not elastic.any():
             raise ValueError("reference is for vertices of constraint 'shape', and there are none")
         if not np.array_equal(reference.connectivity.twin, mesh.connectivity.twin):
             raise ValueError("reference must have the same connectivity as mesh")
         angle = np.array(reference.simplex_angle)
         if metric is None:
-            parameters[remembers] = reference.metric[remembers]
+            parameters[elastic] = reference.metric[elastic]
     elif "reference_angle" in mesh.data:
         angle = _check.array("reference_angle", mesh.data["reference_angle"], (n,)).copy()
-    elif remembers.any():
+    elif elastic.any():
         raise ValueError("constraint 'shape' needs a reference mesh, or data['reference_angle'] on the mesh")
     prescribed = bool((constraint == CONSTRAINTS.index("curvature")).any())
     if prescribed and curvature is None:

@@ -1,4 +1,4 @@
-"""The rims of a mesh's holes as rows of darts: who comes before and after whom along each hole."""
+"""Rims of holes: boundary vertices, their order along each hole, and the goals of their internal force."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Rim:
-    """All vertices on holes, each with its neighbors along the hole.
+    """The vertices on holes, each with its two neighbors along the hole.
 
     Attributes
     ----------
     vertices : (m,) array of int
-        The vertices on the rims.
+        Each vertex on a rim.
     before, after : (m,) array of int
         Rows of `vertices`: the previous and the next vertex along the same hole.
     """
@@ -47,40 +47,40 @@ class Rim:
         rows, before, after, start = [], [], [], 0
         for face in np.flatnonzero(connectivity.face_is_hole):
             around = connectivity.face_vertices[offsets[face] : offsets[face + 1]]
-            places = np.arange(len(around), dtype=np.int32) + start
+            rows_here = np.arange(len(around), dtype=np.int32) + start
             rows.append(around)
-            before.append(np.roll(places, 1))
-            after.append(np.roll(places, -1))
+            before.append(np.roll(rows_here, 1))
+            after.append(np.roll(rows_here, -1))
             start += len(around)
         return cls(np.concatenate(rows), np.concatenate(before), np.concatenate(after))
 
-    def targets(self, vertices: Array, constraint: NDArray[np.int8], memory: Memory) -> Array:
-        """Return (m, 3) where the contour's internal force draws each rim vertex: even spacing, and its constraint.
+    def goals(self, vertices: Array, constraint: NDArray[np.int8], shape: RimShape) -> Array:
+        """Return (m, 3) the goal of the internal force at each rim vertex: evenly spaced, at its constraint's height.
 
-        The 1-simplex constraints in space (Delingette 1994, sections 3.2 and 4.8) with equal metric parameters.
-        ``free`` keeps the rim's own curvature, ``orientation`` asks for none, ``shape`` for the place in `memory`, all
-        others for continuous curvature: a circle with evenly spaced vertices is at rest, so rims do not contract.
+        The constraints of 1-simplex meshes in space (Delingette 1994, sections 3.2 and 4.8), metric parameters equal.
+        ``free`` keeps the present curvature, ``orientation`` asks for zero curvature, ``shape`` for the position in
+        `shape`, all others for curvature averaged along the rim: evenly spaced circles are at rest and do not contract.
         """
         work = np.zeros((3, len(self.vertices), 3))
         rows = (self.vertices, self.before, self.after)
-        shaped = bool((constraint[self.vertices] == CONSTRAINTS.index("shape")).any())
-        remembered = memory.places(vertices) if shaped else work[2]
-        _kernels_rim.rim_targets(vertices, *rows, constraint, remembered, work[0], work[1], np.zeros(3), work[2])
+        elastic = bool((constraint[self.vertices] == CONSTRAINTS.index("shape")).any())
+        restored = shape.positions(vertices) if elastic else work[2]
+        _kernels_rim.rim_goals(vertices, *rows, constraint, restored, work[0], work[1], np.zeros(3), work[2])
         return work[2]
 
 
-class Memory:
-    """The places of rim vertices among the vertices within two edges, as they are on a reference mesh.
+class RimShape:
+    """Positions of rim vertices relative to the vertices within two edges, taken from a reference mesh.
 
-    A contour in space has no normal of its own, and the planes of its few neighbors are too short a lever: frames made
-    of them amplify errors. The similarity that fits the whole neighborhood best does not.
+    A contour in space has no normal, and frames built from the few nearest neighbors amplify errors. The least-squares
+    similarity between whole neighborhoods does not.
 
     Parameters
     ----------
     row : (m,) array of int
-        Vertices to remember.
+        The rim vertices.
     vertices : (n, 3) array of float
-        The reference.
+        Of the reference mesh.
     neighbors : (n, 3) array of int
 
     References
@@ -98,16 +98,16 @@ class Memory:
         self._size2 = np.maximum((self._weights * dot(self._offsets, self._offsets)).sum(axis=1), 1e-300)
 
     def _centered(self, vertices: Array) -> tuple[Array, Array]:
-        """Return each neighborhood (m, 13, 3) from its center, and the centers (m, 3)."""
+        """Return each neighborhood (m, 13, 3) relative to its weighted centroid, and the centroids (m, 3)."""
         stars = vertices[self._stars]
         centers = np.einsum("mk,mki->mi", self._weights, stars)
         return stars - centers[:, None], centers
 
-    def places(self, vertices: Array) -> Array:
-        """Return (m, 3) where each vertex belongs, by the best similarity of its neighborhood then to that now."""
+    def positions(self, vertices: Array) -> Array:
+        """Return (m, 3) the reference positions, mapped by the best similarity to each present neighborhood."""
         offsets, centers = self._centered(vertices)
         U, S, Vt = np.linalg.svd(np.einsum("mki,mk,mkj->mij", offsets, self._weights, self._offsets))
-        turn = np.where(np.linalg.det(U) * np.linalg.det(Vt) < 0, -1.0, 1.0)
-        U[:, :, 2] *= turn[:, None]
-        scale = (S[:, 0] + S[:, 1] + turn * S[:, 2]) / self._size2
+        sign = np.where(np.linalg.det(U) * np.linalg.det(Vt) < 0, -1.0, 1.0)
+        U[:, :, 2] *= sign[:, None]
+        scale = (S[:, 0] + S[:, 1] + sign * S[:, 2]) / self._size2
         return centers + scale[:, None] * np.einsum("mij,mjk,mk->mi", U, Vt, self._offsets[:, 0])

@@ -1,4 +1,4 @@
-"""What a motion looks at and what it tells: the target's one question, and the states it passes through."""
+"""The interface of targets, and the record of one iteration of a motion."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ Array = NDArray[np.float64]
 
 
 class Target(Protocol):
-    """What a mesh can be drawn to: anything that answers one question."""
+    """Data that attracts a mesh: any object with a method `gap`."""
 
     def gap(self, vertices: Array, normals: Array, reach: float) -> Array:
-        """Return (n,) how far along its normal the data is from each vertex; NaN where nothing is within `reach`.
+        """Return (n,) the signed distance along its normal from each vertex to the data; NaN where none is in `reach`.
 
-        The model's own arrays are handed in, as views that cannot be written to; `reach` may be infinite.
+        The arrays are read-only views of the model's own; `reach` may be infinite.
         """
 
 
 @dataclass(frozen=True)
 class State:
-    """A moment of the motion, light enough to keep.
+    """Summary of one iteration of a motion.
 
     Attributes
     ----------
@@ -31,13 +31,13 @@ class State:
         Iterations done since the model was made.
     energy : float
         Mean over the vertices of half of ``alpha |P* - P|^2 + beta gap^2``, in squared units; of a vertex on a rim, P*
-        is where the rim's force wants it.
+        is the goal of the rim's internal force.
     gap : float
         Mean distance to the data along the normals, in the mesh's unit; NaN when no vertex is within reach.
     reached : float
         Share of the vertices that have data within reach.
     move : float
-        Largest step of any vertex in this iteration, in the mesh's unit.
+        Largest displacement of a vertex in this iteration, in the mesh's unit.
     """
 
     iteration: int
