@@ -360,12 +360,12 @@ class TestBoolean:
             (lambda: sm.boolean(sm.plane(8, 8), BALL), "first must be closed, it has a border"),
             (
                 lambda: sm.boolean(BALL, sm.TriangleMesh(BALL.vertices, BALL.faces[:, ::-1])),
-                "second must look outward, it encloses a volume of -4.1",
+                "second must be oriented outward, it encloses a volume of -4.1",
             ),
             (lambda: sm.boolean(BALL, BALL, "xor"), "operation must be one of 'difference', 'union', 'intersection'"),
             (
                 lambda: sm.boolean(BALL, sm.TriangleMesh(BALL.vertices + 5, BALL.faces), "intersection"),
-                "first and second must leave something of their intersection, they leave nothing",
+                "first and second must have a non-empty intersection, but nothing is left",
             ),
         ],
     )

@@ -454,13 +454,13 @@ class TestInfo:
         (tmp_path / "two.sml").rename(tmp_path / "two.dat")
         code, _, err = command("info", tmp_path / "two.dat")
         assert code == 2
-        assert "two.dat is a library of models or another database" in err
+        assert "two.dat is an SQLite database" in err
 
     def test_of_a_pipe(self, command, tmp_path):
         os.mkfifo(tmp_path / "pipe.ply")
         code, _, err = command("info", tmp_path / "pipe.ply")
         assert (code, err) == (
-            2, "error: pipe.ply must be a file, whose beginning can be read again, not a pipe or a device\n"
+            2, "error: pipe.ply must be a regular file, not a pipe or a device\n"
         )  # fmt: skip
 
     def test_of_a_volume_says_where_it_lies(self, command, files):

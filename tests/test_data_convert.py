@@ -119,7 +119,7 @@ def test_duplicates_are_merged_and_reported():
         (np.array([["a"] * 3] * 4), TypeError, "data must be numbers, not ndarray of <U1"),
         (np.full((4, 3), np.nan), ValueError, "points must be finite; 4 of 4"),
         (np.ma.masked_less(POINTS, 0.0), ValueError, "data must have no masked values, [0-9]+ of 90 are"),
-        ("nowhere.ply", FileNotFoundError, "'nowhere.ply' is not there"),
+        ("nowhere.ply", FileNotFoundError, "'nowhere.ply' does not exist"),
     ],
 )
 def test_refusals(value, error, message):
@@ -148,3 +148,9 @@ def test_a_simplex_mesh_becomes_what_is_wanted(tmp_path):
     assert as_triangles(ball).n_faces == ball.triangulated().n_faces
     ball.save(tmp_path / "ball.vtp")
     assert np.array_equal(sm.read_points(tmp_path / "ball.vtp").points, ball.vertices)
+
+
+@pytest.mark.parametrize("convert", [as_data, as_triangles])
+def test_a_ragged_pair_is_called_by_the_name_of_the_argument(convert):
+    with pytest.raises(ValueError, match=r"^source must be an array, but its rows have different lengths$"):
+        convert(([[0, 0, 0], [1]], [[0, 1, 2]]), "source")

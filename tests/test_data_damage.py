@@ -120,7 +120,7 @@ VTK = (
         ("a.mhd", MHD.format("1 0 1", "LOCAL"), "a.mhd must have positive spacing, not ElementSpacing = 1 0 1"),
         ("a.nhdr", NHDR, "a.nhdr cannot be read as a volume"),
         ("a.vtk", VTK, "a.vtk must be a VTK image or polygons"),
-        ("a", "nothing at all", "a is in no format known by its content; readable are .asc, .csv"),
+        ("a", "nothing at all", "a has an unknown format; known ones are .asc, .csv"),
     ],
 )
 def test_wrong_content(name, text, message, tmp_path, capfd):
@@ -181,7 +181,7 @@ def test_truncated_text_that_only_misses_its_end_cannot_be_told(whole, name, tmp
 class TestPaths:
     @pytest.mark.parametrize("reader", [sm.read, sm.read_volume, sm.read_points, sm.read_triangles, sm.read_mesh])
     def test_nothing_there(self, reader, tmp_path):
-        with pytest.raises(FileNotFoundError, match=r"path must be a file or folder, .*nowhere.ply' is not there"):
+        with pytest.raises(FileNotFoundError, match=r"path must be a file or folder, .*nowhere.ply' does not exist"):
             reader(tmp_path / "nowhere.ply")
 
     def test_no_path(self):

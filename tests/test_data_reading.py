@@ -82,7 +82,7 @@ class TestPhysicalSpace:
 
     def test_doubled_slices_are_named(self, image, tmp_path):
         write_series(image, tmp_path, "1.2.3", shift=2.5)
-        with pytest.raises(OSError, match="slices seem to be doubled"):
+        with pytest.raises(OSError, match="slices seem to be duplicated"):
             sm.read(tmp_path)
 
     def test_of_several_series_the_longest_is_taken_and_said(self, image, tmp_path):

@@ -90,7 +90,7 @@ class TestDivided:
             ),
             (
                 lambda: sm.divided(sm.TriangleMesh(1e-6 * CUBE + 1e9, BOX.faces)),
-                "longest must be at least 4.77e-07 so far from 0, not 5.50604e-08",
+                "longest must be at least 4.77e-07 at coordinates this large, not 5.50604e-08",
             ),
         ],
     )

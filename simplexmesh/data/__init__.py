@@ -1,4 +1,4 @@
-"""Chapter II, the data: volumes, point clouds, triangulated surfaces, and the files they come in."""
+"""Chapter II, the data: volumes, point clouds, triangle meshes, and their file formats."""
 
 from simplexmesh import _cache
 

@@ -1,4 +1,4 @@
-"""LZF, the compression inside PCD files."""
+"""LZF decompression, for compressed PCD files."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ def lzf_decompressed(packed: NDArray[np.uint8], size: int) -> tuple[Any, int]:
     Parameters
     ----------
     packed : (m,) array of uint8
-        Control bytes: below 32, so many and one more bytes follow as they are; else a copy of length (control >> 5) + 2
-        (7 means that another byte adds to it) of what was written a distance ((control & 31) << 8) + byte + 1 before.
+        Each control byte starts a literal run of control + 1 bytes if it is below 32, else a back reference of length
+        (control >> 5) + 2 (7 means that another byte is added) and distance ((control & 31) << 8) + byte + 1.
     size : int
-        How many bytes come out.
+        Number of bytes after decompression.
 
     Returns
     -------
     bytes : (size,) array of uint8
     written : int
-        How many of them were written; less than `size` when the packed bytes are damaged or too few, -1 when too many.
+        How many of them were written: less than `size` if the input is damaged or truncated, -1 if it holds more.
     """
     out = np.zeros(size, np.uint8)
     read = 0

@@ -1,4 +1,4 @@
-"""Unions, differences and intersections of closed surfaces; the one door to manifold3d, an optional extra."""
+"""Boolean operations on closed surfaces; the only module that imports manifold3d, an optional dependency."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ OPERATIONS = ("difference", "union", "intersection")
 
 
 def boolean(first: Any, second: Any, operation: str = "difference") -> TriangleMesh:
-    """Return what is in one closed surface and not in another, in either, or in both: guides, molds, negatives.
+    """Return the difference, union or intersection of two closed surfaces: guides, molds, negatives.
 
-    A block less a bone is a guide that fits the bone. The result is closed, whatever the two look like. Needs the
-    package manifold3d: ``pip install 'simplexmesh[guides]'``.
+    A block minus a bone is a guide that fits the bone. The result is always closed. Needs the package manifold3d:
+    ``pip install 'simplexmesh[guides]'``.
 
     Parameters
     ----------
     first, second : TriangleMesh, SimplexMesh, PyVista or trimesh object, or path
-        Closed surfaces that look outward; their duplicate positions are merged.
+        Closed surfaces oriented outward; duplicate positions are merged.
     operation : {"difference", "union", "intersection"}
-        First less second, both together, or what they share.
+        `first` minus `second`, either, or both.
 
     Returns
     -------
@@ -34,9 +34,9 @@ def boolean(first: Any, second: Any, operation: str = "difference") -> TriangleM
     Raises
     ------
     ImportError
-        manifold3d is not there.
+        manifold3d is not installed.
     ValueError
-        A surface that is not closed, or looks inward; an unknown operation; nothing is left.
+        A surface is open or oriented inward, the operation is unknown, or the result is empty.
 
     References
     ----------
@@ -60,7 +60,7 @@ def boolean(first: Any, second: Any, operation: str = "difference") -> TriangleM
     out = one - other if operation == "difference" else one + other if operation == "union" else one ^ other
     mesh = out.to_mesh64()
     if not len(mesh.tri_verts):
-        raise ValueError(f"first and second must leave something of their {operation}, they leave nothing")
+        raise ValueError(f"first and second must have a non-empty {operation}, but nothing is left")
     return TriangleMesh(np.asarray(mesh.vert_properties)[:, :3], np.asarray(mesh.tri_verts).astype(np.int64))
 
 
@@ -78,7 +78,7 @@ def _solid(manifold3d: Any, mesh: TriangleMesh, name: str) -> Any:
     if not mesh.is_closed:
         raise ValueError(f"{name} must be closed, it has a border")
     if mesh.volume <= 0:
-        raise ValueError(f"{name} must look outward, it encloses a volume of {mesh.volume:.4g}")
+        raise ValueError(f"{name} must be oriented outward, it encloses a volume of {mesh.volume:.4g}")
     found = manifold3d.Manifold(manifold3d.Mesh64(np.array(mesh.vertices), np.array(mesh.faces, np.uint64)))
     if found.status() != manifold3d.Error.NoError:
         raise ValueError(f"{name} must be a surface with two faces at every edge: {found.status().name}")

@@ -1,4 +1,4 @@
-"""The box around an object in a grid."""
+"""The bounding box of an object in a voxel grid."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ Index = NDArray[np.int64]
 
 
 def box_around(inside: NDArray[np.bool_]) -> tuple[Index, Index] | None:
-    """Return the first index of the smallest box that holds all true samples, and the index after its last.
+    """Return the bounding box of the true samples, as its first index and the index after its last.
 
     Parameters
     ----------
     inside : (nx, ny, nz) array of bool
-        Where the object is.
+        Mask of the object.
 
     Returns
     -------
     first, end : (3,) arrays of int
-        So that `inside[box_slices(first, end, inside.shape)]` holds them all; None when there is none.
+        `inside[box_slices(first, end, inside.shape)]` holds all true samples. None if there are none.
 
     Examples
     --------
@@ -36,7 +36,7 @@ def box_around(inside: NDArray[np.bool_]) -> tuple[Index, Index] | None:
 
 
 def box_slices(first: Index, end: Index, shape: tuple[int, ...], *, margin: int = 0) -> tuple[slice, ...]:
-    """Return the slices of a box made wider by `margin` samples on every side, as far as the grid goes.
+    """Return the slices of a box widened by `margin` samples on every side, clipped to the grid.
 
     Examples
     --------

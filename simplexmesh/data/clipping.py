@@ -1,4 +1,4 @@
-"""Surfaces cut by a plane, with or without a cap: VTK's clippers."""
+"""Clip surfaces by a plane, with or without a cap, with VTK's filters."""
 
 from __future__ import annotations
 
@@ -18,20 +18,20 @@ from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.errors import SimplexMeshWarning
 
 TOLERANCE = 1e-9
-"""Positions on the cut no farther apart than this share of the diagonal are one."""
+"""Positions on the cut closer than this fraction of the diagonal are merged."""
 
 
 def clipped(surface: Any, origin: ArrayLike, normal: ArrayLike, *, cap: bool = False) -> TriangleMesh:
-    """Return the part of a surface in front of a plane: where its normal points to.
+    """Return the part of a surface in front of a plane, on the side its normal points to.
 
     Parameters
     ----------
     surface : TriangleMesh, SimplexMesh, PyVista or trimesh object, or path
-        What is cut; a simplex mesh is triangulated.
+        The surface; a simplex mesh is triangulated.
     origin, normal : (3,) array of float
-        A point of the plane, and what is perpendicular to it, of any length.
+        A point of the plane and its normal, of any length.
     cap : bool
-        Close the cut with a flat face: what was closed stays closed. Without it the cut is a border.
+        Close the cut with a flat face, so that a closed surface stays closed. Without it the cut is a border.
 
     Returns
     -------
@@ -40,7 +40,7 @@ def clipped(surface: Any, origin: ArrayLike, normal: ArrayLike, *, cap: bool = F
     Raises
     ------
     ValueError
-        A normal of length zero, nothing in front of the plane, a cap asked for a surface that is not closed.
+        The normal is zero, nothing is in front of the plane, or a cap is requested for an open surface.
 
     Examples
     --------
@@ -68,7 +68,7 @@ def clipped(surface: Any, origin: ArrayLike, normal: ArrayLike, *, cap: bool = F
     if not out.GetNumberOfPolys():
         raise ValueError("surface must have a part in front of the plane, it has none")
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", SimplexMeshWarning)  # of slivers where the plane passes through a vertex
+        warnings.simplefilter("ignore", SimplexMeshWarning)  # about slivers where the plane passes through a vertex
         found = as_triangles(vtk.from_dataset(out, "surface"))
     return found.welded(tolerance=TOLERANCE * mesh.diagonal, report=False)
 

@@ -1,4 +1,4 @@
-"""What callers give, made into this library's types: its own objects, arrays, PyVista and trimesh objects, paths."""
+"""Convert arguments to this library's data types, from arrays, PyVista and trimesh objects, and paths."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ from simplexmesh.data.volume import Volume
 
 
 def as_data(value: Any, name: str = "data") -> Any:
-    """Return a Volume, PointCloud, TriangleMesh or SimplexMesh made of what a caller gave.
+    """Return a Volume, PointCloud, TriangleMesh or SimplexMesh from any supported input.
 
     Parameters
     ----------
     value : object
         One of those types; an (n, 3) array of points, (n, 6) of points and normals, or (nx, ny, nz) of samples; a
         pair of vertices and faces, the latter (f, 3) whole numbers; a PyVista or VTK image or polygons; a trimesh mesh
-        or point cloud; a path to a file. Libraries are told by the look of their objects and not imported.
+        or point cloud; a path to a file. Objects of other libraries are recognized without importing these.
     name : str
-        What the caller calls it, for messages.
+        Name of the argument, for messages.
 
     Raises
     ------
     TypeError, ValueError
-        It is none of these, or its content cannot be used.
+        It is none of these, or its content is invalid.
     OSError
         The file cannot be read.
 
@@ -58,7 +58,7 @@ def as_data(value: Any, name: str = "data") -> Any:
         return found.merged() if isinstance(found, PointCloud) else _welded(found)
     if _is_trimesh(value):
         return _from_trimesh(value)
-    if _is_pair(value):
+    if _is_pair(value, name):
         return TriangleMesh(*value)
     if isinstance(value, np.ndarray | list | tuple) or hasattr(value, "__array__"):
         return _from_array(value, name)
@@ -69,26 +69,26 @@ def as_data(value: Any, name: str = "data") -> Any:
 
 
 def as_volume(value: Any, name: str = "volume") -> Volume:
-    """Return a Volume made of what a caller gave; see `as_data`.
+    """Return a Volume from any supported input; see `as_data`.
 
     Raises
     ------
     TypeError
-        It is something else than a volume.
+        It is not a volume.
     """
     out = as_data(value, name)
     if not isinstance(out, Volume):
-        raise TypeError(f"{name} must be a volume, not {_said(value, out)}")
+        raise TypeError(f"{name} must be a volume, not {_description(value, out)}")
     return out
 
 
 def as_points(value: Any, name: str = "points") -> PointCloud:
-    """Return a PointCloud made of what a caller gave, duplicates merged; of a surface, its vertices and normals.
+    """Return a PointCloud from any supported input, duplicates merged; a surface gives its vertices and their normals.
 
     Raises
     ------
     TypeError
-        It is something else than points or a surface.
+        It is neither points nor a surface.
 
     Examples
     --------
@@ -104,30 +104,31 @@ def as_points(value: Any, name: str = "points") -> PointCloud:
         return PointCloud(out.vertices, normals if normals.any(axis=1).all() else None).merged()
     if _is_simplex_mesh(out):
         return PointCloud(out.vertices, out.normals if out.normals.any(axis=1).all() else None).merged()
-    raise TypeError(f"{name} must be points, not {_said(value, out)}")
+    raise TypeError(f"{name} must be points, not {_description(value, out)}")
 
 
 def as_triangles(value: Any, name: str = "triangles") -> TriangleMesh:
-    """Return a TriangleMesh made of what a caller gave, `(vertices, faces)` included; a simplex mesh is triangulated.
+    """Return a TriangleMesh from any supported input, also `(vertices, faces)`; a simplex mesh is triangulated.
 
     Raises
     ------
     TypeError
-        It is something else than a surface.
+        It is not a surface.
 
     Examples
     --------
     >>> as_triangles((np.eye(4)[:, :3], [[0, 1, 2]]))
     TriangleMesh(4 vertices, 1 faces, open)
     """
-    if isinstance(value, tuple | list) and len(value) == 2 and all(np.ndim(part) == 2 for part in value):
+    pair = isinstance(value, tuple | list) and len(value) == 2
+    if pair and all(_check.any_array(name, part).ndim == 2 for part in value):
         return TriangleMesh(value[0], value[1])
     out = as_data(value, name)
     if isinstance(out, TriangleMesh):
         return out
     if _is_simplex_mesh(out):
         return out.triangulated()
-    raise TypeError(f"{name} must be a surface of triangles, not {_said(value, out)}")
+    raise TypeError(f"{name} must be a surface of triangles, not {_description(value, out)}")
 
 
 def _from_array(value: Any, name: str) -> Volume | PointCloud:
@@ -145,16 +146,16 @@ def _from_array(value: Any, name: str) -> Volume | PointCloud:
     )
 
 
-def _is_pair(value: Any) -> bool:
-    """Whether it is vertices and faces: two tables in a tuple, or two arrays in a list, the second whole numbers."""
+def _is_pair(value: Any, name: str) -> bool:
+    """Whether the value is (vertices, faces): a tuple of two tables or a list of two arrays, the second of integers."""
     if not (isinstance(value, tuple | list) and len(value) == 2):
         return False
     if isinstance(value, list) and not all(isinstance(part, np.ndarray) for part in value):
         return False
-    vertices, faces = (_check.any_array("data", part) for part in value)
+    vertices, faces = (_check.any_array(name, part) for part in value)
     if not (vertices.ndim == faces.ndim == 2 and faces.dtype.kind in "iu" and faces.shape[1] == 3):
         return False
-    return isinstance(value, tuple) or vertices.dtype.kind == "f"  # a list of whole numbers twice may be anything
+    return isinstance(value, tuple) or vertices.dtype.kind == "f"  # a list of two integer arrays is ambiguous
 
 
 def _is_simplex_mesh(value: Any) -> bool:
@@ -177,7 +178,8 @@ def _welded(value: Any) -> Any:
     return value.welded() if isinstance(value, TriangleMesh) else value
 
 
-def _said(value: Any, out: Any) -> str:
+def _description(value: Any, out: Any) -> str:
+    """Return what was given and what it was read as, for messages."""
     if isinstance(value, str | os.PathLike):
         return f"the {type(out).__name__} in {os.path.basename(os.fspath(value))}"
     if type(value) is type(out):

@@ -1,4 +1,4 @@
-"""Triangles divided until none of their edges is longer than a length."""
+"""Subdivide triangles until no edge is longer than a given length."""
 
 from __future__ import annotations
 
@@ -15,25 +15,25 @@ from simplexmesh.data.triangles import TriangleMesh
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-ACROSS = 60
-"""Edges are no longer than the diagonal over this, where nothing else is asked for."""
+EDGES_PER_DIAGONAL = 60
+"""The default longest edge is the diagonal over this."""
 
-MOST = 20_000_000
-"""More faces than about so many are refused."""
+MAX_FACES = 20_000_000
+"""Lengths that would give more faces are refused."""
 
 
 def divided(surface: Any, longest: float | None = None) -> TriangleMesh:
-    """Return a surface whose long edges are cut in halves, over and over, until none is longer than a length.
+    """Return a surface whose edges are bisected repeatedly until none is longer than a given length.
 
-    The shape stays as it is but for round-off; every vertex keeps its number, and new ones follow. Files from CAD have
-    vertices on the edges of a body alone: what is measured at vertices, as curvature is, needs some on its faces too.
+    The shape is unchanged up to round-off; vertices keep their numbers, and new ones follow. CAD files have vertices
+    only on the edges of a body: quantities measured at vertices, such as curvature, need some on its faces too.
 
     Parameters
     ----------
     surface : TriangleMesh, SimplexMesh, PyVista or trimesh object, or path
-        What is divided; a simplex mesh is triangulated.
+        The surface; a simplex mesh is triangulated.
     longest : float, optional
-        The longest edge there may be, in the surface's unit of length. By default a 60th of the diagonal.
+        Maximum edge length, in the surface's unit of length. By default a 60th of the diagonal.
 
     Returns
     -------
@@ -42,8 +42,8 @@ def divided(surface: Any, longest: float | None = None) -> TriangleMesh:
     Raises
     ------
     ValueError, TypeError
-        A length that is not positive, or so short that there would be more than 20 million faces or that positions so
-        far from the origin cannot tell it; not a surface.
+        The length is not positive, or so short that there would be more than 20 million faces or that the coordinates'
+        floating-point precision cannot resolve it; or the input is not a surface.
 
     Examples
     --------
@@ -57,9 +57,12 @@ def divided(surface: Any, longest: float | None = None) -> TriangleMesh:
     _check.size("surface", mesh.bounds)
     if longest is None and mesh.diagonal <= 0:
         return mesh
-    longest = mesh.diagonal / ACROSS if longest is None else _check.number("longest", longest, 0.0, open_low=True)
+    if longest is None:
+        longest = mesh.diagonal / EDGES_PER_DIAGONAL
+    longest = _check.number("longest", longest, 0.0, open_low=True)
     vertices, faces = np.asarray(mesh.vertices), np.asarray(mesh.faces)
-    for least, why in ((_shortest(mesh), f"for at most {MOST:,} faces"), (_told_apart(vertices), "so far from 0")):
+    limits = (_shortest(mesh), f"for at most {MAX_FACES:,} faces"), (_resolution(vertices), "at coordinates this large")
+    for least, why in limits:
         if longest < least:
             raise ValueError(f"longest must be at least {least:.3g} {why}, not {longest:g}")
     while True:
@@ -70,23 +73,23 @@ def divided(surface: Any, longest: float | None = None) -> TriangleMesh:
         middle = np.full(len(edges), -1)
         middle[long] = len(vertices) + np.arange(int(long.sum()))
         vertices = np.concatenate([vertices, 0.5 * (vertices[edges[long, 0]] + vertices[edges[long, 1]])])
-        faces = _cut(vertices, faces, middle[sides])
+        faces = _split(vertices, faces, middle[sides])
 
 
 def _shortest(mesh: TriangleMesh) -> float:
-    """Return the length that gives as many faces as there may be, of even sides, or, of slivers, all in a row."""
+    """Return the length that gives MAX_FACES faces, estimated for equilateral triangles and for rows of slivers."""
     sides = norm((mesh.vertices[mesh.faces] - mesh.vertices[np.roll(mesh.faces, 1, axis=1)]).reshape(-1, 3))
-    in_rows = float(sides.reshape(-1, 3).max(axis=1).sum()) / MOST
-    return max(float(np.sqrt(4 / np.sqrt(3) * mesh.area / MOST)), in_rows)
+    in_rows = float(sides.reshape(-1, 3).max(axis=1).sum()) / MAX_FACES
+    return max(float(np.sqrt(4 / np.sqrt(3) * mesh.area / MAX_FACES)), in_rows)
 
 
-def _told_apart(vertices: Array) -> float:
-    """Return the least length whose middle is another position than its ends."""
+def _resolution(vertices: Array) -> float:
+    """Return the shortest length whose midpoint differs from its ends in floating point."""
     return 4 * float(np.spacing(np.abs(vertices).max()))
 
 
 def _edges(faces: Indices) -> tuple[Indices, Indices]:
-    """Return each edge once, (e, 2), and which of them lie opposite the corners of each face, (f, 3)."""
+    """Return each edge once, (e, 2), and the edge opposite each corner of each face, (f, 3)."""
     ends = np.sort(faces[:, [[1, 2], [2, 0], [0, 1]]], axis=2).reshape(-1, 2)
     keys, sides = np.unique(ends[:, 0] * (int(faces.max(initial=0)) + 1) + ends[:, 1], return_inverse=True)
     first = np.zeros(len(keys), np.int64)
@@ -94,13 +97,13 @@ def _edges(faces: Indices) -> tuple[Indices, Indices]:
     return ends[first], sides.reshape(-1, 3)
 
 
-def _cut(vertices: Array, faces: Indices, middle: Indices) -> Indices:
-    """Return faces with the middles of their sides joined; (f, 3), -1 for a side that stays whole."""
+def _split(vertices: Array, faces: Indices, middle: Indices) -> Indices:
+    """Return the faces split at the midpoints of their sides: `middle` (f, 3), -1 for a side that is not bisected."""
     cuts = (middle >= 0).sum(axis=1)
     out = [faces[cuts == 0]]
     for count in (1, 2, 3):
         rows = np.flatnonzero(cuts == count)
-        odd = (middle[rows] >= 0) == (count == 1)  # the one side cut, or the one that is not, goes first
+        odd = (middle[rows] >= 0) == (count == 1)  # rotate the only bisected side, or the only other one, to the front
         turned = (odd.argmax(axis=1)[:, None] + np.arange(3)) % 3
         a, b, c = np.take_along_axis(faces[rows], turned, axis=1).T
         of_a, of_b, of_c = np.take_along_axis(middle[rows], turned, axis=1).T

@@ -1,4 +1,4 @@
-"""Which format a file is in, told by its first bytes and only then by its name."""
+"""File format detection, by the first bytes and then by the name."""
 
 from __future__ import annotations
 
@@ -23,7 +23,6 @@ NAMES = {
     "pcd": "PCD",
     "text": "XYZ",
 }
-VOLUMES = ("metaimage", "nrrd", "nifti", "dicom", "tiff", "vti")
 
 SUFFIXES = {
     ".mhd": "metaimage",
@@ -71,7 +70,7 @@ _DATABASE = b"SQLite format 3\0"
 
 
 def suffix(path: Path) -> str:
-    """Return the ending of the name in lower case, `.nii.gz` as one.
+    """Return the file name extension in lower case, `.nii.gz` as one.
 
     Examples
     --------
@@ -83,15 +82,15 @@ def suffix(path: Path) -> str:
 
 
 def format_of(path: Path) -> str:
-    """Return the key in `NAMES` of the format the file is in.
+    """Return the format of a file, as a key of `NAMES`.
 
     Raises
     ------
     OSError
-        The file is empty, is not what its name says, or is in no format this library reads.
+        The file is empty, contradicts its name, or has a format this library does not read.
     """
     if not path.is_file():
-        raise OSError(f"{path.name} must be a file, whose beginning can be read again, not a pipe or a device")
+        raise OSError(f"{path.name} must be a regular file, not a pipe or a device")
     size = path.stat().st_size
     if not size:
         raise OSError(f"{path.name} is empty")
@@ -106,15 +105,15 @@ def format_of(path: Path) -> str:
     if found is None and named is not None:
         raise OSError(f"{path.name} is not {with_article(NAMES[named])} file, or is damaged at its beginning")
     if found is None and head.startswith(_DATABASE):
-        raise OSError(f"{path.name} is a library of models or another database: see sm.ModelLibrary")
+        raise OSError(f"{path.name} is an SQLite database: open libraries of models with sm.ModelLibrary")
     if found is None:
         known = ", ".join(sorted(SUFFIXES))
-        raise OSError(f"{path.name} is in no format known by its content; readable are {known}")
+        raise OSError(f"{path.name} has an unknown format; known ones are {known}")
     return found
 
 
 def with_article(name: str) -> str:
-    """Return the name of a format as it stands in a sentence.
+    """Return the name of a format with its indefinite article.
 
     Examples
     --------
@@ -162,7 +161,7 @@ def _is_text(head: bytes) -> bool:
 
 
 def _has_numbers(text: str) -> bool:
-    """Whether one of the first lines holds three numbers or more."""
+    """Whether one of the first lines holds at least three numbers."""
     number = r"[-+]?(\d+\.?\d*|\.\d+|nan|inf)([eE][-+]?\d+)?"
     line = rf"^\s*{number}([\s,;]+{number}){{2,}}"
     return any(re.match(line, row) for row in text.splitlines()[:20])
@@ -173,7 +172,7 @@ def _is_nifti(head: bytes) -> bool:
 
 
 def _is_stl(head: bytes, size: int) -> bool:
-    """Whether the size is that of a binary STL: 80 bytes of anything, a count, 50 bytes per triangle."""
+    """Whether the file size is that of a binary STL: an 80-byte header, a count, and 50 bytes per triangle."""
     return len(head) >= 84 and size == _stl_size(head)
 
 

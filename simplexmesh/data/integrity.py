@@ -1,6 +1,6 @@
-"""Is the file whole? Checks that the libraries behind the readers leave out, or answer by printing.
+"""Completeness checks that the reading libraries omit, or answer by printing.
 
-ITK reads truncated NIfTI and TIFF files without a word, and MetaIO prints its complaints.
+ITK reads truncated NIfTI and TIFF files silently, and MetaIO prints its errors.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ _META_BYTES = {"CHAR": 1, "SHORT": 2, "INT": 4, "LONG": 4, "LONG_LONG": 8, "FLOA
 
 
 def check_metaimage(path: Path) -> None:
-    """Check that the samples are there; ITK itself prints its complaints and says little."""
+    """Check the header and that all samples are present; ITK would print uninformative errors."""
     with path.open("rb") as file:
         text = file.read(1 << 16).decode("latin-1")
     fields = dict(re.findall(r"^\s*(\w+)\s*=\s*(.*?)\s*$", text.split("\0")[0], re.MULTILINE))
@@ -47,7 +47,7 @@ def check_metaimage(path: Path) -> None:
 
 
 def check_nifti(path: Path) -> None:
-    """Check that no sample is missing; ITK reads truncated NIfTI files without a word."""
+    """Check that all samples are present; ITK reads truncated NIfTI files silently."""
     with path.open("rb") as file:
         zipped = file.read(2) == b"\x1f\x8b"
     with gzip.open(path) if zipped else path.open("rb") as stream:
@@ -93,7 +93,7 @@ def _unzipped_size(path: Path) -> int:
 
 
 def check_tiff(path: Path) -> None:
-    """Check that the chain of pages ends where it should and not with the file."""
+    """Check that the linked list of pages is not cut off by the end of the file."""
     size = path.stat().st_size
     with path.open("rb") as file:
         head = file.read(16)

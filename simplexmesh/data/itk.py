@@ -1,7 +1,7 @@
-"""Volumes from NIfTI, NRRD, MetaImage, DICOM and TIFF: the one door to SimpleITK.
+"""Read volumes from NIfTI, NRRD, MetaImage, DICOM and TIFF; the only module that imports SimpleITK.
 
-Physical space is ITK's: LPS (x to the left of the patient, y to the back, z to the head). NIfTI files, which say RAS,
-are turned into it by ITK: x and y change sign.
+Physical space is ITK's: LPS (x to the left of the patient, y to the back, z to the head). ITK converts NIfTI files,
+which are RAS, by changing the sign of x and y.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ from simplexmesh.data import formats, integrity
 from simplexmesh.data.volume import Volume
 from simplexmesh.errors import warn
 
-_UNEVEN = 0.01
+_SPACING_TOLERANCE = 0.01
 
 
-class _Kept:
-    """The samples of an ITK image as NumPy sees them, keeping the image alive: a volume is not copied."""
+class _Samples:
+    """NumPy view of the samples of an ITK image that keeps the image alive, so that volumes are not copied."""
 
     def __init__(self, image: sitk.Image) -> None:
         self.image = image
@@ -32,7 +32,7 @@ class _Kept:
 
 
 def read_image(path: Path) -> Volume:
-    """Read a volume from one file (whose header may name another).
+    """Read a volume from one file; its header may refer to another.
 
     Raises
     ------
@@ -44,15 +44,15 @@ def read_image(path: Path) -> Volume:
     kind = formats.format_of(path)
     if kind in integrity.CHECKS:
         integrity.CHECKS[kind](path)
-    with _alone(path) as place:
+    with _unambiguous(path) as place:
         reader = sitk.ImageFileReader()
         reader.SetFileName(str(place))
-        return _volume(path, _executed(path, reader))
+        return _volume(path, _execute(path, reader))
 
 
 @contextmanager
-def _alone(path: Path) -> Iterator[Path]:
-    """Give `scan.nii.gz` another name where there is a `scan.nii` too: ITK would take its samples from the latter."""
+def _unambiguous(path: Path) -> Iterator[Path]:
+    """Link `scan.nii.gz` under another name if `scan.nii` exists too: ITK would read the samples of the latter."""
     if formats.suffix(path) != ".nii.gz" or not path.with_name(path.name[:-3]).exists():
         yield path
         return
@@ -68,11 +68,11 @@ def read_series(folder: Path) -> Volume:
     Raises
     ------
     OSError
-        There are no such slices, they are damaged, or one seems to be missing: their distances differ by over 1 %.
+        There are no such slices, they are damaged, or one seems to be missing (their distances differ by over 1 %).
     ValueError
-        They do not make one three-dimensional image of real numbers.
+        They do not form one three-dimensional image of real numbers.
     """
-    files = sorted((f for f in folder.iterdir() if f.is_file()), key=_natural)
+    files = sorted((f for f in folder.iterdir() if f.is_file()), key=_natural_order)
     tiffs = [f for f in files if formats.suffix(f) in (".tif", ".tiff")]
     dicom = _dicom_slices(folder)
     _check_gaps(folder, dicom)
@@ -83,7 +83,7 @@ def read_series(folder: Path) -> Volume:
         return read_image(Path(slices[0]))
     reader = sitk.ImageSeriesReader()
     reader.SetFileNames(slices)
-    return _volume(folder, _executed(folder, reader))
+    return _volume(folder, _execute(folder, reader))
 
 
 def _dicom_slices(folder: Path) -> list[str]:
@@ -95,12 +95,12 @@ def _dicom_slices(folder: Path) -> list[str]:
     longest = max(found, key=len)
     if len(found) > 1:
         sizes = ", ".join(str(len(slices)) for slices in found)
-        warn(f"{folder.name} holds {len(found)} DICOM series ({sizes} slices): the longest was taken")
+        warn(f"{folder.name} holds {len(found)} DICOM series ({sizes} slices): the longest was read")
     return longest
 
 
 def _check_gaps(folder: Path, slices: Sequence[str]) -> None:
-    """Check that the slices stand at equal distances: ITK takes the mean distance and stretches what has a gap."""
+    """Check that the slices are equally spaced: ITK would use the mean distance and stretch a series with a gap."""
     if len(slices) < 3:
         return
     places = []
@@ -119,15 +119,15 @@ def _check_gaps(folder: Path, slices: Sequence[str]) -> None:
         return
     usual = float(np.median(gaps[gaps > 0]))
     k = int(np.abs(gaps - usual).argmax())
-    if abs(gaps[k] - usual) > _UNEVEN * usual:
-        seems = "a slice seems to be missing" if gaps[k] > usual else "slices seem to be doubled"
+    if abs(gaps[k] - usual) > _SPACING_TOLERANCE * usual:
+        seems = "a slice seems to be missing" if gaps[k] > usual else "slices seem to be duplicated"
         raise OSError(
             f"{folder.name} has a gap of {gaps[k]:g} mm between slices {k + 1} and {k + 2}, others {usual:g} mm; "
             f"{seems}"
         )
 
 
-def _executed(path: Path, reader: Any) -> sitk.Image:
+def _execute(path: Path, reader: Any) -> sitk.Image:
     sitk.ProcessObject.GlobalWarningDisplayOff()
     try:
         return reader.Execute()
@@ -136,7 +136,7 @@ def _executed(path: Path, reader: Any) -> sitk.Image:
 
 
 def _reason(text: str) -> str:
-    """Return what ITK complains of, without the places in its sources."""
+    """Return the error message of ITK without its source locations."""
     lines = [line.strip() for line in text.splitlines() if line.strip()]
     lines = [
         re.sub(r"^(sitk::ERROR|itk::ERROR|ITK ERROR): ", "", line) for line in lines if "Exception thrown" not in line
@@ -156,10 +156,11 @@ def _volume(path: Path, image: sitk.Image) -> Volume:
         raise ValueError(
             f"{path.name} must hold a volume, not one slice {image.GetSize()}; give the folder of all slices"
         )
-    values = np.asarray(_Kept(image)).T
+    values = np.asarray(_Samples(image)).T
     direction = np.reshape(image.GetDirection(), (3, 3))
     return Volume(values, spacing=image.GetSpacing(), origin=image.GetOrigin(), direction=direction)
 
 
-def _natural(path: Path) -> list[Any]:
+def _natural_order(path: Path) -> list[Any]:
+    """Return a sort key that compares runs of digits as numbers."""
     return [int(part) if part.isdigit() else part for part in re.split(r"(\d+)", path.name.lower())]

@@ -1,4 +1,4 @@
-"""Telling volumes of labels (names of regions) from volumes of intensities."""
+"""Distinguish label volumes (region numbers) from intensity volumes."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _SLAB = 1 << 22
 
 
 def looks_like_labels(values: NDArray[Any]) -> bool:
-    """Whether samples are labels: whole numbers, few, and equal in patches; see `Volume.is_labels`.
+    """Whether samples look like labels: few distinct whole numbers in coherent regions; see `Volume.is_labels`.
 
     Examples
     --------
@@ -24,11 +24,11 @@ def looks_like_labels(values: NDArray[Any]) -> bool:
     found = few_whole_numbers(values)
     if found is None:
         return False
-    return len(found) <= 2 or _are_patches(values, max(found, key=lambda label: found[label]))
+    return len(found) <= 2 or _form_regions(values, max(found, key=lambda label: found[label]))
 
 
 def could_be_labels(values: NDArray[Any]) -> bool:
-    """Whether samples are labels where somebody says so: whole numbers, equal in patches, as many as there may be.
+    """Whether samples can be labels if the caller says so: any number of whole numbers in coherent regions.
 
     Examples
     --------
@@ -37,11 +37,11 @@ def could_be_labels(values: NDArray[Any]) -> bool:
     (False, True, False)
     """
     found = few_whole_numbers(values, most=values.size)
-    return found is not None and (len(found) <= 2 or _are_patches(values, max(found, key=lambda label: found[label])))
+    return found is not None and (len(found) <= 2 or _form_regions(values, max(found, key=lambda label: found[label])))
 
 
-def _are_patches(values: NDArray[Any], background: int) -> bool:
-    """Whether more than half of the neighboring pairs outside the background are equal."""
+def _form_regions(values: NDArray[Any], background: int) -> bool:
+    """Whether more than half of the adjacent pairs outside the background have equal labels."""
     equal = pairs = 0
     for slab in slabs(values):
         a, b = slab[:-1], slab[1:]
@@ -52,14 +52,14 @@ def _are_patches(values: NDArray[Any], background: int) -> bool:
 
 
 def slabs(values: NDArray[Any]) -> Iterator[NDArray[Any]]:
-    """Cut along the last axis into pieces that fit the cache, so that a pass needs no second volume."""
+    """Yield slabs along the last axis that fit the cache, so that temporaries stay small."""
     thick = max(1, _SLAB // (values.shape[0] * values.shape[1]))
     for k in range(0, values.shape[2], thick):
         yield values[:, :, k : k + thick]
 
 
 def few_whole_numbers(values: NDArray[Any], most: int = MOST_LABELS) -> dict[int, int] | None:
-    """Return how often each value occurs, or None as soon as one is not whole or there are more than so many."""
+    """Return the count of each value, or None if one is not a whole number or there are more than `most`."""
     found: dict[int, int] = {}
     for slab in slabs(values):
         if slab.dtype.kind == "f" and (slab != np.rint(slab)).any():

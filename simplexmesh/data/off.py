@@ -1,4 +1,4 @@
-"""Triangulated surfaces from OFF files, colors and comments passed over, polygons cut into fans."""
+"""Read triangulated surfaces from OFF files; colors and comments are skipped, polygons triangulated as fans."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Indices = NDArray[np.int64]
 
 
 def read_off(path: Path) -> TriangleMesh:
-    """Read an OFF file (also COFF, NOFF, ...; text only), polygons cut into fans.
+    """Read an OFF file (also COFF, NOFF, ...; text only), polygons triangulated as fans.
 
     Raises
     ------
@@ -28,7 +28,7 @@ def read_off(path: Path) -> TriangleMesh:
     text = re.sub(r"#.*", "", text)
     keyword, _, body = text.lstrip().partition("OFF")
     if body[:8].strip().upper().startswith("BINARY"):
-        raise OSError(f"{path.name} is a binary OFF file; only text ones are read")
+        raise OSError(f"{path.name} is a binary OFF file; only text is supported")
     numbers = body.split(maxsplit=3)
     try:
         n_vertices, n_faces = int(numbers[0]), int(numbers[1])

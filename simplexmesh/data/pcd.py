@@ -1,4 +1,4 @@
-"""Points from PCD files: text, binary and compressed."""
+"""Read point clouds from PCD files: text, binary and compressed."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from simplexmesh.data.points import PointCloud, measured
+from simplexmesh.data.points import PointCloud, cloud_of_file
 
 _KINDS = {"F": "f", "I": "i", "U": "u"}
 
 
 def read_pcd(path: Path) -> PointCloud:
-    """Read a PCD file of any of its three storages (ascii, binary, binary_compressed).
+    """Read a PCD file with any of the three encodings (ascii, binary, binary_compressed).
 
-    Points without depth (NaN) are left out and counted. Coordinates stay in the frame of the sensor: VIEWPOINT is not
-    applied. Normals are taken from normal_x, normal_y, normal_z.
+    Points without depth (NaN) are dropped and counted. Coordinates stay in the sensor frame: VIEWPOINT is not applied.
+    Normals are read from normal_x, normal_y, normal_z.
 
     Raises
     ------
@@ -28,12 +28,12 @@ def read_pcd(path: Path) -> PointCloud:
     Warns
     -----
     SimplexMeshWarning
-        Points were left out.
+        Points were dropped.
     """
     content = path.read_bytes()
     header, body = _header(path.name, content)
     try:
-        dtype, count = _record(header)
+        dtype, count = _record_type(header)
     except (KeyError, ValueError, IndexError):
         raise OSError(f"{path.name} is a PCD file with a damaged header") from None
     storage = header["DATA"][0].lower()
@@ -51,7 +51,7 @@ def _cloud(name: str, table: dict[str, NDArray[Any]]) -> PointCloud:
     normals = None
     if {"normal_x", "normal_y", "normal_z"} <= table.keys():
         normals = np.stack([table[f"normal_{c}"] for c in "xyz"], axis=1).astype(np.float64)
-    return measured(name, points, normals, missing=True)
+    return cloud_of_file(name, points, normals, missing=True)
 
 
 def _header(name: str, content: bytes) -> tuple[dict[str, list[str]], bytes]:
@@ -70,7 +70,7 @@ def _header(name: str, content: bytes) -> tuple[dict[str, list[str]], bytes]:
     return header, content[at:]
 
 
-def _record(header: dict[str, list[str]]) -> tuple[np.dtype[Any], int]:
+def _record_type(header: dict[str, list[str]]) -> tuple[np.dtype[Any], int]:
     counts = [int(c) for c in header.get("COUNT", ["1"] * len(header["FIELDS"]))]
     fields = []
     for i, (name, kind, size, repeat) in enumerate(
@@ -89,16 +89,16 @@ def _ascii(name: str, body: bytes, dtype: np.dtype[Any], count: int) -> dict[str
         try:
             numbers = np.fromstring(body, sep=" ")
         except (DeprecationWarning, ValueError):
-            raise OSError(f"{name} is a text PCD file with something else than numbers in it") from None
+            raise OSError(f"{name} is a text PCD file with non-numeric data") from None
     widths = [int(np.prod(dtype[field].shape)) for field in dtype.names or ()]
-    _complete(name, numbers.size, count * sum(widths), "numbers")
+    _check_length(name, numbers.size, count * sum(widths), "numbers")
     rows = numbers[: count * sum(widths)].reshape(count, -1)
     starts = np.cumsum(widths) - widths
     return {field: rows[:, start] for field, start in zip(dtype.names or (), starts, strict=True)}
 
 
 def _binary(name: str, body: bytes, dtype: np.dtype[Any], count: int) -> dict[str, NDArray[Any]]:
-    _complete(name, len(body), count * dtype.itemsize, "bytes")
+    _check_length(name, len(body), count * dtype.itemsize, "bytes")
     rows = np.frombuffer(body, dtype, count)
     return {field: rows[field] for field in dtype.names or ()}
 
@@ -106,9 +106,9 @@ def _binary(name: str, body: bytes, dtype: np.dtype[Any], count: int) -> dict[st
 def _compressed(name: str, body: bytes, dtype: np.dtype[Any], count: int) -> dict[str, NDArray[Any]]:
     from simplexmesh.data._kernels import lzf_decompressed
 
-    _complete(name, len(body), 8, "bytes")
+    _check_length(name, len(body), 8, "bytes")
     packed, size = (int(n) for n in np.frombuffer(body, "<u4", 2))
-    _complete(name, len(body) - 8, packed, "compressed bytes")
+    _check_length(name, len(body) - 8, packed, "compressed bytes")
     if size != count * dtype.itemsize:
         raise OSError(f"{name} must unpack to {count * dtype.itemsize:,} bytes, it says {size:,}")
     flat, written = lzf_decompressed(np.frombuffer(body, np.uint8, packed, 8), size)
@@ -123,6 +123,6 @@ def _compressed(name: str, body: bytes, dtype: np.dtype[Any], count: int) -> dic
     return table
 
 
-def _complete(name: str, have: int, wanted: int, what: str) -> None:
+def _check_length(name: str, have: int, wanted: int, what: str) -> None:
     if have < wanted:
         raise OSError(f"{name} must have {wanted:,} {what} of points, it has {have:,}: truncated")

@@ -1,4 +1,4 @@
-"""Surfaces, points and range grids from PLY files: the one door to plyfile."""
+"""Read surfaces, points and range grids from PLY files; the only module that imports plyfile."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 import plyfile
 from numpy.typing import NDArray
 
-from simplexmesh.data.points import PointCloud, measured
+from simplexmesh.data.points import PointCloud, cloud_of_file
 from simplexmesh.data.polygons import fans
 from simplexmesh.data.range_grid import grid_normals
 from simplexmesh.data.triangles import TriangleMesh
@@ -40,7 +40,7 @@ def read_ply(path: Path) -> TriangleMesh | PointCloud:
         return _range_scan(path, points, info, lists["range_grid"])
     if {"nx", "ny", "nz"} <= table.keys():
         normals = np.stack([table[c] for c in ("nx", "ny", "nz")], axis=1).astype(np.float64)
-        return measured(path.name, points, normals)
+        return cloud_of_file(path.name, points, normals)
     return PointCloud(points)
 
 
@@ -60,14 +60,15 @@ def _range_scan(path: Path, points: Array, info: dict[str, str], grid: Ragged) -
 
 
 def _header(path: Path) -> tuple[list[tuple[str, int, list[list[str]]]], dict[str, str]]:
-    """Return the elements (name, count, properties), and the facts (format, obj_info) of the header."""
+    """Return the elements (name, count, properties) and the header's format and obj_info entries."""
     elements: list[tuple[str, int, list[list[str]]]] = []
     info: dict[str, str] = {}
+    complete = False
     with path.open("rb") as file:
         for raw in file:
             words = raw.decode("latin-1").split()
             if words == ["end_header"]:
-                info["body"] = str(file.tell())
+                complete = True
                 break
             if words[:1] == ["format"]:
                 info["format"] = words[1]
@@ -77,14 +78,13 @@ def _header(path: Path) -> tuple[list[tuple[str, int, list[list[str]]]], dict[st
                 elements.append((words[1], int(words[2]), []))
             elif words[:1] == ["property"] and elements:
                 elements[-1][2].append(words[1:])
-    if "body" not in info or "format" not in info or not elements:
+    if not complete or "format" not in info or not elements:
         raise OSError(f"{path.name} is a PLY file with a damaged header")
-    info["elements"] = str(len(elements))
     return elements, info
 
 
 def _ascii(path: Path, elements: list[tuple[str, int, list[list[str]]]]) -> tuple[dict[str, Array], dict[str, Ragged]]:
-    """Read a text body in one pass over its numbers; plyfile takes a second for one range scan."""
+    """Parse all numbers of a text body at once; plyfile takes a second for one range scan."""
     content = path.read_bytes()
     body = content[content.index(b"end_header") + len(b"end_header") :]
     with warnings.catch_warnings():
@@ -92,7 +92,7 @@ def _ascii(path: Path, elements: list[tuple[str, int, list[list[str]]]]) -> tupl
         try:
             numbers = np.fromstring(body, sep=" ")
         except (DeprecationWarning, ValueError):
-            raise OSError(f"{path.name} is a text PLY file with something else than numbers in it") from None
+            raise OSError(f"{path.name} is a text PLY file with non-numeric data") from None
     at = 0
     table: dict[str, Array] = {}
     lists: dict[str, Ragged] = {}
@@ -114,7 +114,7 @@ def _ascii(path: Path, elements: list[tuple[str, int, list[list[str]]]]) -> tupl
 
 
 def _ascii_lists(numbers: Array, count: int, properties: list[list[str]]) -> tuple[Indices, Array, int] | None:
-    """Return sizes, entries and numbers used of an element with lists; of several, the first one counts."""
+    """Return sizes, entries and the count of numbers read for an element's lists; of several properties, the first."""
     values = numbers.tolist()
     kinds = [words[0] == "list" for words in properties]
     chosen = kinds.index(True)

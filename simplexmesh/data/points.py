@@ -1,4 +1,4 @@
-"""A cloud of points, with or without normals."""
+"""A point cloud, with or without normals."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class PointCloud:
     points : (n, 3) array of float
         Positions, finite, at least four.
     normals : (n, 3) array of float, optional
-        Directions away from the solid, towards the sensor; brought to length one. None when unknown.
+        Directions away from the solid, towards the sensor; normalized. None if unknown.
 
     Raises
     ------
@@ -48,7 +48,7 @@ class PointCloud:
         points = _finite_rows("points", self.points)
         if len(points) < 4:
             raise ValueError(f"points must be at least 4, not {len(points)}")
-        object.__setattr__(self, "points", _kept(points, self.points))
+        object.__setattr__(self, "points", _frozen_points(points, self.points))
         if self.normals is None:
             return
         normals = _finite_rows("normals", self.normals)
@@ -78,12 +78,12 @@ class PointCloud:
         return float(np.linalg.norm(high - low))
 
     def transformed(self, T_target_source: ArrayLike) -> PointCloud:
-        """Return the cloud in the frame the transform leads to.
+        """Return the cloud in the target frame of a transform.
 
         Parameters
         ----------
         T_target_source : (4, 4) array of float
-            Affine; normals turn with the inverse transpose and stay outward under reflections too.
+            Affine; normals are transformed by the inverse transpose and stay outward under reflections.
 
         Examples
         --------
@@ -96,12 +96,12 @@ class PointCloud:
         return PointCloud(self.points @ T[:3, :3].T + T[:3, 3], normals)
 
     def merged(self) -> PointCloud:
-        """Return the cloud with every position once (normals averaged), reporting how many points that merged.
+        """Return the cloud with duplicate positions merged and their normals averaged.
 
         Warns
         -----
         SimplexMeshWarning
-            When there were duplicate points.
+            There were duplicate points; the message says how many.
         """
         first, place = distinct(self.points)
         duplicates = len(self) - len(first)
@@ -119,7 +119,7 @@ class PointCloud:
 
     @staticmethod
     def joined(clouds: Sequence[PointCloud]) -> PointCloud:
-        """Return all points of several clouds in one; with normals if all of them have normals."""
+        """Return the concatenation of several clouds; with normals if all have them."""
         if not clouds:
             raise ValueError("clouds must be at least one, not none")
         normals = [cloud.normals for cloud in clouds if cloud.normals is not None]
@@ -129,17 +129,17 @@ class PointCloud:
         )
 
 
-def measured(name: str, points: Array, normals: Array | None, *, missing: bool = False) -> PointCloud:
-    """Return the cloud of a file, without the points whose normals have no direction, and report how many those were.
+def cloud_of_file(name: str, points: Array, normals: Array | None, *, missing: bool = False) -> PointCloud:
+    """Return the cloud read from a file without points whose normals are zero or NaN, and warn of their number.
 
     Parameters
     ----------
     name : str
-        Of the file.
+        File name.
     points : (n, 3) array of float
     normals : (n, 3) array of float or None
     missing : bool
-        Whether points that are not numbers stand for "not measured" and are left out likewise.
+        Whether NaN coordinates stand for "not measured" and are dropped too.
     """
     keep: NDArray[np.bool_] = np.ones(len(points), dtype=bool)
     if missing:
@@ -149,13 +149,12 @@ def measured(name: str, points: Array, normals: Array | None, *, missing: bool =
     if keep.all():
         return PointCloud(points, normals)
     gone = int(np.count_nonzero(~keep))
-    message = f"{name}: left out {gone:,} of {len(keep):,} points, not measured or without direction"
-    warn(message)
+    warn(f"{name}: left out {gone:,} of {len(keep):,} points, not measured or without direction")
     return PointCloud(points[keep], None if normals is None else normals[keep])
 
 
 def distinct(positions: Array) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return the rows where a position appears first, in order, and the place of each position among those.
+    """Return the first row of each distinct position, in order of appearance, and the inverse: its index for every row.
 
     Examples
     --------
@@ -173,12 +172,12 @@ def distinct(positions: Array) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
 
 
 def affine(name: str, value: ArrayLike) -> Array:
-    """Return an invertible (4, 4) affine transform, or say what is wrong with it."""
+    """Return an invertible (4, 4) affine transform, checked."""
     T = _check.array(name, value, (4, 4))
     if not np.array_equal(T[3], [0, 0, 0, 1]):
         raise ValueError(f"{name} must have the last row (0, 0, 0, 1), not {tuple(T[3].tolist())}")
     if abs(np.linalg.det(T[:3, :3])) < 1e-30:
-        raise ValueError(f"{name} must be invertible, it flattens space")
+        raise ValueError(f"{name} must be invertible, its linear part is singular")
     return T
 
 
@@ -191,8 +190,8 @@ def _finite_rows(name: str, value: Any) -> Array:
     return _check.array(name, out, (None, 3))
 
 
-def _kept(points: Array, given: Any) -> Array:
-    """Use a read-only C-contiguous double array as it is, copy any other."""
+def _frozen_points(points: Array, given: Any) -> Array:
+    """Return a read-only C-contiguous double array unchanged, a copy of any other."""
     if points is given and not points.flags.writeable and points.flags.c_contiguous:
         return points
     return _check.frozen(points)

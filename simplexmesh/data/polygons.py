@@ -1,4 +1,4 @@
-"""Polygons of files, cut into triangles."""
+"""Triangulation of polygons."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ Indices = NDArray[np.int64]
 
 
 def fans(sizes: Indices, flat: NDArray[Any]) -> Indices:
-    """Return the triangles of polygons given one after the other, each cut into a fan around its first corner.
+    """Return the triangles of polygons stored consecutively, each triangulated as a fan around its first corner.
 
     Examples
     --------

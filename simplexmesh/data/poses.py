@@ -1,4 +1,4 @@
-"""The poses of several scans, from the file that came with them."""
+"""Read the poses of range scans: Stanford .conf, JSON and CSV."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ _ROUNDING = 1e-3
 
 
 def read_poses(path: str | os.PathLike[str]) -> dict[str, Array]:
-    """Read where each of several scans was taken.
+    """Read the poses of several scans from one file.
 
-    Three kinds of file are known:
+    Three formats are supported:
 
     - Stanford `.conf`: lines ``bmesh name tx ty tz qx qy qz qw``. The quaternion there is the conjugate of the
       rotation from scan to world: ``x_world = R(conj(q)) x + t``.
@@ -34,14 +34,14 @@ def read_poses(path: str | os.PathLike[str]) -> dict[str, Array]:
     Returns
     -------
     dict of str to (4, 4) array of float
-        Per scan, by file name as written there, T_world_scan: takes the coordinates in the scan to the common frame.
+        T_world_scan by the scan's file name as written there: maps coordinates in the scan to the common frame.
 
     Raises
     ------
     OSError
-        There is no such file, or it holds no poses.
+        The file does not exist or holds no poses.
     ValueError
-        A pose is not a rotation and a translation.
+        A pose is not a rigid transform.
 
     Examples
     --------
@@ -54,15 +54,15 @@ def read_poses(path: str | os.PathLike[str]) -> dict[str, Array]:
     """
     where = Path(path).expanduser()
     if not where.is_file():
-        raise FileNotFoundError(f"path must be a file of poses, {os.fspath(path)!r} is not there")
+        raise FileNotFoundError(f"path must be a file of poses, {os.fspath(path)!r} does not exist")
     text = where.read_text(encoding="utf-8", errors="replace")
     try:
         if text.lstrip().startswith("{"):
             poses = {str(name): _matrix(name, T) for name, T in json.loads(text).items()}
         elif "bmesh" in text:
-            poses = dict(_stanford(line.split()) for line in text.splitlines() if line.startswith("bmesh"))
+            poses = dict(_stanford_pose(line.split()) for line in text.splitlines() if line.startswith("bmesh"))
         else:
-            poses = dict(_listed(line.split(",")) for line in text.splitlines()[1:] if line.strip())
+            poses = dict(_csv_pose(line.split(",")) for line in text.splitlines()[1:] if line.strip())
     except (ValueError, TypeError, IndexError) as error:
         raise OSError(f"{where.name} must hold poses (Stanford .conf, JSON or CSV): {error}") from None
     if not poses:
@@ -71,14 +71,14 @@ def read_poses(path: str | os.PathLike[str]) -> dict[str, Array]:
 
 
 def rigid(name: str, T: ArrayLike) -> Array:
-    """Return a (4, 4) rotation and translation, or say what is wrong with it.
+    """Return a (4, 4) rigid transform, checked.
 
     Parameters
     ----------
     name : str
-        What the caller calls it, for the message.
+        Name of the argument, for the message.
     T : (4, 4) array of float
-        Its rotation may be off by rounding, up to 1e-3 in R'R.
+        R'R may differ from the identity by up to 1e-3 (rounding).
 
     Raises
     ------
@@ -113,7 +113,7 @@ def _matrix(name: str, T: ArrayLike) -> Array:
     return _check.array(f"pose of {name}", T, (4, 4))
 
 
-def _stanford(words: list[str]) -> tuple[str, Array]:
+def _stanford_pose(words: list[str]) -> tuple[str, Array]:
     if len(words) != 9:
         raise ValueError(f"a line must be bmesh, name and 7 numbers, not {len(words)} words")
     tx, ty, tz, x, y, z, w = (float(word) for word in words[2:])
@@ -131,7 +131,7 @@ def _stanford(words: list[str]) -> tuple[str, Array]:
     return words[1], _matrix(words[1], T)
 
 
-def _listed(words: list[str]) -> tuple[str, Array]:
+def _csv_pose(words: list[str]) -> tuple[str, Array]:
     name = words[0].strip()
     if len(words) != 17:
         raise ValueError(f"a line must be a name and 16 numbers, with commas between them, not {len(words)} words")

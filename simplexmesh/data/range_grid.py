@@ -1,4 +1,4 @@
-"""Normals of a range scan, from the grid its points were measured on."""
+"""Triangulation and normals of range scans, from their acquisition grid."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ STEEPEST = np.deg2rad(85.0)
 def grid_faces(points: Array, grid: Indices) -> Indices:
     """Return the triangles between neighboring cells of a range grid.
 
-    Four measured cells make two triangles, cut along the shorter diagonal; three make one. Left out are triangles that
-    bridge a jump in depth: with an edge longer than 5 times the median edge, or seen at more than 85 degrees from the
-    direction of view (after Curless and Levoy 1996, section 3, who drop long and grazing ones likewise).
+    Four measured cells give two triangles, split along the shorter diagonal; three give one. Triangles across depth
+    discontinuities are dropped: those with an edge longer than 5 times the median edge, or whose normal is more than
+    85 degrees from the viewing direction (after Curless and Levoy 1996, section 3).
 
     Parameters
     ----------
     points : (n, 3) array of float
-        Measured along z by a sensor on the positive side, as in Stanford range scans.
+        Measured along z, with the sensor on the positive side, as in Stanford range scans.
     grid : (rows, columns) array of int
-        Which point each cell measured, -1 for none.
+        Index of the point measured in each cell, -1 for none.
 
     Returns
     -------
@@ -35,7 +35,7 @@ def grid_faces(points: Array, grid: Indices) -> Indices:
         Counter-clockwise seen from the sensor.
     """
     a, b, c, d = grid[:-1, :-1].ravel(), grid[:-1, 1:].ravel(), grid[1:, 1:].ravel(), grid[1:, :-1].ravel()
-    # one corner may be missing; with all four, -1 in `grid` would index the last point, which the mask takes out
+    # -1 in `grid` indexes the last point here; the masks below discard these
     across = _vec.norm(points[a] - points[c]) <= _vec.norm(points[b] - points[d])
     full = (a >= 0) & (b >= 0) & (c >= 0) & (d >= 0)
     groups = [
@@ -59,17 +59,17 @@ def grid_faces(points: Array, grid: Indices) -> Indices:
 
 
 def grid_normals(points: Array, grid: Indices) -> Array:
-    """Return the unit normals, towards the sensor, of the points of a range grid.
+    """Return unit vertex normals of a range grid, towards the sensor.
 
-    They are the means of the triangles around (see `grid_faces`), weighted by area; a point in no triangle gets the
-    direction to the sensor.
+    They are area-weighted means over the adjacent triangles (see `grid_faces`); points without triangles get the
+    viewing direction.
 
     Parameters
     ----------
     points : (n, 3) array of float
         As for `grid_faces`.
     grid : (rows, columns) array of int
-        Which point each cell measured, -1 for none.
+        Index of the point measured in each cell, -1 for none.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Read a file as what it holds, or as what the caller knows it to hold."""
+"""Read files: with the type detected from the content, or with the type the caller expects."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from simplexmesh.errors import TopologyError, warn
 
 __all__ = ["read", "read_mesh", "read_points", "read_poses", "read_triangles", "read_volume"]
 
-_ROUNDING = 1e-7
+_SINGLE_PRECISION = 1e-7
 
 
 def read(path: str | os.PathLike[str]) -> Any:
-    """Read a file (or a folder of slices) as what it holds.
+    """Read a file, or a folder of slices, as the type of data it holds.
 
-    The content decides, not the name; a name that says another format is reported.
+    The format is detected from the content; a warning is issued if the name contradicts it.
 
     Parameters
     ----------
@@ -37,14 +37,14 @@ def read(path: str | os.PathLike[str]) -> Any:
     Returns
     -------
     Volume, PointCloud, TriangleMesh or SimplexMesh
-        Triangles come welded: every position once.
+        The vertices of triangles are merged by position.
 
     Raises
     ------
     OSError
-        There is no such file; it is empty, damaged, truncated, or in no known format.
+        The file does not exist, is empty, damaged or truncated, or has an unknown format.
     ValueError
-        What it holds cannot be used: NaN, fewer than four points, a volume that is not three-dimensional.
+        Its content is invalid: NaN, fewer than four points, a volume that is not three-dimensional.
 
     Warns
     -----
@@ -60,14 +60,14 @@ def read(path: str | os.PathLike[str]) -> Any:
     SimplexMesh(180 vertices, 92 faces, genus 0, 0 holes)
     """
     where = _existing(path)
-    with _named(where):
+    with _errors_naming(where):
         if where.is_dir():
             from simplexmesh.data import itk
 
             return itk.read_series(where)
         kind = formats.format_of(where)
-        said = formats.SUFFIXES.get(formats.suffix(where), kind)
-        if said != kind and not (said == "text" or {said, kind} <= {"vti", "vtp", "vtk"}):
+        named = formats.SUFFIXES.get(formats.suffix(where), kind)
+        if named != kind and not (named == "text" or {named, kind} <= {"vti", "vtp", "vtk"}):
             warn(
                 f"{where.name} is {formats.with_article(formats.NAMES[kind])} file by its content and was read as such"
             )
@@ -82,7 +82,7 @@ def read_volume(path: str | os.PathLike[str], *, spacing: ArrayLike | None = Non
     path : str or Path
         A file, or a folder of DICOM or TIFF slices.
     spacing : float or (3,) array of float, optional
-        Distance between samples, where the file does not know better (TIFF stacks say nothing).
+        Distance between samples; overrides the file's (TIFF stacks have none).
 
     Raises
     ------
@@ -101,14 +101,14 @@ def read_volume(path: str | os.PathLike[str], *, spacing: ArrayLike | None = Non
     """
     out = read(path)
     if not isinstance(out, Volume):
-        raise _not_a("a volume", path, out)
+        raise _wrong_content("a volume", path, out)
     if spacing is None:
         return out
     return Volume(out.values, np.asarray(spacing), out.origin, out.direction)
 
 
 def read_points(path: str | os.PathLike[str]) -> PointCloud:
-    r"""Read a point cloud; of a triangulated surface or a simplex mesh, take the vertices and their normals.
+    r"""Read a point cloud; a triangle mesh or simplex mesh gives its vertices and their normals.
 
     Raises
     ------
@@ -133,11 +133,11 @@ def read_points(path: str | os.PathLike[str]) -> PointCloud:
         return PointCloud(out.vertices, out.vertex_normals if out.vertex_normals.any(axis=1).all() else None)
     if hasattr(out, "connectivity"):
         return PointCloud(out.vertices, out.normals if out.normals.any(axis=1).all() else None)
-    raise _not_a("points", path, out)
+    raise _wrong_content("points", path, out)
 
 
 def read_triangles(path: str | os.PathLike[str]) -> TriangleMesh:
-    """Read a triangulated surface; polygons come cut into triangles.
+    """Read a triangle mesh; polygons are triangulated.
 
     Raises
     ------
@@ -159,11 +159,11 @@ def read_triangles(path: str | os.PathLike[str]) -> TriangleMesh:
         return out
     if hasattr(out, "triangulated"):
         return out.triangulated()
-    raise _not_a("triangles", path, out)
+    raise _wrong_content("triangles", path, out)
 
 
 def read_mesh(path: str | os.PathLike[str]) -> Any:
-    """Read a simplex mesh that was saved as VTP: the identical mesh, with its topology, holes and arrays.
+    """Read a simplex mesh saved as VTP: identical to the saved one, with its topology, holes and arrays.
 
     Raises
     ------
@@ -183,7 +183,7 @@ def read_mesh(path: str | os.PathLike[str]) -> Any:
     """
     out = read(path)
     if not hasattr(out, "connectivity"):
-        raise _not_a("a simplex mesh", path, out)
+        raise _wrong_content("a simplex mesh", path, out)
     return out
 
 
@@ -214,26 +214,26 @@ def _read_kind(path: Path, kind: str) -> Any:
 
 
 def _welded(out: Any, kind: str) -> Any:
-    """Bring equal positions together; STL and OBJ store them apart by their nature, so there it is no news."""
+    """Merge equal positions; without a warning for STL and OBJ, which duplicate vertices by design."""
     if not isinstance(out, TriangleMesh):
         return out
     out = out.welded(report=kind not in ("stl", "obj"))
     if kind == "stl" and not out.is_closed:
-        # corners of one vertex, each rounded to single precision on its own
-        out = out.welded(tolerance=_ROUNDING * out.diagonal, report=False)
+        # copies of one vertex may be rounded differently to single precision
+        out = out.welded(tolerance=_SINGLE_PRECISION * out.diagonal, report=False)
     return out
 
 
 @contextmanager
-def _named(path: Path) -> Iterator[None]:
-    """Name the file in whatever is said about its content."""
+def _errors_naming(path: Path) -> Iterator[None]:
+    """Prefix the file name to errors about its content."""
     try:
         yield
     except (ValueError, TypeError) as error:
-        said = str(error)
+        message = str(error)
         kinds = (TopologyError, ValueError, TypeError)
         kind = next(kind for kind in kinds if isinstance(error, kind))
-        raise kind(said if path.name in said else f"{path.name}: {said}") from None
+        raise kind(message if path.name in message else f"{path.name}: {message}") from None
 
 
 def _existing(path: str | os.PathLike[str]) -> Path:
@@ -241,9 +241,9 @@ def _existing(path: str | os.PathLike[str]) -> Path:
         raise TypeError(f"path must be a string or a Path, not {type(path).__name__}")
     where = Path(path).expanduser()
     if not where.exists():
-        raise FileNotFoundError(f"path must be a file or folder, {os.fspath(path)!r} is not there")
-    return where if where.name not in ("", "..") else where.resolve()  # a folder is called by its name in messages
+        raise FileNotFoundError(f"path must be a file or folder, {os.fspath(path)!r} does not exist")
+    return where if where.name not in ("", "..") else where.resolve()  # messages name the folder itself
 
 
-def _not_a(wanted: str, path: Any, got: Any) -> ValueError:
+def _wrong_content(wanted: str, path: Any, got: Any) -> ValueError:
     return ValueError(f"path must hold {wanted}, {Path(path).name} holds a {type(got).__name__}")

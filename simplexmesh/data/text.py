@@ -1,4 +1,4 @@
-"""Points from text: XYZ, CSV and their relatives, with or without a header, commas and normals."""
+"""Read points from text: XYZ, CSV and similar, with or without a header, commas and normals."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from simplexmesh.data.points import PointCloud, measured
+from simplexmesh.data.points import PointCloud, cloud_of_file
 
 Array = NDArray[np.float64]
 
@@ -17,22 +17,22 @@ _SEPARATORS = bytes.maketrans(b",;[]\t", b"     ")
 
 
 def read_text(path: Path) -> PointCloud:
-    """Read points, one per line: x y z, then perhaps nx ny nz, then anything.
+    """Read points, one per line: x y z, optionally nx ny nz, then any other columns.
 
-    A header line names the columns; without one, columns 4 to 6 are taken as normals if they all have length one.
+    A header line names the columns; without one, columns 4 to 6 are read as normals if all have unit length.
     Lines beginning with # or // are comments; a first line with only a number (the count) is skipped.
 
     Raises
     ------
     OSError
-        A line that is not numbers, or has another number of columns; fewer than three columns.
+        A line holds something other than numbers or has a different number of columns; there are fewer than three.
     """
     names, table = _table(path.name, path.read_bytes())
     if table.shape[1] < 3:
         raise OSError(f"{path.name} must have 3 columns or more, not {table.shape[1]}")
     place = {name: column for column, name in enumerate(names)}
     columns = [place[name] for name in "xyz"] if {"x", "y", "z"} <= place.keys() else [0, 1, 2]
-    return measured(path.name, table[:, columns], _normals(table, place))
+    return cloud_of_file(path.name, table[:, columns], _normals(table, place))
 
 
 def _normals(table: Array, place: dict[str, int]) -> Array | None:
@@ -46,7 +46,7 @@ def _normals(table: Array, place: dict[str, int]) -> Array | None:
 
 
 def _table(name: str, content: bytes) -> tuple[list[str], Array]:
-    """Return the names of the columns (none without a header) and the numbers."""
+    """Return the column names (empty without a header) and the numbers."""
     body = re.sub(rb"^\s*Points\s*:=\s*\[", b"", content[:200]) + content[200:]
     body = body.translate(_SEPARATORS)
     if body.rstrip().endswith(b":"):
@@ -71,7 +71,7 @@ def _table(name: str, content: bytes) -> tuple[list[str], Array]:
 
 
 def _header(body: bytes) -> tuple[list[str], bytes]:
-    """Split off a first line that names the columns or counts the points."""
+    """Split off a first line that holds column names or the number of points."""
     stripped = body.lstrip()
     line, _, rest = stripped.partition(b"\n")
     words = line.decode("latin-1").lstrip("#/ ").lower().replace('"', "").split()

@@ -1,4 +1,4 @@
-"""A triangulated surface, as measured or as read from a file."""
+"""A triangle mesh."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class TriangleMesh:
     Warns
     -----
     SimplexMeshWarning
-        Faces that name a vertex twice are removed.
+        Faces with a repeated vertex were removed.
 
     Examples
     --------
@@ -101,7 +101,7 @@ class TriangleMesh:
 
     @cached_property
     def face_vectors(self) -> Array:
-        """(f, 3) array of float: outward normals of the faces, as long as twice their areas."""
+        """(f, 3) array of float: outward face normals, with twice the area as length."""
         a, b, c = (self.vertices[self.faces[:, j]] for j in range(3))
         return _check.frozen(_vec.cross(b - a, c - a))
 
@@ -112,13 +112,13 @@ class TriangleMesh:
 
     @property
     def volume(self) -> float:
-        """Signed volume enclosed (divergence theorem); positive when the faces look outward. Closed surfaces only."""
+        """Signed enclosed volume (divergence theorem), positive if oriented outward. Closed surfaces only."""
         center = self.vertices.mean(axis=0)
         return float(_vec.dot(self.vertices[self.faces[:, 0]] - center, self.face_vectors).sum() / 6)
 
     @cached_property
     def vertex_normals(self) -> Array:
-        """(v, 3) array of float: unit normals, means of the faces around weighted by area; zero without faces."""
+        """(v, 3) array of float: unit vertex normals, area-weighted over the adjacent faces; zero without faces."""
         total = np.zeros_like(self.vertices)
         for j in range(3):
             np.add.at(total, self.faces[:, j], self.face_vectors)
@@ -126,7 +126,7 @@ class TriangleMesh:
 
     @cached_property
     def is_closed(self) -> bool:
-        """Whether every edge has as many faces on one side as on the other: no boundary."""
+        """Whether the surface has no boundary: every edge has as many faces in one direction as in the other."""
         ends = self.faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
         sign = np.where(ends[:, 0] < ends[:, 1], 1, -1)
         key = ends.min(axis=1) * len(self.vertices) + ends.max(axis=1)
@@ -135,12 +135,12 @@ class TriangleMesh:
 
     @cached_property
     def topology(self) -> Topology:
-        """Components, borders, handles and Euler number, whichever way the faces are turned.
+        """Components, borders, handles and Euler number, whatever the orientation of the faces.
 
         Raises
         ------
         TopologyError
-            Where more than two faces share an edge, or the surface has one side only.
+            More than two faces share an edge, or the surface is not orientable.
 
         Examples
         --------
@@ -168,30 +168,30 @@ class TriangleMesh:
         return self.topology.genus
 
     def oriented(self, *, outward: bool = True) -> TriangleMesh:
-        """Return the surface with its faces turned alike, without second copies of a face.
+        """Return the surface with consistently oriented faces, without duplicate faces.
 
-        Of each component the fewer faces are turned, then closed components that enclose a negative volume as a
-        whole.
+        In each component the minority of the faces is flipped, then closed components that enclose a negative volume
+        are flipped as a whole.
 
         Parameters
         ----------
         outward : bool
-            Turn closed components outward; without it the wall of a cavity keeps looking into the cavity.
+            Orient closed components outward; without it the wall of a cavity keeps facing the cavity.
 
         Returns
         -------
         TriangleMesh
-            With the same vertices; the surface itself when nothing had to be done.
+            With the same vertices; the surface itself if nothing had to be done.
 
         Raises
         ------
         TopologyError
-            Naming the edge that more than two faces share, or a face of a surface with one side.
+            An edge has more than two faces, or the surface is not orientable; the message says where.
 
         Warns
         -----
         SimplexMeshWarning
-            Saying how many faces were turned or dropped.
+            Faces were flipped or dropped; the message says how many.
 
         Examples
         --------
@@ -215,7 +215,7 @@ class TriangleMesh:
         return TriangleMesh(self.vertices, faces)
 
     def transformed(self, T_target_source: ArrayLike) -> TriangleMesh:
-        """Return the surface in the frame the transform leads to; a reflection turns the faces so as to stay outward.
+        """Return the surface in the target frame of a transform; faces stay outward under reflections.
 
         Parameters
         ----------
@@ -227,21 +227,21 @@ class TriangleMesh:
         return TriangleMesh(self.vertices @ T[:3, :3].T + T[:3, 3], faces)
 
     def welded(self, *, tolerance: float = 0.0, report: bool = True) -> TriangleMesh:
-        """Return the surface with every position once, without the faces that collapse and the vertices without face.
+        """Return the surface with vertices merged by position, without collapsed faces and unused vertices.
 
-        Files store corners of triangles apart (STL always, others at texture seams); topology needs them together.
+        Files duplicate vertices (STL always, others at texture seams); the topology needs them merged.
 
         Parameters
         ----------
         tolerance : float
-            Positions no farther apart than this are one, in the unit of the vertices; the first of them stays.
+            Positions no farther apart than this are merged, in the unit of the vertices; the first one is kept.
         report : bool
-            Whether to warn of what was merged and removed.
+            Whether to warn about merged vertices and removed faces.
 
         Warns
         -----
         SimplexMeshWarning
-            When vertices were merged or faces removed.
+            Vertices were merged or faces removed.
         """
         unique, place = distinct_positions(self.vertices, _check.number("tolerance", tolerance, 0.0))
         faces = place[self.faces]

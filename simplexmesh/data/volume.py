@@ -1,4 +1,4 @@
-"""A volume: samples on a regular grid with a place in physical space."""
+"""A volume: samples on a regular grid in physical space."""
 
 from __future__ import annotations
 
@@ -17,23 +17,23 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Volume:
-    """Samples on a regular grid, with the place of every sample in physical space.
+    """Samples on a regular grid in physical space.
 
-    The sample `values[i, j, k]` stands at ``origin + direction @ (spacing * [i, j, k])``: the center of its voxel.
+    The sample `values[i, j, k]` is at ``origin + direction @ (spacing * [i, j, k])``, the center of its voxel.
 
     Parameters
     ----------
     values : (nx, ny, nz) array of int or float
         The samples, at least two along each axis, all finite. The type is kept (bool becomes uint8, half floats
-        become single). They are stored read-only with the first index running fastest, as in the files; an array
-        that already is so and cannot be written to is used as it is, any other is copied.
+        become single). They are stored read-only in Fortran order, as in the files; a read-only Fortran-contiguous
+        array is used without a copy.
     spacing : (3,) array of float or float
         Distance between samples along i, j and k, in the unit of length of the data; positive.
     origin : (3,) array of float
-        Where sample (0, 0, 0) is.
+        Position of sample (0, 0, 0).
     direction : (3, 3) array of float, optional
-        Unit vectors of the axes i, j, k as columns, perpendicular to each other; the identity when not given.
-        Left-handed axes (determinant -1) are legal, images have them.
+        Orthonormal unit vectors of the axes i, j, k as columns; the identity by default. Left-handed axes
+        (determinant -1), which occur in medical images, are allowed.
 
     Raises
     ------
@@ -86,14 +86,14 @@ class Volume:
 
     @cached_property
     def T_world_index(self) -> Array:
-        """(4, 4) array of float: takes indices (i, j, k, 1) to physical coordinates (x, y, z, 1)."""
+        """(4, 4) array of float: maps indices (i, j, k, 1) to physical coordinates (x, y, z, 1)."""
         T = np.eye(4)
         T[:3, :3] = self.direction * self.spacing
         T[:3, 3] = self.origin
         return _check.frozen(T)
 
     def to_world(self, ijk: ArrayLike) -> Array:
-        """Return the physical coordinates of (..., 3) indices, whole or not."""
+        """Return the physical coordinates of (..., 3) continuous indices."""
         T = self.T_world_index
         return _triples("ijk", ijk) @ T[:3, :3].T + T[:3, 3]
 
@@ -121,11 +121,11 @@ class Volume:
 
     @cached_property
     def is_labels(self) -> bool:
-        """Whether the samples look like labels (names of regions) rather than intensities.
+        """Whether the samples look like labels (region numbers) rather than intensities.
 
-        They do when all are whole numbers, with at most 64 different values, and, beyond two values, more than half
-        of the neighboring pairs outside the background (the most frequent value) are equal: regions are patches.
-        On the frog 69 to 86 % of those pairs are equal, on 8-bit medical images 2 to 13 %.
+        They do if all are whole numbers with at most 64 distinct values and, beyond two values, more than half of the
+        adjacent pairs outside the background (the most frequent value) are equal. On the frog 69 to 86 % of those
+        pairs are equal, on 8-bit medical images 2 to 13 %.
         """
         return looks_like_labels(self.values)
 
@@ -144,14 +144,14 @@ class Volume:
         return sorted(int(label) for label in few_whole_numbers(self.values) or ())
 
     def mask(self, label: int) -> Volume:
-        """Return the volume that is 1 where this one equals `label`, 0 elsewhere.
+        """Return the binary volume of a label: 1 where this volume equals it, 0 elsewhere.
 
         Raises
         ------
         ValueError
-            No sample has that label, or the volume holds intensities, or one value only.
+            No sample has that label, or the volume holds intensities or a single value.
         TypeError
-            It is no number.
+            The label is not a number.
         """
         _check.number("label", label)
         inside = self.values == label
@@ -167,7 +167,7 @@ class Volume:
         return self._with_values(inside)
 
     def smoothed(self, sigma: float) -> Volume:
-        """Return the volume filtered by a Gaussian.
+        """Return the volume smoothed by a Gaussian.
 
         Parameters
         ----------
@@ -187,10 +187,10 @@ class Volume:
         return self._with_values(out)
 
     def resampled(self, spacing: ArrayLike) -> Volume:
-        """Return the volume on a grid of another spacing, centered on the same place.
+        """Return the volume resampled to another spacing, with the same center.
 
-        Where the grid gets coarser a Gaussian of standard deviation (factor - 1) / 2 old samples takes away what the
-        new grid cannot hold; values in between are linear.
+        Along axes that get coarser by a factor, the volume is first smoothed against aliasing by a Gaussian of standard
+        deviation (factor - 1) / 2 samples; interpolation is linear.
 
         Parameters
         ----------
@@ -212,7 +212,7 @@ class Volume:
         start = (extent - factor * (shape - 1)) / 2
         fine: NDArray[Any] = self.values.astype(self._float_type, copy=False)
         if (factor > 1).any():
-            sigmas = np.clip((factor - 1) / 2, 0, 2 * extent)  # a wider one sees nothing more than the border
+            sigmas = np.clip((factor - 1) / 2, 0, 2 * extent)  # a wider kernel would only see the border
             fine = ndimage.gaussian_filter(fine, sigmas, mode="nearest")
         out: NDArray[Any] = np.zeros(shape, dtype=self._float_type, order="F")
         ndimage.affine_transform(
@@ -239,7 +239,7 @@ def _per_axis(spacing: ArrayLike) -> Array:
 
 
 def _triples(name: str, value: ArrayLike) -> Array:
-    """Return (..., 3) numbers, or say what came."""
+    """Return an array of shape (..., 3), checked."""
     rows = _check.any_array(name, value)
     return _check.array(name, rows, (*rows.shape[:-1], 3))
 

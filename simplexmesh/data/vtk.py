@@ -1,4 +1,4 @@
-"""VTK's files and objects: the one door of this chapter to VTK and PyVista."""
+"""Conversion to and from VTK data sets, and VTK's file readers and writers."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from vtkmodules.vtkIOGeometry import vtkOBJReader, vtkSTLReader
 from vtkmodules.vtkIOLegacy import vtkDataSetReader
 from vtkmodules.vtkIOXML import vtkXMLImageDataReader, vtkXMLPolyDataReader, vtkXMLPolyDataWriter
 
-from simplexmesh.data.points import PointCloud, measured
+from simplexmesh.data.points import PointCloud, cloud_of_file
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.data.volume import Volume
 from simplexmesh.errors import warn
@@ -37,7 +37,7 @@ _READERS: dict[str, Callable[[], Any]] = {
 
 
 def read_dataset(path: Path, kind: str) -> Any:
-    """Return the VTK data set in a file, with VTK's own complaints turned into an error.
+    """Return the VTK data set in a file; errors that VTK prints are raised.
 
     Raises
     ------
@@ -46,9 +46,9 @@ def read_dataset(path: Path, kind: str) -> Any:
     """
     reader = _READERS[kind]()
     reader.SetFileName(str(path))
-    with _listening() as said:
+    with _captured_output() as output:
         reader.Update()
-    complaint = said.GetOutput().strip()
+    complaint = output.GetOutput().strip()
     if complaint or reader.GetErrorCode():
         raise OSError(
             f"{path.name} cannot be read as {kind.upper()}: {_reason(complaint).replace(str(path), path.name)}"
@@ -57,21 +57,20 @@ def read_dataset(path: Path, kind: str) -> Any:
     if out is None or not out.GetNumberOfPoints():
         raise OSError(f"{path.name} holds no points, or is damaged")
     if out.IsA("vtkPolyData") and not out.GetNumberOfCells():
-        message = f"{path.name} holds {out.GetNumberOfPoints():,} points but no polygons: it may be truncated"
-        warn(message)
+        warn(f"{path.name} holds {out.GetNumberOfPoints():,} points but no polygons: it may be truncated")
     return out
 
 
 def from_dataset(dataset: Any, name: str, *, owned: bool = False) -> Volume | TriangleMesh | PointCloud | SimplexMesh:
-    """Return a VTK image as a Volume, polygons as a TriangleMesh, points alone as a PointCloud.
+    """Return a VTK image as a Volume, polygons as a TriangleMesh, and points without polygons as a PointCloud.
 
-    Polygons made by `polydata` of a simplex mesh come back as that mesh. The samples of an image that nobody else
-    holds (`owned`) are not copied.
+    Polygons that `polydata` made of a simplex mesh are converted back to that mesh. With `owned`, the samples of an
+    image are not copied: nothing else may refer to it.
 
     Raises
     ------
     TypeError
-        It is another kind of VTK data set.
+        It is another type of VTK data set.
     """
     if dataset.IsA("vtkImageData"):
         return _volume(dataset, name, owned=owned)
@@ -82,7 +81,7 @@ def from_dataset(dataset: Any, name: str, *, owned: bool = False) -> Volume | Tr
     if dataset.GetNumberOfPolys() or dataset.GetNumberOfStrips():
         return _triangles(dataset)
     normals = dataset.GetPointData().GetNormals()
-    return measured(name, _points(dataset), None if normals is None else vtk_to_numpy(normals).astype(float))
+    return cloud_of_file(name, _points(dataset), None if normals is None else vtk_to_numpy(normals).astype(float))
 
 
 def _points(dataset: Any) -> NDArray[np.float64]:
@@ -137,17 +136,17 @@ def _reason(complaint: str) -> str:
 
 
 @contextmanager
-def _listening() -> Iterator[Any]:
-    """Collect what VTK would print."""
+def _captured_output() -> Iterator[Any]:
+    """Capture what VTK would print."""
     before = vtkOutputWindow.GetInstance()
-    said = vtkStringOutputWindow()
-    vtkOutputWindow.SetInstance(said)
-    loud = vtkLogger.GetCurrentVerbosityCutoff()
+    output = vtkStringOutputWindow()
+    vtkOutputWindow.SetInstance(output)
+    verbosity = vtkLogger.GetCurrentVerbosityCutoff()
     vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
     try:
-        yield said
+        yield output
     finally:
-        vtkLogger.SetStderrVerbosity(loud)
+        vtkLogger.SetStderrVerbosity(verbosity)
         vtkOutputWindow.SetInstance(before)
 
 
@@ -158,7 +157,7 @@ def polydata(
     data: Mapping[str, NDArray[Any]],
     topology: Connectivity | None = None,
 ) -> Any:
-    """Return a `vtkPolyData` of polygons, or of points alone where there are none.
+    """Return a `vtkPolyData` of polygons, or of points if there are none.
 
     Parameters
     ----------
@@ -166,11 +165,11 @@ def polydata(
     sizes : (f,) array of int
         Number of corners of each polygon.
     corners : (sum of sizes,) array of int
-        Their corners, one polygon after the other.
+        Their corners, polygon by polygon.
     data : mapping of str to (n, ...) array
-        Arrays of the points.
+        Point data.
     topology : Connectivity, optional
-        Of a simplex mesh: kept as field data, so that `from_dataset` returns the identical mesh.
+        Topology of a simplex mesh, stored as field data, so that `from_dataset` returns the identical mesh.
     """
     out = vtkPolyData()
     places = vtkPoints()
@@ -208,10 +207,10 @@ def write_vtp(path: Path, dataset: Any) -> None:
     writer.SetDataModeToAppended()
     writer.EncodeAppendedDataOff()
     writer.SetCompressorTypeToZLib()
-    with _listening() as said:
+    with _captured_output() as output:
         written = writer.Write()
-    if not written or said.GetOutput().strip():
-        raise OSError(f"the file cannot be written: {_reason(said.GetOutput())}")
+    if not written or output.GetOutput().strip():
+        raise OSError(f"the file cannot be written: {_reason(output.GetOutput())}")
 
 
 def _cells(offsets: NDArray[Any], corners: NDArray[Any]) -> Any:
@@ -222,7 +221,7 @@ def _cells(offsets: NDArray[Any], corners: NDArray[Any]) -> Any:
 
 
 def _array(name: str, values: NDArray[Any]) -> Any:
-    """Return a VTK array; what VTK has no type for goes as bytes of the same size or as the next wider float."""
+    """Return a VTK array; bool is stored as bytes, and float types unknown to VTK as single or double."""
     if values.dtype.kind == "f" and values.dtype.itemsize not in (4, 8):
         values = values.astype(np.float32 if values.dtype.itemsize == 2 else np.float64)
     values = (

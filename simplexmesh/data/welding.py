@@ -1,4 +1,4 @@
-"""Which vertices of triangles are one: stored apart, or closer than a tolerance."""
+"""Merge vertices by position, exactly or within a tolerance."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ Indices = NDArray[np.int64]
 
 
 def are_proper(faces: Indices) -> NDArray[np.bool_]:
-    """Return (f,) whether each triangle has three different vertices."""
+    """Return (f,) bool: whether each triangle has three distinct vertices."""
     a, b, c = faces.T
     out: NDArray[np.bool_] = (a != b) & (b != c) & (c != a)
     return out
 
 
 def distinct_positions(vertices: Array, tolerance: float) -> tuple[Array, Indices]:
-    """Return the different positions in order of first appearance, and the place of each vertex among them."""
+    """Return the distinct positions in order of first appearance, and the index of each vertex among them."""
     if tolerance > 0:
         vertices = vertices[_representatives(vertices, tolerance)]
     first, place = distinct(vertices)
@@ -28,7 +28,7 @@ def distinct_positions(vertices: Array, tolerance: float) -> tuple[Array, Indice
 
 
 def _representatives(vertices: Array, tolerance: float) -> Indices:
-    """Return for each vertex the first one of those it is linked to by steps of at most `tolerance`."""
+    """Return, for each vertex, the first of its cluster: vertices connected by steps of at most `tolerance`."""
     from scipy import sparse, spatial
     from scipy.sparse import csgraph
 
@@ -42,9 +42,9 @@ def _representatives(vertices: Array, tolerance: float) -> Indices:
 
 
 def report_welding(merged: int, collapsed: int, unused: int) -> None:
-    """Warn the caller's caller of what was merged and removed, if anything was."""
+    """Warn about merged vertices, collapsed faces and unused vertices, if there are any."""
     parts = [(merged, "merged {:,} duplicate vertices"), (collapsed, "removed {:,} collapsed faces")]
-    parts.append((unused, "removed {:,} vertices without face"))
+    parts.append((unused, "removed {:,} vertices without a face"))
     said = [text.format(count) for count, text in parts if count]
     if said:
         warn(", ".join(said))

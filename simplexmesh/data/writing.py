@@ -1,4 +1,4 @@
-"""Write meshes and points to files: VTP, PLY, OBJ, OFF, STL, XYZ."""
+"""Write meshes and point clouds to VTP, PLY, OBJ, OFF, STL and XYZ files."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from simplexmesh.errors import warn
 
 Array = NDArray[np.float64]
 
-COARSE = 1e-4
-"""Rounding by more than this share of the extent is worth a word."""
+NOTABLE_ROUNDING = 1e-4
+"""Rounding by more than this fraction of the extent gives a warning."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Polygons:
-    """What every format writes: points, polygons (perhaps none), normals or arrays of the points."""
+    """The content of a file: points, polygons (possibly none), normals and point data."""
 
     points: Array
     sizes: NDArray[Any]
@@ -34,29 +34,30 @@ class _Polygons:
 
 
 def save(path: str | os.PathLike[str], value: Any, *, arrays: Mapping[str, NDArray[Any]] | None = None) -> None:
-    """Write a simplex mesh, a triangulated surface or a point cloud in the format the name ends with.
+    """Write a simplex mesh, triangle mesh or point cloud in the format given by the file name extension.
 
-    VTP keeps a simplex mesh whole: reading it back gives the identical vertices, topology, holes and arrays, and VTK
-    programs show its polygons. PLY, OBJ and OFF keep the polygons with all digits; STL keeps triangles in single
-    precision. XYZ keeps points and normals. The file appears complete or not at all.
+    VTP preserves a simplex mesh: reading it back gives identical vertices, topology, holes and arrays, and VTK programs
+    show its polygons. PLY, OBJ and OFF store the polygons in double precision; STL stores triangles in single
+    precision, XYZ points and normals. Writing is atomic.
 
     Parameters
     ----------
     path : str or Path
-        Ending with .vtp, .ply, .obj, .off, .stl or .xyz; an existing file is replaced.
+        With extension .vtp, .ply, .obj, .off, .stl or .xyz; an existing file is replaced.
     value : SimplexMesh, TriangleMesh or PointCloud
         What to write.
     arrays : mapping of str to (n,) or (n, k) array, optional
-        Numbers of its vertices or points by name, in VTP; a simplex mesh brings its own, see `SimplexMesh.with_data`.
+        Additional point data by name, VTP only; a simplex mesh has its own, see `SimplexMesh.with_data`.
 
     Raises
     ------
     ValueError
-        The ending is not known, or the format cannot hold it (STL nothing beyond 3e38), or arrays of another length.
+        The extension is unknown, the format cannot hold the value (STL nothing beyond 3e38), or arrays have
+        another length.
     TypeError
-        It is something else.
+        The value has another type.
     OSError
-        The folder is not there or the file cannot be written.
+        The folder does not exist or the file cannot be written.
 
     Examples
     --------
@@ -77,12 +78,12 @@ def save(path: str | os.PathLike[str], value: Any, *, arrays: Mapping[str, NDArr
         raise FileNotFoundError(f"path must be in an existing folder, {str(where.parent)!r} is not one")
     if where.is_dir():
         raise IsADirectoryError(f"path must be a file, {str(where)!r} is a folder")
-    part = where.with_name(f".{where.stem}.{os.getpid()}.part{suffix}")
+    temporary = where.with_name(f".{where.stem}.{os.getpid()}.part{suffix}")
     try:
-        _WRITERS[suffix](part, content)
-        os.replace(part, where)
+        _WRITERS[suffix](temporary, content)
+        os.replace(temporary, where)
     finally:
-        part.unlink(missing_ok=True)
+        temporary.unlink(missing_ok=True)
 
 
 def _with_arrays(content: _Polygons, arrays: Mapping[str, NDArray[Any]], suffix: str) -> _Polygons:
@@ -101,7 +102,7 @@ def write_mesh(mesh: Any, path: str | os.PathLike[str]) -> None:
 
 
 def polydata(value: Any) -> Any:
-    """Return a `pyvista.PolyData` of a simplex mesh (its polygons, without the holes), triangles or points.
+    """Return a `pyvista.PolyData` of a simplex mesh (its faces without the holes), triangle mesh or point cloud.
 
     Examples
     --------
@@ -157,7 +158,7 @@ def _write_ply(path: Path, content: _Polygons) -> None:
 
 
 def _packed_lists(sizes: NDArray[Any], corners: NDArray[Any], count: str) -> bytes:
-    """Return the bytes of lists of int32, each after its size."""
+    """Return the bytes of lists of int32, each preceded by its size."""
     head = np.dtype(count).itemsize
     lengths = head + 4 * sizes.astype(np.int64)
     starts = np.cumsum(lengths) - lengths
@@ -197,7 +198,7 @@ def _write_stl(path: Path, content: _Polygons) -> None:
 
 
 def _check_single(points: Array) -> None:
-    """Say what single precision cannot hold, and what it moves by more than a ten-thousandth of the extent."""
+    """Refuse coordinates that single precision cannot represent, and warn of rounding above NOTABLE_ROUNDING."""
     largest = float(np.abs(points).max())
     if largest > float(np.finfo(np.float32).max):
         raise ValueError(f"path must not end with .stl, whose numbers end at 3e38, for vertices at {largest:.3g}")
@@ -205,7 +206,7 @@ def _check_single(points: Array) -> None:
     if not (np.ptp(single, axis=0) > 0).sum() >= 2 and (np.ptp(points, axis=0) > 0).sum() >= 2:
         raise ValueError("path must not end with .stl, whose single precision cannot tell these vertices apart")
     off = float(np.abs(points - single).max())
-    if off > COARSE * float(np.ptp(points, axis=0).max()):
+    if off > NOTABLE_ROUNDING * float(np.ptp(points, axis=0).max()):
         warn(f"STL has single precision, which moves vertices by up to {off:.2g}; all other formats have double")
 
 
