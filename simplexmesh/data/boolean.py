@@ -40,7 +40,7 @@ def boolean(first: Any, second: Any, operation: str = "difference") -> TriangleM
 
     References
     ----------
-    A. Charton, thesis, 2014, 5.1.3 (guides for jaws, as boolean differences); E. Lalish, *Manifold*.
+    J. Charton, thesis, 2014, 5.1.3 (guides for jaws, as boolean differences); E. Lalish, *Manifold*.
 
     Examples
     --------

@@ -96,7 +96,7 @@ def align(source: Any, target: Any, pairs: tuple[ArrayLike, ArrayLike], *, refin
 
     References
     ----------
-    A. Charton, thesis, 2014, 1.3.1 (coarse alignment from three pairs, then ICP); B. Horn 1987 (the motion of pairs);
+    J. Charton, thesis, 2014, 1.3.1 (coarse alignment from three pairs, then ICP); B. Horn 1987 (the motion of pairs);
     Y. Chen, G. Medioni 1992 (points to planes).
 
     Examples

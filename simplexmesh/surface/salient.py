@@ -133,7 +133,7 @@ def salient_points(
 
     References
     ----------
-    A. Charton, thesis, 2014, 1.3.3 (points of strongest abs(H)); H. Edelsbrunner, D. Letscher, A. Zomorodian,
+    J. Charton, thesis, 2014, 1.3.3 (points of strongest abs(H)); H. Edelsbrunner, D. Letscher, A. Zomorodian,
     *Topological persistence and simplification*, 2002.
 
     Examples
