@@ -22,7 +22,7 @@ def reached(rings: list[list[int]], points: Array, center: int, radius: float) -
         for j in rings[found[k]]:
             if j not in seen:
                 seen.add(j)
-                if np.linalg.norm(points[j] - points[center]) <= radius and len(found) < limits.MOST:
+                if np.linalg.norm(points[j] - points[center]) <= radius and len(found) < limits.CAPACITY:
                     found.append(j)
         k += 1
     return found
@@ -67,7 +67,7 @@ def flattened(places: Array, normal: Array) -> tuple[Array, Array, Array]:
     """Chords in the tangent plane of a quadric, heights above it, and the frame; the quadric is fitted twice."""
     frame = frame_of(normal)
     flat, z = places @ frame[:2].T, places @ frame[2]
-    for _ in range(limits.AGAIN):
+    for _ in range(limits.QUADRIC_PASSES):
         design = np.stack([flat[:, 0] ** a * flat[:, 1] ** b for a, b in exponents(2)], axis=1)
         x = np.linalg.lstsq(design, z, rcond=None)[0]
         _, second = fundamental(x)
@@ -79,7 +79,7 @@ def flattened(places: Array, normal: Array) -> tuple[Array, Array, Array]:
         frame = turned
         z = places @ frame[2]
         along = places @ frame[:2].T @ axes
-        along /= np.sqrt(np.maximum(1 - 0.5 * bend * z[:, None], limits.BENT))
+        along /= np.sqrt(np.maximum(1 - 0.5 * bend * z[:, None], limits.MIN_SHARE))
         flat = along @ axes.T
     return flat, z, frame
 
@@ -128,18 +128,18 @@ def fitted(found, points, directions, radius, degree, priors, noise, slack, lean
     squares = ((z - design @ x) ** 2).sum() + (ridge * x**2).sum()
     free = max(len(z) - 6, 1)
     excess = (
-        np.sqrt(max(squares / free - level * (kernels.ROUGH + 3 / np.sqrt(free)), 0))
-        * kernels.HARM
-        * (1 + kernels.RIMS * lean)
+        np.sqrt(max(squares / free - level * (kernels.NOISE_TOLERANCE + 3 / np.sqrt(free)), 0))
+        * kernels.RESIDUAL_BIAS
+        * (1 + kernels.BORDER_BIAS * lean)
     )
-    excess *= 1 if degree > 3 else kernels.GENTLE
+    excess *= 1 if degree > 3 else kernels.CUBIC_BIAS
     curved = np.sqrt((k1**2 + k2**2) / 2)
-    if len(z) < 6 + kernels.SPARE:
-        excess = max(excess, kernels.UNTOLD * curved)
-    hidden = squares / free * (kernels.HARM if degree > 3 else kernels.GENTLE * kernels.HARM) ** 2
+    if len(z) < 6 + kernels.MIN_FREEDOM:
+        excess = max(excess, kernels.UNKNOWN_BIAS * curved)
+    hidden = squares / free * (kernels.RESIDUAL_BIAS if degree > 3 else kernels.CUBIC_BIAS * kernels.RESIDUAL_BIAS) ** 2
     if degree > 3:  # what H loses when the last even degree and all above are left out, and those above as well
         hidden += (without(design, ridge, z, degree // 2 * 2) - without(design, ridge, z, degree // 2 * 2 + 1)) ** 2
-    allowed = max(3 * doubt, kernels.TOLERATED * curved, 0.5 * beyond * radius, 1e-300)
+    allowed = max(3 * doubt, kernels.TOLERATED_ERROR * curved, 0.5 * beyond * radius, 1e-300)
     error = np.hypot(doubt, excess) / radius
     return np.array([k1, k2]) / radius, up, d1 / np.linalg.norm(d1), error, excess / allowed, hidden / radius**2
 
@@ -152,13 +152,13 @@ def estimated(rings, points, directions, center, radius, smallest, degree, prior
     offset = (points[found] - points[center]).mean(axis=0) / radius
     lean = float(np.linalg.norm(offset - (offset @ normal) * normal))
     if lean > kernels.LEANING:
-        radius *= 1 + (kernels.REACH if degree > 2 else kernels.FARTHER) * min(lean, 0.5)
+        radius *= 1 + (kernels.BORDER_WIDENING if degree > 2 else kernels.QUADRIC_WIDENING) * min(lean, 0.5)
         degree = limits.HIGHEST
         found = reached(rings, points, center, radius)
         radius = shortened(found, radius)
     bends = up = None
-    rest, slack, before = 1.0, kernels.WARY if lean > kernels.LEANING else 1.0, 0.0
-    for _ in range(kernels.STEPS):
+    rest, slack, before = 1.0, kernels.BORDER_PRIOR if lean > kernels.LEANING else 1.0, 0.0
+    for _ in range(kernels.MAX_FITS):
         one = fitted(found, points, directions, radius, degree, priors, noise, slack, lean, beyond)
         if one is None:
             break

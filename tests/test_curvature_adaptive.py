@@ -16,7 +16,7 @@ import simplexmesh as sm
 from simplexmesh.errors import SimplexMeshWarning
 from simplexmesh.surface.curvature import _kernels_adaptive as kernels
 from simplexmesh.surface.curvature import _kernels_adaptive_scales as scale_kernels
-from simplexmesh.surface.curvature.probes import judged, noise_of, probed
+from simplexmesh.surface.curvature.probes import noise_level, probe_fits, risks
 from simplexmesh.surface.curvature.scales import LADDER, scales_of
 from simplexmesh.surface.samples import as_samples
 from simplexmesh.surface.truth import discretized
@@ -321,7 +321,7 @@ class TestTwins:
         rows = np.sort(chance.choice(n, 6, replace=False))
         directions = scales_of(samples).directions
         radii = np.full((6, 1), 0.17) * np.array([0.8, 1.2, 1.7])
-        told = probed(samples, rows, radii, directions, oriented=True)
+        told = probe_fits(samples, rows, radii, directions, oriented=True)
         lists = [ring[i].tolist() for i in range(n)]
         for r, i in enumerate(rows):
             for k in range(3):
@@ -334,8 +334,8 @@ class TestTwins:
                 np.testing.assert_allclose(told.levels[r, k], levels, rtol=1e-5, atol=1e-7)
                 np.testing.assert_allclose(told.energies[r, k], energies, rtol=1e-5, atol=1e-9)
                 np.testing.assert_allclose(told.weights[r, k], weights, rtol=1e-5, atol=1e-9)
-                np.testing.assert_allclose(told.misfits[r, k], misfit, rtol=1e-5, atol=1e-9)
-                np.testing.assert_allclose(told.steps[r, k], steps, rtol=1e-5, atol=1e-6)
+                np.testing.assert_allclose(told.residuals[r, k], misfit, rtol=1e-5, atol=1e-9)
+                np.testing.assert_allclose(told.increments[r, k], steps, rtol=1e-5, atol=1e-6)
                 assert told.degrees[r, k] == degree
 
     @staticmethod
@@ -351,7 +351,7 @@ class TestTwins:
     def test_means_over_links(self):
         samples, chance = self.drawn(0, 0.0, False)
         values, ring = chance.random((len(samples.points), 2)), samples.one_ring
-        found = scale_kernels.averaged(ring.offsets, ring.members, values, 1, True)
+        found = scale_kernels.smoothed(ring.offsets, ring.members, values, 1, True)
         for i in (0, 17, 300):
             np.testing.assert_allclose(found[i], values[[i, *ring[i]]].mean(axis=0))
 
@@ -389,10 +389,10 @@ class TestProbes:
         samples = as_samples(sm.PointCloud(points, np.tile([0.0, 0, 1], (4000, 1))))
         rows = np.flatnonzero((np.abs(points[:, :2]) < 0.6).all(axis=1))[:300]
         directions = np.tile([0.0, 0, 1], (4000, 1))
-        told = probed(samples, rows, np.full((len(rows), 1), 0.3), directions, oriented=True)
-        assert noise_of(told) == pytest.approx(sigma, rel=0.03)
-        assert told.steps.sum(axis=2)[:, 0].mean() == pytest.approx(bend / 2, abs=0.02)
-        found = judged(told.mean(np.arange(len(rows))[None]), sigma)
+        told = probe_fits(samples, rows, np.full((len(rows), 1), 0.3), directions, oriented=True)
+        assert noise_level(told) == pytest.approx(sigma, rel=0.03)
+        assert told.increments.sum(axis=2)[:, 0].mean() == pytest.approx(bend / 2, abs=0.02)
+        found = risks(told.mean(np.arange(len(rows))[None]), sigma)
         assert (found.priors[0, 0] * 0.3 < 3 * sigma).all()
         assert found.degrees[0, 0] <= 3
         assert found.variance[0, 0] < found.risk[0, 0] < 1e-2

@@ -1,4 +1,4 @@
-"""All points of a cloud within a distance of some of them, from points sorted into cells as wide as the distance."""
+"""Fixed-radius neighbor search in a cloud: points sorted into grid cells as wide as the radius."""
 # mypy: allow-untyped-defs
 
 from __future__ import annotations
@@ -10,12 +10,12 @@ from simplexmesh._kernels_both import Both
 from simplexmesh._kernels_njit import njit
 
 BITS = 21
-"""Of a cell's number along each axis."""
+"""Bits per axis in a packed cell key."""
 
 
 @njit(cache=True)
-def keys(points, low, width):
-    """Return one whole number per point that tells its cell; cells along z follow each other."""
+def cell_keys(points, low, width):
+    """Return the packed cell key of each point; cells that are consecutive along z have consecutive keys."""
     out = np.empty(points.shape[0], np.int64)
     for i in range(points.shape[0]):
         key = 0
@@ -27,7 +27,7 @@ def keys(points, low, width):
 
 @njit(cache=True)
 def _around(points, ordered, order, low, width, radius, i, out, place):
-    """Count the points within `radius` of point i, writing them from `place` on where it is not negative."""
+    """Count the points within `radius` of point i; if `place` is not negative, write them from there on."""
     count = 0
     cells = (
         1 + int((points[i, 0] - low[0]) / width),
@@ -56,14 +56,14 @@ def _around(points, ordered, order, low, width, radius, i, out, place):
 
 @Both
 def count(centers, points, ordered, order, low, width, radius, counts):
-    """Fill how many points are within `radius` of each center, itself left out."""
+    """Fill the number of points within `radius` of each center, the center excluded."""
     for row in prange(centers.shape[0]):
         counts[row] = _around(points, ordered, order, low, width, radius, centers[row], order, -1)
 
 
 @Both
 def fill(centers, points, ordered, order, low, width, radius, offsets, members):
-    """Fill who they are, rising."""
+    """Fill the points counted by `count`, in ascending order."""
     for row in prange(centers.shape[0]):
         _around(points, ordered, order, low, width, radius, centers[row], members, offsets[row])
         members[offsets[row] : offsets[row + 1]].sort()

@@ -1,4 +1,4 @@
-"""Tangent frames, inlined into the kernels of every estimator."""
+"""Orthonormal tangent frames, inlined into the estimators' kernels."""
 # mypy: allow-untyped-defs
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Maxima on a surface's edges: the height at which each meets a higher one, and which slopes lead to it."""
+"""Maxima of a field on a mesh, their basins and the saddles at which basins merge (union-find)."""
 # mypy: allow-untyped-defs
 
 from __future__ import annotations
@@ -18,11 +18,12 @@ def _root(parent, i):
 
 @njit(cache=True)
 def watersheds(offsets, members, values, order):
-    """Return (basin, saddle, into): vertices join their highest neighbor's basin as the water falls.
+    """Return (basin, saddle, into) of a field swept from its highest value down.
 
-    Parameters: CSR of neighbors; values; the vertices that count, from the highest down. `basin` is the maximum each
-    vertex leads up to (-1 where it does not count). `saddle` is, at maxima, the value at which the basin meets one
-    with a higher maximum, or that of its component's lowest vertex; `into` is that maximum, -1 for the highest.
+    Parameters: CSR of neighbors; values; the vertices included, in descending order of value. A vertex joins the basin
+    of its highest neighbor. `basin` is the maximum a vertex leads up to (-1 if not included). `saddle` is, at maxima,
+    the value at which the basin meets one with a higher maximum, or for the highest of a component the component's
+    lowest value; `into` is that higher maximum, -1 for the highest.
     """
     n = offsets.shape[0] - 1
     basin = np.full(n, -1, np.int64)

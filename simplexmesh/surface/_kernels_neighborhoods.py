@@ -1,4 +1,4 @@
-"""One-rings in order, and rings beyond them: which vertices each estimator looks at."""
+"""Vertex neighborhoods: ordered one-rings, k-rings, and connected balls."""
 # mypy: allow-untyped-defs
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from simplexmesh._kernels_njit import njit
 
 @njit(cache=True)
 def wedges(faces, n_vertices):
-    """Return CSR (offsets, ahead, behind): the other two vertices of each triangle around a vertex, in its order."""
+    """Return CSR (offsets, ahead, behind): the other two vertices of the triangles around each vertex, ccw."""
     offsets = np.zeros(n_vertices + 1, np.int64)
     for f in range(faces.shape[0]):
         for j in range(3):
@@ -28,8 +28,8 @@ def wedges(faces, n_vertices):
 
 
 @njit(cache=True)
-def _chain(begin, start, ahead, behind, first, later, free, out, place):
-    """Follow the fan from the wedge `begin`, writing the vertices met from its first on; return the next free place."""
+def _walk_fan(begin, start, ahead, behind, first, later, free, out, place):
+    """Follow a fan of triangles from the wedge `begin`, writing its vertices in order; return the next free place."""
     out[place] = ahead[begin]
     current = begin
     while current >= 0:
@@ -42,31 +42,29 @@ def _chain(begin, start, ahead, behind, first, later, free, out, place):
 
 
 @njit(cache=True)
-def _smallest_first(cycle):
-    """Turn a cycle so that it begins with its smallest member."""
-    turned = np.roll(cycle, -np.argmin(cycle))
-    cycle[:] = turned
+def _start_at_smallest(cycle):
+    """Rotate a cycle in place so that it begins with its smallest member."""
+    rotated = np.roll(cycle, -np.argmin(cycle))
+    cycle[:] = rotated
 
 
 @njit(cache=True)
 def ordered_rings(starts, ahead, behind):
     """Return (offsets, members, closed): one-rings counter-clockwise seen from outside, from the wedges of triangles.
 
-    The ring of an inner vertex is a cycle from its smallest member on. At a border it is the fan from its first edge
-    to its last, and `closed` is False, as it is where several fans meet: they follow each other, each vertex once.
-    Takes time in proportion to the number of wedges, however many a vertex has.
+    The ring of an inner vertex is a cycle that begins with its smallest member. At a border it is the fan from its
+    first edge to its last and `closed` is False, as it is where several fans meet: these are concatenated, each vertex
+    once. Linear in the number of wedges, whatever the valences.
     """
     n_vertices, most = starts.shape[0] - 1, 0
     for i in range(n_vertices):
         most = max(most, starts[i + 1] - starts[i])
     offsets, closed = np.zeros(n_vertices + 1, np.int64), np.zeros(n_vertices, np.bool_)
     members = np.empty(2 * ahead.shape[0], np.int64)
-    first = np.full(n_vertices, -1, np.int64)  # per vertex the first free wedge that leaves it, `later` the next ones
-    entered, seen = (
-        np.full(n_vertices, -1, np.int64),
-        np.full(n_vertices, -1, np.int64),
-    )  # by a wedge, in the ring, of i
-    later, free = np.empty(most, np.int64), np.empty(most, np.bool_)
+    first = np.full(n_vertices, -1, np.int64)  # linked lists of the free wedges that begin at a vertex: heads ...
+    entered = np.full(n_vertices, -1, np.int64)  # the last center with a wedge that ends at the vertex
+    seen = np.full(n_vertices, -1, np.int64)  # the last center with the vertex in its ring
+    later, free = np.empty(most, np.int64), np.empty(most, np.bool_)  # ... and links
     place = 0
     for i in range(n_vertices):
         start, stop, fans = starts[i], starts[i + 1], 0
@@ -77,27 +75,27 @@ def ordered_rings(starts, ahead, behind):
             for begin in range(start, stop):
                 if not free[begin - start] or (bordering == 0 and entered[ahead[begin]] == i):
                     continue
-                begun, fans = place, fans + 1
-                place = _chain(begin, start, ahead, behind, first, later, free, members, place)
-                closed[i] = bordering == 1 and fans == 1 and members[place - 1] == members[begun]
-                if members[place - 1] == members[begun]:
+                first_place, fans = place, fans + 1
+                place = _walk_fan(begin, start, ahead, behind, first, later, free, members, place)
+                closed[i] = bordering == 1 and fans == 1 and members[place - 1] == members[first_place]
+                if members[place - 1] == members[first_place]:
                     place -= 1
-                    if members[begun] != members[begun:place].min():
-                        _smallest_first(members[begun:place])
+                    if members[first_place] != members[first_place:place].min():
+                        _start_at_smallest(members[first_place:place])
         kept = offsets[i]
         for k in range(offsets[i], place):
             if seen[members[k]] != i:
                 seen[members[k]] = i
                 members[kept] = members[k]
                 kept += 1
-        closed[i] &= kept == place  # three triangles at an edge: the walk went around more than once
+        closed[i] &= kept == place  # False at edges of three triangles, where the walk passes a vertex twice
         place = offsets[i + 1] = kept
     return offsets, members[:place].copy(), closed
 
 
 @njit(cache=True)
-def _longer(found):
-    """Twice as much room, for members so far."""
+def _grown(found):
+    """Return a copy with twice the capacity."""
     grown = np.empty(2 * found.shape[0], np.int64)
     grown[: found.shape[0]] = found
     return grown
@@ -107,7 +105,7 @@ def _longer(found):
 def rings(offsets, members, centers, count, most):
     """Return CSR (offsets, members) of the vertices within `count` edges of each center, ring by ring, without it.
 
-    Ends early where there are more than `most` members; the last offset tells.
+    Stops once there are more than `most` members in all, as the last offset shows.
     """
     stamp = np.full(offsets.shape[0] - 1, -1, np.int64)
     starts = np.zeros(centers.shape[0] + 1, np.int64)
@@ -126,7 +124,7 @@ def rings(offsets, members, centers, count, most):
                     if stamp[j] != row:
                         stamp[j] = row
                         if place == found.shape[0]:
-                            found = _longer(found)
+                            found = _grown(found)
                         found[place] = j
                         place += 1
             if place == last:
@@ -140,10 +138,10 @@ def rings(offsets, members, centers, count, most):
 
 
 @njit(cache=True)
-def reached(offsets, members, points, centers, radius, most):
-    """Return CSR (offsets, members) of the vertices within `radius` that edges inside the ball lead to.
+def connected_balls(offsets, members, points, centers, radius, most):
+    """Return CSR (offsets, members) of the vertices within `radius` connected to each center by edges in the ball.
 
-    Ends early where there are more than `most` members; the last offset tells.
+    Stops once there are more than `most` members in all, as the last offset shows.
     """
     stamp = np.full(points.shape[0], -1, np.int64)
     starts = np.zeros(centers.shape[0] + 1, np.int64)
@@ -164,7 +162,7 @@ def reached(offsets, members, points, centers, radius, most):
                     square += (points[j, axis] - points[center, axis]) ** 2
                 if square <= radius * radius:
                     if place == found.shape[0]:
-                        found = _longer(found)
+                        found = _grown(found)
                     found[place] = j
                     place += 1
             k += 1

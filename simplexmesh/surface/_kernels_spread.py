@@ -1,4 +1,4 @@
-"""How evenly neighbors lie around a point."""
+"""Regularity of the neighbors around a point: distances, angles, balance."""
 # mypy: allow-untyped-defs
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from simplexmesh.surface.reasons import DEGENERATE, FEW, FOUND
 
 @Both
 def spreads(centers, offsets, members, points, normals, distances, angles, imbalances, reasons):
-    """Fill per row the variances of distances and of angles between neighbors, and how far from opposite they are."""
+    """Fill per row the variances of the neighbors' distances and of the angles between them, and their imbalance."""
     for row in prange(centers.shape[0]):
         start, stop, i = offsets[row], offsets[row + 1], centers[row]
         m = stop - start

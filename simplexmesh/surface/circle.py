@@ -30,6 +30,9 @@ SHARP = 0.5
 
 FEWEST = 6
 
+WHOLE, NEAR = 3.0, np.radians(10)
+"""What counts of the arcs between points; see `_covered`."""
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Circle:
@@ -265,7 +268,13 @@ def _median(values: Array, weights: Array) -> float:
 
 
 def _covered(at: Array, center: Array, normal: Array) -> float:
-    """Return the share of 36 arcs of ten degrees that hold a point."""
+    """Return the share of the circle that has points near.
+
+    Arcs between neighboring points count whole up to three times the middle one, or ten degrees: a rim of few
+    vertices is whole too. Of longer ones ten degrees count.
+    """
     u, v = _frame(normal)
-    turn = np.arctan2((at - center) @ v, (at - center) @ u)
-    return len(np.unique(np.floor((turn + np.pi) / (2 * np.pi) * 36).clip(0, 35))) / 36
+    turn = np.sort(np.arctan2((at - center) @ v, (at - center) @ u))
+    arcs = np.diff(turn, append=turn[0] + 2 * np.pi)
+    counted = np.where(arcs <= max(WHOLE * float(np.median(arcs)), NEAR), arcs, NEAR)
+    return min(float(counted.sum()) / (2 * np.pi), 1.0)

@@ -113,7 +113,7 @@ class Samples:
             ring = self.one_ring
             if isinstance(neighborhood, Ball):
                 inside = (self.points, centers, neighborhood.radius, MOST)
-                offsets, members = kernels.reached(ring.offsets, ring.members, *inside)
+                offsets, members = kernels.connected_balls(ring.offsets, ring.members, *inside)
             elif neighborhood.count == 1:
                 return ring if vertices is None else ring.taken(centers)
             else:
@@ -145,7 +145,7 @@ def _in_ball(points: Array, centers: Indices, radius: float) -> tuple[Indices, I
     """CSR (offsets, members) of all points within `radius` of each center, rising."""
     low = points.min(axis=0)
     width = max(radius, float((points.max(axis=0) - low).max()) / (2**balls.BITS - 4))
-    found = balls.keys(points, low, width)
+    found = balls.cell_keys(points, low, width)
     order = np.argsort(found, kind="stable")
     cells = (points, found[order], order, low, width, radius)
     counts = np.zeros(len(centers), np.int64)

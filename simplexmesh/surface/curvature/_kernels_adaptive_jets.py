@@ -1,4 +1,4 @@
-"""Polynomials fitted to a neighborhood: gathering, moments, Cholesky factors; inlined into the adaptive estimator."""
+"""Polynomial fits of a neighborhood: gathering, moments, Cholesky factors; inlined into the adaptive estimator."""
 # mypy: allow-untyped-defs
 
 from __future__ import annotations
@@ -10,35 +10,36 @@ from simplexmesh._kernels_njit import njit
 from simplexmesh.surface._kernels_frames import tangents
 
 HIGHEST = 6
-"""The highest degree fitted: 28 coefficients."""
+"""The highest degree fitted."""
 
 TERMS = 28
+"""Coefficients of a polynomial of that degree."""
 
-MOST, ENOUGH = 352, 245
-"""So many points are gathered at most; of more than enough the nearest are looked at, more being too dear."""
+CAPACITY, ENOUGH = 352, 245
+"""Most points gathered; balls of more than enough are shortened to hold about that many, for speed."""
 
 STEEP = 0.64
-"""A point whose height above the tangent plane is more than 0.8 of its distance, squared, is not seen as a height."""
+"""Points whose height above the tangent plane exceeds 0.8 of their distance are left out; squared."""
 
-BENT = 0.5
-"""The squared share of a chord that a tangential coordinate is at least, as for two points 90 degrees apart."""
+MIN_SHARE = 0.5
+"""Least squared ratio of a tangential coordinate to its chord, that of two points 90 degrees apart on a circle."""
 
-AGAIN = 2
+QUADRIC_PASSES = 2
 """Quadrics fitted before the jet."""
 
 SINGULAR = 1e-11
-"""A pivot that lost all but this share of its square is none: the points do not determine the coefficient."""
+"""A pivot below this share of its diagonal entry: the points do not determine the coefficient."""
 
 jit = njit(cache=True, error_model="numpy", fastmath=FAST)
 
 
 @jit
 def gathered(offsets, members, points, center, radius, stamps, stamp, found):
-    """Fill `found` with the points that edges inside the ball lead to, ring by ring, the center first; return how many.
+    """Fill `found` with the points connected to the center by edges in the ball, breadth first; return how many.
 
-    Where `found` is full but for its last place, the farthest rings stay out. Every point met is written after those
-    found and stays if it is near: no branch to foretell. Indices are unsigned: signed ones are tested for counting from
-    the end, which costs a sixth of the time here.
+    Stops when `found` is full but for its last entry. Every point visited is written after those found, and kept by
+    advancing the count if it is near, which takes no branch. Indices are unsigned: numba tests signed ones for
+    negative values, which costs a sixth of the time here.
     """
     cx, cy, cz = points[center, 0], points[center, 1], points[center, 2]
     square = radius * radius
@@ -63,13 +64,13 @@ def gathered(offsets, members, points, center, radius, stamps, stamp, found):
 
 @jit
 def shortened(radius, count):
-    """Return the radius within which there are about enough of the points of a ball."""
+    """Return the radius within which about `ENOUGH` of the points of a ball lie."""
     return radius if count <= ENOUGH else radius * math.sqrt(ENOUGH / count)
 
 
 @jit
 def leaning(found, count, points, center, radius, nx, ny, nz):
-    """Return how far aside the mean of the points found is from the center, in radii: 0.42 on a straight border."""
+    """Return the tangential distance of the points' mean from the center, in radii: 0.42 on a straight border."""
     x = y = z = 0.0
     for k in range(count):
         j = found[k]
@@ -82,9 +83,9 @@ def leaning(found, count, points, center, radius, nx, ny, nz):
 
 @jit
 def mean_direction(found, count, directions, center, oriented):
-    """Return the unit mean of the directions of the points found that look to the side the center's looks to.
+    """Return the unit mean of the points' directions that agree in side with the center's.
 
-    Where signs are free every direction does, when turned.
+    Without orientation the others are reversed instead of left out.
     """
     sx = sy = sz = 0.0
     x, y, z = directions[center, 0], directions[center, 1], directions[center, 2]
@@ -106,9 +107,9 @@ def mean_direction(found, count, directions, center, oriented):
 
 @jit
 def seen(found, count, points, directions, center, nx, ny, nz, oriented, radius, places):
-    """Write the places, in radii around the center, of the points found that lie on the center's side; return how many.
+    """Write the positions of the points to be fitted, relative to the center and in radii; return how many.
 
-    Left out are points beyond the radius, points seen too steeply, and points whose normal looks away.
+    Left out are points beyond the radius, points too steep above the plane, and points whose normal is reversed.
     """
     cx, cy, cz = points[center, 0], points[center, 1], points[center, 2]
     inverse = 1.0 / radius
@@ -120,14 +121,14 @@ def seen(found, count, points, directions, center, nx, ny, nz, oriented, radius,
         height = nx * x + ny * y + nz * z
         along = nx * directions[j, 0] + ny * directions[j, 1] + nz * directions[j, 2]
         flat = (k == 0) | (height * height <= STEEP * square)
-        places[0, kept], places[1, kept], places[2, kept] = x, y, z  # stays if it counts, as in `gathered`
+        places[0, kept], places[1, kept], places[2, kept] = x, y, z  # kept as in `gathered`
         kept += (square <= 1.0) & flat & ((along >= 0.0) | (not oriented))
     return kept
 
 
 @jit
 def framed(nx, ny, nz, frame):
-    """Fill the rows u, v, n of a frame."""
+    """Fill the rows u, v, n of the frame of a normal."""
     ux, uy, uz, vx, vy, vz = tangents(nx, ny, nz)
     frame[0, 0], frame[0, 1], frame[0, 2] = ux, uy, uz
     frame[1, 0], frame[1, 1], frame[1, 2] = vx, vy, vz
@@ -136,9 +137,9 @@ def framed(nx, ny, nz, frame):
 
 @jit
 def turned(frame, p, q, r, s, t):
-    """Turn a frame so that its normal is that of a graph of slopes p, q; the first axis stays above itself.
+    """Rotate a frame to the tangent plane of a graph of slopes p, q; the first axis stays in its vertical plane.
 
-    Returns the second fundamental form in the new axes, of second derivatives r, s, t in the old ones.
+    Returns the second fundamental form in the new axes, from the second derivatives r, s, t in the old ones.
     """
     g = 1.0 + p * p + q * q
     root, length = math.sqrt(g), math.sqrt(1.0 + p * p)
@@ -157,7 +158,7 @@ def turned(frame, p, q, r, s, t):
 
 @jit
 def projected(places, count, frame, u, v, z):
-    """Write tangential coordinates and heights of places in a frame."""
+    """Write the tangential coordinates and heights of positions in a frame."""
     for k in range(count):
         a, b, c = places[0, k], places[1, k], places[2, k]
         u[k] = a * frame[0, 0] + b * frame[0, 1] + c * frame[0, 2]
@@ -166,21 +167,20 @@ def projected(places, count, frame, u, v, z):
 
 
 @jit
-def unbent(u, v, z, count, a, b, c):
+def chords(u, v, z, count, a, b, c):
     """Lengthen tangential coordinates to chords of a surface with the second fundamental form [[a, b], [b, c]].
 
     On a circle of curvature k the chord s to a point at height z above the tangent, u along it, is
-    u / sqrt(1 - z k / 2), and z = k s^2 / 2: the polynomial that remains to be fitted is far flatter, on spheres one
-    of second degree.
+    u / sqrt(1 - z k / 2), and z = k s^2 / 2: terms of higher degree nearly vanish, on spheres all of them.
     """
     turn = 0.5 * math.atan2(2.0 * b, a - c)
     cosine, sine = math.cos(turn), math.sin(turn)
-    swing = math.sqrt(0.25 * (a - c) ** 2 + b * b)
-    first, second = 0.25 * (a + c) + 0.5 * swing, 0.25 * (a + c) - 0.5 * swing
+    amplitude = math.sqrt(0.25 * (a - c) ** 2 + b * b)
+    first, second = 0.25 * (a + c) + 0.5 * amplitude, 0.25 * (a + c) - 0.5 * amplitude
     for k in range(count):
         s, t = cosine * u[k] + sine * v[k], cosine * v[k] - sine * u[k]
-        s /= math.sqrt(max(1.0 - first * z[k], BENT))
-        t /= math.sqrt(max(1.0 - second * z[k], BENT))
+        s /= math.sqrt(max(1.0 - first * z[k], MIN_SHARE))
+        t /= math.sqrt(max(1.0 - second * z[k], MIN_SHARE))
         u[k], v[k] = cosine * s - sine * t, sine * s + cosine * t
 
 
@@ -231,7 +231,7 @@ def normal_equations(degree, u, v, z, count, columns, sums, matrix, right):
 
 @jit
 def factored(matrix, right, terms):
-    """Turn A into L and b into y = L^-1 b in place; return how many leading terms are determined."""
+    """Factor A = L L' and replace b by y = L^-1 b, in place; return how many leading terms are determined."""
     for row in range(terms):
         for column in range(row):
             total = matrix[row, column]
@@ -252,7 +252,7 @@ def factored(matrix, right, terms):
 
 @jit
 def solved(matrix, y, terms, out):
-    """Fill the coefficients L'^-1 y of the leading terms: the fit of a lower degree is a shorter prefix."""
+    """Fill the coefficients L'^-1 y of the leading terms; fewer terms give the fit of a lower degree."""
     for row in range(terms - 1, -1, -1):
         total = y[row]
         for k in range(row + 1, terms):
@@ -262,7 +262,7 @@ def solved(matrix, y, terms, out):
 
 @jit
 def influence(matrix, terms, first, second, sign, out):
-    """Fill w = L^-1 g of the functional g = e_first + sign e_second: its value is w'y, its variance w'w sigma^2."""
+    """Fill w = L^-1 g for the functional g = e_first + sign e_second: its value is w'y, its variance w'w sigma^2."""
     for row in range(terms):
         total = 0.0
         if row == first:
@@ -276,9 +276,9 @@ def influence(matrix, terms, first, second, sign, out):
 
 @jit
 def bending(x):
-    """Return H, the half difference and the twist of the shape operator, and K, of a height z = x[0] + x[1] u + ...
+    """Return H and K of the graph z = x[0] + x[1] u + ... at the origin, for any slope (do Carmo 1976, 3-3).
 
-    Exact for any slope (do Carmo 1976, 3-3); the surface is seen from above, so a summit has H > 0.
+    The outside is above, so a summit has H > 0.
     """
     p, q = x[1], x[2]
     r, s, t = 2.0 * x[3], x[4], 2.0 * x[5]
@@ -289,18 +289,17 @@ def bending(x):
 
 @jit
 def flattened(places, count, frame, u, v, z, columns, sums, matrix, y, x):
-    """Turn a frame to the tangent plane of a quadric fitted to places, and unbend the coordinates by its curvature.
+    """Rotate a frame to the tangent plane of a quadric fitted to positions, and use chords as coordinates.
 
-    Again with these coordinates, since the first quadric is that of a bent surface, too flat or too curved.
-    Returns whether the places determine a quadric.
+    The fit is repeated in chords, as the first is biased by curvature. Returns whether a quadric is determined.
     """
     projected(places, count, frame, u, v, z)
-    for _again in range(AGAIN):
+    for _pass in range(QUADRIC_PASSES):
         normal_equations(2, u, v, z, count, columns, sums, matrix, y)
         if factored(matrix, y, 6) < 6:
             return False
         solved(matrix, y, 6, x)
         a, b, c = turned(frame, x[1], x[2], 2.0 * x[3], x[4], 2.0 * x[5])
         projected(places, count, frame, u, v, z)
-        unbent(u, v, z, count, a, b, c)
+        chords(u, v, z, count, a, b, c)
     return True

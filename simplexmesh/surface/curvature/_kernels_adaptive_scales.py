@@ -1,4 +1,4 @@
-"""What the choice of scales needs of a mesh: directions, spacing, who is nearest to which probe, means over links."""
+"""For the choice of scales: rough normals and their orientation, spacings, nearest probes, averages over neighbors."""
 # mypy: allow-untyped-defs
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from simplexmesh._kernels_njit import njit
 
 @njit(cache=True, error_model="numpy")
 def area_vectors(faces, points):
-    """Return the sums of the area vectors of the triangles around each vertex."""
+    """Return the sum of the area vectors, doubled, of the triangles around each vertex."""
     out = np.zeros(points.shape)
     for f in range(faces.shape[0]):
         i, j, k = faces[f]
@@ -28,7 +28,7 @@ def area_vectors(faces, points):
 
 @njit(cache=True, error_model="numpy")
 def spacings(offsets, members, points):
-    """Return the edge of an even triangulation as dense as the points around each vertex; 0 where there are none.
+    """Return the edge length of a regular triangulation as dense as the points around each vertex; 0 without neighbors.
 
     The v nearest of points with one on each area a have the mean square distance a (v + 1) / (2 pi).
     """
@@ -46,10 +46,10 @@ def spacings(offsets, members, points):
 
 
 @njit(cache=True, error_model="numpy")
-def averaged(offsets, members, values, times, signed):
-    """Return the rows averaged with those of their neighbors, so often; turned to agree where signs are free."""
+def smoothed(offsets, members, values, passes, signed):
+    """Return the rows averaged with those of their neighbors, `passes` times; up to sign if not `signed`."""
     now, then = values.copy(), values.copy()
-    for _ in range(times):
+    for _ in range(passes):
         for i in range(values.shape[0]):
             for c in range(values.shape[1]):
                 then[i, c] = now[i, c]
@@ -71,9 +71,9 @@ def averaged(offsets, members, values, times, signed):
 
 @njit(cache=True)
 def nearest_probe(offsets, members, points, probes):
-    """Return for each vertex the row of the probe fewest edges away, of several the nearest; -1 where no edges lead."""
+    """Return the row of the probe fewest edges from each vertex, of several the nearest; -1 where unconnected."""
     n = offsets.shape[0] - 1
-    out, away = np.full(n, -1, np.int64), np.zeros(n, np.int64)
+    out, distance = np.full(n, -1, np.int64), np.zeros(n, np.int64)
     queue = np.empty(n, np.int64)
     stop = probes.shape[0]
     for row in range(stop):
@@ -86,10 +86,10 @@ def nearest_probe(offsets, members, points, probes):
         for m in range(offsets[i], offsets[i + 1]):
             j = members[m]
             if out[j] < 0:
-                out[j], away[j] = out[i], away[i] + 1
+                out[j], distance[j] = out[i], distance[i] + 1
                 queue[stop] = j
                 stop += 1
-            elif away[j] == away[i] + 1 and out[j] != out[i]:
+            elif distance[j] == distance[i] + 1 and out[j] != out[i]:
                 now = then = 0.0
                 for axis in range(3):
                     now += (points[probes[out[j]], axis] - points[j, axis]) ** 2
@@ -100,37 +100,34 @@ def nearest_probe(offsets, members, points, probes):
 
 
 @njit(cache=True, error_model="numpy")
-def planes(offsets, members, points):
-    """Return unit normals, of any sign, of the planes nearest to each point's neighbors; zero without neighbors."""
+def plane_normals(offsets, members, points):
+    """Return unit normals, of either sign, of the least-squares planes of the neighbors; zero without neighbors."""
     out = np.zeros(points.shape)
-    spread = np.zeros((3, 3))
+    scatter = np.zeros((3, 3))
     for i in range(points.shape[0]):
         if offsets[i] == offsets[i + 1]:
             continue
-        spread[:] = 0.0
+        scatter[:] = 0.0
         for m in range(offsets[i], offsets[i + 1]):
             j = members[m]
             for a in range(3):
                 for b in range(3):
-                    spread[a, b] += (points[j, a] - points[i, a]) * (points[j, b] - points[i, b])
-        out[i] = np.linalg.eigh(spread)[1][:, 0]
+                    scatter[a, b] += (points[j, a] - points[i, a]) * (points[j, b] - points[i, b])
+        out[i] = np.linalg.eigh(scatter)[1][:, 0]
     return out
 
 
 @njit(cache=True, error_model="numpy")
-def agreeing(offsets, members, normals, points):
-    """Return normals turned so that each agrees with its predecessor, outward by the sign of the volume they span.
-
-    Predecessors are found edge by edge from the first point on.
-    """
+def oriented_normals(offsets, members, normals, points):
+    """Return normals with consistent signs, propagated breadth first; outward by the volume of each component."""
     out = normals.copy()
     n = out.shape[0]
-    met = np.zeros(n, np.bool_)
+    visited = np.zeros(n, np.bool_)
     queue = np.empty(n, np.int64)
     for root in range(n):
-        if met[root]:
+        if visited[root]:
             continue
-        met[root] = True
+        visited[root] = True
         queue[0] = root
         start, stop = 0, 1
         while start < stop:
@@ -138,20 +135,20 @@ def agreeing(offsets, members, normals, points):
             start += 1
             for m in range(offsets[i], offsets[i + 1]):
                 j = members[m]
-                if met[j]:
+                if visited[j]:
                     continue
-                met[j] = True
+                visited[j] = True
                 queue[stop] = j
                 stop += 1
                 if out[i, 0] * out[j, 0] + out[i, 1] * out[j, 1] + out[i, 2] * out[j, 2] < 0.0:
                     out[j] = -out[j]
-        middle = np.zeros(3)
+        centroid = np.zeros(3)
         for k in range(stop):
-            middle += points[queue[k]] / stop
+            centroid += points[queue[k]] / stop
         volume = 0.0
         for k in range(stop):
             for axis in range(3):
-                volume += out[queue[k], axis] * (points[queue[k], axis] - middle[axis])
+                volume += out[queue[k], axis] * (points[queue[k], axis] - centroid[axis])
         if volume < 0.0:
             for k in range(stop):
                 out[queue[k]] = -out[queue[k]]

@@ -1,4 +1,4 @@
-"""Cotangents and angle defects around each vertex."""
+"""Cotangent Laplacian and angle defect at each vertex."""
 # mypy: allow-untyped-defs
 
 from __future__ import annotations
@@ -13,12 +13,12 @@ from simplexmesh.surface.reasons import DEGENERATE, FEW, FOUND, OPEN
 MIXED, VORONOI, BARYCENTRIC = range(3)
 
 THIN = 1e-12
-"""A triangle whose area is less than this share of its sides squared has no cotangents."""
+"""A triangle whose area is a smaller share of its squared sides has no cotangents."""
 
 
 @Both
 def discrete(centers, offsets, members, closed, points, normals, area, projected, mean, gauss, reasons):
-    """Fill H, half the length of the area's gradient, and K, the angle defect, both over the cell (Meyer 2003)."""
+    """Fill H, half the length of the area gradient, and K, the angle defect, both per cell area (Meyer 2003)."""
     for row in prange(centers.shape[0]):
         i, start, stop = centers[row], offsets[row], offsets[row + 1]
         if stop - start < 3 or not closed[row]:

@@ -1,4 +1,4 @@
-"""Langer's quadratures: weights from the tangents of the angles between neighbors, exact on Euler's formula."""
+"""Langer's quadratures: weights from the tangents of the angles between neighbors, exact for Euler's formula."""
 # mypy: allow-untyped-defs
 
 from __future__ import annotations
@@ -15,24 +15,24 @@ from simplexmesh.surface.curvature._kernels_solve import FLAT, principal
 from simplexmesh.surface.reasons import DEGENERATE, FEW, FOUND
 
 MANY = 64
-"""More neighbors than this are sorted together rather than one by one."""
+"""More neighbors than this are sorted by `argsort`, fewer by insertion."""
 
 RIGHT = 1e-6
-"""Angles whose cosine is less are right: their tangents outgrow all others, which leaves their own neighbors."""
+"""Angles whose cosine is less are right: their tangents exceed all others, and only their weights remain."""
 
 CANCELED = 1e-9
-"""Weights whose sum is less than this share of their absolute sum determine nothing."""
+"""Weights whose sum is less than this share of their absolute sum cancel."""
 
 SINGULAR = 1e-10
-"""Directions whose spread on the double angle is a smaller share of the largest possible are taken for two."""
+"""Scatter determinant of the doubled azimuths, per squared count, below which there are only two directions."""
 
 UNSTABLE = 0.02
-"""The second quadrature gives way to least squares where its weights' sum is less than this share of their size."""
+"""Least squares replace the second quadrature where the sum of its weights is less than this share of their size."""
 
 
 @njit(cache=True, error_model="numpy")
 def _sections(points, i, members, start, stop, normal, sections):
-    """Fill (azimuth, normal curvature, cos, sin) per neighbor in order of azimuth; return how many have one."""
+    """Fill (azimuth, normal curvature, cos, sin) per neighbor that has an azimuth, in order; return how many."""
     nx, ny, nz = normal
     ux, uy, uz, vx, vy, vz = tangents(nx, ny, nz)
     count = 0
@@ -57,18 +57,18 @@ def _sections(points, i, members, start, stop, normal, sections):
 
 
 @njit(cache=True, error_model="numpy")
-def _weigh(sections, count, times, least, weights):
-    """Fill weights of sum 1 with which e^(2 i times azimuth) vanishes; return whether there are any to speak of."""
+def _set_weights(sections, count, times, least, weights):
+    """Fill weights of sum 1 for which the mean of e^(2 i times azimuth) is 0; return False where they cancel."""
     right = False
-    for turn in range(2):  # right angles rule the others out
+    for pass_ in range(2):  # again if there are right angles, whose tangents exceed the others
         sums = sizes = 0.0
         weights[:count] = 0.0
         for a in range(count):
             b = a + 1 if a + 1 < count else 0
             gap = times * (sections[b, 0] - sections[a, 0] + (0.0 if b else 2.0 * math.pi))
-            upright = abs(math.cos(gap)) < RIGHT
-            right = right or upright
-            tangent = 1.0 if upright else (0.0 if turn else math.tan(gap))
+            is_right = abs(math.cos(gap)) < RIGHT
+            right = right or is_right
+            tangent = 1.0 if is_right else (0.0 if pass_ else math.tan(gap))
             weights[a] += tangent
             weights[b] += tangent
         if not right:
@@ -85,24 +85,24 @@ def _weigh(sections, count, times, least, weights):
 
 @njit(cache=True, error_model="numpy")
 def _tensor(sections, count, weights):
-    """Return mean, swing, cosine, sine of Taubin's tensor with these weights."""
+    """Return mean, amplitude and direction of Taubin's tensor with these weights."""
     a = b = c = 0.0
     for s in range(count):
         k, x, y = weights[s] * sections[s, 1], sections[s, 2], sections[s, 3]
         a += k * x * x
         b += k * x * y
         c += k * y * y
-    mean, swing, cosine, sine = principal(a, b, c)
-    return 2.0 * mean, 4.0 * swing, cosine, sine
+    mean, amplitude, cosine, sine = principal(a, b, c)
+    return 2.0 * mean, 4.0 * amplitude, cosine, sine
 
 
 @njit(cache=True, error_model="numpy")
 def _quadrature(sections, count, weights):
-    """Return mean, swing, cosine, sine by two quadratures; the swing is NaN where directions are too few."""
+    """Return mean, amplitude and direction by two quadratures; the amplitude is NaN where directions are too few."""
     mean = a = b = cc = cs = ss = 0.0
     for s in range(count):
         mean += weights[s] * sections[s, 1]
-    exact = _weigh(sections, count, 2.0, UNSTABLE, weights)
+    exact = _set_weights(sections, count, 2.0, UNSTABLE, weights)
     for s in range(count):
         x, y = sections[s, 2], sections[s, 3]
         c, d = x * x - y * y, 2.0 * x * y
@@ -121,7 +121,7 @@ def _quadrature(sections, count, weights):
 
 @Both
 def langer(centers, offsets, members, points, normals, exact, k1, k2, d1, reasons):
-    """Fill curvatures per row from Langer's weights, in Taubin's tensor or twice (Langer, Belyaev, Seidel 2007)."""
+    """Fill curvatures per row, from Taubin's tensor or two quadratures (Langer, Belyaev, Seidel 2007)."""
     for row in prange(centers.shape[0]):
         start, stop = offsets[row], offsets[row + 1]
         normal = normals[row, 0], normals[row, 1], normals[row, 2]
@@ -131,18 +131,18 @@ def langer(centers, offsets, members, points, normals, exact, k1, k2, d1, reason
             continue
         sections, weights = np.empty((stop - start, 4)), np.empty(stop - start)
         count = _sections(points, centers[row], members, start, stop, normal, sections)
-        if count < 3 or not _weigh(sections, count, 1.0, CANCELED, weights):
+        if count < 3 or not _set_weights(sections, count, 1.0, CANCELED, weights):
             reasons[row] = DEGENERATE
             continue
         if exact:
-            mean, swing, cosine, sine = _quadrature(sections, count, weights)
+            mean, amplitude, cosine, sine = _quadrature(sections, count, weights)
         else:
-            mean, swing, cosine, sine = _tensor(sections, count, weights)
-        if math.isnan(swing):
+            mean, amplitude, cosine, sine = _tensor(sections, count, weights)
+        if math.isnan(amplitude):
             reasons[row] = DEGENERATE
             continue
         ux, uy, uz, vx, vy, vz = tangents(normal[0], normal[1], normal[2])
-        k1[row], k2[row] = mean + swing, mean - swing
+        k1[row], k2[row] = mean + amplitude, mean - amplitude
         d1[row, 0], d1[row, 1] = cosine * ux + sine * vx, cosine * uy + sine * vy
         d1[row, 2] = cosine * uz + sine * vz
         reasons[row] = FOUND

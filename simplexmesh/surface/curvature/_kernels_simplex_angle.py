@@ -1,4 +1,4 @@
-"""Simplex angles: the sphere through a vertex and its three neighbors, and how their normals turn."""
+"""Curvatures of a simplex mesh: the sphere through a vertex and its three neighbors, and its Gauss map."""
 # mypy: allow-untyped-defs
 
 from __future__ import annotations
@@ -13,12 +13,12 @@ from simplexmesh._kernels_njit import njit
 from simplexmesh.surface.reasons import DEGENERATE, FOUND, OPEN
 
 THIN = 1e-12
-"""Three neighbors whose triangle is smaller, as a share of its sides squared, have no plane."""
+"""Three neighbors whose triangle is a smaller share of its squared sides have no plane."""
 
 
 @njit(cache=True)
-def faces_across(faces, n_vertices):
-    """Return (f, 3): the face across each edge j, j + 1 of each face, -1 where there is none or a crowd."""
+def adjacent_faces(faces, n_vertices):
+    """Return (f, 3): the face across the edge j, j + 1 of each face, -1 where there is none or more than one."""
     offsets = np.zeros(n_vertices + 1, np.int64)
     for corner in range(faces.size):
         offsets[faces[corner // 3, corner % 3] + 1] += 1
@@ -47,7 +47,7 @@ def faces_across(faces, n_vertices):
 
 
 @Both
-def spheres(neighbors, points, mean, normals, areas, reasons):
+def mean_curvatures(neighbors, points, mean, normals, areas, reasons):
     """Fill H, the normal of the three neighbors' plane and the area of their triangle per row (Delingette 1994)."""
     for i in prange(neighbors.shape[0]):
         a, b, c = neighbors[i, 0], neighbors[i, 1], neighbors[i, 2]
@@ -77,7 +77,7 @@ def spheres(neighbors, points, mean, normals, areas, reasons):
 
 
 @Both
-def turns(neighbors, normals, areas, found, gauss, reasons):
+def gauss_curvatures(neighbors, normals, areas, found, gauss, reasons):
     """Fill K, the solid angle of the three neighbors' normals over the area of their triangle, per row."""
     for i in prange(neighbors.shape[0]):
         reasons[i] = found[i]

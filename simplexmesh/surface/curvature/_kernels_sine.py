@@ -1,4 +1,4 @@
-"""SineFitting: normal curvatures around a vertex, fitted by Euler's sinusoid."""
+"""SineFitting: least-squares fit of Euler's formula to the normal curvatures around a vertex."""
 # mypy: allow-untyped-defs
 
 from __future__ import annotations
@@ -14,15 +14,15 @@ from simplexmesh.surface.curvature._kernels_solve import FLAT
 from simplexmesh.surface.reasons import DEGENERATE, FEW, FOUND
 
 SINGULAR = 1e-10
-"""Directions whose spread on the double angle, as a share of the largest possible, is less are taken for two."""
+"""Scatter determinant of the doubled azimuths, per squared count, below which there are only two directions."""
 
 SPREAD = 1e-5
-"""Directions whose spread on the double angle is a smaller share of their number are taken for one."""
+"""Scatter trace of the doubled azimuths, per count, below which there is only one."""
 
 
 @njit(cache=True, error_model="numpy")
-def _fitted(scc, sss, scs, skc, sks, count, least_swing):
-    """Solve the 2 x 2 system of centered sums; where it is singular, by the least solution or NaN."""
+def _solved(scc, sss, scs, skc, sks, count, least_swing):
+    """Solve the 2 x 2 normal equations; where they are singular return the minimum-norm solution, or NaN."""
     det = scc * sss - scs * scs
     if det > SINGULAR * count * count:
         return (skc * sss - sks * scs) / det, (sks * scc - skc * scs) / det
@@ -73,15 +73,15 @@ def sine(centers, offsets, members, points, normals, least_swing, k1, k2, d1, re
         w = 1.0 / count
         scc, sss, scs = scc - w * sc * sc, sss - w * ss * ss, scs - w * sc * ss
         skc, sks = skc - w * sk * sc, sks - w * sk * ss
-        a, b = _fitted(scc, sss, scs, skc, sks, count, least_swing)
+        a, b = _solved(scc, sss, scs, skc, sks, count, least_swing)
         if math.isnan(a):
             reasons[row] = DEGENERATE
             continue
         mean = w * (sk - a * sc - b * ss)
-        swing = math.sqrt(a * a + b * b)
+        amplitude = math.sqrt(a * a + b * b)
         half = 0.5 * math.atan2(b, a)
-        cosine, sine_ = math.cos(half), math.sin(half)
-        k1[row], k2[row] = mean + swing, mean - swing
-        d1[row, 0], d1[row, 1] = cosine * ux + sine_ * vx, cosine * uy + sine_ * vy
-        d1[row, 2] = cosine * uz + sine_ * vz
+        cosine, sine_half = math.cos(half), math.sin(half)
+        k1[row], k2[row] = mean + amplitude, mean - amplitude
+        d1[row, 0], d1[row, 1] = cosine * ux + sine_half * vx, cosine * uy + sine_half * vy
+        d1[row, 2] = cosine * uz + sine_half * vz
         reasons[row] = FOUND

@@ -1,4 +1,4 @@
-"""Taubin's tensor: normal curvatures times their directions, weighted by the faces beside each edge."""
+"""Taubin's tensor: normal curvatures times the outer products of their directions, weighted by face areas."""
 # mypy: allow-untyped-defs
 
 from __future__ import annotations
@@ -13,12 +13,12 @@ from simplexmesh.surface.curvature._kernels_solve import FLAT, principal
 from simplexmesh.surface.reasons import DEGENERATE, FEW, FOUND
 
 LINE = 1e-10
-"""Directions spread less than this across the widest of them lie in a line."""
+"""Scatter determinant of the directions, per squared count, below which they are parallel."""
 
 
 @Both
 def taubin(centers, offsets, members, closed, points, normals, k1, k2, d1, reasons):
-    """Fill curvatures from sum w k T T^t per row (Taubin 1995); rows that are no cycles weight all neighbors alike."""
+    """Fill curvatures from sum w k T T^t per row (Taubin 1995); in rows that are not cycles weights are equal."""
     for row in prange(centers.shape[0]):
         i, start, stop = centers[row], offsets[row], offsets[row + 1]
         nx, ny, nz = normals[row, 0], normals[row, 1], normals[row, 2]
@@ -59,8 +59,8 @@ def taubin(centers, offsets, members, closed, points, normals, k1, k2, d1, reaso
         if count < 3 or total == 0.0 or suu * svv - suv * suv <= LINE * count * count:
             reasons[row] = DEGENERATE
             continue
-        mean, swing, cosine, sine = principal(tuu / total, tuv / total, tvv / total)
-        k1[row], k2[row] = 2.0 * mean + 4.0 * swing, 2.0 * mean - 4.0 * swing
+        mean, amplitude, cosine, sine = principal(tuu / total, tuv / total, tvv / total)
+        k1[row], k2[row] = 2.0 * mean + 4.0 * amplitude, 2.0 * mean - 4.0 * amplitude
         d1[row, 0], d1[row, 1] = cosine * ux + sine * vx, cosine * uy + sine * vy
         d1[row, 2] = cosine * uz + sine * vz
         reasons[row] = FOUND

@@ -1,8 +1,8 @@
-"""Jets at a scale of their own: polynomials of degree 2 to 6 whose neighborhood follows sampling, noise and detail.
+"""Jets of adaptive scale: polynomials of degree 2 to 6 whose neighborhood follows sampling, noise and detail.
 
 After Cazals and Pouget (2005, Estimating differential quantities using polynomial fitting of osculating jets), with
-the choice of scale of Lepski (1990), coefficients held back as in empirical Bayes, and tangential coordinates
-lengthened to chords, which leaves little for the polynomial to do.
+scales chosen by Lepski's method (1990), empirical Bayes priors on the coefficients, and chords as tangential
+coordinates, which make the terms of higher degree small.
 """
 
 from __future__ import annotations
@@ -45,16 +45,16 @@ def jets(samples: Samples, around: Neighborhoods, *, noise: float | None, detail
 def estimate(
     samples: Samples, around: Neighborhoods, normals: Any, *, noise: float | None = None, detail: float | None = None
 ) -> Estimates:
-    """Fit a polynomial height around each center, at the radius that makes the expected error of curvature least.
+    """Fit a polynomial height around each center, at the radius that minimizes the expected error of curvature.
 
-    At borders several are fitted, and weighed as is best a few rows farther in.
+    At borders several fits are combined, with the weights that are best a few rows farther in.
 
     Parameters
     ----------
     noise : float, optional
-        Deviation of the noise along the normal, in the unit of the points, where it is known.
+        Standard deviation of the noise along the normal, in the unit of the points, if known.
     detail : float, optional
-        What is smaller than this length is not of interest: no neighborhood has a shorter radius.
+        Smallest length of interest: no neighborhood has a shorter radius.
     """
     scales = _scales(samples, noise, detail)
     found = fitted(samples, around.centers, scales, samples.one_ring)

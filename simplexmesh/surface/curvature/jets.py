@@ -1,4 +1,4 @@
-"""Jets around some points, at scales chosen before."""
+"""Jets fitted around points at given scales."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Indices = NDArray[np.int64]
 
 
 class Jets(NamedTuple):
-    """What was fitted around each center: k1 and k2, (c, 2), and so on, in the order the kernel wants."""
+    """Fits around c centers, in the order of the kernel's arguments; `shape` holds k1 and k2, (c, 2)."""
 
     shape: Array
     d1: Array
@@ -31,19 +31,19 @@ class Jets(NamedTuple):
 
 
 class Links(Protocol):
-    """Who is next to whom: `Neighborhoods`, or part of them."""
+    """Adjacency in CSR form: `Neighborhoods`, or part of them."""
 
     @property
     def offsets(self) -> Indices:
-        """Where the neighbors of each point begin."""
+        """Start of each point's neighbors in `members`."""
 
     @property
     def members(self) -> Indices:
-        """The neighbors of all points."""
+        """Neighbors of all points."""
 
 
 def fitted(samples: Samples, rows: Indices, scales: Scales, links: Links) -> Jets:
-    """Fit jets around the points `rows`, over the points that links lead to."""
+    """Fit jets around the points `rows`, to the points within reach of the adjacency `links`."""
     n = len(rows)
     out = Jets(np.zeros((n, 2)), np.zeros((n, 3)), np.zeros((n, 3)), np.zeros(n), np.zeros(n), np.zeros(n, np.uint8))
     fit = (part[rows] for part in scales[:5])

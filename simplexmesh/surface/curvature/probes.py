@@ -1,4 +1,4 @@
-"""What probes say: how much of what polynomials find is noise, how much detail, and at which radius least is wrong."""
+"""Probes: fits of all degrees at several radii around some points, and the risk (expected squared error) of each."""
 
 from __future__ import annotations
 
@@ -7,97 +7,100 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from simplexmesh.surface.curvature import _kernels_adaptive as kernels
+from simplexmesh.surface.curvature import _kernels_adaptive_probes as kernels
+from simplexmesh.surface.curvature._kernels_adaptive import CUBIC_BIAS, RESIDUAL_BIAS, chunks
 from simplexmesh.surface.samples import Samples
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 LOWEST = 2
-"""The degree without a prior; the others have places 0, 1, ... from the next on."""
+"""The lowest degree, which has no prior; arrays over degrees with priors begin at the next."""
 
 ANISOTROPIC = 0.5
-"""Weight of all of the shape operator, beside H alone, in what is to be right."""
+"""Weight of the whole shape operator in the risk, against H alone."""
 
-EXACT = 0.01
-"""Errors below this share of the curvedness are not worth a choice."""
+NEGLIGIBLE = 0.01
+"""Errors below this share of the curvedness do not matter to the choice of the radius."""
 
-BENT = 1.0
-"""Balls in which radius times curvedness, squared, is more than this are hardly graphs over a plane any longer."""
+CURVED = 1.0
+"""Where the square of radius times curvedness exceeds this the ball is hardly a graph over a plane."""
 
-DROPPED = 0.15
-"""Degrees are left out where that adds no more than this share to the squared error."""
+DROP_BELOW = 0.15
+"""Degrees are dropped if that increases the squared error by no more than this share."""
 
-SERIES = (225.0, 0.12)
-"""The next even degree adds now^2 / before times this, squares, where degree 4 and where degree 6 was the last."""
+DECAY = (225.0, 0.12)
+"""The squared change by the next even degree is last^2 / before times this, where the last was 4 and where it was 6."""
 
 
-class Probed(NamedTuple):
-    """What fits of all degrees at some radii found around some points: (p, k, ...) rows of probes at radii.
+class ProbeFits(NamedTuple):
+    """Statistics of fits of all degrees around p probes at k radii.
 
     Attributes
     ----------
     radii : (p, k) array of float
     levels : (p, k, 4, 5) array of float
-        Squared change and its variance at unit noise that degrees 2 to 6 bring, to all of the shape operator and to H
-        alone; in units of the radius.
+        Squared change by degrees 2 to 6 and its variance at unit noise, of the whole shape operator and of H alone, in
+        units of the radius.
     energies, weights : (p, k, 4), (p, k, 4, 4) array of float
-        What degrees 3 to 6 take off the sum of squares, and how much unit coefficients of each degree put there.
-    misfits : (p, k, 2) array of float
+        Reduction of the sum of squares by degrees 3 to 6, and the weight of unit coefficients of each degree in it.
+    residuals : (p, k, 2) array of float
         Residual sum of squares, and its degrees of freedom.
     degrees : (p, k) array of float
         The highest degree fitted, 0 where nothing could be.
-    steps : (p, k, 5) array of float
-        What each degree adds to -H, signed, in the unit of the points.
+    increments : (p, k, 5) array of float
+        Change of -H by each degree, in the unit of the points.
     """
 
     radii: Array
     levels: Array
     energies: Array
     weights: Array
-    misfits: Array
+    residuals: Array
     degrees: Array
-    steps: Array
+    increments: Array
 
-    def mean(self, groups: Indices) -> Probed:
-        """Means over (q, g) groups of probes; what is signed has none and stays."""
-        logs, levels, energies, weights, misfits = (
+    def mean(self, groups: Indices) -> ProbeFits:
+        """Return means over (q, g) groups of probes; `increments`, which are signed, stay as they are."""
+        logs, levels, energies, weights, residuals = (
             sum((part[members] for members in groups.T), np.zeros(())) / groups.shape[1]
             for part in (np.log(self.radii), *self[1:5])
         )
         radii = np.exp(logs)
-        return Probed(radii, levels, energies, weights, misfits, np.median(self.degrees[groups], axis=1), self.steps)
+        return ProbeFits(
+            radii, levels, energies, weights, residuals, np.median(self.degrees[groups], axis=1), self.increments
+        )
 
 
-def probed(samples: Samples, rows: Indices, radii: Array, directions: Array, *, oriented: bool) -> Probed:
-    """Return what probes at the points `rows` say with (p, k) radii."""
+def probe_fits(samples: Samples, rows: Indices, radii: Array, directions: Array, *, oriented: bool) -> ProbeFits:
+    """Fit probes at the points `rows` with (p, k) radii."""
     ring, b = samples.one_ring, kernels.BLOCKS
     p, k = radii.shape
     shapes = ((4, b + 1), (b,), (b, b), (2,), (), (b + 1,))
-    out = Probed(np.ascontiguousarray(radii), *(np.zeros((p, k, *shape)) for shape in shapes))
+    out = ProbeFits(np.ascontiguousarray(radii), *(np.zeros((p, k, *shape)) for shape in shapes))
     links = (ring.offsets.view(np.uint64), ring.members.view(np.uint64), samples.points, directions, oriented)
-    kernels.probes(rows, *links, out.radii, kernels.chunks(p), *out[1:])
+    kernels.probes(rows, *links, out.radii, chunks(p), *out[1:])
     return out
 
 
-def noise_of(told: Probed) -> float:
-    """Return the deviation of the noise, in the unit of the points.
+def noise_level(fits: ProbeFits) -> float:
+    """Return the standard deviation of the noise, in the unit of the points.
 
-    The median over probes of the residual variance, each corrected for the skew of its distribution; of the radii
-    that leave enough degrees of freedom, the least.
+    The median over probes of the residual variance, corrected for the skewness of its distribution; the least over
+    radii with enough degrees of freedom.
     """
     squares = []
-    for k in range(told.radii.shape[1]):
-        free = told.misfits[:, k, 1]
+    for k in range(fits.radii.shape[1]):
+        free = fits.residuals[:, k, 1]
         enough = free >= 6
         if enough.sum() >= max(3, 0.3 * len(free)):
-            square = told.misfits[enough, k, 0] / free[enough] * told.radii[enough, k] ** 2
+            square = fits.residuals[enough, k, 0] / free[enough] * fits.radii[enough, k] ** 2
             squares.append(np.median(square / (1 - 2 / (9 * free[enough])) ** 3))
     return float(np.sqrt(min(squares, default=0.0)))
 
 
-class Judged(NamedTuple):
-    """What is expected at each radius: (p, k) rows.
+class Risks(NamedTuple):
+    """Expected errors of p probes at k radii, and how to fit there.
 
     Attributes
     ----------
@@ -106,88 +109,90 @@ class Judged(NamedTuple):
     degrees : (p, k) array of int
         The degree to fit.
     priors : (p, k, 4) array of float
-        Deviation of the coefficients of degrees 3 to 6, in radii.
-    beyond : (p, k) array of float
-        Expected error by what no degree says.
-    kept : (p, k, 5) array of float
-        The share of each degree's change that is not noise.
+        Standard deviation of the coefficients of degrees 3 to 6, in radii.
+    truncation : (p, k) array of float
+        Expected error of curvature by terms of higher degree.
+    shrinkage : (p, k, 5) array of float
+        Share of each degree's change that is not noise.
     variance : (p, k) array of float
-        Of the curvature by noise alone.
+        Variance of the curvature by noise alone.
     """
 
     risk: Array
     degrees: Indices
     priors: Array
-    beyond: Array
-    kept: Array
+    truncation: Array
+    shrinkage: Array
     variance: Array
 
-    def compared(self, steps: Array, groups: Indices) -> Judged:
-        """Raise the risk of radii whose H differs from that of shorter ones by more than those may be wrong (Lepski).
+    def compared(self, increments: Array, groups: Indices) -> Risks:
+        """Raise the risk of radii whose H differs from that of shorter ones by more than those' errors (Lepski 1990).
 
         Parameters
         ----------
-        steps : (n, k, 5) array of float
-            Of single probes.
+        increments : (n, k, 5) array of float
+            Of the single probes.
         groups : (p, g) array of int
-            Which of them each row is the mean of.
+            The probes that each row is the mean of.
         """
-        mean = (self.kept[:, None] * steps[groups]).sum(axis=3)
-        beyond = self.beyond**2
+        mean = (self.shrinkage[:, None] * increments[groups]).sum(axis=3)
+        truncation = self.truncation**2
         for k in range(1, mean.shape[2]):
             for shorter in range(k):
-                apart = ((mean[:, :, k] - mean[:, :, shorter]) ** 2).mean(axis=1)
-                apart -= self.variance[:, shorter] + self.beyond[:, shorter] ** 2
-                beyond[:, k] = np.maximum(beyond[:, k], apart)
-        return self._replace(risk=self.risk + beyond - self.beyond**2, beyond=np.sqrt(beyond))
+                difference = ((mean[:, :, k] - mean[:, :, shorter]) ** 2).mean(axis=1)
+                difference -= self.variance[:, shorter] + self.truncation[:, shorter] ** 2
+                truncation[:, k] = np.maximum(truncation[:, k], difference)
+        return self._replace(risk=self.risk + truncation - self.truncation**2, truncation=np.sqrt(truncation))
 
 
-def judged(told: Probed, noise: float) -> Judged:
-    """Weigh noise of that deviation against detail."""
-    relative = (noise / told.radii) ** 2
-    weighed = ANISOTROPIC * told.levels[:, :, :2] + (1 - ANISOTROPIC) * told.levels[:, :, 2:]
-    variance = relative[:, :, None] * weighed[:, :, 1]
-    signal = np.maximum(weighed[:, :, 0] - variance, 0.0)
-    kept = _share(signal, signal + variance)
-    kept[:, :, 0] = 1.0
-    degree = told.degrees
-    over = np.maximum(told.misfits[:, :, 0] / np.maximum(told.misfits[:, :, 1], 1) - relative, 0.0)
-    harm = np.where(degree > 3, 1.0, kernels.GENTLE) * kernels.HARM
-    beyond = np.maximum(over * harm**2, _truncated(degree, signal))
-    noisy = (kept * variance).sum(axis=2)
-    bent = np.maximum(told.levels[:, :, 0, 0] - relative * told.levels[:, :, 1, 0], 0.0)
-    risk = (noisy + beyond) * (1 + (bent / BENT) ** 4) + EXACT**2 * bent
-    risk = np.where((told.misfits[:, :, 1] > 0) & (degree > 0), risk / told.radii**2, np.inf)
-    gained = np.where(np.arange(LOWEST, LOWEST + kept.shape[2]) <= degree[:, :, None], signal - kept * variance, 0.0)
-    lost = gained[:, :, ::-1].cumsum(axis=2)[:, :, ::-1] - gained
-    degrees = LOWEST + (lost <= DROPPED * (noisy + beyond)[:, :, None]).argmax(axis=2)
-    by_noise = (kept**2 * variance).sum(axis=2) / told.radii**2
-    return Judged(risk, degrees, _priors(told, relative), np.sqrt(beyond) / told.radii, kept, by_noise)
+def risks(fits: ProbeFits, noise: float) -> Risks:
+    """Return the risks of fits under noise of that standard deviation."""
+    relative = (noise / fits.radii) ** 2
+    weighted = ANISOTROPIC * fits.levels[:, :, :2] + (1 - ANISOTROPIC) * fits.levels[:, :, 2:]
+    variance = relative[:, :, None] * weighted[:, :, 1]
+    signal = np.maximum(weighted[:, :, 0] - variance, 0.0)
+    shrinkage = _ratio(signal, signal + variance)
+    shrinkage[:, :, 0] = 1.0
+    degree = fits.degrees
+    excess = np.maximum(fits.residuals[:, :, 0] / np.maximum(fits.residuals[:, :, 1], 1) - relative, 0.0)
+    bias = np.where(degree > 3, 1.0, CUBIC_BIAS) * RESIDUAL_BIAS
+    truncation = np.maximum(excess * bias**2, _truncated(degree, signal))
+    noise_risk = (shrinkage * variance).sum(axis=2)
+    curved = np.maximum(fits.levels[:, :, 0, 0] - relative * fits.levels[:, :, 1, 0], 0.0)
+    risk = (noise_risk + truncation) * (1 + (curved / CURVED) ** 4) + NEGLIGIBLE**2 * curved
+    risk = np.where((fits.residuals[:, :, 1] > 0) & (degree > 0), risk / fits.radii**2, np.inf)
+    gain = np.where(
+        np.arange(LOWEST, LOWEST + shrinkage.shape[2]) <= degree[:, :, None], signal - shrinkage * variance, 0.0
+    )
+    loss = gain[:, :, ::-1].cumsum(axis=2)[:, :, ::-1] - gain
+    degrees = LOWEST + (loss <= DROP_BELOW * (noise_risk + truncation)[:, :, None]).argmax(axis=2)
+    noise_variance = (shrinkage**2 * variance).sum(axis=2) / fits.radii**2
+    return Risks(risk, degrees, _priors(fits, relative), np.sqrt(truncation) / fits.radii, shrinkage, noise_variance)
 
 
-def _share(part: Array, whole: Array) -> Array:
-    """Part of whole, 0 where there is none."""
+def _ratio(part: Array, whole: Array) -> Array:
+    """Return part / whole where the part is positive, 0 elsewhere."""
     out: Array = np.where(part > 0, part, 0.0) / np.where(part > 0, whole, 1.0)
     return out
 
 
 def _truncated(degrees: Array, signal: Array) -> Array:
-    """Squares of what the next even degree would add: the last ones continued as a geometric series."""
+    """Return the squared change the next even degree would make, continuing the last ones as a geometric series."""
     last = (degrees.astype(np.int64) // 2 * 2).clip(4) - LOWEST
     now = np.take_along_axis(signal, last[:, :, None], 2)[:, :, 0]
     before = np.take_along_axis(signal, last[:, :, None] - 2, 2)[:, :, 0]
-    factor = np.where(last > 2, SERIES[1], SERIES[0])
-    out: Array = now * np.minimum(1.0, factor * _share(now, np.maximum(before, 1e-300)))
+    factor = np.where(last > 2, DECAY[1], DECAY[0])
+    out: Array = now * np.minimum(1.0, factor * _ratio(now, np.maximum(before, 1e-300)))
     return out
 
 
-def _priors(told: Probed, relative: Array) -> Array:
-    """Deviations of coefficients: energies of blocks, from the highest degree down, less noise and the others'."""
-    blocks = told.energies.shape[2]
-    squares = np.zeros_like(told.energies)
+def _priors(fits: ProbeFits, relative: Array) -> Array:
+    """Return standard deviations of coefficients: block energies less those of noise and of higher degrees."""
+    blocks = fits.energies.shape[2]
+    squares = np.zeros_like(fits.energies)
     for d in range(blocks - 1, -1, -1):
-        energy = told.energies[:, :, d] - (d + LOWEST + 2) * relative
-        energy = energy - (squares[:, :, d + 1 :] * told.weights[:, :, d, d + 1 :]).sum(axis=2)
-        squares[:, :, d] = _share(energy, np.maximum(told.weights[:, :, d, d], 1e-300))
-        squares[:, :, d] *= told.weights[:, :, d, d] > 0
+        energy = fits.energies[:, :, d] - (d + LOWEST + 2) * relative
+        energy = energy - (squares[:, :, d + 1 :] * fits.weights[:, :, d, d + 1 :]).sum(axis=2)
+        squares[:, :, d] = _ratio(energy, np.maximum(fits.weights[:, :, d, d], 1e-300))
+        squares[:, :, d] *= fits.weights[:, :, d, d] > 0
     return np.sqrt(squares)

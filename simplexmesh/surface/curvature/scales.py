@@ -1,4 +1,4 @@
-"""At which scale to look at a surface: a radius, a degree and priors for every point, from probes of some."""
+"""Choice of scale: a radius, a degree and priors for the fit at every point, from probes at some."""
 
 from __future__ import annotations
 
@@ -9,66 +9,67 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from simplexmesh.surface.curvature import _kernels_adaptive_scales as kernels
-from simplexmesh.surface.curvature.probes import Probed, judged, noise_of, probed
+from simplexmesh.surface.curvature.probes import ProbeFits, noise_level, probe_fits, risks
 from simplexmesh.surface.samples import Samples
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 LADDER = np.array([2.4, 3.4, 4.6, 6.0, 7.6])
-"""Radii tried, in spacings: some 20, 42, 77, 130 and 210 points."""
+"""Radii tried, in spacings: about 20, 42, 77, 130 and 210 points."""
 
-TRIED = 3
-"""So many of them, around the best for all, are tried again for each place."""
+RETRIED = 3
+"""Number of radii, around the best of all, tried by all probes."""
 
-FIRST, LEAST = 96, 160
-"""So many probes try all radii; and there are so many at least when radii are chosen."""
+FIRST_PROBES, MIN_PROBES = 96, 160
+"""Probes that try all radii, and least number of probes in all."""
 
-SHARE = 18
-"""Then one vertex in so many is a probe, but at least `LEAST`."""
+PER_PROBE = 18
+"""Vertices per probe."""
 
-TOGETHER, MORE = 8, 24
-"""So many probes next to each other speak together of the radius, and so many of priors and degrees."""
+RADIUS_GROUP, PRIOR_GROUP = 8, 24
+"""Neighboring probes averaged for the radius, and for priors and degrees."""
 
-AS_GOOD = 1.2
-"""The shortest radius whose risk is at most this times the least is taken: it is cheaper and sees more."""
+RISK_TOLERANCE = 1.2
+"""The shortest radius whose risk is at most this times the least is taken: it is cheaper and resolves more."""
 
-CAUTIOUS = 0.8
-"""What radii are chosen by overstates what degrees left out do, by as much on noisy tori."""
+TRUNCATION_FACTOR = 0.8
+"""Factor of the truncation error, which is overestimated in the choice of radii (measured on noisy tori)."""
 
 SIGNED = True
-"""To average rows as they are, not turned to each other."""
+"""Average rows with their signs, not up to sign."""
 
-ROUNDS = 3
-"""How often what was found is averaged with the neighbors', so that scales change smoothly."""
+SMOOTHING_PASSES = 3
+"""Passes of averaging over neighbors, so that scales vary smoothly."""
 
 
 class Scales(NamedTuple):
-    """How each point is fitted.
+    """Settings of the fit at each point.
 
     Attributes
     ----------
     radii, smallest : (n,) array of float
-        Of the ball, 0 where a point has no neighbors; and how far it may be shortened.
+        Radius of the ball, 0 where a point has no neighbors; and the least to which it may be shortened.
     degrees : (n,) array of int
     priors : (n, 4) array of float
-        Deviation of the coefficients of degrees d = 3 to 6, length^(1 - d).
-    beyond : (n,) array of float
-        Error of H expected of what no degree says.
+        Standard deviation of the coefficients of degrees d = 3 to 6, length^(1 - d).
+    truncation : (n,) array of float
+        Expected error of H by terms of higher degree.
     noise : float
+        Standard deviation of the noise along the normal.
     directions : (n, 3) array of float
         Rough normals, of any length.
     oriented : bool
-        Whether they look to one side of the surface.
+        Whether their signs mean the outside of the surface.
     spacing : (n,) array of float
-        The edge of an even triangulation as dense as the points; 0 where a point has no neighbors.
+        Edge length of a regular triangulation as dense as the points; 0 where a point has no neighbors.
     """
 
     radii: Array
     smallest: Array
     degrees: Indices
     priors: Array
-    beyond: Array
+    truncation: Array
     noise: float
     directions: Array
     oriented: bool
@@ -81,34 +82,34 @@ def scales_of(samples: Samples, *, noise: float | None = None, detail: float | N
     Parameters
     ----------
     noise : float, optional
-        Deviation of the noise along the normal, where it is known.
+        Standard deviation of the noise along the normal, if known.
     detail : float, optional
-        What is smaller is not of interest: no radius is shorter.
+        Smallest length of interest: no radius is shorter.
     """
     ring = samples.one_ring
     directions, oriented = _directions(samples)
-    raw = kernels.spacings(ring.offsets, ring.members, samples.points)
-    linked = np.flatnonzero(raw > 0)
-    logs = np.log(np.where(raw > 0, raw, 1.0))[:, None]
-    smooth = np.exp(kernels.averaged(ring.offsets, ring.members, logs, 2, SIGNED)[:, 0])
-    spacing = np.where(raw > 0, smooth, 0.0)
-    if not len(linked):
+    raw_spacing = kernels.spacings(ring.offsets, ring.members, samples.points)
+    connected = np.flatnonzero(raw_spacing > 0)
+    logs = np.log(np.where(raw_spacing > 0, raw_spacing, 1.0))[:, None]
+    smoothed_spacing = np.exp(kernels.smoothed(ring.offsets, ring.members, logs, 2, SIGNED)[:, 0])
+    spacing = np.where(raw_spacing > 0, smoothed_spacing, 0.0)
+    if not len(connected):
         none = np.zeros(len(spacing))
         return Scales(
             none, none, np.full(len(none), 2), np.zeros((len(none), 4)), none, 0.0, directions, oriented, none
         )
-    order = linked[shuffling(raw[linked]).argsort(kind="stable")]
-    rows = np.sort(order[:FIRST])
-    told = probed(samples, rows, spacing[rows, None] * LADDER, directions, oriented=oriented)
-    size = noise_of(told) if noise is None else noise
-    near = _groups(samples.points[rows], TOGETHER)
-    best = _best(judged(told.mean(near), size).compared(told.steps, near).risk)
-    low = min(max(int(np.median(best)) - 1, 0), len(LADDER) - TRIED)
-    rows = np.sort(order[: max(LEAST, len(order) // SHARE)])
-    told = probed(samples, rows, spacing[rows, None] * LADDER[low : low + TRIED], directions, oriented=oriented)
-    columns, degrees = _at_probes(samples.points[rows], told, spacing[rows], size, shortest=low == 0)
-    label = kernels.nearest_probe(ring.offsets, ring.members, samples.points, rows)
-    values = kernels.averaged(ring.offsets, ring.members, columns[label], ROUNDS, SIGNED)
+    order = connected[shuffling(raw_spacing[connected]).argsort(kind="stable")]
+    rows = np.sort(order[:FIRST_PROBES])
+    fits = probe_fits(samples, rows, spacing[rows, None] * LADDER, directions, oriented=oriented)
+    deviation = noise_level(fits) if noise is None else noise
+    near = _groups(samples.points[rows], RADIUS_GROUP)
+    best = _best(risks(fits.mean(near), deviation).compared(fits.increments, near).risk)
+    low = min(max(int(np.median(best)) - 1, 0), len(LADDER) - RETRIED)
+    rows = np.sort(order[: max(MIN_PROBES, len(order) // PER_PROBE)])
+    fits = probe_fits(samples, rows, spacing[rows, None] * LADDER[low : low + RETRIED], directions, oriented=oriented)
+    columns, degrees = _at_probes(samples.points[rows], fits, spacing[rows], deviation, shortest=low == 0)
+    nearest = kernels.nearest_probe(ring.offsets, ring.members, samples.points, rows)
+    values = kernels.smoothed(ring.offsets, ring.members, columns[nearest], SMOOTHING_PASSES, SIGNED)
     radii = np.exp(values[:, 0]) * spacing
     smallest = np.minimum(0.7 * LADDER[0] * spacing, radii)
     if detail is not None:
@@ -116,53 +117,62 @@ def scales_of(samples: Samples, *, noise: float | None = None, detail: float | N
     with np.errstate(divide="ignore", invalid="ignore"):
         priors = np.where(radii[:, None] > 0, np.sqrt(values[:, 2:]) / radii[:, None] ** np.arange(2, 6), 0.0)
     return Scales(
-        radii, smallest, degrees[label], priors, CAUTIOUS * np.sqrt(values[:, 1]), size, directions, oriented, spacing
+        radii,
+        smallest,
+        degrees[nearest],
+        priors,
+        TRUNCATION_FACTOR * np.sqrt(values[:, 1]),
+        deviation,
+        directions,
+        oriented,
+        spacing,
     )
 
 
 def _best(risk: Array) -> Indices:
-    """Return the shortest radius of each row that is about as good as the best."""
-    return (risk <= AS_GOOD * risk.min(axis=1)[:, None]).argmax(axis=1)
+    """Return the index of the shortest radius of each row that is about as good as the best."""
+    return (risk <= RISK_TOLERANCE * risk.min(axis=1)[:, None]).argmax(axis=1)
 
 
-def _at_probes(places: Array, told: Probed, spacing: Array, noise: float, *, shortest: bool) -> tuple[Array, Indices]:
-    """Return (p + 1, 6) columns, log radius in spacings and squares of the other error and of priors, and degrees.
+def _at_probes(
+    positions: Array, fits: ProbeFits, spacing: Array, noise: float, *, shortest: bool
+) -> tuple[Array, Indices]:
+    """Return (p + 1, 6) columns, log radius in spacings and squares of truncation error and priors; and degrees.
 
-    The last row is for points that no edges lead from to a probe: the middle of all.
+    The last row, the medians, is for points not connected to a probe.
     """
-    near, far = _groups(places, TOGETHER), _groups(places, MORE)
-    told_together = told.mean(near)
-    found = judged(told_together, noise).compared(told.steps, near)
-    wide = judged(told.mean(far), noise)
+    near, far = _groups(positions, RADIUS_GROUP), _groups(positions, PRIOR_GROUP)
+    grouped = fits.mean(near)
+    found = risks(grouped, noise).compared(fits.increments, near)
+    wide = risks(fits.mean(far), noise)
     if shortest:
-        found.risk[:, 0] *= 2.0  # so few points must be clearly better
-    k, i = _best(found.risk), np.arange(len(places))
+        found.risk[:, 0] *= 2.0  # with so few points it must be clearly better
+    k, i = _best(found.risk), np.arange(len(positions))
     values = np.column_stack(
         [
-            np.log(told_together.radii[i, k] / spacing),
-            found.beyond[i, k] ** 2,
+            np.log(grouped.radii[i, k] / spacing),
+            found.truncation[i, k] ** 2,
             wide.priors[i, k] ** 2,
         ]
     )[near].mean(axis=1)
     degrees = wide.degrees[i, k]
-    middle = int(np.median(degrees))
-    return np.vstack([values, np.median(values, axis=0)]), np.append(degrees, middle)
+    return np.vstack([values, np.median(values, axis=0)]), np.append(degrees, int(np.median(degrees)))
 
 
 def shuffling(values: Array) -> Array:
-    """Return keys that sort points as if at random, but the same points however they are numbered, turned or sized."""
+    """Return pseudo-random sorting keys that do not depend on numbering, pose or unit."""
     out: Array = (1e6 * values / values.mean()) % 1.0
     return out
 
 
-def _groups(places: Array, count: int) -> Indices:
-    """Return (p, g) rows: each place with those nearest to it, so many in all if there are so many."""
-    out: Indices = cKDTree(places).query(places, min(count, len(places)))[1]
-    return out.reshape(len(places), -1)
+def _groups(positions: Array, count: int) -> Indices:
+    """Return (p, g) rows: each position with its nearest others, `count` in all or as many as there are."""
+    out: Indices = cKDTree(positions).query(positions, min(count, len(positions)))[1]
+    return out.reshape(len(positions), -1)
 
 
 def _directions(samples: Samples) -> tuple[Array, bool]:
-    """Rough normals, not of unit length, averaged over two rings, and whether their signs mean anything."""
+    """Return rough normals of any length, averaged over two rings, and whether their signs mean the outside."""
     ring = samples.one_ring
     links = ring.offsets, ring.members
     if samples.faces is not None:
@@ -170,6 +180,6 @@ def _directions(samples: Samples) -> tuple[Array, bool]:
     elif samples.outward is not None:
         found = np.ascontiguousarray(samples.outward)
     else:
-        planes = kernels.agreeing(*links, kernels.planes(*links, samples.points), samples.points)
-        return kernels.averaged(*links, planes, 2, not SIGNED), False
-    return kernels.averaged(*links, found, 2, SIGNED), True
+        planes = kernels.oriented_normals(*links, kernels.plane_normals(*links, samples.points), samples.points)
+        return kernels.smoothed(*links, planes, 2, not SIGNED), False
+    return kernels.smoothed(*links, found, 2, SIGNED), True

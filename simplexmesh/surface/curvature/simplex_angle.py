@@ -48,15 +48,15 @@ def _of_nodes(points: Array, neighbors: Indices) -> tuple[Array, Array, Array, C
     n = len(points)
     mean, gauss, areas, normals = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros((n, 3))
     found, reasons = np.zeros(n, np.uint8), np.zeros(n, np.uint8)
-    kernels.spheres(neighbors, points, mean, normals, areas, found)
-    kernels.turns(neighbors, normals, areas, found, gauss, reasons)
+    kernels.mean_curvatures(neighbors, points, mean, normals, areas, found)
+    kernels.gauss_curvatures(neighbors, normals, areas, found, gauss, reasons)
     return mean, gauss, normals, reasons
 
 
 def _of_triangles(points: Array, faces: Indices) -> tuple[Array, Array, Array, Codes]:
     """Return H, K, normals and reasons at the vertices: means over the faces around each."""
     n = len(points)
-    across = kernels.faces_across(faces, n)
+    across = kernels.adjacent_faces(faces, n)
     corners = points[faces]
     mean, gauss, normals, reasons = _of_nodes((corners[:, 0] + corners[:, 1] + corners[:, 2]) / 3, across)
     good = reasons == FOUND

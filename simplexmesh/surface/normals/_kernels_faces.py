@@ -1,4 +1,4 @@
-"""Normals as means of the faces around a vertex."""
+"""Normals as weighted means of the normals of the faces around a vertex."""
 # mypy: allow-untyped-defs
 
 from __future__ import annotations
@@ -13,12 +13,12 @@ from simplexmesh.surface.reasons import DEGENERATE, FEW, FOUND
 UNIFORM, AREA, ANGLE, MAX = range(4)
 
 SLIVER = 1e-10
-"""Two edges at a smaller angle, or as much less than opposite, have no normal that rounding has left alone."""
+"""Two edges the sine of whose angle is smaller span a triangle whose normal is lost to rounding."""
 
 
 @Both
 def face_means(centers, rows, offsets, ahead, behind, points, weighting, normals, reasons):
-    """Fill the normalized sum of the face normals around each center; `rows` tells where its wedges are."""
+    """Fill the normalized sum of the face normals around each center, whose wedges are those of `rows[row]`."""
     for row in prange(centers.shape[0]):
         start, stop, i = offsets[rows[row]], offsets[rows[row] + 1], centers[row]
         if start == stop:

@@ -1,4 +1,4 @@
-"""Normals of the planes that lie closest to a vertex and its neighbors."""
+"""Normals of least-squares planes through a vertex and its neighbors."""
 # mypy: allow-untyped-defs
 
 from __future__ import annotations
@@ -14,12 +14,12 @@ from simplexmesh.surface.normals._kernels_small import diagonalize
 from simplexmesh.surface.reasons import DEGENERATE, FEW, FOUND
 
 STRAIGHT = 1e-12
-"""Points whose second largest spread, squared, is less than this share of the largest lie on a line."""
+"""Points whose second largest variance is less than this share of the largest are collinear."""
 
 
 @njit(cache=True, error_model="numpy")
-def _spread(points, i, members, start, stop, mean, table):
-    """Fill the mean of center and neighbors, and the upper left of the table with the products around it."""
+def _scatter(points, i, members, start, stop, mean, matrix):
+    """Fill the mean of center and neighbors, seen from the center, and the upper left 3 x 3 with their scatter."""
     count = 1.0 + stop - start
     mean[:] = 0.0
     for m in range(start, stop):
@@ -31,53 +31,53 @@ def _spread(points, i, members, start, stop, mean, table):
             for m in range(start, stop):
                 j = members[m]
                 total += (points[j, p] - points[i, p] - mean[p]) * (points[j, q] - points[i, q] - mean[q])
-            table[p, q] = table[q, p] = total
+            matrix[p, q] = matrix[q, p] = total
 
 
 @njit(cache=True, error_model="numpy")
-def _smallest(table, axes, n):
-    """Return which eigenvalue is the smallest, and the largest two, once the table is diagonal."""
-    diagonalize(table, axes, n)
+def _eigenvalues(matrix, axes, n):
+    """Diagonalize; return the index of the smallest eigenvalue, and the largest two."""
+    diagonalize(matrix, axes, n)
     least, first, second = 0, 0.0, 0.0
     for k in range(n):
-        if table[k, k] < table[least, least]:
+        if matrix[k, k] < matrix[least, least]:
             least = k
-        if table[k, k] > first:
-            first, second = table[k, k], first
-        elif table[k, k] > second:
-            second = table[k, k]
+        if matrix[k, k] > first:
+            first, second = matrix[k, k], first
+        elif matrix[k, k] > second:
+            second = matrix[k, k]
     return least, first, second
 
 
 @Both
 def planes(centers, offsets, members, points, homogeneous, normals, reasons):
-    """Fill the normal of the least-squares plane per row, turned to either side.
+    """Fill the unit normal of the least-squares plane per row, with either sign.
 
-    The plane passes through the mean of the points, or, if `homogeneous`, (n, d) of length one is sought that makes
-    the sum of (n p + d)^2 least.
+    The plane passes through the mean of the points or, if `homogeneous`, is the unit 4-vector (n, d) that minimizes the
+    sum of (n . p + d)^2.
     """
     for row in prange(centers.shape[0]):
         start, stop, i = offsets[row], offsets[row + 1], centers[row]
         if stop - start < 2:
             reasons[row] = FEW
             continue
-        mean, table, axes = np.zeros(3), np.zeros((4, 4)), np.zeros((4, 4))
-        _spread(points, i, members, start, stop, mean, table)
-        least, first, second = _smallest(table, axes, 3)
+        mean, matrix, axes = np.zeros(3), np.zeros((4, 4)), np.zeros((4, 4))
+        _scatter(points, i, members, start, stop, mean, matrix)
+        least, first, second = _eigenvalues(matrix, axes, 3)
         if not second > STRAIGHT * first:
             reasons[row] = DEGENERATE
             continue
         if homogeneous:
             count = 1.0 + stop - start
-            _spread(points, i, members, start, stop, mean, table)
+            _scatter(points, i, members, start, stop, mean, matrix)
             for p in range(3):
                 mean[p] += points[i, p]
             for p in range(3):
                 for q in range(3):
-                    table[p, q] += count * mean[p] * mean[q]
-                table[p, 3] = table[3, p] = count * mean[p]
-            table[3, 3] = count
-            least, first, second = _smallest(table, axes, 4)
+                    matrix[p, q] += count * mean[p] * mean[q]
+                matrix[p, 3] = matrix[3, p] = count * mean[p]
+            matrix[3, 3] = count
+            least, first, second = _eigenvalues(matrix, axes, 4)
         x, y, z = axes[0, least], axes[1, least], axes[2, least]
         length = math.sqrt(x * x + y * y + z * z)
         if not length > STRAIGHT:
