@@ -338,6 +338,21 @@ class TestCircles:
         assert found.rms < 1e-6 * size
         assert found.covered <= share + 0.1
 
+    @pytest.mark.parametrize("count", [3, 6, 12, 24, 200])
+    def test_a_whole_circle_of_few_points_is_whole(self, count):
+        turn = 2 * np.pi * np.arange(count) / count
+        found = sm.fit_circle(np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1))
+        assert found.covered == pytest.approx(1)
+
+    @pytest.mark.parametrize("count", [6, 12, 40, 200])
+    @pytest.mark.parametrize("share", [0.25, 0.5, 0.75])
+    def test_covered_is_the_share_of_an_arc(self, count, share):
+        if share == 0.75 and count == 6:
+            return  # gaps of 54 degrees, and one of 90
+        turn = 2 * np.pi * share * np.linspace(0, 1, count)
+        found = sm.fit_circle(np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1))
+        assert found.covered == pytest.approx(share, abs=0.03)
+
     @pytest.mark.parametrize("seed", range(3))
     def test_strays_are_left_out(self, seed):
         rng = np.random.default_rng(seed)
