@@ -348,6 +348,29 @@ class TestRatings:
                 if line["criterion"] != "complexity"
             )
 
+    def test_reasons_are_those_of_the_ratings_there_are(self, rated):
+        text = (Path(__file__).parents[1] / "docs" / "benchmark.md").read_text(encoding="utf-8")
+        given = {
+            (kind, row["method"], criterion, row[criterion])
+            for kind, rows in rated.items()
+            for row in rows
+            for criterion in printed.CRITERIA
+        }
+        assert set(ratings.EXPLAINED) <= given
+        for (_, name, criterion, _), why in ratings.EXPLAINED.items():
+            assert f"- `{name}`, {criterion}: {why}" in text
+
+    def test_other_ratings_get_no_reason_that_was_sought_for_these(self, small):
+        lines = {
+            (line["method"], line["criterion"]): line
+            for line in ratings.compared("curvature", small.ratings["curvature"])
+        }
+        assert lines["sine", "convergence"]["why"] == ratings.UNEXPLAINED
+        assert lines["quadric", "precision"]["why"] == ratings.UNEXPLAINED
+
+    def test_what_was_not_measured_has_no_order(self):
+        assert ratings.rated("curvature", "adaptive", [], [], [])["order"] is None
+
     def test_the_best_are_the_thesiss(self, small):
         best = {row["method"]: row["precision"] for row in small.ratings["normals"]}
         assert min(best, key=lambda name: ratings.LADDER.index(best[name])) in ("extended_sine", "quadric")

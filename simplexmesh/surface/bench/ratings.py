@@ -56,64 +56,45 @@ RULES = f"""\
 """
 
 EXPLAINED = {
-    ("curvature", "chen_schmitt", "precision"): "Surfaces count alike here, and on those with one curvature in all "
-    "directions at the point it is as good as any; on whole meshes its errors are among the largest, as in the thesis.",
-    ("curvature", "chen_schmitt", "convergence"): "It does settle, though on a wrong value in nearly half the cases.",
-    ("curvature", "chen_schmitt", "stability"): "Where the point bends alike in all directions its answer does not "
-    "depend on the pattern, which brings the mean just under the limit; on the cubic and the cylinder it is far above.",
-    ("curvature", "discrete", "convergence"): "By the thesis's definition, right or wrong, it converges nearly always; "
-    "here limits must be right, and in about half the cases they are not.",
-    ("curvature", "discrete", "precision"): "Regular patterns and meshes count as much as perturbed ones.",
-    (
-        "curvature",
-        "langer",
-        "convergence",
-    ): "With angles measured in the tangent plane, not on the faces, it is as fast "
-    "as the sine; the slow cases the thesis names are of first order for every method.",
-    (
-        "curvature",
-        "langer",
-        "stability",
-    ): "Over the five patterns it agrees with the thesis; but two neighbors nearly at "
-    "right angles make its weights explode, on cut squares at whole lines of vertices, which the thesis tells in its "
-    "text and not in its table.",
-    ("curvature", "quadric", "precision"): "Five of the surfaces are quadrics in the frame of the exact normal, on "
-    "which it has no error at all.",
-    ("curvature", "quadric", "stability"): "On the five surfaces that are quadrics all patterns give the same.",
-    (
-        "curvature",
-        "sine",
-        "precision",
-    ): "On meshes it is the best, at single points quadrics are better on the surfaces "
-    "that are quadrics, as the thesis says; together it is just beyond the limit.",
-    ("curvature", "sine", "stability"): "It depends on the pattern as much as Langer's quadrature and the quadric do: "
-    "all three have the same term of first order where a surface has a cubic one.",
-    ("curvature", "taubin", "precision"): "Only H counts here; the thesis also counted K, which is worse by far.",
-    ("curvature", "taubin", "convergence"): "The thesis counts limits right or wrong; a third of them are wrong.",
-    ("curvature", "taubin", "stability"): "Its limits depend on the angles between neighbors, which is what stability "
-    "means; the thesis seems to have looked at how smoothly it varies.",
-    ("normals", "area", "convergence"): "It converges in every case, at first order.",
-    ("normals", "area", "precision"): "On cut squares of quadrics it has no error at all, by symmetry.",
-    ("normals", "area", "stability"): "One neighbor pushed out turns it by a few hundredths of a radian per tenth.",
-    ("normals", "plane", "precision"): "It is less precise than area weights by more than one step of the scale.",
-    ("normals", "plane", "stability"): "It spreads no more than area weights do, which have the same rating in both.",
-    ("normals", "quadric", "precision"): "It is within a factor of two of the extended sine.",
-    ("normals", "quadric", "stability"): "It is within a factor of two of the extended sine.",
-    ("normals", "chen_schmitt", "precision"): "The thesis's text calls it the least precise and contradicts its table.",
-    ("normals", "chen_schmitt", "convergence"): "Its error falls at first order in every case, in one of seven not "
-    "monotonically: the differences of the tangents shrink although their curvatures stay wrong.",
-    (
-        "normals",
-        "chen_schmitt",
-        "stability",
-    ): "The thesis's text calls it unstable on nearly all graphs and contradicts its table.",
-    ("normals", "extended_sine", "precision"): "It is the most precise here too, but at the fixed distance and size "
-    "nobody reaches the top of the scale.",
-    ("normals", "extended_sine", "stability"): "It is the most stable here too, just beyond the limit.",
+    ("curvature", "chen_schmitt", "precision", "-"): "Surfaces count alike here, and on those with one curvature in "
+    "all directions at the point it is as good as any; on whole meshes its errors are among the largest, as in the "
+    "thesis.",
+    ("curvature", "chen_schmitt", "stability", "-"): "Where the point bends alike in all directions its answer does "
+    "not depend on the pattern, which brings the mean just under the limit; on the cubic and the cylinder it is far "
+    "above.",
+    ("curvature", "discrete", "convergence", "---"): "By the thesis's definition, right or wrong, it converges nearly "
+    "always; here limits must be right, and in about half the cases they are not.",
+    ("curvature", "langer", "convergence", "++"): "With angles measured in the tangent plane, not on the faces, it is "
+    "as fast as the sine; the slow cases the thesis names are of first order for every method.",
+    ("curvature", "langer", "stability", "-"): "Over the five patterns it agrees with the thesis; but two neighbors "
+    "nearly at right angles make its weights explode, on cut squares at whole lines of vertices, which the thesis "
+    "tells in its text and not in its table.",
+    ("curvature", "sine", "precision", "++"): "On meshes it is the best of the thesis's methods, at single points "
+    "quadrics are better on the surfaces that are quadrics, as the thesis says; together it is just beyond the limit.",
+    ("curvature", "sine", "stability", "++"): "It depends on the pattern as much as Langer's quadrature and the "
+    "quadric do: all three have the same term of first order where a surface has a cubic one.",
+    ("curvature", "taubin", "precision", "-"): "Only H counts here; the thesis also counted K, which is worse by far.",
+    ("curvature", "taubin", "convergence", "--"): "The thesis counts limits right or wrong; a third of them are wrong.",
+    ("curvature", "taubin", "stability", "-"): "Its limits depend on the angles between neighbors, which is what "
+    "stability means; the thesis seems to have looked at how smoothly it varies.",
+    ("normals", "area", "convergence", "+"): "It converges in every case, at first order.",
+    ("normals", "plane", "precision", "--"): "It is less precise than area weights by more than one step of the scale.",
+    ("normals", "plane", "stability", "--"): "It spreads hardly more than area weights do, which have the same rating "
+    "in both.",
+    ("normals", "quadric", "stability", "++"): "It is within a factor of two of the extended sine.",
+    ("normals", "chen_schmitt", "precision", "-"): "The thesis's text calls it the least precise and contradicts its "
+    "table.",
+    ("normals", "chen_schmitt", "convergence", "+"): "Its error falls at first order in every case, in one of seven "
+    "not monotonically: the differences of the tangents shrink although their curvatures stay wrong.",
+    ("normals", "chen_schmitt", "stability", "-"): "The thesis's text calls it unstable on nearly all graphs and "
+    "contradicts its table.",
+    ("normals", "extended_sine", "precision", "++"): "It is the most precise of the thesis's methods here too, but at "
+    "the fixed distance and size none of them reaches the top of the scale.",
+    ("normals", "extended_sine", "stability", "++"): "It is the most stable here too, just beyond the limit.",
 }
-"""By kind, method, criterion: why our rating is not the thesis's."""
+"""By kind, method, criterion, and the rating all surfaces of the article give together: why the thesis has another."""
 
-UNEXPLAINED = "Not explained: reasons were sought on the article's surfaces, all of them."
+UNEXPLAINED = "Not explained: reasons were sought for all surfaces of the article together."
 
 WORK = (
     "The thesis writes n^2 for fits with a fixed number of unknowns, which take time in proportion to n; only the "
@@ -152,7 +133,7 @@ def rated(kind: str, name: str, curves: Sequence[Curve], meshes: Rows, times: Ro
         "worst on a mesh": max(line["max error"] for line in lines) if lines else None,
         "right limits": np.mean([curve.limit_is_correct for curve in mine]) if mine else None,
         "converge": np.mean([curve.converges for curve in mine]) if mine else None,
-        "order": _order(mine),
+        "order": _order(mine) if mine else None,
         "spread": _spread(mine) if mine else None,
     }
     registered = method(kind, name)
@@ -180,7 +161,7 @@ def compared(kind: str, ratings: Rows) -> list[dict[str, str]]:
         for criterion, theirs in zip(CRITERIA, printed[1:], strict=True):
             ours = rating[criterion]
             alike = ours in (theirs, "") or criterion == "complexity"
-            why = "" if alike else EXPLAINED.get((kind, rating["method"], criterion), UNEXPLAINED)
+            why = "" if alike else EXPLAINED.get((kind, rating["method"], criterion, ours), UNEXPLAINED)
             lines.append(
                 {"method": rating["method"], "criterion": criterion, "here": ours, "thesis": theirs, "why": why}
             )
