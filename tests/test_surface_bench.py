@@ -19,6 +19,7 @@ from simplexmesh.surface.bench import (
     candidates,
     noisy,
     page,
+    page,
     peers,
     printed,
     ratings,
@@ -401,6 +402,15 @@ class TestRatings:
             assert f"{limit:g}" in ratings.RULES
         assert ratings._step(ratings.PRECISION[0], ratings.PRECISION, 1.0) == "+++"
         assert ratings._step(2 * ratings.PRECISION[0], ratings.PRECISION, 1.0) == "++"
+
+
+class TestPage:
+    def test_shows_the_curves_in_which_methods_differ(self):
+        curves = {f"pointwise_H_{name}_6": f"error on the {name}" for name in ("plane", "cubic", "sphere")}
+        rest, shown = page._shown(curves, "pointwise_")
+        assert shown == "![error on the cubic](pointwise_H_cubic_6.png)"
+        assert rest.splitlines() == [f"- [{said}]({name}.png)" for name, said in curves.items() if "cubic" not in name]
+        assert page._shown(curves, "meshes_") == []
 
 
 class TestTables:
