@@ -127,7 +127,7 @@ def test_what_a_cut_separates_is_what_the_contour_says(seed):
     ("vertices", "message"),
     [
         (lambda loop: loop[:2], "contour must have at least 3 vertices, not 2"),
-        (lambda loop: [*loop, *loop], "contour must not touch itself, but comes to vertex . twice"),
+        (lambda loop: [*loop, *loop], "contour must not touch itself, but visits vertex . twice"),
         (lambda loop: loop[:-1], "contour is not closed: vertices .* and .* are not neighbors"),
         (
             lambda loop: [loop[0], loop[2], *loop[3:]],
@@ -143,7 +143,7 @@ def test_what_is_no_contour_is_refused(vertices, message):
 
 def test_a_chord_is_refused():
     pair = BALL.connectivity.edge_faces[0]
-    with pytest.raises(TopologyError, match="has all its three neighbors on the contour"):
+    with pytest.raises(TopologyError, match="has all three neighbors on the contour"):
         Contour.of_faces(BALL, pair)
 
 

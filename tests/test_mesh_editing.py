@@ -245,7 +245,7 @@ def test_k33_is_refused_as_incomplete():
     c = k33_on_the_torus()
     assert (c.genus, c.face_sizes.tolist()) == (1, [6, 6, 6])
     with pytest.raises(
-        TopologyError, match=r"mesh is not complete: faces . and ., on both sides of edge .-., are one or"
+        TopologyError, match=r"mesh is not complete: faces . and ., on both sides of edge .-., are the same or"
     ):
         EditableMesh(anywhere(c))
 
@@ -313,11 +313,11 @@ def test_an_edge_beside_a_hole_opens_into_it():
     [
         (lambda e: e.remove_edges([960]), r"darts\[0\] is 960, outside 0..959"),
         (lambda e: e.insert_edges([0, 1], [2]), "others must have 2 darts, as many as darts, not 1"),
-        (lambda e: e.insert_edges([0], [2], 1.5), "at must be between 0 and 1, both left out"),
-        (lambda e: e.join(0, 0), "faces 0 and 0 cannot be joined: they are one"),
+        (lambda e: e.insert_edges([0], [2], 1.5), "at must be strictly between 0 and 1, not 1.5"),
+        (lambda e: e.join(0, 0), "faces 0 and 0 cannot be joined: they are the same"),
         (lambda e: e.join(0, e.faces_beside(e.around(0)[0])[1]), "cannot be joined: they share an edge"),
         (lambda e: e.cut([0, 1, 2]), "contour cannot be cut: dart 0 does not lead to the vertex of the next one, 1"),
-        (lambda e: e.cut([*e.around(7), *e.around(7)]), "contour cannot be cut: it comes to vertex .* twice"),
+        (lambda e: e.cut([*e.around(7), *e.around(7)]), "contour cannot be cut: it visits vertex .* twice"),
         (lambda e: e.cut(outline(e, e.faces_beside(0))), "its vertex .* has all three neighbors on it"),
         (lambda e: e.cut(e.around(7)), "contour cannot be cut: it is face 7 itself"),
         (lambda e: e.join(0, 500), "face_b must be at most 161, not 500"),

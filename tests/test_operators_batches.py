@@ -25,7 +25,7 @@ def test_batches_equal_their_edits_one_by_one(name, seed):
         assert sum(batch.reasons.values()) == (~batch.done).sum()
         for dart, twin, status in zip(darts, before, batch.status, strict=True):
             if single._darts.twin[dart] != twin or not single._darts.alive[dart // 3]:
-                assert REASONS[int(status)] == "touched by an edit before"
+                assert REASONS[int(status)] == "touched by an earlier edit"
             else:
                 assert getattr(single, method)([dart]).status[0] == status
     assert_array_equal(many.result().mesh.connectivity.twin, single.result().mesh.connectivity.twin)

@@ -21,6 +21,7 @@ OTHER = sm.sphere(8)
 TUBE = sm.cylinder(9, 4)
 LOOP = BALL.faces[0].tolist()
 PAIRS = [(LOOP[0], LOOP[1]), (LOOP[2], LOOP[3])]
+NAMED = " and ".join(f"{a}-{b}" for a, b in PAIRS)
 HOLE = int(TUBE.connectivity.face_is_hole.argmax())
 
 NAMES = [  # what edges and faces may be called
@@ -63,15 +64,15 @@ NAMES = [  # what edges and faces may be called
     (
         lambda: sm.join(BALL.with_data(x=np.zeros(320)), OTHER.with_data(x=np.zeros((1280, 2))), 0, 0),
         ValueError,
-        "data 'x' must have one shape per vertex in all meshes, not () and (2,)",
+        "data 'x' must have the same shape per vertex in all meshes, not () and (2,)",
     ),
 ]
 INSERTIONS = [
     (lambda: sm.insert_edge(BALL, *PAIRS, at=(0.5,)), ValueError, "at must have shape (2,), not (1,)"),
     (lambda: sm.insert_edge(BALL, *PAIRS, at=(0.5, np.nan)), ValueError, "at must be finite; at[1] is nan"),
     (lambda: sm.insert_edge(BALL, *PAIRS, at=np.nan), ValueError, "at must be finite, not nan"),
-    (lambda: sm.insert_edge(BALL, *PAIRS, at=(0.5, 1)), ValueError, "at must be between 0 and 1, both left out, not 1"),
-    (lambda: sm.insert_edge(BALL, *PAIRS, at=0), ValueError, "at must be between 0 and 1, both left out, not 0"),
+    (lambda: sm.insert_edge(BALL, *PAIRS, at=(0.5, 1)), ValueError, "at must be strictly between 0 and 1, not 1"),
+    (lambda: sm.insert_edge(BALL, *PAIRS, at=0), ValueError, "at must be strictly between 0 and 1, not 0"),
     (lambda: sm.insert_edge(BALL, *PAIRS, at="ab"), TypeError, "at must be a number, not str"),
     (lambda: sm.insert_edge(BALL, *PAIRS, at=True), TypeError, "at must be a number, not bool"),
     (
@@ -80,11 +81,11 @@ INSERTIONS = [
         "at must be an array, but its rows have different",
     ),
     (lambda: sm.insert_edge(BALL, *PAIRS, face=999), ValueError, "face must be at most 161, not 999"),
-    (lambda: sm.insert_edge(BALL, *PAIRS, face=100), TopologyError, "not both are on face 100"),
+    (lambda: sm.insert_edge(BALL, *PAIRS, face=100), TopologyError, f"edges {NAMED} are not both on face 100"),
     (
         lambda: sm.insert_edge(BALL, PAIRS[0], PAIRS[0][::-1]),
         TopologyError,
-        f"edges {LOOP[0]}-{LOOP[1]} and {LOOP[1]}-{LOOP[0]} are one, where an edge is inserted between two",
+        f"edges {LOOP[0]}-{LOOP[1]} and {LOOP[1]}-{LOOP[0]} are the same; an edge is inserted between two different",
     ),
 ]
 LINES = [  # what is no contour, and what cannot be cut along
@@ -98,7 +99,7 @@ LINES = [  # what is no contour, and what cannot be cut along
     (
         lambda: sm.cut(BALL, [*LOOP, LOOP[0]]),
         TopologyError,
-        f"contour must not touch itself, but comes to vertex {LOOP[0]} twice",
+        f"contour must not touch itself, but visits vertex {LOOP[0]} twice",
     ),
     (lambda: sm.cut(BALL, LOOP), TopologyError, "contour cannot be cut: it is face 0 itself, so there is nothing"),
     (
@@ -160,7 +161,7 @@ BATCHES = [
     (
         lambda e: [e.remove_edges([0]), e.dart("edge", 0)],
         TopologyError,
-        "edge ends at vertex 0, which is gone by an edit",
+        "edge ends at vertex 0, which was removed by an earlier edit",
     ),
 ]
 
@@ -197,9 +198,9 @@ def test_faces_that_are_gone_are_told():
     edit.remove_edges([0])
     gone = left if edit._darts.face_dart[left] < 0 else right
     for action in (lambda: edit.join(gone, 100), lambda: edit.around(gone)):
-        with pytest.raises(TopologyError, match=f"{gone} is gone, by an edit before"):
+        with pytest.raises(TopologyError, match=f"{gone} was removed by an earlier edit"):
             action()
-    assert edit.refine_faces([gone]).reasons == {"touched by an edit before": 1}
+    assert edit.refine_faces([gone]).reasons == {"touched by an earlier edit": 1}
 
 
 def test_no_edge_of_a_mesh_that_is_not_complete_or_has_no_room_is_legal():
@@ -226,12 +227,12 @@ def test_every_reason_to_refuse_a_join_comes_up_and_is_told():
                 except TopologyError as error:
                     reason = re.sub(r"\d+", "#", str(error).split(": ")[1])
                     told.add(reason)
-                    assert (reason == "they are one") == (a == b)
+                    assert (reason == "they are the same") == (a == b)
                     assert (reason == "they share an edge") == (a != b and beside[a, b])
                     third = (beside[a] & beside[b]).any() and not beside[a, b]
                     assert (reason == "face # shares an edge with both") == third
     assert told == {
-        "they are one",
+        "they are the same",
         "they share an edge",
         "face # shares an edge with both",
         "faces # and #, which would share an edge there, already share one",

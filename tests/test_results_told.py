@@ -19,7 +19,7 @@ RING = sm.torus(24, 12)
         (sm.cut(RING, sm.Contour.through(RING, [0, 5])), "faces ("),
         (sm.join(BALL, RING.moved(RING.vertices + 5), 0, 10), "contour Contour(12 vertices))"),
         (sm.open_holes(BALL, zones=[[1, 2]]), "of 1280 vertices, 1 proposals)"),
-        (sm.EditableMesh(BALL).remove_faces([3, 3]), "Batch(1 of 2 done, 1 not: touched by an edit before)"),
+        (sm.EditableMesh(BALL).remove_faces([3, 3]), "Batch(1 of 2 done, 1 not: touched by an earlier edit)"),
     ],
 )
 def test_an_edit_is_told_in_a_line(result, said):

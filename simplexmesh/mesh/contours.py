@@ -1,4 +1,4 @@
-"""Contours: closed lines along the edges of a mesh, around holes, around zones, or where the user draws them."""
+"""Contours: simple closed paths along the edges of a mesh, around holes or sets of faces, or through given vertices."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ Indices = NDArray[np.int64]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Contour:
-    """A closed line along edges of a mesh that does not touch itself.
+    """A simple closed path along the edges of a mesh.
 
-    Consecutive vertices are neighbors, no vertex comes twice, and none has all its three neighbors on the line. It has
-    a direction; its left side is that seen from outside the surface.
+    Consecutive vertices are neighbors, no vertex is repeated, and none has all three neighbors on the contour. It is
+    directed; left and right are as seen from outside the surface.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ class Contour:
     Raises
     ------
     TopologyError
-        Naming the condition and the vertex.
+        When a condition is violated; the message names it and a vertex.
 
     References
     ----------
@@ -58,8 +58,8 @@ class Contour:
         object.__setattr__(self, "vertices", vertices)
         if len(vertices) < 3:
             raise TopologyError(f"contour must have at least 3 vertices, not {len(vertices)}")
-        if (again := seams.first_repeated(vertices)) >= 0:
-            raise TopologyError(f"contour must not touch itself, but comes to vertex {again} twice")
+        if (repeated := seams.first_repeated(vertices)) >= 0:
+            raise TopologyError(f"contour must not touch itself, but visits vertex {repeated} twice")
         ahead = np.roll(vertices, -1)
         linked = (c.neighbors[vertices] == ahead[:, None]).any(axis=1)
         if not linked.all():
@@ -69,7 +69,7 @@ class Contour:
         on = np.zeros(c.n_vertices, bool)
         on[vertices] = True
         if (full := on[c.neighbors[vertices]].all(axis=1)).any():
-            raise TopologyError(f"contour vertex {vertices[full.argmax()]} has all its three neighbors on the contour")
+            raise TopologyError(f"contour vertex {vertices[full.argmax()]} has all three neighbors on the contour")
 
     def __repr__(self) -> str:
         return f"Contour({len(self)} vertices)"
@@ -77,31 +77,31 @@ class Contour:
     def __len__(self) -> int:
         return len(self.vertices)
 
-    # ---- where contours come from
+    # ---- constructors
 
     @classmethod
     def of_face(cls, mesh: SimplexMesh, face: int) -> Contour:
-        """Return the outline of a face or hole, with the face on its left."""
+        """Return the boundary of a face or hole, with the face on its left."""
         c = _check.instance("mesh", mesh, SimplexMesh).connectivity
         f = _check.integer("face", face, 0, len(c.face_sizes) - 1)
         return cls(mesh, c.face_vertices[c.face_offsets[f] : c.face_offsets[f + 1]].astype(np.int64))
 
     @classmethod
     def of_holes(cls, mesh: SimplexMesh) -> tuple[Contour, ...]:
-        """Return the rim of each hole, with the hole on its left."""
+        """Return the boundary of each hole, with the hole on its left."""
         c = _check.instance("mesh", mesh, SimplexMesh).connectivity
         return tuple(cls.of_face(mesh, int(f)) for f in np.flatnonzero(c.face_is_hole))
 
     @classmethod
     def of_faces(cls, mesh: SimplexMesh, faces: ArrayLike) -> tuple[Contour, ...]:
-        """Return the closed lines around a set of faces, with the set on their left.
+        """Return the boundary contours of a set of faces, with the set on their left.
 
         Parameters
         ----------
         mesh : SimplexMesh
             The mesh.
         faces : (m,) array of int or (f,) array of bool
-            The faces, holes counted, by number or by mask.
+            The faces, holes included, by number or by mask.
 
         Examples
         --------
@@ -111,11 +111,11 @@ class Contour:
         (Contour(11 vertices),)
         """
         inside = _face_mask(_check.instance("mesh", mesh, SimplexMesh).connectivity, faces)
-        return tuple(cls(mesh, loop) for loop in _outlines(mesh.connectivity, inside))
+        return tuple(cls(mesh, loop) for loop in _boundary_loops(mesh.connectivity, inside))
 
     @classmethod
     def through(cls, mesh: SimplexMesh, picked: ArrayLike) -> Contour:
-        """Return the closed line through picked vertices in order, by shortest paths that do not touch each other.
+        """Return the contour through given vertices in order, joined by shortest paths that do not touch each other.
 
         Examples
         --------
@@ -126,12 +126,12 @@ class Contour:
         False
         """
         n_vertices = _check.instance("mesh", mesh, SimplexMesh).n_vertices
-        places = _check.indices("picked", picked, (None,), n_vertices)
-        if len(places) < 2 or seams.first_repeated(places) >= 0:
-            raise ValueError(f"picked must be at least 2 different vertices, not {places.tolist()}")
-        return cls(mesh, _shortest(mesh, places))
+        stops = _check.indices("picked", picked, (None,), n_vertices)
+        if len(stops) < 2 or seams.first_repeated(stops) >= 0:
+            raise ValueError(f"picked must be at least 2 different vertices, not {stops.tolist()}")
+        return cls(mesh, _shortest_closed_path(mesh, stops))
 
-    # ---- what they are
+    # ---- properties
 
     @cached_property
     def darts(self) -> Indices:
@@ -141,19 +141,19 @@ class Contour:
 
     @property
     def length(self) -> float:
-        """Sum of the lengths of the edges, in the unit of the mesh."""
+        """Total length of the edges, in the unit of the mesh."""
         points = self.mesh.vertices[self.vertices]
         return float(np.linalg.norm(points - np.roll(points, -1, axis=0), axis=1).sum())
 
     @property
     def is_face(self) -> bool:
-        """Whether it is the outline of one face, on either side; such a contour cannot be cut along."""
+        """Whether it bounds a single face, on either side; a cut along such a contour is impossible."""
         face, twin = self.mesh.connectivity.face.reshape(-1), self.mesh.connectivity.twin.reshape(-1)
         return bool(np.ptp(face[self.darts]) == 0 or np.ptp(face[twin[self.darts]]) == 0)
 
     @cached_property
     def left_faces(self) -> NDArray[np.bool_]:
-        """(f,) the faces that can be reached from its left side without crossing it, holes counted."""
+        """(f,) mask of the faces, holes included, that are connected to its left side without crossing it."""
         from scipy.sparse import coo_array
         from scipy.sparse.csgraph import connected_components
 
@@ -170,17 +170,17 @@ class Contour:
 
     @property
     def separates(self) -> bool:
-        """Whether it divides its component of the mesh in two; a cut along it then does, and opens a handle if not."""
+        """Whether it divides its component of the mesh in two; if not, a cut along it opens a handle."""
         c = self.mesh.connectivity
         return not self.left_faces[c.face.reshape(-1)[c.twin.reshape(-1)[self.darts[0]]]]
 
     def reversed(self) -> Contour:
-        """Return the same line in the other direction."""
+        """Return the contour in the opposite direction."""
         return Contour(self.mesh, self.vertices[::-1])
 
 
 def _face_mask(connectivity: Connectivity, faces: ArrayLike) -> NDArray[np.bool_]:
-    """Return the faces as a mask, not empty."""
+    """Return a nonempty set of faces as a mask."""
     inside = np.zeros(len(connectivity.face_sizes), bool)
     inside[_check.selection("faces", faces, len(inside))] = True
     if not inside.any():
@@ -188,14 +188,14 @@ def _face_mask(connectivity: Connectivity, faces: ArrayLike) -> NDArray[np.bool_
     return inside
 
 
-def _outlines(connectivity: Connectivity, inside: NDArray[np.bool_]) -> list[Indices]:
-    """Return the closed paths that have the set on their left; three faces at a vertex, so they never meet."""
+def _boundary_loops(connectivity: Connectivity, inside: NDArray[np.bool_]) -> list[Indices]:
+    """Return the boundary loops of a set of faces, the set on their left; at three faces a vertex they never meet."""
     twin, face = connectivity.twin.reshape(-1), connectivity.face.reshape(-1)
     border = np.flatnonzero(inside[face] & ~inside[face[twin]])
     number = np.full(twin.size, -1)
     number[border] = np.arange(len(border))
     back = twin[border].astype(np.int64)
-    ahead = 3 * (back // 3) + (back + 2) % 3  # around the face on the left, or else the third edge
+    ahead = 3 * (back // 3) + (back + 2) % 3  # along the face on the left, if that edge is on the border
     ahead = np.where(number[ahead] >= 0, ahead, 3 * (back // 3) + (back + 1) % 3)
     following = number[ahead]
     seen = np.zeros(len(border), bool)
@@ -212,8 +212,8 @@ def _outlines(connectivity: Connectivity, inside: NDArray[np.bool_]) -> list[Ind
     return loops
 
 
-def _shortest(mesh: SimplexMesh, places: Indices) -> Indices:
-    """Return the vertices of the closed path through `places`, each leg the shortest that avoids those before."""
+def _shortest_closed_path(mesh: SimplexMesh, stops: Indices) -> Indices:
+    """Return the vertices of a closed path through `stops`, each leg the shortest that avoids the earlier ones."""
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import dijkstra
 
@@ -221,22 +221,22 @@ def _shortest(mesh: SimplexMesh, places: Indices) -> Indices:
     a, b = c.edge_vertices.T.astype(np.int64)
     length = np.linalg.norm(mesh.vertices[a] - mesh.vertices[b], axis=1)
     free = np.ones(c.n_vertices, bool)
-    free[places] = False
+    free[stops] = False
     path: list[int] = []
-    for start, end in zip(places.tolist(), np.roll(places, -1).tolist(), strict=True):
+    for start, end in zip(stops.tolist(), np.roll(stops, -1).tolist(), strict=True):
         usable = free.copy()
         usable[[start, end]] = True
         legal = usable[a] & usable[b]
-        if len(places) == 2 and path:  # the way back must not take the edge of the way there
+        if len(stops) == 2 and path:  # the second leg must not reuse an edge between the two
             legal &= ~((np.minimum(a, b) == min(start, end)) & (np.maximum(a, b) == max(start, end)))
         graph = csr_array((length[legal], (a[legal], b[legal])), shape=(c.n_vertices, c.n_vertices))
-        _, before = dijkstra(graph, directed=False, indices=start, return_predecessors=True)
-        if before[end] < 0:
+        _, predecessor = dijkstra(graph, directed=False, indices=start, return_predecessors=True)
+        if predecessor[end] < 0:
             raise TopologyError(f"no path from vertex {start} to vertex {end} avoids the rest of the contour")
         leg = [end]
         while leg[-1] != start:
-            leg.append(int(before[leg[-1]]))
+            leg.append(int(predecessor[leg[-1]]))
         path += leg[:0:-1]
         free[leg] = False
-        free[c.neighbors[leg[1:-1]]] = False  # or the line would come beside itself, along a face
+        free[c.neighbors[leg[1:-1]]] = False  # otherwise the path could run alongside itself around a face
     return np.array(path)

@@ -17,6 +17,7 @@ from simplexmesh.mesh.edited import Edited
 from simplexmesh.mesh.editing import EditableMesh
 from simplexmesh.mesh.fitting import Surface, tangled_vertices
 from simplexmesh.mesh.least import vertices_wanted
+from simplexmesh.mesh.regularize import exceptional_faces
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.mesh.within import made_within
 
@@ -163,7 +164,4 @@ def _unchanged(mesh: SimplexMesh) -> Decimated:
 
 
 def _result(mesh: SimplexMesh, out: Edited, distances: tuple[float, float]) -> Decimated:
-    c = mesh.connectivity
-    odd = ((c.face_sizes < 5) | (c.face_sizes > 7)) & ~c.face_is_hole
-    exceptions = _check.frozen(np.flatnonzero(odd).astype(np.int32))
-    return Decimated(mesh, out.vertex_map, out.face_map, *distances, exceptions)
+    return Decimated(mesh, out.vertex_map, out.face_map, *distances, exceptional_faces(mesh.connectivity))

@@ -1,4 +1,4 @@
-"""The darts of a mesh copied with room to spare: what edits work on, what can be asked of it, and the mesh it makes."""
+"""Growable copy of a mesh's darts that edits work on: storage, queries, and conversion back to a mesh."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Indices = NDArray[np.int64]
 
 
 def _grown(values: NDArray, rows: int) -> NDArray:  # type: ignore[type-arg]
-    """Return the array with room for at least so many rows, at least doubled when it had not."""
+    """Return the array with capacity for `rows` rows, at least doubled when it grows."""
     if rows <= len(values):
         return values
     out = np.zeros((max(rows, 2 * len(values)), *values.shape[1:]), values.dtype)
@@ -28,7 +28,7 @@ def _grown(values: NDArray, rows: int) -> NDArray:  # type: ignore[type-arg]
 
 
 class EditableDarts:
-    """A copy of the darts, faces and numbers of a complete mesh, with room for more; see `EditableMesh`."""
+    """A growable copy of the darts, faces and vertex data of a complete mesh; see `EditableMesh`."""
 
     def __init__(self, mesh: SimplexMesh) -> None:
         c = _check.instance("mesh", mesh, SimplexMesh).connectivity
@@ -36,12 +36,12 @@ class EditableDarts:
         if (dart := _kernels_batch.incomplete_edge(twin, face, c.face_darts, c.face_offsets)) >= 0:
             raise TopologyError(
                 f"mesh is not complete: faces {face[dart]} and {face[twin[dart]]}, on both sides of edge "
-                f"{dart // 3}-{twin[dart] // 3}, are one or share another edge"
+                f"{dart // 3}-{twin[dart] // 3}, are the same or share another edge"
             )
         n, n_faces = c.n_vertices, len(c.face_sizes)
         self._mesh = mesh
-        self._smooth = [name for name, values in mesh.data.items() if values.dtype.kind == "f"]
-        columns = [mesh.vertices, *(mesh.data[name].reshape(n, mesh.data[name][0].size) for name in self._smooth)]
+        self._interpolated = [name for name, values in mesh.data.items() if values.dtype.kind == "f"]
+        columns = [mesh.vertices, *(mesh.data[name].reshape(n, mesh.data[name][0].size) for name in self._interpolated)]
         self._darts = kernels.Darts(
             twin.copy(),
             face.copy(),
@@ -66,11 +66,11 @@ class EditableDarts:
 
     @property
     def n_edits(self) -> int:
-        """How many edits can be undone."""
+        """Number of edits that can be undone."""
         return self._used[2]
 
     def _reserve(self, edits: int, vertices: int = 0, faces: int = 0) -> None:
-        """Make room for so many more."""
+        """Ensure capacity for so many more edits, vertices and faces."""
         n, f, rows = self._used
         d = self._darts
         per_vertex, per_dart, per_face = n + vertices, 3 * (n + vertices), f + faces
@@ -88,10 +88,10 @@ class EditableDarts:
             d.used,
         )
 
-    # ---- what is there
+    # ---- queries
 
     def around(self, face: int) -> Indices:
-        """Return the darts around a face, counter-clockwise, from the one that it is remembered by."""
+        """Return the darts around a face, counter-clockwise, starting at its stored dart."""
         start = int(self._darts.face_dart[self.face(face)])
         out, dart = [start], kernels.follow.py_func(self._darts.twin, start)
         while dart != start:
@@ -115,27 +115,27 @@ class EditableDarts:
 
     @property
     def n_slots(self) -> int:
-        """The number that the next new vertex gets."""
+        """The number of the next new vertex: vertices so far, removed ones included."""
         return self._used[0]
 
     def values(self, vertices: ArrayLike) -> NDArray[np.float64]:
-        """Return (m, k) the positions of m vertices, and after them their other interpolated numbers."""
+        """Return the values (m, k) of m vertices: their positions, then their floating-point data."""
         return self._darts.values[_check.selection("vertices", vertices, self._used[0])]
 
     def set_values(self, vertices: ArrayLike, values: ArrayLike) -> None:
-        """Change the positions of m vertices and their other interpolated numbers, (m, k); undo does not know of it."""
+        """Set the values (m, k) of m vertices, positions and floating-point data; this is not undone by `undo`."""
         rows = _check.selection("vertices", vertices, self._used[0])
         self._darts.values[rows] = _check.array("values", values, (len(rows), self._darts.values.shape[1]))
 
     def face(self, face: int, name: str = "face") -> int:
-        """Return the number of a face, checked."""
+        """Return the number of a face, checked to exist; `name` is what the caller calls it."""
         f = _check.integer(name, face, 0, self._used[1] - 1)
         if self._darts.face_dart[f] < 0:
-            raise TopologyError(f"{name} {f} is gone, by an edit before")
+            raise TopologyError(f"{name} {f} was removed by an earlier edit")
         return f
 
     def dart(self, name: str, edge: int | Sequence[int]) -> int:
-        """Return the dart of an edge named by a dart or by its two ends, checked."""
+        """Return the dart of an edge given by a dart or its two ends, checked; `name` is the caller's name for it."""
         if _check.any_array(name, edge).ndim == 0:
             if isinstance(edge, bool) or not isinstance(edge, int | np.integer):
                 raise TypeError(f"{name} must be a dart or the two ends of an edge, not {type(edge).__name__} {edge!r}")
@@ -149,13 +149,13 @@ class EditableDarts:
             dart = found[0]
         for end in ends:
             if not self._darts.alive[end]:
-                raise TopologyError(f"{name} ends at vertex {end}, which is gone by an edit before")
+                raise TopologyError(f"{name} ends at vertex {end}, which was removed by an earlier edit")
         return dart
 
-    # ---- the mesh that it makes
+    # ---- the resulting mesh
 
     def result(self) -> Edited:
-        """Return the mesh as it is now, vertices in their order with the gaps closed, and where everything went."""
+        """Return the edited mesh, its vertices renumbered in order, with the vertex and face maps."""
         d, (n, n_faces, _) = self._darts, self._used
         alive = d.alive[:n]
         number = np.where(alive, np.cumsum(alive) - 1, -1).astype(np.int32)
@@ -171,14 +171,14 @@ class EditableDarts:
     def _with_data(
         self, values: NDArray[np.float64], origin: NDArray[np.int32], connectivity: Connectivity
     ) -> SimplexMesh:
-        """Return the mesh with the data of its vertices: interpolated numbers, the rest from where they came."""
-        at = 3
+        """Return the mesh with its vertex data: floats interpolated, the rest copied from the vertices of origin."""
+        column = 3
         data = {}
-        for name, before in self._mesh.data.items():
-            if name in self._smooth:
-                width = before[0].size
-                data[name] = values[:, at : at + width].reshape(len(values), *before.shape[1:]).astype(before.dtype)
-                at += width
+        for name, old in self._mesh.data.items():
+            if name in self._interpolated:
+                width = old[0].size
+                data[name] = values[:, column : column + width].reshape(len(values), *old.shape[1:]).astype(old.dtype)
+                column += width
             else:
-                data[name] = before[origin]
+                data[name] = old[origin]
         return SimplexMesh(values[:, :3], connectivity, data)

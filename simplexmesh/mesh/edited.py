@@ -1,4 +1,4 @@
-"""What editing answers: the new mesh and where everything went, and which edits of a batch were done."""
+"""Results of editing: the new mesh with its vertex and face maps, and the outcome of a batch of edits."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from simplexmesh.mesh import _kernels_edit as kernels
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 
 REASONS = {
-    kernels.TOUCHED: "touched by an edit before",
+    kernels.TOUCHED: "touched by an earlier edit",
     kernels.OPPOSITE_TRIANGLE: "opposite face is a triangle",
     kernels.SHARED: "a face is adjacent to both sides",
-    kernels.SAME_EDGE: "the two edges are one",
+    kernels.SAME_EDGE: "the two edges are the same",
     kernels.NO_FACE: "no face in common",
     kernels.BESIDE_TRIANGLE: "a side is a triangle",
-    kernels.SAME_OPPOSITE: "opposite faces are one",
+    kernels.SAME_OPPOSITE: "opposite faces are the same",
     kernels.NEIGHBORS: "opposite faces are adjacent",
     kernels.HOLE: "the face is a hole",
     kernels.BESIDE_HOLE: "a neighbor is a hole",
@@ -28,16 +28,16 @@ REASONS = {
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Edited:
-    """A mesh after operators, and where everything went.
+    """An edited mesh, with maps from the mesh before.
 
     Attributes
     ----------
     mesh : SimplexMesh
         The new mesh.
     vertex_map : (n,) array of int
-        For each vertex of the mesh before, its number now; -1 when it is gone.
+        The new number of each vertex of the mesh before; -1 for removed ones.
     face_map : (f,) array of int
-        The same for each face, holes included; of two merged faces the larger one is kept, the other one gone.
+        The same for each face, holes included; of two merged faces the larger one is kept, the other removed.
     """
 
     mesh: SimplexMesh
@@ -45,13 +45,13 @@ class Edited:
     face_map: NDArray[np.int32]
 
     def __repr__(self) -> str:
-        came = f"of {len(self.vertex_map)} vertices"
-        more = [f", {_told(each.name, getattr(self, each.name))}" for each in fields(self)[3:]]
-        return f"{type(self).__name__}({self.mesh!r} {came}{''.join(more)})"
+        source = f"of {len(self.vertex_map)} vertices"
+        more = [f", {_summary(each.name, getattr(self, each.name))}" for each in fields(self)[3:]]
+        return f"{type(self).__name__}({self.mesh!r} {source}{''.join(more)})"
 
 
-def _told(name: str, value: Any) -> str:
-    """Return a part of a result in a word or two, not with all its numbers."""
+def _summary(name: str, value: Any) -> str:
+    """Return a short text for a field of a result; arrays are given by their length."""
     if isinstance(value, float):
         return f"{name} {value:.4g}"
     if isinstance(value, tuple | np.ndarray) and not (name == "faces" and len(value) == 2):
@@ -61,16 +61,16 @@ def _told(name: str, value: Any) -> str:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Batch:
-    """What became of the edits of a batch.
+    """The outcome of a batch of edits.
 
     Attributes
     ----------
     done : (m,) array of bool
-        Which were done.
+        Whether each edit was applied.
     reasons : mapping of str to int
-        Why the others were not, and how many for each reason.
+        The reasons why others were not, with their counts.
     status, witness : (m,) array of int
-        The same one by one: a key of `REASONS`, 0 when done, and the face in the way, -1 without one.
+        For each edit, 0 or a key of `REASONS`, and the face that made it illegal, -1 if there is none.
     """
 
     done: NDArray[np.bool_]
@@ -79,5 +79,5 @@ class Batch:
     witness: NDArray[np.int32]
 
     def __repr__(self) -> str:
-        why = "".join(f", {count} not: {reason}" for reason, count in self.reasons.items())
-        return f"Batch({np.count_nonzero(self.done)} of {len(self.done)} done{why})"
+        refused = "".join(f", {count} not: {reason}" for reason, count in self.reasons.items())
+        return f"Batch({np.count_nonzero(self.done)} of {len(self.done)} done{refused})"

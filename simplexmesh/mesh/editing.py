@@ -1,4 +1,4 @@
-"""The editable mesh: a private copy on which many operators are done, each at its own cost, and undone again."""
+"""The editable mesh: batches of operators applied in place, each at local cost, with undo."""
 
 from __future__ import annotations
 
@@ -17,33 +17,33 @@ from simplexmesh.mesh.seams import Seam
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 
 
-def _chosen(name: str, given: ArrayLike, count: int) -> NDArray[np.int32]:
-    """Return the darts or faces of a batch, given by number or by mask, checked; an empty list is none of them."""
+def _selected(name: str, given: ArrayLike, count: int) -> NDArray[np.int32]:
+    """Return the darts or faces of a batch, given by number or by mask, as checked indices."""
     return _check.selection(name, given, count).astype(np.int32)
 
 
-def places_on_edges(at: ArrayLike, count: int) -> NDArray[np.float64]:
-    """Return where on each of two darts new vertices are to go, (count, 2), given so or once for all; checked."""
+def edge_fractions(at: ArrayLike, count: int) -> NDArray[np.float64]:
+    """Return the checked fractions (count, 2) at which new vertices divide pairs of darts, broadcast if need be."""
     given = _check.any_array("at", at)
     if given.ndim < 2:
         both = _check.number("at", at) if given.ndim == 0 else _check.array("at", at, (2,))
         given = np.broadcast_to(both, (count, 2))
-    places: NDArray[np.float64] = _check.array("at", given, (count, 2))
-    if (wrong := (places <= 0) | (places >= 1)).any():
-        raise ValueError(f"at must be between 0 and 1, both left out, not {places[wrong][0]:g}")
-    return places
+    fractions: NDArray[np.float64] = _check.array("at", given, (count, 2))
+    if (wrong := (fractions <= 0) | (fractions >= 1)).any():
+        raise ValueError(f"at must be strictly between 0 and 1, not {fractions[wrong][0]:g}")
+    return fractions
 
 
 def _order(numbers: NDArray[np.int32], in_order: bool) -> slice | NDArray[np.intp]:  # noqa: FBT001
-    """Return in which order a batch is done: as given, or stably sorted, by 16 bits at a time as that is fastest."""
+    """Return the order in which a batch is applied: as given, or sorted (stable radix sort by 16 bits, the fastest)."""
     if in_order or len(numbers) < 2:
         return slice(None)
     low = np.argsort((numbers & 0xFFFF).astype(np.uint16), kind="stable")
     return low[np.argsort((numbers[low] >> 16).astype(np.uint16), kind="stable")]
 
 
-def _told(status: NDArray[np.int32], witness: NDArray[np.int32], order: slice | NDArray[np.intp]) -> Batch:
-    """Return what became of a batch that was done in some order, with the reasons counted."""
+def _batch(status: NDArray[np.int32], witness: NDArray[np.int32], order: slice | NDArray[np.intp]) -> Batch:
+    """Return the outcome of a batch that was applied in some order, in the order given."""
     counts = np.bincount(status, minlength=max(REASONS) + 1)
     reasons = {text: int(counts[code]) for code, text in REASONS.items() if counts[code]}
     given = np.empty((2, len(status)), np.int32)
@@ -52,16 +52,16 @@ def _told(status: NDArray[np.int32], witness: NDArray[np.int32], order: slice | 
 
 
 class EditableMesh(EditableDarts):
-    """A copy of a mesh that can be edited in place, remembers every edit, and takes them back.
+    """A copy of a mesh that is edited in place, with a log of the edits for undo.
 
-    An edit costs what the faces around it have vertices, whatever the size of the mesh; only making the copy and taking
-    the result cost as much as the mesh. Darts and faces are named as in the mesh given, vertices and faces that are
-    added get the numbers after them, and those that are gone leave theirs unused, until `result`.
+    The cost of an edit is proportional to the sizes of the faces around it, whatever the size of the mesh; only the
+    copy and `result` cost as much as the mesh. Darts and faces are numbered as in the mesh given; new vertices and
+    faces are numbered after them, and the numbers of removed ones stay unused until `result`.
 
     Parameters
     ----------
     mesh : SimplexMesh
-        Complete: two faces share at most one edge, and no face has both sides of one.
+        Complete: two faces share at most one edge, and no face is on both sides of one.
 
     Raises
     ------
@@ -78,7 +78,7 @@ class EditableMesh(EditableDarts):
     >>> edit = EditableMesh(sphere(4))
     >>> batch = edit.swap_edges([0, 2, 500])
     >>> int(batch.done.sum()), dict(batch.reasons)
-    (2, {'touched by an edit before': 1})
+    (2, {'touched by an earlier edit': 1})
     >>> edit.remove_edges([700]).done
     array([ True])
     >>> edit.result().mesh
@@ -93,60 +93,60 @@ class EditableMesh(EditableDarts):
         super().__init__(mesh)
         self._seams: list[Seam] = []
 
-    # ---- T1, T2, T7: where two edits of a batch are in each other's way, the one that comes first is done
+    # ---- T1, T2, T7: of two conflicting edits in a batch, the first one is applied
 
     def remove_edges(self, darts: ArrayLike, *, in_order: bool = False) -> Batch:
-        """T1 on many edges, each named by one of its darts; see `remove_edge`.
+        """T1 on many edges, each given by one of its darts; see `remove_edge`.
 
-        They are done from the smallest dart to the largest one, so that on large meshes neighbors in memory come one
-        after the other. With `in_order=True` they are done as given, where those given first are to have precedence; in
-        random order that takes two to four times as long on a million vertices. So for all batches.
+        This and all batches are applied from the smallest dart to the largest one, for memory locality. With
+        `in_order=True` they are applied as given, so that earlier ones have precedence; in random order that takes two
+        to four times as long on a million vertices.
         """
         return self._apply(kernels.REMOVE, darts, darts, 0.5, in_order)
 
     def insert_edges(
         self, darts: ArrayLike, others: ArrayLike, at: ArrayLike = 0.5, *, in_order: bool = False
     ) -> Batch:
-        """T2 on many pairs of darts, which must have the same left face; `at` (m, 2) tells where on each dart."""
+        """T2 on many pairs of darts with the same left face; `at` (m, 2) are the fractions along each dart."""
         return self._apply(kernels.INSERT, darts, others, at, in_order)
 
     def swap_edges(self, darts: ArrayLike, *, in_order: bool = False) -> Batch:
-        """T7 on many edges, each named by one of its darts; see `swap_edge`."""
+        """T7 on many edges, each given by one of its darts; see `swap_edge`."""
         return self._apply(kernels.SWAP, darts, darts, 0.5, in_order)
 
     def _apply(self, kind: int, darts: ArrayLike, others: ArrayLike, at: ArrayLike, in_order: bool) -> Batch:  # noqa: FBT001
-        """Do many edits of a kind, leaving out what is illegal or touches an edge already changed."""
-        first = _chosen("darts", darts, 3 * self._used[0])
-        second = first if others is darts else _chosen("others", others, 3 * self._used[0])
+        """Apply edits of one kind, skipping those that are illegal or touch an edge already changed."""
+        first = _selected("darts", darts, 3 * self._used[0])
+        second = first if others is darts else _selected("others", others, 3 * self._used[0])
         if len(first) != (m := len(second)):
             raise ValueError(f"others must have {len(first)} darts, as many as darts, not {m}")
         order = _order(first, in_order)
-        places = places_on_edges(at, m)[order]
+        fractions = edge_fractions(at, m)[order]
         self._reserve(m, *((2 * m, m) if kind == kernels.INSERT else ()))
         status, witness = np.empty((2, m), np.int32)
         kinds = np.full(m, kind, np.int32)
         _kernels_batch.apply(
-            self._darts, kinds, first[order], second[order], np.ascontiguousarray(places), status, witness
+            self._darts, kinds, first[order], second[order], np.ascontiguousarray(fractions), status, witness
         )
-        return _told(status, witness, order)
+        return _batch(status, witness, order)
 
     # ---- T5, T6
 
     def remove_faces(self, faces: ArrayLike, *, in_order: bool = False) -> Batch:
-        """T5 on many faces, each by T1 on its edges, all of them or none; see `remove_face`."""
+        """T5 on many faces, each by T1 on all of its edges or on none; see `remove_face`."""
         return self._apply_to_faces(kernels.REMOVE_FACE, faces, in_order)
 
     def refine_faces(self, faces: ArrayLike, *, in_order: bool = False) -> Batch:
         """T6 on many faces, each by T2; the face in the middle keeps the number. See `refine_face`.
 
-        Neighbors may be refined together: a face has the corners then that it has gained from its neighbors.
+        Neighbors may be refined in one batch: the later one then includes the vertices gained from the earlier one.
         """
         return self._apply_to_faces(kernels.REFINE_FACE, faces, in_order)
 
     def _apply_to_faces(self, kind: int, faces: ArrayLike, in_order: bool) -> Batch:  # noqa: FBT001
-        """Do T6 or T5 on many faces, leaving out what is illegal, gone, refined or merged by this batch."""
-        chosen = _chosen("faces", faces, self._used[1])
-        # each is done once at most; refined, it may have gained a vertex at each edge before
+        """Apply T6 or T5 to faces, skipping those that are illegal or already refined or merged in this batch."""
+        chosen = _selected("faces", faces, self._used[1])
+        # capacity: each face is edited at most once, and may have gained a vertex on each edge by then
         refining = kind == kernels.REFINE_FACE
         edits = int(self._darts.face_size[np.unique(chosen)].sum()) * (2 if refining else 1)
         self._reserve(edits, *((2 * edits, edits) if refining else ()))
@@ -154,15 +154,16 @@ class EditableMesh(EditableDarts):
         status, witness = np.empty((2, len(chosen)), np.int32)
         touched = np.zeros(self._used[1], bool)
         _kernels_faces.apply(self._darts, kind, chosen[order], touched, status, witness)
-        return _told(status, witness, order)
+        return _batch(status, witness, order)
 
     # ---- T3, T4
 
     def cut(self, darts: ArrayLike, *, holes: bool = False) -> tuple[int, int]:
-        """T3 along a closed path of darts, and return the faces that close its left and its right side."""
+        """T3: cut along a closed path of darts; return the new faces that close its left and its right side."""
         path = _check.indices("darts", darts, (None,), 3 * self._used[0])
         d = self._darts
-        reason = "one of its vertices is gone" if not d.alive[path // 3].all() else seams.refusal_of_path(d.twin, path)
+        alive = d.alive[path // 3].all()
+        reason = seams.refusal_of_path(d.twin, path) if alive else "one of its vertices was removed"
         seam = seams.along(d.twin, path)
         if reason := reason or seams.refusal_to_cut(seam, d.face):
             raise TopologyError(f"contour cannot be cut: {reason}")
@@ -177,7 +178,7 @@ class EditableMesh(EditableDarts):
         return left, right
 
     def join(self, face_a: int, face_b: int) -> Seam:
-        """T4 on two faces, and return the seam between them."""
+        """T4: join two faces; return the seam between them."""
         d = self._darts
         a, b = self.face(face_a, "face_a"), self.face(face_b, "face_b")
         around_a, around_b = self.around(a), self.around(b)
@@ -193,13 +194,13 @@ class EditableMesh(EditableDarts):
         self._reserve(1)
         row = self.n_edits
         seams.sew_faces(self._darts, seam, a, b)
-        self._darts.log[row] = (kernels.JOIN, len(self._seams), 0, b, a, 0)  # their labels stay where they are
+        self._darts.log[row] = (kernels.JOIN, len(self._seams), 0, b, a, 0)  # face_hole keeps the labels of both
         self._darts.used[2] += 1
         self._seams.append(seam)
         return seam
 
     def even_out(self, limit: int = 2**62) -> int:
-        """T7 on the most unequal edge, again and again; return how often. The log is lost. See `regularize`."""
+        """Apply T7 to the most unequal edge repeatedly; return how often. Clears the log. See `regularize`."""
         limit = _check.integer("limit", limit, 0)
         self._darts.used[2] = 0
         self._seams.clear()
@@ -208,7 +209,7 @@ class EditableMesh(EditableDarts):
     # ---- the log and the result
 
     def undo(self, count: int | None = None) -> int:
-        """Take back the last `count` edits, all by default, and return how many were; T5 and T6 are several each."""
+        """Undo the last `count` edits, by default all; return their number. T5 and T6 count as several each."""
         left = self.n_edits if count is None else min(_check.integer("count", count, 0), self.n_edits)
         total = left
         while left:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -11,6 +9,7 @@ from simplexmesh.mesh import _kernels_fans as fans
 from simplexmesh.mesh import _kernels_guard as kernels
 from simplexmesh.mesh import _kernels_untangle, face_geometry
 from simplexmesh.mesh._kernels_fitting import Faces
+from simplexmesh.mesh.self_intersection import grid_cells
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 
 Array = NDArray[np.float64]
@@ -107,10 +106,7 @@ class Guard:
 def _near(low: Array, high: Array, along: Array, facing: float, cell: float) -> tuple[NDArray[np.int64], Indices]:
     """Return the boxes near each box; see `near_boxes`."""
     origin = low.min(axis=0)
-    size = high.max(axis=0) - origin
-    while math.prod((size // cell + 1).tolist()) > 8 * len(low) + 64:
-        cell *= 1.25
-    shape = (size // cell).astype(np.int64) + 1
+    cell, shape = grid_cells(high.max(axis=0) - origin, cell, len(low))
     return _kernels_untangle.near_boxes(low, high, along, facing, origin, cell, shape)
 
 

@@ -1,4 +1,4 @@
-"""The operators that change genus or components, T3 and T4: cut along a contour, join two faces."""
+"""The operators that change the genus or the number of components: T3, cut along a contour, and T4, join two faces."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Cut(Edited):
     faces : tuple of two int
         The new faces that close the left and the right side of the contour.
     separated : bool
-        Whether there is one component more now; if not, the genus is one less.
+        Whether the cut added a component; if not, it reduced the genus by one.
     """
 
     faces: tuple[int, int]
@@ -39,18 +39,18 @@ class Joined(Edited):
     Attributes
     ----------
     contour : Contour
-        The line along which they were; a cut there undoes the join.
+        The seam between them; a cut along it is the inverse.
     """
 
     contour: Contour
 
 
 def cut(mesh: SimplexMesh, contour: Contour | Sequence[int], *, holes: bool = False) -> Cut:
-    """T3: cut along a contour, and close each side by a new face.
+    """T3: cut along a contour and close each side by a new face.
 
-    No vertex comes or goes. The vertices whose third edge is on the left of the contour form one of the new faces,
-    those whose third edge is on the right the other one. Along a contour that separates, the component becomes two;
-    else the genus falls by one.
+    Vertices are kept: those whose third edge is on the left of the contour form one of the new faces, those whose third
+    edge is on the right the other. A separating contour divides its component in two; any other reduces the genus by
+    one.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ def cut(mesh: SimplexMesh, contour: Contour | Sequence[int], *, holes: bool = Fa
     Raises
     ------
     TopologyError
-        When the contour is a face itself, has less than three edges on a side, or meets a face twice on one side.
+        When the contour bounds a single face, has fewer than three edges on a side, or meets a face twice on one side.
 
     References
     ----------
@@ -95,16 +95,16 @@ def cut(mesh: SimplexMesh, contour: Contour | Sequence[int], *, holes: bool = Fa
 
 
 def join(mesh: SimplexMesh, *what: Any) -> Joined:
-    """T4: join two faces by a tube of no length, their vertices taking turns around it as evenly as can be.
+    """T4: join two faces by a tube of zero length, around which their vertices alternate as evenly as possible.
 
-    Called `join(mesh, face_a, face_b)`, or `join(mesh_a, mesh_b, face_a, face_b)` for two meshes. No vertex comes or
-    goes; the two faces are gone. Within a component the genus rises by one, two components become one. The vertices of
-    the two meshes are numbered one after the other, in the maps too; of their data, what both have is kept.
+    Called `join(mesh, face_a, face_b)`, or `join(mesh_a, mesh_b, face_a, face_b)` for two meshes. Vertices are kept,
+    the two faces are removed. Within a component the genus grows by one; two components become one. The vertices of the
+    second mesh are numbered after those of the first, in the maps too, and data that both have are kept.
 
     Raises
     ------
     TopologyError
-        When a face shares an edge with both, or two that would share one along the seam already do.
+        When a face shares an edge with both, or two faces that would share an edge along the seam already share one.
 
     References
     ----------
@@ -132,7 +132,8 @@ def join(mesh: SimplexMesh, *what: Any) -> Joined:
     elif len(what) == 2:
         face_a, face_b = what
     else:
-        raise TypeError(f"join takes (mesh, face_a, face_b) or (mesh_a, mesh_b, face_a, face_b), not {1 + len(what)}")
+        forms = "(mesh, face_a, face_b) or (mesh_a, mesh_b, face_a, face_b)"
+        raise TypeError(f"join takes {forms}, not {1 + len(what)} arguments")
     edit = EditableMesh(mesh)
     seam = edit.join(face_a, face_b)
     out = edit.result()
@@ -140,7 +141,7 @@ def join(mesh: SimplexMesh, *what: Any) -> Joined:
 
 
 def together(*meshes: SimplexMesh) -> SimplexMesh:
-    """Return several meshes as the components of one, numbered one after the other; data that all have is kept."""
+    """Return the disjoint union of meshes, numbered one after the other; data that all of them have are kept."""
     if not meshes:
         raise TypeError("together takes at least one mesh")
     for mesh in meshes:
@@ -151,8 +152,8 @@ def together(*meshes: SimplexMesh) -> SimplexMesh:
     names = [name for name in meshes[0].data if all(name in mesh.data for mesh in meshes)]
     for name in names:
         if len(shapes := {mesh.data[name].shape[1:] for mesh in meshes}) > 1:
-            told = " and ".join(str(shape) for shape in sorted(shapes))
-            raise ValueError(f"data {name!r} must have one shape per vertex in all meshes, not {told}")
+            found = " and ".join(str(shape) for shape in sorted(shapes))
+            raise ValueError(f"data {name!r} must have the same shape per vertex in all meshes, not {found}")
     return SimplexMesh(
         np.concatenate([mesh.vertices for mesh in meshes]),
         Connectivity(np.concatenate(twin), np.concatenate(holes)),
@@ -161,7 +162,7 @@ def together(*meshes: SimplexMesh) -> SimplexMesh:
 
 
 def parts(mesh: SimplexMesh) -> tuple[Edited, ...]:
-    """Return each connected component as a mesh of its own, with its data, and where its vertices and faces were.
+    """Return each connected component as a mesh of its own, with its data and the maps from the whole mesh.
 
     Parameters
     ----------
@@ -171,7 +172,7 @@ def parts(mesh: SimplexMesh) -> tuple[Edited, ...]:
     Returns
     -------
     tuple of Edited
-        In the order of their smallest vertices; in the maps the rest of the mesh is -1.
+        In the order of their smallest vertices; the maps are -1 on the rest of the mesh.
 
     Examples
     --------

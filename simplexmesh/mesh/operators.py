@@ -1,7 +1,7 @@
-"""The operators that keep the genus, T1, T2, T5, T6 and T7: a mesh in, a new mesh out, and where everything went.
+"""The genus-preserving operators T1, T2, T5, T6 and T7: a mesh in, a new mesh with vertex and face maps out.
 
-An edge is named by one of its darts or by its two ends, a face by its number in the connectivity, holes counted. All
-are thin: the surgery is that of `EditableMesh`, which does many at a time and undoes them.
+An edge is given by one of its darts or by its two ends, a face by its number in the connectivity, holes included. Each
+is a single edit of an `EditableMesh`, which applies many at a time and can undo them.
 """
 
 from __future__ import annotations
@@ -11,17 +11,17 @@ from collections.abc import Sequence
 from simplexmesh.errors import TopologyError
 from simplexmesh.mesh import _kernels_edit as kernels
 from simplexmesh.mesh.edited import Batch, Edited
-from simplexmesh.mesh.editing import EditableMesh, places_on_edges
+from simplexmesh.mesh.editing import EditableMesh, edge_fractions
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 
 Edge = int | Sequence[int]
 
 
 def remove_edge(mesh: SimplexMesh, edge: Edge) -> Edited:
-    """T1: take an edge and its two ends away, and merge the faces on both sides into one.
+    """T1: remove an edge and its two ends, merging the faces on its two sides.
 
-    Two vertices, three edges and one face fewer; the two opposite faces, those at the ends, lose a vertex each. Beside
-    a hole the face opens into it; between two holes they become one.
+    Two vertices, three edges and one face fewer; the two opposite faces, those at the ends, lose a vertex each. A face
+    beside a hole merges into the hole, and two holes into one.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ def remove_edge(mesh: SimplexMesh, edge: Edge) -> Edited:
     Returns
     -------
     Edited
-        The new mesh, and where vertices and faces went.
+        The new mesh, and the new numbers of vertices and faces.
 
     Raises
     ------
@@ -55,18 +55,18 @@ def remove_edge(mesh: SimplexMesh, edge: Edge) -> Edited:
     """
     edit = EditableMesh(mesh)
     dart = edit.dart("edge", edge)
-    _raise_refused(edit, dart, edit.remove_edges([dart]), "removed")
+    _raise_refused_edge(edit, dart, edit.remove_edges([dart]), "removed")
     return edit.result()
 
 
 def insert_edge(
     mesh: SimplexMesh, edge: Edge, other: Edge, *, at: Sequence[float] = (0.5, 0.5), face: int | None = None
 ) -> Edited:
-    """T2: put a vertex on each of two edges of a face and join them, dividing the face.
+    """T2: divide a face by an edge between a new vertex on each of two of its edges.
 
-    Two vertices, three edges and one face more; the new vertices are the last two, and what is known of them is
-    interpolated along the edges. On two edges that meet it puts a triangle in place of their vertex. A hole divides
-    into two holes. `remove_edge` of the new edge takes it back.
+    Two vertices, three edges and one face more; the new vertices are the last two, with data interpolated along the
+    edges. Two edges that meet in a vertex cut it off by a triangle. A hole is divided into two holes. `remove_edge` of
+    the new edge is the inverse.
 
     Parameters
     ----------
@@ -75,14 +75,15 @@ def insert_edge(
     edge, other : int or pair of int
         Two edges of one face, each by a dart or its two ends.
     at : pair of float
-        Where on each edge, as a part of its length from the end named first; inside 0..1. One number is for both.
+        Position on each edge as a fraction of its length from the end given first, between 0 and 1; one number for
+        both.
     face : int, optional
-        The face to divide, when it should be checked; the two edges have only one in common.
+        The face to divide, as a check: the two edges have only one in common.
 
     Raises
     ------
     TopologyError
-        When the edges are one, or have no face in common.
+        When the edges are the same, or have no face in common.
 
     References
     ----------
@@ -102,29 +103,30 @@ def insert_edge(
     darts = edit.dart("edge", edge), edit.dart("other", other)
     if face is not None:
         edit.face(face)
-    places = places_on_edges(at, 1)[0].tolist()
+    fractions = edge_fractions(at, 1)[0].tolist()
     pairs = [(one, two) for one in (darts[0], int(twin[darts[0]])) for two in (darts[1], int(twin[darts[1]]))]
     common = [pair for pair in pairs if edit.faces_beside(pair[0])[0] == edit.faces_beside(pair[1])[0]]
-    names = " and ".join(_named(edit, dart) for dart in darts)
+    names = " and ".join(_edge_name(edit, dart) for dart in darts)
     if darts[0] in (darts[1], twin[darts[1]]):
-        raise TopologyError(f"edges {names} are one, where an edge is inserted between two")
+        raise TopologyError(f"edges {names} are the same; an edge is inserted between two different ones")
     if not common or (face is not None and edit.faces_beside(common[0][0])[0] != face):
-        raise TopologyError(f"edges {names} have no face in common" if face is None else f"not both are on face {face}")
-    turned = [at if dart == given else 1 - at for at, dart, given in zip(places, common[0], darts, strict=True)]
-    edit.insert_edges(common[0][:1], common[0][1:], [turned])
+        where = "have no face in common" if face is None else f"are not both on face {face}"
+        raise TopologyError(f"edges {names} {where}")
+    along = [at if dart == given else 1 - at for at, dart, given in zip(fractions, common[0], darts, strict=True)]
+    edit.insert_edges(common[0][:1], common[0][1:], [along])
     return edit.result()
 
 
 def swap_edge(mesh: SimplexMesh, edge: Edge) -> Edited:
-    """T7: turn an edge by a quarter, so that it parts the two faces that were at its ends.
+    """T7: swap an edge, the dual of an edge flip: it then separates the two faces that were at its ends.
 
-    The adjacent faces lose a vertex each, the opposite ones gain one; no vertex comes or goes. What is known of the two
-    ends becomes the mean of them both and of their new neighbors. The dual of an edge flip.
+    The adjacent faces lose a vertex each, the opposite ones gain one; vertices are kept. The data of each end becomes
+    the mean of both ends and its two new neighbors.
 
     Raises
     ------
     TopologyError
-        When an adjacent face is a triangle, or the opposite faces are one or share an edge already.
+        When an adjacent face is a triangle, or the opposite faces are the same or already share an edge.
 
     References
     ----------
@@ -139,20 +141,20 @@ def swap_edge(mesh: SimplexMesh, edge: Edge) -> Edited:
     """
     edit = EditableMesh(mesh)
     dart = edit.dart("edge", edge)
-    _raise_refused(edit, dart, edit.swap_edges([dart]), "swapped")
+    _raise_refused_edge(edit, dart, edit.swap_edges([dart]), "swapped")
     return edit.result()
 
 
 def remove_face(mesh: SimplexMesh, face: int) -> Edited:
     """T5: merge a face with all its neighbors, by T1 on its edges.
 
-    For a face of m vertices, 2 m vertices, 3 m edges and m faces fewer. The inverse of `refine_face`, by which the face
-    in the middle is removed.
+    For a face of m vertices, 2 m vertices, 3 m edges and m faces fewer. On the middle face of `refine_face` it is the
+    inverse.
 
     Raises
     ------
     TopologyError
-        When one of the T1 is illegal, or the face or a neighbor is a hole.
+        When a T1 is illegal, or the face or a neighbor is a hole.
 
     References
     ----------
@@ -167,15 +169,15 @@ def remove_face(mesh: SimplexMesh, face: int) -> Edited:
     SimplexMesh(308 vertices, 156 faces, genus 0, 0 holes)
     """
     edit = EditableMesh(mesh)
-    _raise_kept(face, edit.remove_faces([edit.face(face)]), "removed")
+    _raise_refused_face(face, edit.remove_faces([edit.face(face)]), "removed")
     return edit.result()
 
 
 def refine_face(mesh: SimplexMesh, face: int) -> Edited:
-    """T6: put a ring of new faces between a face and its outline, by T2.
+    """T6: insert a ring of pentagons between a face and its outline, by T2.
 
-    For a face of m vertices, 2 m vertices, 3 m edges and m faces more: pentagons around a face of m vertices; each
-    neighbor gains a vertex. The face in the middle is the one refined, by the face map.
+    For a face of m vertices, 2 m vertices, 3 m edges and m faces more; each neighbor gains a vertex. The face map sends
+    the refined face to the one in the middle, again of m vertices.
 
     Raises
     ------
@@ -194,17 +196,17 @@ def refine_face(mesh: SimplexMesh, face: int) -> Edited:
     SimplexMesh(332 vertices, 168 faces, genus 0, 0 holes)
     """
     edit = EditableMesh(mesh)
-    _raise_kept(face, edit.refine_faces([edit.face(face)]), "refined")
+    _raise_refused_face(face, edit.refine_faces([edit.face(face)]), "refined")
     return edit.result()
 
 
-def _named(edit: EditableMesh, dart: int) -> str:
-    """Return how to call an edge in a message: by its ends."""
+def _edge_name(edit: EditableMesh, dart: int) -> str:
+    """Return the name of an edge in messages, its two ends."""
     return "-".join(str(end) for end in edit.ends(dart))
 
 
-def _raise_refused(edit: EditableMesh, dart: int, batch: Batch, done: str) -> None:
-    """Raise when the one edit of a batch was not done, naming the condition."""
+def _raise_refused_edge(edit: EditableMesh, dart: int, batch: Batch, done: str) -> None:
+    """Raise when the edge of a batch of one was refused, giving the reason."""
     status, witness = int(batch.status[0]), int(batch.witness[0])
     if status == kernels.DONE:
         return
@@ -213,14 +215,14 @@ def _raise_refused(edit: EditableMesh, dart: int, batch: Batch, done: str) -> No
         kernels.OPPOSITE_TRIANGLE: f"face {witness}, opposite to it, is a triangle",
         kernels.SHARED: f"face {witness} is adjacent to both its sides, faces {left} and {right}",
         kernels.BESIDE_TRIANGLE: f"face {witness}, on one side of it, is a triangle",
-        kernels.SAME_OPPOSITE: f"the faces opposite to it are one, face {witness}",
-        kernels.NEIGHBORS: f"the faces opposite to it, one of them face {witness}, share an edge already",
+        kernels.SAME_OPPOSITE: f"the faces opposite to it are the same, face {witness}",
+        kernels.NEIGHBORS: f"the faces opposite to it, one of them face {witness}, already share an edge",
     }[status]
-    raise TopologyError(f"edge {_named(edit, dart)} cannot be {done}: {reason}")
+    raise TopologyError(f"edge {_edge_name(edit, dart)} cannot be {done}: {reason}")
 
 
-def _raise_kept(face: int, batch: Batch, done: str) -> None:
-    """Raise when the one face of a batch was left as it is, naming the condition."""
+def _raise_refused_face(face: int, batch: Batch, done: str) -> None:
+    """Raise when the face of a batch of one was refused, giving the reason."""
     status, witness = int(batch.status[0]), int(batch.witness[0])
     if status != kernels.DONE:
         reason = {

@@ -1,4 +1,4 @@
-"""Even face sizes: swap edges until all faces have five, six or seven vertices, but for rare ones, which are told."""
+"""Regularization of face sizes: swap edges until nearly all faces have five, six or seven vertices."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh import _check
+from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.mesh.edited import Edited
 from simplexmesh.mesh.editing import EditableMesh
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
@@ -15,28 +16,35 @@ from simplexmesh.mesh.simplex_mesh import SimplexMesh
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Regularized(Edited):
-    """A mesh with even face sizes.
+    """A regularized mesh.
 
     Attributes
     ----------
     swaps : int
-        How many edges were swapped.
+        Number of edges swapped.
     exceptions : (m,) array of int
-        The faces of the new mesh, holes left out, that have fewer than five or more than seven vertices still.
+        The faces of the new mesh, holes excluded, that still have fewer than five or more than seven vertices.
     """
 
     swaps: int
     exceptions: NDArray[np.int32]
 
 
-def regularize(mesh: SimplexMesh) -> Regularized:
-    """Swap edges (T7), the most unequal first, until the faces have five, six or seven vertices wherever they can.
+def exceptional_faces(connectivity: Connectivity) -> NDArray[np.int32]:
+    """Return the faces, holes excluded, that have fewer than five or more than seven vertices."""
+    sizes = connectivity.face_sizes
+    odd = ((sizes < 5) | (sizes > 7)) & ~connectivity.face_is_hole
+    out: NDArray[np.int32] = _check.frozen(np.flatnonzero(odd), np.int32)
+    return out
 
-    An edge is unequal by c = N1 + N2 - N3 - N4, the sizes of its adjacent faces less those of its opposite ones. A swap
-    changes the sum of the squared sizes by 4 - 2 c, so those with c >= 3 come to an end by themselves. Those with c = 2
-    leave that sum as it is and could go to and fro for ever; they are done when the sum of (N - 6)^4 gets less, which
-    rids the mesh of faces of four and eight. Edges on a hole stay, and so do numbers of vertices and faces, the genus
-    and the holes.
+
+def regularize(mesh: SimplexMesh) -> Regularized:
+    """Swap edges (T7), the most unequal first, until as many faces as possible have five, six or seven vertices.
+
+    The imbalance of an edge is c = N1 + N2 - N3 - N4, the sizes of its adjacent faces minus those of its opposite ones.
+    A swap changes the sum of the squared sizes by 4 - 2 c, so swaps with c >= 3 terminate. Swaps with c = 2 leave that
+    sum unchanged and could cycle; they are made if the sum of (N - 6)^4 decreases, which eliminates faces of four and
+    eight vertices. Edges on a hole are kept, as are the numbers of vertices and faces, the genus and the holes.
 
     Parameters
     ----------
@@ -46,7 +54,7 @@ def regularize(mesh: SimplexMesh) -> Regularized:
     Returns
     -------
     Regularized
-        The mesh, and the faces that are exceptions.
+        The mesh, with the faces that are still exceptions.
 
     Raises
     ------
@@ -70,6 +78,4 @@ def regularize(mesh: SimplexMesh) -> Regularized:
     edit = EditableMesh(mesh)
     swaps = edit.even_out()
     out = edit.result()
-    c = out.mesh.connectivity
-    odd = np.flatnonzero(((c.face_sizes < 5) | (c.face_sizes > 7)) & ~c.face_is_hole).astype(np.int32)
-    return Regularized(out.mesh, out.vertex_map, out.face_map, swaps, _check.frozen(odd))
+    return Regularized(out.mesh, out.vertex_map, out.face_map, swaps, exceptional_faces(out.mesh.connectivity))

@@ -1,4 +1,4 @@
-"""Where a surface passes through itself."""
+"""Self-intersections: pairs of triangles, or of faces as fans, that cross."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ Indices = NDArray[np.int64]
 def crossing_triangles(points: Array, triangles: Indices) -> Indices:
     """Return the pairs of triangles that cross.
 
-    Triangles cross when an edge of one passes through the other, from one side to the other; touching, meeting in a
-    shared corner or edge, and overlapping in one plane are no crossings. Judged by the signs of determinants, with a
-    bound on their rounding errors, so that flat and nearly flat regions raise no false alarm.
+    Triangles cross when an edge of one passes through the interior of the other; touching, meeting in a shared corner
+    or edge, and overlapping in one plane do not count. Orientation determinants decide, with a bound on their rounding
+    errors, so that flat and nearly flat regions give no false positives.
 
     Parameters
     ----------
@@ -31,7 +31,7 @@ def crossing_triangles(points: Array, triangles: Indices) -> Indices:
     Returns
     -------
     (m, 2) array of int
-        Each pair once, the smaller triangle first, in increasing order.
+        Each pair once, the smaller index first, sorted.
 
     References
     ----------
@@ -55,29 +55,34 @@ def crossing_triangles(points: Array, triangles: Indices) -> Indices:
     cell = max(2 * float(extents.mean()), float(extents.max()) / 16, float(size.max()) * 1e-6)
     if cell == 0:
         return np.zeros((0, 2), np.int64)
-    while math.prod((size // cell + 1).tolist()) > 8 * len(triangles) + 64:
-        cell *= 1.25
-    shape = (size // cell).astype(np.int64) + 1
+    cell, shape = grid_cells(size, cell, len(triangles))
     pairs = _kernels_crossing.crossing_triangles(
         np.ascontiguousarray(points, np.float64), triangles, low, high, origin, cell, shape
     )
     return pairs[np.lexsort(pairs.T[::-1])]
 
 
+def grid_cells(size: Array, cell: float, count: int) -> tuple[float, Indices]:
+    """Return the cell size, enlarged until the grid has at most about 8 cells per box, and the grid's shape (3,)."""
+    while math.prod((size // cell + 1).tolist()) > 8 * count + 64:
+        cell *= 1.25
+    return cell, (size // cell).astype(np.int64) + 1
+
+
 def self_intersections(vertices: Array, connectivity: Connectivity) -> Indices:
-    """Return the pairs of faces whose fans cross; a face whose own fan crosses itself is paired with itself.
+    """Return the pairs of faces whose fans cross; a face whose fan crosses itself is paired with itself.
 
     Parameters
     ----------
     vertices : (n, 3) array of float
         Positions, finite.
     connectivity : Connectivity
-        Holes are left out.
+        The topology; holes are ignored.
 
     Returns
     -------
     (m, 2) array of int
-        Faces as the connectivity numbers them, each pair once, the smaller first, in increasing order.
+        Faces as numbered in the connectivity, each pair once, the smaller index first, sorted.
 
     Examples
     --------
