@@ -19,7 +19,6 @@ from simplexmesh.surface.bench import (
     candidates,
     noisy,
     page,
-    page,
     peers,
     printed,
     ratings,
