@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import simplexmesh as sm
-from simplexmesh.mesh.evening import evened
 from simplexmesh.mesh.face_geometry import face_areas
+from simplexmesh.mesh.face_sizing import resized_faces
 from simplexmesh.mesh.joining import together
 from simplexmesh.motion.contact import contacts
 from simplexmesh.motion.handles import add_handles, rim_frame
@@ -212,12 +212,12 @@ class TestBadInput:
             add_handles(BALL.vertices)
 
 
-class TestEvening:
+class TestResizedFaces:
     def test_faces_come_to_the_size_wanted(self):
         mesh = BALL.moved(BALL.vertices * [1, 1, 4])
         wanted = mesh.area / mesh.n_faces
         for _ in range(6):
-            mesh = evened(mesh, np.full(len(mesh.connectivity.face_sizes), wanted)).mesh
+            mesh = resized_faces(mesh, np.full(len(mesh.connectivity.face_sizes), wanted)).mesh
             assert sound(mesh)
         c = mesh.connectivity
         size = face_areas(mesh.vertices, c.face_vertices, c.face_offsets) / wanted
@@ -227,15 +227,15 @@ class TestEvening:
 
     def test_holes_stay(self):
         wanted = np.full(len(OPPOSITE.connectivity.face_sizes), OPPOSITE.area / OPPOSITE.n_faces / 3)
-        out = evened(OPPOSITE, wanted)
+        out = resized_faces(OPPOSITE, wanted)
         assert out.mesh.n_holes == 2
         assert out.mesh.n_faces > 1.5 * OPPOSITE.n_faces
 
     def test_bad_sizes(self):
-        with pytest.raises(ValueError, match="wanted"):
-            evened(BALL, np.zeros(BALL.n_faces))
-        with pytest.raises(ValueError, match="wanted"):
-            evened(BALL, np.ones(3))
+        with pytest.raises(ValueError, match=r"^target_areas must be above 0, not 0$"):
+            resized_faces(BALL, np.zeros(BALL.n_faces))
+        with pytest.raises(ValueError, match=r"^target_areas must have shape"):
+            resized_faces(BALL, np.ones(3))
 
 
 def test_contacts_against_all_pairs():

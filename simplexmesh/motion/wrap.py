@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from simplexmesh._vec import dot, norm, normalized
-from simplexmesh.mesh.evening import evened
 from simplexmesh.mesh.face_geometry import face_centroids
+from simplexmesh.mesh.face_sizing import resized_faces
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.contact import contacts
 from simplexmesh.motion.deform import DeformableModel
@@ -173,7 +173,7 @@ class Wrapping:
     def _evened(self) -> SimplexMesh:
         c = self.mesh.connectivity
         away = self._tree.query(face_centroids(self.mesh.vertices, c.face_vertices, c.face_offsets))[0]
-        return evened(self.mesh, self._area * np.maximum(1.0, GRADE * away / self.edge) ** 2).mesh
+        return resized_faces(self.mesh, self._area * np.maximum(1.0, GRADE * away / self.edge) ** 2).mesh
 
     def _look(self, vertices: Array, normals: Array, neighbors: NDArray[np.int32]) -> None:
         """Find the data nearest to each vertex, who sits on it, and which films meet."""
