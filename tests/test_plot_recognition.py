@@ -8,9 +8,10 @@ import pytest
 import simplexmesh as sm
 from simplexmesh.plot.landscape import HIGH
 from simplexmesh.recognition.flat_domains import domain
-from simplexmesh.recognition.landscape import NODES, around, over_patch, over_sphere, plane_of, vector_of
+from simplexmesh.recognition.landscape import NODES, around_rotation, over_patch, over_sphere, rotation_plane
 from simplexmesh.recognition.matches import Match
-from simplexmesh.recognition.rotations import rotations, rotations_of
+from simplexmesh.recognition.rotation_vectors import rotation_matrices, rotation_vector
+from simplexmesh.recognition.rotations import rotations
 from simplexmesh.recognition.sphere_domain import sphere_domain
 from tests import reference_recognition as reference
 
@@ -40,32 +41,36 @@ class TestNumbers:
         whole, half = signature(), signature(hidden=sphere_domain(5).vertices[:, 0] > 0.2)
         values = over_sphere(whole, half, np.array([0, 0, 1.0]))
         assert np.isfinite(values).all()
-        assert around(whole, half, np.eye(3), np.zeros((1, 3)))[0] < 0.5 * np.median(values)
+        assert around_rotation(whole, half, np.eye(3), np.zeros((1, 3)))[0] < 0.5 * np.median(values)
 
     def test_around_is_the_plain_distance(self):
         one, other = signature(), signature(1)
         R = reference.random_rotation(np.random.default_rng(0))
         vectors = np.random.default_rng(1).normal(size=(4, 3))
-        found = around(one, other, R, vectors)
+        found = around_rotation(one, other, R, vectors)
         a, b = (np.clip(reference.smooth(each.angles, each.mesh.neighbors, 2), -0.3, 0.3) for each in (one, other))
-        for value, turn in zip(found, rotations_of(vectors), strict=True):
+        for value, turn in zip(found, rotation_matrices(vectors), strict=True):
             assert value**2 == pytest.approx(reference.distance(5, a, b, turn @ R), rel=1e-6)
 
     @pytest.mark.parametrize("angle", [0.0, 1e-7, 0.5, 3.0, np.pi])
     def test_rotation_vectors_come_back(self, angle):
         w = angle * np.array([2.0, -1, 2]) / 3
-        assert np.allclose(rotations_of(vector_of(rotations_of(w[None])[0])[None]), rotations_of(w[None]), atol=1e-7)
+        assert np.allclose(
+            rotation_matrices(rotation_vector(rotation_matrices(w[None])[0])[None]),
+            rotation_matrices(w[None]),
+            atol=1e-7,
+        )
 
     def test_the_plane_holds_the_first_three(self):
         nothing = np.zeros((0, 3))
-        turns = rotations_of(np.array([[0.1, 0.2, 0.3], [1, 0, 0.5], [0, 2, 0.1]]))
+        turns = rotation_matrices(np.array([[0.1, 0.2, 0.3], [1, 0, 0.5], [0, 2, 0.1]]))
         found = [Match(R, 0.0, 1.0, 1.0, "", nothing, nothing, nothing, nothing, nothing) for R in turns]
-        axes = plane_of(found)
+        axes = rotation_plane(found)
         assert np.allclose(axes @ axes.T, np.eye(2))
         for R in turns[1:]:
-            w = vector_of(R @ turns[0].T)
+            w = rotation_vector(R @ turns[0].T)
             assert np.linalg.norm(axes @ w) == pytest.approx(np.linalg.norm(w))
-        assert plane_of(found[:1]).shape == (2, 3)
+        assert rotation_plane(found[:1]).shape == (2, 3)
 
     def test_over_a_torus_it_is_least_at_the_shift(self):
         patch = domain("torus", 5)

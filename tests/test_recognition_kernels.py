@@ -79,7 +79,7 @@ class TestTurn:
         rng = np.random.default_rng(seed)
         R, axis = reference.random_rotation(rng), rng.normal(size=3)
         w, out = angle * axis / np.linalg.norm(axis), np.zeros((3, 3))
-        kernels._turn(*w, R, out)
+        kernels._rotate(*w, R, out)
         assert np.allclose(out, reference.turned(w, R), atol=1e-12)
 
 
@@ -96,7 +96,7 @@ class TestFollow:
         ]
         turns, mean, common = starts.copy(), np.zeros(2), np.zeros(2)
         near = np.argmax(np.einsum("kab,nb->kna", turns, here.vertices) @ here.vertices.T, axis=2)
-        kernels.follow(
+        kernels.refine(
             *(turns, here.vertices, near, values[0], here.face_means(values[0]), seen[0], values[1], seen[1]),
             *(here.vertices, here.mesh.neighbors, here.mesh.connectivity.face, here.centers),
             *(50, steps, longest, mean, common),
@@ -111,7 +111,7 @@ class TestFollow:
         seen = [here.vertices[:, 2] > 0.95] * 2
         turns, mean, common = R[None].copy(), np.zeros(1), np.zeros(1)
         near = np.argmax(here.vertices @ R.T @ here.vertices.T, axis=1)[None]
-        kernels.follow(
+        kernels.refine(
             *(turns, here.vertices, near, values[0], here.face_means(values[0]), seen[0], values[1], seen[1]),
             *(here.vertices, here.mesh.neighbors, here.mesh.connectivity.face, here.centers),
             *(300, 9, 0.1, mean, common),
@@ -131,7 +131,7 @@ class TestFollow:
         turns = reference.turned(np.radians(4) * axis / np.linalg.norm(axis), R)[None]
         here, seen, mean, common = sphere_domain(F), np.ones(500, bool), np.zeros(1), np.zeros(1)
         near = np.argmax(here.vertices @ turns[0].T @ here.vertices.T, axis=1)[None]
-        kernels.follow(
+        kernels.refine(
             *(turns, here.vertices, near, first, here.face_means(first), seen, second, seen),
             *(here.vertices, here.mesh.neighbors, here.mesh.connectivity.face, here.centers),
             *(1, 25, 0.1, mean, common),

@@ -6,10 +6,17 @@ import numpy as np
 import pytest
 
 import simplexmesh as sm
-from simplexmesh.recognition.match import APART, searched, separate
-from simplexmesh.recognition.occlusion import Signature, scale_factor, scaled_directions, signature_of, smoothed
-from simplexmesh.recognition.rigid import rigid_fit, to_planes
-from simplexmesh.recognition.rotations import angles_between, built, rotations, rotations_of
+from simplexmesh.recognition.match import MINIMUM_ANGLE, distinct, rotation_differences
+from simplexmesh.recognition.partial_signatures import (
+    Signature,
+    scale_factor,
+    scaled_directions,
+    signature_of,
+    smoothed,
+)
+from simplexmesh.recognition.rigid import point_to_plane_fit, rigid_fit
+from simplexmesh.recognition.rotation_vectors import angles_between, rotation_matrices
+from simplexmesh.recognition.rotations import build, rotations
 from simplexmesh.recognition.sphere_domain import sphere_domain
 from tests import reference_recognition as reference
 
@@ -37,20 +44,20 @@ class TestSearch:
     @pytest.mark.parametrize("family", ["even", "darts"])
     def test_is_the_plain_sum_for_every_rotation(self, family):
         rng = np.random.default_rng(0)
-        table = built(F, family)
+        table = build(F, family)
         n = sphere_domain(F).mesh.n_vertices
         a, b = (Signature(rng.normal(size=n), np.ones(n, bool), sphere_domain(F).vertices) for _ in range(2))
-        total, common = searched(a, b, table)
+        total, common = rotation_differences(a, b, table)
         assert np.allclose(total, reference.search(table.indices(), a.values, b.values), rtol=1e-4)
         assert (common == n).all()
 
     @pytest.mark.parametrize("seed", range(4))
     def test_of_what_both_see(self, seed):
         rng = np.random.default_rng(seed)
-        table = built(F, "darts")
+        table = build(F, "darts")
         n = sphere_domain(F).mesh.n_vertices
         a, b = (Signature(rng.normal(size=n), rng.random(n) < 0.6, sphere_domain(F).vertices) for _ in range(2))
-        total, common = searched(a, b, table)
+        total, common = rotation_differences(a, b, table)
         plain, count = reference.search_seen(table.indices(), a.values, a.seen, b.values, b.seen)
         assert np.array_equal(common, count)
         assert np.allclose(total, plain, rtol=1e-4)
@@ -75,7 +82,7 @@ class TestExact:
         one = sai_of(bumpy())
         k = 60 * 17 + 5
         values = one.angles[table.indices()[k]]
-        total, _ = searched(signature_of(one), Signature(values, ~one.hidden, one.directions), table)
+        total, _ = rotation_differences(signature_of(one), Signature(values, ~one.hidden, one.directions), table)
         assert int(total.argmin()) == k
 
 
@@ -128,7 +135,7 @@ class TestHypotheses:
         assert [one.distance for one in found] == sorted(one.distance for one in found)
         turns = np.stack([one.rotation for one in found])
         between = angles_between(turns, turns) + 10 * np.eye(len(found))
-        assert between.min() >= APART - 1e-9
+        assert between.min() >= MINIMUM_ANGLE - 1e-9
 
     def test_hold_every_symmetry_of_a_symmetric_body(self):
         here = sphere_domain(F)
@@ -141,9 +148,9 @@ class TestHypotheses:
         assert np.degrees(angles_between(flips, turns).min(axis=1)).max() < 1.0
 
     def test_separate_keeps_the_first_of_each_neighborhood(self):
-        turns = rotations_of(np.radians([[0, 0, 0], [0, 0, 10], [0, 0, 20], [0, 0, 31], [90, 0, 0]]))
-        assert separate(turns, 9) == [0, 2, 4]
-        assert separate(turns, 2) == [0, 2]
+        turns = rotation_matrices(np.radians([[0, 0, 0], [0, 0, 10], [0, 0, 20], [0, 0, 31], [90, 0, 0]]))
+        assert distinct(turns, 9) == [0, 2, 4]
+        assert distinct(turns, 2) == [0, 2]
 
     def test_none_without_the_overlap_asked_for(self):
         hidden = np.ones(500, bool)
@@ -253,26 +260,26 @@ class TestRigid:
         slide -= (slide * ellipsoid.normals).sum(1, keepdims=True) * ellipsoid.normals
         source = (ellipsoid.vertices + slide) @ R.T + t
         start = rigid_fit(source, ellipsoid.vertices)
-        found = to_planes(source, ellipsoid.vertices, ellipsoid.normals, start)
+        found = point_to_plane_fit(source, ellipsoid.vertices, ellipsoid.normals, start)
         assert reference.angle(found[:3, :3], R.T) < min(0.1, reference.angle(start[:3, :3], R.T) + 0.05)
         assert np.allclose(found[:3, :3] @ t + found[:3, 3], 0, atol=0.02)
 
     def test_slides_tell_what_normals_leave_open(self):
         """On a ball the normals know nothing of turns: where points correspond does."""
         globe, rng = sm.sphere(8), np.random.default_rng(0)
-        turn = rotations_of(np.array([[0, 0, 0.1]]))[0]
+        turn = rotation_matrices(np.array([[0, 0, 0.1]]))[0]
         rough = globe.vertices @ turn.T + 0.01 * rng.normal(size=(globe.n_vertices, 1)) * globe.normals
-        found = to_planes(rough, globe.vertices, globe.normals, np.eye(4))
+        found = point_to_plane_fit(rough, globe.vertices, globe.normals, np.eye(4))
         assert reference.angle(found[:3, :3], turn.T) < 0.05
 
     def test_slides_tell_little_against_normals(self):
         """All points have slid around an ellipsoid that lies where it lay: 5.7 degrees, of which hardly any is left."""
         axes, rng = np.array([1.3, 1.0, 0.8]), np.random.default_rng(0)
         ellipsoid = sm.ellipsoid(axes, 8)
-        turn = rotations_of(np.array([[0, 0, 0.1]]))[0]
-        slid = (ellipsoid.vertices / axes) @ turn.T * axes
-        slid += 0.01 * rng.normal(size=(len(slid), 1)) * ellipsoid.normals
-        found = to_planes(slid, ellipsoid.vertices, ellipsoid.normals, np.eye(4))
+        turn = rotation_matrices(np.array([[0, 0, 0.1]]))[0]
+        match_shifts = (ellipsoid.vertices / axes) @ turn.T * axes
+        match_shifts += 0.01 * rng.normal(size=(len(match_shifts), 1)) * ellipsoid.normals
+        found = point_to_plane_fit(match_shifts, ellipsoid.vertices, ellipsoid.normals, np.eye(4))
         assert 0.1 < reference.angle(found[:3, :3], np.eye(3)) < 1
 
 

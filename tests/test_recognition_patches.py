@@ -16,7 +16,7 @@ from simplexmesh.recognition import flat_fitting, parameterization
 from simplexmesh.recognition.flat_domains import PERIODIC, TOPOLOGIES, domain
 from simplexmesh.recognition.flat_fitting import sampled
 from simplexmesh.recognition.parameterization import conformal_parameterization, harmonic_forms, without_chords
-from simplexmesh.recognition.sliding import compared, grid, moved
+from simplexmesh.recognition.shift_matching import grid, shift_differences, shifted
 from simplexmesh.recognition.spectrum import power_spectrum
 from tests import reference_recognition as reference
 
@@ -245,7 +245,7 @@ class TestComparison:
         flipped = flipped and topology != "plane"
         n = domain(topology, 5).mesh.n_vertices
         a, b = ((rng.normal(size=n), rng.random(n) < 0.9) for _ in range(2))
-        total, common = compared(topology, 5, a, b, flipped=flipped)
+        total, common = shift_differences(topology, 5, a, b, flipped=flipped)
         for _ in range(5):
             row, column = (int(rng.integers(size)) for size in total.shape)
             plain = reference.slid(grid(topology, 5), topology, a, b, row, column, flipped=flipped)
@@ -262,7 +262,7 @@ class TestComparison:
             "cylinder": [(7 + 0.5 * flipped) / (5 * f), 0.0],
             "plane": [2 / 6, 0.0],
         }[topology]
-        images = moved(topology, patch.coordinates, shift, flipped=flipped)
+        images = shifted(topology, patch.coordinates, shift, flipped=flipped)
         off = images[:, None] - patch.coordinates
         near = np.linalg.norm(np.where(PERIODIC[topology], wrapped(off), off), axis=2)
         rows = near.argmin(axis=1)
@@ -283,7 +283,7 @@ class TestComparison:
         one = sm.SAI(5, lumpy(topology, frequency=5), topology=topology)
         for found in sm.match(one, one):
             shift = np.array([found.shift[0] / (2 * np.pi), 0.0])
-            at = moved(topology, patch.coordinates, shift, flipped=found.flipped)
+            at = shifted(topology, patch.coordinates, shift, flipped=found.flipped)
             assert np.allclose(patch.vertices @ found.rotation.T, reference.on_model(topology, 5, at), atol=1e-9)
 
     def test_distance_grows_with_what_differs_and_hypotheses_are_apart(self):

@@ -19,7 +19,7 @@ from simplexmesh.recognition._kernels_cells import fill_nearest
 from simplexmesh.recognition.arena import arena_of, rows
 from simplexmesh.recognition.arenas import Arenas
 from simplexmesh.recognition.icp import about_zero
-from simplexmesh.recognition.rotations import rotations_of
+from simplexmesh.recognition.rotation_vectors import rotation_matrices
 from simplexmesh.recognition.starts import frames_of, from_pairs
 from simplexmesh.recognition.surfaces import Surface, surface_of
 from simplexmesh.recognition.verify import Court
@@ -222,7 +222,7 @@ class TestWhatIsUncertain:
         for pose in poses:
             for turn in (0.0, 1.0, 2.5):
                 slid, length = np.eye(4), np.linalg.norm(open_motion[:3])
-                slid[:3, :3] = rotations_of(turn * open_motion[None, :3] / length)[0]
+                slid[:3, :3] = rotation_matrices(turn * open_motion[None, :3] / length)[0]
                 axis = np.cross(open_motion[:3], open_motion[3:]) / length**2  # a point that stays
                 slid[:3, 3] = axis - slid[:3, :3] @ axis
                 at = moved(slid @ pose, source) - shift
@@ -300,7 +300,7 @@ class TestKernels:
         rng = np.random.default_rng(0)
         points = rng.normal(size=(60, 3))
         normals = points / np.linalg.norm(points, axis=1, keepdims=True)
-        normals = normals @ rotations_of(np.array([[0.3, 0.2, 0.1]]))[0]
+        normals = normals @ rotation_matrices(np.array([[0.3, 0.2, 0.1]]))[0]
         T = motion(rng)
         one = Surface(points, normals, 0.1, 0.0, points)
         other = Surface(moved(T, points), normals @ T[:3, :3].T, 0.1, 0.0, moved(T, points))
@@ -312,7 +312,7 @@ class TestKernels:
         rng = np.random.default_rng(1)
         a, b = (surface_of(lumpy(600, rng), name) for name in ("source", "target"))
         arena, _, _ = arena_of(a, b, rng)
-        motions = rows(rotations_of(0.05 * rng.normal(size=(5, 3))), 0.01 * rng.normal(size=(5, 3)))
+        motions = rows(rotation_matrices(0.05 * rng.normal(size=(5, 3))), 0.01 * rng.normal(size=(5, 3)))
         source, target = arena.source, arena.target
         width, reach = arena.width(0), max(2 * arena.cell, 2 * arena.width(0))
         for motion_, score in zip(motions.reshape(-1, 3, 4), arena.scores(motions), strict=True):
@@ -340,7 +340,7 @@ class TestKernels:
     @given(st.integers(0, 2**32 - 1), st.integers(1, 12))
     def test_motions_that_differ_are_those_of_plain_code(self, seed, most):
         rng = np.random.default_rng(seed)
-        motions = rows(rotations_of(0.15 * rng.normal(size=(20, 3))), 0.1 * rng.normal(size=(20, 3)))
+        motions = rows(rotation_matrices(0.15 * rng.normal(size=(20, 3))), 0.1 * rng.normal(size=(20, 3)))
         kept = np.empty(most, np.int64)
         count = kernels.differing(motions, 1 + 2 * np.cos(0.2), 0.15, kept)
         assert kept[:count].tolist() == reference.differing(motions, most, 0.2, 0.15)
@@ -368,7 +368,9 @@ class TestKernels:
         part = whole.source.points[:, 0] > 0
         other = replace(whole.source, points=whole.source.points[part], normals=whole.source.normals[part])
         arenas = [whole, replace(whole, source=other, judging=np.arange(40), following=np.arange(0, 150, 3), size=0.4)]
-        motions = [rows(rotations_of(0.2 * rng.normal(size=(n, 3))), 0.02 * rng.normal(size=(n, 3))) for n in (7, 4)]
+        motions = [
+            rows(rotation_matrices(0.2 * rng.normal(size=(n, 3))), 0.02 * rng.normal(size=(n, 3))) for n in (7, 4)
+        ]
         scores = Arenas(arenas).scores(motions, stage=stage, every=2)
         moved_ = Arenas(arenas).followed(motions, stage=stage)
         for k, arena in enumerate(arenas):
@@ -382,7 +384,7 @@ class TestKernels:
         """Each a least squares problem of its own, solved plainly."""
         rng = np.random.default_rng(2)
         arena = arena_of(*(surface_of(lumpy(600, rng), name) for name in ("source", "target")), rng)[0]
-        motion_ = rows(rotations_of(0.1 * rng.normal(size=(1, 3))), 0.02 * rng.normal(size=(1, 3)))
+        motion_ = rows(rotation_matrices(0.1 * rng.normal(size=(1, 3))), 0.02 * rng.normal(size=(1, 3)))
         samples = arena.samples(arena.following)
         step, width = motion_.copy(), 0.08
         kernels.follow(step, samples, arena.grid, arena.low, arena.cell, arena.target.planes, np.array([width]))

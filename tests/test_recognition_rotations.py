@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from simplexmesh.recognition import rotations as tables
+from simplexmesh.recognition.rotation_vectors import angles_between
 from simplexmesh.recognition.sphere_domain import mobius_centering, mobius_map, sphere_domain
 from tests import reference_recognition as reference
 
@@ -28,11 +29,11 @@ class TestGroup:
         assert np.allclose(group @ np.swapaxes(group, 1, 2), np.eye(3))
         assert np.allclose(np.linalg.det(group), 1)
         products = np.einsum("gab,hbc->ghac", group, group).reshape(-1, 3, 3)
-        assert tables.angles_between(products, group).min(axis=1).max() < 1e-6
+        assert angles_between(products, group).min(axis=1).max() < 1e-6
 
     @pytest.mark.parametrize("frequency", [5, 6, 9])
     def test_takes_the_sphere_to_itself_vertex_by_vertex(self, frequency):
-        table, here = tables.built(frequency, "darts"), sphere_domain(frequency)
+        table, here = tables.build(frequency, "darts"), sphere_domain(frequency)
         for R, turn in zip(table.group, table.turns, strict=True):
             assert np.allclose(here.vertices @ R.T, here.vertices[turn], atol=1e-9)
             assert {tuple(sorted(row)) for row in turn[here.mesh.neighbors]} == {
@@ -42,7 +43,7 @@ class TestGroup:
 
 class TestFamilies:
     def test_darts_are_the_3n_rotations_from_one_dart_to_every_other(self):
-        table, here = tables.built(5, "darts"), sphere_domain(5)
+        table, here = tables.build(5, "darts"), sphere_domain(5)
         assert len(table) == 3 * here.mesh.n_vertices
         images = table.matrices @ here.vertices[0]
         at = np.argmax(images @ here.vertices.T, axis=1)
@@ -58,13 +59,13 @@ class TestFamilies:
     def test_no_rotation_is_far_from_one_of_the_table(self, family, mean, most):
         rng = np.random.default_rng(1)
         some = np.stack([reference.random_rotation(rng) for _ in range(500)])
-        nearest = np.degrees(tables.angles_between(some, tables.built(5, family).matrices).min(axis=1))
+        nearest = np.degrees(angles_between(some, tables.build(5, family).matrices).min(axis=1))
         assert nearest.mean() < mean
         assert nearest.max() < most
 
     @pytest.mark.parametrize("family", tables.FAMILIES)
     def test_indices_name_the_nearest_vertex(self, family):
-        table = tables.built(5, family)
+        table = tables.build(5, family)
         rows = table.indices()
         assert rows.shape == (len(table), 500)
         here = sphere_domain(5)
@@ -80,7 +81,7 @@ class TestSharing:
         first = tables.rotations(5, "darts")
         (left,) = cache.iterdir()
         tables.rotations.cache_clear()
-        monkeypatch.setattr(tables, "built", lambda *_: pytest.fail("built again"))
+        monkeypatch.setattr(tables, "build", lambda *_: pytest.fail("built again"))
         second = tables.rotations(5, "darts")
         assert left.suffix == ".npz"
         assert np.array_equal(first.maps, second.maps)
@@ -114,7 +115,7 @@ class TestSharing:
 
     @pytest.mark.parametrize("stop", [KeyboardInterrupt, SystemExit, OSError])
     def test_writing_that_is_interrupted_leaves_nothing(self, tmp_path, monkeypatch, stop):
-        found = tables.built(5, "darts")
+        found = tables.build(5, "darts")
 
         def stopped(file, **_):
             file.write(b"half of it")
@@ -122,7 +123,7 @@ class TestSharing:
 
         monkeypatch.setattr(tables.np, "savez", stopped)
         with nullcontext() if stop is OSError else pytest.raises(stop):
-            tables._leave(tmp_path / "table.npz", found)
+            tables._save(tmp_path / "table.npz", found)
         assert list(tmp_path.iterdir()) == []
 
     @pytest.mark.parametrize("frequency", [4, 13, 0, -1])

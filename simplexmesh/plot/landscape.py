@@ -14,9 +14,10 @@ from simplexmesh.plot.camera import looked_at
 from simplexmesh.plot.scale import scale
 from simplexmesh.plot.skin import per_point
 from simplexmesh.plot.stage import INK, stage
-from simplexmesh.recognition.landscape import NODES, around, over_patch, over_sphere, plane_of, vector_of
-from simplexmesh.recognition.match import comparable, match
+from simplexmesh.recognition.landscape import NODES, around_rotation, over_patch, over_sphere, rotation_plane
+from simplexmesh.recognition.match import check_comparable, match
 from simplexmesh.recognition.matches import Match
+from simplexmesh.recognition.rotation_vectors import rotation_vector
 from simplexmesh.recognition.sai import SAI
 from simplexmesh.recognition.sphere_domain import sphere_domain
 
@@ -78,20 +79,20 @@ def landscape(
     >>> one = sm.sai(sm.ellipsoid((3, 2, 1), 12), frequency=5)
     >>> landscape(one, one).close()
     """
-    comparable(sai_a, sai_b)
+    check_comparable(sai_a, sai_b)
     hypotheses = list(match(sai_a, sai_b) if found is None else found)
     if not hypotheses:
         raise ValueError("found must hold at least one hypothesis, not none")
     if sai_a.topology != "sphere":
         return _on_patch(sai_a, sai_b, view, title)
-    shown, axes = hypotheses[:SHOWN], plane_of(hypotheses)
+    shown, axes = hypotheses[:SHOWN], rotation_plane(hypotheses)
     pole = shown[0].rotation.T @ (FRONT / np.linalg.norm(FRONT))
     values = over_sphere(sai_a, sai_b, pole)
     ground, vectors, flat = sphere_domain(NODES).mesh, *_disc(axes)
     tops = [one.rotation @ pole for one in shown]
     at = [int(np.argmax(ground.vertices @ top)) for top in tops]
     values[at] = np.minimum(values[at], [one.distance for one in shown])
-    slices = around(sai_a, sai_b, shown[0].rotation, vectors)
+    slices = around_rotation(sai_a, sai_b, shown[0].rotation, vectors)
     limits = (0.0, float(max(values.max(), np.nanmax(slices))))
     plotter = stage(columns=2)
     _on_mesh(plotter, ground, ground.vertices, values, limits)
@@ -102,7 +103,7 @@ def landscape(
     _relief(plotter, flat, slices, limits)
     plotter.add_text("turns after the best", position="upper_edge", font_size=11, color=INK)
     for color, one in zip(COLORS, shown, strict=False):
-        off = axes @ vector_of(one.rotation @ shown[0].rotation.T) / np.pi
+        off = axes @ rotation_vector(one.rotation @ shown[0].rotation.T) / np.pi
         _mark(plotter, np.array([*off, 0.03 + _height(one.distance, limits)]), color)
     return looked_at(plotter, view)
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from simplexmesh._vec import cross, dot, norm
-from simplexmesh.recognition.rotations import rotations_of
+from simplexmesh.recognition.rotation_vectors import rotation_matrices
 from simplexmesh.recognition.surfaces import Surface
 
 Array = NDArray[np.float64]
@@ -98,7 +98,7 @@ def refined(
         regular = values > LOST * values[-1]
         x = -vectors[:, regular] @ ((vectors[:, regular].T @ (rows.T @ (weight * lack))) / values[regular])
         step = np.eye(4)
-        step[:3, :3] = rotations_of(x[None, :3] / arm)[0]
+        step[:3, :3] = rotation_matrices(x[None, :3] / arm)[0]
         step[:3, 3] = middle + x[3:] - step[:3, :3] @ middle
         T = step @ T
         if norm(x) < STILL * arm or x @ matrix @ x < still**2 * _variance(lack, weight):

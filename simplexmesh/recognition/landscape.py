@@ -1,4 +1,4 @@
-"""How the distance of two signatures changes with the rotation, or the shift, that lays one on the other."""
+"""The distance between two signatures as a function of the rotation or shift that maps one to the other."""
 
 from __future__ import annotations
 
@@ -9,24 +9,25 @@ from scipy.spatial import cKDTree
 
 from simplexmesh.recognition import _kernels_match
 from simplexmesh.recognition.flat_domains import FlatDomain, domain
-from simplexmesh.recognition.match import searched
+from simplexmesh.recognition.match import rotation_differences
 from simplexmesh.recognition.matches import Match
-from simplexmesh.recognition.occlusion import Signature, scale_factor, signature_of
-from simplexmesh.recognition.rotations import rotations, rotations_of
+from simplexmesh.recognition.partial_signatures import Signature, scale_factor, signature_of
+from simplexmesh.recognition.rotation_vectors import rotation_matrices, rotation_vector
+from simplexmesh.recognition.rotations import rotations
 from simplexmesh.recognition.sai import SAI
-from simplexmesh.recognition.sliding import compared, compared_values
+from simplexmesh.recognition.shift_matching import compared_values, shift_differences
 from simplexmesh.recognition.sphere_domain import sphere_domain
 
 Array = NDArray[np.float64]
 
 NODES = 6
-"""Frequency of the sphere over which rotations are gathered: some 27 of the 19,800 to a vertex."""
+"""Frequency of the sphere over which rotations are binned: about 27 of the 19,800 per vertex."""
 
 LEAST_OVERLAP = 0.5
 
 
 def over_sphere(sai_a: SAI, sai_b: SAI, pole: Array) -> Array:
-    """Return (720,) the least distance over all rotations that take a pole of b to each vertex of ``sphere_domain(6)``.
+    """Return (720,) minimum distances over all rotations that take a pole of b to each vertex of ``sphere_domain(6)``.
 
     Parameters
     ----------
@@ -46,7 +47,7 @@ def over_sphere(sai_a: SAI, sai_b: SAI, pole: Array) -> Array:
     """
     a, b = _signatures(sai_a, sai_b)
     table = rotations(sai_a.frequency)
-    total, common = searched(a, b, table)
+    total, common = rotation_differences(a, b, table)
     with np.errstate(divide="ignore", invalid="ignore"):
         distance = np.where(common >= LEAST_OVERLAP * common.max(), np.sqrt(total / common), np.inf)
     at = cKDTree(sphere_domain(NODES).vertices).query(table.matrices @ pole)[1]
@@ -55,8 +56,8 @@ def over_sphere(sai_a: SAI, sai_b: SAI, pole: Array) -> Array:
     return np.where(np.isfinite(out), out, np.max(out[np.isfinite(out)], initial=0.0))
 
 
-def around(sai_a: SAI, sai_b: SAI, rotation: Array, vectors: Array) -> Array:
-    """Return (k,) the distance under a rotation followed by small or large turns.
+def around_rotation(sai_a: SAI, sai_b: SAI, rotation: Array, vectors: Array) -> Array:
+    """Return (k,) distances under a rotation followed by others.
 
     Parameters
     ----------
@@ -64,33 +65,34 @@ def around(sai_a: SAI, sai_b: SAI, rotation: Array, vectors: Array) -> Array:
         On spheres of one frequency.
     rotation : (3, 3) array of float
     vectors : (k, 3) array of float
-        Axes of the turns, as long as their angles in radians.
+        Rotation vectors, in radians.
     """
     a, b = _signatures(sai_a, sai_b)
-    here = sphere_domain(sai_a.frequency)
-    means, A, slope = here.face_means(a.values), np.zeros((3, 3)), np.zeros(3)
-    near = np.argmax(here.vertices @ rotation.T @ here.vertices.T, axis=1)
+    sphere = sphere_domain(sai_a.frequency)
+    means, A, slope = sphere.face_means(a.values), np.zeros((3, 3)), np.zeros(3)
+    near = np.argmax(sphere.vertices @ rotation.T @ sphere.vertices.T, axis=1)
     out = np.full(len(vectors), np.nan)
-    for k, turn in enumerate(rotations_of(vectors)):
+    for k, turn in enumerate(rotation_matrices(vectors)):
         total, count = _kernels_match.residuals(
-            *(turn @ rotation, here.vertices, near, a.values, means, a.seen, b.values, b.seen),
-            *(here.vertices, here.mesh.neighbors, here.mesh.connectivity.face, here.centers, A, slope),
+            *(turn @ rotation, sphere.vertices, near, a.values, means, a.seen, b.values, b.seen),
+            *(sphere.vertices, sphere.mesh.neighbors, sphere.mesh.connectivity.face, sphere.centers, A, slope),
         )
         out[k] = np.sqrt(total / count) if count else np.nan
     return out
 
 
 def over_patch(sai_a: SAI, sai_b: SAI) -> Array:
-    """Return (n,) the distance under the shift that takes the origin of a torus, tube or disc to each vertex.
+    """Return (n,) distances under the shift that takes the origin of a torus, cylinder or disc to each vertex.
 
-    The lesser of the two where half turns are possible too; on a tube and a disc it depends on the way around only.
+    The smaller of the two with and without a half turn, where that exists; on a cylinder and a disc it depends only on
+    the angle around the axis.
 
     Examples
     --------
     >>> import simplexmesh as sm
     >>> one = sm.sai(sm.torus(40, 16), frequency=5, topology="torus")
     >>> values = over_patch(one, one)
-    >>> bool(values.min() < 0.1 * values.max())  # for any turn around the axis
+    >>> bool(values.min() < 0.1 * values.max())  # for any turn around_rotation the axis
     True
     """
     patch = domain(sai_a.topology, sai_a.frequency)
@@ -98,7 +100,7 @@ def over_patch(sai_a: SAI, sai_b: SAI) -> Array:
     a, b = (compared_values(one, 2, 0.3) for one in (sai_a, sai_b))
     squares = []
     for flipped in (False, True) if patch.topology != "plane" else (False,):
-        total, common = compared(patch.topology, patch.frequency, a, b, flipped=flipped)
+        total, common = shift_differences(patch.topology, patch.frequency, a, b, flipped=flipped)
         squares.append(np.maximum(total, 0.0) / np.maximum(common, 1e-12))
     mean = np.min(squares, axis=0)
     rows, columns = mean.shape
@@ -108,11 +110,11 @@ def over_patch(sai_a: SAI, sai_b: SAI) -> Array:
     return np.asarray(np.sqrt(map_coordinates(mean, [row, turn * columns], order=1, mode="grid-wrap")))
 
 
-def plane_of(found: list[Match]) -> Array:
-    """Return two orthonormal axes (2, 3), so that turns in their plane lead from the first hypothesis to others."""
+def rotation_plane(found: list[Match]) -> Array:
+    """Return two orthonormal axes (2, 3) that span the rotation vectors from the first hypothesis to the next ones."""
     first = found[0].rotation
     axes: list[Array] = []
-    for other in [*(vector_of(each.rotation @ first.T) for each in found[1:]), *np.eye(3)]:
+    for other in [*(rotation_vector(each.rotation @ first.T) for each in found[1:]), *np.eye(3)]:
         for axis in axes:
             other = other - (other @ axis) * axis
         if np.linalg.norm(other) > 0.1 and len(axes) < 2:
@@ -120,19 +122,8 @@ def plane_of(found: list[Match]) -> Array:
     return np.stack(axes)
 
 
-def vector_of(R: Array) -> Array:
-    """Return the axis of a rotation, as long as its angle."""
-    angle = np.arccos(np.clip(0.5 * (np.trace(R) - 1), -1.0, 1.0))
-    axis = np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
-    length = np.linalg.norm(axis)
-    if length < 1e-6:  # no turn, or half a turn
-        _, vectors = np.linalg.eigh(0.5 * (R + R.T))
-        return np.asarray(angle * vectors[:, 2])
-    return np.asarray(angle * axis / length)
-
-
 def _signatures(sai_a: SAI, sai_b: SAI) -> tuple[Signature, Signature]:
-    """Return what is compared, as `match` does by default, parts scaled by equation 6.8."""
+    """Return the signatures that `match` compares by default, partial ones scaled by equation 6.8."""
     part_a = sai_a.visible_fraction < sai_b.visible_fraction
     k = scale_factor(sai_b, sai_a) if part_a else scale_factor(sai_a, sai_b)
     whole = not (sai_a.hidden.any() or sai_b.hidden.any())

@@ -1,4 +1,4 @@
-"""Two signatures compared under all rotations: the few under which they agree best."""
+"""Compare two signatures under all rotations and return the best hypotheses."""
 
 from __future__ import annotations
 
@@ -12,26 +12,26 @@ from simplexmesh import _check
 from simplexmesh._vec import normalized
 from simplexmesh.recognition import _kernels_match
 from simplexmesh.recognition.matches import Match
-from simplexmesh.recognition.occlusion import WHOLE, Signature, scale_factor, signature_of
-from simplexmesh.recognition.rotations import FAMILIES, TURNS, Rotations, rotations
+from simplexmesh.recognition.partial_signatures import COMPLETE, Signature, scale_factor, signature_of
+from simplexmesh.recognition.rotations import FAMILIES, GROUP_ORDER, Rotations, rotations
 from simplexmesh.recognition.sai import SAI
-from simplexmesh.recognition.sliding import slid
+from simplexmesh.recognition.shift_matching import match_shifts
 from simplexmesh.recognition.sphere_domain import SphereDomain, sphere_domain
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 SCALES = (0.6, 0.77, 1.0, 1.3, 1.69)
-"""Where scale is not known, k is tried times each of these."""
+"""Multiples of k that are tried if the scale is not given."""
 
-APART = np.radians(15.0)
-"""Hypotheses nearer to each other than this are one."""
+MINIMUM_ANGLE = np.radians(15.0)
+"""Hypotheses nearer to each other than this are duplicates."""
 
 CANDIDATES = 4
-"""So many times more hypotheses are followed to their minimum than are asked for."""
+"""Number of hypotheses that are refined, per hypothesis returned."""
 
 FIRST_STEPS, LAST_STEPS = 4, 25
-LONGEST = np.radians(6.0)
+LONGEST_STEP = np.radians(6.0)
 
 
 def match(
@@ -51,30 +51,30 @@ def match(
     Parameters
     ----------
     sai_a, sai_b : SAI
-        Of one frequency and topology. Those on a torus, a tube or a disc are compared under all shifts along the
-        directions that are closed, and half turns; `method`, `refine` and `scale` are for spheres.
+        Of one frequency and topology. Those on a torus, cylinder or disc are compared under all shifts along periodic
+        directions, and half turns; `method`, `refine` and `scale` are for spheres.
     best : int
-        How many hypotheses to return at most, each at least 15 degrees from the others.
+        Maximum number of hypotheses, each at least 15 degrees from the others.
     minimum_overlap : float
-        The least part in common, as a share of what is visible of the one that shows less.
+        Minimum size of the common part, as a fraction of the smaller visible part.
     method : {"even", "darts"}
-        Which rotations are tried: see `simplexmesh.recognition.rotations`. The 3n of the thesis are "darts".
+        Which rotations are tried, see `simplexmesh.recognition.rotations`; "darts" are the 3n of the thesis.
     smoothing : int
-        How often angles are averaged with their neighbors' before they are compared; the sharper a signature is, the
-        nearer a rotation must be to be noticed.
+        Passes of averaging over each vertex and its neighbors before the comparison. Sharper signatures need rotations
+        nearer to the true one.
     limit : float
-        Angles beyond this, in radians, count as this: tips and pits say that they are there, but how sharp they are is
-        a matter of a vertex or two. Pi leaves them as they are.
+        Angles are clipped to this absolute value, in radians: the magnitude at a tip or pit depends on one or two
+        vertices. Pi does not clip.
     refine : bool
-        Whether each hypothesis is followed to its minimum between the rotations of the table.
+        Whether each hypothesis is refined to a local minimum between the rotations of the table.
     scale : float or {"auto"}
-        By how much what is visible of the one that shows less is scaled, over k of equation 6.8. "auto" tries 0.6 to
-        1.7 where one of them is incomplete, and leaves complete ones alone.
+        Scale of the smaller visible part, relative to k of equation 6.8. "auto" tries 0.6 to 1.7 if a signature is
+        incomplete, and 1 if both are complete.
 
     Returns
     -------
     list of Match
-        Empty when no rotation leaves the overlap asked for.
+        Empty if no rotation has the minimum overlap.
 
     Raises
     ------
@@ -93,7 +93,7 @@ def match(
     >>> sm.match(signature, signature)[0].distance < 1e-6
     True
     """
-    comparable(sai_a, sai_b)
+    check_comparable(sai_a, sai_b)
     best = _check.integer("best", best, 1)
     minimum_overlap = _check.number("minimum_overlap", minimum_overlap, 0.0, 1.0, open_low=True)
     smoothing = _check.integer("smoothing", smoothing, 0)
@@ -102,33 +102,33 @@ def match(
     if sai_a.topology != "sphere":
         if (method, refine, scale) != ("even", True, "auto"):
             raise ValueError(f"method, refine and scale are for signatures on spheres, not on a {sai_a.topology}")
-        return slid(sai_a, sai_b, best, minimum_overlap, smoothing, limit)
+        return match_shifts(sai_a, sai_b, best, minimum_overlap, smoothing, limit)
     table = rotations(sai_a.frequency, method)
-    here = sphere_domain(sai_a.frequency)
-    found: list[_Hypothesis] = []
+    domain = sphere_domain(sai_a.frequency)
+    hypotheses: list[_Hypothesis] = []
     for factor, which in _scales(sai_a, sai_b, scale):
         a = signature_of(sai_a, smoothing=smoothing, limit=limit, scale=factor if which == "a" else 1.0)
         b = signature_of(sai_b, smoothing=smoothing, limit=limit, scale=factor if which == "b" else 1.0)
         if not (a.seen.any() and b.seen.any()):
             continue
-        least = max(1, int(np.ceil(minimum_overlap * min(a.seen.sum(), b.seen.sum()))))
-        for R, distance, common in _turns(a, b, table, here, least, best, refine=refine):
-            found.append(_Hypothesis(R, distance, common / min(a.seen.sum(), b.seen.sum()), factor, which, a, b))
-    found.sort(key=lambda one: one.distance)
-    keep = separate(np.array([one.rotation for one in found]).reshape(-1, 3, 3), best)
-    return [_told(found[k], sai_a, sai_b) for k in keep]
+        minimum_common = max(1, int(np.ceil(minimum_overlap * min(a.seen.sum(), b.seen.sum()))))
+        for R, distance, common in _best_rotations(a, b, table, domain, minimum_common, best, refine=refine):
+            hypotheses.append(_Hypothesis(R, distance, common / min(a.seen.sum(), b.seen.sum()), factor, which, a, b))
+    hypotheses.sort(key=lambda hypothesis: hypothesis.distance)
+    keep = distinct(np.array([hypothesis.rotation for hypothesis in hypotheses]).reshape(-1, 3, 3), best)
+    return [_as_match(hypotheses[k], sai_a, sai_b) for k in keep]
 
 
-def comparable(sai_a: Any, sai_b: Any) -> None:
-    """Refuse what is no pair of signatures of one kind.
+def check_comparable(sai_a: Any, sai_b: Any) -> None:
+    """Require two signatures of one frequency and topology.
 
     Raises
     ------
     ValueError, TypeError
     """
-    for name, one in (("sai_a", sai_a), ("sai_b", sai_b)):
-        if not isinstance(one, SAI):
-            raise TypeError(f"{name} must be an SAI, made by sm.sai, not {type(one).__name__}")
+    for name, value in (("sai_a", sai_a), ("sai_b", sai_b)):
+        if not isinstance(value, SAI):
+            raise TypeError(f"{name} must be an SAI, made by sm.sai, not {type(value).__name__}")
     for quality in ("frequency", "topology"):
         a, b = getattr(sai_a, quality), getattr(sai_b, quality)
         if a != b:
@@ -137,7 +137,7 @@ def comparable(sai_a: Any, sai_b: Any) -> None:
 
 @dataclass(frozen=True, eq=False)
 class _Hypothesis:
-    """A rotation that may be kept; see `Match`."""
+    """A candidate rotation; see `Match`."""
 
     rotation: Array
     distance: float
@@ -149,9 +149,9 @@ class _Hypothesis:
 
 
 def _scales(sai_a: SAI, sai_b: SAI, scale: float | str) -> list[tuple[float, str]]:
-    """Return the scales to try, and of which signature what is visible is scaled."""
+    """Return the scales to try, and which signature each applies to ("" for none)."""
     seen_a, seen_b = sai_a.visible_fraction, sai_b.visible_fraction
-    complete = min(seen_a, seen_b) > WHOLE
+    complete = min(seen_a, seen_b) > COMPLETE
     if isinstance(scale, str):
         _check.choice("scale", scale, ("auto",))
         if complete:
@@ -165,101 +165,103 @@ def _scales(sai_a: SAI, sai_b: SAI, scale: float | str) -> list[tuple[float, str
     return [(k * factor, which) for factor in (SCALES if isinstance(scale, str) else (scale,))]
 
 
-def searched(a: Signature, b: Signature, table: Rotations) -> tuple[Array, Array]:
-    """Return, for every rotation of a table, the sum of squared differences over what is seen of both, and its size.
+def rotation_differences(a: Signature, b: Signature, table: Rotations) -> tuple[Array, Array]:
+    """Return the sum of squared differences over commonly visible vertices, and their number, for each rotation.
 
     Returns
     -------
     total, common : (len(table),) arrays of float
     """
-    shape = (len(table.representatives), TURNS)
+    shape = (len(table.representatives), GROUP_ORDER)
     total = np.zeros(shape, np.float32)
-    turned = _turned(a.values, table)
+    rotated = _rotated_by_group(a.values, table)
     values = b.values.astype(np.float32)
     if a.seen.all() and b.seen.all():
-        _kernels_match.search(table.maps, turned, values, total)
+        _kernels_match.search(table.maps, rotated, values, total)
         return total.ravel().astype(float), np.full(total.size, float(len(values)))
     common = np.zeros(shape, np.float32)
-    seen = _turned(a.seen, table)
-    _kernels_match.search_seen(table.maps, turned, seen, values, b.seen, total, common)
+    seen = _rotated_by_group(a.seen, table)
+    _kernels_match.search_visible(table.maps, rotated, seen, values, b.seen, total, common)
     return total.ravel().astype(float), common.ravel().astype(float)
 
 
-def _turned(values: NDArray[Any], table: Rotations) -> NDArray[np.float32]:
-    """Return (n, 64) what each of the 60 turns of the icosahedron brings to each vertex."""
+def _rotated_by_group(values: NDArray[Any], table: Rotations) -> NDArray[np.float32]:
+    """Return (n, 64) the values that each of the 60 icosahedral rotations brings to each vertex, padded with zeros."""
     out = np.zeros((len(values), _kernels_match.WIDTH), np.float32)
-    out[:, :TURNS] = values[table.turns].T
+    out[:, :GROUP_ORDER] = values[table.turns].T
     return out
 
 
-def _turns(a: Signature, b: Signature, table: Rotations, here: SphereDomain, least: int, best: int, *,
-           refine: bool) -> list[tuple[Array, float, float]]:  # fmt: skip
-    """Return the rotations under which two signatures differ least, their distance and how many vertices are common."""
-    most = CANDIDATES * best if refine else best
-    total, common = searched(a, b, table)
+def _best_rotations(
+    a: Signature, b: Signature, table: Rotations, domain: SphereDomain, minimum_common: int, best: int, *, refine: bool
+) -> list[tuple[Array, float, float]]:
+    """Return the rotations with the smallest distances, these distances and the numbers of common vertices."""
+    maximum = CANDIDATES * best if refine else best
+    total, common = rotation_differences(a, b, table)
     with np.errstate(divide="ignore", invalid="ignore"):
-        mean = np.where(common >= least, total / common, np.inf)
-    order = np.argpartition(mean, min(40 * most, len(mean) - 1))[: 40 * most]
+        mean = np.where(common >= minimum_common, total / common, np.inf)
+    order = np.argpartition(mean, min(40 * maximum, len(mean) - 1))[: 40 * maximum]
     order = order[np.argsort(mean[order], kind="stable")]
     order = order[np.isfinite(mean[order])]
-    kept = order[separate(table.matrices[order], most)]
+    kept = order[distinct(table.matrices[order], maximum)]
     turns, distance, shared = table.matrices[kept].copy(), np.sqrt(mean[kept]), common[kept]
     if refine and len(kept):
-        near = table.turns[(kept % TURNS)[:, None], table.maps[kept // TURNS]].astype(np.int64)
-        distance, shared = _followed(turns, near, a, b, here, least, FIRST_STEPS)
+        near = table.turns[(kept % GROUP_ORDER)[:, None], table.maps[kept // GROUP_ORDER]].astype(np.int64)
+        distance, shared = _refined(turns, near, a, b, domain, minimum_common, FIRST_STEPS)
         order = np.argsort(distance, kind="stable")
-        kept = order[separate(turns[order], best)]
+        kept = order[distinct(turns[order], best)]
         turns, near = turns[kept], near[kept]
-        distance, shared = _followed(turns, near, a, b, here, least, LAST_STEPS)
+        distance, shared = _refined(turns, near, a, b, domain, minimum_common, LAST_STEPS)
     return [(turns[k], float(distance[k]), float(shared[k])) for k in np.flatnonzero(np.isfinite(distance))]
 
 
-def separate(turns: Array, most: int) -> list[int]:
-    """Return which rotations (k, 3, 3), in order, are at least `APART` from all kept before, at most so many.
+def distinct(turns: Array, maximum: int) -> list[int]:
+    """Return up to `maximum` indices of rotations (k, 3, 3), each at least `MINIMUM_ANGLE` from those before it.
 
     Examples
     --------
-    >>> separate(np.stack([np.eye(3), np.eye(3), np.diag([1.0, -1, -1])]), 5)
+    >>> distinct(np.stack([np.eye(3), np.eye(3), np.diag([1.0, -1, -1])]), 5)
     [0, 2]
     """
     kept: list[int] = []
-    limit = 1 + 2 * np.cos(APART)
+    limit = 1 + 2 * np.cos(MINIMUM_ANGLE)
     for k in range(len(turns)):
-        if len(kept) == most:
+        if len(kept) == maximum:
             break
         if not kept or np.einsum("kab,ab->k", turns[kept], turns[k]).max() < limit:
             kept.append(k)
     return kept
 
 
-def _followed(turns: Array, near: Indices, a: Signature, b: Signature, here: SphereDomain, least: int,
-              steps: int) -> tuple[Array, Array]:  # fmt: skip
-    """Follow rotations toward the least distance around, in place; return distances and numbers of common vertices."""
+def _refined(
+    turns: Array, near: Indices, a: Signature, b: Signature, domain: SphereDomain, minimum_common: int, steps: int
+) -> tuple[Array, Array]:
+    """Refine rotations to local minima of the distance, in place; return distances and numbers of common vertices."""
     distance, common = np.zeros(len(turns)), np.zeros(len(turns))
-    _kernels_match.follow(
-        *(turns, here.vertices, near, a.values, here.face_means(a.values), a.seen, b.values, b.seen),
-        *(here.vertices, here.mesh.neighbors, here.mesh.connectivity.face, here.centers),
-        *(least, steps, LONGEST, distance, common),
+    _kernels_match.refine(
+        *(turns, domain.vertices, near, a.values, domain.face_means(a.values), a.seen, b.values, b.seen),
+        *(domain.vertices, domain.mesh.neighbors, domain.mesh.connectivity.face, domain.centers),
+        *(minimum_common, steps, LONGEST_STEP, distance, common),
     )
     return np.sqrt(distance), common
 
 
-def _told(one: _Hypothesis, sai_a: SAI, sai_b: SAI) -> Match:
-    """Return a hypothesis with the correspondences it makes."""
-    here = sphere_domain(sai_a.frequency)
-    places = here.locate(here.vertices @ one.rotation.T)
-    common = one.b.seen & one.a.seen[places.vertex]
-    on_a = here.interpolated(one.a.sources, places)[common]
-    place_a, place_b = here.locate(normalized(on_a)), here.locate(one.b.sources[common])
+def _as_match(hypothesis: _Hypothesis, sai_a: SAI, sai_b: SAI) -> Match:
+    """Return the match of a hypothesis, with its correspondences."""
+    domain = sphere_domain(sai_a.frequency)
+    locations = domain.locate(domain.vertices @ hypothesis.rotation.T)
+    common = hypothesis.b.seen & hypothesis.a.seen[locations.vertex]
+    on_a = domain.interpolated(hypothesis.a.sources, locations)[common]
+    location_a, location_b = domain.locate(normalized(on_a)), domain.locate(hypothesis.b.sources[common])
     return Match(
-        rotation=_check.frozen(one.rotation),
-        distance=one.distance,
-        overlap=one.overlap,
-        scale=one.scale,
-        scaled=one.scaled,
-        vertices_a=_check.frozen(place_a.vertex),
-        vertices_b=_check.frozen(place_b.vertex),
-        points_a=_check.frozen(here.interpolated(sai_a.mesh.vertices, place_a)),
-        points_b=_check.frozen(here.interpolated(sai_b.mesh.vertices, place_b)),
-        normals_a=_check.frozen(normalized(here.interpolated(sai_a.mesh.normals, place_a))),
+        rotation=_check.frozen(hypothesis.rotation),
+        distance=hypothesis.distance,
+        overlap=hypothesis.overlap,
+        scale=hypothesis.scale,
+        scaled=hypothesis.scaled,
+        vertices_a=_check.frozen(location_a.vertex),
+        vertices_b=_check.frozen(location_b.vertex),
+        points_a=_check.frozen(domain.interpolated(sai_a.mesh.vertices, location_a)),
+        points_b=_check.frozen(domain.interpolated(sai_b.mesh.vertices, location_b)),
+        normals_a=_check.frozen(normalized(domain.interpolated(sai_a.mesh.normals, location_a))),
     )

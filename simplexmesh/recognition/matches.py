@@ -1,4 +1,4 @@
-"""What a comparison of two signatures found: how one lies on the other, and the motion that means for the objects."""
+"""The result of a comparison of two signatures: a hypothesis with its correspondences and rigid motion."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from simplexmesh.recognition.rigid import rigid_fit, to_planes
-from simplexmesh.recognition.rotations import angles_between
+from simplexmesh.recognition.rigid import point_to_plane_fit, rigid_fit
+from simplexmesh.recognition.rotation_vectors import rotation_angle
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -17,33 +17,32 @@ Indices = NDArray[np.int64]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Match:
-    """One hypothesis of how two signatures lie on each other.
+    """One hypothesis of how one signature maps to another.
 
     Attributes
     ----------
     rotation : (3, 3) array of float
-        R of equation 6.2, proper: ``phi_a(R p) = phi_b(p)``. It turns the sphere of b to that of a; it is not the
-        rotation between the objects, which is in `T_a_b`.
+        R of equation 6.2, proper: ``phi_a(R p) = phi_b(p)``. It maps the sphere of b to that of a; the rotation
+        between the objects is in `T_a_b`.
     distance : float
-        Root mean square difference of the angles over what is visible of both, in radians.
+        Root mean square difference of the angles over the common visible part, in radians.
     overlap : float
-        The common part, as a share of what is visible of the signature that shows less.
+        Size of the common part, as a fraction of the smaller visible part.
     scale : float
-        By how much what is visible of `scaled` was scaled about its center (k of equation 6.8, times what was tried).
+        Scale of the visible part of `scaled` about its center (k of equation 6.8 times the factor tried).
     scaled : {"a", "b", ""}
-        Which of the two.
+        The signature that was scaled.
     vertices_a, vertices_b : (c,) array of int
-        Vertices that correspond, each to the nearest.
+        Corresponding vertices, each the nearest.
     points_a, points_b : (c, 3) array of float
-        Points of the two objects that correspond, between vertices where need be.
+        Corresponding points of the two objects, interpolated between vertices.
     normals_a : (c, 3) array of float
-        The outward normals of a there.
+        Outward normals at `points_a`.
     shift : (2,) array of float
-        For signatures on a torus, a tube or a disc, in radians: how far the places of b are shifted to be those of a,
-        around and, on a torus, around the tube as well. `rotation` then turns the model of `SAI.directions` by the
-        first of them.
+        For signatures on a torus, cylinder or disc: the shift from coordinates of b to those of a, in radians, around
+        the axis and, on a torus, around the tube. `rotation` turns `SAI.directions` by the first.
     flipped : bool
-        Whether they are turned by half a turn before, both directions reversed.
+        Whether a half turn, which reverses both directions, precedes the shift.
 
     Examples
     --------
@@ -72,15 +71,15 @@ class Match:
         if self.shift.any():
             turn = ", ".join(f"{each + 0.0:.1f}" for each in np.degrees(self.shift).round(1))
             return f"Match(distance {self.distance:.4f}, overlap {self.overlap:.0%}, shifted by {turn} degrees{flip})"
-        turned = np.degrees(angles_between(np.eye(3)[None], self.T_a_b[None, :3, :3])[0, 0])
+        turned = np.degrees(rotation_angle(self.T_a_b[:3, :3]))
         return f"Match(distance {self.distance:.4f}, overlap {self.overlap:.0%}, turned by {turned:.1f} degrees{scale})"
 
     @cached_property
     def T_a_b(self) -> Array:
-        """(4, 4) the rigid motion that brings object b to object a (section 6.3.3).
+        """(4, 4) the rigid motion that maps object b to object a (section 6.3.3).
 
-        Points that correspond are brought together in least squares (E0), then points to tangent planes (E1): what
-        corresponds may have slid along the surface.
+        The point-to-point least-squares fit (E0) is refined point to plane (E1), since corresponding points may be
+        displaced along the surface.
 
         Examples
         --------
@@ -91,4 +90,4 @@ class Match:
         >>> bool(np.allclose(sm.match(one, one)[0].T_a_b, np.eye(4), atol=1e-6))
         True
         """
-        return to_planes(self.points_b, self.points_a, self.normals_a, rigid_fit(self.points_b, self.points_a))
+        return point_to_plane_fit(self.points_b, self.points_a, self.normals_a, rigid_fit(self.points_b, self.points_a))

@@ -16,7 +16,7 @@ from simplexmesh.recognition.gaps import OPPOSED, Gaps, Part, gaps
 from simplexmesh.recognition.least_motion import least_motion
 from simplexmesh.recognition.limits import Limits, bounds_of
 from simplexmesh.recognition.rigid import rigid_fit
-from simplexmesh.recognition.rotations import rotations_of
+from simplexmesh.recognition.rotation_vectors import rotation_matrices
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -144,7 +144,7 @@ def occlude(
 
     References
     ----------
-    A. Charton, thesis, 2014, 5.1 (occlusion by small turns and shifts, under constraints from cusps); Y.-B. Chang et
+    J. Charton, thesis, 2014, 5.1 (occlusion by small turns and shifts, under constraints from cusps); Y.-B. Chang et
     al., An automatic and robust algorithm of reestablishment of digital dental occlusion, 2010 (distances with
     collision constraints as quadratic programs).
 
@@ -257,7 +257,7 @@ def _stepped(T: Array, found: Gaps, weight: Array, gap: Array, limits: Limits, m
     size = float(np.linalg.norm(x[:3]) + np.linalg.norm(x[3:]))
     x *= most / max(size, most)
     step = np.eye(4)
-    step[:3, :3] = rotations_of(x[None, :3] / found.arm)[0]
+    step[:3, :3] = rotation_matrices(x[None, :3] / found.arm)[0]
     step[:3, 3] = found.middle + x[3:] - step[:3, :3] @ found.middle
     return step @ T, min(size, most)
 

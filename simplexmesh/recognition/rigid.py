@@ -1,4 +1,4 @@
-"""The rigid motion between points that correspond, exactly or but for a slide along the surface."""
+"""Rigid motions between corresponding points: point to point, and point to plane."""
 
 from __future__ import annotations
 
@@ -6,23 +6,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh._vec import cross, dot
-from simplexmesh.recognition.rotations import rotations_of
+from simplexmesh.recognition.rotation_vectors import rotation_matrices
 
 Array = NDArray[np.float64]
 
-ROUNDS = 20
+ITERATIONS = 20
 
-SLIDING = 0.02
-"""Slides of neighbors are alike, and so tell less than their number says."""
+TANGENTIAL_WEIGHT = 0.02
+"""Weight of tangential residuals, small since those of neighbors are correlated."""
 
 
 def rigid_fit(source: Array, target: Array) -> Array:
-    """Return the rigid motion (4, 4) that brings points nearest to others, in least squares (Horn 1987, Kabsch 1976).
+    """Return the rigid motion (4, 4) between corresponding points, in least squares (Horn 1987, Kabsch 1976).
 
     Parameters
     ----------
     source, target : (k, 3) array of float
-        Points that correspond, at least three.
+        Corresponding points, at least three.
 
     Examples
     --------
@@ -30,27 +30,27 @@ def rigid_fit(source: Array, target: Array) -> Array:
     >>> bool(np.allclose(rigid_fit(points, points + [1, 2, 3])[:3, 3], [1, 2, 3]))
     True
     """
-    middle, goal = source.mean(axis=0), target.mean(axis=0)
-    u, _, v = np.linalg.svd((source - middle).T @ (target - goal))
+    center, goal = source.mean(axis=0), target.mean(axis=0)
+    u, _, v = np.linalg.svd((source - center).T @ (target - goal))
     sign = np.diag([1.0, 1.0, np.sign(np.linalg.det(u @ v))])
     T = np.eye(4)
     T[:3, :3] = (u @ sign @ v).T
-    T[:3, 3] = goal - T[:3, :3] @ middle
+    T[:3, 3] = goal - T[:3, :3] @ center
     return T
 
 
-def to_planes(source: Array, target: Array, normals: Array, start: Array) -> Array:
-    """Return the rigid motion (4, 4) that brings points to the tangent planes at others, from a start nearby.
+def point_to_plane_fit(source: Array, target: Array, normals: Array, start: Array) -> Array:
+    """Return the rigid motion (4, 4) that minimizes distances to tangent planes at corresponding points.
 
-    Gauss and Newton's method on E1 (Delingette 1994, equation 6.11), with Geman and McClure's weights at twice the
-    residuals' own spread; it comes to the minimum of the thesis's mechanical iteration (6.13) in fewer steps. So that
-    motions which the normals leave open, of nearly round bodies say, stay near the start, slides along the surface
-    count too, as much less as they are larger.
+    Gauss-Newton on E1 (Delingette 1994, equation 6.11) with Geman-McClure weights at twice the robust standard
+    deviation of the residuals; it reaches the minimum of the thesis's mechanical iteration (6.13) in fewer steps.
+    Tangential residuals enter with a weight inverse to their variance, which regularizes motions that the normals do
+    not determine, of nearly round bodies for example.
 
     Parameters
     ----------
     source, target, normals : (k, 3) array of float
-        Points that correspond, and unit normals at the targets.
+        Corresponding points, and unit normals at the targets.
     start : (4, 4) array of float
 
     Examples
@@ -58,35 +58,53 @@ def to_planes(source: Array, target: Array, normals: Array, start: Array) -> Arr
     >>> rng = np.random.default_rng(0)
     >>> points, normals = rng.normal(size=(60, 3)), rng.normal(size=(60, 3))
     >>> T = np.eye(4)
-    >>> T[:3, :3] = rotations_of(np.array([[0.1, -0.05, 0.2]]))[0]
+    >>> T[:3, :3] = rotation_matrices(np.array([[0.1, -0.05, 0.2]]))[0]
     >>> moved = points @ T[:3, :3].T
-    >>> bool(np.allclose(to_planes(points, moved, normals, np.eye(4)), T, atol=1e-9))
+    >>> bool(np.allclose(point_to_plane_fit(points, moved, normals, np.eye(4)), T, atol=1e-9))
     True
     """
     T = start.copy()
     extent = max(float(np.sqrt(((target - target.mean(axis=0)) ** 2).sum(axis=1).mean())), 1e-300)
-    for _ in range(ROUNDS):
+    for _ in range(ITERATIONS):
         at = source @ T[:3, :3].T + T[:3, 3]
-        middle = at.mean(axis=0)
-        lack = dot(at - target, normals)
-        spread = max(2 * 1.4826 * float(np.median(np.abs(lack))), 1e-12 * extent)
-        weight = 1 / (1 + (lack / spread) ** 2) ** 2
-        arms = (at - middle) / extent
-        rows = np.hstack([cross(arms, normals), normals])
-        slide = at - target - lack[:, None] * normals
-        trust = SLIDING * float(np.median(lack**2)) / max(float(np.median((slide**2).sum(axis=1))), 1e-24 * extent**2)
+        center = at.mean(axis=0)
+        residual = dot(at - target, normals)
+        weight = robust_weights(residual, 1e-12 * extent)
+        local = (at - center) / extent
+        rows = np.hstack([cross(local, normals), normals])
+        tangential = at - target - residual[:, None] * normals
+        variance = max(float(np.median((tangential**2).sum(axis=1))), 1e-24 * extent**2)
+        relative_weight = TANGENTIAL_WEIGHT * float(np.median(residual**2)) / variance
         matrix = (rows * weight[:, None]).T @ rows
-        vector = rows.T @ (weight * lack)
+        vector = rows.T @ (weight * residual)
         for axis in np.eye(3):
-            along = axis - dot(normals, axis[None])[:, None] * normals
-            rows = np.hstack([cross(arms, along), along])
-            matrix += trust * rows.T @ rows
-            vector += trust * rows.T @ dot(slide, axis[None])
+            projected = axis - dot(normals, axis[None])[:, None] * normals
+            rows = np.hstack([cross(local, projected), projected])
+            matrix += relative_weight * rows.T @ rows
+            vector += relative_weight * rows.T @ dot(tangential, axis[None])
         x = -np.linalg.pinv(matrix, rcond=1e-9, hermitian=True) @ vector
-        step = np.eye(4)
-        step[:3, :3] = rotations_of(x[None, :3] / extent)[0]
-        step[:3, 3] = middle + x[3:] - step[:3, :3] @ middle
-        T = step @ T
+        T = small_motion(x[:3] / extent, x[3:], center) @ T
         if np.linalg.norm(x) < 1e-9 * extent:
             break
+    return T
+
+
+def robust_weights(residuals: Array, floor: float) -> Array:
+    """Return Geman-McClure weights at twice the robust standard deviation of residuals, at least `floor`."""
+    scale = max(2 * 1.4826 * float(np.median(np.abs(residuals))), floor)
+    return np.asarray(1 / (1 + (residuals / scale) ** 2) ** 2)
+
+
+def small_motion(vector: Array, shift: Array, center: Array) -> Array:
+    """Return the motion (4, 4) of a rotation vector about a center, followed by a shift.
+
+    Examples
+    --------
+    >>> T = small_motion(np.array([0, 0, np.pi]), np.array([0, 0, 1.0]), np.array([1.0, 0, 0]))
+    >>> np.abs(T @ [0, 0, 0, 1]).round(6).tolist()
+    [2.0, 0.0, 1.0, 1.0]
+    """
+    T = np.eye(4)
+    T[:3, :3] = rotation_matrices(vector[None])[0]
+    T[:3, 3] = center + shift - T[:3, :3] @ center
     return T

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from simplexmesh.recognition.occlusion import signature_of
+from simplexmesh.recognition.partial_signatures import signature_of
 from simplexmesh.recognition.sai import SAI
 from simplexmesh.recognition.sphere_domain import sphere_domain
 

@@ -13,7 +13,7 @@ from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.deform import DeformableModel
 from simplexmesh.motion.evolve import mean_edge
 from simplexmesh.motion.forces import CONSTRAINTS
-from simplexmesh.motion.initial.orientation import turned
+from simplexmesh.motion.initial.orientation import oriented_indicator
 from simplexmesh.motion.initial.planes import planes
 from simplexmesh.motion.initial.primitives import primitive_around, principal_frame
 from simplexmesh.motion.outward import STRAIGHT, sense
@@ -225,7 +225,7 @@ def facing_outward(points: Array, normals: Array | None) -> PointCloud:
         subset = chosen[np.sort(rng.choice(len(chosen), ORIENTED_POINTS, replace=False))]
     if normals is None:
         cell = float(np.ptp(chosen, axis=0).max()) / CELLS
-        normals = -turned(subset, planes(subset), cell).at(chosen)[1]
+        normals = -oriented_indicator(subset, planes(subset), cell).at(chosen)[1]
         length = norm(normals)
         known = length > 0
         chosen, normals = chosen[known], normals[known] / length[known, None]

@@ -16,7 +16,7 @@ from simplexmesh.data.convert import as_data
 from simplexmesh.data.points import distinct
 from simplexmesh.data.volume import Volume
 from simplexmesh.errors import TopologyError
-from simplexmesh.motion.initial.orientation import turned
+from simplexmesh.motion.initial.orientation import oriented_indicator
 from simplexmesh.motion.initial.planes import Planes
 from simplexmesh.motion.outward import STRAIGHT, sense
 from simplexmesh.motion.subjects import PointsSubject, TrianglesSubject, as_subject
@@ -231,7 +231,7 @@ def oriented(points: Array, found: Planes) -> Array:
         spacing, noise, near = neighbors_of(some)
         planes = Planes(_planes_of(some, near)[0], spacing, noise)
     cell = float(np.ptp(points, axis=0).max()) / CELLS
-    inward = turned(some, planes, cell).at(points)[1]
+    inward = oriented_indicator(some, planes, cell).at(points)[1]
     normals = np.where(dot(found.normals, inward)[:, None] > 0, -found.normals, found.normals)
     border = border_of_points(some[:: max(1, len(some) // BORDERING)])
     middle = border.points.mean(axis=0) if len(border.points) else points.mean(axis=0)

@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 
 from simplexmesh._vec import cross, norm
 from simplexmesh.recognition.icp import Pairing, information, paired
-from simplexmesh.recognition.rotations import rotations_of
+from simplexmesh.recognition.rotation_vectors import rotation_matrices
 from simplexmesh.recognition.surfaces import Surface
 
 Array = NDArray[np.float64]
@@ -118,7 +118,7 @@ class Court:
     def _slides(self, T: Array, turn: Array, shift: Array, middle: Array, before: Pairing) -> bool:
         """Whether points that still meet the target after a motion fit it as well as before."""
         step = np.eye(4)
-        step[:3, :3] = rotations_of(turn[None])[0]
+        step[:3, :3] = rotation_matrices(turn[None])[0]
         step[:3, 3] = middle + shift - step[:3, :3] @ middle
         after = paired(self.source, self.target, self.trees[1], step @ T, 2 * self.reach, self.samples[0])
         both = before.common & np.isfinite(after.lack) & (after.near >= 0)

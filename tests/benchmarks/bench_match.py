@@ -16,9 +16,9 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import simplexmesh as sm
-from simplexmesh.recognition.match import searched
-from simplexmesh.recognition.occlusion import Signature
-from simplexmesh.recognition.rotations import built, rotations
+from simplexmesh.recognition.match import rotation_differences
+from simplexmesh.recognition.partial_signatures import Signature
+from simplexmesh.recognition.rotations import build, rotations
 from simplexmesh.recognition.sphere_domain import sphere_domain
 from tests import reference_recognition as reference
 
@@ -47,20 +47,20 @@ def searches() -> None:
         seen = rng.random((2, n)) < 0.7
         for family in ("darts", "even"):
             start = time.perf_counter()
-            built(frequency, family)
-            build = time.perf_counter() - start
+            build(frequency, family)
+            building = time.perf_counter() - start
             table = rotations(frequency, family)
             whole = [Signature(each, np.ones(n, bool), sphere_domain(frequency).vertices) for each in values]
             part = [
                 Signature(each, some, sphere_domain(frequency).vertices)
                 for each, some in zip(values, seen, strict=True)
             ]
-            search = best(lambda: searched(*whole, table))  # noqa: B023
-            hidden = best(lambda: searched(*part, table))  # noqa: B023
+            search = best(lambda: rotation_differences(*whole, table))  # noqa: B023
+            hidden = best(lambda: rotation_differences(*part, table))  # noqa: B023
             rows = table.indices()
             plain = best(lambda: ((values[0][rows] - values[1]) ** 2).sum(axis=1), 2)  # noqa: B023
             print(
-                f"| {frequency} | {n:,} | {family} | {len(table):,} | {build:.2f} | {1e3 * search:.2f} "
+                f"| {frequency} | {n:,} | {family} | {len(table):,} | {building:.2f} | {1e3 * search:.2f} "
                 f"| {1e3 * hidden:.2f} | {1e3 * plain:.0f} | {plain / search:.0f} |"
             )
 
