@@ -19,7 +19,7 @@ from simplexmesh.motion.holes import open_holes
 from simplexmesh.motion.outward import turned_outward
 from simplexmesh.motion.rim import Rim
 from simplexmesh.motion.rim_refine import divided_rims
-from simplexmesh.motion.rim_upright import uprighted
+from simplexmesh.motion.rim_unfold import unfolded_rims
 from simplexmesh.motion.subjects import as_subject
 from simplexmesh.motion.targets import _kernels_borders
 from simplexmesh.motion.targets.borders import border_of_points
@@ -398,10 +398,10 @@ def test_corners_of_rims_look_the_right_way():
     vertices[inside] += 1.2 * (vertices[corner] - vertices[inside])
     worse = flat.moved(vertices)
     assert "inverted" in worse.check().where
-    better = uprighted(worse)
+    better = unfolded_rims(worse)
     assert "inverted" not in better.check().where
     assert np.array_equal(better.vertices[rim], worse.vertices[rim])
-    assert uprighted(flat) is flat
+    assert unfolded_rims(flat) is flat
 
 
 class TestOutward:

@@ -11,14 +11,14 @@ from scipy.spatial.transform import Rotation
 import simplexmesh as sm
 from simplexmesh.mesh.editing import EditableMesh
 from simplexmesh.motion import _kernels_refine
-from simplexmesh.motion.dividing import MOST_MERGED, divided, evened, removable
 from simplexmesh.motion.evolve import Stage, evolved
+from simplexmesh.motion.face_edits import MOST_MERGED, divide_faces, removable_edges, with_even_faces
 from simplexmesh.motion.face_score import face_distance, face_score
 from simplexmesh.motion.initial.primitives import primitive_around
 from simplexmesh.motion.redistribute import redistribute_round
-from simplexmesh.motion.refine import THRESHOLDS, refine_round, scored
+from simplexmesh.motion.refine import THRESHOLDS, refine_round, refinement_scores
 from simplexmesh.motion.refined import Refined
-from simplexmesh.motion.settling import with_even_metric
+from simplexmesh.motion.relaxation import with_even_metric
 from simplexmesh.motion.subjects import as_subject
 from simplexmesh.motion.targets.triangles import inside_surface, surface_distance
 from simplexmesh.motion.untangle import tangled_vertices
@@ -156,7 +156,7 @@ class TestRound:
             zone = np.arange(sizes.size) == face
             grow = np.ones(sizes.size, bool)
             edit = EditableMesh(mesh)
-            done = divided(edit, mesh, np.flatnonzero(zone), 100, grow)
+            done = divide_faces(edit, mesh, np.flatnonzero(zone), 100, grow)
             assert (*done, edit.result().mesh.n_vertices - mesh.n_vertices) == expected
 
     @pytest.mark.parametrize("budget", [0, 1, 2, 9, 10, 47, 200])
@@ -174,8 +174,8 @@ class TestRound:
         faces = tangled.connectivity.vertex_faces[tangled_vertices(tangled)]
         assert len(faces) > 0
         assert (face_score(tangled, face_distance(tangled, target, 0.4), 0.4).total[faces] > 0).any()
-        assert (scored(tangled, target, 0.4)[faces] == 0).all()
-        assert (scored(tangled, target, 0.4) > 0).sum() > 20
+        assert (refinement_scores(tangled, target, 0.4)[faces] == 0).all()
+        assert (refinement_scores(tangled, target, 0.4) > 0).sum() > 20
 
 
 class TestRefine:
@@ -293,8 +293,8 @@ class TestZones:
     def test_sizes_are_made_even_within(self):
         uneven = sm.refine_face(sm.refine_face(sm.sphere(8), 40).mesh, 40).mesh
         zone = np.ones(uneven.connectivity.face_sizes.size, bool)
-        assert set(np.unique(evened(uneven, zone).mesh.connectivity.face_sizes)) <= {5, 6, 7}
-        assert evened(uneven, ~zone).mesh is uneven
+        assert set(np.unique(with_even_faces(uneven, zone).mesh.connectivity.face_sizes)) <= {5, 6, 7}
+        assert with_even_faces(uneven, ~zone).mesh is uneven
 
 
 class TestRedistribute:
@@ -342,7 +342,7 @@ class TestRedistribute:
     def test_edges_that_may_go_leave_no_large_faces_and_no_triangles(self):
         mesh = self.EVEN
         score = face_score(mesh, face_distance(mesh, sm.targets.Triangles(EGG), 0.4), 0.4)
-        darts, around, merged = removable(mesh.connectivity, score)
+        darts, around, merged = removable_edges(mesh.connectivity, score)
         sizes = mesh.connectivity.face_sizes[around]
         assert (sizes[:, :2].sum(axis=1) - 4 <= MOST_MERGED).all()
         edit = EditableMesh(mesh)

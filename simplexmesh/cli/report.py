@@ -118,12 +118,12 @@ def progress(title: str, *, wanted: bool = True) -> Iterator[Callable[[float, st
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-    from simplexmesh.motion.progress import moving
+    from simplexmesh.motion.progress import bar_reporting
 
     columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:>3.0f} %"))
     with (
         Progress(*columns, TimeElapsedColumn(), console=Console(stderr=True), transient=True) as bar,
-        moving(bar, title, f"{title}: ") as moved,
+        bar_reporting(bar, title, f"{title}: ") as moved,
     ):
         yield moved
 

@@ -1,4 +1,4 @@
-"""How far a surface is from the one that was planned, with a sign: what was done beside what was meant."""
+"""Signed deviation of a surface from a reference, such as a surgical result from its plan."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Deviation:
-    """Signed distances from the points of one surface to another, in their unit.
+    """Signed distances from the vertices or points of a surface to a reference, in their unit.
 
     Attributes
     ----------
     distances : (n,) array of float
-        Positive outside the reference, negative inside; NaN where there is nothing to compare with.
+        Positive outside the reference, negative inside; NaN where undefined.
     summary : Summary
-        Of their absolute values.
+        Summary of their absolute values.
 
     Examples
     --------
@@ -45,12 +45,12 @@ class Deviation:
 
     @cached_property
     def summary(self) -> Summary:
-        """Mean, rms, 95th percentile and largest of the absolute values, and how many are known."""
+        """Mean, rms, 95th percentile, maximum and number of the absolute values that are known."""
         return Summary.of(self.distances)
 
     @property
     def mean(self) -> float:
-        """Of the absolute values."""
+        """Mean absolute value."""
         return self.summary.mean
 
     @property
@@ -65,46 +65,46 @@ class Deviation:
 
     @property
     def max(self) -> float:
-        """The largest absolute value."""
+        """Maximum absolute value."""
         return self.summary.max
 
     @property
     def bias(self) -> float:
-        """Mean of the signed values: positive where too much is left on the whole."""
+        """Mean signed value: positive when the surface is outside the reference on average."""
         known = self.distances[np.isfinite(self.distances)]
         return float(known.mean()) if len(known) else float("nan")
 
 
 def deviation(surface: Any, reference: Any, *, reach: float | None = None, beyond_border: bool = False) -> Deviation:
-    """Return how far each vertex of a surface is from a reference: what was done from what was planned.
+    """Return the signed distance from each vertex of a surface to a reference.
 
     Parameters
     ----------
     surface : TriangleMesh, SimplexMesh, PointCloud, array, PyVista or trimesh object, or path
-        What is measured, at its vertices or points; rows of the answer are theirs.
+        The surface measured, at its vertices or points, one row of the result each.
     reference : TriangleMesh, SimplexMesh, PyVista or trimesh object, or path
-        What it is compared with, faces counter-clockwise seen from outside; its duplicate positions are merged.
+        The reference, faces counter-clockwise seen from outside; duplicate positions are merged.
     reach : float, optional
-        Distances beyond this, in the unit of the surfaces, are not known: NaN. By default there is no end.
+        Distances beyond this, in the unit of the surfaces, become NaN. Default: no limit.
     beyond_border : bool
-        Where the nearest place of an open reference is its border, whether that counts: beyond it nothing was
-        planned. By default it is NaN.
+        Whether distances count whose nearest point of an open reference is on its border. By default they are NaN:
+        the reference says nothing beyond its border.
 
     Returns
     -------
     Deviation
-        Its `distances` can be drawn with `plot.heat`.
+        Draw its `distances` with `plot.heat`.
 
     Raises
     ------
     ValueError, TypeError
-        Not a surface, a reach that is not positive.
+        For anything but a surface, or a reach that is not positive.
 
     Notes
     -----
-    Distances are to the triangles. Inside of a closed reference is what it winds around. Of an open one signs are those
-    of the nearest place's normal, at an edge or a corner the mean of the faces there weighted by their angles
-    (Baerentzen and Aanaes 2005): right wherever the nearest place is not on the border.
+    Distances are to the triangles. The sign for a closed reference is by winding number. For an open one it is that of
+    the normal at the nearest point, on an edge or vertex the angle-weighted pseudonormal (Baerentzen and Aanaes 2005),
+    which is correct wherever the nearest point is not on the border.
 
     Examples
     --------
@@ -119,7 +119,7 @@ def deviation(surface: Any, reference: Any, *, reach: float | None = None, beyon
     mesh = as_triangles(reference, "reference").welded(report=False)
     _check.size("reference", mesh.bounds)
     if mesh.is_closed and mesh.volume < 0:
-        warn("the reference looks inward, so distances are positive within it: reference.oriented() turns it")
+        warn("the reference has inward normals, so distances inside it are positive; reference.oriented() flips them")
     if len(points):
         _check.size("surface", np.stack([points.min(axis=0), points.max(axis=0)]))
     distances, _, beyond = Triangles(mesh).signed(points)
@@ -132,7 +132,7 @@ def deviation(surface: Any, reference: Any, *, reach: float | None = None, beyon
 
 
 def _points(surface: Any) -> Array:
-    """Return the vertices or points of a surface, all of them and in order."""
+    """Return the (n, 3) vertices or points of a surface, in order."""
     if isinstance(surface, np.ndarray):
         points: Array = _check.array("surface", surface, (None, 3))
         return points

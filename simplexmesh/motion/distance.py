@@ -1,4 +1,4 @@
-"""How far a mesh is from its data, and the data from the mesh."""
+"""Summaries of distances between a mesh and its data."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Summary:
-    """Mean, root mean square, 95th percentile and largest of a set of distances, and how many there were.
+    """Mean, root mean square, 95th percentile, maximum and number of a set of distances.
 
     Examples
     --------
@@ -28,7 +28,7 @@ class Summary:
 
     @classmethod
     def of(cls, distances: Array) -> Summary:
-        """Return the summary of (n,) distances; NaN are left out, and nothing at all gives NaN throughout."""
+        """Return the summary of the absolute values of (n,) distances; NaN are ignored, and if all are, it is NaN."""
         known = np.abs(distances[np.isfinite(distances)])
         if not len(known):
             return cls(float("nan"), float("nan"), float("nan"), float("nan"), 0)
@@ -47,19 +47,19 @@ class Summary:
 
 @dataclass(frozen=True)
 class Distance:
-    """Distances both ways, in the data's unit.
+    """Distances between a mesh and its data, both ways, in the data's unit.
 
     Attributes
     ----------
     mesh_to_data : Summary
-        From the vertices of the mesh, along their normals, to the surface seen in the data; where nothing is near
-        along the normal, to the nearest point of the data.
+        From the vertices of the mesh to the surface in the data along their normals, or to the nearest point of the
+        data where there is none within reach.
     data_to_mesh : Summary
-        From the points of the data to the surface of the mesh (its fan triangulation); all points that the background
-        reaches count.
+        From the points of the data to the surface of the mesh (its fan triangulation). Of a volume, these are the
+        points reached from the background.
     enclosed : Summary
-        The part of `data_to_mesh` that lies inside the model and far from its surface: walls of pockets that the model
-        closes over, such as airways behind sealed nostrils.
+        The part of `data_to_mesh` inside the model and far from its surface: walls of cavities that the model closes
+        over, such as airways behind sealed nostrils.
     """
 
     mesh_to_data: Summary

@@ -1,4 +1,4 @@
-"""A motion in stages, from stiff and far-sighted to supple and near-sighted, that can be watched and interrupted."""
+"""Coarse-to-fine motion in stages, with progress and interruption."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ class Stage:
     Attributes
     ----------
     rigidity : int
-        How many edges far curvature is averaged.
+        Radius, in edges, over which curvature is averaged.
     reach : float
-        How far the data is looked for, in its unit.
+        Search distance for data, in its unit.
     iterations : int
-        How many at most.
+        Maximum number.
     alpha, beta : float
-        Weight of the internal force and of the data.
+        Weights of the internal and of the data force.
     adaptation : float
-        Strength with which metric parameters follow curvature.
+        Strength with which metric parameters are adapted to curvature.
     """
 
     rigidity: int
@@ -43,8 +43,8 @@ class Stage:
 
 
 @dataclass
-class Course:
-    """What came out of a motion in stages: the mesh, its history, and whether it came to rest or was interrupted."""
+class Evolution:
+    """Result of a motion in stages: the mesh, its history, and whether it converged or was interrupted."""
 
     mesh: SimplexMesh
     history: list[State] = field(default_factory=list)
@@ -65,12 +65,12 @@ def evolved(
     *,
     tolerance: float = 5e-3,
     watch: Callable[[float], None] | None = None,
-) -> Course:
-    """Move a mesh through stages and return where it came to rest.
+) -> Evolution:
+    """Move a mesh through stages.
 
-    A stage ends early when the mesh rests: over 10 iterations the energy changed by less than `tolerance` of itself, or
-    no vertex moved by more than a thousandth of the mean edge at once.
-    An interrupt (Ctrl-C) ends the motion with the last whole state.
+    A stage ends early at convergence: the mean energy of 10 iterations changed by a fraction of less than `tolerance`,
+    or no vertex moved by more than a thousandth of the mean edge in any of them. An interrupt (Ctrl-C) ends the motion
+    with the last complete state.
 
     Parameters
     ----------
@@ -78,51 +78,51 @@ def evolved(
     target : Target
     stages : sequence of Stage
     tolerance : float
-        See above.
+        Relative change of energy at convergence.
     watch : callable, optional
-        Called with the share of the iterations done.
+        Called with the fraction of the iterations done, 0 to 1.
 
     Returns
     -------
-    Course
+    Evolution
 
     Raises
     ------
     DivergedError
-        With the last good mesh.
+        When the motion diverges; with the last valid mesh.
     """
-    course = Course(mesh)
+    out = Evolution(mesh)
     total, before = sum(stage.iterations for stage in stages), 0
     for stage in stages:
-        course.converged = False
+        out.converged = False
         recent: list[State] = []
-        still = 1e-3 * mean_edge(course.mesh)
+        still = 1e-3 * mean_edge(out.mesh)
         model = None
         try:
             model = DeformableModel(
-                course.mesh, target, rigidity=stage.rigidity, reach=stage.reach, alpha=stage.alpha, beta=stage.beta,
+                out.mesh, target, rigidity=stage.rigidity, reach=stage.reach, alpha=stage.alpha, beta=stage.beta,
                 adaptation=stage.adaptation,
             )  # fmt: skip
             for state in model.run(stage.iterations):
-                course.history.append(state)
+                out.history.append(state)
                 recent.append(state)
                 if watch is not None:
                     watch((before + state.iteration) / total)
-                if _resting(recent, tolerance, still):
-                    course.converged = True
+                if _converged(recent, tolerance, still):
+                    out.converged = True
                     break
         except KeyboardInterrupt:
-            course.interrupted = True
+            out.interrupted = True
         if model is not None:
-            course.mesh = model.mesh
+            out.mesh = model.mesh
         before += stage.iterations
-        if course.interrupted:
+        if out.interrupted:
             break
-    return course
+    return out
 
 
-def _resting(states: list[State], tolerance: float, still: float) -> bool:
-    """Return whether the mesh has settled: the last ten iterations moved little, or saved no more energy."""
+def _converged(states: list[State], tolerance: float, still: float) -> bool:
+    """Return whether the mesh has converged: little motion or change of mean energy in the last ten iterations."""
     if len(states) < 20 or len(states) % 10:
         return False
     if max(state.move for state in states[-10:]) <= still:

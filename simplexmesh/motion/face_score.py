@@ -1,4 +1,4 @@
-"""How much a face of a mesh needs refining: the product of four numbers without unit."""
+"""The refinement score of a face: a product of four dimensionless factors."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class FaceScore:
-    """The score of each face and its four factors, all without unit, (f,) arrays, holes included with a score of 0.
+    """The dimensionless factors of the score of each face, (f,) arrays; holes are included and score 0.
 
     Attributes
     ----------
@@ -28,9 +28,9 @@ class FaceScore:
     elongation : (f,) array of float
         1 + (longest - shortest edge) / median edge.
     curvature : (f,) array of float
-        How much the surface turns over the face, in steradians.
+        Integral of curvature over the face, in steradians.
     distance : (f,) array of float
-        Distance to the data over the reach, 0 to 1; 0 where no data is within reach.
+        Distance to the data relative to the reach, 0 to 1; 0 where no data is within reach.
     """
 
     area: Array
@@ -40,22 +40,22 @@ class FaceScore:
 
     @property
     def total(self) -> Array:
-        """(f,) the product of the four."""
+        """(f,) the product of the factors."""
         return self.area * self.elongation * self.curvature * self.distance
 
 
 def face_distance(mesh: SimplexMesh, target: Target, reach: float) -> Array:
-    """Return how far each face is from the data, in its unit, NaN where none of it has data within reach.
+    """Return the distance of each face to the data, in its unit, NaN where none of it has data within reach.
 
-    The mean over its vertices or, where that is more, the distance of its centroid: between vertices that lie on a
-    curved surface a face is farthest from it in the middle.
+    The mean over its vertices, or the distance at its centroid if that is larger: a face with vertices on a curved
+    surface is farthest from it at the center.
 
     Parameters
     ----------
     mesh : SimplexMesh
     target : Target
     reach : float
-        How far the data is looked for, along the normals of vertices and faces.
+        Search distance for data along the normals of vertices and faces.
 
     Returns
     -------
@@ -82,23 +82,23 @@ def face_distance(mesh: SimplexMesh, target: Target, reach: float) -> Array:
 
 
 def face_score(mesh: SimplexMesh, away: Array, reach: float, *, curvature: str = "bending") -> FaceScore:
-    """Return how much each face needs refining: relative area x elongation x curvature x relative distance.
+    """Return the refinement score of each face: relative area x elongation x curvature x relative distance.
 
-    The thesis's third factor is the Gaussian measure, the solid angle of the normals. It is zero on cylinders, creases
-    and wherever the mesh is flat, so that the faces along the edges of a machined part, and flat ones stretched over
-    a cavity, would never be refined. By default it is replaced by the bending, the integral of (k1^2 + k2^2) / 2,
-    which is the same on a sphere and never less than the absolute Gaussian measure elsewhere; and where the data is so
-    far that the face would have to turn more than that to get there, by the square of distance over size.
+    The thesis's third factor is the total Gaussian curvature, the solid angle of the normals. It vanishes on cylinders,
+    creases and wherever the mesh is flat, so that faces along the edges of a machined part, and flat ones that span a
+    cavity, would never be refined. By default it is replaced by the bending, the integral of (k1^2 + k2^2) / 2, equal
+    on a sphere and never less than the absolute Gaussian measure elsewhere, or by squared distance over area where that
+    is larger: the curvature a face would need to reach the data.
 
     Parameters
     ----------
     mesh : SimplexMesh
     away : (f,) array of float
-        Distance of each face to the data, see `face_distance`; NaN counts as 0.
+        Distance of each face to the data from `face_distance`; NaN counts as 0.
     reach : float
-        What counts as far, in the same unit.
+        Distance at which the fourth factor saturates, in the same unit.
     curvature : {"bending", "gauss"}
-        The third factor: as said, or as in the thesis.
+        The third factor: as above, or as in the thesis.
 
     Returns
     -------
@@ -123,10 +123,10 @@ def face_score(mesh: SimplexMesh, away: Array, reach: float, *, curvature: str =
     area[c.face_is_hole] = 0.0
     away = np.where(c.face_is_hole, 0.0, np.minimum(np.nan_to_num(away), reach))
     if curvature == "gauss":
-        turn = np.abs(face_gauss(mesh.normals, *loops))
+        total = np.abs(face_gauss(mesh.normals, *loops))
     else:
         bend2 = curvedness(mesh.vertices, mesh.normals, mesh.neighbors) ** 2
-        turn = area * np.add.reduceat(bend2[c.face_vertices], c.face_offsets[:-1]) / c.face_sizes
-        turn = np.maximum(turn, away**2 / np.maximum(area, np.finfo(float).tiny))
-    turn[c.face_is_hole] = 0.0
-    return FaceScore(area / max(float(area.sum()), np.finfo(float).tiny), elongation, turn, away / reach)
+        total = area * np.add.reduceat(bend2[c.face_vertices], c.face_offsets[:-1]) / c.face_sizes
+        total = np.maximum(total, away**2 / np.maximum(area, np.finfo(float).tiny))
+    total[c.face_is_hole] = 0.0
+    return FaceScore(area / max(float(area.sum()), np.finfo(float).tiny), elongation, total, away / reach)

@@ -1,4 +1,4 @@
-"""How well a mesh fits its data, measured; and what a user should be told about it."""
+"""Distances between a fitted mesh and its data, with warnings about a poor fit."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ from simplexmesh.motion.targets.triangles import inside_surface, surface_distanc
 Array = NDArray[np.float64]
 
 MOST_UNSEEN = 0.25
-"""A model of which a larger share has no data near is worth a remark."""
+"""Fraction of the model without data nearby above which a warning is given."""
 
 MOST_MISSED = 0.05
-"""So is one that leaves out a larger share of the data."""
+"""Fraction of the data without model nearby above which a warning is given."""
 
 FAR = 0.04
-"""In shares of the data's diagonal: beyond any noise worth fitting."""
+"""In diagonals of the data: beyond any noise."""
 
 
 def measured(mesh: SimplexMesh, subject: Subject, reach: float, *, dropped: bool = False) -> tuple[Distance, Array]:
     """Return the distances between a mesh and its data, both ways, and (n,) that of each vertex to the data.
 
-    A vertex without data along its normal within `reach` is as far away as the nearest point of the data. `dropped`
-    says that the start left pieces of the data out, for the remark on data that is missed.
+    For a vertex without data along its normal within `reach` it is the distance to the nearest point of the data.
+    `dropped` tells whether the start omitted pieces of the data, for the warning.
     """
     points = subject.points
     if len(points) > MOST_POINTS:
@@ -47,19 +47,15 @@ def measured(mesh: SimplexMesh, subject: Subject, reach: float, *, dropped: bool
     diagonal = float(np.linalg.norm(np.ptp(points, axis=0)))
     limit = max(reach, FAR * diagonal)
     missed = (np.count_nonzero(back > limit) - np.count_nonzero(back[enclosed] > limit)) / max(len(back), 1)
-    _remark(float((away > limit).mean()), missed, mesh.n_holes == 0, dropped)
+    _warn_of_poor_fit(float((away > limit).mean()), missed, mesh.n_holes == 0, dropped)
     return distance, away
 
 
-def _remark(unseen: float, missed: float, closed: bool, dropped: bool) -> None:  # noqa: FBT001  facts, not switches
-    """Warn when much of the model has no data near it, or much of the data no model."""
+def _warn_of_poor_fit(unseen: float, missed: float, closed: bool, dropped: bool) -> None:  # noqa: FBT001
+    """Warn when much of the model has no data nearby, or much of the data no model nearby."""
     if unseen > MOST_UNSEEN:
         hint = "; where the data is an open surface, give init='plane'" if closed else ""
-        _warn(f"{unseen:.0%} of the model is far from any data{hint}")
+        warn(f"{unseen:.0%} of the model is far from any data{hint}")
     if missed > MOST_MISSED:
         hint = "components='all' keeps all its pieces" if dropped else "more vertices or another start may reach it"
-        _warn(f"{missed:.0%} of the data is far from the model; {hint}")
-
-
-def _warn(message: str) -> None:
-    warn(message)
+        warn(f"{missed:.0%} of the data is far from the model; {hint}")

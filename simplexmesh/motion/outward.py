@@ -13,7 +13,7 @@ from scipy.spatial import cKDTree
 from simplexmesh._vec import dot, norm
 from simplexmesh.data.points import PointCloud
 from simplexmesh.data.triangles import TriangleMesh
-from simplexmesh.motion.initial.orientation import turned
+from simplexmesh.motion.initial.orientation import oriented_indicator
 from simplexmesh.motion.initial.planes import planes
 from simplexmesh.motion.subjects import PointsSubject, Subject, TrianglesSubject
 from simplexmesh.motion.targets.borders import border_of_points
@@ -132,5 +132,5 @@ def _bounding(points: Array, normals: Array) -> Array:
     if len(points) > MOST_POINTS:
         some = points[np.random.default_rng(0).choice(len(points), MOST_POINTS, replace=False)]
     cell = float(np.ptp(points, axis=0).max()) / CELLS
-    inward = turned(some, planes(some), cell).at(points)[1]
+    inward = oriented_indicator(some, planes(some), cell).at(points)[1]
     return np.where(dot(normals, inward)[:, None] > 0, -normals, normals)

@@ -1,4 +1,4 @@
-"""What may change of a mesh's topology on its way to the data, and what did."""
+"""The changes of topology and connectivity that a reconstruction may make, and the record of those made."""
 
 from __future__ import annotations
 
@@ -12,30 +12,30 @@ from simplexmesh.motion.handles import HandleProposal
 from simplexmesh.motion.holes import HoleProposal
 from simplexmesh.motion.refine import THRESHOLDS
 
-FIRST = 0.42
-"""The share of the vertices that a start has when refinement spends the others: 720 of 1,700, as in the thesis."""
+START_SHARE = 0.42
+"""Fraction of the vertices in the start when refinement adds the others: 720 of 1,700, as in the thesis."""
 
-ENOUGH = 720
-"""A start of fewer is too coarse to find holes; it gets up to eight tenths of the vertices."""
+FEWEST_START = 720
+"""A start of fewer vertices is too coarse to find holes; it gets up to eight tenths of all."""
 
 Choice = str | Sequence[Any] | Callable[[Any], bool]
 
 
 @dataclass(frozen=True)
 class Plan:
-    """What may change on the way.
+    """The changes of a mesh that a reconstruction may make.
 
     Attributes
     ----------
     holes, handles : {"auto", "none"}, function or sequence
-        Which proposals are accepted; a sequence gives the zones, or the pairs of faces.
+        Which proposals are accepted; a sequence gives the zones or the pairs of faces instead.
     refine : {"none", "auto", "coarse", "medium", "fine"}
-        How fine faces become; "auto" uses all vertices up to `vertices`.
+        The threshold of refinement; "auto" uses all of `vertices`.
     vertices : int
-        The most there may be.
+        Maximum number.
     placement : {"even", "adaptive", "closed"}
-        Whether faces are divided and merged for each other where the data asks for it; "closed" while there is no hole:
-        between coarser faces rims lose their way.
+        Whether vertices are redistributed by curvature and distance to the data; "closed" does so only without holes:
+        among coarse faces, rims stray.
     """
 
     holes: Choice = "none"
@@ -46,39 +46,39 @@ class Plan:
 
     @property
     def first_vertices(self) -> int:
-        """How many the start should have: refinement adds the others."""
+        """Number of vertices of the start; refinement adds the others."""
         if self.refine == "none":
             return self.vertices
-        return max(int(FIRST * self.vertices), min(int(0.8 * self.vertices), ENOUGH))
+        return max(int(START_SHARE * self.vertices), min(int(0.8 * self.vertices), FEWEST_START))
 
     def exchanges(self, mesh: SimplexMesh) -> bool:
-        """Whether faces of this mesh are to be exchanged."""
+        """Return whether vertices of this mesh are to be redistributed."""
         return self.placement == "adaptive" or (self.placement == "closed" and not mesh.n_holes)
 
     @property
     def changes(self) -> bool:
-        """Whether anything may."""
+        """Whether holes, handles or refinement are planned."""
         return not (self.holes == "none" and self.handles == "none" and self.refine == "none")
 
 
 @dataclass(frozen=True)
 class TopologyRecord:
-    """What was changed of a mesh's topology while it moved.
+    """The changes of topology and connectivity made by a reconstruction.
 
     Attributes
     ----------
     holes : tuple of HoleProposal
-        The zones far from the data, each cut off or with the reason why not.
-    handles : tuple
+        The zones far from the data, each cut off or with the reason for refusal.
+    handles : tuple of HandleProposal
         The pairs of faces considered for a handle, likewise.
     refined : int
-        Vertices that refinement added.
+        Number of vertices added by refinement.
     exchanged : int
-        Pairs of faces that were merged so that other faces could be divided.
+        Number of pairs of faces merged in exchange for divisions of other faces.
     swapped : int
-        Edges swapped to even out the sizes of faces, by all of these; wrapping, which does so all the time, left out.
+        Number of edges swapped to even out face sizes, except while wrapping.
     exceptions : tuple of int
-        The faces of the final mesh, holes left out, that have fewer than five or more than seven vertices still.
+        The faces of the final mesh, without holes, that have fewer than five or more than seven vertices.
     """
 
     holes: tuple[HoleProposal, ...] = ()
@@ -97,19 +97,19 @@ def plan_for(
     refine: str | None,
     placement: str | None = None,
 ) -> Plan:
-    """Return what may change, checked, by default all for primitives, the placement for starts found, else nothing.
+    """Return the checked plan: by default all for primitives, only placement for automatic starts, nothing for meshes.
 
     Raises
     ------
     ValueError, TypeError
-        For a word that is none of those known, or anything but words, functions and sequences.
+        For an unknown name, or a value that is neither name, function nor sequence.
 
     Examples
     --------
     >>> plan_for("sphere", 1000, None, None, None).refine, plan_for("auto", 1000, None, None, None).changes
     ('auto', False)
     """
-    usual = "none" if init in (None, "auto") else "auto"
+    default = "none" if init in (None, "auto") else "auto"
     for name, given in (("holes", holes), ("handles", handles)):
         if isinstance(given, str):
             _check.choice(name, given, ("auto", "none"))
@@ -120,9 +120,9 @@ def plan_for(
     if placement is not None:
         _check.choice("placement", placement, ("adaptive", "even"))
     return Plan(
-        usual if holes is None else holes,
-        usual if handles is None else handles,
-        refine or usual,
+        default if holes is None else holes,
+        default if handles is None else handles,
+        refine or default,
         vertices,
         placement or ("even" if init is None else "closed"),
     )

@@ -1,4 +1,4 @@
-"""Progress, as a bar or as calls to the user's own function."""
+"""Progress reports: a bar, or calls of the user's function."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 COMPILING = "compiling, this first time"
 
 Report = Callable[[float, str], None]
-"""Called with the share done (0 to 1) and what is being done."""
+"""Called with the fraction done, 0 to 1, and a message."""
 
 
 def _silent(fraction: float, message: str) -> None:
@@ -18,7 +18,7 @@ def _silent(fraction: float, message: str) -> None:
 
 @contextmanager
 def reporting(progress: bool | Report) -> Iterator[Report]:  # noqa: FBT001  the caller's own keyword
-    """Yield the function to report to: the user's, a bar on the terminal or in the notebook, or nothing.
+    """Yield a function to report to: the user's, one that updates a bar on the terminal or notebook, or a dummy.
 
     Examples
     --------
@@ -31,21 +31,21 @@ def reporting(progress: bool | Report) -> Iterator[Report]:  # noqa: FBT001  the
     elif progress:
         from rich.progress import Progress
 
-        with Progress(transient=True) as bar, moving(bar, "reconstructing") as report:
+        with Progress(transient=True) as bar, bar_reporting(bar, "reconstructing") as report:
             yield report
     else:
         yield _silent
 
 
 @contextmanager
-def moving(bar: Any, title: str, prefix: str = "") -> Iterator[Report]:
-    """Yield a function that moves a bar of rich's, which also says when kernels are compiled instead.
+def bar_reporting(bar: Any, title: str, prefix: str = "") -> Iterator[Report]:
+    """Yield a function that updates a `rich` progress bar, which also shows when kernels are being compiled.
 
     Examples
     --------
     >>> from rich.progress import Progress
     >>> bar = Progress(disable=True)
-    >>> with moving(bar, "fitting") as report:
+    >>> with bar_reporting(bar, "fitting") as report:
     ...     report(0.5, "half of it")
     >>> bar.tasks[0].description, bar.tasks[0].percentage
     ('half of it', 50.0)
@@ -53,18 +53,18 @@ def moving(bar: Any, title: str, prefix: str = "") -> Iterator[Report]:
     from simplexmesh._kernels_compiled import compiling
 
     task = bar.add_task(title, total=1.0)
-    said = title
+    description = title
 
-    def moved(fraction: float, message: str) -> None:
-        nonlocal said
-        said = prefix + message
-        bar.update(task, completed=fraction, description=said)
+    def update(fraction: float, message: str) -> None:
+        nonlocal description
+        description = prefix + message
+        bar.update(task, completed=fraction, description=description)
 
     def begun() -> None:
-        bar.update(task, description=f"{said} ({COMPILING})")
+        bar.update(task, description=f"{description} ({COMPILING})")
 
     def ended() -> None:
-        bar.update(task, description=said)
+        bar.update(task, description=description)
 
     with compiling(begun, ended):
-        yield moved
+        yield update

@@ -1,4 +1,4 @@
-"""From data to a surface model in one call."""
+"""Reconstruction of a surface model from data in one call."""
 
 from __future__ import annotations
 
@@ -13,55 +13,56 @@ from simplexmesh import _check
 from simplexmesh.errors import warn
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.distance import Distance, Summary
+from simplexmesh.motion.fit import Fit
 from simplexmesh.motion.initial.report import StartReport
-from simplexmesh.motion.journey import Journey
+from simplexmesh.motion.initialization import Initialization, given_start, initialized
 from simplexmesh.motion.left_out import noted, unopened
 from simplexmesh.motion.measure import measured
-from simplexmesh.motion.outset import Outset, given_start, outset
 from simplexmesh.motion.plan import Choice, TopologyRecord, plan_for
 from simplexmesh.motion.progress import Report, reporting
-from simplexmesh.motion.rim_upright import uprighted
+from simplexmesh.motion.rim_unfold import unfolded_rims
 from simplexmesh.motion.stages import stages_for
 from simplexmesh.motion.state import State
 from simplexmesh.motion.subjects import as_subject
-from simplexmesh.motion.topology_adapt import travelled
+from simplexmesh.motion.topology_adapt import staged_fit
 from simplexmesh.motion.untangle import untangled
 
 Array = NDArray[np.float64]
 
 FEWEST_VERTICES, MOST_VERTICES = 20, 20_000_000
-"""More would take tens of gigabytes on the way, and end as the system ends what asks for them."""
+"""More vertices would take tens of gigabytes, and the process would be killed."""
+
 ADAPTATION = 0.05
 UNMEASURED = Distance(*(Summary.of(np.zeros(0)) for _ in range(3)))
 
 
 @dataclass(frozen=True, repr=False)
 class Reconstruction:
-    """A surface model and how well it fits.
+    """A reconstructed surface model, its quality of fit, and the record of how it was made.
 
     Attributes
     ----------
     mesh : SimplexMesh
-        The model, in the data's physical space; its array `distance` holds how far each vertex is from the data.
+        The model, in the data's physical space; its data array `distance` is that of each vertex to the data.
     distance : Distance
-        Mean, rms, 95th percentile and largest distance, from the mesh to the data and back, in the data's unit. NaN
-        when the run was interrupted before they were measured.
+        Mean, rms, 95th percentile and maximum distance, from mesh to data and from data to mesh, in the data's unit.
+        NaN when the run was interrupted before they were measured.
     history : list of State
         One state per iteration.
     converged : bool
-        Whether the mesh came to rest before the iterations ran out.
+        Whether the mesh came to rest within the iterations.
     start : SimplexMesh
-        The mesh the motion began with.
+        The start mesh.
     found : StartReport or None
-        What the automatic start found and decided: grid, genus, tunnels sealed, pieces dropped.
+        Report of the automatic start: grid, genus, tunnels sealed, pieces dropped.
     tangled : int or None
-        Number of vertices left on faces that are folded or cross another, after all attempts to smooth them: 0, unless
-        the model is too coarse for the data or of another topology. `mesh.check(self_intersections=True)` names them.
-        None when the motion was interrupted before they were looked for.
+        Number of vertices on faces that are folded or intersect others after untangling: 0, unless the model is too
+        coarse for the data or of another topology. `mesh.check(self_intersections=True)` lists them. None when the
+        motion was interrupted before the test.
     interrupted : bool
-        Whether the motion was interrupted (Ctrl-C); `mesh` is then its last whole state.
+        Whether the run was interrupted (Ctrl-C); `mesh` is then the last complete state.
     topology : TopologyRecord
-        The holes and handles proposed on the way, each accepted or refused for a reason, and what was refined.
+        The holes and handles proposed, each accepted or refused with a reason, and the counts of refinement.
 
     Examples
     --------
@@ -116,64 +117,65 @@ def reconstruct(
     data : Volume, PointCloud, TriangleMesh, array, pyvista or trimesh object, path, or sequence of scans
         An (n, 3) array is a point cloud, a 3-D array a volume of spacing 1.
     level : float, optional
-        For a volume of intensities: the value on the surface wanted.
+        For a volume of intensities: the isovalue of the surface.
     label : int, optional
-        For a volume of labels: the region wanted. Not needed when there is one region only.
+        For a label volume: the region. Optional when there is only one.
     vertices : int
-        How many the model may have; kept within 10 %. Primitives of fewer than 200 come as near as their regular
-        patterns allow.
+        Number of vertices of the model; reached within 10 %. Primitives of fewer than 200 vertices come as close as
+        their regular patterns allow.
     init : str, path or SimplexMesh
         ``"auto"`` finds a start of the right topology near the data; ``"sphere"``, ``"ellipsoid"``, ``"cylinder"``,
-        ``"plane"`` and ``"torus"`` are laid around it; a mesh or a file of one starts from there and keeps its topology
-        (`vertices` is then not used).
+        ``"plane"`` and ``"torus"`` are placed around it; a mesh or a file of one is used as it is and keeps its
+        topology (`vertices` is then ignored).
     inside : {"above", "below"}
-        Whether the object is where a volume is above `level` or below.
+        Whether the object of a volume is above or below `level`.
     components : {"largest", "all"}
-        Keep the largest piece or all of them; "all" needs ``init="auto"``.
+        Whether to keep the largest component or all; "all" needs ``init="auto"``.
     tunnels : float, optional
-        The automatic start seals holes through the body that are narrower than this, in the data's unit; 0 keeps them
-        all. Default: what the mesh could not resolve and, for a level of a volume, 13 voxels; points keep theirs.
+        Width, in the data's unit, below which the automatic start seals tunnels through the body; 0 keeps them all.
+        Default: what the mesh cannot resolve and, for a level of a volume, 13 voxels; points keep theirs.
     poses : path, mapping or sequence, optional
         For several scans: T_world_scan of each, by file name or in order.
     iterations : int
-        Most iterations of the last, fine stage.
+        Maximum number of iterations of the fine stage.
     rigidity : int
-        How many edges far curvature is averaged in the fine stage: 1 follows the data closely, 6 is stiff.
+        Radius, in edges, over which curvature is averaged in the fine stage: 1 follows the data closely, 6 is stiff.
     adaptation : float
-        How strongly vertices slide to where the surface bends, 0 to 0.25. Default: 0.05, or 0 for an even placement.
+        Strength, 0 to 0.25, with which vertices move to where the surface bends. Default: 0.05, or 0 for an even
+        placement.
     placement : {"adaptive", "even"}
-        Whether the vertices are spent where curvature and distance to the data ask for them, as by `redistribute`: the
-        faces that need it most are divided, those that need it least are merged. Default: "adaptive", but "even" when
-        `adaptation` is 0, for a mesh given as start, for models with holes (`refine` spends their vertices) and for
-        bodies of a volume thinner than 4.5 edges on average.
+        Whether vertices are redistributed by curvature and distance to the data, as by `redistribute`: faces of high
+        score are divided, those of low score merged. Default: "adaptive", but "even" when `adaptation` is 0, for a
+        mesh given as start, for models with holes (`refine` places their vertices) and for bodies of a volume thinner
+        than 4.5 edges on average.
     holes : {"auto", "none"}, callable or sequence of arrays of int
-        Whether holes are opened where the data ends: "auto" (the default for starts named but "auto"), none, those a
+        Whether holes are opened where the data ends: "auto" (the default for primitives), "none", those that a
         function of a `HoleProposal` accepts, or the zones given, by the faces of the start.
     handles : {"auto", "none"}, callable or sequence of pairs of int
-        The same for handles, by pairs of faces that are joined.
+        The same for handles, given by the pairs of faces to join.
     refine : {"none", "auto", "coarse", "medium", "fine"}
-        How fine the faces become that bend or are far from the data: "auto" (the default for starts named but "auto")
-        begins with fewer vertices and uses all of `vertices`, the others stop at their fineness or at `vertices`.
+        Refinement of faces that bend or are far from the data: "auto" (the default for primitives) begins with fewer
+        vertices and uses all of `vertices`, the others stop at their threshold or at `vertices`.
     progress : bool or callable
-        True shows a bar; a function is called with the share done and a message.
+        True shows a bar; a function is called with the fraction done and a message.
 
     Returns
     -------
     Reconstruction
-        Truth about the fit in `distance`; an interrupt (Ctrl-C) returns the last whole state.
+        The model; after an interrupt (Ctrl-C), its last complete state.
 
     Raises
     ------
     ValueError, TypeError, OSError, TopologyError
-        One sentence on what is wrong, before any long work.
+        For invalid data or arguments, before any long computation.
     DivergedError
-        When the motion left the finite numbers, with the last good mesh.
+        When the motion diverges; with the last valid mesh.
 
     Warns
     -----
     SimplexMeshWarning
-        Data that was repaired; a model that leaves out much of the data, is far from any in much of itself, or is left
-        tangled.
+        For data that was repaired, and for a model that misses much of the data, is far from data in a large part, or
+        remains tangled.
 
     References
     ----------
@@ -207,38 +209,38 @@ def reconstruct(
         report(0.0, "reading")
         subject = as_subject(data, level=level, label=label, inside=inside, components=components, poses=poses)
         report(0.05, "finding a start")
-        begun = outset(subject, given, plan, vertices=vertices, tunnels=tunnels, placement=placement)
-        cell = begun.found.cell if begun.found else None
-        stages = stages_for(begun.mesh, begun.subject, iterations, rigidity, adaptation, cell=cell)
-        journey = travelled(
-            begun.mesh, begun.target, stages, begun.plan, samples=begun.samples,
+        initial = initialized(subject, given, plan, vertices=vertices, tunnels=tunnels, placement=placement)
+        cell = initial.found.cell if initial.found else None
+        stages = stages_for(initial.mesh, initial.subject, iterations, rigidity, adaptation, cell=cell)
+        fit = staged_fit(
+            initial.mesh, initial.target, stages, initial.plan, samples=initial.samples,
             watch=lambda share: report(0.1 + 0.8 * share, "fitting"),
         )  # fmt: skip
-        model = _concluded(begun, journey, stages[-1].reach, report, whole=components == "all")
-    model, said = _told(model, begun)
-    for sentence in said:
-        warn(sentence)
+        model = _finished(initial, fit, stages[-1].reach, report, whole=components == "all")
+    model, messages = _with_warnings(model, initial)
+    for message in messages:
+        warn(message)
     return model
 
 
-def _concluded(begun: Outset, journey: Journey, reach: float, report: Report, *, whole: bool) -> Reconstruction:
-    """Return the model at the end of a journey, untangled and measured, or as far as it came when interrupted."""
+def _finished(initial: Initialization, fit: Fit, reach: float, report: Report, *, whole: bool) -> Reconstruction:
+    """Return the model of a fit, untangled and measured unless interrupted."""
     model = Reconstruction(
-        journey.mesh, UNMEASURED, journey.history, journey.converged, begun.mesh, begun.found,
-        interrupted=journey.interrupted, topology=journey.record,
+        fit.mesh, UNMEASURED, fit.history, fit.converged, initial.mesh, initial.found,
+        interrupted=fit.interrupted, topology=fit.record,
     )  # fmt: skip
     try:
         if not model.interrupted:
             report(0.92, "untangling")
-            refuge = journey.refuge if begun.found else None
-            mesh, tangled = untangled(model.mesh, journey.target, reach=reach, start=refuge)
-            model = replace(model, mesh=uprighted(mesh), tangled=tangled)
+            fallback = fit.fallback if initial.found else None
+            mesh, tangled = untangled(model.mesh, fit.target, reach=reach, start=fallback)
+            model = replace(model, mesh=unfolded_rims(mesh), tangled=tangled)
     except KeyboardInterrupt:
         model = replace(model, interrupted=True)
     try:
         report(0.95, "measuring")
-        dropped = not whole and begun.found is not None and begun.found.components_dropped > 0
-        distance, away = measured(model.mesh, begun.subject, reach, dropped=dropped)
+        dropped = not whole and initial.found is not None and initial.found.components_dropped > 0
+        distance, away = measured(model.mesh, initial.subject, reach, dropped=dropped)
         model = replace(model, mesh=model.mesh.with_data(distance=away), distance=distance)
         report(1.0, "done")
     except KeyboardInterrupt:
@@ -246,19 +248,19 @@ def _concluded(begun: Outset, journey: Journey, reach: float, report: Report, *,
     return model
 
 
-def _told(model: Reconstruction, begun: Outset) -> tuple[Reconstruction, list[str]]:
-    """Return a model with the handles it lacks in its record, and what is to be warned of."""
-    said = []
+def _with_warnings(model: Reconstruction, initial: Initialization) -> tuple[Reconstruction, list[str]]:
+    """Return the model, missing handles added to its record, and the messages of warnings about it."""
+    messages = []
     if not model.interrupted:
-        if begun.plan.holes == "auto":
-            said.append(unopened(begun.subject, model.mesh))
-        if begun.samples is not None:
-            handles, lack = noted(begun.samples, model.topology.handles, model.mesh)
+        if initial.plan.holes == "auto":
+            messages.append(unopened(initial.subject, model.mesh))
+        if initial.samples is not None:
+            handles, lack = noted(initial.samples, model.topology.handles, model.mesh)
             model = replace(model, topology=replace(model.topology, handles=handles))
-            said.append(lack)
+            messages.append(lack)
     if model.tangled:
-        said.append(
+        messages.append(
             f"{model.tangled} vertices are on faces that are folded or cross others; more vertices or another start "
             "may help"
         )
-    return model, [sentence for sentence in said if sentence]
+    return model, [message for message in messages if message]

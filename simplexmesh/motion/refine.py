@@ -1,4 +1,4 @@
-"""Refinement: faces are divided where the mesh is too coarse for its data, until none scores above a threshold."""
+"""Adaptive refinement: division of the faces where a mesh is too coarse for its data."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from simplexmesh.mesh.edited import Edited
 from simplexmesh.mesh.editing import EditableMesh
 from simplexmesh.mesh.regularize import Regularized
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-from simplexmesh.motion.dividing import carried_zone, composed, divided, evened
+from simplexmesh.motion.face_edits import composed_maps, divide_faces, mapped_zone, with_even_faces
 from simplexmesh.motion.face_score import face_distance, face_score
-from simplexmesh.motion.refined import Ledger, Refined, Round
-from simplexmesh.motion.settling import Settling, with_even_metric
+from simplexmesh.motion.refine_options import THRESHOLDS as THRESHOLDS
+from simplexmesh.motion.refine_options import as_target, default_reach, threshold_of, zone_of
+from simplexmesh.motion.refined import Refined, Refinement, Round
+from simplexmesh.motion.relaxation import Relaxation, with_even_metric
 from simplexmesh.motion.state import Target
 from simplexmesh.motion.untangle import tangled_vertices
-from simplexmesh.motion.wishes import THRESHOLDS as THRESHOLDS
-from simplexmesh.motion.wishes import as_target, default_reach, threshold_of, zone_of
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -42,52 +42,52 @@ def refine(
     label: int | None = None,
     watch: Callable[[Round, SimplexMesh], None] | None = None,
 ) -> Refined:
-    """Divide the faces of a mesh where it is too coarse for its data, in turns with motion, until it is not.
+    """Divide the faces of a mesh where it is too coarse for its data, alternating with motion.
 
     A face scores area x elongation x curvature x distance to the data, each without unit; see `face_score`. In each
-    round those above the threshold are divided, the highest first: across by T2 when they have more than five
-    vertices, into a ring by T6 otherwise; sizes of faces are made even by T7; then the mesh moves, its metric
-    parameters following curvature. Faces with no data within reach, tangled ones and holes are not divided.
+    round, those above the threshold are divided in descending order of score, in two by T2 if they have more than five
+    vertices, else into a ring by T6; face sizes are evened out by T7; then the mesh moves, its metric parameters
+    adapted to curvature. Faces with no data within reach, tangled ones and holes are not divided.
 
     Parameters
     ----------
     mesh : SimplexMesh
-        A mesh that has been fitted already, coarsely.
+        A coarse mesh, fitted already.
     target : Target or data
-        What draws the mesh; see `simplexmesh.targets`. Data of all kinds that `reconstruct` takes is made into one.
+        What attracts the mesh: a target (see `simplexmesh.targets`) or any data that `reconstruct` accepts.
     threshold : {"coarse", "medium", "fine"} or float
-        Faces of a higher score are divided; see `THRESHOLDS`.
+        Faces of a higher score are divided; the names stand for 2e-4, 2.5e-5 and 3e-6.
     vertices : int, optional
-        The mesh gets no more than these; at least as many as it has.
+        Maximum number of vertices of the result; at least that of the mesh.
     zones : array of int or of bool, optional
-        Where refinement is limited to: numbers of faces, a mask of all faces (holes included), or a mask of vertices,
-        for the faces that have all of theirs in it. The rest of the mesh neither changes nor moves.
+        The faces that refinement is limited to: indices, a mask of all faces (holes included), or a mask of vertices,
+        which selects the faces that have all of theirs in it. The rest of the mesh neither changes nor moves.
     reach : float, optional
-        How far the data is looked for, in its unit. Default: 10 % of the mesh's diagonal.
+        Search distance for data, in its unit. Default: 10 % of the mesh's diagonal.
     rounds, iterations : int
-        How many rounds at most, and how many iterations the mesh moves in each.
+        Maximum number of rounds, and iterations of motion in each.
     adaptation : float
-        How strongly vertices gather where the surface bends, 0 to 0.25.
+        Strength, 0 to 0.25, with which vertices are concentrated where the surface bends.
     rigidity : int
-        How many edges far curvature is averaged.
+        Radius, in edges, over which curvature is averaged.
     level, label : optional
-        Of a volume given as `target`.
+        For a volume given as `target`.
     watch : callable, optional
-        Called after each round with what was done and the mesh.
+        Called after each round with its `Round` and the mesh.
 
     Returns
     -------
     Refined
-        The mesh, and where its vertices and faces went; an interrupt (Ctrl-C) returns the last whole state.
+        The mesh, with vertex and face maps; an interrupt (Ctrl-C) returns the last complete state.
 
     Raises
     ------
     ValueError, TypeError
-        One sentence on what is wrong, before any long work.
+        For invalid arguments, before any long computation.
     TopologyError
         When the mesh is not complete.
     DivergedError
-        When the motion left the finite numbers.
+        When the motion diverges.
 
     References
     ----------
@@ -112,21 +112,23 @@ def refine(
     if watch is not None and not callable(watch):
         raise TypeError(f"watch must be a function of a Round and the mesh, not {type(watch).__name__}")
     goal, reach = as_target(target, level=level, label=label), default_reach(mesh, reach)
-    settling = Settling.checked(goal, reach, iterations=iterations, adaptation=adaptation, rigidity=rigidity)
-    ledger = Ledger(mesh, settling, zone, watch)
+    relaxation = Relaxation.checked(goal, reach, iterations=iterations, adaptation=adaptation, rigidity=rigidity)
+    refinement = Refinement(mesh, relaxation, zone, watch)
     try:
         for _ in range(rounds):
-            budget = None if most is None else most - ledger.mesh.n_vertices
-            step = refine_round(ledger.mesh, goal, reach=reach, threshold=limit, budget=budget, zone=ledger.zone)
-            ledger.converged = step.converged
+            budget = None if most is None else most - refinement.mesh.n_vertices
+            step = refine_round(
+                refinement.mesh, goal, reach=reach, threshold=limit, budget=budget, zone=refinement.zone
+            )
+            refinement.converged = step.converged
             if not step.inserted:
                 break
-            ledger.enter(step)
-        if ledger.rounds:
-            ledger.close()
+            refinement.apply(step)
+        if refinement.rounds:
+            refinement.finish()
     except KeyboardInterrupt:
-        ledger.interrupted = True
-    return ledger.result()
+        refinement.interrupted = True
+    return refinement.result()
 
 
 def refine_round(
@@ -138,7 +140,7 @@ def refine_round(
     budget: int | None = None,
     zone: Mask | None = None,
 ) -> Refined:
-    """Do one round of edits without motion: divide the faces above a threshold, then make the sizes of faces even.
+    """Do one round of edits without motion: divide the faces above a threshold, then even out face sizes.
 
     Parameters
     ----------
@@ -147,14 +149,14 @@ def refine_round(
     reach, threshold : float
         As in `refine`.
     budget : int, optional
-        At most so many vertices are added.
+        Maximum number of vertices added.
     zone : (f,) array of bool, optional
-        The faces that may be divided, of all faces with holes.
+        Whether a face may be divided, holes included.
 
     Returns
     -------
     Refined
-        Of one round. It has converged when no face is above the threshold.
+        With one round; converged when no face was above the threshold.
 
     Examples
     --------
@@ -163,33 +165,33 @@ def refine_round(
     >>> refine_round(sm.sphere(4), ball, reach=0.5, threshold=1e-6, budget=20)
     Refined(SimplexMesh(340 vertices, 172 faces, genus 0, 0 holes), 20 vertices added in 1 rounds, not converged)
     """
-    scores = scored(mesh, target, reach)
+    scores = refinement_scores(mesh, target, reach)
     allowed = ~mesh.connectivity.face_is_hole if zone is None else zone & ~mesh.connectivity.face_is_hole
     above = np.flatnonzero(allowed & (scores > threshold))
     above = above[np.argsort(-scores[above], kind="stable")]
     edit = EditableMesh(mesh)
     may_grow = np.ones(scores.size, bool) if zone is None else zone
     most = 20 * len(above) * 2 if budget is None else budget
-    cut, ringed = divided(edit, mesh, above, most, may_grow)
+    cut, ringed = divide_faces(edit, mesh, above, most, may_grow)
     first = edit.result()
-    even = evened(first.mesh, None if zone is None else carried_zone(zone, first))
-    maps = composed((first.vertex_map, first.face_map), even)
+    even = with_even_faces(first.mesh, None if zone is None else mapped_zone(zone, first))
+    maps = composed_maps((first.vertex_map, first.face_map), even)
     out = Edited(even.mesh, *(_check.frozen(part) for part in maps))
-    told = Round(
+    done = Round(
         len(above), float(scores[allowed].max(initial=0.0)), cut, ringed, out.mesh.n_vertices,
         swapped=even.swaps if isinstance(even, Regularized) else 0,
     )  # fmt: skip
-    return Refined(with_even_metric(out), out.vertex_map, out.face_map, (told,), not len(above))
+    return Refined(with_even_metric(out), out.vertex_map, out.face_map, (done,), not len(above))
 
 
-def scored(mesh: SimplexMesh, target: Target, reach: float) -> Array:
-    """Return the score of each face, 0 for tangled ones: dividing those only tangles them more.
+def refinement_scores(mesh: SimplexMesh, target: Target, reach: float) -> Array:
+    """Return the score of each face (f,), 0 for tangled ones, which division would tangle further.
 
     Examples
     --------
     >>> import simplexmesh as sm
     >>> ball = sm.targets.Triangles(sm.sphere(20).triangulated())
-    >>> bool((scored(sm.sphere(4), ball, 0.5) > scored(sm.sphere(8), ball, 0.5).max()).all())
+    >>> bool((refinement_scores(sm.sphere(4), ball, 0.5) > refinement_scores(sm.sphere(8), ball, 0.5).max()).all())
     True
     """
     scores = face_score(mesh, face_distance(mesh, target, reach), reach).total

@@ -1,4 +1,4 @@
-"""What refining a mesh answers: the new mesh, where everything went, and what was done in each round."""
+"""Results of `refine` and `redistribute`: the mesh, vertex and face maps, and a record of each round."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from simplexmesh import _check
 from simplexmesh.mesh.edited import Edited
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-from simplexmesh.motion.dividing import Maps, carried_zone, composed
-from simplexmesh.motion.settling import Settling
+from simplexmesh.motion.face_edits import Maps, composed_maps, mapped_zone
+from simplexmesh.motion.relaxation import Relaxation
 
 Mask = NDArray[np.bool_]
 
@@ -24,17 +24,17 @@ class Round:
     Attributes
     ----------
     above : int
-        Faces with a score above the threshold, before.
+        Number of faces with a score above the threshold, before the round.
     highest : float
-        The highest score, before.
+        The highest score, before the round.
     cut, ringed : int
-        How many faces were divided in two (T2), and how many got a ring of new faces (T6).
+        Numbers of faces divided in two (T2), and divided into a ring of faces (T6).
     n_vertices : int
-        Vertices after.
+        Number of vertices after the round.
     merged : int
-        How many pairs of faces were merged (T1), by `redistribute` only.
+        Number of pairs of faces merged (T1), by `redistribute` only.
     swapped : int
-        How many edges were swapped (T7) to even out the sizes of faces; not counted in zones.
+        Number of edges swapped (T7) to even out face sizes; not counted in zones.
     """
 
     above: int
@@ -48,17 +48,17 @@ class Round:
 
 @dataclass(frozen=True, eq=False)
 class Refined(Edited):
-    """A refined mesh, where everything went, and how it came about.
+    """A refined mesh, with vertex and face maps and the record of the rounds.
 
     Attributes
     ----------
     rounds : tuple of Round
-        What was done, round by round.
+        One per round.
     converged : bool
-        Whether in the end no face that may be divided scored above the threshold; of `redistribute`, whether the number
-        of vertices is within 1 % of that asked for.
+        Whether no face that may be divided scored above the threshold at the last evaluation; of `redistribute`,
+        whether the number of vertices is within 1 % of that requested.
     interrupted : bool
-        Whether the refinement was interrupted (Ctrl-C); `mesh` is then its last whole state.
+        Whether the refinement was interrupted (Ctrl-C); `mesh` is then the last complete state.
     """
 
     rounds: tuple[Round, ...] = ()
@@ -67,25 +67,25 @@ class Refined(Edited):
 
     @property
     def inserted(self) -> int:
-        """How many vertices were added; below 0 when some were taken away."""
+        """Number of vertices added; negative when some were removed."""
         return self.mesh.n_vertices - int(self.vertex_map.size)
 
     def __repr__(self) -> str:
         end = "interrupted" if self.interrupted else "converged" if self.converged else "not converged"
-        change = f"{abs(self.inserted)} vertices {'added' if self.inserted >= 0 else 'taken away'}"
+        change = f"{abs(self.inserted)} vertices {'added' if self.inserted >= 0 else 'removed'}"
         return f"Refined({self.mesh!r}, {change} in {len(self.rounds)} rounds, {end})"
 
 
 @dataclass
-class Ledger:
-    """A refinement under way: the mesh as it is, the zone it is limited to, and all that was done.
+class Refinement:
+    """A refinement in progress: the present mesh and zone, the accumulated maps, and the rounds done.
 
-    After each round the mesh moves, then `watch` is told. An interrupt during the motion leaves the ledger as it was
-    before the round.
+    After each round the mesh is relaxed, then `watch` is called. An interrupt during the motion leaves the state before
+    the round.
     """
 
     mesh: SimplexMesh
-    settling: Settling
+    relaxation: Relaxation
     zone: Mask | None = None
     watch: Callable[[Round, SimplexMesh], None] | None = None
     rounds: list[Round] = field(default_factory=list)
@@ -96,20 +96,20 @@ class Ledger:
         c = self.mesh.connectivity
         self.maps: Maps = np.arange(c.n_vertices, dtype=np.int32), np.arange(c.face_sizes.size, dtype=np.int32)
 
-    def enter(self, step: Refined) -> None:
-        """Let the mesh of one round of edits settle, and keep it."""
-        zone = None if self.zone is None else carried_zone(self.zone, step)
-        mesh = self.settling.settled(step.mesh, zone)
-        self.mesh, self.zone, self.maps = mesh, zone, composed(self.maps, step)
+    def apply(self, step: Refined) -> None:
+        """Relax the mesh of one round of edits and make it the present one."""
+        zone = None if self.zone is None else mapped_zone(self.zone, step)
+        mesh = self.relaxation.relaxed(step.mesh, zone)
+        self.mesh, self.zone, self.maps = mesh, zone, composed_maps(self.maps, step)
         self.rounds += step.rounds
         if self.watch is not None:
             self.watch(self.rounds[-1], mesh)
 
-    def close(self) -> None:
-        """Let the mesh come to rest."""
-        self.mesh = self.settling.rested(self.mesh, self.zone)
+    def finish(self) -> None:
+        """Relax the mesh for the last time."""
+        self.mesh = self.relaxation.relaxed(self.mesh, self.zone, final=True)
 
     def result(self) -> Refined:
-        """Return what came out."""
+        """Return the result record."""
         maps = _check.frozen(self.maps[0]), _check.frozen(self.maps[1])
         return Refined(self.mesh, *maps, tuple(self.rounds), self.converged, self.interrupted)

@@ -1,4 +1,4 @@
-"""Rims as fine as the mesh beside them: long edges on holes divided, each with the face beside it."""
+"""Refinement of rims: long edges on holes are divided together with the face beside them."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from simplexmesh.mesh.editing import EditableMesh
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 
 LONG = 1.4
-"""Times the mean length of the edges that are not on a rim."""
+"""Length of a long edge, relative to the mean of the edges that are not on a rim."""
 
 SMALLEST, LONGER = 6, 2.0
-"""Faces of fewer vertices fall into pieces that are hard to make even; they are divided at longer edges only."""
+"""Faces with fewer vertices are divided at longer edges only, as their parts are hard to even out."""
 
 
 def divided_rims(mesh: SimplexMesh, most: int) -> Edited:
-    """Return the mesh with the longest edges of its rims divided (T2 across the face beside), `most` of them at most.
+    """Return the mesh with the longest edges of its rims divided, at most `most`, by T2 across the face beside.
 
-    An edge is long at 1.4 times the mean length of all edges inside, or at 2 times beside a face of five. Refinement by
-    faces alone leaves rims coarse: a face beside a hole has one edge there, however many faces come to lie within it.
+    An edge is long from 1.4 times the mean length of interior edges, or 2 times beside a face of fewer than six
+    vertices. Refinement of faces alone leaves rims coarse: a face beside a hole keeps one edge there when divided.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""How a mesh moves from its start to the data: which stages, from stiff and far-sighted to supple and near-sighted."""
+"""The coarse-to-fine schedule of a reconstruction: decreasing rigidity and reach."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from simplexmesh.motion.subjects import Subject
 def stages_for(
     start: SimplexMesh, subject: Subject, iterations: int, rigidity: int, adaptation: float, *, cell: float | None
 ) -> list[Stage]:
-    """Return coarse to fine: a start that is near needs only to settle; one from afar must first find the data.
+    """Return the stages: three for a start near the data, five for one that must reach it from afar.
 
     Parameters
     ----------
     start : SimplexMesh
     subject : Subject
     iterations, rigidity, adaptation
-        Of the fine stage.
+        Those of the fine stage.
     cell : float, optional
-        The size of the grid cells that a start near the data was made from, in its unit; None for one from afar.
+        Grid spacing of the automatic start, in the data's unit; None for a start from afar.
 
     Returns
     -------
@@ -31,8 +31,8 @@ def stages_for(
     edge = mean_edge(start)
     last = max(2 * subject.resolution, edge)
     if cell is not None:
-        seen = max(subject.resolution, cell, min(1.2 * edge, 1.5 * subject.resolution))  # few are further off
-        near = 1.25 * seen if subject.encloses else max(3 * subject.resolution, 2 * edge)
+        error = max(subject.resolution, cell, min(1.2 * edge, 1.5 * subject.resolution))  # of most start vertices
+        near = 1.25 * error if subject.encloses else max(3 * subject.resolution, 2 * edge)
         reach = min(near, 0.2 * radius)
         return [
             Stage(rigidity=max(2, rigidity), reach=reach, iterations=40, beta=0.2),

@@ -1,4 +1,4 @@
-"""A mesh that finds its topology on the way: coarse motion, holes and handles, fine motion in turns with edits."""
+"""Fitting with changes of topology: coarse motion, holes and handles, fine motion alternating with refinement."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from simplexmesh.mesh.editing import EditableMesh
 from simplexmesh.mesh.face_geometry import face_areas
 from simplexmesh.mesh.regularize import regularize
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-from simplexmesh.motion.dividing import divided
 from simplexmesh.motion.evolve import Stage, mean_edge
+from simplexmesh.motion.exchange import exchange
+from simplexmesh.motion.face_edits import divide_faces
+from simplexmesh.motion.fit import Fit
 from simplexmesh.motion.handles import add_handles
 from simplexmesh.motion.holes import HoleProposal, open_holes
-from simplexmesh.motion.journey import Journey
-from simplexmesh.motion.placing import exchange
 from simplexmesh.motion.plan import Plan
 from simplexmesh.motion.refine import THRESHOLDS, refine_round
+from simplexmesh.motion.relaxation import with_even_metric
 from simplexmesh.motion.rim_refine import divided_rims
-from simplexmesh.motion.settling import with_even_metric
 from simplexmesh.motion.state import Target
 from simplexmesh.motion.tunnels import tunneled
 from simplexmesh.motion.untangle import untangled
@@ -32,19 +32,21 @@ from simplexmesh.motion.wrap import Samples
 Array = NDArray[np.float64]
 
 FAR_FROM_BORDER = 6.0
-"""In mean edges: a hole is opened by itself only where the data ends no farther away."""
+"""In mean edges: holes are opened automatically only within this distance of the border of the data."""
 
 WRAPPED, FEWEST_FOR_TUNNELS, FEWEST = 0.5, 1200, 20
-"""Coarser meshes do not find their way through the holes of objects."""
+"""Fraction of the vertices while wrapping, and its bounds: coarser meshes do not get through the holes of objects."""
 
-USUAL_LOOKS = 40
-"""How often the mesh is usually seen while it is wrapped; nobody knows beforehand how often it will be."""
+TYPICAL_UPDATES = 40
+"""Typical number of progress updates while wrapping; the actual number is not known beforehand."""
 
-TURN, MOST_TURNS = 21, 16
-NO_LIMIT = 1e-12
+ITERATIONS, MAX_ROUNDS = 21, 16
+"""Iterations of motion per round of refinement, and maximum number of rounds."""
+
+NO_THRESHOLD = 1e-12
 
 
-def travelled(
+def staged_fit(
     start: SimplexMesh,
     target: Target,
     stages: Sequence[Stage],
@@ -52,11 +54,11 @@ def travelled(
     *,
     samples: Samples | None = None,
     watch: Callable[[float], None] | None = None,
-) -> Journey:
-    """Move a mesh through stages and let its topology change between them.
+) -> Fit:
+    """Fit a mesh in stages and change its topology between them.
 
-    Stiff stages; holes, then handles; the last but one stage, in turns with refinement; faces merged for others; even
-    face sizes; the last stage (Delingette 1994, figure 5.6).
+    The stiff stages; holes, then handles; the last but one stage, alternating with refinement; redistribution; evening
+    of face sizes; the last stage (Delingette 1994, figure 5.6).
 
     Parameters
     ----------
@@ -65,75 +67,75 @@ def travelled(
     stages : sequence of Stage
         At least two.
     plan : Plan
-        Without changes the mesh keeps its topology, and with an even placement its faces.
+        Without changes the mesh keeps its topology, and with an even placement its connectivity.
     samples : Samples, optional
-        The data, when it is closed and the start encloses it: the mesh then finds its handles.
+        Points on closed data that the start encloses; the mesh is then wrapped and gains handles.
     watch : callable, optional
-        Called with the share done.
+        Called with the fraction done, 0 to 1.
 
     Returns
     -------
-    Journey
-        At its end. Its `refuge` is a mesh of the same faces, near the data and not tangled, when one is known.
+    Fit
+        At its end.
     """
-    journey = Journey(start, target, watch)
+    fit = Fit(start, target, watch)
     *coarse, fine, last = stages
     try:
         if not plan.changes:
-            journey.refuge = start
-            journey.move(*coarse, share=(0.0, 0.25))
-            settled, left = untangled(journey.mesh, target, reach=coarse[-1].reach, start=start)
-            journey.mesh, journey.refuge = settled, start if left else settled
-            journey.move(fine, share=(0.25, 0.7))
+            fit.fallback = start
+            fit.move(*coarse, share=(0.0, 0.25))
+            mesh, left = untangled(fit.mesh, target, reach=coarse[-1].reach, start=start)
+            fit.mesh, fit.fallback = mesh, start if left else mesh
+            fit.move(fine, share=(0.25, 0.7))
         else:
-            _given_handles(journey, plan)
+            _join_given_pairs(fit, plan)
             wrapped = plan.handles == "auto" or callable(plan.handles)
             if samples is not None and wrapped and isinstance(plan.holes, str):
-                fine = _tunnels(journey, plan, samples, fine)
+                fine = _wrap(fit, plan, samples, fine)
             else:
-                journey.move(*coarse, share=(0.0, 0.25))
-                _holes(journey, plan, replace(coarse[-1], iterations=60))
-            _refine(journey, plan, fine)
-            journey.move(fine, share=(0.65, 0.7))
-        if plan.exchanges(journey.mesh) and fine.iterations:
-            exchange(journey, fine)
+                fit.move(*coarse, share=(0.0, 0.25))
+                _open_holes(fit, plan, replace(coarse[-1], iterations=60))
+            _refine(fit, plan, fine)
+            fit.move(fine, share=(0.65, 0.7))
+        if plan.exchanges(fit.mesh) and fine.iterations:
+            exchange(fit, fine)
         if plan.refine != "none":
-            _even(journey)
-        journey.move(last, share=(0.9, 1.0))
+            _even_out(fit)
+        fit.move(last, share=(0.9, 1.0))
     except KeyboardInterrupt:
-        journey.interrupted = True
-    c = journey.mesh.connectivity
-    odd = ((c.face_sizes < 5) | (c.face_sizes > 7)) & ~c.face_is_hole
-    journey.noted(exceptions=tuple(np.flatnonzero(odd).tolist()))
-    return journey
+        fit.interrupted = True
+    c = fit.mesh.connectivity
+    irregular = ((c.face_sizes < 5) | (c.face_sizes > 7)) & ~c.face_is_hole
+    fit.update_record(exceptions=tuple(np.flatnonzero(irregular).tolist()))
+    return fit
 
 
-def _holes(journey: Journey, plan: Plan, settle: Stage) -> None:
-    """Open holes where the data ends, let the rims find its border, and again where they overhang."""
+def _open_holes(fit: Fit, plan: Plan, settle: Stage) -> None:
+    """Open holes where the data ends and move the rims to its border, up to three times."""
     if plan.holes == "none":
         return
     for attempt in range(3):
-        mesh = journey.mesh
+        mesh = fit.mesh
         choice: dict[str, Any] = {"fewest": max(3, mesh.n_faces // 100)}
         if plan.holes == "auto":
-            choice["accept"] = _at_border(journey.target, mean_edge(mesh))
+            choice["accept"] = _near_border(fit.target, mean_edge(mesh))
         elif callable(plan.holes):
             choice["accept"] = plan.holes
         elif attempt:
             return
         else:
             choice["zones"] = plan.holes
-        out = open_holes(mesh, journey.target, **choice)
-        before = [proposal for proposal in journey.record.holes if proposal.accepted]
-        journey.noted(holes=(*before, *out.proposals))
+        out = open_holes(mesh, fit.target, **choice)
+        before = [proposal for proposal in fit.record.holes if proposal.accepted]
+        fit.update_record(holes=(*before, *out.proposals))
         if out.mesh is mesh:
             return
-        journey.mesh = out.mesh
-        journey.move(settle, share=(0.25 + 0.05 * attempt, 0.3 + 0.05 * attempt))
+        fit.mesh = out.mesh
+        fit.move(settle, share=(0.25 + 0.05 * attempt, 0.3 + 0.05 * attempt))
 
 
-def _at_border(target: Target, edge: float) -> Callable[[HoleProposal], bool | str]:
-    """Return what accepts zones beside a border of the data: elsewhere the mesh has only not arrived yet."""
+def _near_border(target: Target, edge: float) -> Callable[[HoleProposal], bool | str]:
+    """Return a predicate that accepts zones near a border of the data; elsewhere the mesh has just not arrived yet."""
     border = getattr(target, "border", None)
     points = np.zeros((0, 3)) if border is None else border.wider(3 * edge)
     tree = cKDTree(points) if len(points) else None
@@ -148,88 +150,88 @@ def _at_border(target: Target, edge: float) -> Callable[[HoleProposal], bool | s
     return accept
 
 
-def _given_handles(journey: Journey, plan: Plan) -> None:
-    """Join the pairs of faces of the start that the user gave."""
+def _join_given_pairs(fit: Fit, plan: Plan) -> None:
+    """Join the pairs of faces given by the user."""
     if isinstance(plan.handles, str) or callable(plan.handles):
         return
     pairs: Any = plan.handles
-    out = add_handles(journey.mesh, pairs=pairs)
-    journey.mesh = out.mesh
-    journey.noted(handles=out.proposals)
+    out = add_handles(fit.mesh, pairs=pairs)
+    fit.mesh = out.mesh
+    fit.update_record(handles=out.proposals)
 
 
-def _tunnels(journey: Journey, plan: Plan, samples: Samples, fine: Stage) -> Stage:
-    """Wrap the mesh around the data and add the handles it has; return the fine stage for a mesh that near."""
-    seen = 0
+def _wrap(fit: Fit, plan: Plan, samples: Samples, fine: Stage) -> Stage:
+    """Wrap the mesh around the data and add its handles; return the fine stage, its reach reduced to suit."""
+    updates = 0
 
     def watch(mesh: SimplexMesh, _: int) -> None:
-        nonlocal seen
-        journey.mesh, seen = mesh, seen + 1
-        if journey.watch is not None:
-            journey.watch(0.25 * seen / (seen + USUAL_LOOKS))
+        nonlocal updates
+        fit.mesh, updates = mesh, updates + 1
+        if fit.watch is not None:
+            fit.watch(0.25 * updates / (updates + TYPICAL_UPDATES))
 
     wanted = plan.vertices
     if plan.refine != "none":
         wanted = max(min(max(int(WRAPPED * wanted), FEWEST_FOR_TUNNELS), int(0.85 * wanted)), FEWEST)
     out = tunneled(
-        journey.mesh,
+        fit.mesh,
         samples,
         vertices=wanted,
         accept=plan.handles if callable(plan.handles) else None,
         watch=watch,
     )
-    journey.mesh = out.mesh
-    journey.noted(handles=out.proposals)
-    surfels = getattr(journey.target, "surfels", None)
-    if surfels is not None and not surfels.oriented:  # the mesh knows now which way is out
+    fit.mesh = out.mesh
+    fit.update_record(handles=out.proposals)
+    surfels = getattr(fit.target, "surfels", None)
+    if surfels is not None and not surfels.oriented:  # the wrapped mesh tells the outside
         nearest = cKDTree(out.mesh.vertices)
-        turned: Any = journey.target
-        journey.target = turned.oriented_by(lambda points: out.mesh.normals[nearest.query(points)[1]])
+        surfel_target: Any = fit.target
+        fit.target = surfel_target.oriented_by(lambda points: out.mesh.normals[nearest.query(points)[1]])
     near = min(fine.reach, 4 * mean_edge(out.mesh))
-    journey.move(Stage(rigidity=3, reach=near, iterations=40), share=(0.25, 0.4))
+    fit.move(Stage(rigidity=3, reach=near, iterations=40), share=(0.25, 0.4))
     return replace(fine, reach=near)
 
 
-def _refine(journey: Journey, plan: Plan, stage: Stage) -> None:
-    """Move and divide faces by turns, a quarter more vertices each time, as far as the plan goes."""
+def _refine(fit: Fit, plan: Plan, stage: Stage) -> None:
+    """Alternate motion and division of faces, by up to a quarter more vertices a round, as planned."""
     if plan.refine == "none":
         return
-    limit = THRESHOLDS.get(plan.refine, NO_LIMIT)
-    turn = replace(stage, iterations=TURN)
-    before = journey.mesh.n_vertices
-    for k in range(MOST_TURNS):
-        journey.move(turn, share=(0.4 + 0.25 * k / MOST_TURNS, 0.4 + 0.25 * (k + 1) / MOST_TURNS))
-        n = journey.mesh.n_vertices
+    threshold = THRESHOLDS.get(plan.refine, NO_THRESHOLD)
+    motion = replace(stage, iterations=ITERATIONS)
+    before = fit.mesh.n_vertices
+    for k in range(MAX_ROUNDS):
+        fit.move(motion, share=(0.4 + 0.25 * k / MAX_ROUNDS, 0.4 + 0.25 * (k + 1) / MAX_ROUNDS))
+        n = fit.mesh.n_vertices
         budget = min(plan.vertices - n, n // 4)
         if budget < 4:
             break
-        journey.mesh = with_even_metric(divided_rims(journey.mesh, budget // 6))
-        budget -= journey.mesh.n_vertices - n
-        step = refine_round(journey.mesh, journey.target, reach=stage.reach, threshold=limit, budget=budget)
-        journey.mesh = step.mesh
-        journey.counted(swapped=step.rounds[0].swapped)
-        if journey.mesh.n_vertices - n < budget // 2 and plan.refine == "auto":  # flat: no face asks for more
-            journey.mesh, swaps = _evenly(journey.mesh, budget + n - journey.mesh.n_vertices)
-            journey.counted(swapped=swaps)
-        if journey.mesh.n_vertices == n:
+        fit.mesh = with_even_metric(divided_rims(fit.mesh, budget // 6))
+        budget -= fit.mesh.n_vertices - n
+        step = refine_round(fit.mesh, fit.target, reach=stage.reach, threshold=threshold, budget=budget)
+        fit.mesh = step.mesh
+        fit.add_to_record(swapped=step.rounds[0].swapped)
+        if fit.mesh.n_vertices - n < budget // 2 and plan.refine == "auto":  # flat data: no face scores high enough
+            fit.mesh, swaps = _with_largest_divided(fit.mesh, budget + n - fit.mesh.n_vertices)
+            fit.add_to_record(swapped=swaps)
+        if fit.mesh.n_vertices == n:
             break
-    journey.noted(refined=journey.mesh.n_vertices - before)
+    fit.update_record(refined=fit.mesh.n_vertices - before)
 
 
-def _evenly(mesh: SimplexMesh, budget: int) -> tuple[SimplexMesh, int]:
-    """Return the mesh with its largest faces divided, whatever they fit, and how many edges were swapped."""
+def _with_largest_divided(mesh: SimplexMesh, budget: int) -> tuple[SimplexMesh, int]:
+    """Return the mesh with its largest faces divided regardless of score, and the number of edges swapped."""
     c = mesh.connectivity
     area = np.where(c.face_is_hole, 0.0, face_areas(mesh.vertices, c.face_vertices, c.face_offsets))
     largest = np.argsort(-area, kind="stable")[: np.count_nonzero(~c.face_is_hole) // 2]
     edit = EditableMesh(mesh)
-    divided(edit, mesh, largest, budget, np.ones(len(area), bool))
+    divide_faces(edit, mesh, largest, budget, np.ones(len(area), bool))
     swaps = edit.even_out()
     return with_even_metric(edit.result()), swaps
 
 
-def _even(journey: Journey) -> None:
-    """Swap edges until faces have five, six or seven vertices, where refinement left others."""
-    even = regularize(journey.mesh)
+def _even_out(fit: Fit) -> None:
+    """Swap edges so that faces have five, six or seven vertices, where refinement left others."""
+    even = regularize(fit.mesh)
     if even.swaps:
-        journey.mesh, journey.refuge = even.mesh, None
-        journey.counted(swapped=even.swaps)
+        fit.mesh, fit.fallback = even.mesh, None
+        fit.add_to_record(swapped=even.swaps)

@@ -1,4 +1,4 @@
-"""What a caller of refinement asks for, checked: a threshold, a zone, a reach, a target."""
+"""Checked options of `refine` and `redistribute`: threshold, zone, reach and target."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from simplexmesh.motion.targets.door import reach_above_zero
 Mask = NDArray[np.bool_]
 
 THRESHOLDS = {"coarse": 2e-4, "medium": 2.5e-5, "fine": 3e-6}
-"""Scores by name. On a smooth surface a face's score falls with the cube of the number of faces: each has an eighth of
-the one before, and asks for about twice as many vertices."""
+"""Score thresholds by name. On a smooth surface the score of a face falls with the cube of the number of faces, so each
+eighth of a threshold about doubles the number of vertices."""
 
 
 def default_reach(mesh: SimplexMesh, reach: float | None) -> float:
-    """Return a reach that was given, checked, or 10 % of the mesh's diagonal."""
+    """Return the reach given, checked, or by default 10 % of the mesh's diagonal."""
     if reach is not None:
         return reach_above_zero(reach)
     diagonal = float(np.linalg.norm(np.ptp(mesh.vertices, axis=0)))
@@ -31,14 +31,14 @@ def default_reach(mesh: SimplexMesh, reach: float | None) -> float:
 
 
 def threshold_of(threshold: str | float) -> float:
-    """Return the score that a name stands for, or a number above 0 as it is."""
+    """Return the score threshold of a name, or the number given, checked to be above 0."""
     if isinstance(threshold, str):
         return THRESHOLDS[_check.choice("threshold", threshold, tuple(THRESHOLDS))]
     return _check.number("threshold", threshold, 0.0, open_low=True)
 
 
 def zone_of(mesh: SimplexMesh, zones: ArrayLike) -> Mask:
-    """Return (f,) which faces refinement is limited to."""
+    """Return the mask (f,) of the faces that refinement is limited to."""
     c = mesh.connectivity
     given = _check.any_array("zones", zones)
     if given.dtype == bool:
@@ -56,7 +56,7 @@ def zone_of(mesh: SimplexMesh, zones: ArrayLike) -> Mask:
 
 
 def as_target(target: Any, *, level: float | None, label: int | None) -> Target:
-    """Return a target as it is, and data made into one."""
+    """Return a target unchanged, and the target made from data of any kind that `reconstruct` accepts."""
     if callable(getattr(target, "gap", None)):
         if level is not None or label is not None:
             raise ValueError(f"level and label are for volumes, not for {type(target).__name__}")

@@ -1,4 +1,4 @@
-"""What a reconstruction sets out with: a mesh, the data, a plan, and what is known of the data's topology."""
+"""Initialization of a reconstruction: the start mesh, the oriented data, the plan, and the known topology."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from pathlib import Path
 from simplexmesh import _check
 from simplexmesh.data.reading import read_mesh
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
+from simplexmesh.motion.exchange import is_thin
 from simplexmesh.motion.initial.primitives import ENCLOSING, PRIMITIVES, primitive_around
 from simplexmesh.motion.initial.report import StartReport
 from simplexmesh.motion.outward import turned_outward
-from simplexmesh.motion.placing import thin
 from simplexmesh.motion.plan import Plan
 from simplexmesh.motion.sampling import closed_samples
 from simplexmesh.motion.state import Target
@@ -20,20 +20,20 @@ from simplexmesh.motion.wrap import Samples
 
 
 @dataclass(frozen=True, eq=False)
-class Outset:
-    """Where the motion begins.
+class Initialization:
+    """The initial state of a reconstruction.
 
     Attributes
     ----------
     mesh : SimplexMesh
     subject : Subject
-        The data, turned outward where the start asks for that.
+        The data, with normals turned outward where the start needs that.
     plan : Plan
-        What is to be done on the way, as the start leaves it.
+        The plan, with the placement that suits the start.
     found : StartReport or None
-        What the automatic start decided.
+        The report of the automatic start.
     samples : Samples or None
-        The data's surface and its tunnels, for starts from outside of it.
+        Points on the surface and its tunnels, for starts that enclose it.
     """
 
     mesh: SimplexMesh
@@ -44,12 +44,12 @@ class Outset:
 
     @property
     def target(self) -> Target:
-        """What the mesh is drawn to."""
+        """The data that attracts the mesh."""
         known = self.samples.target if self.samples else None
         return self.subject.target if known is None else known
 
 
-def outset(
+def initialized(
     subject: Subject,
     init: str | SimplexMesh,
     plan: Plan,
@@ -57,41 +57,41 @@ def outset(
     vertices: int,
     tunnels: float | None,
     placement: str | None,
-) -> Outset:
-    """Return what a reconstruction sets out with.
+) -> Initialization:
+    """Return the initial state of a reconstruction.
 
     Parameters
     ----------
     subject : Subject
     init : str or SimplexMesh
-        "auto", the name of a primitive, or the start itself.
+        "auto", the name of a primitive, or the start mesh.
     plan : Plan
     vertices, tunnels
         As for `reconstruct`.
     placement : str or None
-        As it was asked for; None: even where the start found is thin.
+        The user's choice; with None, it becomes even where the automatic start is thin.
 
     Returns
     -------
-    Outset
+    Initialization
     """
     if isinstance(init, SimplexMesh):
-        return Outset(init, subject, plan)
+        return Initialization(init, subject, plan)
     if init == "auto":
         start = subject.start(vertices, tunnels)
-        if placement is None and subject.encloses and thin(start.mesh):
+        if placement is None and subject.encloses and is_thin(start.mesh):
             plan = replace(plan, placement="even")
-        return Outset(start.mesh, subject, plan, found=start.report)
+        return Initialization(start.mesh, subject, plan, found=start.report)
     enclosed = init in ENCLOSING and plan.handles != "none"
     samples = closed_samples(subject, vertices, tunnels) if enclosed else None
     if samples is None and init != "plane":
         subject = turned_outward(subject, enclosed=init in ENCLOSING)
     mesh = primitive_around(subject.points, init, plan.first_vertices, facing=subject.facing)
-    return Outset(mesh, subject, plan, samples=samples)
+    return Initialization(mesh, subject, plan, samples=samples)
 
 
 def given_start(init: str | Path | SimplexMesh) -> str | SimplexMesh:
-    """Return the mesh that `init` is or names, or the name of a start yet to be made.
+    """Return the mesh that is given or named by path, or the name of a start to be computed, checked.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Corners of rims that look the right way: their neighbors inside drawn back behind them."""
+"""Correction of rim vertices whose normals are reversed, by moving their interior neighbors back."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from simplexmesh.mesh.simplex_mesh import SimplexMesh
 ROUNDS = 10
 
 
-def reversed_on_rims(mesh: SimplexMesh) -> NDArray[np.intp]:
-    """Return the vertices on holes whose normals point against those of their faces.
+def reversed_rim_vertices(mesh: SimplexMesh) -> NDArray[np.intp]:
+    """Return the vertices on holes whose normals are opposed to those of their faces.
 
-    The normal of a vertex is that of its three neighbors' plane. At a corner of a rim these turn over when the one
-    inside comes past the line between the other two.
+    The normal of a vertex is that of its three neighbors' plane. At a corner of a rim it flips when the interior
+    neighbor crosses the line between the other two.
     """
     c = mesh.connectivity
     fans = fan_vectors(mesh.vertices, c.face_vertices, c.face_offsets)
@@ -26,8 +26,8 @@ def reversed_on_rims(mesh: SimplexMesh) -> NDArray[np.intp]:
     return np.flatnonzero(on_rim & (dot(mesh.normals, vectors[c.face].sum(axis=1)) < 0))
 
 
-def uprighted(mesh: SimplexMesh) -> SimplexMesh:
-    """Return the mesh with the neighbors inside of such vertices drawn back, as long as that helps.
+def unfolded_rims(mesh: SimplexMesh) -> SimplexMesh:
+    """Return the mesh with the interior neighbors of such vertices moved inwards, as long as that reduces their number.
 
     Examples
     --------
@@ -38,14 +38,14 @@ def uprighted(mesh: SimplexMesh) -> SimplexMesh:
     >>> vertices = flat.vertices.copy()
     >>> vertices[inside] += 1.2 * (vertices[np.argmax(rim)] - vertices[inside])
     >>> worse = flat.moved(vertices)
-    >>> len(reversed_on_rims(worse)), len(reversed_on_rims(uprighted(worse)))
+    >>> len(reversed_rim_vertices(worse)), len(reversed_rim_vertices(unfolded_rims(worse)))
     (1, 0)
     """
-    best, fewest = mesh, len(reversed_on_rims(mesh))
+    best, fewest = mesh, len(reversed_rim_vertices(mesh))
     for _ in range(ROUNDS):
         if not fewest:
             break
-        c, rows = mesh.connectivity, reversed_on_rims(mesh)
+        c, rows = mesh.connectivity, reversed_rim_vertices(mesh)
         around = c.neighbors[rows]
         hole = np.asarray(c.face_is_hole[c.vertex_faces].any(axis=1))
         inner = np.unique(around[~hole[around]])
@@ -57,6 +57,6 @@ def uprighted(mesh: SimplexMesh) -> SimplexMesh:
         back = (share * vertices[near]).sum(axis=1) / np.maximum(share.sum(axis=1), 1.0)
         vertices[inner] = np.where(share.any(axis=1), 0.7 * vertices[inner] + 0.3 * back, vertices[inner])
         mesh = mesh.moved(vertices)
-        if (left := len(reversed_on_rims(mesh))) < fewest:
+        if (left := len(reversed_rim_vertices(mesh))) < fewest:
             best, fewest = mesh, left
     return best
