@@ -16,7 +16,7 @@ from simplexmesh.surface import methods
 from simplexmesh.surface.curvature import _kernels_simplex_angle, estimate
 from simplexmesh.surface.curvature.result import Curvature
 from simplexmesh.surface.neighborhoods import Neighborhoods
-from simplexmesh.surface.reasons import DEGENERATE, OPEN, SAID
+from simplexmesh.surface.reasons import DEGENERATE, EXPLANATIONS, OPEN
 from simplexmesh.surface.samples import Samples, as_samples
 from simplexmesh.surface.truth import discretized
 from simplexmesh.surface.truth.closed import Cylinder, Sphere
@@ -877,7 +877,9 @@ class TestOptions:
     def test_missing_normals_are_given_as_the_reason(self):
         mesh = discretized.torus(20, 12)
         _, heard = quietly(mesh.mesh, "sine", normals=0 * mesh.exact.normals)
-        assert heard == ["curvature could not be estimated at 240 of 240 vertices: " + "240 " + SAID[DEGENERATE]]
+        assert heard == [
+            "curvature could not be estimated at 240 of 240 vertices: " + "240 " + EXPLANATIONS[DEGENERATE]
+        ]
         assert "without a normal" in heard[0]
 
     def test_five_neighbors_are_enough_for_an_extended_quadric_if_wanted(self):
@@ -911,7 +913,9 @@ class TestOptions:
         found, heard = quietly(mesh, "simplex_angle")
         assert found.failed.tolist() == rim.tolist()
         assert found.mean[~rim] == pytest.approx(mesh.mean_curvature[~rim], rel=1e-9)
-        told = f"curvature could not be estimated at {rim.sum()} of {len(rim)} vertices: {rim.sum()} {SAID[OPEN]}"
+        told = (
+            f"curvature could not be estimated at {rim.sum()} of {len(rim)} vertices: {rim.sum()} {EXPLANATIONS[OPEN]}"
+        )
         assert heard == [told]
 
     @pytest.mark.parametrize("method", REGRESSIONS)

@@ -1,10 +1,10 @@
-"""Why a vertex has no estimate: codes for kernels, words for users."""
+"""Why a vertex has no estimate: codes for kernels, explanations for users."""
 
 from __future__ import annotations
 
 FOUND, FEW, DEGENERATE, OPEN = range(4)
 
-SAID = (
+EXPLANATIONS = (
     "",
     "with too few neighbors",
     "with neighbors that coincide or do not span a plane, or without a normal",

@@ -1,1 +1,1 @@
-"""Curvature estimators, one a file, and the door to all of them."""
+"""Curvature estimators, one per file, and the function that selects among them."""

@@ -15,19 +15,19 @@ Array = NDArray[np.float64]
 
 
 def estimate(samples: Samples, around: Neighborhoods, normals: Array, *, weighted: bool, normalized: bool) -> Estimates:
-    """Fit Euler's formula to the normal curvatures of as many circles as there are neighbors, the most opposed ones.
+    """Fit Euler's formula to the normal curvatures of circles through the most opposite pairs of neighbors.
 
-    Exact on spheres. Elsewhere the circle through two neighbors not across from each other is not the one that
-    osculates a section, so that the error stays however fine the mesh.
+    There are as many circles as neighbors. Exact on spheres; elsewhere the circle through two neighbors that are not
+    opposite does not osculate a normal section, and the error does not converge to zero.
 
     Parameters
     ----------
     weighted : bool
-        Each circle counts by its radius, as published: near-straight ones rule the fit, and a straight one, as along
-        a cylinder, brings all curvatures to zero. False: all count the same.
+        Weight each circle by its radius, as published: nearly straight ones dominate the fit, and a straight one, as
+        along a cylinder, makes all curvatures zero. False: equal weights.
     normalized : bool
-        How far two neighbors are across from each other is the cosine between them, not their inner product; of
-        equals the first in order are taken.
+        Measure how opposite two neighbors are by the cosine of their angle, not by their inner product; ties are
+        broken by the order of the neighbors.
     """
     n = len(around)
     k1, k2, d1, reasons = np.full(n, np.nan), np.full(n, np.nan), np.full((n, 3), np.nan), np.zeros(n, np.uint8)

@@ -1,4 +1,4 @@
-"""Curvatures of a surface by any of the known estimators: one door, one kind of answer."""
+"""Curvatures of a surface by any of the estimators."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh import _check
 from simplexmesh.surface.curvature.result import Curvature
-from simplexmesh.surface.methods import Estimates, Method, around_of, chosen, warn_of_failures
+from simplexmesh.surface.methods import Estimates, Method, chosen, neighborhoods_for, warn_of_failures
 from simplexmesh.surface.neighborhoods import Neighborhood
 from simplexmesh.surface.normals.estimate import starting_normals
 from simplexmesh.surface.reasons import DEGENERATE, FOUND
@@ -31,7 +31,7 @@ METHODS = {
     "sine": Method("curvature.sine", {"least_swing": False}),
     "taubin": Method("curvature.taubin"),
 }
-"""Every curvature estimator."""
+"""All curvature estimators."""
 
 
 def curvature(
@@ -48,26 +48,26 @@ def curvature(
     Parameters
     ----------
     surface : TriangleMesh, SimplexMesh, PointCloud, array, PyVista or trimesh object, or path
-        What is measured. Faces must be counter-clockwise seen from outside; a cloud without normals has no outside,
-        and the signs of its curvatures mean nothing.
+        The surface. Faces must be counter-clockwise seen from outside; a cloud without normals has no outside, and the
+        signs of its curvatures are arbitrary.
     method : str
-        The estimator, by what it fits: "adaptive", the default, polynomials at a scale of its own; "sine" Euler's
-        formula to the circles through each neighbor; "quadric" a paraboloid along the normal, "extended_quadric" one
-        that may tilt, "full_quadric" one that may miss the vertex; "discrete" nothing, cotangents and angle defects;
-        "taubin", "langer", "langer_exact" weighted sums; "chen_schmitt" circles through opposite neighbors;
-        "simplex_angle" the sphere through three neighbors; "principal" is libigl's.
+        The estimator: "adaptive", the default, fits polynomials at scales chosen from the data; "sine" fits Euler's
+        formula to the circles through each neighbor; "quadric" fits a paraboloid along the normal, "extended_quadric"
+        one that may tilt, "full_quadric" one that need not pass through the vertex; "discrete" uses cotangents and
+        angle defects; "taubin", "langer", "langer_exact" are quadratures; "chen_schmitt" fits circles through opposite
+        neighbors; "simplex_angle" the sphere through three neighbors; "principal" is libigl's.
     neighborhood : from `rings`, `ball`, `nearest`, or Neighborhoods, optional
-        Which neighbors it sees; by default the one-ring, in a cloud the 12 nearest points.
+        The neighbors used; by default the one-ring, in a cloud the 12 nearest points.
     normals : str or (n, 3) array of float, optional
-        A method of `vertex_normals`, or unit normals: where the estimator starts from.
+        Initial normals: a method of `vertex_normals`, or unit vectors.
     vertices : (c,) array of int, optional
-        Measure these vertices only; the answer has one row for each.
+        Measure only these vertices; the result has one row for each.
     **options
-        What the method understands beyond these. "adaptive": `noise`, its deviation along the normal where it is known;
-        `detail`, a length below which nothing is of interest. Quadrics: `least`, fewer neighbors than this are too
-        few. "sine": `least_swing`, take the least k1 - k2 where there are but two directions. "discrete": `area`
-        ("mixed", "voronoi", "barycentric"), `projected`, H along the normal only. "chen_schmitt": `weighted`,
-        `normalized`. "principal": `radius`, rings of neighbors.
+        Options of the method. "adaptive": `noise`, its standard deviation along the normal, if known; `detail`, the
+        smallest length of interest. Quadrics: `least`, the least number of neighbors. "sine": `least_swing`, take the
+        least k1 - k2 where there are only two directions. "discrete": `area` ("mixed", "voronoi", "barycentric"),
+        `projected`, H along the normal only. "chen_schmitt": `weighted`, `normalized`. "principal": `radius`, rings of
+        neighbors.
 
     Returns
     -------
@@ -77,16 +77,17 @@ def curvature(
     Raises
     ------
     ValueError
-        An unknown method, normals of another shape, vertices outside, a method of faces and points without any.
+        An unknown method, normals of another shape, vertices out of range, points without faces for a method that
+        needs them.
     TypeError
-        Not a surface, an option the method does not have, normals or neighborhoods it would not look at.
+        Not a surface, an option the method does not have, normals or neighborhoods that it does not use.
     OSError
-        A file that is not there or cannot be read.
+        A file that does not exist or cannot be read.
 
     Warns
     -----
     SimplexMeshWarning
-        Saying at how many vertices there is no estimate, and why.
+        Tells at how many vertices there is no estimate, and why.
 
     Examples
     --------
@@ -97,28 +98,28 @@ def curvature(
     >>> float(found.mean.mean().round(3)), float(found.gauss.mean().round(3))
     (0.5, 0.25)
     """
-    kind, understood = chosen(method, METHODS, options)
+    kind, settings = chosen(method, METHODS, options)
     samples = as_samples(surface)
-    around = around_of(method, kind, samples, neighborhood, normals, vertices)
+    around = neighborhoods_for(method, kind, samples, neighborhood, normals, vertices)
     directions = starting_normals(samples, around, kind.normals, normals)
     with np.errstate(over="ignore", invalid="ignore"):
-        found = _sound(kind.estimate(samples, around, directions, **understood))
+        found = _finite_or_failed(kind.estimate(samples, around, directions, **settings))
     warn_of_failures("curvature", found.reasons, samples, around)
-    return _finished(found, directions, method)
+    return _result(found, directions, method)
 
 
-def _sound(found: Estimates) -> Estimates:
-    """Return the same with rows failed that hold what is no number, as where numbers overflowed."""
+def _finite_or_failed(found: Estimates) -> Estimates:
+    """Mark rows that are not finite, as by overflow, as failed."""
     total = found.k1 + found.k2 + found.mean + found.gauss
     for part in (found.d1, found.normals, found.error, found.scale):
         if part is not None:
             total = total + (part if part.ndim == 1 else part.sum(axis=1))
-    wild = (found.reasons == FOUND) & ~np.isfinite(total)
-    return found._replace(reasons=np.where(wild, DEGENERATE, found.reasons).astype(np.uint8)) if wild.any() else found
+    overflowed = (found.reasons == FOUND) & ~np.isfinite(total)
+    return found._replace(reasons=np.where(overflowed, DEGENERATE, found.reasons).astype(np.uint8))
 
 
-def _finished(found: Estimates, directions: Array | None, method: str) -> Curvature:
-    """Return what the user gets: NaN and the mask agree."""
+def _result(found: Estimates, directions: Array | None, method: str) -> Curvature:
+    """Return the result, with NaN exactly where the mask says failed."""
     failed = found.reasons != 0
     normals = found.normals if found.normals is not None else directions
     normals = np.zeros((len(failed), 3)) if normals is None else normals

@@ -1,4 +1,4 @@
-"""Langer's quadratures (Langer, Belyaev, Seidel 2007; Charton 2014, 2.1.3), as a tensor and exact."""
+"""Langer's quadratures (Langer, Belyaev, Seidel 2007; Charton 2014, 2.1.3), in a tensor or exact."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ Array = NDArray[np.float64]
 def estimate(samples: Samples, around: Neighborhoods, normals: Array, *, exact: bool) -> Estimates:
     """Weight neighbors by the tangents of the angles between them in the tangent plane, in order of azimuth.
 
-    The weights make sum w exp(2 i theta) vanish, so that H is exact on Euler's formula whatever the directions. In
-    Taubin's tensor (`exact` False, the thesis's reading) K is so on umbilics only; `exact` takes the difference of
-    k1 and k2 from a second quadrature that makes sum w exp(4 i theta) vanish, or, where the weights of that nearly
-    cancel as on a square grid with diagonals, from least squares. Right angles between neighbors make the tangents of
-    the first infinite: there the limit is taken, close to them results jump. No faces are needed.
+    The weights make sum w exp(2 i theta) vanish, so that H is exact for Euler's formula in any directions. In Taubin's
+    tensor (`exact` False, as in the thesis) K is exact only at umbilics; `exact` takes the difference of k1 and k2 from
+    a second quadrature, with sum w exp(4 i theta) = 0, or from least squares where its weights nearly cancel, as on a
+    square grid with diagonals. Right angles between neighbors have infinite tangents: there the limit is taken, and
+    results are discontinuous nearby. No faces are needed.
     """
     n = len(around)
     k1, k2, d1, reasons = np.full(n, np.nan), np.full(n, np.nan), np.full((n, 3), np.nan), np.zeros(n, np.uint8)

@@ -20,17 +20,17 @@ Indices = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
 CHUNK = 50_000
-"""So many vertices have their rings in memory at a time."""
+"""Vertices whose rings are in memory at a time."""
 
 CANCELED = 1e-6
-"""Normals whose sum is shorter than this share of their number have no direction in common."""
+"""Normals whose sum is shorter than this share of their number cancel."""
 
 
 def estimate(samples: Samples, around: Neighborhoods, normals: Array, *, radius: int) -> Estimates:
-    """Return what `igl.principal_curvature` finds, with our signs and order; vertices it calls bad have failed.
+    """Return the results of `igl.principal_curvature` with this library's signs and order.
 
-    So have vertices without a normal, and parts where the normals of a neighborhood cancel, as those of a whole closed
-    body within `radius` rings do: libigl would end the process.
+    The vertices it reports as bad fail. So do vertices without a normal, and components in which the normals of a
+    neighborhood cancel, as within `radius` rings that cover a closed body: libigl would end the process.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ def estimate(samples: Samples, around: Neighborhoods, normals: Array, *, radius:
     d1, d2, k1, k2 = np.zeros((n, 3)), np.zeros((n, 3)), np.zeros(n), np.zeros(n)
     reasons = np.full(n, DEGENERATE, np.uint8)
     size = float(np.ptp(samples.points, axis=0).max()) or 1.0
-    used, local, faces = _bearable((samples.points - samples.points.mean(axis=0)) / size, samples.faces, radius)
+    used, local, faces = _safe_part((samples.points - samples.points.mean(axis=0)) / size, samples.faces, radius)
     if len(used):
         first, second, greater, less, bad = igl.principal_curvature(local, faces, radius, useKring=True)
         reasons[used] = 0
@@ -59,53 +59,55 @@ def estimate(samples: Samples, around: Neighborhoods, normals: Array, *, radius:
         k1[used], k2[used] = np.maximum(greater, less) / size, np.minimum(greater, less) / size
     reasons[np.bincount(samples.faces.ravel(), minlength=n) == 0] = FEW
     kept = around.centers
-    return _directed(k1[kept], k2[kept], d1[kept], d2[kept], reasons[kept], normals)
+    return _with_directions(k1[kept], k2[kept], d1[kept], d2[kept], reasons[kept], normals)
 
 
-def _directed(k1: Array, k2: Array, d1: Array, d2: Array, reasons: NDArray[np.uint8], normals: Array) -> Estimates:
-    """Return estimates with normals across both directions, and directions where libigl has none: on planes."""
+def _with_directions(
+    k1: Array, k2: Array, d1: Array, d2: Array, reasons: NDArray[np.uint8], normals: Array
+) -> Estimates:
+    """Return estimates with normals orthogonal to both directions; on planes, where libigl has none, any directions."""
     reasons[~np.isfinite(k1 + k2) & (reasons == 0)] = DEGENERATE
     out = cross(d1, d2)
     out *= np.where(np.einsum("ij,ij->i", out, normals) < 0, -1.0, 1.0)[:, None]
-    flat = ~(np.abs(norm(out) - 1) < 1e-6)
-    out[flat] = normals[flat]
-    d1[flat] = normalized(cross(out[flat], np.eye(3)[np.abs(out[flat]).argmin(axis=1)]))
+    undirected = ~(np.abs(norm(out) - 1) < 1e-6)
+    out[undirected] = normals[undirected]
+    d1[undirected] = normalized(cross(out[undirected], np.eye(3)[np.abs(out[undirected]).argmin(axis=1)]))
     reasons[(norm(out) < 0.5) & (reasons == 0)] = DEGENERATE
     return Estimates(k1, k2, (k1 + k2) / 2, k1 * k2, reasons, d1, out)
 
 
-def _bearable(points: Array, faces: Indices, radius: int) -> tuple[Indices, Array, Indices]:
-    """Return the vertices libigl can be given, their points, and the faces between them."""
+def _safe_part(points: Array, faces: Indices, radius: int) -> tuple[Indices, Array, Indices]:
+    """Return the vertices that libigl can process, their points, and the faces between them."""
     while True:
         used = np.unique(faces)
         local, faces = points[used], np.searchsorted(used, faces)
-        good = _sound(local, faces, radius) if len(used) else np.ones(0, bool)
+        good = _safe_vertices(local, faces, radius) if len(used) else np.ones(0, bool)
         if good.all():
             return used, local, faces
         faces = used[faces[good[faces].all(axis=1)]]
 
 
-def _sound(points: Array, faces: Indices, radius: int) -> Mask:
-    """Whether each vertex has a normal and, where all have, is in a part where they cancel in no neighborhood."""
+def _safe_vertices(points: Array, faces: Indices, radius: int) -> Mask:
+    """Return which vertices have a normal; if all do, which are in components without cancelling neighborhoods."""
     directions = igl.per_vertex_normals(points, faces)
-    sound: Mask = np.isfinite(directions).all(axis=1) & (norm(directions) > 0.5)
-    if not sound.all():
-        return sound
+    safe: Mask = np.isfinite(directions).all(axis=1) & (norm(directions) > 0.5)
+    if not safe.all():
+        return safe
     n, samples = len(points), Samples(points, faces)
     ring = samples.one_ring
     row = np.repeat(np.arange(n), ring.valence)
     turns = np.arccos(np.clip(np.einsum("ij,ij->i", directions[row], directions[ring.members]), -1, 1))
-    turned = np.zeros(n)
+    total_turns = np.zeros(n)
     for _ in range(radius):
-        turned = np.maximum.reduceat(turns + turned[ring.members], ring.offsets[:-1])
-    doubtful = np.flatnonzero(turned > 1.5)  # up to a right angle no sum vanishes
+        total_turns = np.maximum.reduceat(turns + total_turns[ring.members], ring.offsets[:-1])
+    doubtful = np.flatnonzero(total_turns > 1.5)  # normals within a right angle cannot cancel
     for start in range(0, len(doubtful), CHUNK):
         rows = doubtful[start : start + CHUNK]
         near = samples.around(rings(radius), rows)
         sums = np.add.reduceat(directions[near.members], near.offsets[:-1]) + directions[rows]
-        sound[rows] = norm(sums) > CANCELED * (near.valence + 1)
-    if sound.all():
-        return sound
+        safe[rows] = norm(sums) > CANCELED * (near.valence + 1)
+    if safe.all():
+        return safe
     links = coo_array((np.ones(faces.size), (faces.ravel(), faces[:, [1, 2, 0]].ravel())), shape=(n, n))
     parts = connected_components(links, directed=False)[1]
-    return np.asarray(~np.isin(parts, parts[~sound]))
+    return np.asarray(~np.isin(parts, parts[~safe]))

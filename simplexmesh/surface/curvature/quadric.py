@@ -17,17 +17,16 @@ Array = NDArray[np.float64]
 def estimate(samples: Samples, around: Neighborhoods, normals: Array, *, terms: int, least: int) -> Estimates:
     """Fit z = a x^2 + b x y + c y^2 (+ d x + e y (+ f)) to the neighbors, z along the normal, by least squares.
 
-    With three terms the surface is held to the normal it is given, and keeps that normal's error however fine the
-    mesh. With d and e the fit corrects the normal, and the curvatures are those of the tilted surface. With f it may
-    miss the vertex, which takes noise from it; neighbors that cannot tell f, as six around a vertex in pairs across
-    from each other, leave it at zero.
+    With three terms the normal is fixed, and its error does not vanish as the mesh is refined. With d and e the fit
+    corrects the normal, and the curvatures are those of the tilted surface. With f it need not pass through the vertex,
+    which reduces the effect of noise; f is zero where the neighbors do not determine it, as six in opposite pairs.
 
     Parameters
     ----------
     terms : int
         3, 5 or 6.
     least : int
-        Fewer neighbors than this are too few; at least as many as `terms`.
+        Least number of neighbors, at least `terms`.
     """
     least = _check.integer("least", least, terms)
     n = len(around)

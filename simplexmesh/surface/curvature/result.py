@@ -1,4 +1,4 @@
-"""What a curvature estimator returns: values, directions, and where it failed."""
+"""The result of a curvature estimator: values, directions, and where it failed."""
 
 from __future__ import annotations
 
@@ -25,16 +25,16 @@ class Curvature:
     mean, gauss : (n,) array of float
         H = (k1 + k2) / 2, 1 / length, and K = k1 k2, 1 / length squared.
     d1 : (n, 3) array of float or None
-        Unit tangent along which the surface bends by k1; its sign means nothing, and where k1 = k2 neither does the
-        rest. None from methods that have no directions.
+        Principal direction of k1, a unit tangent of arbitrary sign, arbitrary where k1 = k2. None from methods that
+        estimate no directions.
     normals : (n, 3) array of float
-        Unit normals the estimate refers to.
+        Unit normals of the estimate.
     failed : (n,) array of bool
         Where there is no estimate; every other array holds NaN there, and nowhere else.
     error : (n,) array of float or None
-        Expected error of `mean` (one standard deviation), 1 / length, from methods that know it.
+        Standard deviation of the error of `mean`, 1 / length, from methods that estimate it.
     method : str
-        Who says so.
+        Name of the estimator.
     scale : (n,) array of float or None
         Radius of the neighborhoods, from methods that choose it.
 
@@ -61,17 +61,17 @@ class Curvature:
 
     def __repr__(self) -> str:
         n, failed = len(self.k1), int(self.failed.sum())
-        said = f", {failed:,} failed" if failed else ""
-        return f"Curvature({self.method}, {n:,} vertices{said})"
+        failures = f", {failed:,} failed" if failed else ""
+        return f"Curvature({self.method}, {n:,} vertices{failures})"
 
     @cached_property
     def d2(self) -> Array | None:
-        """(n, 3) array of float or None: unit tangent of k2, the normal times `d1`."""
+        """(n, 3) array of float or None: principal direction of k2, the cross product of normal and `d1`."""
         return None if self.d1 is None else cross(self.normals, self.d1)
 
     @cached_property
     def curvedness(self) -> Array:
-        """(n,) array of float: sqrt((k1^2 + k2^2) / 2), how much the surface bends at all (Koenderink 1990)."""
+        """(n,) array of float: sqrt((k1^2 + k2^2) / 2), the magnitude of curvature (Koenderink 1990)."""
         out: Array = np.sqrt((self.k1**2 + self.k2**2) / 2)
         return out
 
@@ -79,14 +79,14 @@ class Curvature:
     def shape_index(self) -> Array:
         """(n,) array of float: 2/pi atan((k1 + k2) / (k1 - k2)): 1 cap, 1/2 ridge, 0 saddle, -1/2 rut, -1 cup.
 
-        Also 0 on planes, where the curvedness is.
+        On planes, where it is undefined, 0.
         """
         out: Array = 2 / np.pi * np.arctan2(self.k1 + self.k2, self.k1 - self.k2)
         return out
 
     @cached_property
     def confidence(self) -> Array | None:
-        """(n,) array of float or None: 1 where the error is small against the curvedness, 0 where it drowns it."""
+        """(n,) array of float or None: c^2 / (c^2 + error^2), with c the curvedness; 0 where failed."""
         if self.error is None:
             return None
         signal, noise = self.curvedness**2, self.error**2
@@ -95,25 +95,25 @@ class Curvature:
         return np.where(self.failed, 0.0, out)
 
     def along(self, angle: ArrayLike, *, tilt: ArrayLike = 0.0) -> Array:
-        """Return the curvature of the curve that a plane through the vertex cuts out of the surface.
+        """Return the curvature of a plane section of the surface at each vertex.
 
-        A plane that holds the normal cuts k1 cos^2 + k2 sin^2 (Euler); one that leans away from the normal cuts that
-        over the cosine of how far it leans (Meusnier): all such circles of curvature lie on one sphere.
+        A plane that contains the normal cuts k1 cos^2 + k2 sin^2 (Euler), an oblique plane that over the cosine of its
+        tilt (Meusnier).
 
         Parameters
         ----------
         angle : float or (n,) array of float
-            Of the cut from `d1`, radians, counter-clockwise seen from outside.
+            Of the section from `d1`, radians, counter-clockwise seen from outside.
         tilt : float or (n,) array of float
             Between the plane and the normal, radians, less than a right angle.
 
         Raises
         ------
         ValueError
-            A tilt of a right angle or more: that plane touches the surface.
+            A tilt of a right angle or more.
         """
-        turn, lean = np.asarray(angle, float), np.asarray(tilt, float)
-        if (np.abs(lean) >= np.pi / 2).any():
-            raise ValueError(f"tilt must be less than a right angle, not {np.abs(lean).max():g}")
-        out: Array = (self.k1 * np.cos(turn) ** 2 + self.k2 * np.sin(turn) ** 2) / np.cos(lean)
+        angles, tilts = np.asarray(angle, float), np.asarray(tilt, float)
+        if (np.abs(tilts) >= np.pi / 2).any():
+            raise ValueError(f"tilt must be less than a right angle, not {np.abs(tilts).max():g}")
+        out: Array = (self.k1 * np.cos(angles) ** 2 + self.k2 * np.sin(angles) ** 2) / np.cos(tilts)
         return out

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh.surface.curvature import _kernels_simplex_angle as kernels
-from simplexmesh.surface.curvature.ringed import faces_around, three_each
+from simplexmesh.surface.curvature.face_cycles import one_rings, simplex_neighbors
 from simplexmesh.surface.methods import Estimates
 from simplexmesh.surface.neighborhoods import Neighborhoods
 from simplexmesh.surface.reasons import DEGENERATE, FEW, FOUND, OPEN
@@ -20,31 +20,30 @@ Codes = NDArray[np.uint8]
 def estimate(samples: Samples, around: Neighborhoods, normals: None) -> Estimates:
     """Return H = sin(phi) / r, the curvature of the sphere through a vertex and its three neighbors.
 
-    That is a simplex mesh's own mean curvature. Of triangles it is measured on the dual, whose vertices are the
-    centers of the faces, and each vertex takes the mean of the faces around it. The angle knows nothing of K: that
-    comes from the normals, as the solid angle of the three neighbors' over the area of their triangle. k1 and k2 are
-    H +- sqrt(H^2 - K), both H where that root is negative; no directions. The one-ring is all it ever looks at, and on
-    a border it has failed.
+    This is the mean curvature of a simplex mesh. For triangles it is measured on the dual, whose vertices are the face
+    centers, and averaged over the faces around each vertex. K is the solid angle of the three neighbors' normals over
+    the area of their triangle. k1 and k2 are H +- sqrt(H^2 - K), or both H where H^2 < K; no directions. Only the
+    one-ring is read, and estimates fail on a border.
 
     Raises
     ------
     ValueError
-        Neither triangles nor a simplex mesh, or neighborhoods other than the one-ring.
+        Neither triangles nor a simplex mesh, or neighborhoods other than the one-rings.
     """
     if samples.faces is not None:
-        faces_around(samples, around, "simplex_angle")
+        one_rings(samples, around, "simplex_angle")
         return _selected(_of_triangles(samples.points, samples.faces), around.centers)
-    ring = three_each(samples)
+    ring = simplex_neighbors(samples)
     if ring is None:
         raise ValueError("surface must be triangles or a simplex mesh for method 'simplex_angle', not points alone")
-    faces_around(samples, around, "simplex_angle")
+    one_rings(samples, around, "simplex_angle")
     mean, gauss, directions, reasons = _of_nodes(samples.points, ring.members.reshape(-1, 3))
     reasons = np.where((reasons == FOUND) & ~ring.closed, OPEN, reasons).astype(np.uint8)
     return _selected((mean, gauss, directions, reasons), around.centers)
 
 
 def _of_nodes(points: Array, neighbors: Indices) -> tuple[Array, Array, Array, Codes]:
-    """Return H, K, normals and reasons at points with three neighbors each."""
+    """Return H, K, normals and reasons at vertices with three neighbors each."""
     n = len(points)
     mean, gauss, areas, normals = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros((n, 3))
     found, reasons = np.zeros(n, np.uint8), np.zeros(n, np.uint8)
@@ -54,7 +53,7 @@ def _of_nodes(points: Array, neighbors: Indices) -> tuple[Array, Array, Array, C
 
 
 def _of_triangles(points: Array, faces: Indices) -> tuple[Array, Array, Array, Codes]:
-    """Return H, K, normals and reasons at the vertices: means over the faces around each."""
+    """Return H, K, normals and reasons at the vertices of triangles: means over the faces around each."""
     n = len(points)
     across = kernels.adjacent_faces(faces, n)
     corners = points[faces]
@@ -68,11 +67,9 @@ def _of_triangles(points: Array, faces: Indices) -> tuple[Array, Array, Array, C
 
     summed = np.stack([averaged(normals[:, axis]) for axis in range(3)], axis=1)
     lengths = np.linalg.norm(summed, axis=1)
-    used, broken = (
-        np.bincount(faces.ravel(), minlength=n),
-        np.bincount(faces[reasons == DEGENERATE].ravel(), minlength=n),
-    )
-    why = np.where(used == 0, FEW, np.where(broken > 0, DEGENERATE, OPEN))
+    used = np.bincount(faces.ravel(), minlength=n)
+    degenerate = np.bincount(faces[reasons == DEGENERATE].ravel(), minlength=n)
+    why = np.where(used == 0, FEW, np.where(degenerate > 0, DEGENERATE, OPEN))
     why = np.where(counts > 0, np.where(lengths > 0.0, FOUND, DEGENERATE), why).astype(np.uint8)
     return averaged(mean), averaged(gauss), summed / np.where(lengths > 0.0, lengths, 1.0)[:, None], why
 
@@ -81,5 +78,5 @@ def _selected(found: tuple[Array, Array, Array, Codes], centers: Indices) -> Est
     """Return the estimates of some vertices."""
     mean, gauss, normals, reasons = found
     mean, gauss = mean[centers], gauss[centers]
-    swing = np.sqrt(np.maximum(mean * mean - gauss, 0.0))
-    return Estimates(mean + swing, mean - swing, mean, gauss, reasons[centers], normals=normals[centers])
+    amplitude = np.sqrt(np.maximum(mean * mean - gauss, 0.0))
+    return Estimates(mean + amplitude, mean - amplitude, mean, gauss, reasons[centers], normals=normals[centers])

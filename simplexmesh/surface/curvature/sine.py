@@ -15,16 +15,16 @@ Array = NDArray[np.float64]
 
 
 def estimate(samples: Samples, around: Neighborhoods, normals: Array, *, least_swing: bool) -> Estimates:
-    """Fit k(alpha) = H + swing cos 2 (alpha - alpha_1) to the circles through each neighbor tangent to the surface.
+    """Fit k(alpha) = H + A cos 2 (alpha - alpha_1) to the circles through each neighbor tangent to the surface.
 
-    Exact on spheres whatever the neighbors, with an exact normal. Wants three directions different modulo pi. Four
-    neighbors in a cross have two, which tell H and no more: such a vertex has failed, as it has no K.
+    Exact on spheres for any neighbors, with an exact normal. Needs three directions distinct modulo pi. Four neighbors
+    in a cross have two, which determine H but not K: such a vertex fails.
 
     Parameters
     ----------
     least_swing : bool
-        Do not fail where there are two directions: of all k1 - k2 that agree with them the least is taken. H is as
-        good as ever where they are at right angles; K, k1, k2 and the direction are bounds, not estimates.
+        Where there are two directions, return the solution of least k1 - k2 instead of failing. H is as good as ever
+        if they are at right angles; K, k1, k2 and the direction are bounds, not estimates.
     """
     n = len(around)
     k1, k2, d1 = np.full(n, np.nan), np.full(n, np.nan), np.full((n, 3), np.nan)

@@ -14,11 +14,11 @@ Array = NDArray[np.float64]
 
 
 def estimate(samples: Samples, around: Neighborhoods, normals: Array) -> Estimates:
-    """Read k1 = 3 m11 - m22 and k2 = 3 m22 - m11 from M = sum w_i k_i T_i T_i^t.
+    """Return k1 = 3 m11 - m22 and k2 = 3 m22 - m11 from the eigenvalues of M = sum w_i k_i T_i T_i^t.
 
-    The weights are the areas of the two faces beside each edge, shares of their sum; where neighbors are not the
-    cycle around an inner vertex (a border, two rings, a cloud) all weigh the same. Exact only where the weighted
-    directions are as even as a circle's; on a sphere H is, K is not.
+    The weights are the areas of the two faces at each edge over their sum, or equal where neighbors are not the cycle
+    around an inner vertex (a border, two rings, a cloud). Exact only for weighted directions distributed as evenly as
+    on a circle; on a sphere H is exact, K is not.
     """
     n = len(around)
     k1, k2, d1, reasons = np.full(n, np.nan), np.full(n, np.nan), np.full((n, 3), np.nan), np.zeros(n, np.uint8)

@@ -1,1 +1,1 @@
-"""Normal estimators, one a file, and the door to all of them."""
+"""Normal estimators, one per file, and the function that selects among them."""

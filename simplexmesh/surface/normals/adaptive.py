@@ -1,4 +1,4 @@
-"""The normals of the jets that the adaptive estimator of curvature fits."""
+"""Normals of the jets fitted by the adaptive curvature estimator."""
 
 from __future__ import annotations
 
@@ -13,6 +13,6 @@ from simplexmesh.surface.samples import Samples
 def estimate(
     samples: Samples, around: Neighborhoods, normals: Any, *, noise: float | None = None, detail: float | None = None
 ) -> Normals:
-    """Return the normals of polynomials fitted at a scale of their own; options as in `curvature`."""
+    """Return the normals of polynomials fitted at adaptive scales; options as in `curvature`."""
     found = jets(samples, around, noise=noise, detail=detail)
     return Normals(found.normals, found.reasons)

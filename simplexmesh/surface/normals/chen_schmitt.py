@@ -1,4 +1,4 @@
-"""Tangents of circles through opposite neighbors (Chen, Schmitt 1992; Charton 2014, 3.11-3.13)."""
+"""Normals from the tangents of circles through opposite neighbors (Chen, Schmitt 1992; Charton 2014, 3.11-3.13)."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ Array = NDArray[np.float64]
 
 
 def estimate(samples: Samples, around: Neighborhoods, normals: Array, *, normalized: bool) -> Normals:
-    """Return the sum of the vector products of the tangents of circles through each center and two neighbors.
+    """Return the normalized sum of the cross products of the tangents of circles through each center and two neighbors.
 
-    As many pairs are taken as there are neighbors, at least three, the most opposite first: by the scalar product as
-    printed, or by the angle alone if `normalized`. Equal pairs, which every regular ring has, are taken in the order of
-    the neighbors, so the answer depends on it. Exact on spheres. The normals given tell the side.
+    There are as many pairs as neighbors, at least three, the most opposite first: by scalar product as printed, or by
+    angle if `normalized`. Ties, which every regular ring has, are broken by the order of the neighbors, on which the
+    result therefore depends. Exact on spheres. The given normals determine the sign.
     """
     n = len(around)
     out, reasons = np.zeros((n, 3)), np.zeros(n, np.uint8)

@@ -1,4 +1,4 @@
-"""ExtendedSineFitting (Charton 2014, 3.3): the normal that leaves Euler's formula nothing to explain."""
+"""ExtendedSineFitting (Charton 2014, 3.3): the normal for which normal curvatures have no first harmonic."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ SOLVERS = ["newton", "ternary"]
 def estimate(
     samples: Samples, around: Neighborhoods, normals: Array, *, solver: str, tolerance: float, iterations: int
 ) -> Normals:
-    """Return the normals for which the sampled normal curvatures have no part that turns once around the center.
+    """Return the normals for which the sampled normal curvatures have no first harmonic.
 
-    A normal that is off by a small angle makes curvature too large on the side it leans from and too small on the
-    other. Euler's formula plus d cos t + e sin t is fitted to k = 2 (P - P_i) . N / |P - P_i|^2, and N is turned until
-    d and e are gone; the answer does not depend on where it began. Wants five neighbors in different directions;
-    where they are not, or N finds no rest, the answer is the quadric's.
+    A normal tilted by a small angle adds d cos t + e sin t, t the azimuth, to the normal curvatures. That and Euler's
+    formula are fitted to k = 2 (P - P_i) . N / |P - P_i|^2, and N is tilted until d and e vanish; the result does not
+    depend on the initial normal. Needs five neighbors in different directions; with fewer, or without convergence, the
+    result is that of "quadric".
 
-    Exact on spheres, wherever the neighbors; on other surfaces off by O(h^2).
+    Exact on spheres, for any neighbors; on other surfaces the error is O(h^2).
 
-    Solver "newton" seeks the zero of (d, e) in two unknowns, five to seven fits a vertex. "ternary" is the thesis's
-    search (algorithm 4, its errata mended): tilts along (d, e), by the angle that leaves least, twenty to a hundred
-    times as many fits. Both end when the normal is off by less than `tolerance` radians, as far as (d, e) tell, or
-    give up after so many `iterations`.
+    Solver "newton" finds the root of (d, e) in two unknowns, with five to seven fits per vertex. "ternary" is the
+    thesis's search (algorithm 4, errata corrected): it tilts along (d, e) by the angle that minimizes their norm, with
+    twenty to a hundred times as many fits. Both stop when the error of the normal is below `tolerance` radians, as
+    estimated from (d, e), or after `iterations` steps.
     """
     n = len(around)
     newton = _check.choice("solver", solver, SOLVERS) == "newton"

@@ -15,13 +15,13 @@ WEIGHTINGS = {"uniform": kernels.UNIFORM, "area": kernels.AREA, "angle": kernels
 
 
 def estimate(samples: Samples, around: Neighborhoods, normals: Array | None = None, *, weighting: str) -> Normals:
-    """Return the normalized sum of the normals of the faces around each center, of as many as there are.
+    """Return the normalized weighted sum of the normals of the faces around each center.
 
-    Faces are the triangles, or, where there are none, what lies between neighbors that follow each other. The weights:
+    Faces are the triangles or, without any, those spanned by consecutive neighbors. The weights:
 
     - "uniform": 1, the mean of the unit normals;
     - "area": the face's area; the sum is the vector area of the polygon around the center;
-    - "angle": the face's angle at the center (Thuermer, Wuethrich 1998), the same however a flat face is cut up;
+    - "angle": the face's angle at the center (Thuermer, Wuethrich 1998), independent of how faces are triangulated;
     - "max": sin(angle) over the product of the two edges (N. Max, Weights for computing vertex normals from facet
       normals, 1999). Inverted at the center, a sphere through it becomes a plane and a / |a|^2 the image of neighbor
       a; this is the vector area of the inverted polygon, so a closed ring on a sphere has the sphere's normal.

@@ -1,4 +1,4 @@
-"""The quadric that lies closest to a vertex's neighbors (Charton 2014, 3.6-3.10; McIvor, Valkenburg 1997)."""
+"""The least-squares quadric of a vertex's neighbors (Charton 2014, 3.6-3.10; McIvor, Valkenburg 1997)."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ Array = NDArray[np.float64]
 
 
 def estimate(samples: Samples, around: Neighborhoods, normals: Array, *, passes: int) -> Normals:
-    """Return the normal at each center of z = a x^2 + b x y + c y^2 + d x + e y, fitted along the normals given.
+    """Return the normal at each center of z = a x^2 + b x y + c y^2 + d x + e y, with z along the given normal.
 
-    Wants five neighbors that are not on one conic through the center. Exact on quadric graphs over the tangent plane
-    of the normals given; one pass as published, more bring the frame to the fitted normal. The fit is that of the
-    curvature estimator "extended_quadric", which asks for six neighbors.
+    Needs five neighbors that are not on one conic through the center. Exact on quadric graphs over the plane normal to
+    the given normals. One pass is as published; further passes start from the fitted normal. The fit is that of the
+    curvature estimator "extended_quadric", which requires six neighbors.
     """
     reasons = np.zeros(len(around), np.uint8)
-    terms = kernels.EXTENDED  # as many neighbors are enough
+    terms = kernels.EXTENDED  # also the least number of neighbors
     rows = (around.centers, around.offsets, around.members)
     for _ in range(_check.integer("passes", passes, 1)):
         shape, d1, fitted = np.empty((2, len(around))), np.empty((len(around), 3)), np.zeros((len(around), 3))

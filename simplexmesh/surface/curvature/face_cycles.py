@@ -1,4 +1,4 @@
-"""Rings of faces for the estimators that read them."""
+"""Neighborhoods for the estimators that read the faces around a vertex."""
 
 from __future__ import annotations
 
@@ -8,36 +8,36 @@ from simplexmesh.surface.neighborhoods import Neighborhoods
 from simplexmesh.surface.samples import Samples
 
 
-def three_each(samples: Samples) -> Neighborhoods | None:
-    """Return the three neighbors of each vertex of a simplex mesh; None of anything else."""
+def simplex_neighbors(samples: Samples) -> Neighborhoods | None:
+    """Return the three neighbors of each vertex of a simplex mesh, None for anything else."""
     ring = samples.links
     if samples.faces is not None or ring is None or len(ring) != len(samples.points):
         return None
     return ring if (ring.valence == 3).all() else None
 
 
-def ringed(samples: Samples, around: Neighborhoods, method: str) -> Neighborhoods:
-    """Return the cycles of faces around the centers; neighborhoods given as cycles are taken as they are.
+def face_cycles(samples: Samples, around: Neighborhoods, method: str) -> Neighborhoods:
+    """Return the cycles of neighbors around the centers, those given or the one-rings.
 
     Raises
     ------
     ValueError
-        No triangles and no cycles given, or neighborhoods other than the one-ring.
+        Neither triangles nor cycles are given, or the neighborhoods are not the one-rings.
     """
-    if samples.faces is None and (three_each(samples) is not None or not around.closed.any()):
+    if samples.faces is None and (simplex_neighbors(samples) is not None or not around.closed.any()):
         raise ValueError(f"surface must be triangles for method {method!r}, not points or a simplex mesh")
     if around.closed.any():
         return around
-    return faces_around(samples, around, method)
+    return one_rings(samples, around, method)
 
 
-def faces_around(samples: Samples, around: Neighborhoods, method: str) -> Neighborhoods:
-    """Return the one-rings around the centers, in order.
+def one_rings(samples: Samples, around: Neighborhoods, method: str) -> Neighborhoods:
+    """Return the ordered one-rings around the centers.
 
     Raises
     ------
     ValueError
-        The neighborhoods are others.
+        The neighborhoods are not the one-rings.
     """
     if around is samples.one_ring:
         return around
@@ -48,7 +48,7 @@ def faces_around(samples: Samples, around: Neighborhoods, method: str) -> Neighb
 
 
 def _same(one: Neighborhoods, other: Neighborhoods) -> bool:
-    """Whether both have the same neighbors, in whatever order."""
+    """Return whether both have the same neighbors, in any order."""
     if not np.array_equal(one.offsets, other.offsets):
         return False
     if np.array_equal(one.members, other.members):
