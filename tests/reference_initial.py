@@ -11,14 +11,14 @@ CORNERS = np.ones((3, 3, 3))
 EDGES = ndimage.generate_binary_structure(3, 2)
 
 
-def wall(points, reach, shape):
+def near(points, reach, shape):
     at = np.stack(np.meshgrid(*[np.arange(n) for n in shape], indexing="ij"), axis=-1).astype(float)
     return np.any([((at - point) ** 2).sum(axis=-1) <= reach**2 for point in points], axis=0)
 
 
-def outside(wall):
-    label, _ = ndimage.label(~wall)
-    return (label == label[0, 0, 0]) & ~wall
+def outside(near):
+    label, _ = ndimage.label(~near)
+    return (label == label[0, 0, 0]) & ~near
 
 
 def splat(points, values, shape):
@@ -55,7 +55,7 @@ def is_simple(block):
     return len(touching) == 1 and ndimage.label(outside, CORNERS)[1] == 1
 
 
-def carve(solid, keep, cells, rounds):
+def thin(solid, keep, cells, rounds):
     out = solid.copy()
     for _ in range(rounds):
         before = out.sum()

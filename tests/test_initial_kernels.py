@@ -28,8 +28,8 @@ def test_walls_around_points(seed):
     rng = np.random.default_rng(seed)
     at, reach = points(rng, 5), rng.uniform(0.5, 2.5)
     out = np.zeros(SHAPE, bool)
-    _kernels_grid.raise_wall(at, reach, out)
-    assert_array_equal(out, reference.wall(at, reach, SHAPE))
+    _kernels_grid.mark_near(at, reach, out)
+    assert_array_equal(out, reference.near(at, reach, SHAPE))
 
 
 @given(seeds, st.tuples(st.integers(1, 7), st.integers(1, 8), st.integers(1, 9)), st.floats(0.0, 0.8))
@@ -72,8 +72,8 @@ def test_carving(seed):
     keep = solid & (rng.random(solid.shape) < 0.1)
     cells = rng.permutation(np.argwhere(solid & ~keep))
     out = solid.copy()
-    _kernels_grid.carve(out, keep, cells, topology._JOINED6, topology._JOINED26, 50)
-    assert_array_equal(out, reference.carve(solid, keep, cells, 50))
+    _kernels_grid.thin(out, keep, cells, topology._ADJACENCY6, topology._ADJACENCY26, 50)
+    assert_array_equal(out, reference.thin(solid, keep, cells, 50))
 
 
 def test_a_bridge_over_a_corner_does_not_join():
@@ -81,8 +81,8 @@ def test_a_bridge_over_a_corner_does_not_join():
     for cell in ((1, 2, 2), (1, 2, 1), (1, 1, 1), (2, 1, 1), (2, 1, 2), (2, 2, 2)):
         block[cell] = True  # a ring of six cells
     out, keep = block.copy(), np.zeros_like(block)
-    _kernels_grid.carve(out, keep, np.array([[2, 2, 2]]), topology._JOINED6, topology._JOINED26, 1)
-    assert_array_equal(out, reference.carve(block, keep, [(2, 2, 2)], 1))
+    _kernels_grid.thin(out, keep, np.array([[2, 2, 2]]), topology._ADJACENCY6, topology._ADJACENCY26, 1)
+    assert_array_equal(out, reference.thin(block, keep, [(2, 2, 2)], 1))
     assert out[2, 2, 2]  # or the ring would open
 
 
@@ -152,7 +152,7 @@ def test_collapsing_the_shortest_edges(seed, triangles, turn):
     positions, corners = np.array(vertices, order="C"), faces.ravel().copy()
     mates = np.array(half_edge_mates(faces), np.int64).ravel()
     left = _kernels_collapse.collapse_shortest(positions, corners, mates, triangles, turn)
-    kept = corners[corners != _kernels_collapse.GONE].reshape(-1, 3)
+    kept = corners[corners != _kernels_collapse.REMOVED].reshape(-1, 3)
     at, wanted = reference.collapse_shortest(vertices, faces, triangles, turn)
     assert left == len(kept) == len(wanted)
     assert {turned_to_smallest(face) for face in kept} == {turned_to_smallest(face) for face in wanted}

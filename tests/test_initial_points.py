@@ -6,10 +6,10 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from simplexmesh import PointCloud, TopologyError, read_points, read_triangles
 from simplexmesh.mesh.shapes import sphere
-from simplexmesh.motion.initial import sound, start_from_points
+from simplexmesh.motion.initial import solid_mesh, start_from_points
 from simplexmesh.motion.initial.flood import flooded
-from simplexmesh.motion.initial.indicator import areas, frame_for, solved
-from simplexmesh.motion.initial.orientation import _Level, turned
+from simplexmesh.motion.initial.indicator import grid_for, point_areas, poisson_indicator
+from simplexmesh.motion.initial.orientation import _Problem, oriented_indicator
 from simplexmesh.motion.initial.planes import planes, spacing_of
 from simplexmesh.motion.untangle import tangled_vertices
 
@@ -134,13 +134,13 @@ def test_a_wall_thinner_than_faces_are_long_does_not_cross_itself(vertices, seed
     mesh = start_from_points(cloud, vertices).mesh
     assert mesh.genus == 0
     assert not tangled_vertices(mesh).any()
-    monkeypatch.setattr(sound, "THICKENINGS", 0)
+    monkeypatch.setattr(solid_mesh, "MAX_THICKENINGS", 0)
     assert tangled_vertices(start_from_points(cloud, vertices).mesh).any()
 
 
 @pytest.mark.data
 @pytest.mark.parametrize("vertices", [1500, 3000])
-def test_an_open_head_with_hollow_ears_starts_sound(data_folder, vertices):
+def test_an_open_head_with_hollow_ears_starts_untangled(data_folder, vertices):
     head = read_triangles(data_folder / "lion_head.off")
     mesh = start_from_points(head.sampled(40_000, rng=0), vertices).mesh
     assert mesh.genus == 0
@@ -160,42 +160,44 @@ def test_spacing_noise_and_areas_of_a_known_layer():
     assert_allclose(spacing_of(points), np.sqrt(area), rtol=0.05)
     rough = planes(points * (1 + 0.3 * np.sqrt(area) * rng.normal(size=(len(points), 1))))
     assert_allclose(rough.noise, 0.3 * np.sqrt(area), rtol=0.15)
-    frame = frame_for(points, 1.5 * np.sqrt(area))
-    assert_allclose(areas(points, frame).sum(), 4 * np.pi, rtol=0.1)
+    grid = grid_for(points, 1.5 * np.sqrt(area))
+    assert_allclose(point_areas(points, grid).sum(), 4 * np.pi, rtol=0.1)
 
 
 def test_the_indicator_of_a_ball_jumps_by_one():
     ball = sphere(40)
-    frame = frame_for(ball.vertices, 0.05)
-    indicator = solved(ball.vertices, ball.vertices, frame, np.full(ball.n_vertices, 4 * np.pi / ball.n_vertices))
+    grid = grid_for(ball.vertices, 0.05)
+    indicator = poisson_indicator(
+        ball.vertices, ball.vertices, grid, np.full(ball.n_vertices, 4 * np.pi / ball.n_vertices)
+    )
     values, _ = indicator.at(np.array([[0.0, 0, 0], [0.5, 0, 0], [0, 0, 1.2]]))
     assert_allclose(values[0] - values[2], 1, atol=0.02)
     assert_allclose(values[1], values[0], atol=0.02)
-    unknown = turned(ball.vertices, planes(ball.vertices), 0.05)
+    unknown = oriented_indicator(ball.vertices, planes(ball.vertices), 0.05)
     assert_allclose(unknown.at(np.zeros((1, 3)))[0], values[0], atol=0.05)
 
 
 def test_normals_that_stayed_have_the_field_they_are_said_to_have():
     ball, rng = sphere(12), np.random.default_rng(0)
-    level = _Level.of(ball.vertices, 0.1)
-    settled = level.settled(ball.normals)
-    assert (settled.rounds, settled.field is None) == (1, False)
-    assert_array_equal(settled.field.values, level.solved(settled.normals).values)
-    assert_array_equal(level.solved(ball.normals).values, solved(*level_parts(ball, level)).values)
-    mixed = level.settled(ball.normals * rng.choice([1, -1], (ball.n_vertices, 1), p=[0.9, 0.1]))
-    assert mixed.rounds > 1
+    problem = _Problem.of(ball.vertices, 0.1)
+    fixpoint = problem.iterate(ball.normals)
+    assert (fixpoint.iterations, fixpoint.field is None) == (1, False)
+    assert_array_equal(fixpoint.field.values, problem.indicator(fixpoint.normals).values)
+    assert_array_equal(problem.indicator(ball.normals).values, poisson_indicator(*parts(ball, problem)).values)
+    mixed = problem.iterate(ball.normals * rng.choice([1, -1], (ball.n_vertices, 1), p=[0.9, 0.1]))
+    assert mixed.iterations > 1
     assert_array_equal(mixed.normals, ball.normals)
 
 
-def level_parts(mesh, level):
-    return mesh.vertices, mesh.normals, level.frame, level.weight
+def parts(mesh, problem):
+    return mesh.vertices, mesh.normals, problem.grid, problem.weight
 
 
 def test_finer_floods_enclose_more_until_they_leak():
     ball = sphere(20).vertices
-    hollow = [flooded(ball, cell).hollow for cell in (0.3, 0.2, 0.1, 0.02)]
-    assert hollow[0] < hollow[1] < hollow[2] < 4 / 3 * np.pi
-    assert hollow[3] < 0.01
+    enclosed = [flooded(ball, cell).enclosed for cell in (0.3, 0.2, 0.1, 0.02)]
+    assert enclosed[0] < enclosed[1] < enclosed[2] < 4 / 3 * np.pi
+    assert enclosed[3] < 0.01
 
 
 @pytest.mark.data

@@ -11,16 +11,16 @@ from simplexmesh.mesh.duality import dual
 from simplexmesh.mesh.manifold import half_edge_mates
 from simplexmesh.mesh.shapes import sphere
 from simplexmesh.motion.initial import _kernels_collapse
-from simplexmesh.motion.initial.polygonize import halved, isosurface
+from simplexmesh.motion.initial.polygonize import isosurface, subdivided
 from simplexmesh.motion.initial.remesh import decimated, relaxed
 from simplexmesh.motion.initial.topology import (
-    carved,
     closed,
     euler,
     genus,
     pieces,
     pinched,
     thickened,
+    thinned,
     without_cavities,
     without_tunnels,
 )
@@ -77,12 +77,12 @@ def test_closing_never_adds_pieces(seed):
 
 
 def test_carving_keeps_the_topology_and_what_is_to_be_kept():
-    out = carved(BALL, DRILLED)
+    out = thinned(BALL, DRILLED)
     assert genus(out) == 0
     assert out[DRILLED].all()
     assert not out[~BALL].any()
-    assert np.array_equal(carved(TORUS, np.zeros_like(TORUS)).sum() > 0, True)
-    assert genus(carved(TORUS, np.zeros_like(TORUS))) == 1  # thinned to a ring
+    assert np.array_equal(thinned(TORUS, np.zeros_like(TORUS)).sum() > 0, True)
+    assert genus(thinned(TORUS, np.zeros_like(TORUS))) == 1  # thinned to a ring
 
 
 @given(st.integers(0, 2**32 - 1))
@@ -103,7 +103,7 @@ def test_the_surface_has_the_topology_of_the_solid_whatever_the_field(seed):
 
 def test_halving_keeps_the_surface():
     vertices, faces = isosurface(np.where(TORUS, 1.0, -1.0), TORUS)
-    finer = halved(vertices, faces)
+    finer = subdivided(vertices, faces)
     assert len(finer[1]) == 4 * len(faces)
     assert np.isclose(dual(finer).genus, 1)
     volume = [

@@ -5,7 +5,7 @@ import pytest
 from scipy import ndimage
 
 from simplexmesh import Volume, read_volume, reconstruct
-from simplexmesh.motion.initial import sound, start_from_volume
+from simplexmesh.motion.initial import solid_mesh, start_from_volume
 from simplexmesh.motion.untangle import tangled_vertices
 
 SPACING, ORIGIN = np.array([0.06, 0.05, 0.09]), np.array([3.0, -2.0, 10.0])
@@ -138,7 +138,7 @@ def test_thin_bodies_start_and_end_untangled_and_close_to_their_labels(body, ver
 def test_a_start_is_thickened_where_it_would_cross_itself_and_has_to_be(body, seed, monkeypatch):
     volume = Volume(body(seed).astype(np.uint8))
     thick = start_from_volume(volume, label=1, vertices=1000, tunnels=0.0).mesh
-    monkeypatch.setattr(sound, "THICKENINGS", 0)
+    monkeypatch.setattr(solid_mesh, "MAX_THICKENINGS", 0)
     thin = start_from_volume(volume, label=1, vertices=1000, tunnels=0.0).mesh
     assert tangled_vertices(thin).any()
     assert not tangled_vertices(thick).any()

@@ -1,4 +1,4 @@
-"""The automatic start of the motion: a closed mesh of the right topology, a few cells from the data everywhere."""
+"""Automatic initialization of the motion: a closed mesh of the right topology within a few cells of the data."""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Kernels on grids: arrays in, arrays out, no checks. The readable twins are in `tests/reference_initial.py`."""
+"""Kernels on voxel grids: flood fill, trilinear splatting and interpolation, and topology-preserving thinning.
+
+References in `tests/reference_initial.py`.
+"""
 
 from __future__ import annotations
 
@@ -10,9 +13,9 @@ _FLAGS = {"nsz", "arcp", "contract", "reassoc"}
 
 
 @njit(cache=True, error_model="numpy")
-def raise_wall(points, reach, wall):  # type: ignore[no-untyped-def]
-    """Set `wall` (nx, ny, nz) at the samples within `reach` of a point."""
-    nx, ny, nz = wall.shape
+def mark_near(points, reach, blocked):  # type: ignore[no-untyped-def]
+    """Set `blocked` (nx, ny, nz) at the samples within distance `reach` of a point."""
+    nx, ny, nz = blocked.shape
     limit = reach * reach
     for p in range(len(points)):
         x, y, z = points[p, 0], points[p, 1], points[p, 2]
@@ -22,13 +25,13 @@ def raise_wall(points, reach, wall):  # type: ignore[no-untyped-def]
                 plane = (x - i) ** 2 + (y - j) ** 2
                 for k in range(first, last + 1):
                     if plane + (z - k) ** 2 <= limit:
-                        wall[i, j, k] = True
+                        blocked[i, j, k] = True
 
 
 @njit(cache=True, error_model="numpy")
-def _fill_line(taken, i, j, k, spans, top):  # type: ignore[no-untyped-def]
-    """Take all free samples along the last axis that hang together with one, and note the span."""
-    line = taken[i, j]
+def _fill_span(filled, i, j, k, spans, top):  # type: ignore[no-untyped-def]
+    """Fill the run of free samples along the last axis that contains sample (i, j, k), and push it on the stack."""
+    line = filled[i, j]
     low, high = k, k
     while low > 0 and not line[low - 1]:
         low -= 1
@@ -39,14 +42,14 @@ def _fill_line(taken, i, j, k, spans, top):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def flood(wall, outside):  # type: ignore[no-untyped-def]
-    """Fill `outside`: the samples that hang together with the first by their sides and are not `wall`."""
-    nx, ny, nz = wall.shape
-    outside[:] = wall
+def flood(blocked, outside):  # type: ignore[no-untyped-def]
+    """Fill `outside` with the 6-connected component of the samples not `blocked` that contains sample (0, 0, 0)."""
+    nx, ny, nz = blocked.shape
+    outside[:] = blocked
     spans = np.empty((nx * ny * (nz // 2 + 1), 4), np.int32)
     top = 0
-    if not wall[0, 0, 0]:
-        _fill_line(outside, 0, 0, 0, spans, top)
+    if not blocked[0, 0, 0]:
+        _fill_span(outside, 0, 0, 0, spans, top)
         top += 1
     while top > 0:
         top -= 1
@@ -58,14 +61,14 @@ def flood(wall, outside):  # type: ignore[no-untyped-def]
             line = outside[a, b]
             for c in range(low, high + 1):
                 if not line[c]:
-                    _fill_line(outside, a, b, c, spans, top)
+                    _fill_span(outside, a, b, c, spans, top)
                     top += 1
-    outside ^= wall
+    outside ^= blocked
 
 
 @njit(cache=True, error_model="numpy", fastmath=_FLAGS)
 def splat(points, values, out):  # type: ignore[no-untyped-def]
-    """Add `values` (n, c) to the eight samples around each point, by trilinear weights, into `out` (nx, ny, nz, c)."""
+    """Add `values` (n, c) to the eight samples around each point of `out` (nx, ny, nz, c), with trilinear weights."""
     for p in range(len(points)):
         i, j, k = int(points[p, 0]), int(points[p, 1]), int(points[p, 2])
         x, y, z = points[p, 0] - i, points[p, 1] - j, points[p, 2] - k
@@ -96,16 +99,15 @@ def interpolate(field, points, values, gradients):  # type: ignore[no-untyped-de
 
 
 @njit(cache=True, error_model="numpy")
-def _pieces(inside, wanted, reachable, mark, stack):  # type: ignore[no-untyped-def]
-    """Count the pieces of the `wanted` value in a 3x3x3 block that touch its center, up to two.
+def _count_components(inside, wanted, adjacency, mark, stack):  # type: ignore[no-untyped-def]
+    """Count the components of the `wanted` value in a 3x3x3 block that are adjacent to its center, up to two.
 
-    `reachable[s]` lists, for cell s of the block, the cells it is joined to, closed by -1; its own row 13 lists the
-    cells that touch the center.
+    `adjacency[s]` lists the neighbors of cell s within the block, terminated by -1; row 13 is that of the center.
     """
     mark[:] = False
     found = 0
     for first in range(26):
-        seed = reachable[13, first]
+        seed = adjacency[13, first]
         if seed < 0:
             break
         if inside[seed] != wanted or mark[seed]:
@@ -120,7 +122,7 @@ def _pieces(inside, wanted, reachable, mark, stack):  # type: ignore[no-untyped-
             top -= 1
             here = stack[top]
             for step in range(26):
-                there = reachable[here, step]
+                there = adjacency[here, step]
                 if there < 0:
                     break
                 if inside[there] == wanted and not mark[there]:
@@ -131,18 +133,18 @@ def _pieces(inside, wanted, reachable, mark, stack):  # type: ignore[no-untyped-
 
 
 @njit(cache=True, error_model="numpy")
-def carve(solid, keep, distance_order, joined6, joined26, rounds):  # type: ignore[no-untyped-def]
-    """Take away from `solid`, in place, what is not in `keep`, cell by cell, never changing the topology.
+def thin(solid, keep, distance_order, adjacency6, adjacency26, rounds):  # type: ignore[no-untyped-def]
+    """Remove simple cells of `solid` that are not in `keep`, in place; return their number. Preserves the topology.
 
-    A cell goes only when it is simple: one 6-connected piece of solid and one 26-connected piece of outside touch it
-    in its 3x3x3 block. `distance_order` (m, 3) lists the cells to try, outermost first.
+    A cell is simple if one 6-connected component of the solid and one 26-connected component of the outside are
+    adjacent to it in its 3x3x3 block. `distance_order` (m, 3) lists the cells to try, outermost first.
     """
     block = np.zeros(27, np.int8)
     mark = np.zeros(27, np.bool_)
     stack = np.zeros(27, np.int64)
-    gone = 0
+    removed = 0
     for _ in range(rounds):
-        before = gone
+        before = removed
         for m in range(len(distance_order)):
             i, j, k = distance_order[m]
             if not solid[i, j, k] or keep[i, j, k]:
@@ -155,9 +157,10 @@ def carve(solid, keep, distance_order, joined6, joined26, rounds):  # type: igno
                         s += 1
             if block.all():
                 continue
-            if _pieces(block, 1, joined6, mark, stack) == 1 and _pieces(block, 0, joined26, mark, stack) == 1:
+            inner = _count_components(block, 1, adjacency6, mark, stack)
+            if inner == 1 and _count_components(block, 0, adjacency26, mark, stack) == 1:
                 solid[i, j, k] = False
-                gone += 1
-        if gone == before:
+                removed += 1
+        if removed == before:
             break
-    return gone
+    return removed

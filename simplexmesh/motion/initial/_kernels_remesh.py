@@ -1,7 +1,7 @@
-"""Kernels on closed triangulations: arrays in, arrays out, no checks. Twins in `tests/reference_initial.py`.
+"""Edge flips and tangential relaxation of closed triangulations.
 
-Half-edge `3 * t + j` runs from corner j to corner j + 1 of triangle t; `mates` (3t,) holds the opposite of each and
-`corners` (3t,) where each starts.
+Half-edge `3 * t + j` runs from corner j to corner j + 1 of triangle t; `mates` (3t,) holds its opposite half-edge and
+`corners` (3t,) its start vertex. References in `tests/reference_initial.py`.
 """
 
 from __future__ import annotations
@@ -12,9 +12,9 @@ from simplexmesh._kernels_njit import njit
 
 _FLAGS = {"nsz", "arcp", "contract", "reassoc"}
 
-FEWEST = 4
-TURN = 0.5
-QUALITY = 0.25
+MIN_VALENCE = 4
+MIN_COSINE = 0.5
+MIN_QUALITY_RATIO = 0.25
 
 
 @njit(cache=True, error_model="numpy")
@@ -23,7 +23,7 @@ def _next(h):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def _before(h):  # type: ignore[no-untyped-def]
+def _previous(h):  # type: ignore[no-untyped-def]
     return h + 2 if h % 3 == 0 else h - 1
 
 
@@ -42,7 +42,7 @@ def _cosine(a, b):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, error_model="numpy", fastmath=_FLAGS)
 def _quality(p, q, r):  # type: ignore[no-untyped-def]
-    """Return twice the area over the sum of squared sides: 0.289 when equilateral, 0 when flat."""
+    """Return twice the area over the sum of squared sides: 0.289 if equilateral, 0 if degenerate."""
     n = _area_normal(p, q, r)
     sides = 0.0
     for i in range(3):
@@ -51,35 +51,35 @@ def _quality(p, q, r):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def _joined(corners, mates, h, other):  # type: ignore[no-untyped-def]
-    """Tell whether the vertex where half-edge h starts already has an edge to `other`."""
+def _is_adjacent(corners, mates, h, other):  # type: ignore[no-untyped-def]
+    """Return whether the start vertex of half-edge h has an edge to `other`."""
     k = h
     while True:
         if corners[_next(k)] == other:
             return True
-        k = mates[_before(k)]
+        k = mates[_previous(k)]
         if k == h:
             return False
 
 
 @njit(cache=True, error_model="numpy", fastmath=_FLAGS)
-def _flip_is_fair(vertices, a, b, c, d):  # type: ignore[no-untyped-def]
-    """Tell whether exchanging edge ab for cd in the quadrangle a d b c neither folds nor flattens it."""
+def _flip_is_valid(vertices, a, b, c, d):  # type: ignore[no-untyped-def]
+    """Return whether flipping edge ab to cd in the quadrangle a d b c neither folds nor flattens a triangle."""
     p, q, r, s = vertices[a], vertices[b], vertices[c], vertices[d]
     one, two = _area_normal(p, q, r), _area_normal(q, p, s)
-    if _cosine(one, two) < TURN:
+    if _cosine(one, two) < MIN_COSINE:
         return False
     mean = one[0] + two[0], one[1] + two[1], one[2] + two[2]
-    if _cosine(_area_normal(p, s, r), mean) < TURN or _cosine(_area_normal(s, q, r), mean) < TURN:
+    if _cosine(_area_normal(p, s, r), mean) < MIN_COSINE or _cosine(_area_normal(s, q, r), mean) < MIN_COSINE:
         return False
     was = min(_quality(p, q, r), _quality(q, p, s))
-    return min(_quality(p, s, r), _quality(s, q, r)) > QUALITY * was
+    return min(_quality(p, s, r), _quality(s, q, r)) > MIN_QUALITY_RATIO * was
 
 
 @njit(cache=True, error_model="numpy")
 def _flip(corners, mates, h):  # type: ignore[no-untyped-def]
     g = mates[h]
-    bc, ca, ad, db = _next(h), _before(h), _next(g), _before(g)
+    bc, ca, ad, db = _next(h), _previous(h), _next(g), _previous(g)
     a, b, c, d = corners[h], corners[bc], corners[ca], corners[db]
     outer = mates[ad], mates[ca], mates[db], mates[bc]
     t, u = 3 * (h // 3), 3 * (g // 3)
@@ -92,17 +92,17 @@ def _flip(corners, mates, h):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, error_model="numpy")
 def flip_round(vertices, corners, mates, valence):  # type: ignore[no-untyped-def]
-    """Flip, in place, each edge whose flip brings the valences nearer to six; return how many were."""
+    """Flip, in place, each edge whose flip brings the valences closer to six; return the number of flips."""
     flips = 0
     for h in range(len(mates)):
         g = mates[h]
         if g < h:
             continue
-        a, b, c, d = corners[h], corners[g], corners[_before(h)], corners[_before(g)]
+        a, b, c, d = corners[h], corners[g], corners[_previous(h)], corners[_previous(g)]
         va, vb, vc, vd = valence[a], valence[b], valence[c], valence[d]
-        if va <= FEWEST or vb <= FEWEST or va + vb - vc - vd <= 2:
+        if va <= MIN_VALENCE or vb <= MIN_VALENCE or va + vb - vc - vd <= 2:
             continue
-        if _joined(corners, mates, _before(h), d) or not _flip_is_fair(vertices, a, b, c, d):
+        if _is_adjacent(corners, mates, _previous(h), d) or not _flip_is_valid(vertices, a, b, c, d):
             continue
         _flip(corners, mates, h)
         valence[a] -= 1
@@ -114,21 +114,21 @@ def flip_round(vertices, corners, mates, valence):  # type: ignore[no-untyped-de
 
 
 @njit(cache=True, error_model="numpy", fastmath=_FLAGS)
-def _ring(vertices, corners, mates, first, normal, center):  # type: ignore[no-untyped-def]
-    """Fill the area normal and the area-weighted centroid of the triangles around one vertex."""
+def _one_ring(vertices, corners, mates, first, normal, center):  # type: ignore[no-untyped-def]
+    """Fill the area normal and the area-weighted centroid of the one-ring triangles of a vertex."""
     normal[:] = 0.0
     center[:] = 0.0
     total = 0.0
     k = first
     while True:
-        p, q, r = vertices[corners[k]], vertices[corners[_next(k)]], vertices[corners[_before(k)]]
+        p, q, r = vertices[corners[k]], vertices[corners[_next(k)]], vertices[corners[_previous(k)]]
         n = _area_normal(p, q, r)
         area = np.sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2])
         total += area
         for i in range(3):
             normal[i] += n[i]
             center[i] += area * (p[i] + q[i] + r[i]) / 3
-        k = mates[_before(k)]
+        k = mates[_previous(k)]
         if k == first:
             break
     for i in range(3):
@@ -136,30 +136,30 @@ def _ring(vertices, corners, mates, first, normal, center):  # type: ignore[no-u
 
 
 @njit(cache=True, error_model="numpy", fastmath=_FLAGS)
-def _move_is_fair(vertices, corners, mates, first, moved):  # type: ignore[no-untyped-def]
-    """Tell whether no triangle around the vertex turns by more than 60 degrees when it goes to `moved`."""
+def _move_is_valid(vertices, corners, mates, first, moved):  # type: ignore[no-untyped-def]
+    """Return whether moving a vertex to `moved` turns no triangle around it by more than 60 degrees."""
     k = first
     while True:
-        p, q, r = vertices[corners[k]], vertices[corners[_next(k)]], vertices[corners[_before(k)]]
-        if _cosine(_area_normal(p, q, r), _area_normal(moved, q, r)) < TURN:
+        p, q, r = vertices[corners[k]], vertices[corners[_next(k)]], vertices[corners[_previous(k)]]
+        if _cosine(_area_normal(p, q, r), _area_normal(moved, q, r)) < MIN_COSINE:
             return False
-        k = mates[_before(k)]
+        k = mates[_previous(k)]
         if k == first:
             return True
 
 
 @njit(cache=True, error_model="numpy", fastmath=_FLAGS)
 def relax_round(vertices, corners, mates, first, step):  # type: ignore[no-untyped-def]
-    """Move each vertex, in place and in turn, by `step` towards the centroid of its triangles.
+    """Move each vertex in turn, in place, a fraction `step` of the way to the centroid of its triangles.
 
-    The part along the normal is left out. A move that would turn a triangle by more than 60 degrees is halved, thrice
-    at most, then left out.
+    Only the tangential component is used. A move that would turn a triangle by more than 60 degrees is halved, at most
+    three times, then skipped.
     """
     normal, center, moved = np.zeros(3), np.zeros(3), np.zeros(3)
     for v in range(len(vertices)):
         if first[v] < 0:
             continue
-        _ring(vertices, corners, mates, first[v], normal, center)
+        _one_ring(vertices, corners, mates, first[v], normal, center)
         square = dot = 0.0
         for i in range(3):
             square += normal[i] ** 2
@@ -169,7 +169,7 @@ def relax_round(vertices, corners, mates, first, step):  # type: ignore[no-untyp
         for _ in range(4):
             for i in range(3):
                 moved[i] = vertices[v, i] + scale * (center[i] - vertices[v, i] - part * normal[i])
-            if _move_is_fair(vertices, corners, mates, first[v], moved):
+            if _move_is_valid(vertices, corners, mates, first[v], moved):
                 vertices[v] = moved
                 break
             scale *= 0.5

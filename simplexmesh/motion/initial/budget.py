@@ -1,4 +1,4 @@
-"""How fine the grid must be for a number of vertices, and the mesh of that number from its triangles."""
+"""Meet the vertex budget: grid resolution for a number of vertices, and decimation to exactly that number."""
 
 from __future__ import annotations
 
@@ -8,65 +8,65 @@ from numpy.typing import NDArray
 from simplexmesh.errors import TopologyError
 from simplexmesh.mesh.duality import dual
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-from simplexmesh.motion.initial.polygonize import halved
+from simplexmesh.motion.initial.polygonize import subdivided
 from simplexmesh.motion.initial.remesh import decimated, relaxed
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 TRIANGLES_PER_CELL = 3.0
-SPARE = 2.0
-MANY = 200_000
+OVERSAMPLING = 2.0
+SUBDIVIDE_FROM = 200_000
 
 
-def cell_for(area: float, vertices: int, spare: float = SPARE) -> float:
-    """Return the side of the cells whose marching cubes give `spare` times as many triangles as wanted vertices.
+def cell_size(area: float, vertices: int, oversampling: float = OVERSAMPLING) -> float:
+    """Return the cell size at which marching cubes give `oversampling` times `vertices` triangles.
 
-    A surface of area A meets about 1.5 A / h^2 cells of side h, and each gives two triangles (measured: 3.00 A / h^2
-    on a sphere).
+    A surface of area A meets about 1.5 A / h^2 cells of side h, each with two triangles (measured: 3.00 A / h^2 on a
+    sphere).
     """
-    return float(np.sqrt(TRIANGLES_PER_CELL * area / (spare * vertices)))
+    return float(np.sqrt(TRIANGLES_PER_CELL * area / (oversampling * vertices)))
 
 
-def edge_for(area: float, vertices: int) -> float:
-    """Return the side of the regular hexagons that tile an area with so many corners."""
+def edge_length(area: float, vertices: int) -> float:
+    """Return the side of the regular hexagons that tile an area with `vertices` corners."""
     return float(np.sqrt(4 * area / (3 * np.sqrt(3) * vertices)))
 
 
-def area_of(solid: NDArray[np.bool_], spacing: Array) -> float:
-    """Return about the area of the surface of a solid on a grid: two thirds of the faces of its cells."""
+def surface_area(solid: NDArray[np.bool_], spacing: Array) -> float:
+    """Estimate the surface area of a voxel solid as two thirds of the area of its boundary faces."""
     total = 0.0
     for axis in range(3):
         front, back = [slice(None)] * 3, [slice(None)] * 3
         front[axis], back[axis] = slice(1, None), slice(None, -1)
-        crossed = np.count_nonzero(solid[tuple(front)] != solid[tuple(back)])
-        total += float(crossed * np.prod(spacing) / spacing[axis])
+        faces = np.count_nonzero(solid[tuple(front)] != solid[tuple(back)])
+        total += float(faces * np.prod(spacing) / spacing[axis])
     return total * 2 / 3
 
 
-def triangles_for(vertices: int) -> int:
-    """Return how many triangles the isosurface should have at least: some to collapse, unless there are very many."""
-    return int(1.15 * vertices) if vertices < MANY else 0
+def min_triangles(vertices: int) -> int:
+    """Return the minimum number of triangles of the isosurface, 15 % more than wanted; 0 for very large meshes."""
+    return int(1.15 * vertices) if vertices < SUBDIVIDE_FROM else 0
 
 
-def meshed(positions: Array, faces: Indices, vertices: int, *, rounds: int = 6) -> SimplexMesh:
-    """Return the simplex mesh of so many vertices from a closed triangulation: collapsed, relaxed, dual.
+def dual_mesh(positions: Array, faces: Indices, vertices: int, *, rounds: int = 6) -> SimplexMesh:
+    """Return the simplex mesh with `vertices` vertices from a closed triangulation: decimated, relaxed, dualized.
 
-    From 200,000 vertices on the triangulation is collapsed to a quarter (a sixteenth, ...) of the triangles where it
-    has less than wanted, then cut in four: collapsing a million takes most of a minute.
+    From 200,000 vertices on, a triangulation with fewer triangles than wanted is decimated to a quarter (a sixteenth,
+    ...) of the number and then subdivided: collapsing a million edges takes most of a minute.
 
     Raises
     ------
     TopologyError
-        No triangle is left.
+        There are no triangles.
     """
     if not len(faces):
         raise TopologyError("the grid holds no surface to start from")
-    cuts = 0
-    while vertices >= MANY and len(faces) * 4**cuts < vertices:
-        cuts += 1
-    positions, faces = decimated(positions, faces, vertices // 4**cuts)
-    for _ in range(cuts):
-        positions, faces = halved(positions, faces)
+    levels = 0
+    while vertices >= SUBDIVIDE_FROM and len(faces) * 4**levels < vertices:
+        levels += 1
+    positions, faces = decimated(positions, faces, vertices // 4**levels)
+    for _ in range(levels):
+        positions, faces = subdivided(positions, faces)
     positions, faces = relaxed(positions, faces, rounds=rounds)
     return dual((positions, faces))

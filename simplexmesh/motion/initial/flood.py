@@ -1,7 +1,7 @@
-"""Inside and outside of bare points: the outside of a grid is flooded up to a wall around the points.
+"""Inside and outside of points without normals: flood fill of a grid from its border, up to a wall around the points.
 
-Nothing need be known of normals or noise. Cells finer than the gaps between points leak, coarser ones close what
-should stay open, so the finest grid that does not leak is the one to use.
+Neither normals nor the noise level need be known. Grids with cells finer than the gaps between points leak, coarser
+ones close openings, so the finest grid that does not leak is used.
 """
 
 from __future__ import annotations
@@ -12,49 +12,49 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh.motion.initial import _kernels_grid
-from simplexmesh.motion.initial.frame import Frame
+from simplexmesh.motion.initial.grid import Grid
 
 Array = NDArray[np.float64]
 
-WALL = 1.6
+WALL_RADIUS = 1.6
 
 
 @dataclass(frozen=True, eq=False)
 class Flood:
-    """A flooded grid.
+    """The result of a flood fill.
 
     Attributes
     ----------
-    frame : Frame
-        Where the grid is.
+    grid : Grid
+        Position and resolution.
     outside : (nx, ny, nz) array of bool
         Samples reached from the border.
     wall : (nx, ny, nz) array of bool
-        Samples nearer than `WALL` cells to a point.
+        Samples within `WALL_RADIUS` cells of a point.
     """
 
-    frame: Frame
+    grid: Grid
     outside: NDArray[np.bool_]
     wall: NDArray[np.bool_]
 
     @property
-    def hollow(self) -> float:
-        """Volume enclosed by the wall, wall not counted."""
-        return float(np.count_nonzero(~self.outside & ~self.wall)) * self.frame.cell**3
+    def enclosed(self) -> float:
+        """Volume enclosed by the wall, without the wall."""
+        return float(np.count_nonzero(~self.outside & ~self.wall)) * self.grid.cell**3
 
 
-def flooded(points: Array, cell: float, wall: float = WALL) -> Flood:
-    """Return the grid of cells of side `cell` around the points, flooded from its border.
+def flooded(points: Array, cell: float, wall: float = WALL_RADIUS) -> Flood:
+    """Return the flood fill, from the border, of a grid with cells of side `cell` around the points.
 
     Examples
     --------
     >>> from simplexmesh.mesh.shapes import sphere
     >>> flood = flooded(sphere(10).vertices, 0.1)
-    >>> bool(2 < flood.hollow < 4 * np.pi / 3)
+    >>> bool(2 < flood.enclosed < 4 * np.pi / 3)
     True
     """
-    frame = Frame.around(points, cell, margin=wall + 3)
-    near, outside = np.zeros(frame.shape, bool), np.empty(frame.shape, bool)
-    _kernels_grid.raise_wall(frame.to_index(points), wall, near)
+    grid = Grid.around(points, cell, margin=wall + 3)
+    near, outside = np.zeros(grid.shape, bool), np.empty(grid.shape, bool)
+    _kernels_grid.mark_near(grid.to_index(points), wall, near)
     _kernels_grid.flood(near, outside)
-    return Flood(frame, outside, near)
+    return Flood(grid, outside, near)

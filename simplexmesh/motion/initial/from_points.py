@@ -1,4 +1,4 @@
-"""A start for the motion from points: the dual of the surface of the body that they bound, on a coarse grid."""
+"""Initial mesh from points: the dual of a coarse Poisson reconstruction."""
 
 from __future__ import annotations
 
@@ -8,24 +8,24 @@ from numpy.typing import NDArray
 from simplexmesh import _check
 from simplexmesh.data.points import PointCloud
 from simplexmesh.errors import TopologyError
-from simplexmesh.motion.initial.budget import cell_for
-from simplexmesh.motion.initial.indicator import Indicator, areas, frame_for, solved
-from simplexmesh.motion.initial.orientation import turned
+from simplexmesh.motion.initial.budget import cell_size
+from simplexmesh.motion.initial.indicator import Indicator, grid_for, point_areas, poisson_indicator
+from simplexmesh.motion.initial.orientation import oriented_indicator
 from simplexmesh.motion.initial.planes import planes, spacing_of
 from simplexmesh.motion.initial.report import StartReport
-from simplexmesh.motion.initial.sound import sound_mesh
+from simplexmesh.motion.initial.solid_mesh import solid_mesh
 from simplexmesh.motion.initial.start import Start
 from simplexmesh.motion.initial.topology import pieces, without_cavities, without_tunnels
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-FEWEST = 20
-_MOST_POINTS = 60_000
-_CELL = 0.8
-_FINE = 128
-_FINEST = 256
-_NOT_A_BODY = 0.8
+MIN_VERTICES = 20
+_MAX_POINTS = 60_000
+_CELL_PER_SPACING = 0.8
+_MIN_CELLS = 128
+_MAX_CELLS = 256
+_MAX_OPENNESS = 0.8
 
 
 def start_from_points(
@@ -36,34 +36,33 @@ def start_from_points(
     tunnels: float = 0.0,
     normals: bool = True,
 ) -> Start:
-    """Return a closed mesh near points that lie on the surface of a body, with or without normals, noisy or not.
+    """Return a closed mesh near points sampled from the surface of a solid, with or without normals, noisy or not.
 
-    Without normals the outside is flooded on the finest grid that does not leak; that turns normals fitted to the
-    neighbors of each point, and the indicator of the body they bound is solved until no more normals turn. Its
-    surface is triangulated, brought to one triangle per wanted vertex, and its dual taken. The cells are as wide as
-    the points are apart, thicker where noise makes the points a layer.
+    Without normals, those of local plane fits are oriented by a flood fill of the outside, on the finest grid that does
+    not leak, and by iterated Poisson reconstruction. The isosurface of the resulting indicator function is decimated to
+    one triangle per wanted vertex and dualized. The cells are about as wide as the point spacing, wider with noise.
 
     Parameters
     ----------
     cloud : PointCloud
     vertices : int
-        Wanted number, at least 20.
+        Number of vertices, at least 20.
     components : {'largest', 'all'}
-        All means all that are large enough for 20 of the vertices.
+        'all' keeps every component large enough for 20 of the vertices.
     tunnels : float
-        Tunnels narrower than this length are sealed; 0 keeps them all.
+        Tunnels narrower than this length are sealed; 0 keeps all.
     normals : bool
-        Whether to trust the normals of the cloud, where it has any.
+        Whether to use the normals of the cloud, if it has any.
 
     Returns
     -------
     Start
-        Mesh, report, and the indicator of inside and outside.
+        Mesh, report and indicator function.
 
     Raises
     ------
     TopologyError
-        The points bound no body at all: they lie in a plane, say.
+        The points do not bound a solid: they lie in a plane, for example.
 
     Examples
     --------
@@ -72,53 +71,58 @@ def start_from_points(
     >>> start.mesh.n_vertices, start.mesh.genus
     (400, 0)
     """
-    vertices = _check.integer("vertices", vertices, FEWEST)
+    vertices = _check.integer("vertices", vertices, MIN_VERTICES)
     _check.choice("components", components, ["largest", "all"])
-    indicator = _indicator(cloud, vertices, trust=normals)
+    indicator = _indicator(cloud, vertices, use_normals=normals)
     openness = _openness(indicator)
-    if openness > _NOT_A_BODY:
-        raise TopologyError("points must bound a body for init='auto', these do not; give init='plane' or 'sphere'")
-    cell = indicator.frame.cell
+    if openness > _MAX_OPENNESS:
+        raise TopologyError("points must bound a solid for init='auto', these do not; give init='plane' or 'sphere'")
+    cell = indicator.grid.cell
     field = np.pad(indicator.values, 1, constant_values=-0.5)
-    smallest = FEWEST / vertices * np.count_nonzero(field > 0)
+    smallest = MIN_VERTICES / vertices * np.count_nonzero(field > 0)
     solid, dropped = pieces(field > 0, components, smallest)
     solid, sealed = without_tunnels(without_cavities(solid), tunnels / (2 * cell))
     T_world_cell = np.diag([cell, cell, cell, 1.0])
-    T_world_cell[:3, 3] = indicator.frame.to_world(np.full((1, 3), -1.0))[0]
-    mesh, _ = sound_mesh(field, solid, T_world_cell, vertices)
-    report = StartReport(indicator.frame.shape, cell, mesh.genus, mesh.n_components, sealed, dropped, openness)
+    T_world_cell[:3, 3] = indicator.grid.to_world(np.full((1, 3), -1.0))[0]
+    mesh, _ = solid_mesh(field, solid, T_world_cell, vertices)
+    report = StartReport(indicator.grid.shape, cell, mesh.genus, mesh.n_components, sealed, dropped, openness)
     return Start(mesh, report, indicator)
 
 
-def _indicator(cloud: PointCloud, vertices: int, *, trust: bool) -> Indicator:
-    points, normals = cloud.points, cloud.normals if trust else None
-    most = max(_MOST_POINTS, 2 * vertices)
+def _indicator(cloud: PointCloud, vertices: int, *, use_normals: bool) -> Indicator:
+    """Return the indicator function of the solid that the points bound."""
+    points, normals = cloud.points, cloud.normals if use_normals else None
+    most = max(_MAX_POINTS, 2 * vertices)
     if len(points) > most:
         chosen = np.random.default_rng(0).choice(len(points), most, replace=False)
         points, normals = points[chosen], None if normals is None else normals[chosen]
+    if normals is None:
+        found = planes(points)
+        return oriented_indicator(points, found, _cell(points, found.spacing, vertices))
+    grid = grid_for(points, _cell(points, spacing_of(points), vertices))
+    out = poisson_indicator(points, normals, grid, point_areas(points, grid))
+    return out if _border_values(out).mean() < 0 else Indicator(out.grid, -out.values)
+
+
+def _cell(points: Array, spacing: float, vertices: int) -> float:
+    """Return the cell size: fine enough for the vertices, not finer than the points, 128 to 256 cells at most."""
     longest = float(np.ptp(points, axis=0).max())
-    found = planes(points) if normals is None else None
-    spacing = spacing_of(points) if found is None else found.spacing
-    cells = longest / cell_for(len(points) * spacing**2, vertices)
-    cell = max(_CELL * spacing, longest / np.clip(cells, _FINE, _FINEST))
-    if found is not None or normals is None:
-        return turned(points, found or planes(points), cell)
-    frame = frame_for(points, cell)
-    out = solved(points, normals, frame, areas(points, frame))
-    return out if _border(out).mean() < 0 else Indicator(out.frame, -out.values)
+    cells = longest / cell_size(len(points) * spacing**2, vertices)
+    return max(_CELL_PER_SPACING * spacing, longest / float(np.clip(cells, _MIN_CELLS, _MAX_CELLS)))
 
 
-def _border(indicator: Indicator) -> Array:
+def _border_values(indicator: Indicator) -> Array:
+    """Return the samples on the six sides of the grid."""
     values = indicator.values
     return np.concatenate([np.take(values, side, axis=axis).ravel() for axis in range(3) for side in (0, -1)])
 
 
 def _openness(indicator: Indicator) -> float:
-    """Return how uneven the field is far outside, in units of its jump: not at all for closed surfaces.
+    """Return the spread of the field on the border of the grid, relative to its jump: 0 for closed surfaces.
 
-    Each hole in the data acts like a dipole: the field leaks out of it.
+    Each hole in the data acts like a dipole whose field extends outside.
     """
-    border, inside = _border(indicator), indicator.values[indicator.values > 0]
+    border, inside = _border_values(indicator), indicator.values[indicator.values > 0]
     if not len(inside):
         return float(np.inf)
     jump = float(np.median(inside) - np.median(border))

@@ -1,4 +1,4 @@
-"""A start for the motion from a volume: the dual of a coarse isosurface, mended."""
+"""Initial mesh from a volume: the dual of a coarse isosurface with repaired topology."""
 
 from __future__ import annotations
 
@@ -9,22 +9,23 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from simplexmesh import _check
+from simplexmesh.data.box import box_around, box_slices
 from simplexmesh.data.volume import Volume
 from simplexmesh.errors import TopologyError
-from simplexmesh.motion.initial.budget import area_of, cell_for, edge_for
+from simplexmesh.motion.initial.budget import cell_size, edge_length, surface_area
 from simplexmesh.motion.initial.report import StartReport
-from simplexmesh.motion.initial.sound import sound_mesh
+from simplexmesh.motion.initial.solid_mesh import solid_mesh
 from simplexmesh.motion.initial.start import Start
 from simplexmesh.motion.initial.topology import pieces, without_cavities, without_tunnels
 
 Array = NDArray[np.float64]
 
-FEWEST = 20
-_COARSEST, _FINEST = 1.5, 0.5
-_MOST_CELLS, _MOST_CELLS_THIN = 3_000_000, 8_000_000
-_ACROSS = 5
+MIN_VERTICES = 20
+_MAX_CELL, _MIN_CELL = 1.5, 0.5
+_MAX_CELLS, _MAX_CELLS_THIN = 3_000_000, 8_000_000
+_CELLS_ACROSS = 5
 _MARGIN = 3
-_BLUR, _LEFT = 0.6, 0.5
+_BLUR, _MIN_VOLUME_LEFT = 0.6, 0.5
 
 
 def start_from_volume(
@@ -36,32 +37,31 @@ def start_from_volume(
     components: str = "largest",
     tunnels: float | None = None,
 ) -> Start:
-    """Return a closed mesh near the surface where the volume crosses `level`, or near the surface of a label.
+    """Return a closed mesh near the isosurface of a volume at `level`, or near the surface of a label.
 
-    The volume is cropped, brought to cubic cells that suit the number of vertices, and cut at the level. Smaller
-    pieces are dropped, cavities filled, and tunnels too narrow for the mesh sealed; what is left is triangulated,
-    brought to one triangle per wanted vertex, and its dual taken. Where the body touches the border of the volume it
-    is closed.
+    The volume is cropped, resampled to cubic cells that suit the number of vertices, and thresholded. Smaller
+    components are dropped, cavities filled, and tunnels too narrow for the mesh sealed; the surface is triangulated,
+    decimated to one triangle per wanted vertex, and dualized. Solids cut by the border of the volume are closed there.
 
     Parameters
     ----------
     volume : Volume
     level : float, optional
-        The body is where the volume is above it.
+        The solid is where the volume is above it.
     label : int, optional
-        The body is where the volume equals it. One of the two must be given.
+        The solid is where the volume equals it. Exactly one of the two must be given.
     vertices : int
-        Wanted number, at least 20.
+        Number of vertices, at least 20.
     components : {'largest', 'all'}
-        All means all that are large enough for 20 of the vertices.
+        'all' keeps every component large enough for 20 of the vertices.
     tunnels : float, optional
-        Tunnels and passages narrower than this length are sealed; 0 keeps them all. When not given: 3 edges of the
-        mesh, or 13 voxels (3 for a label) if that is more.
+        Tunnels and passages narrower than this length are sealed; 0 keeps all. By default 3 edge lengths of the mesh
+        or 13 voxels (3 for a label), whichever is more.
 
     Returns
     -------
     Start
-        Mesh, in physical coordinates, and report.
+        Mesh in physical coordinates, and report.
 
     Raises
     ------
@@ -76,53 +76,53 @@ def start_from_volume(
     >>> start.mesh.n_vertices, start.mesh.genus
     (500, 0)
     """
-    vertices = _check.integer("vertices", vertices, FEWEST)
+    vertices = _check.integer("vertices", vertices, MIN_VERTICES)
     _check.choice("components", components, ["largest", "all"])
     native, first, left_out = _field(volume, level, label, components)
     body = without_cavities(native > 0)
-    area = area_of(body, volume.spacing)
+    area = surface_area(body, volume.spacing)
     cell = _cell(volume, body, area, vertices)
     field = _resampled(native, volume.spacing, cell, blurred=label is not None)
-    smallest = max(30.0, FEWEST / vertices * np.count_nonzero(field > 0))
+    smallest = max(30.0, MIN_VERTICES / vertices * np.count_nonzero(field > 0))
     solid, dropped = pieces(field > 0, components, smallest)
     if tunnels is None:
         voxel = float(np.prod(volume.spacing)) ** (1 / 3)
-        tunnels = max(3 * edge_for(area, vertices), (13 if label is None else 3) * voxel)
+        tunnels = max(3 * edge_length(area, vertices), (13 if label is None else 3) * voxel)
     solid, sealed = without_tunnels(without_cavities(solid), min(tunnels / (2 * cell), max(solid.shape) / 8))
     T_world_cell = volume.T_world_index @ np.diag([*(cell / volume.spacing), 1.0])
     T_world_cell[:3, 3] += volume.T_world_index[:3, :3] @ first
-    mesh, solid = sound_mesh(field, solid, T_world_cell, vertices)
+    mesh, solid = solid_mesh(field, solid, T_world_cell, vertices)
     report = StartReport(solid.shape, cell, mesh.genus, mesh.n_components, sealed, max(left_out, dropped))
     return Start(mesh, report)
 
 
 def _cell(volume: Volume, solid: NDArray[np.bool_], area: float, vertices: int) -> float:
-    """Return the side of the cells: for twice the triangles needed, about a voxel, and not too many of them.
+    """Return the cell size: for twice the triangles needed, about a voxel, with a limit to the number of cells.
 
-    Cells are finer, and may be more, where the body is thin: its mean thickness, that of a plate of its volume and
-    area, is to be several of them.
+    Cells are smaller, and the limit is higher, for thin solids, whose mean thickness (that of a plate of the same
+    volume and area) should be several cells.
     """
     voxel = float(np.prod(volume.spacing)) ** (1 / 3)
     thickness = 2 * np.count_nonzero(solid) * float(np.prod(volume.spacing)) / area
-    wanted = min(cell_for(area, vertices), thickness / _ACROSS)
-    cells = _MOST_CELLS if thickness > _ACROSS * _COARSEST * voxel else _MOST_CELLS_THIN
+    wanted = min(cell_size(area, vertices), thickness / _CELLS_ACROSS)
+    cells = _MAX_CELLS if thickness > _CELLS_ACROSS * _MAX_CELL * voxel else _MAX_CELLS_THIN
     most = voxel * (solid.size / cells) ** (1 / 3)
-    return max(float(np.clip(wanted, _FINEST * voxel, _COARSEST * voxel)), most)
+    return max(float(np.clip(wanted, _MIN_CELL * voxel, _MAX_CELL * voxel)), most)
 
 
 def _field(
     volume: Volume, level: float | None, label: int | None, components: str
 ) -> tuple[NDArray[np.float32], Array, int]:
-    """Return the samples around the body, positive inside, the indices of the first, and how many pieces are left out.
+    """Return the samples around the solid, positive inside, the index of the first, and how many components drop out.
 
-    The border is outside.
+    The border of the samples is outside.
     """
     inside, middle, contrast = _inside(volume, level, label)
     low, high = _box(inside)
-    kept, dropped = pieces(inside[_cut(low, high, volume.shape)], components, corners=True)
+    kept, dropped = pieces(inside[box_slices(low, high, volume.shape)], components, corners=True)
     low_kept, high_kept = _box(kept)
     low, high = np.maximum(low, 0) + low_kept, np.maximum(low, 0) + high_kept
-    cut = _cut(low, high, volume.shape)
+    cut = box_slices(low, high, volume.shape)
     values = inside[cut] if label is not None else volume.values[cut]
     out = np.clip(values.astype(np.float32) - np.float32(middle), -contrast, contrast)
     pad = [(max(0, -a), max(0, b - n)) for a, b, n in zip(low, high, volume.shape, strict=True)]
@@ -130,20 +130,17 @@ def _field(
 
 
 def _box(inside: NDArray[np.bool_]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return the first indices of the box around what is inside, and those after its last, with a margin."""
-    rows = [np.flatnonzero(inside.any(axis=tuple({0, 1, 2} - {axis}))) for axis in range(3)]
-    return np.array([r[0] for r in rows]) - _MARGIN, np.array([r[-1] for r in rows]) + _MARGIN + 1
-
-
-def _cut(low: NDArray[np.int64], high: NDArray[np.int64], shape: tuple[int, ...]) -> tuple[slice, ...]:
-    return tuple(slice(max(0, int(a)), min(n, int(b))) for a, b, n in zip(low, high, shape, strict=True))
+    """Return the bounding box of a non-empty mask, widened by a margin; it may extend beyond the grid."""
+    box = box_around(inside)
+    assert box is not None
+    return box[0] - _MARGIN, box[1] + _MARGIN
 
 
 def _inside(volume: Volume, level: float | None, label: int | None) -> tuple[NDArray[np.bool_], float, float]:
-    """Return where the body is, the value at its surface, and how far values may usefully lie from that one.
+    """Return the mask of the solid, the value at its surface, and the contrast at which values are clipped.
 
-    Values are cut at equal distances above and below the level, so that smoothing does not draw the surface towards
-    what is brightest.
+    Values are clipped symmetrically about the level, so that smoothing does not shift the surface towards the brightest
+    regions.
     """
     if level is not None and label is not None:
         raise ValueError("one of level and label must be given, not both")
@@ -158,9 +155,9 @@ def _inside(volume: Volume, level: float | None, label: int | None) -> tuple[NDA
 
 
 def _resampled(native: NDArray[Any], spacing: Array, cell: float, *, blurred: bool) -> NDArray[np.float32]:
-    """Return the field on cubic cells, its first sample in the same place, smoothed as much as those need.
+    """Return the field resampled to cubic cells, with the same first sample, after smoothing against aliasing.
 
-    Less where the body is so thin that smoothing would take most of it.
+    It is smoothed less if the solid is so thin that it would lose half of its volume.
     """
     factor = cell / spacing
     shape = tuple(np.ceil((np.array(native.shape) - 1) / factor).astype(int) + 2)
@@ -172,6 +169,6 @@ def _resampled(native: NDArray[Any], spacing: Array, cell: float, *, blurred: bo
         out = ndimage.affine_transform(
             smooth, factor, output_shape=shape, order=1, mode="constant", cval=float(native[0, 0, 0])
         )
-        if np.count_nonzero(out > 0) > _LEFT * wanted:
+        if np.count_nonzero(out > 0) > _MIN_VOLUME_LEFT * wanted:
             return out
-    raise TopologyError(f"the body is too thin for a grid of cells {cell:.3g} wide; ask for more vertices")
+    raise TopologyError(f"the solid is too thin for a grid of cells {cell:.3g} wide; give more vertices")

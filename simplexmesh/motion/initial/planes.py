@@ -1,4 +1,4 @@
-"""Planes through the neighbors of points: normals of either sign, spacing and noise."""
+"""Local plane fits to points: unoriented normals, spacing and noise."""
 
 from __future__ import annotations
 
@@ -10,22 +10,22 @@ from scipy.spatial import cKDTree
 
 Array = NDArray[np.float64]
 
-FEW, MANY = 16, 40
-NOISY = 0.45
+FEW_NEIGHBORS, MANY_NEIGHBORS = 16, 40
+NOISE_RATIO = 0.45
 
 
 @dataclass(frozen=True, eq=False)
 class Planes:
-    """Planes through the neighbors of each point.
+    """Least-squares planes through the nearest neighbors of each point.
 
     Attributes
     ----------
     normals : (n, 3) array of float
-        Of either sign.
+        Unit normals, not oriented.
     spacing : float
-        Median distance between neighboring points, the side of the square that each point stands for.
+        Median distance between neighboring points: the side of the square each point represents.
     noise : float
-        Median distance of points to the planes of their neighbors.
+        Median root mean square distance of the neighbors to their plane.
     """
 
     normals: Array
@@ -34,23 +34,23 @@ class Planes:
 
 
 def planes(points: Array, neighbors: int | None = None) -> Planes:
-    """Return the planes through the nearest neighbors of each point: 16, or 40 where the points are a thick layer."""
+    """Return the planes through the nearest neighbors of each point: 16, or 40 if the noise exceeds 0.45 spacings."""
     tree = cKDTree(points)
-    out = _fitted(points, tree, neighbors or min(FEW, len(points)))
-    if neighbors is None and out.noise > NOISY * out.spacing and len(points) > 2 * MANY:
-        out = _fitted(points, tree, MANY)
+    out = _fit(points, tree, neighbors or min(FEW_NEIGHBORS, len(points)))
+    if neighbors is None and out.noise > NOISE_RATIO * out.spacing and len(points) > 2 * MANY_NEIGHBORS:
+        out = _fit(points, tree, MANY_NEIGHBORS)
     return out
 
 
 def spacing_of(points: Array, most: int = 5000) -> float:
-    """Return the median distance between neighboring points, from at most so many of them."""
+    """Estimate the median distance between neighboring points from a subset of about `most`."""
     some = points[:: max(1, len(points) // most)]
-    count = min(FEW, len(points))
+    count = min(FEW_NEIGHBORS, len(points))
     distance = cKDTree(points).query(some, k=[count], workers=-1)[0]
     return float(np.median(distance)) * np.sqrt(np.pi / count)
 
 
-def _fitted(points: Array, tree: cKDTree, count: int) -> Planes:
+def _fit(points: Array, tree: cKDTree, count: int) -> Planes:
     distance, near = tree.query(points, k=count, workers=-1)
     local = points[near]
     local -= local.mean(axis=1, keepdims=True)

@@ -1,4 +1,4 @@
-"""From a field on a grid, and the solid it stands for, to triangles of the same topology."""
+"""Marching cubes with prescribed topology: triangulate a field such that the surface has the topology of a solid."""
 
 from __future__ import annotations
 
@@ -8,67 +8,71 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from simplexmesh.data.box import box_around, box_slices
 from simplexmesh.motion.initial.topology import euler, pinched
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
-_LEAST = 0.05
-_INSIDE, _OUTSIDE = 0.3, 0.45
-_SPARE = (1.1, 1.5, 2.2)
+_MIN_VALUE = 0.05
+_PINCHED_INSIDE, _PINCHED_OUTSIDE = 0.3, 0.45
+_OVERSAMPLING = (1.1, 1.5, 2.2)
 
 
 def isosurface(field: NDArray[Any], solid: Mask, triangles: int = 0) -> tuple[Array, Indices]:
-    """Return the surface of a solid, smooth where the field agrees with the solid.
+    """Return the triangulated surface of a solid, smooth where the field is consistent with it.
 
     Parameters
     ----------
     field : (nx, ny, nz) array of float
-        Positive inside. Where its sign contradicts `solid` the solid is right.
+        Positive inside; where its sign contradicts `solid`, the solid takes precedence.
     solid : (nx, ny, nz) array of bool
-        Empty at its border.
+        False on its border.
     triangles : int
-        At least so many are wanted: with fewer, the field is interpolated on a finer grid.
+        Minimum number; with fewer, the field is resampled to a finer grid.
 
     Returns
     -------
     vertices : (v, 3) array of float
-        In cells: sample (i, j, k) is at (i, j, k).
+        In units of cells: sample (i, j, k) is at (i, j, k).
     faces : (t, 3) array of int
-        Closed, counter-clockwise seen from outside, of the topology of `solid`.
+        Closed, counter-clockwise seen from outside, with the topology of `solid`.
 
     References
     ----------
     T. Lewiner, H. Lopes, A. Vieira, G. Tavares, Efficient implementation of marching cubes' cases with topological
     guarantees, 2003.
     """
-    box = tuple(slice(max(0, rows.min() - 2), rows.max() + 3) for rows in np.nonzero(solid)) if solid.any() else ()
-    corner = np.array([side.start for side in box]) if box else np.zeros(3)
-    field, solid = field[box], solid[box]
-    agreeing = _agreeing(field, solid)
-    vertices, faces = _marched(agreeing)
+    box = box_around(solid)
+    if box is None:
+        return np.zeros((0, 3)), np.zeros((0, 3), np.int64)
+    around = box_slices(*box, solid.shape, margin=2)
+    corner = np.array([side.start for side in around])
+    field, solid = field[around], solid[around]
+    consistent = _consistent(field, solid)
+    vertices, faces = _marching_cubes(consistent)
     if not 0 < len(faces) < triangles:
         return vertices + corner, faces
     shape = np.array(field.shape)
-    for spare in _SPARE:
+    for spare in _OVERSAMPLING:
         fine = np.ceil((shape - 1) * np.sqrt(spare * triangles / len(faces))).astype(int) + 1
-        finer = _marched(ndimage.zoom(agreeing, fine / shape, order=1))
+        finer = _marching_cubes(ndimage.zoom(consistent, fine / shape, order=1))
         if _euler(finer[1]) != 2 * euler(solid):
             break
         if len(finer[1]) >= triangles:
             return finer[0] * ((shape - 1) / (fine - 1)) + corner, finer[1]
     while len(faces) < triangles:
-        vertices, faces = halved(vertices, faces)
+        vertices, faces = subdivided(vertices, faces)
     return vertices + corner, faces
 
 
-def halved(vertices: Array, faces: Indices) -> tuple[Array, Indices]:
-    """Return a triangulation with each triangle cut in four at the middles of its sides.
+def subdivided(vertices: Array, faces: Indices) -> tuple[Array, Indices]:
+    """Return a triangulation with each triangle split into four at the midpoints of its sides.
 
     Examples
     --------
-    >>> vertices, faces = halved(np.eye(3), np.array([[0, 1, 2]]))
+    >>> vertices, faces = subdivided(np.eye(3), np.array([[0, 1, 2]]))
     >>> len(vertices), len(faces)
     (6, 4)
     """
@@ -81,26 +85,26 @@ def halved(vertices: Array, faces: Indices) -> tuple[Array, Indices]:
     return np.concatenate([vertices, middle]), np.concatenate([*corner, m])
 
 
-def _agreeing(field: NDArray[Any], solid: Mask) -> NDArray[np.float32]:
-    """Return the field with the sign that the solid says, in units of its usual size near the surface.
+def _consistent(field: NDArray[Any], solid: Mask) -> NDArray[np.float32]:
+    """Return the field with the sign of the solid, in units of its median magnitude near the surface.
 
-    Where cells of the solid touch only along an edge or at a corner, outside values are made the larger ones, so that
-    marching cubes parts those cells, as a 6-connected solid wants it.
+    Where cells of the solid touch only along an edge or at a corner, the outside values are made larger in magnitude,
+    so that marching cubes separates those cells, in accordance with 6-connectivity.
     """
     out = np.asarray(field, dtype=np.float32)
     crossing = solid[1:] != solid[:-1]
     scale = float(np.median(np.abs(out[1:] - out[:-1])[crossing])) / 2 if crossing.any() else 1.0
     out = np.clip(out / (scale if scale > 0 else 1.0), -3, 3)
-    out = np.where(solid, np.maximum(out, _LEAST), np.minimum(out, -_LEAST))
-    doubtful = pinched(solid)
-    return np.where(doubtful, np.minimum(out, np.where(solid, _INSIDE, -_OUTSIDE)), out).astype(np.float32)
+    out = np.where(solid, np.maximum(out, _MIN_VALUE), np.minimum(out, -_MIN_VALUE))
+    limit = np.where(solid, _PINCHED_INSIDE, -_PINCHED_OUTSIDE)
+    return np.where(pinched(solid), np.minimum(out, limit), out).astype(np.float32)
 
 
 def _euler(faces: Indices) -> int:
     return len(np.unique(faces)) - len(faces) // 2
 
 
-def _marched(field: NDArray[np.float32]) -> tuple[Array, Indices]:
+def _marching_cubes(field: NDArray[np.float32]) -> tuple[Array, Indices]:
     from skimage.measure import marching_cubes
 
     vertices, faces, _, _ = marching_cubes(field, 0.0, gradient_direction="ascent", allow_degenerate=True)

@@ -1,4 +1,4 @@
-"""The thesis's own starts: a sphere, an ellipsoid, a cylinder, a plane or a torus laid around the data."""
+"""Initial meshes from primitives placed around the data: sphere, ellipsoid, cylinder, plane and torus."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ Array = NDArray[np.float64]
 PRIMITIVES = ("sphere", "ellipsoid", "cylinder", "plane", "torus")
 ENCLOSING = ("sphere", "ellipsoid")
 
-SECTORS, SHORTEST = 12, 0.1
-"""Around a tube, to find its ends; of its length, the part that its shortest side has."""
+SECTORS, MIN_SIDE = 12, 0.1
+"""Angular sectors in which the ends of a tube are located; minimum length of its side, as a fraction of its length."""
 
 
 def principal_frame(points: Array) -> tuple[Array, Array]:
-    """Return the middle of the points' box along their principal axes, and the axes as rows, longest extent first.
+    """Return the center of the points' bounding box along their principal axes, and the axes as rows, longest first.
 
     Examples
     --------
@@ -40,19 +40,19 @@ def principal_frame(points: Array) -> tuple[Array, Array]:
 
 
 def primitive_around(points: Array, kind: str, vertices: int, *, facing: Array | None = None) -> SimplexMesh:
-    """Return a primitive of about so many vertices that suits the points: around them, or through them if open.
+    """Return a primitive with about `vertices` vertices fitted to points: around them, or through them if it is open.
 
     Parameters
     ----------
     points : (m, 3) array of float
-        Points on the surface wanted.
+        Points on the surface.
     kind : {"sphere", "ellipsoid", "cylinder", "plane", "torus"}
         The sphere and the ellipsoid enclose the points. The cylinder runs along the longest principal axis, the plane
         spans the two longest, the torus turns about the shortest.
     vertices : int
-        How many, within a few per cent.
+        Number of vertices, within a few percent.
     facing : (3,) array of float, optional
-        Which way an open surface looks, when the data says so: a plane is turned to look that way.
+        Mean normal of the data, if known: a plane is oriented to face that way.
 
     Returns
     -------
@@ -69,7 +69,7 @@ def primitive_around(points: Array, kind: str, vertices: int, *, facing: Array |
     if kind == "plane" and facing is not None and axes[2] @ facing < 0:
         axes[1:] *= -1
     if kind == "plane":
-        center, axes = _snug(points, center, axes)
+        center, axes = _min_area_frame(points, center, axes)
     local = (points - center) @ axes.T
     half = np.maximum(np.abs(local).max(axis=0), 1e-3 * np.abs(local).max())
     if kind == "sphere":
@@ -80,7 +80,7 @@ def primitive_around(points: Array, kind: str, vertices: int, *, facing: Array |
     elif kind == "cylinder":
         radius = float(norm(local[:, 1:]).mean())
         mesh = shapes.cylinder(vertices=vertices, radius=radius, height=2 * float(half[0]), axis=(1.0, 0.0, 0.0))
-        mesh = _cut_off(mesh, local)
+        mesh = _fit_ends(mesh, local)
     elif kind == "plane":
         mesh = shapes.plane(size=(2 * float(half[0]), 2 * float(half[1])), vertices=vertices)
     else:
@@ -92,10 +92,10 @@ def primitive_around(points: Array, kind: str, vertices: int, *, facing: Array |
     return mesh.moved(mesh.vertices @ axes + center)
 
 
-def _cut_off(tube: SimplexMesh, local: Array) -> SimplexMesh:
-    """Return a tube along x with its ends where points around it end: each on the plane nearest to them.
+def _fit_ends(tube: SimplexMesh, local: Array) -> SimplexMesh:
+    """Return a tube along x with each end moved to the plane fitted to where the points end.
 
-    What stands out beyond an end that is cut off aslant has no data beside it, and is drawn to the far side.
+    With oblique ends, parts of the tube that project beyond the data would be attracted by its far side.
     """
     angle = np.arctan2(local[:, 2], local[:, 1])
     sector = np.minimum(((angle + np.pi) * (SECTORS / (2 * np.pi))).astype(np.int64), SECTORS - 1)
@@ -105,22 +105,23 @@ def _cut_off(tube: SimplexMesh, local: Array) -> SimplexMesh:
     low, high = np.full(SECTORS, np.inf), np.full(SECTORS, -np.inf)
     np.minimum.at(low, sector, local[:, 0])
     np.maximum.at(high, sector, local[:, 0])
-    planes = np.linalg.lstsq(_waves(middle), np.stack([low, high], axis=1), rcond=None)[0]
+    planes = np.linalg.lstsq(_harmonics(middle), np.stack([low, high], axis=1), rcond=None)[0]
     vertices = tube.vertices.copy()
-    ends = _waves(np.arctan2(vertices[:, 2], vertices[:, 1])) @ planes
-    if not (ends[:, 1] - ends[:, 0] > SHORTEST * np.ptp(local[:, 0])).all():
+    ends = _harmonics(np.arctan2(vertices[:, 2], vertices[:, 1])) @ planes
+    if not (ends[:, 1] - ends[:, 0] > MIN_SIDE * np.ptp(local[:, 0])).all():
         return tube
     part = (vertices[:, 0] - vertices[:, 0].min()) / np.ptp(vertices[:, 0])
     vertices[:, 0] = ends[:, 0] + part * (ends[:, 1] - ends[:, 0])
     return tube.moved(vertices)
 
 
-def _waves(angle: Array) -> Array:
+def _harmonics(angle: Array) -> Array:
+    """Return the columns 1, cos, sin of a plane cut through a cylinder."""
     return np.stack([np.ones_like(angle), np.cos(angle), np.sin(angle)], axis=1)
 
 
-def _snug(points: Array, center: Array, axes: Array) -> tuple[Array, Array]:
-    """Return the frame turned about its last axis so that the box around the points is smallest."""
+def _min_area_frame(points: Array, center: Array, axes: Array) -> tuple[Array, Array]:
+    """Return the frame rotated about its last axis to the bounding rectangle of least area, within 2 degrees."""
     local = (points - center) @ axes.T
     turns = np.radians(np.arange(0.0, 90.0, 2.0))
     frames = np.stack([np.cos(turns), np.sin(turns), -np.sin(turns), np.cos(turns)], axis=1).reshape(-1, 2, 2)

@@ -1,4 +1,4 @@
-"""A triangulation of any size brought to a given number of well-shaped triangles of the same topology."""
+"""Decimation and relaxation of closed triangulations, preserving their topology."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from simplexmesh.motion.initial import _kernels_collapse, _kernels_remesh
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-ANY_TURN = -2.0
-"""Less than any cosine."""
+ANY_COSINE = -2.0
+"""Below any cosine: no limit to the turn of a triangle."""
 
 
 def decimated(vertices: Array, faces: Indices, triangles: int) -> tuple[Array, Indices]:
-    """Return a closed triangulation with `triangles` triangles or one fewer, by collapsing the shortest edges.
+    """Return a closed triangulation decimated to `triangles` triangles or one fewer, by shortest-edge collapses.
 
-    Collapses never change the topology, and as long as others are left none turns a triangle by more than 60 degrees:
-    thin rods keep sides enough. With fewer triangles than wanted to begin with, nothing happens.
+    The topology is preserved. Collapses that turn a triangle by more than 60 degrees come last, which keeps thin rods
+    round. A triangulation that already has fewer triangles is returned unchanged.
 
     Examples
     --------
@@ -34,29 +34,29 @@ def decimated(vertices: Array, faces: Indices, triangles: int) -> tuple[Array, I
     positions = np.array(vertices, dtype=float, order="C")
     mates = np.array(half_edge_mates(faces), dtype=np.int64).ravel()
     corners = np.array(faces, dtype=np.int64).ravel()
-    for turn in (_kernels_remesh.TURN, ANY_TURN):
+    for turn in (_kernels_remesh.MIN_COSINE, ANY_COSINE):
         if _kernels_collapse.collapse_shortest(positions, corners, mates, triangles, turn) <= triangles:
             break
-    used, left = np.unique(corners[corners != _kernels_collapse.GONE], return_inverse=True)
+    used, left = np.unique(corners[corners != _kernels_collapse.REMOVED], return_inverse=True)
     return positions[used], left.reshape(-1, 3)
 
 
 def relaxed(
     vertices: Array, faces: Indices, *, rounds: int = 5, sweeps: int = 2, step: float = 0.5
 ) -> tuple[Array, Indices]:
-    """Return a closed triangulation with valences nearer to six and vertices evenly spread over the same surface.
+    """Return a closed triangulation with valences closer to six and evenly distributed vertices.
 
-    Each round flips edges, then moves the vertices `sweeps` times towards the middle of their triangles, within the
-    surface (Botsch and Kobbelt 2004, section 4, without splits and collapses).
+    Each round flips edges, then moves the vertices `sweeps` times tangentially towards the centroids of their one-rings
+    (Botsch and Kobbelt 2004, section 4, without splits and collapses).
 
     Parameters
     ----------
     vertices, faces : (v, 3) array of float, (t, 3) array of int
         Closed and oriented.
     rounds, sweeps : int
-        How often.
+        Numbers of rounds, and of relaxation sweeps per round.
     step : float
-        Part of the way to go each time.
+        Fraction of the way moved per sweep.
     """
     positions = np.array(vertices, dtype=float, order="C")
     mates = np.array(half_edge_mates(faces), dtype=np.int64).ravel()

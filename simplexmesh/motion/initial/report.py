@@ -1,4 +1,4 @@
-"""What the automatic start found and decided."""
+"""The report of the automatic initialization."""
 
 from __future__ import annotations
 
@@ -9,25 +9,25 @@ OPEN = 0.25
 
 @dataclass(frozen=True)
 class StartReport:
-    """What the automatic start found and decided.
+    """What the automatic initialization found and decided.
 
     Attributes
     ----------
     grid : tuple of int
-        Cells of the grid that decided the topology.
+        Shape of the grid that determined the topology.
     cell : float
-        Their size, in the unit of the data.
+        Size of its cells, in the unit of the data.
     genus : int
-        Of the mesh, over all its components.
+        Genus of the mesh, summed over its components.
     components : int
-        Of the mesh.
+        Number of components of the mesh.
     tunnels_removed : int
-        Sealed because they are too small for the mesh.
+        Tunnels sealed because they are too narrow for the mesh.
     components_dropped : int
-        Smaller pieces left out.
+        Smaller components left out.
     openness : float
-        For points: how far they are from enclosing a body, 0 when they do, 0.1 to 0.25 for bodies scanned from all
-        sides but one, above that for surfaces with little behind them.
+        For points: how far they are from enclosing a solid. 0 if they do, 0.1 to 0.25 for solids scanned from all
+        sides but one, more for open surfaces.
     """
 
     grid: tuple[int, int, int]

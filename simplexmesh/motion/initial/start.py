@@ -1,4 +1,4 @@
-"""What the automatic start gives."""
+"""The result of the automatic initialization."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from simplexmesh.motion.initial.report import StartReport
 
 @dataclass(frozen=True, eq=False)
 class Start:
-    """A mesh to start the motion from, and what was learned on the way.
+    """An initial mesh for the motion, with its report.
 
     Attributes
     ----------
     mesh : SimplexMesh
         Closed, normals outward, a few cells from the data.
     report : StartReport
-        What was found and decided.
+        What the initialization found and decided.
     indicator : Indicator or None
-        For points: a field on a grid, positive inside, whose gradient points inwards. None for volumes.
+        For points: indicator function on a grid, positive inside, with inward gradient. None for volumes.
     """
 
     mesh: SimplexMesh

@@ -1,7 +1,7 @@
-"""The topology of a solid on a grid: its pieces, cavities and tunnels, counted and mended.
+"""Topology of a voxel solid: count, remove and seal components, cavities and tunnels.
 
-A solid is a boolean grid whose inside cells are joined through faces (6 neighbors) and whose outside cells are joined
-through corners too (26 neighbors), so that inside and outside never cross (Rosenfeld 1970). Its border is empty.
+A solid is a boolean grid with 6-connected inside and 26-connected outside, so that the digital topology is consistent
+(Rosenfeld 1970). Its border is empty.
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ from simplexmesh.motion.initial import _kernels_grid
 Mask = NDArray[np.bool_]
 
 _CORNERS = np.ones((3, 3, 3))
-_WIDE = 2  # layers that a hollow is deeper than, or it is but a cleft
+_CLEFT = 2  # erosions a hollow survives, else it counts as a cleft
 
 
 def genus(solid: Mask) -> int:
-    """Return the number of tunnels of a solid without cavities: the genus of its surface, over all its pieces.
+    """Return the number of tunnels of a solid without cavities: the genus of its surface, summed over its components.
 
-    It is the number of pieces minus the Euler number of the complex whose vertices are the inside cells, whose edges,
-    squares and cubes are the pairs, fours and eights of inside cells (Kong and Rosenfeld 1989).
+    It is the number of components minus the Euler number of the cubical complex whose vertices are the inside cells
+    and whose edges, squares and cubes are their adjacent pairs, quadruples and octuples (Kong and Rosenfeld 1989).
 
     Examples
     --------
@@ -40,7 +40,7 @@ def genus(solid: Mask) -> int:
 
 
 def euler(solid: Mask) -> int:
-    """Return the Euler number of a solid: pieces - tunnels + cavities."""
+    """Return the Euler number of a solid: components - tunnels + cavities."""
     number = 0
     for corner in range(8):
         cells = solid
@@ -56,9 +56,9 @@ def euler(solid: Mask) -> int:
 def pieces(
     solid: Mask, components: str = "largest", smallest: float = 0.0, *, corners: bool = False
 ) -> tuple[Mask, int]:
-    """Return the solid with only its largest piece, or all of at least `smallest` cells, and how many were dropped.
+    """Return the largest component of a solid, or all of at least `smallest` cells, and the number of those dropped.
 
-    With `corners`, cells that touch at a corner belong to the same piece.
+    With `corners`, components are 26-connected.
     """
     label, count = ndimage.label(solid, _CORNERS if corners else None)
     if count <= 1:
@@ -74,7 +74,7 @@ def pieces(
 
 
 def without_cavities(solid: Mask) -> Mask:
-    """Return the solid with every hollow filled that the outside does not reach; its border must be empty."""
+    """Return the solid with its cavities filled; its border must be empty."""
     label, count = ndimage.label(~solid, _CORNERS)
     return label != label[0, 0, 0] if count > 1 else solid
 
@@ -85,11 +85,11 @@ def closed(solid: Mask, radius: float) -> Mask:
     The solid must lie at least `radius` + 1 cells from the border.
     """
     grown = ndimage.distance_transform_edt(~solid) <= radius
-    return without_cavities(_with((ndimage.distance_transform_edt(grown) > radius) | solid, solid))
+    return without_cavities(_components_containing((ndimage.distance_transform_edt(grown) > radius) | solid, solid))
 
 
-def _with(grown: Mask, solid: Mask) -> Mask:
-    """Return those pieces of the grown solid that hold some of the solid itself."""
+def _components_containing(grown: Mask, solid: Mask) -> Mask:
+    """Return the components of a grown solid that contain cells of the original one."""
     label, count = ndimage.label(grown)
     kept = np.zeros(count + 1, bool)
     kept[np.unique(label[solid])] = True
@@ -97,17 +97,18 @@ def _with(grown: Mask, solid: Mask) -> Mask:
 
 
 def thickened(solid: Mask, places: NDArray[np.int64], rings: int) -> Mask:
-    """Return the solid with another layer of cells within `rings` cells of some places.
+    """Return the solid dilated by one layer of cells within `rings` cells of given places.
 
-    Thin sheets, rods and pinches there get wider than the faces of a mesh are long; pinholes and narrow clefts close.
-    Openings of hollows wider than clefts stay open. The border stays empty, and the solid must have no cavities.
+    Thin sheets, rods and pinches there become wider than the faces of a mesh; pinholes and narrow clefts close, wider
+    hollows stay open. The border stays empty. The solid must have no cavities.
 
     Parameters
     ----------
     solid : (nx, ny, nz) array of bool
     places : (n, 3) array of int
-        Cells.
+        Cell indices.
     rings : int
+        Size of the neighborhoods.
 
     Examples
     --------
@@ -124,16 +125,16 @@ def thickened(solid: Mask, places: NDArray[np.int64], rings: int) -> Mask:
     for axis in range(3):
         side = np.moveaxis(out, axis, 0)
         side[0] = side[-1] = False
-    return without_cavities(_opened(_with(out, solid), solid))
+    return without_cavities(_reopened(_components_containing(out, solid), solid))
 
 
-def _opened(grown: Mask, solid: Mask) -> Mask:
-    """Return the grown solid less what was added around its wide hollows, where that has shut them."""
+def _reopened(grown: Mask, solid: Mask) -> Mask:
+    """Return the grown solid without the added cells that closed off wide hollows."""
     while True:
         label, count = ndimage.label(~grown, _CORNERS)
         if count <= 1:
             return grown
-        wide = np.unique(label[ndimage.binary_erosion(label > 0, _CORNERS, iterations=_WIDE)])
+        wide = np.unique(label[ndimage.binary_erosion(label > 0, _CORNERS, iterations=_CLEFT)])
         hollows = np.isin(label, wide[(wide > 0) & (wide != label[0, 0, 0])])
         added = ndimage.label(grown & ~solid, _CORNERS)[0]
         plugs = np.unique(added[ndimage.binary_dilation(hollows, _CORNERS)])
@@ -144,14 +145,14 @@ def _opened(grown: Mask, solid: Mask) -> Mask:
 
 
 def pinched(solid: Mask) -> Mask:
-    """Return the samples of every cube of the grid in which inside cells meet only along an edge or at a corner."""
+    """Return the samples of all grid cubes in which inside cells meet only along an edge or at a corner."""
     corner = {}
     for shift in product((0, 1), repeat=3):
         corner[shift] = solid[tuple(slice(s, n - 1 + s) for s, n in zip(shift, solid.shape, strict=True))]
     bad = np.zeros(tuple(n - 1 for n in solid.shape), bool)
     count = sum(c.astype(np.int8) for c in corner.values())
     for axis, side in product(range(3), (0, 1)):
-        a, b, c, d = (corner[_placed(axis, side, p, q)] for p, q in ((0, 0), (1, 1), (0, 1), (1, 0)))
+        a, b, c, d = (corner[_corner(axis, side, p, q)] for p, q in ((0, 0), (1, 1), (0, 1), (1, 0)))
         bad |= (a == b) & (c == d) & (a != c)
     for p, q in product((0, 1), repeat=2):
         a, b = corner[0, p, q], corner[1, 1 - p, 1 - q]
@@ -162,14 +163,14 @@ def pinched(solid: Mask) -> Mask:
     return out
 
 
-def _placed(axis: int, side: int, p: int, q: int) -> tuple[int, ...]:
+def _corner(axis: int, side: int, p: int, q: int) -> tuple[int, ...]:
     at = [p, q]
     at.insert(axis, side)
     return tuple(at)
 
 
-def _joined(*, corners: bool) -> NDArray[np.int64]:
-    """Return, for each cell of a 3x3x3 block, the others it is joined to inside the block, as `carve` wants it."""
+def _block_adjacency(*, corners: bool) -> NDArray[np.int64]:
+    """Return the adjacency lists (27, 27) of a 3x3x3 block without its center, padded by -1, for the `thin` kernel."""
     at = np.stack(np.unravel_index(np.arange(27), (3, 3, 3)), axis=1)
     apart = np.abs(at[:, None] - at[None])
     near = (apart.max(axis=2) == 1) if corners else (apart.sum(axis=2) == 1)
@@ -184,15 +185,15 @@ def _joined(*, corners: bool) -> NDArray[np.int64]:
     return out
 
 
-_JOINED6 = _joined(corners=False)
-_JOINED26 = _joined(corners=True)
+_ADJACENCY6 = _block_adjacency(corners=False)
+_ADJACENCY26 = _block_adjacency(corners=True)
 
 
-def carved(solid: Mask, keep: Mask, rounds: int = 100) -> Mask:
-    """Return the least solid between `keep` and `solid` that has the topology of `solid`, found by thinning.
+def thinned(solid: Mask, keep: Mask, rounds: int = 100) -> Mask:
+    """Return `solid` thinned towards `keep` with its topology preserved.
 
-    Cells are taken from the outside inwards, each only where it is simple (Bertrand and Malandain 1994), so that
-    what remains beyond `keep` are membranes one cell thick where `keep` has tunnels and `solid` has none.
+    Simple cells (Bertrand and Malandain 1994) are removed from the outside inwards. What remains outside `keep` are
+    membranes one cell thick where `keep` has tunnels and `solid` has none.
     """
     spare = solid & ~keep
     if not spare.any():
@@ -201,16 +202,16 @@ def carved(solid: Mask, keep: Mask, rounds: int = 100) -> Mask:
     cells = np.argwhere(spare)
     cells = cells[np.argsort(depth[tuple(cells.T)], kind="stable")]
     out = solid.copy()
-    _kernels_grid.carve(out, keep, cells, _JOINED6, _JOINED26, rounds)
+    _kernels_grid.thin(out, keep, cells, _ADJACENCY6, _ADJACENCY26, rounds)
     return out
 
 
 def without_tunnels(solid: Mask, radius: float) -> tuple[Mask, int]:
-    """Return the solid with the tunnels sealed that a ball of `radius` cells does not pass, and how many those were.
+    """Return the solid with the tunnels sealed that a ball of `radius` cells does not pass, and their number.
 
-    The closing that leaves fewest, by the smallest radius up to the one given, is taken as the topology; everything it
-    added is carved away again but membranes in the tunnels. Passages that close at a third of that radius stay
-    filled, so that narrow pits (airways) do not become part of the skin.
+    Among morphological closings up to that radius, the smallest one that leaves the fewest tunnels determines the
+    topology; what it added is thinned again to membranes across the tunnels. Passages closed at a third of its radius
+    stay filled, so that narrow pits (airways) do not become part of the surface.
     """
     before = genus(solid)
     if before == 0 or radius < 1:
@@ -226,5 +227,5 @@ def without_tunnels(solid: Mask, radius: float) -> tuple[Mask, int]:
         if fewest == 0:
             break
     keep = closed(solid, used / 3) if used >= 3 else solid
-    out = carved(best, keep)
+    out = thinned(best, keep)
     return out[inner], before - genus(out)

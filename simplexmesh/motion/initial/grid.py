@@ -11,15 +11,24 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class Frame:
-    """A grid of cubic cells around points: where sample (0, 0, 0) is, the side of the cells, and how many.
+class Grid:
+    """A grid of cubic cells around points.
+
+    Attributes
+    ----------
+    origin : (3,) array of float
+        Position of sample (0, 0, 0).
+    cell : float
+        Side of the cells.
+    shape : tuple of int
+        Number of samples along each axis.
 
     Examples
     --------
-    >>> frame = Frame.around(np.array([[0.0, 0, 0], [2, 1, 1]]), 0.5, margin=2)
-    >>> frame.shape
+    >>> grid = Grid.around(np.array([[0.0, 0, 0], [2, 1, 1]]), 0.5, margin=2)
+    >>> grid.shape
     (9, 7, 7)
-    >>> frame.to_index(np.array([[0.0, 0, 0]]))
+    >>> grid.to_index(np.array([[0.0, 0, 0]]))
     array([[2., 2., 2.]])
     """
 
@@ -28,8 +37,8 @@ class Frame:
     shape: tuple[int, int, int]
 
     @staticmethod
-    def around(points: Array, cell: float, *, margin: float, fast: bool = False) -> Frame:
-        """Return the grid that holds the points and `margin` cells around; `fast` rounds up to quick FFT lengths."""
+    def around(points: Array, cell: float, *, margin: float, fast: bool = False) -> Grid:
+        """Return the grid around the points with a margin in cells; `fast` rounds up to efficient FFT lengths."""
         low, high = points.min(axis=0), points.max(axis=0)
         count = np.ceil((high - low) / cell + 2 * margin).astype(int) + 1
         if fast:
@@ -37,12 +46,12 @@ class Frame:
 
             count = np.array([fft.next_fast_len(int(n), real=True) for n in count])
         origin = (low + high) / 2 - cell * (count - 1) / 2
-        return Frame(origin, cell, (int(count[0]), int(count[1]), int(count[2])))
+        return Grid(origin, cell, (int(count[0]), int(count[1]), int(count[2])))
 
     def to_index(self, points: Array) -> Array:
-        """Return positions in cells."""
+        """Return continuous grid indices of points."""
         return (points - self.origin) / self.cell
 
     def to_world(self, index: Array) -> Array:
-        """Return positions in the unit of the points."""
+        """Return the positions of grid indices, in the unit of the points."""
         return self.origin + self.cell * index
