@@ -1,4 +1,4 @@
-"""A surface cut open: a tree of edges, a tree of triangles, and the edges left over, two for each handle."""
+"""Homology basis of a closed surface by tree-cotree decomposition, with cohomology forms and linking numbers."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from simplexmesh.mesh import manifold
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-ABOVE = 1e-3
-"""How far curves across triangles are lifted off them, in square roots of their areas."""
+LIFT = 1e-3
+"""Offset of dual cycles from the surface, times the square root of twice the area of the triangle."""
 
 
 @dataclass(frozen=True, eq=False)
 class Cut:
-    """A closed surface in one piece with a basis of its loops, and what counts how often a curve runs along each.
+    """A connected closed surface with a homology basis of loops, and the dual basis of closed 1-forms.
 
     Attributes
     ----------
@@ -33,13 +33,13 @@ class Cut:
         The ends of each edge, and the triangles on its left and right.
     lengths : (e,) array of float
     parent : (v,) array of int
-        Towards the root of the tree of edges, -1 there.
+        The parent of each vertex in the tree of shortest paths, -1 at the root.
     generators : (2 g,) array of int
-        The edges left over: with the ways from their ends to the root they are a basis of the loops.
+        The edges in neither the tree nor the cotree: closed through the tree, they are a basis of the loops.
     forms : (e, 2 g) array of int
-        What following an edge adds to the count of each loop.
-    crossed : list of arrays of int
-        For each generator the edges that a closed way over the triangles crosses, the generator first.
+        The value of each dual form on an edge; their sums along a closed path count its turns along each basis loop.
+    dual_cycles : list of arrays of int
+        For each generator the edges crossed by its cycle through the cotree, the generator first.
     """
 
     vertices: Array
@@ -50,22 +50,22 @@ class Cut:
     parent: Indices
     generators: Indices
     forms: Indices
-    crossed: list[Indices]
+    dual_cycles: list[Indices]
 
     @cached_property
     def graph(self) -> csr_matrix:
-        """Lengths of the edges by their ends, both ways."""
+        """Symmetric adjacency matrix of the edge lengths."""
         return _graph(self.edges, self.lengths, len(self.vertices))[0]
 
     def loop(self, edge: int, parent: Indices) -> Indices:
-        """Return the vertices of the loop through an edge and a tree, in order, without the way both ends share."""
-        ways = []
+        """Return the vertices, in order, of the loop that an edge closes with a tree, without their common tail."""
+        paths = []
         for end in self.edges[edge].tolist():
-            way = [end]
-            while parent[way[-1]] >= 0:
-                way.append(int(parent[way[-1]]))
-            ways.append(way)
-        one, other = ways
+            path = [end]
+            while parent[path[-1]] >= 0:
+                path.append(int(parent[path[-1]]))
+            paths.append(path)
+        one, other = paths
         while len(one) > 1 and len(other) > 1 and one[-2] == other[-2]:
             one.pop()
             other.pop()
@@ -73,49 +73,49 @@ class Cut:
 
     @cached_property
     def linking(self) -> Indices:
-        """(2 g, 2 g) how often each loop winds around each way over the triangles, lifted off the surface."""
+        """(2 g, 2 g) linking number of each basis loop with each dual cycle, pushed off the surface to the outside."""
         a, b, c = (self.vertices[self.faces[:, j]] for j in range(3))
         area = cross(b - a, c - a)
-        size, normals, middles = np.sqrt(norm(area)), normalized(area), (a + b + c) / 3
+        size, normals, centroids = np.sqrt(norm(area)), normalized(area), (a + b + c) / 3
         out = np.zeros((len(self.generators),) * 2)
-        lifted = [self._lifted(edges, middles, normals, size) for edges in self.crossed]
+        lifted = [self._lifted(cycle, centroids, normals, size) for cycle in self.dual_cycles]
         for i, edge in enumerate(self.generators.tolist()):
             loop = self.vertices[self.loop(edge, self.parent)]
-            out[i] = [linking_number(loop, way) for way in lifted]
+            out[i] = [linking_number(loop, cycle) for cycle in lifted]
         return np.rint(out).astype(np.int64)
 
-    def _lifted(self, crossed: Indices, middles: Array, normals: Array, size: Array) -> Array:
-        """Return the closed way over triangles across some edges, a little above the surface."""
-        first = self.sides[crossed]
-        ahead = [int(first[0, 0])]  # the way starts left of its generator
-        for left, right in first.tolist():
-            ahead.append(right if ahead[-1] == left else left)
-        face = np.array(ahead)
-        on_face = middles[face] + ABOVE * (size[face])[:, None] * normals[face]
-        on_edge = self.vertices[self.edges[crossed]].mean(axis=1)
+    def _lifted(self, cycle: Indices, centroids: Array, normals: Array, size: Array) -> Array:
+        """Return the polygon through the triangles along a dual cycle, slightly above the surface."""
+        sides = self.sides[cycle]
+        faces = [int(sides[0, 0])]  # a cycle starts on the left of its generator
+        for left, right in sides.tolist():
+            faces.append(right if faces[-1] == left else left)
+        face = np.array(faces)
+        on_face = centroids[face] + LIFT * (size[face])[:, None] * normals[face]
+        on_edge = self.vertices[self.edges[cycle]].mean(axis=1)
         up = normalized(normals[face[:-1]] + normals[face[1:]])
-        on_edge = on_edge + ABOVE * np.minimum(size[face[:-1]], size[face[1:]])[:, None] * up
+        on_edge = on_edge + LIFT * np.minimum(size[face[:-1]], size[face[1:]])[:, None] * up
         return np.stack([on_face[:-1], on_edge], axis=1).reshape(-1, 3)
 
 
 def cut_open(vertices: Array, faces: Indices) -> Cut:
-    """Return a closed surface in one piece, cut open along a tree of shortest ways from a vertex.
+    """Return the tree-cotree decomposition of a connected closed surface, by shortest paths from a vertex.
 
     Parameters
     ----------
     vertices : (v, 3) array of float
     faces : (t, 3) array of int
-        Closed, oriented, in one piece.
+        Closed, connected, consistently oriented.
 
     Raises
     ------
     TopologyError
-        When the surface has a border, or triangles turned differently.
+        When the surface has a border or is not consistently oriented.
 
     References
     ----------
-    D. Eppstein, *Dynamic generators of topologically embedded graphs*, SODA 2003 (tree and cotree); J. Erickson and
-    K. Whittlesey, *Greedy optimal homotopy and homology generators*, SODA 2005.
+    D. Eppstein, *Dynamic generators of topologically embedded graphs*, SODA 2003; J. Erickson and K. Whittlesey,
+    *Greedy optimal homotopy and homology generators*, SODA 2005.
 
     Examples
     --------
@@ -126,36 +126,36 @@ def cut_open(vertices: Array, faces: Indices) -> Cut:
     """
     faces, mates, _ = manifold.matched(faces)
     if (mates < 0).any():
-        raise TopologyError("the surface must be closed")
+        raise TopologyError("the surface must be closed, it has a border")
     mates = mates.ravel()
     start, end = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
     if (start != end[mates]).any():
-        raise TopologyError("the triangles must all be turned the same way")
+        raise TopologyError("the triangles must be consistently oriented")
     half = np.flatnonzero(np.arange(len(mates)) < mates)
     edges = np.stack([start[half], end[half]], axis=1)
     sides = np.stack([half // 3, mates[half] // 3], axis=1)
     lengths = norm(vertices[edges[:, 1]] - vertices[edges[:, 0]])
-    lengths = np.maximum(lengths, 1e-9 * lengths.max())  # a length of 0 is no edge in a sparse matrix
+    lengths = np.maximum(lengths, 1e-9 * lengths.max())  # a zero is no entry of a sparse matrix
     graph, chosen = _graph(edges, lengths, len(vertices))
-    far, parent = dijkstra(graph, indices=int(faces[0, 0]), return_predecessors=True)
+    distance, parent = dijkstra(graph, indices=int(faces[0, 0]), return_predecessors=True)
     parent = np.maximum(parent.astype(np.int64), -1)
     in_tree = np.zeros(len(edges), bool)
-    for way in (0, 1):
-        in_tree[chosen] |= parent[edges[chosen, way]] == edges[chosen, 1 - way]
-    round_trip = far[edges].sum(axis=1) + lengths
-    above, in_cotree = _cotree(sides, np.where(in_tree, -np.inf, round_trip), len(faces))
+    for k in (0, 1):
+        in_tree[chosen] |= parent[edges[chosen, k]] == edges[chosen, 1 - k]
+    loop_lengths = distance[edges].sum(axis=1) + lengths
+    above, in_cotree = _cotree(sides, np.where(in_tree, -np.inf, loop_lengths), len(faces))
     generators = np.flatnonzero(~in_tree & ~in_cotree)
     forms = np.zeros((len(edges), len(generators)), np.int64)
-    crossed: list[Indices] = []
+    dual_cycles: list[Indices] = []
     for k, edge in enumerate(generators.tolist()):
-        over, signs = _way_over(edge, sides, above)
-        np.add.at(forms[:, k], over, signs)
-        crossed.append(over)
-    return Cut(vertices, faces, edges, sides, lengths, parent, generators, forms, crossed)
+        cycle, signs = _dual_cycle(edge, sides, above)
+        np.add.at(forms[:, k], cycle, signs)
+        dual_cycles.append(cycle)
+    return Cut(vertices, faces, edges, sides, lengths, parent, generators, forms, dual_cycles)
 
 
 def _graph(edges: Indices, lengths: Array, n: int) -> tuple[csr_matrix, Indices]:
-    """Return the lengths by ends, and the edges that stand for them: the shorter of two between the same vertices."""
+    """Return the adjacency matrix of lengths and the edges used, the shorter of two between the same vertices."""
     low, high = edges.min(axis=1), edges.max(axis=1)
     order = np.lexsort((lengths, high, low))
     key = low[order] * n + high[order]
@@ -164,17 +164,17 @@ def _graph(edges: Indices, lengths: Array, n: int) -> tuple[csr_matrix, Indices]
     return csr_matrix((np.tile(lengths[chosen], 2), (pairs[:, 0], pairs[:, 1])), shape=(n, n)), chosen
 
 
-def _cotree(sides: Indices, round_trip: Array, n: int) -> tuple[Indices, NDArray[np.bool_]]:
-    """Return (n, 2) the parent of each triangle and the edge towards it, and which edges the tree crosses.
+def _cotree(sides: Indices, loop_lengths: Array, n: int) -> tuple[Indices, NDArray[np.bool_]]:
+    """Return the parent of each triangle and the edge towards it (n, 2), and a mask of the edges the cotree crosses.
 
-    The tree of triangles crosses edges with long loops, so that those left over have short ones.
+    It is the maximum spanning tree by loop length, so that the edges left over close short loops.
     """
-    free = np.flatnonzero(np.isfinite(round_trip) & (sides[:, 0] != sides[:, 1]))
+    free = np.flatnonzero(np.isfinite(loop_lengths) & (sides[:, 0] != sides[:, 1]))
     low, high = sides[free].min(axis=1), sides[free].max(axis=1)
-    order = np.lexsort((-round_trip[free], high, low))
+    order = np.lexsort((-loop_lengths[free], high, low))
     key = low[order] * n + high[order]
     order = order[np.concatenate([[True], key[1:] != key[:-1]])]
-    rank = np.argsort(np.argsort(-round_trip[free[order]], kind="stable")) + 1.0
+    rank = np.argsort(np.argsort(-loop_lengths[free[order]], kind="stable")) + 1.0
     tree = minimum_spanning_tree(csr_matrix((rank, (low[order], high[order])), shape=(n, n)))
     by_rank = free[order][np.argsort(rank)]
     _, parent = breadth_first_order(tree, 0, directed=False)
@@ -189,15 +189,15 @@ def _cotree(sides: Indices, round_trip: Array, n: int) -> tuple[Indices, NDArray
     return above, used
 
 
-def _way_over(edge: int, sides: Indices, above: Indices) -> tuple[Indices, Indices]:
-    """Return the edges of a closed way: across an edge from left to right and back over the tree; and their signs."""
+def _dual_cycle(edge: int, sides: Indices, above: Indices) -> tuple[Indices, Indices]:
+    """Return the edges, and signs, of the cycle across an edge from left to right and back through the cotree."""
     to_root = []
     for face in sides[edge].tolist():
-        way = []
+        path = []
         while above[face, 0] >= 0:
-            way.append((face, int(above[face, 1])))
+            path.append((face, int(above[face, 1])))
             face = int(above[face, 0])
-        to_root.append(way)
+        to_root.append(path)
     left, right = to_root
     while left and right and left[-1] == right[-1]:
         left.pop()
@@ -208,13 +208,13 @@ def _way_over(edge: int, sides: Indices, above: Indices) -> tuple[Indices, Indic
 
 
 def linking_number(one: Array, other: Array) -> float:
-    """Return how often a closed polygon winds around another, a whole number but for rounding.
+    """Return the linking number of two closed polygons, an integer up to rounding.
 
     Parameters
     ----------
     one : (n, 3) array of float
     other : (m, 3) array of float
-        The two must not meet.
+        The two must not intersect.
 
     References
     ----------

@@ -1,4 +1,4 @@
-"""The short loops of a closed surface: one around each handle, one around each tunnel."""
+"""Short tunnel loops of a closed surface, found by their homology classes and linking numbers."""
 
 from __future__ import annotations
 
@@ -14,16 +14,19 @@ from simplexmesh.mesh.homology import Cut, cut_open
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-WORK = 600_000
-"""Vertices times places from which loops are looked for in the first round."""
+SEARCH_BUDGET = 600_000
+"""Number of vertices times number of base points of the first search."""
 
-ROUNDS = 2
-"""Rounds of looking again from the loops found."""
+REFINEMENTS = 2
+"""Further searches, from the vertices of the loops found."""
+
+Found = dict[tuple[int, ...], tuple[float, int, NDArray[np.int64]]]
+"""By homology class: length of its shortest loop, the edge that closes the loop, and the parents in its tree."""
 
 
 @dataclass(frozen=True, eq=False)
 class Loop:
-    """A closed way over the edges of a surface.
+    """A closed path along the edges of a surface.
 
     Attributes
     ----------
@@ -32,7 +35,7 @@ class Loop:
     length : float
         In the unit of the surface.
     center : (3,) array of float
-        The mean of its points, by length.
+        The mean of its points, weighted by length.
     """
 
     vertices: Indices
@@ -41,31 +44,31 @@ class Loop:
 
 
 def tunnel_loops(vertices: Array, faces: Indices) -> tuple[Loop, ...]:
-    """Return the shortest loops around the tunnels of a closed surface, one for each, the shortest first.
+    """Return the shortest tunnel loops of a closed surface, one for each tunnel, the shortest first.
 
-    Such a loop bounds no part of the surface, and winds around no curve inside: outside, a film could span it. That
-    film is what closes the tunnel, and the loop's length is the tunnel's girth where it is narrowest.
+    A tunnel loop bounds no part of the surface and links no curve inside it, so a disk outside spans it. That disk
+    closes the tunnel, and the length of the loop is the tunnel's girth at its narrowest place.
 
     Parameters
     ----------
     vertices : (v, 3) array of float
     faces : (t, 3) array of int
-        Closed, in one piece, counter-clockwise seen from outside.
+        Closed, connected, counter-clockwise seen from outside.
 
     Returns
     -------
     tuple of Loop
-        As many as the genus. A tunnel that is knotted may have none that was found.
+        As many as the genus, or fewer: the loop of a knotted tunnel may not be found.
 
     Raises
     ------
     TopologyError
-        When the surface has a border, or triangles turned differently.
+        When the surface has a border or is not consistently oriented.
 
     References
     ----------
     T. K. Dey, K. Li, J. Sun and D. Cohen-Steiner, *Computing geometry-aware handle and tunnel loops in 3D models*, ACM
-    TOG 27(3), 2008. There a filled grid tells handles from tunnels; here linking numbers do.
+    TOG 27(3), 2008. There a volume grid distinguishes handles from tunnels; here linking numbers do.
 
     Examples
     --------
@@ -79,7 +82,7 @@ def tunnel_loops(vertices: Array, faces: Indices) -> tuple[Loop, ...]:
 
 
 def loops_of(cut: Cut) -> tuple[Loop, ...]:
-    """Return the shortest loops around the tunnels of a surface that is cut open already, the shortest first.
+    """Return the shortest tunnel loops of a surface that is already cut open, the shortest first.
 
     Examples
     --------
@@ -91,39 +94,39 @@ def loops_of(cut: Cut) -> tuple[Loop, ...]:
     n_pairs = len(cut.generators)
     if not n_pairs:
         return ()
-    inward = cut.linking - np.eye(n_pairs, dtype=np.int64)  # how loops wind around ways below the surface
+    inside = cut.linking - np.eye(n_pairs, dtype=np.int64)  # linking numbers with dual cycles pushed below the surface
     used = np.unique(cut.faces)
-    bases = used[np.unique(np.linspace(0, len(used) - 1, max(WORK // len(used), 20)).astype(int))]
-    found: dict[tuple[int, ...], tuple[float, int, Indices]] = {}
+    bases = used[np.unique(np.linspace(0, len(used) - 1, max(SEARCH_BUDGET // len(used), 20)).astype(int))]
+    found: Found = {}
     chosen: list[tuple[float, int, Indices]] = []
-    for _ in range(1 + ROUNDS):
+    for _ in range(1 + REFINEMENTS):
         for base in bases.tolist():
-            _look_from(cut, base, inward, found)
+            _search_from(cut, base, inside, found)
         chosen = _independent(found, n_pairs // 2)
         bases = np.unique(np.concatenate([cut.loop(edge, parent) for _, edge, parent in chosen] or [bases[:0]]))
     return tuple(measured(cut.vertices, cut.loop(edge, parent)) for _, edge, parent in chosen)
 
 
-def _look_from(cut: Cut, base: int, inward: Indices, found: dict[tuple[int, ...], tuple[float, int, Indices]]) -> None:
-    """Write down the shortest loop of each kind that begins at a vertex, where none shorter is known."""
-    far, parent = dijkstra(cut.graph, indices=base, return_predecessors=True)
+def _search_from(cut: Cut, base: int, inside: Indices, found: Found) -> None:
+    """Record the shortest tunnel loop through a vertex in each homology class, unless a shorter one is known."""
+    distance, parent = dijkstra(cut.graph, indices=base, return_predecessors=True)
     parent = np.maximum(parent.astype(np.int64), -1)
     potential = _potential(cut, parent)
     one, other = cut.edges.T
-    kind = potential[one] + cut.forms - potential[other]
-    length = far[one] + cut.lengths + far[other]
-    rows = np.flatnonzero(kind.any(axis=1))
-    rows = rows[~(kind[rows] @ inward).any(axis=1)]
+    homology = potential[one] + cut.forms - potential[other]
+    length = distance[one] + cut.lengths + distance[other]
+    rows = np.flatnonzero(homology.any(axis=1))
+    rows = rows[~(homology[rows] @ inside).any(axis=1)]
     rows = rows[np.argsort(length[rows], kind="stable")]
-    lead = np.sign(kind[rows, (kind[rows] != 0).argmax(axis=1)])
-    kinds, first = np.unique(kind[rows] * lead[:, None], axis=0, return_index=True)
-    for name, row in zip(map(tuple, kinds.tolist()), rows[first].tolist(), strict=True):
-        if name not in found or length[row] < found[name][0]:
-            found[name] = (float(length[row]), row, parent)
+    sign = np.sign(homology[rows, (homology[rows] != 0).argmax(axis=1)])
+    classes, first = np.unique(homology[rows] * sign[:, None], axis=0, return_index=True)
+    for key, row in zip(map(tuple, classes.tolist()), rows[first].tolist(), strict=True):
+        if key not in found or length[row] < found[key][0]:
+            found[key] = (float(length[row]), row, parent)
 
 
 def _potential(cut: Cut, parent: Indices) -> Indices:
-    """Return (v, 2 g) the sums of the forms along the ways from the root of a tree."""
+    """Return the sums (v, 2 g) of the forms along the paths from the root of a tree."""
     out = np.zeros((len(parent), cut.forms.shape[1]), np.int64)
     for mine, other in ((1, 0), (0, 1)):
         on = np.flatnonzero(parent[cut.edges[:, mine]] == cut.edges[:, other])
@@ -137,19 +140,17 @@ def _potential(cut: Cut, parent: Indices) -> Indices:
     return out
 
 
-def _independent(
-    found: dict[tuple[int, ...], tuple[float, int, Indices]], most: int
-) -> list[tuple[float, int, Indices]]:
-    """Return the shortest loops of which none is a sum of others."""
-    kinds: list[tuple[int, ...]] = []
-    for name in sorted(found, key=lambda name: found[name][0]):
-        if len(kinds) < most and np.linalg.matrix_rank(np.array([*kinds, name])) > len(kinds):
-            kinds.append(name)
-    return [found[name] for name in kinds]
+def _independent(found: Found, most: int) -> list[tuple[float, int, Indices]]:
+    """Return the shortest loops whose homology classes are linearly independent."""
+    classes: list[tuple[int, ...]] = []
+    for key in sorted(found, key=lambda key: found[key][0]):
+        if len(classes) < most and np.linalg.matrix_rank(np.array([*classes, key])) > len(classes):
+            classes.append(key)
+    return [found[key] for key in classes]
 
 
 def measured(vertices: Array, loop: Indices) -> Loop:
-    """Return a closed way over vertices with its length and center.
+    """Return the `Loop` of a closed path of vertices, with its length and center.
 
     Examples
     --------
