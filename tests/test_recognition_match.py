@@ -252,6 +252,11 @@ class TestRigid:
         T = rigid_fit(points, points * [1, 1, -1])
         assert np.linalg.det(T[:3, :3]) == pytest.approx(1)
 
+    def test_one_correspondence_gives_a_shift(self):
+        point, shift = np.array([[1.0, 2, 3]]), np.array([0.1, 0.2, 0.3])
+        T = rigid_fit(point, point + shift)
+        assert np.allclose(point_to_plane_fit(point, point + shift, np.array([[0, 0, 1.0]]), T)[:3, 3], shift)
+
     def test_points_then_planes(self):
         rng = np.random.default_rng(0)
         ellipsoid = sm.ellipsoid((3, 2, 1), 8)

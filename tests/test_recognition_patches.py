@@ -305,6 +305,19 @@ class TestComparison:
         assert found.overlap > 0.98
         assert not np.isin(found.vertices_b, np.flatnonzero(hidden)).any()
 
+    @pytest.mark.parametrize("topology", PATCHES)
+    def test_refined_shifts_keep_the_minimum_overlap(self, topology):
+        x, y = domain(topology, 6).coordinates.T
+        turns = np.arctan2(y, x) / (2 * np.pi) % 1 if topology == "plane" else x
+        one, other = (
+            sm.SAI(6, lumpy(topology, seed, 6), turns < hidden, topology=topology)
+            for seed, hidden in ((8, 0.6), (108, 0.7))
+        )
+        for minimum in np.arange(0.1, 1.0, 0.05):
+            found = sm.match(one, other, best=8, minimum_overlap=minimum)
+            assert found
+            assert min(each.overlap for each in found) >= minimum
+
 
 class TestObjects:
     @pytest.mark.parametrize("topology", PATCHES)

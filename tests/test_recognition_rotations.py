@@ -99,6 +99,13 @@ class TestSharing:
         tables.rotations.cache_clear()
         assert tables._read(left, 5, "darts") is not None
 
+    @pytest.mark.parametrize("representatives", [np.zeros((0, 3, 3)), np.float64(1.0)])
+    def test_a_file_without_representatives_is_rejected(self, tmp_path, representatives):
+        table = tables.build(5, "darts")
+        parts = {"maps": table.maps[:0], "group": table.group, "turns": table.turns}
+        np.savez(tmp_path / "table.npz", representatives=representatives, **parts)
+        assert tables._read(tmp_path / "table.npz", 5, "darts") is None
+
     def test_a_file_of_another_frequency_is_not_believed(self, cache):
         tables.rotations(6, "darts")
         (left,) = cache.iterdir()

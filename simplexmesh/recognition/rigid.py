@@ -73,7 +73,7 @@ def point_to_plane_fit(source: Array, target: Array, normals: Array, start: Arra
         local = (at - center) / extent
         rows = np.hstack([cross(local, normals), normals])
         tangential = at - target - residual[:, None] * normals
-        variance = max(float(np.median((tangential**2).sum(axis=1))), 1e-24 * extent**2)
+        variance = max(float(np.median((tangential**2).sum(axis=1))), 1e-24 * extent**2, 1e-300)
         relative_weight = TANGENTIAL_WEIGHT * float(np.median(residual**2)) / variance
         matrix = (rows * weight[:, None]).T @ rows
         vector = rows.T @ (weight * residual)

@@ -206,12 +206,12 @@ def _read(path: Path, frequency: int, family: str) -> Rotations | None:
             }
     except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.error):
         return None
-    m = len(parts["representatives"])
+    m = parts["representatives"].size // 9
     shapes = {"representatives": (m, 3, 3), "maps": (m, n), "group": (GROUP_ORDER, 3, 3), "turns": (GROUP_ORDER, n)}
-    valid = all(parts[name].shape == shape for name, shape in shapes.items())
+    valid = m > 0 and all(parts[name].shape == shape for name, shape in shapes.items())
     for name in ("maps", "turns"):
         valid = valid and parts[name].dtype == np.int16 and parts[name].min() >= 0 and parts[name].max() < n
-    return Rotations(frequency, family, **parts) if valid and m > 0 else None
+    return Rotations(frequency, family, **parts) if valid else None
 
 
 def _save(path: Path, found: Rotations) -> None:

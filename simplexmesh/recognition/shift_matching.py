@@ -88,7 +88,7 @@ def match_shifts(
     for one in found:
         if len(kept) < best and all(one[3] != k[3] or _angle_between(one[2], k[2]) >= MINIMUM_ANGLE for k in kept):
             kept.append(one)
-    refined = [(*_refined(sai_a, a, b, one[2], flipped=one[3]), one[3]) for one in kept]
+    refined = [(*_refined(sai_a, a, b, one[2], minimum_overlap, flipped=one[3]), one[3]) for one in kept]
     refined.sort(key=lambda one: one[0])
     return [_as_match(sai_a, sai_b, *one[:3], flipped=one[3]) for one in refined]
 
@@ -208,7 +208,7 @@ def _distance(
 
 
 def _refined(
-    sai_a: SAI, a: tuple[Array, Mask], b: tuple[Array, Mask], shift: Array, *, flipped: bool
+    sai_a: SAI, a: tuple[Array, Mask], b: tuple[Array, Mask], shift: Array, minimum_overlap: float, *, flipped: bool
 ) -> tuple[float, float, Array]:
     """Return the minimum distance near a shift, its overlap and its shift, by parabolic steps of decreasing size."""
     f = sai_a.frequency
@@ -221,7 +221,7 @@ def _refined(
             offset = 0.5 * (before - after) / curvature if np.isfinite(curvature) and curvature > 0 else 0.0
             other = (shift + np.clip(offset, -2.0, 2.0) * delta) % 1.0
             distance, fraction = _distance(sai_a, a, b, other, flipped=flipped)
-            if distance < best:
+            if distance < best and fraction >= minimum_overlap:
                 best, overlap, shift = distance, fraction, other
     return best, overlap, shift
 
