@@ -15,7 +15,7 @@ from simplexmesh.errors import SimplexMeshWarning, TopologyError
 from simplexmesh.mesh import shapes
 from simplexmesh.mesh.decimate import decimate
 from simplexmesh.mesh.duality import dual
-from simplexmesh.mesh.least import least_vertices
+from simplexmesh.mesh.vertex_bound import minimum_vertices
 from tests.reference_decimate import shaken
 from tests.test_mesh_editing import MESHES, complete
 
@@ -33,7 +33,7 @@ def topology(mesh):
 @given(name=names, part=parts)
 def test_topology_stays(name, part):
     mesh = MESHES[name]
-    wanted = max(2 * round(part * mesh.n_vertices / 2), least_vertices(mesh.connectivity) + 40)
+    wanted = max(2 * round(part * mesh.n_vertices / 2), minimum_vertices(mesh.connectivity) + 40)
     out = decimate(mesh, vertices=min(wanted, mesh.n_vertices))
     assert complete(out.mesh.connectivity)
     assert topology(out.mesh) == topology(mesh)
@@ -81,7 +81,7 @@ def test_a_surface_without_area_has_distances():
         ({"vertices": 100, "tolerance": 0.1}, TypeError, "not both"),
         ({"vertices": 101}, ValueError, "vertices must be even.*not 101"),
         ({"vertices": 1000}, ValueError, "at most 320, as many as the mesh has, not 1000"),
-        ({"vertices": 2}, TopologyError, "at least 4, the fewest with genus 0, 0 holes, not 2"),
+        ({"vertices": 2}, TopologyError, "at least 4, the minimum for genus 0, 0 holes, not 2"),
         ({"vertices": 10.0}, TypeError, "vertices must be a whole number"),
         ({"tolerance": 0.0}, ValueError, "tolerance must be above 0"),
         ({"tolerance": np.nan}, ValueError, "tolerance must be finite"),
@@ -216,7 +216,7 @@ def test_what_is_left_tangled_is_told():
 
 def test_no_more_is_removed_than_can_be():
     torus = MESHES["torus"]
-    least = least_vertices(torus.connectivity)
+    least = minimum_vertices(torus.connectivity)
     with pytest.warns(SimplexMeshWarning) as told:
         out = decimate(torus, vertices=least)
     assert complete(out.mesh.connectivity)

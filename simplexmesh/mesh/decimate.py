@@ -16,9 +16,9 @@ from simplexmesh.mesh.duality import dual
 from simplexmesh.mesh.edited import Edited
 from simplexmesh.mesh.editing import EditableMesh
 from simplexmesh.mesh.fitting import Surface, tangled_vertices
-from simplexmesh.mesh.least import vertices_wanted
 from simplexmesh.mesh.regularize import exceptional_faces
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
+from simplexmesh.mesh.vertex_bound import checked_vertices
 from simplexmesh.mesh.within import made_within
 
 Indices = NDArray[np.int32]
@@ -120,7 +120,7 @@ def decimate(mesh: Any, *, vertices: int | None = None, tolerance: float | None 
     if tolerance is not None:
         near = made_within(mesh, _check.number("tolerance", tolerance, 0, open_low=True))
         return _unchanged(mesh) if near is None else _result(*near)
-    wanted = vertices_wanted(mesh, vertices)
+    wanted = checked_vertices(mesh, vertices)
     out, wrong = _decimated(mesh, wanted)
     if wrong:
         warn(f"{wrong} vertices of the decimated mesh are on faces that fold or cross")

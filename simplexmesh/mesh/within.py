@@ -10,8 +10,8 @@ from simplexmesh.mesh.coarsening import Made, made
 from simplexmesh.mesh.comparing import Original
 from simplexmesh.mesh.edited import Edited
 from simplexmesh.mesh.fitting import tangled_vertices
-from simplexmesh.mesh.least import least_vertices
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
+from simplexmesh.mesh.vertex_bound import minimum_vertices
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -29,7 +29,7 @@ def made_within(mesh: SimplexMesh, tolerance: float) -> tuple[SimplexMesh, Edite
     Sound if the other one was; and what became of that, and the rms and the largest distance of its samples. None where
     nothing can be removed.
     """
-    original, least = Original(mesh), least_vertices(mesh.connectivity)
+    original, least = Original(mesh), minimum_vertices(mesh.connectivity)
     sound = not tangled_vertices(mesh).any()
     reach = np.full(len(mesh.connectivity.face_sizes), np.inf)
     for attempt in range(ATTEMPTS):

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from simplexmesh import _check
 from simplexmesh.mesh.edited import Edited
 from simplexmesh.mesh.editing import EditableMesh
-from simplexmesh.mesh.least import least_vertices
 from simplexmesh.mesh.regularize import regularize
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
+from simplexmesh.mesh.vertex_bound import minimum_vertices
 from simplexmesh.motion.face_edits import composed_maps, disjoint_groups, divide_faces, removable_edges
 from simplexmesh.motion.face_score import face_distance, face_score
 from simplexmesh.motion.refine_options import as_target, default_reach
@@ -106,7 +106,7 @@ def redistribute(
     """
     _check.instance("mesh", mesh, SimplexMesh)
     wanted = mesh.n_vertices if vertices is None else _check.integer("vertices", vertices, 20)
-    if wanted < (fewest := least_vertices(mesh.connectivity)):
+    if wanted < (fewest := minimum_vertices(mesh.connectivity)):
         raise ValueError(f"vertices must be at least {fewest}, for genus {mesh.genus}, not {wanted}")
     rounds = _check.integer("rounds", rounds, 0)
     if watch is not None and not callable(watch):
