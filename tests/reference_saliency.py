@@ -39,11 +39,11 @@ def gaussian_mean(points, areas, values, sigma):
     return weights @ values / weights.sum(axis=1)
 
 
-def turning_mean(averages, normals, d1, half, sigma):
+def turning_mean(diffusion, normals, d1, half, sigma):
     """Two implicit steps of heat for what has directions, each brought to its neighbor's plane by a rotation."""
-    areas, links = averages.areas, averages.links
+    areas, links = diffusion.areas, diffusion.links
     n = len(areas)
-    weights = averages._system[1].toarray()
+    weights = diffusion._system[1].toarray()
     turning = np.zeros((n, n), complex)
     for i, j in zip(*links, strict=True):
         axis = np.cross(normals[j], normals[i])

@@ -10,9 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import simplexmesh as sm
-from simplexmesh.surface.bare import bare_share
 from simplexmesh.surface.samples import as_samples
 from simplexmesh.surface.truth.noise import noisy
+from simplexmesh.surface.unsampled_faces import unsampled_share
 
 CUBE = np.array([[i, j, k] for i in (-1.0, 1) for j in (-1.0, 1) for k in (-1.0, 1)])
 SIDES = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
@@ -112,7 +112,7 @@ class TestBareFaces:
         assert all(each.filename == __file__ for each in caught)
         assert len(bare) == (function is not sm.curvature)
         for each in bare:
-            assert str(each.message).startswith("100% of the surface lies between sharp edges without a vertex that ")
+            assert str(each.message).startswith("100% of the surface has no vertices between sharp edges to measure ")
 
     @pytest.mark.parametrize("function", [sm.hk_classes, sm.saliency, sm.salient_points, sm.vertex_normals, sm.spread])
     def test_failures_too_are_told_at_the_line_of_the_caller(self, function):
@@ -131,20 +131,20 @@ class TestBareFaces:
         assert (kinds == "peak")[beside[:, 0] == 1].all()
 
     def test_share_is_that_of_the_area(self):
-        assert bare_share(as_samples(BOX)) == 1
-        assert bare_share(as_samples(BALL)) == 0
+        assert unsampled_share(as_samples(BOX)) == 1
+        assert unsampled_share(as_samples(BALL)) == 0
         top = BOX.vertices[BOX.faces].mean(axis=1)[:, 2] == 1
         lid = sm.divided(sm.TriangleMesh(BOX.vertices, BOX.faces[top]), 0.3)
         both = sm.TriangleMesh(
             np.vstack([BOX.vertices, lid.vertices + 5]), np.vstack([BOX.faces, lid.faces + BOX.n_vertices])
         )
-        assert bare_share(as_samples(both)) == pytest.approx(24 / 28)
-        assert bare_share(as_samples(sm.divided(BOX, 0.5))) < 0.1
-        assert bare_share(as_samples(sm.sphere(4))) == bare_share(as_samples(CUBE)) == 0
+        assert unsampled_share(as_samples(both)) == pytest.approx(24 / 28)
+        assert unsampled_share(as_samples(sm.divided(BOX, 0.5))) < 0.1
+        assert unsampled_share(as_samples(sm.sphere(4))) == unsampled_share(as_samples(CUBE)) == 0
 
     @pytest.mark.parametrize("noise", [0.1, 0.2, 0.4])
     def test_rough_scans_have_sharp_edges_and_are_not_told_of(self, noise):
-        assert bare_share(as_samples(noisy(BALL, noise, rng=0))) == 0
+        assert unsampled_share(as_samples(noisy(BALL, noise, rng=0))) == 0
 
     @pytest.mark.parametrize("name", ["coupling.off", "angle_block.stl", "abc8.stl", "featuretype.stl"])
     def test_cad_files_are_told_of_and_can_be_divided(self, data_folder, name):
@@ -159,4 +159,4 @@ class TestBareFaces:
 
     @pytest.mark.parametrize("name", ["lion_head.off", "femur.off", "fran_face.vtk", "eight.off", "fandisk.off"])
     def test_scans_are_not(self, data_folder, name):
-        assert bare_share(as_samples(sm.read(data_folder / name))) < 0.45
+        assert unsampled_share(as_samples(sm.read(data_folder / name))) < 0.45

@@ -12,12 +12,12 @@ from hypothesis import strategies as st
 import simplexmesh as sm
 from simplexmesh.surface import classes as hk
 from simplexmesh.surface._kernels_maxima import watersheds
-from simplexmesh.surface.averages import Averages
-from simplexmesh.surface.bends import averaged, settled, swings
+from simplexmesh.surface.diffusion import Diffusion
+from simplexmesh.surface.field_noise import field_noise, local_noise, smallest_window
 from simplexmesh.surface.neighborhoods import Neighborhoods
-from simplexmesh.surface.saliency import measured, standing_out
+from simplexmesh.surface.saliency import field_of, map_weight
 from simplexmesh.surface.samples import Samples, as_samples
-from simplexmesh.surface.scales import local_noise, smallest_scale, unevenness
+from simplexmesh.surface.smoothed_curvature import mean_deviators, shrunk, smoothed_curvature
 from simplexmesh.surface.truth.discretized import split_square, torus, uv_cylinder
 from simplexmesh.surface.truth.graphs import graph
 from simplexmesh.surface.truth.noise import noisy
@@ -70,55 +70,57 @@ class TestAverages:
         samples = as_samples(of)
         z = samples.points[:, 2] / np.linalg.norm(samples.points, axis=1)
         for sigma in (0.2, 0.5):
-            found = Averages(samples).over(z, sigma, steps=16)
+            found = Diffusion(samples).smoothed(z, sigma, steps=16)
             assert found == pytest.approx(z * np.exp(-(sigma**2)), abs=0.03)  # eigenvalue 2 times sigma^2 / 2
 
     def test_is_a_gaussian_window_on_a_plane(self):
         sheet = sm.plane(30, 30, size=(2.0, 2.0)).triangulated("dual")
-        averages = Averages(as_samples(sheet))
+        diffusion = Diffusion(as_samples(sheet))
         values = np.random.default_rng(0).normal(size=sheet.n_vertices)
         middle = np.abs(sheet.vertices[:, :2]).max(axis=1) < 0.5
-        expected = gaussian_mean(sheet.vertices, averages.areas, values, 0.15)[middle]
-        found = averages.over(values, 0.15, steps=8)[middle]
+        expected = gaussian_mean(sheet.vertices, diffusion.areas, values, 0.15)[middle]
+        found = diffusion.smoothed(values, 0.15, steps=8)[middle]
         assert np.corrcoef(found, expected)[0, 1] > 0.98
         assert found.std() == pytest.approx(expected.std(), rel=0.1)
 
     def test_keeps_the_total_and_stays_between_the_values(self, body):
-        averages = Averages(as_samples(body[0]))
+        diffusion = Diffusion(as_samples(body[0]))
         values = np.random.default_rng(1).random(body[0].n_vertices)
-        found = averages.over(values, 0.1)
-        assert averages.areas @ found == pytest.approx(averages.areas @ values, rel=1e-4)
+        found = diffusion.smoothed(values, 0.1)
+        assert diffusion.areas @ found == pytest.approx(diffusion.areas @ values, rel=1e-4)
         assert values.min() - 1e-6 < found.min() < found.max() < values.max() + 1e-6
 
     def test_borders_reflect(self):
         sheet = sm.plane(40, 40).triangulated("dual")
-        assert Averages(as_samples(sheet)).over(np.full(sheet.n_vertices, 3.0), 0.2) == pytest.approx(3.0, abs=1e-5)
+        assert Diffusion(as_samples(sheet)).smoothed(np.full(sheet.n_vertices, 3.0), 0.2) == pytest.approx(
+            3.0, abs=1e-5
+        )
 
     def test_what_is_unknown_is_filled_from_around_and_adds_nothing(self):
         mesh = ball(16)
         values = np.where(np.arange(mesh.n_vertices) % 7 == 0, np.nan, 2.0)
-        assert Averages(as_samples(mesh)).over(values, 0.1) == pytest.approx(2.0, abs=1e-4)
+        assert Diffusion(as_samples(mesh)).smoothed(values, 0.1) == pytest.approx(2.0, abs=1e-4)
 
     def test_what_is_unknown_takes_after_its_neighbors(self):
         mesh = ball(16)
         z = mesh.vertices[:, 2]
         values = np.where(z > 0.8, np.nan, np.where(z > 0, 1.0, 3.0))
-        found = Averages(as_samples(mesh)).over(values, 0.1)
+        found = Diffusion(as_samples(mesh)).smoothed(values, 0.1)
         assert found[z > 0.5] == pytest.approx(1.0, abs=0.02)
 
     def test_wide_windows_from_narrow_ones_agree(self, body):
-        averages = Averages(as_samples(body[0]))
+        diffusion = Diffusion(as_samples(body[0]))
         values = body[1].mean
-        several = averages.at_scales(values, [0.05, 0.1, 0.2])
-        assert several[2] == pytest.approx(averages.over(values, 0.2, steps=3), abs=0.1 * np.ptp(several[2]))
+        several = diffusion.at_scales(values, [0.05, 0.1, 0.2])
+        assert several[2] == pytest.approx(diffusion.smoothed(values, 0.2, steps=3), abs=0.1 * np.ptp(several[2]))
 
     def test_areas_are_those_of_the_surface(self):
         mesh = sm.torus(40, 20)
         of_triangles = mesh.triangulated("dual")
-        assert Averages(as_samples(of_triangles)).areas.sum() == pytest.approx(of_triangles.area)
-        assert Averages(as_samples(mesh)).areas.sum() == pytest.approx(mesh.area, rel=0.1)
+        assert Diffusion(as_samples(of_triangles)).areas.sum() == pytest.approx(of_triangles.area)
+        assert Diffusion(as_samples(mesh)).areas.sum() == pytest.approx(mesh.area, rel=0.1)
         cloud = ball(20).sampled(4000, rng=0)
-        assert Averages(as_samples(cloud)).areas.sum() == pytest.approx(4 * np.pi, rel=0.2)
+        assert Diffusion(as_samples(cloud)).areas.sum() == pytest.approx(4 * np.pi, rel=0.2)
 
 
 class TestWatersheds:
@@ -211,15 +213,15 @@ class TestSaliency:
         samples = as_samples(ball(12))
         z = samples.points[:, 2]
         many = np.abs(np.sin(9 * samples.points).prod(axis=1))
-        assert standing_out(samples, np.exp(4 * (z - 1))) > 3 * standing_out(samples, many)
+        assert map_weight(samples, np.exp(4 * (z - 1))) > 3 * map_weight(samples, many)
 
     def test_is_the_weighted_mean_over_scales(self, body):
         mesh, curvature = body
         samples = as_samples(mesh)
-        averages = Averages(samples)
-        means = averages.at_scales(measured("mean", samples, curvature), [0.05, 0.08, 0.1, 0.16])
+        diffusion = Diffusion(samples)
+        means = diffusion.at_scales(field_of("mean", samples, curvature), [0.05, 0.08, 0.1, 0.16])
         fine, coarse = 0.05 * np.abs(means[0] - means[2]), 0.08 * np.abs(means[1] - means[3])
-        weights = standing_out(samples, fine), standing_out(samples, coarse)
+        weights = map_weight(samples, fine), map_weight(samples, coarse)
         expected = (weights[0] * fine + weights[1] * coarse) / sum(weights)
         found = sm.saliency(mesh, curvature=curvature, scales=[0.05, 0.08])
         assert found == pytest.approx(expected)
@@ -280,7 +282,7 @@ class TestSalientPoints:
     def test_noise_adds_none_and_hides_only_the_faint(self, seed):
         mesh = bumpy(40)
         rng = np.random.default_rng(seed)
-        edge = Averages(as_samples(mesh)).spacing
+        edge = Diffusion(as_samples(mesh)).spacing
         noisy = sm.TriangleMesh(mesh.vertices + 0.1 * edge * rng.normal(size=mesh.vertices.shape), mesh.faces)
         found = sm.salient_points(noisy, of="mean", curvature=curved(noisy, 3))
         assert {0, 1, 2} <= set(bump_of(found.points)) <= {0, 1, 2, 3, 4}
@@ -396,7 +398,7 @@ class TestClasses:
 
     def test_noise_leaves_most_where_they_were(self):
         ring = sm.torus(120, 48, radius=1.0, tube_radius=0.35).triangulated("dual")
-        edge = Averages(as_samples(ring)).spacing
+        edge = Diffusion(as_samples(ring)).spacing
         noise = 0.03 * edge * np.random.default_rng(0).normal(size=ring.vertices.shape)
         noisy = sm.TriangleMesh(ring.vertices + noise, ring.faces)
         found = sm.hk_classes(noisy, curvature=curved(noisy, 3))
@@ -408,14 +410,14 @@ class TestClasses:
     def test_noise_does_not_make_saddles_into_peaks(self):
         """The mean of noisy K has the variance of H on top; that of tensors has not."""
         ring = sm.torus(160, 80, radius=1.0, tube_radius=0.35).triangulated("dual")
-        edge = Averages(as_samples(ring)).spacing
+        edge = Diffusion(as_samples(ring)).spacing
         noise = 0.06 * edge * np.random.default_rng(0).normal(size=ring.vertices.shape)
         curvature = curved(sm.TriangleMesh(ring.vertices + noise, ring.faces))
-        averages = Averages(as_samples(ring))
+        diffusion = Diffusion(as_samples(ring))
         out = np.hypot(ring.vertices[:, 0], ring.vertices[:, 1])
         truth = (1 - 1 / out) / 0.35**2
-        gauss = averaged(averages, curvature, 0.1).gauss
-        off = np.abs(gauss - truth).mean(), np.abs(averages.over(curvature.gauss, 0.1) - truth).mean()
+        gauss = smoothed_curvature(diffusion, curvature, 0.1).gauss
+        off = np.abs(gauss - truth).mean(), np.abs(diffusion.smoothed(curvature.gauss, 0.1) - truth).mean()
         assert off[0] < 0.35 < 2 < off[1]
         inner = sm.hk_classes(ring, curvature=curvature, scale=0.1).labels[out < 0.72]
         assert set(inner) <= {hk.SADDLE_RIDGE, hk.SADDLE_VALLEY, hk.MINIMAL}
@@ -431,7 +433,7 @@ class TestClasses:
             told = sm.Curvature(**kept, mean=mean, error=np.full(mesh.n_vertices, error), method="told")
             return sm.hk_classes(mesh, curvature=told, scale=0).tolerance_mean
 
-        floor = 0.3 / Averages(as_samples(mesh)).diagonal
+        floor = 0.3 / Diffusion(as_samples(mesh)).diagonal
         assert tolerance(rough, 0.5) == pytest.approx(hk.CERTAIN * 0.5)
         shown = 3.0  # three times what neighbors differ
         assert np.median(tolerance(rough, 50.0)) == pytest.approx(hk.CERTAIN * shown, rel=0.25)
@@ -456,7 +458,7 @@ class TestClasses:
 
     def test_what_bends_is_not_flat_though_neither_sign_is_certain(self):
         k1, k2 = np.array([[3.0, -3.0], [3, 0.1], [-0.1, -3], [1, -1], [3, -2], [3, -0.8]]).T
-        found = hk.less_flat((k1 + k2) / 2, k1 * k2, np.full(6, 1.0))
+        found = hk.bent_class((k1 + k2) / 2, k1 * k2, np.full(6, 1.0))
         assert [hk.NAMES[k] for k in found] == ["minimal", "ridge", "valley", "flat", "minimal", "ridge"]
 
     def test_within_tolerances_that_are_given_all_is_flat(self):
@@ -477,7 +479,7 @@ class TestClasses:
     def test_the_window_is_asked_where_a_vertex_says_zero_and_believed_within_its_tolerance(self):
         one = tuple(np.array(each) for each in ([3.0, 0.1, 0.1], [5.0, 5.0, 0.1], [1.0, 1, 1], [2.0, 2, 2]))
         other = tuple(np.array(each) for each in ([-0.5, 0.9, 1.1], [-0.5, -9, 1.9], [0.4, 0.4, 0.4], [0.6, 0.6, 0.6]))
-        assert [each.tolist() for each in hk._first_certain([one, other])] == [
+        assert [each.tolist() for each in hk._combined([one, other])] == [
             [3.0, 0.9, 0.1], [5.0, 5.0, 1.9], [1.0, 0.4, 1], [2.0, 2, 0.6],
         ]  # fmt: skip
 
@@ -503,9 +505,9 @@ class TestBends:
     def test_averages_with_directions_are_those_of_the_definition(self):
         mesh = sm.ellipsoid((3, 2, 1), 4).triangulated("dual")
         found = curved(mesh)
-        averages = Averages(as_samples(mesh))
-        expected = turning_mean(averages, found.normals, found.d1, (found.k1 - found.k2) / 2, 0.6)
-        assert swings(averages, found, found.d1, 0.6) == pytest.approx(expected, abs=1e-4)
+        diffusion = Diffusion(as_samples(mesh))
+        expected = turning_mean(diffusion, found.normals, found.d1, (found.k1 - found.k2) / 2, 0.6)
+        assert mean_deviators(diffusion, found, found.d1, 0.6) == pytest.approx(expected, abs=1e-4)
 
     @given(st.integers(0, 10**6))
     def test_signs_of_directions_do_not_matter_nor_does_the_place(self, seed):
@@ -514,48 +516,50 @@ class TestBends:
         found, turn = curved(mesh), turned(seed)
         sign = np.random.default_rng(seed).choice([-1.0, 1.0], (mesh.n_vertices, 1))
         other = replace(found, normals=found.normals @ turn.T, d1=sign * found.d1 @ turn.T)
-        averages = Averages(as_samples(mesh))
-        moved = Averages(as_samples(sm.TriangleMesh(mesh.vertices @ turn.T, mesh.faces)))
-        assert swings(moved, other, other.d1, 0.3) == pytest.approx(swings(averages, found, found.d1, 0.3), abs=1e-4)
+        diffusion = Diffusion(as_samples(mesh))
+        moved = Diffusion(as_samples(sm.TriangleMesh(mesh.vertices @ turn.T, mesh.faces)))
+        assert mean_deviators(moved, other, other.d1, 0.3) == pytest.approx(
+            mean_deviators(diffusion, found, found.d1, 0.3), abs=1e-4
+        )
 
     def test_what_turns_with_the_surface_is_not_lost(self):
         """Around a tube k1 is the same everywhere, and d1 goes round with it."""
         ring = torus(200, 40, radius=5.0, tube_radius=1.0)
         c = sm.curvature(ring.mesh)
-        averages = Averages(as_samples(ring.mesh))
-        half = averages.over((c.k1 - c.k2) / 2, 0.5)
-        assert np.abs(swings(averages, c, c.d1, 0.5)) == pytest.approx(half, rel=0.03)
-        _, gauss, _ = averaged(averages, c, 0.5)
-        assert gauss == pytest.approx(averages.over(c.gauss, 0.5), abs=0.03)
+        diffusion = Diffusion(as_samples(ring.mesh))
+        half = diffusion.smoothed((c.k1 - c.k2) / 2, 0.5)
+        assert np.abs(mean_deviators(diffusion, c, c.d1, 0.5)) == pytest.approx(half, rel=0.03)
+        _, gauss, _ = smoothed_curvature(diffusion, c, 0.5)
+        assert gauss == pytest.approx(diffusion.smoothed(c.gauss, 0.5), abs=0.03)
 
     def test_of_methods_without_directions_k_is_the_mean_of_k(self):
         ring = torus(60, 24).mesh
-        c, averages = sm.curvature(ring, "discrete"), Averages(as_samples(ring))
+        c, diffusion = sm.curvature(ring, "discrete"), Diffusion(as_samples(ring))
         assert c.d1 is None
-        assert averaged(averages, c, 0.3).gauss == pytest.approx(averages.over(c.gauss, 0.3))
-        for found in settled(averages, c):
-            assert found.gauss == pytest.approx(averages.over(c.gauss, smallest_scale(averages)))
+        assert smoothed_curvature(diffusion, c, 0.3).gauss == pytest.approx(diffusion.smoothed(c.gauss, 0.3))
+        for found in shrunk(diffusion, c):
+            assert found.gauss == pytest.approx(diffusion.smoothed(c.gauss, smallest_window(diffusion)))
 
     def test_clean_values_stay_and_noisy_ones_go_to_their_means(self):
         made = torus(40, 14, irregular=True, rng=0)
-        averages = Averages(as_samples(made.mesh))
-        (mean, gauss, _), (whole, whole_gauss, _) = settled(averages, sm.curvature(made.mesh))
+        diffusion = Diffusion(as_samples(made.mesh))
+        (mean, gauss, _), (whole, whole_gauss, _) = shrunk(diffusion, sm.curvature(made.mesh))
         assert rms(mean - made.exact.mean) < 0.4 * rms(whole - made.exact.mean)
         assert rms(gauss - made.exact.gauss) < 0.4 * rms(whole_gauss - made.exact.gauss)
         rough = noisy(ball(16), 0.1, rng=0)
-        averages, c = Averages(as_samples(rough)), sm.curvature(rough)
-        (mean, gauss, error), (whole, _, left) = settled(averages, c)
+        diffusion, c = Diffusion(as_samples(rough)), sm.curvature(rough)
+        (mean, gauss, error), (whole, _, left) = shrunk(diffusion, c)
         assert rms(mean - whole) < 0.1 * rms(c.mean - whole)
         assert rms(gauss - 1) < 0.7 * rms(c.gauss - 1)
-        assert left.mean() <= error.mean() < 0.8 * local_noise(averages, c).mean()
+        assert left.mean() <= error.mean() < 0.8 * local_noise(diffusion, c).mean()
 
     def test_methods_without_directions_or_errors_are_averaged(self):
         mesh = ball(8)
         for found in (sm.curvature(mesh, "discrete"), curved(mesh)):
-            averages = Averages(as_samples(mesh))
-            one, other = settled(averages, found)
+            diffusion = Diffusion(as_samples(mesh))
+            one, other = shrunk(diffusion, found)
             assert one is other
-            assert one.mean == pytest.approx(averages.over(found.mean, smallest_scale(averages)))
+            assert one.mean == pytest.approx(diffusion.smoothed(found.mean, smallest_window(diffusion)))
 
     def test_neighbors_without_an_estimate_take_no_part(self):
         ring = torus(100, 20, radius=5.0, tube_radius=1.0)
@@ -563,9 +567,9 @@ class TestBends:
         hidden = np.arange(len(found.k1)) % 7 == 0
         kept = {name: np.where(hidden, np.nan, getattr(found, name)) for name in ("k1", "k2", "mean", "gauss")}
         kept |= {name: np.where(hidden[:, None], np.nan, getattr(found, name)) for name in ("normals", "d1")}
-        averages = Averages(as_samples(ring.mesh))
-        mean, gauss, _ = averaged(averages, replace(found, failed=hidden, **kept), 0.5)
-        whole, whole_gauss, _ = averaged(averages, found, 0.5)
+        diffusion = Diffusion(as_samples(ring.mesh))
+        mean, gauss, _ = smoothed_curvature(diffusion, replace(found, failed=hidden, **kept), 0.5)
+        whole, whole_gauss, _ = smoothed_curvature(diffusion, found, 0.5)
         assert np.isnan(mean).tolist() == np.isnan(gauss).tolist() == hidden.tolist()
         assert mean[~hidden] == pytest.approx(whole[~hidden], abs=0.02)
         assert gauss[~hidden] == pytest.approx(whole_gauss[~hidden], abs=0.02)
@@ -578,7 +582,7 @@ def rms(values):
 def test_unevenness_is_the_noise_of_a_field():
     mesh = ball(40)
     noise = 0.3 * np.random.default_rng(0).normal(size=mesh.n_vertices)
-    found = unevenness(Averages(as_samples(mesh)), 5 * mesh.vertices[:, 2] + noise)
+    found = field_noise(Diffusion(as_samples(mesh)), 5 * mesh.vertices[:, 2] + noise)
     assert found == pytest.approx(0.3, rel=0.15)
 
 
@@ -588,7 +592,7 @@ class TestBadInput:
         ("options", "error", "words"),
         [
             ({"curvature": 3}, TypeError, "curvature must be a Curvature, made by simplexmesh.curvature, not int"),
-            ({"curvature": "other"}, ValueError, "curvature must have 642 rows, one a vertex, not 162"),
+            ({"curvature": "other"}, ValueError, "curvature must have 642 rows, one per vertex, not 162"),
         ],
     )
     def test_curvature_of_something_else(self, function, options, error, words):

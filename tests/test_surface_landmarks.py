@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 
 import simplexmesh as sm
 from simplexmesh.surface import regions as division
-from simplexmesh.surface.averages import Averages
-from simplexmesh.surface.bends import averaged
+from simplexmesh.surface.diffusion import Diffusion
 from simplexmesh.surface.samples import as_samples
+from simplexmesh.surface.smoothed_curvature import smoothed_curvature
 
 BALL = sm.sphere(16).triangulated("dual")
 
@@ -275,7 +275,7 @@ class TestSnapping:
         field = sm.salient_points(mesh, curvature=curvature, scale=0.2).field
         found = sm.snap_landmark(mesh, 3, curvature=curvature, scale=0.2, radius=0.4)
         assert found.value == pytest.approx(field[found.vertex])
-        gauss = averaged(Averages(as_samples(mesh)), curvature, 0.2).gauss
+        gauss = smoothed_curvature(Diffusion(as_samples(mesh)), curvature, 0.2).gauss
         found = sm.snap_landmark(mesh, 3, "saddle", curvature=curvature, scale=0.2, radius=0.4)
         assert found.value == pytest.approx(-gauss[found.vertex])
 

@@ -14,11 +14,11 @@ from simplexmesh.plot.scenes import upright
 from simplexmesh.plot.stage import stage
 from simplexmesh.surface.classes import hk_classes
 from simplexmesh.surface.curvature.result import Curvature
+from simplexmesh.surface.fields import known_curvature
 from simplexmesh.surface.regions import regions
 from simplexmesh.surface.saliency import saliency
 from simplexmesh.surface.salient import salient_points
 from simplexmesh.surface.samples import as_samples
-from simplexmesh.surface.scales import known_curvature
 
 
 def curvature(

@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 from simplexmesh import _check
 from simplexmesh._vec import cross, norm
 from simplexmesh.surface.curvature.result import Curvature
+from simplexmesh.surface.fields import known_curvature
 from simplexmesh.surface.samples import as_samples
-from simplexmesh.surface.scales import known_curvature
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]

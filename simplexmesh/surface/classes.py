@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh import _check
-from simplexmesh.surface.averages import Averages
-from simplexmesh.surface.bends import Bends, averaged, settled
 from simplexmesh.surface.curvature.result import Curvature
+from simplexmesh.surface.diffusion import Diffusion
+from simplexmesh.surface.fields import known_curvature
 from simplexmesh.surface.samples import as_samples
-from simplexmesh.surface.scales import known_curvature
+from simplexmesh.surface.smoothed_curvature import SmoothedCurvature, shrunk, smoothed_curvature
 
 Array = NDArray[np.float64]
 
@@ -106,7 +106,7 @@ def hk_classes(
         zero then is looked at again in the whole window.
     tolerance_mean, tolerance_gauss : float or (n,) array of float, optional
         Within which H, in 1 / length, and K, in 1 / length squared, count as zero. By default one and a half standard
-        deviations: the error of H that the method gives, as far as it shows between neighbors, or the unevenness of H
+        deviations: the error of H that the method gives, as far as it shows between neighbors, or the field_noise of H
         from vertex to vertex, less what averaging takes away, and at least 0.3 over the diagonal; that of K follows,
         dK = sqrt(k1^2 + k2^2) dk + dk^2.
 
@@ -141,20 +141,20 @@ def hk_classes(
     True
     """
     samples = as_samples(surface)
-    averages = Averages(samples)
+    diffusion = Diffusion(samples)
     known = known_curvature(samples, curvature)
-    opinions: tuple[Bends, ...]
+    opinions: tuple[SmoothedCurvature, ...]
     if scale is None:
-        opinions = settled(averages, known)
+        opinions = shrunk(diffusion, known)
     else:
-        opinions = (averaged(averages, known, _check.number("scale", scale, 0.0)),)
-    least = STRAIGHT / averages.diagonal if averages.diagonal > 0 else 0.0
-    mean, gauss, near, near_gauss = _first_certain(
+        opinions = (smoothed_curvature(diffusion, known, _check.number("scale", scale, 0.0)),)
+    least = STRAIGHT / diffusion.diagonal if diffusion.diagonal > 0 else 0.0
+    mean, gauss, near, near_gauss = _combined(
         [_judged(each, least, tolerance_mean, tolerance_gauss) for each in opinions]
     )
     labels = signs(mean, gauss, near, near_gauss)
     if tolerance_mean is None and tolerance_gauss is None:
-        labels = np.where(labels == FLAT, less_flat(mean, gauss, near), labels)
+        labels = np.where(labels == FLAT, bent_class(mean, gauss, near), labels)
     labels = np.where(known.failed, UNKNOWN, labels)
     return HKClasses(
         _check.frozen(labels, np.int8),
@@ -164,7 +164,10 @@ def hk_classes(
 
 
 def _judged(
-    found: Bends, least: float, tolerance_mean: float | ArrayLike | None, tolerance_gauss: float | ArrayLike | None
+    found: SmoothedCurvature,
+    least: float,
+    tolerance_mean: float | ArrayLike | None,
+    tolerance_gauss: float | ArrayLike | None,
 ) -> tuple[Array, Array, Array, Array]:
     """Return H and K, and within which they count as zero."""
     mean, gauss, error = (np.nan_to_num(each) for each in found)
@@ -176,7 +179,7 @@ def _judged(
     return mean, gauss, near, _tolerance("tolerance_gauss", tolerance_gauss, CERTAIN * error_gauss, mean)
 
 
-def _first_certain(opinions: list[tuple[Array, Array, Array, Array]]) -> tuple[Array, Array, Array, Array]:
+def _combined(opinions: list[tuple[Array, Array, Array, Array]]) -> tuple[Array, Array, Array, Array]:
     """Return of H, and of K, what the first says; where that is zero, what a later one says, if the first allows it.
 
     A window near the edge of a face has some of the edge's bend: beyond the first's tolerance it is not believed.
@@ -200,7 +203,7 @@ def signs(mean: Array, gauss: Array, near: Array, near_gauss: Array) -> NDArray[
     return out
 
 
-def less_flat(mean: Array, gauss: Array, near: Array) -> NDArray[np.int64]:
+def bent_class(mean: Array, gauss: Array, near: Array) -> NDArray[np.int64]:
     """Return flat, or the nearest of ridge, minimal and valley where it bends though neither H nor K shows it.
 
     Near a saddle with large errors H is small and K uncertain, and yet k1 and k2 are known not to be zero.

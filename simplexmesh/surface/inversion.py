@@ -10,11 +10,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh import _check
 from simplexmesh._vec import norm
-from simplexmesh.surface.averages import Averages
-from simplexmesh.surface.bends import averaged, settled
 from simplexmesh.surface.curvature.result import Curvature
+from simplexmesh.surface.diffusion import Diffusion
+from simplexmesh.surface.field_noise import smallest_window
+from simplexmesh.surface.fields import field_values, known_curvature
 from simplexmesh.surface.samples import Samples, as_samples
-from simplexmesh.surface.scales import known_curvature, known_or_not, smallest_scale
+from simplexmesh.surface.smoothed_curvature import shrunk, smoothed_curvature
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -91,7 +92,7 @@ def level_lines(surface: Any, values: ArrayLike, *, level: float = 0.0, minimum:
     5.0
     """
     samples = _with_faces(surface)
-    field = known_or_not("values", values, len(samples.points))
+    field = field_values("values", values, len(samples.points))
     level = _check.number("level", level)
     minimum = _check.number("minimum", minimum, 0.0)
     lines = [_line(samples.points, field - level, chain, closed) for chain, closed in _chains(samples, field - level)]
@@ -144,11 +145,11 @@ def inversion_lines(
     samples = _with_faces(surface)
     known = known_curvature(samples, curvature)
     _check.choice("of", of, ("mean", "gauss"))
-    averages = Averages(samples)
+    diffusion = Diffusion(samples)
     width = None if scale is None else _check.number("scale", scale, 0.0)
-    found = settled(averages, known)[0] if width is None else averaged(averages, known, width)
+    found = shrunk(diffusion, known)[0] if width is None else smoothed_curvature(diffusion, known, width)
     if minimum is None:
-        minimum = LONG * (smallest_scale(averages) if width is None else width)
+        minimum = LONG * (smallest_window(diffusion) if width is None else width)
     return level_lines(samples, found.mean if of == "mean" else found.gauss, minimum=minimum)
 
 

@@ -12,12 +12,13 @@ from scipy.sparse.csgraph import dijkstra
 
 from simplexmesh import _check
 from simplexmesh._vec import norm
-from simplexmesh.surface.averages import Averages
-from simplexmesh.surface.bends import averaged
 from simplexmesh.surface.curvature.result import Curvature
+from simplexmesh.surface.diffusion import Diffusion
+from simplexmesh.surface.field_noise import smallest_window
+from simplexmesh.surface.fields import field_values, known_curvature
 from simplexmesh.surface.junctions import junctions
 from simplexmesh.surface.samples import Samples, as_samples
-from simplexmesh.surface.scales import known_curvature, known_or_not, smallest_scale
+from simplexmesh.surface.smoothed_curvature import smoothed_curvature
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -115,12 +116,12 @@ def snap_landmark(
     radius = _check.number("radius", radius, 0.0, open_low=True)
     start = picked(samples, pick, radius)
     near, away = within(samples, start, radius)
-    averages = Averages(samples)
-    width = min(smallest_scale(averages), radius / 3) if scale is None else _check.number("scale", scale, 0.0)
+    diffusion = Diffusion(samples)
+    width = min(smallest_window(diffusion), radius / 3) if scale is None else _check.number("scale", scale, 0.0)
     if isinstance(criterion, str) and criterion == "junction":
-        field = _meeting(samples, averages, known_curvature(samples, curvature), width, near, radius)
+        field = _meeting(samples, diffusion, known_curvature(samples, curvature), width, near, radius)
     else:
-        field = _field(criterion, samples, averages, curvature, width)
+        field = _field(criterion, samples, diffusion, curvature, width)
     known = np.isfinite(field[near])
     if not known.any():
         raise ValueError(f"criterion must be known somewhere within {radius:g} of the pick, it is nowhere")
@@ -153,15 +154,15 @@ def within(samples: Samples, start: int, radius: float) -> tuple[Indices, Array]
 
 
 def _field(
-    criterion: str | ArrayLike, samples: Samples, averages: Averages, curvature: Curvature | None, width: float
+    criterion: str | ArrayLike, samples: Samples, diffusion: Diffusion, curvature: Curvature | None, width: float
 ) -> Array:
     """Return what is highest at a landmark; H and K are averaged before their size is taken, as noise has none then."""
     if not isinstance(criterion, str):
-        return known_or_not("criterion", criterion, len(samples.points))
+        return field_values("criterion", criterion, len(samples.points))
     _check.choice("criterion", criterion, CRITERIA)
     known = known_curvature(samples, curvature)
     if criterion in ("magnitude", "saddle"):
-        found = averaged(averages, known, width)
+        found = smoothed_curvature(diffusion, known, width)
         return np.abs(found.mean) if criterion == "magnitude" else -found.gauss
     fields = {
         "peak": known.k2,
@@ -171,15 +172,15 @@ def _field(
         "curvedness": known.curvedness,
     }
     field = fields[criterion]
-    return np.where(np.isfinite(field), averages.over(field, width), np.nan) if width > 0 else field
+    return np.where(np.isfinite(field), diffusion.smoothed(field, width), np.nan) if width > 0 else field
 
 
 def _meeting(
-    samples: Samples, averages: Averages, known: Curvature, width: float, near: Indices, radius: float
+    samples: Samples, diffusion: Diffusion, known: Curvature, width: float, near: Indices, radius: float
 ) -> Array:
     """Return how strong a junction of grooves each vertex near is; elsewhere it is not known."""
     groove = np.where(np.isfinite(known.k2), np.maximum(-known.k2, 0.0), 0.0)
-    strength = averages.over(groove, width) if width > 0 else groove
+    strength = diffusion.smoothed(groove, width) if width > 0 else groove
     field = np.full(len(samples.points), np.nan)
     field[near] = 0.0
     deep = near[strength[near] >= FAINTEST * strength[near].max()]

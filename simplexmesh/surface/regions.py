@@ -12,7 +12,7 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
 
 from simplexmesh import _check
-from simplexmesh.surface.averages import Averages
+from simplexmesh.surface.diffusion import Diffusion
 from simplexmesh.surface.samples import Samples, as_samples
 
 Array = NDArray[np.float64]
@@ -96,7 +96,7 @@ def regions(surface: Any, labels: Any, *, minimum: float | None = None) -> Regio
     if given.dtype == bool:
         given = given.astype(np.int64)
     kinds = _check.array("labels", given, (len(samples.points),), np.int64)
-    areas = Averages(samples).areas
+    areas = Diffusion(samples).areas
     least = SMALLEST * float(areas.sum()) if minimum is None else _check.number("minimum", minimum, 0.0)
     ends, others = _edges(samples)
     piece = _pieces(kinds, ends, others)

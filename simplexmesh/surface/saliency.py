@@ -13,10 +13,11 @@ from scipy.sparse.csgraph import connected_components
 from simplexmesh import _check
 from simplexmesh._vec import norm
 from simplexmesh.surface._kernels_maxima import watersheds
-from simplexmesh.surface.averages import Averages
 from simplexmesh.surface.curvature.result import Curvature
+from simplexmesh.surface.diffusion import Diffusion
+from simplexmesh.surface.field_noise import smallest_window
+from simplexmesh.surface.fields import field_values, known_curvature
 from simplexmesh.surface.samples import Samples, as_samples
-from simplexmesh.surface.scales import known_curvature, known_or_not, smallest_scale
 
 Array = NDArray[np.float64]
 
@@ -80,25 +81,25 @@ def saliency(
     True
     """
     samples = as_samples(surface)
-    averages = Averages(samples)
-    field = measured(of, samples, curvature)
-    widths = _widths(scales, averages)
+    diffusion = Diffusion(samples)
+    field = field_of(of, samples, curvature)
+    widths = _widths(scales, diffusion)
     levels = np.unique(np.concatenate([widths, 2 * widths]))
-    means = dict(zip(levels, averages.at_scales(field, list(levels)), strict=True))
+    means = dict(zip(levels, diffusion.at_scales(field, list(levels)), strict=True))
     total, weights = np.zeros(len(field)), 0.0
     for width in widths:
         response = width * np.abs(means[width] - means[2 * width])
-        weight = standing_out(samples, response)
+        weight = map_weight(samples, response)
         total += weight * response
         weights += weight
     out = total / weights if weights > 0 else total
     return np.where(reached(samples, np.isfinite(field)), out, np.nan)
 
 
-def measured(of: str | ArrayLike, samples: Samples, curvature: Curvature | None) -> Array:
+def field_of(of: str | ArrayLike, samples: Samples, curvature: Curvature | None) -> Array:
     """Return the field asked for, (n,), NaN where it is not known."""
     if not isinstance(of, str):
-        return known_or_not("of", of, len(samples.points))
+        return field_values("of", of, len(samples.points))
     _check.choice("of", of, QUANTITIES)
     known = known_curvature(samples, curvature)
     field = {"mean": known.mean, "magnitude": np.abs(known.mean), "curvedness": known.curvedness}[of]
@@ -116,7 +117,7 @@ def steepest(samples: Samples) -> Array:
     return np.divide(1.0, mean, out=np.full(len(mean), np.inf), where=mean > 0)
 
 
-def standing_out(samples: Samples, response: Array) -> float:
+def map_weight(samples: Samples, response: Array) -> float:
     """Return the weight of a map: near 1 where one maximum is far above the others, near 0 where they are alike."""
     ring = samples.one_ring
     order = np.argsort(-response, kind="stable")
@@ -134,9 +135,9 @@ def reached(samples: Samples, known: NDArray[np.bool_]) -> NDArray[np.bool_]:
     return np.isin(piece, piece[known])
 
 
-def _widths(scales: Sequence[float] | None, averages: Averages) -> Array:
+def _widths(scales: Sequence[float] | None, diffusion: Diffusion) -> Array:
     if scales is None:
-        return smallest_scale(averages) * np.array(STEPS)
+        return smallest_window(diffusion) * np.array(STEPS)
     given = _check.array("scales", scales, (None,))
     if not len(given) or not (given > 0).all():
         raise ValueError(f"scales must be at least one length above 0, not {given.tolist()}")

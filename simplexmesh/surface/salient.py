@@ -11,12 +11,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh import _check
 from simplexmesh.surface._kernels_maxima import watersheds
-from simplexmesh.surface.averages import Averages
 from simplexmesh.surface.curvature.result import Curvature
+from simplexmesh.surface.diffusion import Diffusion
+from simplexmesh.surface.field_noise import field_noise, local_noise, remaining_noise, smallest_window
+from simplexmesh.surface.fields import known_curvature
 from simplexmesh.surface.neighborhoods import Ball, Neighborhoods
-from simplexmesh.surface.saliency import STEPS, measured, saliency
+from simplexmesh.surface.saliency import STEPS, field_of, saliency
 from simplexmesh.surface.samples import Samples, as_samples
-from simplexmesh.surface.scales import known_curvature, left_of_noise, local_noise, smallest_scale, unevenness
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -115,7 +116,7 @@ def salient_points(
         The least distance between two points, in the surface's unit of length. By default 3 windows.
     threshold : float, optional
         The least persistence, in the field's unit: 1 / length, radians for saliency. By default 4 times the noise left
-        in the field, which is the curvature's own error or, where that is unknown, its unevenness from vertex to
+        in the field, which is the curvature's own error or, where that is unknown, its field_noise from vertex to
         vertex, less what averaging takes where neighborhoods differ; and 2 % of the largest value.
     count : int, optional
         Keep no more than so many, the most persistent.
@@ -145,9 +146,9 @@ def salient_points(
     [-3.0, 3.0]
     """
     samples = as_samples(surface)
-    averages = Averages(samples)
-    width = smallest_scale(averages) if scale is None else _check.number("scale", scale, 0.0)
-    field, noise = _field(of, samples, averages, curvature, width)
+    diffusion = Diffusion(samples)
+    width = smallest_window(diffusion) if scale is None else _check.number("scale", scale, 0.0)
+    field, noise = _field(of, samples, diffusion, curvature, width)
     radius = APART * width if radius is None else _check.number("radius", radius, 0.0)
     counted = np.isfinite(field) & (samples.one_ring.valence > 0)
     if threshold is None:
@@ -176,12 +177,12 @@ def _size(field: Array, of: str | ArrayLike) -> float:
 
 
 def _field(
-    of: str | ArrayLike, samples: Samples, averages: Averages, curvature: Curvature | None, width: float
+    of: str | ArrayLike, samples: Samples, diffusion: Diffusion, curvature: Curvature | None, width: float
 ) -> tuple[Array, float]:
     """Return the field whose maxima are looked for, and the noise left in it."""
     if not isinstance(of, str):
-        field = measured(of, samples, curvature)
-        return field, unevenness(averages, field)
+        field = field_of(of, samples, curvature)
+        return field, field_noise(diffusion, field)
     _check.choice("of", of, ("magnitude", "mean", "curvedness", "saliency"))
     known = known_curvature(samples, curvature)
     if of == "saliency":
@@ -189,18 +190,18 @@ def _field(
             raise ValueError(f"scale must be above 0 for saliency, which compares windows, not {width:g}")
         scales = [width * step for step in STEPS]
         field = saliency(samples, curvature=known, scales=scales)
-        return field, float(np.mean([scale * _noise(averages, known, scale) for scale in scales]))
-    raw = measured("mean" if of == "magnitude" else of, samples, known)
-    field = np.where(np.isfinite(raw), averages.over(raw, width), np.nan) if width > 0 else raw
-    return np.abs(field) if of == "magnitude" else field, _noise(averages, known, width)
+        return field, float(np.mean([scale * _noise(diffusion, known, scale) for scale in scales]))
+    raw = field_of("mean" if of == "magnitude" else of, samples, known)
+    field = np.where(np.isfinite(raw), diffusion.smoothed(raw, width), np.nan) if width > 0 else raw
+    return np.abs(field) if of == "magnitude" else field, _noise(diffusion, known, width)
 
 
-def _noise(averages: Averages, known: Curvature, width: float) -> float:
+def _noise(diffusion: Diffusion, known: Curvature, width: float) -> float:
     """Return the middle deviation of the error that is left of H in windows of a width."""
     if known.failed.all():
         return 0.0
-    left = left_of_noise(averages, known, width) if width > 0 else 1.0
-    return float(np.median((left * local_noise(averages, known))[~known.failed]))
+    left = remaining_noise(diffusion, known, width) if width > 0 else 1.0
+    return float(np.median((left * local_noise(diffusion, known))[~known.failed]))
 
 
 def _persistence(ring: Neighborhoods, field: Array, counted: NDArray[np.bool_]) -> tuple[Array, Indices, Indices]:

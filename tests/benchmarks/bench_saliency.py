@@ -8,9 +8,9 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 import simplexmesh as sm
-from simplexmesh.surface.averages import Averages
+from simplexmesh.surface.diffusion import Diffusion
+from simplexmesh.surface.field_noise import smallest_window
 from simplexmesh.surface.samples import as_samples
-from simplexmesh.surface.scales import smallest_scale
 
 
 def timed(function, repeats=3):
@@ -36,8 +36,8 @@ def main():
     for around, across in ((200, 100), (400, 250)):
         mesh = sm.torus(around, across).triangulated("dual")
         curvature = sm.curvature(mesh, "sine")
-        averages = Averages(as_samples(mesh))
-        smallest = smallest_scale(averages)
+        diffusion = Diffusion(as_samples(mesh))
+        smallest = smallest_window(diffusion)
         scales = [smallest * k for k in (1, 1.5, 2, 2.5, 3, 4, 5, 6)]
         n = mesh.n_vertices
         ours = timed(lambda mesh=mesh, curvature=curvature: sm.saliency(mesh, curvature=curvature))
@@ -45,7 +45,7 @@ def main():
         points = timed(lambda mesh=mesh, curvature=curvature: sm.salient_points(mesh, curvature=curvature))
         kinds = timed(lambda mesh=mesh, curvature=curvature: sm.hk_classes(mesh, curvature=curvature))
         per = 1e9 / n
-        print(f"{n:,} vertices, smallest window {smallest / averages.spacing:.1f} edges")
+        print(f"{n:,} vertices, smallest window {smallest / diffusion.spacing:.1f} edges")
         print(f"  saliency {ours * per:7.0f} ns   windows from a tree {peer * per:9.0f} ns   ratio {peer / ours:.0f}")
         print(f"  salient points {points * per:7.0f} ns   HK classes {kinds * per:7.0f} ns")
 

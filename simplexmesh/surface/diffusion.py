@@ -1,4 +1,4 @@
-"""Averages over a surface by diffusion along it: Gaussian windows at a cost that grows with the vertices alone."""
+"""Smoothing of fields on a surface by diffusion: Gaussian windows of any width at a cost linear in the vertices."""
 
 from __future__ import annotations
 
@@ -16,35 +16,35 @@ from simplexmesh.surface.samples import Samples
 Array = NDArray[np.float64]
 
 TOLERANCE = 1e-5
-"""Residual at which the solver stops, as a share of the right-hand side."""
+"""Relative residual at which the solver stops."""
 
-STEPS = 2
+FIRST_STEPS = 2
 """Implicit steps to the first window."""
 
-MOST_STEPS = 2000
-UNKNOWN = 1e-9
-"""What a vertex without a value weighs against one with: it takes its neighbors' and gives none."""
+MAX_ITERATIONS = 2000
+UNKNOWN_MASS = 1e-9
+"""Relative mass of a vertex without a value: it takes its neighbors' values and hardly affects theirs."""
 
-FLAT = 1e-9
+MIN_SINE = 1e-9
 """Angles whose sine is less than this have no cotangent."""
 
-STEEP = 10.0
-"""Cotangents are cut there, at some 6 degrees: slivers would tie their ends together, and the solver up."""
+MAX_COTANGENT = 10.0
+"""Bound on cotangents, at about 6 degrees: slivers would couple their ends and slow down the solver."""
 
 
 @dataclass(frozen=True, eq=False)
-class Averages:
-    """Weighted means of what vertices know, over windows that follow the surface.
+class Diffusion:
+    """Diffusion of per-vertex fields along a surface.
 
-    Heat that spreads for the time sigma^2 / 2 is a mean with the Gaussian window exp(-d^2 / 2 sigma^2). Each step is
-    one implicit Euler step, (M + t L) u = M u_0, with the areas M of vertices and the cotangent Laplacian L (negative
-    weights left out, so that means stay between the values); borders reflect, so nothing is lost there and no rim
-    stands out. In a cloud, and in a simplex mesh, L is that of the edges, weighted by their lengths.
+    Diffusion for the time sigma^2 / 2 is a convolution with the Gaussian window exp(-d^2 / 2 sigma^2). Each step is one
+    implicit Euler step, (M + t L) u = M u_0, with the lumped mass matrix M and the cotangent Laplacian L (without
+    negative weights, so that means stay between the values). Borders are reflecting (Neumann). In a cloud, and in a
+    simplex mesh, L is the Laplacian of the edges, weighted by their lengths.
 
     Parameters
     ----------
     samples : Samples
-        Of the surface.
+        The surface.
     """
 
     samples: Samples
@@ -59,13 +59,13 @@ class Averages:
 
     @cached_property
     def diagonal(self) -> float:
-        """Diagonal of the bounding box of what has neighbors."""
+        """Diagonal of the bounding box of the vertices that have neighbors."""
         used = self.samples.points[self.samples.one_ring.valence > 0]
         return float(np.linalg.norm(np.ptp(used, axis=0))) if len(used) else 0.0
 
     @cached_property
     def areas(self) -> Array:
-        """(n,) array of float: area that belongs to each vertex."""
+        """(n,) array of float: area of each vertex."""
         return self._system[0]
 
     @cached_property
@@ -76,12 +76,12 @@ class Averages:
 
     @property
     def links(self) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
-        """Rows and columns of the Laplacian's entries: between which vertices what is averaged goes, and from each."""
+        """Rows and columns of the Laplacian's entries, the diagonal included."""
         entries = self._system[1].tocoo()
         return entries.row, entries.col
 
-    def over(self, values: Array, sigma: float, *, steps: int = STEPS) -> Array:
-        """Return means over windows of the width sigma; NaN are no values, and are filled in from around.
+    def smoothed(self, values: Array, sigma: float, *, steps: int = FIRST_STEPS) -> Array:
+        """Return the field smoothed with width sigma; NaN are unknown, and are filled in.
 
         Parameters
         ----------
@@ -89,14 +89,14 @@ class Averages:
         sigma : float
             Standard deviation of the window, in the unit of the points.
         steps : int
-            The more, the more like a Gaussian's its flanks.
+            Implicit steps: more steps make the window closer to a Gaussian.
         """
         return self.at_scales(values, [sigma], first=steps)[0]
 
-    def at_scales(self, values: Array, scales: list[float], *, first: int = STEPS) -> list[Array]:
-        """Return means over windows of rising widths, each made from the one before."""
+    def at_scales(self, values: Array, scales: list[float], *, first: int = FIRST_STEPS) -> list[Array]:
+        """Return the field smoothed with increasing widths, each from the one before."""
         known = np.isfinite(values)
-        start = np.where(known, values, float(values[known].mean()) if known.any() else 0.0)
+        u = np.where(known, values, float(values[known].mean()) if known.any() else 0.0)
         areas, stiffness = self._system
         found: list[Array] = []
         mass, done = self._masses(known), 0.0
@@ -104,72 +104,74 @@ class Averages:
             time = 0.5 * (scale**2 - done)
             for _ in range(first if not found else 1):
                 if time > 0:
-                    start = _solved(mass, time / (first if not found else 1), stiffness, start)
+                    u = _diffused(mass, time / (first if not found else 1), stiffness, u)
             mass = np.where(areas > 0, areas, mass)  # from here on every vertex has a value
-            found.append(start)
+            found.append(u)
             done = scale**2
         return found
 
-    def over_turning(self, values: Array, turns: NDArray[np.complex128], sigma: float) -> NDArray[np.complex128]:
-        """Return means of what has a direction in tangent planes, as complex numbers in each vertex's own frame.
+    def smoothed_deviators(
+        self, values: Array, rotations: NDArray[np.complex128], sigma: float
+    ) -> NDArray[np.complex128]:
+        """Return a smoothed tangential field, given as complex numbers in each vertex's own frame.
 
         Parameters
         ----------
         values : (n,) array of float or complex
-            NaN for none.
-        turns : (m,) array of complex
-            For each of `links`, by what a number in the frame of its column is multiplied to be one in that of its row.
+            NaN where unknown.
+        rotations : (m,) array of complex
+            For each of `links`, the factor that transforms from the frame of its column to that of its row.
         sigma : float
             Standard deviation of the window, in the unit of the points.
         """
         known = np.isfinite(values)
         out = np.where(known, values, 0.0).astype(complex)
         stiffness = self._system[1].tocoo()
-        turning = csr_matrix((stiffness.data * turns, (stiffness.row, stiffness.col)), stiffness.shape)
-        for _ in range(STEPS):
-            out = _solved(self._masses(known), 0.5 * sigma**2 / STEPS, turning, out)
+        rotated = csr_matrix((stiffness.data * rotations, (stiffness.row, stiffness.col)), stiffness.shape)
+        for _ in range(FIRST_STEPS):
+            out = _diffused(self._masses(known), 0.5 * sigma**2 / FIRST_STEPS, rotated, out)
         return out
 
     def _masses(self, known: NDArray[np.bool_]) -> Array:
-        """Return what each vertex weighs: its area, or hardly anything."""
+        """Return the lumped masses: areas, nearly zero at unknown values."""
         areas = self._system[0]
-        mass = np.where(known, areas, UNKNOWN * areas)
-        return np.where(mass > 0, mass, UNKNOWN * float(areas.max(initial=1.0) or 1.0))
+        mass = np.where(known, areas, UNKNOWN_MASS * areas)
+        return np.where(mass > 0, mass, UNKNOWN_MASS * float(areas.max(initial=1.0) or 1.0))
 
 
-def _solved(mass: Array, time: float, stiffness: csr_matrix, start: Any) -> Any:
-    """Solve (M + t L) u = M u_0, real or complex, by conjugate gradients, preconditioned by the diagonal.
+def _diffused(mass: Array, time: float, stiffness: csr_matrix, initial: Any) -> Any:
+    """Solve (M + t L) u = M u_0, real or complex, by conjugate gradients with a Jacobi preconditioner.
 
-    Products of vectors by `dot`, not `@`: from 10,000 entries on BLAS wakes its threads for each, which on a busy
+    Inner products are by `dot`, not `@`: from 10,000 entries on BLAS wakes its threads for each, which on a busy
     machine takes a hundred times as long as the sum.
     """
     matrix = (diags(mass) + time * stiffness).tocsr()
-    right = mass * start
+    right = mass * initial
     inverse = 1 / matrix.diagonal().real
-    u = start.copy()
+    u = initial.copy()
     residual = right - matrix @ u
     z = inverse * residual
-    direction, product = z.copy(), _product(residual, z)
-    goal = TOLERANCE**2 * _product(right, inverse * right)
-    for _ in range(MOST_STEPS):
-        if product <= goal:
+    direction, residual_square = z.copy(), _inner(residual, z)
+    target = TOLERANCE**2 * _inner(right, inverse * right)
+    for _ in range(MAX_ITERATIONS):
+        if residual_square <= target:
             break
-        turned = matrix @ direction
-        step = product / _product(direction, turned)
+        image = matrix @ direction
+        step = residual_square / _inner(direction, image)
         u += step * direction
-        residual -= step * turned
+        residual -= step * image
         z = inverse * residual
-        product, before = _product(residual, z), product
-        direction = z + (product / before) * direction
+        residual_square, previous = _inner(residual, z), residual_square
+        direction = z + (residual_square / previous) * direction
     return u
 
 
-def _product(a: Any, b: Any) -> float:
+def _inner(a: Any, b: Any) -> float:
     return float(dot(a.conj(), b).real)
 
 
 def _of_triangles(points: Array, faces: NDArray[np.int64]) -> tuple[Array, csr_matrix]:
-    """Return a third of the areas around each vertex, and half the cotangents opposite each edge."""
+    """Return a third of the area of the triangles at each vertex, and the cotangent Laplacian."""
     n = len(points)
     corners = points[faces]
     double = norm(cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
@@ -178,16 +180,16 @@ def _of_triangles(points: Array, faces: NDArray[np.int64]) -> tuple[Array, csr_m
     for j in range(3):
         a, b = faces[:, (j + 1) % 3], faces[:, (j + 2) % 3]
         one, other = corners[:, (j + 1) % 3] - corners[:, j], corners[:, (j + 2) % 3] - corners[:, j]
-        sound = double > FLAT * norm(one) * norm(other)
-        cotangent = np.divide(dot(one, other), double, out=np.zeros(len(faces)), where=sound)
+        valid = double > MIN_SINE * norm(one) * norm(other)
+        cotangent = np.divide(dot(one, other), double, out=np.zeros(len(faces)), where=valid)
         rows.append(a)
         columns.append(b)
-        weights.append(0.5 * np.clip(cotangent, -STEEP, STEEP))
+        weights.append(0.5 * np.clip(cotangent, -MAX_COTANGENT, MAX_COTANGENT))
     return areas, _laplacian(n, np.concatenate(rows), np.concatenate(columns), np.concatenate(weights))
 
 
 def _of_links(samples: Samples) -> tuple[Array, csr_matrix]:
-    """Return areas and weights that give the Laplacian of neighbors evenly around: 4 / sum of r^2 (u_j - u_i)."""
+    """Return areas, and the Laplacian that for regular rings is 4 / sum of r^2 times the sum of u_i - u_j."""
     ring = samples.one_ring
     n, counts = len(samples.points), np.maximum(ring.valence, 1)
     ends = np.repeat(ring.centers, ring.valence)
@@ -198,8 +200,8 @@ def _of_links(samples: Samples) -> tuple[Array, csr_matrix]:
 
 
 def _laplacian(n: int, rows: NDArray[np.int64], columns: NDArray[np.int64], weights: Array) -> csr_matrix:
-    """Return D - W for the symmetric W that has each weight in both its places; what is negative counts as nothing."""
+    """Return D - W for the symmetrized weights W, negative entries set to zero, and its row sums D."""
     half = coo_matrix((weights, (rows, columns)), (n, n)).tocsr()
-    whole = (half + half.T).tocsr()
-    whole.data = np.maximum(whole.data, 0.0)
-    return (diags(np.asarray(whole.sum(axis=1)).ravel()) - whole).tocsr()
+    symmetric = (half + half.T).tocsr()
+    symmetric.data = np.maximum(symmetric.data, 0.0)
+    return (diags(np.asarray(symmetric.sum(axis=1)).ravel()) - symmetric).tocsr()
