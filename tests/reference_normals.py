@@ -132,3 +132,40 @@ def extended_sine_root(P, Q, N):
 
     u = root(residual, np.zeros(2), tol=1e-13).x
     return unit(N + u[0] * R[0] + u[1] * R[1])
+
+
+def propagated(rows, points, normals, softening):
+    """Signs that spread along the minimum spanning forest of neighbors, found edge by edge (Kruskal)."""
+
+    def agreement(i, j, a, b):
+        step = points[j] - points[i]
+        return a @ b - 2 * (a @ step) * (b @ step) / (step @ step + softening)
+
+    edges = [(1 - abs(agreement(i, j, normals[i], normals[j])), i, j) for i, row in enumerate(rows) for j in row]
+    tree = list(range(len(points)))
+    links = [[] for _ in points]
+
+    def root(i):
+        while tree[i] != i:
+            i = tree[i]
+        return i
+
+    for _, i, j in sorted(edges):
+        if root(i) != root(j):
+            tree[root(i)] = root(j)
+            links[i].append(j)
+            links[j].append(i)
+    out = [None] * len(points)
+    for first in range(len(points)):
+        if out[first] is None:
+            out[first], part = normals[first], [first]
+            for i in part:
+                for j in links[i]:
+                    if out[j] is None:
+                        out[j] = normals[j] if agreement(i, j, out[i], normals[j]) >= 0 else -normals[j]
+                        part.append(j)
+            center = points[part].mean(axis=0)
+            if sum(out[i] @ (points[i] - center) for i in part) < 0:
+                for i in part:
+                    out[i] = -out[i]
+    return np.array(out)

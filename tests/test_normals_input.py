@@ -47,12 +47,19 @@ class TestClouds:
         outside /= np.linalg.norm(outside, axis=1)[:, None]
         assert degrees(sm.vertex_normals(ball + 5, method), outside).max() < 10
 
-    @pytest.mark.parametrize("method", OF_NEIGHBORS)
-    def test_bare_points_have_the_right_line_on_other_bodies(self, ring, method):
-        normals = sm.vertex_normals(ring.vertices, method, neighborhood=sm.nearest(8))
-        side = np.sign((normals * ring.exact.normals).sum(axis=1))[:, None]
-        assert degrees(side * normals, ring.exact.normals).max() < 12
-        assert (side < 0).any()  # consistency is not promised
+    @pytest.mark.parametrize("method", [*OF_NEIGHBORS, "adaptive"])
+    def test_bare_points_of_other_bodies_look_outward(self, ring, method):
+        asked = {} if method == "adaptive" else {"neighborhood": sm.nearest(8)}
+        assert degrees(sm.vertex_normals(ring.vertices, method, **asked), ring.exact.normals).max() < 12
+        some = np.arange(0, len(ring.vertices), 7)
+        normals = sm.vertex_normals(ring.vertices, method, vertices=some, **asked)
+        assert degrees(normals, ring.exact.normals[some]).max() < 12
+
+    @pytest.mark.parametrize("method", ["sine", "extended_quadric", "taubin"])
+    def test_curvatures_of_bare_points_have_the_signs_of_the_body(self, ring, method):
+        around = sm.nearest(12)
+        expected = sm.curvature(sm.PointCloud(ring.vertices, ring.exact.normals), method, neighborhood=around).mean
+        assert_allclose(sm.curvature(ring.vertices, method, neighborhood=around).mean, expected, atol=0.3)
 
     def test_directions_given_tell_the_side_and_where_to_begin(self, ring):
         given_ = -7 * ring.exact.normals

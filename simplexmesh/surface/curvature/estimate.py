@@ -48,8 +48,8 @@ def curvature(
     Parameters
     ----------
     surface : TriangleMesh, SimplexMesh, PointCloud, array, PyVista or trimesh object, or path
-        The surface. Faces must be counter-clockwise seen from outside; a cloud without normals has no outside, and the
-        signs of its curvatures are arbitrary.
+        The surface. Faces must be counter-clockwise seen from outside; in a cloud without normals the orientation is
+        propagated from neighbor to neighbor, outward as a whole, a guess on open surfaces.
     method : str
         The estimator: "adaptive", the default, fits polynomials at scales chosen from the data; "sine" fits Euler's
         formula to the circles through each neighbor; "quadric" fits a paraboloid along the normal, "extended_quadric"

@@ -10,6 +10,7 @@ from scipy.spatial import cKDTree
 
 from simplexmesh.surface.curvature import _kernels_adaptive_scales as kernels
 from simplexmesh.surface.curvature.probes import ProbeFits, noise_level, probe_fits, risks
+from simplexmesh.surface.propagation import propagated
 from simplexmesh.surface.samples import Samples
 
 Array = NDArray[np.float64]
@@ -180,6 +181,6 @@ def _directions(samples: Samples) -> tuple[Array, bool]:
     elif samples.outward is not None:
         found = np.ascontiguousarray(samples.outward)
     else:
-        planes = kernels.oriented_normals(*links, kernels.plane_normals(*links, samples.points), samples.points)
+        planes = propagated(ring, samples.points, kernels.plane_normals(*links, samples.points))
         return kernels.smoothed(*links, planes, 2, not SIGNED), False
     return kernels.smoothed(*links, found, 2, SIGNED), True

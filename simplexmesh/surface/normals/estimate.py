@@ -44,9 +44,8 @@ def vertex_normals(
     Parameters
     ----------
     surface : TriangleMesh, SimplexMesh, PointCloud, array, PyVista or trimesh object, or path
-        The surface. For a cloud without normals "adaptive" propagates the orientation from neighbor to neighbor, and
-        outward as a whole; other methods orient normals away from the centroid of all points, which is outward on
-        convex bodies; elsewhere neighbors may disagree.
+        The surface. In a cloud without normals the orientation is propagated from neighbor to neighbor, outward as a
+        whole; which side of an open surface is outward is a guess.
     method : str
         The estimator. "adaptive", the default, chooses its scale, as in `curvature`. From the faces around each vertex:
         "mean" of their unit normals, weighted by "area" or "angle", or by the weights of "max", exact on spheres. From

@@ -7,7 +7,9 @@ from numpy.typing import NDArray
 
 from simplexmesh import _vec
 from simplexmesh.surface.neighborhoods import Neighborhoods
+from simplexmesh.surface.normals import _kernels_plane as kernels
 from simplexmesh.surface.normals import faces
+from simplexmesh.surface.propagation import propagated
 from simplexmesh.surface.samples import Samples
 
 Array = NDArray[np.float64]
@@ -16,17 +18,27 @@ Array = NDArray[np.float64]
 def outward_directions(samples: Samples, around: Neighborhoods) -> Array:
     """Return (c, 3) directions, one per center, with which its outward normal makes at most a right angle.
 
-    Known normals, else the area-weighted normal of the faces. In a cloud without normals, and where faces have none, it
-    is the direction from the centroid of all points, outward on convex bodies but not on others, where neighbors may
-    disagree.
+    Known normals, else the area-weighted normal of the faces; in a cloud without normals, `consistent_normals`. Where
+    faces have none, it is the direction from the centroid of all points.
     """
     if samples.outward is not None:
         return samples.outward[around.centers]
-    from_centroid = samples.points[around.centers] - samples.points.mean(axis=0)
     if not samples.is_connected and not around.closed.any():
-        return from_centroid
+        return consistent_normals(samples)[around.centers]
     known = faces.estimate(samples, around, weighting="area")
+    from_centroid = samples.points[around.centers] - samples.points.mean(axis=0)
     return np.where(known.reasons[:, None] == 0, known.normals, from_centroid)
+
+
+def consistent_normals(samples: Samples) -> Array:
+    """Return (n, 3) normals of the planes of nearest points, signs propagated between them, outward as a whole.
+
+    Rough normals of a cloud that has none; which side of an open surface is outward is a guess.
+    """
+    ring, n = samples.one_ring, len(samples.points)
+    planes, reasons, homogeneous = np.zeros((n, 3)), np.zeros(n, np.uint8), False
+    kernels.planes(ring.centers, ring.offsets, ring.members, samples.points, homogeneous, planes, reasons)
+    return propagated(ring, samples.points, planes)
 
 
 def oriented(normals: Array, directions: Array) -> Array:

@@ -19,7 +19,7 @@ VARIANTS = ["pca", "svd4"]
 def estimate(samples: Samples, around: Neighborhoods, normals: Array | None, *, variant: str) -> Normals:
     """Return the normal of the least-squares plane through each center and its neighbors, at least two.
 
-    The given normals determine its sign; without any, `outward_directions`, a guess on a cloud without normals.
+    The given normals determine its sign; without any, `outward_directions`.
     Variant "pca" centers the points at their mean. "svd4" is the thesis's: the right singular vector of the rows
     (x, y, z, 1) for the smallest singular value, which depends on the origin and the unit.
     """
