@@ -210,7 +210,7 @@ class TestReconstruct:
         assert facts["mean_edge"] == pytest.approx(np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1).mean())
         assert (facts["problems"], facts["tangled"]) == ([], 0)
         assert facts["topology"].keys() == {"holes", "handles", "refined", "exchanged", "swapped", "exceptions"}
-        assert any("did not come to rest" in said for said in facts["notes"])
+        assert any("did not converge" in said for said in facts["notes"])
 
     def test_a_bad_model_is_told(self, command, files, tmp_path, monkeypatch):
         ball = sm.sphere(4, radius=BALL)
@@ -222,7 +222,7 @@ class TestReconstruct:
         code, out, err = command(*arguments)
         problems = bad.mesh.check(self_intersections=True).problems
         assert code == 0
-        assert all(f"note: the model is not sound: {problem}" in err for problem in problems)
+        assert all(f"note: the model has a defect: {problem}" in err for problem in problems)
         assert "problems" in out
         _, out, err = command(*arguments, "--json")
         assert json.loads(out)["problems"] == list(problems)
@@ -332,7 +332,7 @@ class TestBadInput:
         others = [] if option == "-o" else ["-o", tmp_path / "model.vtp"]
         code, _, err = command("reconstruct", files / "ball.xyz", *others, option, locked / name)
         assert code == 2
-        assert f"must be in a folder that can be written to, '{locked}' cannot" in err
+        assert f"must be in a writable folder, '{locked}' is not" in err
 
     def test_a_failure_to_write_names_the_file_asked_for(self, command, files, tmp_path, monkeypatch):
         def full(*_, **__):
@@ -350,7 +350,7 @@ class TestBadInput:
 
     def test_a_side_without_a_picture_is_refused(self, command, files, tmp_path):
         code, _, err = command("reconstruct", files / "ball.xyz", "-o", tmp_path / "b.vtp", "--view", "xz")
-        assert (code, err) == (2, "error: --view is for the picture, and --picture is not given\n")
+        assert (code, err) == (2, "error: --view needs --picture\n")
 
     def test_the_input_is_not_overwritten(self, command, files):
         before = (files / "ball.stl").read_bytes()
@@ -437,7 +437,7 @@ class TestInfo:
         ring = sm.torus().triangulated()
         write_off(tmp_path / "in.off", ring.vertices, ring.faces[:, ::-1])
         facts = json.loads(command("info", tmp_path / "in.off", "--json")[1])
-        assert (facts["genus"], facts["problems"]) == (1, ["the faces look inward"])
+        assert (facts["genus"], facts["problems"]) == (1, ["the faces are oriented inward"])
         write_off(tmp_path / "book.off", [*np.eye(3), [0, 0, 0], [1, 1, 1]], [[0, 1, 2], [0, 1, 3], [0, 1, 4]])
         code, out, _ = command("info", tmp_path / "book.off")
         assert code == 0
@@ -446,7 +446,7 @@ class TestInfo:
     def test_of_a_library(self, command, files, tmp_path):
         sm.ModelLibrary(tmp_path / "two.sml").add("ball", files / "ball.vtp")
         _, out, _ = command("info", tmp_path / "two.sml", "--json")
-        assert json.loads(out) == {"file": str(tmp_path / "two.sml"), "kind": "library of models", "models": ["ball"]}
+        assert json.loads(out) == {"file": str(tmp_path / "two.sml"), "kind": "model library", "models": ["ball"]}
         (tmp_path / "cut.sml").write_bytes((tmp_path / "two.sml").read_bytes()[:3000])
         code, _, err = command("info", tmp_path / "cut.sml")
         assert code == 2
@@ -493,7 +493,7 @@ class TestView:
         monkeypatch.chdir(tmp_path)
         code, out, err = command("view", files / "ball.vtp")
         assert (code, out) == (0, "ball.vtp.png\n")
-        assert err == "note: there is no display to open a window on; the picture is in ball.vtp.png\n"
+        assert err == "note: there is no display; the picture was written to ball.vtp.png\n"
         before = (tmp_path / "ball.vtp.png").read_bytes()
         assert before.startswith(b"\x89PNG")
         _, out, _ = command("view", files / "ball.vtp", "--scalars", "mean_curvature")
@@ -523,7 +523,7 @@ class TestView:
         assert made == [0, 0]
         assert (tmp_path / "y.png").read_bytes() != (tmp_path / "z.png").read_bytes()
         code, _, err = command("view", files / "ball.vtp", "--up", "y", "--view", "xz")
-        assert (code, err) == (2, "error: --up is for the view iso: --view xz has its own axis up\n")
+        assert (code, err) == (2, "error: --up needs the view iso: --view xz defines its own up axis\n")
         assert (
             "--up must be one of 'auto', 'x', 'y', 'z', '-x', '-y', '-z', not 'w'"
             in command("view", files / "ball.vtp", "--up", "w")[2]

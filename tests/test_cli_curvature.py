@@ -140,7 +140,7 @@ class TestWhichSideIsOutside:
 
     @pytest.mark.parametrize("name", ["egg.off", "half.off"])
     def test_is_told_where_faces_look_inward(self, command, turned, name):
-        told = "note: the faces look inward, so that a bump has negative curvature; --flip turns them\n"
+        told = "note: the faces are oriented inward, so that a bump has negative curvature; --flip reverses them\n"
         assert command(turned / name, "--method", "sine")[2] == told
         assert command(turned / name, "--method", "sine", "--flip")[2] == ""
 
@@ -153,7 +153,7 @@ class TestWhichSideIsOutside:
     def test_of_what_has_none_cannot_be_turned(self, command, files):
         code, _, err = command(files / "model.vtp", "--flip")
         assert code == 2
-        assert err == "error: --flip turns triangles and the normals of points, INPUT has neither\n"
+        assert err == "error: --flip reverses triangles and the normals of points, INPUT has neither\n"
 
 
 class TestReport:
@@ -195,7 +195,7 @@ class TestReport:
         }
         curvature._print("part", facts | dict.fromkeys(names, spread), "")
         lines = [line.rstrip() for line in capsys.readouterr().out.splitlines()]
-        assert "  Gauss K   0, 90 % within -0.29 and 0.08" in lines
+        assert "  Gauss K   0, 90 % between -0.29 and 0.08" in lines
 
     def curved(self):
         return sm.curvature(EGG, "sine", neighborhood=sm.rings(2))
@@ -243,19 +243,19 @@ class TestBadInput:
             ("egg.off", ["--rings", 2, "--radius", 1], ["give one of --rings, --radius and --nearest, not several"]),
             ("egg.off", ["--points", -1], ["--points must be at least 0, not -1"]),
             ("egg.off", ["--show", "heat"], ["--show must be one of 'mean', 'gauss'", "not 'heat'"]),
-            ("egg.off", ["--limits", 2, 1, "--picture", "out.png"], ["--limits must rise, not go from 2 to 1"]),
+            ("egg.off", ["--limits", 2, 1, "--picture", "out.png"], ["--limits must increase, not go from 2 to 1"]),
             ("egg.off", ["--view", "up"], ["--view must be one of", "not 'up'"]),
-            ("egg.off", ["--show", "gauss"], ["--show is for a picture: give --picture too"]),
-            ("egg.off", ["--limits", 0, 1], ["--limits are for a picture: give --picture too"]),
+            ("egg.off", ["--show", "gauss"], ["--show needs --picture"]),
+            ("egg.off", ["--limits", 0, 1], ["--limits need --picture"]),
             (
                 "egg.off",
                 ["--limits", 0, 1, "--show", "classes", "--picture", "out.png"],
-                ["--limits are ends of a scale, --show classes has none"],
+                ["--limits are the ends of one color scale, --show classes has none"],
             ),
             (
                 "egg.off",
                 ["--limits", 0, 1, "--show", "all", "--picture", "out.png"],
-                ["--limits are ends of a scale, --show all has several"],
+                ["--limits are the ends of one color scale, --show all has several"],
             ),
         ],
     )
@@ -274,7 +274,7 @@ class TestBadInput:
     def test_neighborhoods_need_a_method_that_takes_them(self, command, files, option, method):
         code, out, err = command(files / "egg.off", *option, *method)
         assert (code, out) == (2, "")
-        wanted = "a --method that takes neighbors, such as sine: adaptive, the default, chooses its own"
+        wanted = "a --method with a neighborhood, such as sine: adaptive, the default, chooses its own"
         assert err == f"error: {option[0]} needs {wanted}\n"
 
     @pytest.mark.parametrize("option", [["-o", "out.stl"], ["--picture", "out.doc"], ["-o", "nowhere/out.vtp"]])

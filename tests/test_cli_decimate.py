@@ -83,7 +83,7 @@ class TestModel:
 
     def test_says_when_the_tolerance_lets_nothing_go(self, command, files, tmp_path):
         code, _, err = command(files / "ball.vtp", "--tolerance", 1e-9, "-o", tmp_path / "same.vtp")
-        assert (code, err) == (0, "note: nothing could be removed within --tolerance; the model is as it was\n")
+        assert (code, err) == (0, "note: no vertex could be removed within --tolerance; the model is unchanged\n")
         assert np.array_equal(sm.read_mesh(tmp_path / "same.vtp").vertices, BALL.vertices)
 
     def test_json_tells_all_there_is_to_know(self, command, files, tmp_path):
@@ -123,8 +123,8 @@ class TestModel:
         code, out, err = command(*arguments)
         problems = bad.check(self_intersections=True).problems
         assert (code, len(problems) > 0) == (0, True)
-        assert all(f"note: the model is not sound: {problem}" in err for problem in problems)
-        assert f"note: nor was what it was made of: {'; '.join(problems)}\n" in err
+        assert all(f"note: the model has a defect: {problem}" in err for problem in problems)
+        assert f"note: so had the input: {'; '.join(problems)}\n" in err
         code, out, err = command(*arguments, "--json")
         assert json.loads(out)["problems"] == list(problems)
         assert f"note: the model {tmp_path / 'same.vtp'} was replaced" in err
@@ -200,7 +200,7 @@ class TestBadInput:
         monkeypatch.setattr("os.access", lambda path, mode: path != tmp_path)
         code, _, err = command(files / "ball.vtp", "--vertices", 100, "-o", tmp_path / "out.vtp")
         assert code == 2
-        assert f"--output must be in a folder that can be written to, '{tmp_path}' cannot" in err
+        assert f"--output must be in a writable folder, '{tmp_path}' is not" in err
 
     def test_a_failure_to_write_names_the_file_asked_for(self, command, files, tmp_path, monkeypatch):
         def full(*_, **__):

@@ -12,7 +12,7 @@ import pytest
 
 from simplexmesh._interrupts import resend_lost_interrupts
 from simplexmesh.cli import interrupt
-from simplexmesh.cli.interrupt import held_interrupts
+from simplexmesh.cli.interrupt import deferred_interrupts
 
 
 def work(steps):
@@ -22,11 +22,11 @@ def work(steps):
 
 def test_one_is_noted_and_stops_the_next_report():
     said = []
-    with held_interrupts() as interrupts:
-        report = interrupts.watching(lambda share, message: said.append(message))
+    with deferred_interrupts() as interrupts:
+        report = interrupts.checking(lambda share, message: said.append(message))
         report(0.1, "before")
         os.kill(os.getpid(), signal.SIGINT)
-        assert interrupts.asked
+        assert interrupts.pending
         with pytest.raises(KeyboardInterrupt):
             report(0.2, "after")
         report(0.3, "measuring what is kept")
@@ -35,11 +35,11 @@ def test_one_is_noted_and_stops_the_next_report():
 
 def test_a_second_one_breaks_off_and_the_handler_comes_back():
     before = signal.getsignal(signal.SIGINT)
-    with held_interrupts() as interrupts:
+    with deferred_interrupts() as interrupts:
         os.kill(os.getpid(), signal.SIGINT)
         with pytest.raises(KeyboardInterrupt):
             os.kill(os.getpid(), signal.SIGINT)
-        assert interrupts.asked
+        assert interrupts.pending
     assert signal.getsignal(signal.SIGINT) is before
 
 
@@ -47,8 +47,8 @@ def test_other_threads_leave_signals_alone():
     before, seen = signal.getsignal(signal.SIGINT), []
 
     def work():
-        with held_interrupts() as interrupts:
-            seen.append((interrupts.asked, signal.getsignal(signal.SIGINT) is before))
+        with deferred_interrupts() as interrupts:
+            seen.append((interrupts.pending, signal.getsignal(signal.SIGINT) is before))
 
     thread = threading.Thread(target=work)
     thread.start()
@@ -57,21 +57,21 @@ def test_other_threads_leave_signals_alone():
 
 
 def test_one_that_has_to_wait_is_told_that_it_was_heard(monkeypatch, capsys):
-    monkeypatch.setattr(interrupt, "PATIENCE", 0.01)
-    with held_interrupts() as interrupts:
+    monkeypatch.setattr(interrupt, "DELAY", 0.01)
+    with deferred_interrupts() as interrupts:
         os.kill(os.getpid(), signal.SIGINT)
-        interrupts._waiting.join(5)
-        assert capsys.readouterr().err == interrupt.HEARD
+        interrupts._timer.join(5)
+        assert capsys.readouterr().err == interrupt.ACKNOWLEDGMENT
 
 
 def test_one_that_is_answered_at_once_is_not(monkeypatch, capsys):
-    monkeypatch.setattr(interrupt, "PATIENCE", 60.0)
-    with held_interrupts() as interrupts:
+    monkeypatch.setattr(interrupt, "DELAY", 60.0)
+    with deferred_interrupts() as interrupts:
         os.kill(os.getpid(), signal.SIGINT)
         with pytest.raises(KeyboardInterrupt):
             interrupts.check()
-    interrupts._waiting.join(5)
-    assert not interrupts._waiting.is_alive()
+    interrupts._timer.join(5)
+    assert not interrupts._timer.is_alive()
     assert capsys.readouterr().err == ""
 
 
@@ -87,7 +87,7 @@ def meet_in_a_callback():
 
 
 def test_a_second_one_that_meets_a_callback_of_c_still_breaks_off(capsys):
-    with held_interrupts():
+    with deferred_interrupts():
         os.kill(os.getpid(), signal.SIGINT)
         meet_in_a_callback()
         with pytest.raises(KeyboardInterrupt):

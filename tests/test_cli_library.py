@@ -76,7 +76,7 @@ def test_adds_and_lists(command, files, tmp_path):
     code, out, err = command("add", where, files / "ring.vtp")
     assert (code, out) == (2, "")
     assert "names must be new" in err
-    assert "--replace; it has ring" in err
+    assert "(see --replace); it already has ring" in err
     assert command("add", where, files / "ring.vtp", "--replace")[0] == 0
     assert json.loads(command("list", where, "--json")[1])["models"] == ["lumpy", "another ring", "ring"]
     assert "removed  ring, lumpy" in command("remove", where, "ring", "lumpy", "ring")[1]
@@ -89,7 +89,7 @@ def test_a_file_that_cannot_be_used_is_named_and_the_others_are_kept(command, fi
     code, out, err = command("add", where, files / "ring.vtp", files / "few.xyz", files / "lumpy.stl", "--json")
     assert code == 2
     assert "few.xyz: data must hold at least 50 points" in json.loads(out)["error"]
-    assert "added before, and kept: ring" in err
+    assert "models added before are kept: ring" in err
     assert list(sm.ModelLibrary(where)) == ["ring"]
 
 
@@ -99,7 +99,7 @@ def test_nothing_is_added_where_a_name_cannot_be(command, files, tmp_path):
     (other / "ring.stl").write_bytes((files / "lumpy.stl").read_bytes())
     code, _, err = command("add", where, files / "lumpy.stl", files / "ring.vtp", other / "ring.stl")
     assert code == 2
-    assert "'ring' is there twice" in err
+    assert "'ring' is given twice" in err
     assert not where.exists()
     command("add", where, files / "ring.vtp")
     assert command("add", where, files / "lumpy.stl", other / "ring.stl")[0] == 2
@@ -144,12 +144,12 @@ def test_interrupted_while_adding(command, files, tmp_path, monkeypatch):
     monkeypatch.setattr(sm.ModelLibrary, "add", stopped)
     code, _, err = command("add", tmp_path / "models.sml", files / "lumpy.stl", files / "ring.vtp")
     assert code == 130
-    assert "what was added before is kept" in err
+    assert "models added before are kept" in err
     assert list(sm.ModelLibrary(tmp_path / "models.sml")) == ["lumpy"]
     monkeypatch.setattr(sm.ModelLibrary, "add", lambda *_, **__: os.kill(os.getpid(), signal.SIGINT))
     code, _, err = command("add", tmp_path / "late.sml", files / "lumpy.stl", files / "ring.vtp", files / "scan.xyz")
     assert code == 130
-    assert "what was added before is kept" in err  # the file at hand is finished first
+    assert "models added before are kept" in err  # the file at hand is finished first
     monkeypatch.setattr(sm.ModelLibrary, "add", stopped)
     code, _, err = command("add", tmp_path / "none.sml", files / "ring.vtp")
     assert code == 130
@@ -174,7 +174,7 @@ def test_interrupted_while_adding(command, files, tmp_path, monkeypatch):
         (("add", "broken.sml", "ring.vtp"), "is not a whole model library"),
         (("add", "models.sml", "few.xyz"), "data must hold at least 50 points"),
         (("add", "models.sml", "scan.xyz", "--level", "3"), "scan.xyz: level and label are for volumes"),
-        (("add", "models.sml", "ring.vtp", "scan.xyz", "--name", "x"), "--name is for one file, not 2"),
+        (("add", "models.sml", "ring.vtp", "scan.xyz", "--name", "x"), "--name needs a single file, not 2"),
     ],
 )
 def test_bad_input(command, files, models, words, said):

@@ -15,7 +15,7 @@ import pyvista.examples
 
 import simplexmesh as sm
 from simplexmesh.cli import app, frog
-from simplexmesh.cli.report import dumped
+from simplexmesh.cli.report import json_text
 
 FOLDER = Path(__file__).parents[1] / "demos"
 
@@ -217,10 +217,10 @@ class TestFrog:
             actor.input for name, actor in plotter.actors.items() if name.startswith("legend") and "dot" not in name
         }
         plotter.close()
-        assert written == set(frog.ORGANS) - set(frog.UNSEEN)
+        assert written == set(frog.ORGANS) - set(frog.HIDDEN)
 
     def test_warnings_say_what_they_are_about(self):
-        with pytest.warns(sm.SimplexMeshWarning, match="^liver: merged$"), frog.notes_of("liver"):
+        with pytest.warns(sm.SimplexMeshWarning, match="^liver: merged$"), frog.warnings_prefixed("liver"):
             warnings.warn("merged", sm.SimplexMeshWarning, stacklevel=1)
 
     def test_report_and_files(self, ran, tmp_path):
@@ -229,7 +229,7 @@ class TestFrog:
         written = {path.name for path in (tmp_path / "made" / "here").iterdir()}
         models = {"kidney.vtp", "spleen.vtp", "kidney_from_scan.vtp"}
         assert written == models | {"report.json", "report.md", "frog.png", "kidney_from_scan.png"}
-        assert json.loads((tmp_path / "made/here/report.json").read_text()) == json.loads(dumped(facts))
+        assert json.loads((tmp_path / "made/here/report.json").read_text()) == json.loads(json_text(facts))
         assert facts["organs"]["kidney"]["vertices"] == sm.read_mesh(tmp_path / "made/here/kidney.vtp").n_vertices
         text = (tmp_path / "made/here/report.md").read_text()
         assert "| kidney |" in text

@@ -1,6 +1,6 @@
 """The command line: `simplexmesh demo | reconstruct | decimate | register | curvature | library | info | view`.
 
-Nothing heavy is imported before a command runs, so that `--help` is immediate.
+Heavy modules are imported when a command runs, so that `--help` is immediate.
 """
 
 from __future__ import annotations
@@ -12,12 +12,12 @@ __all__ = ["main"]
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Run the command and leave with its code: 0 done, 2 bad input, 1 diverged, 130 interrupted."""
+    """Run the command and exit with its code: 0 success, 2 invalid input, 1 diverged, 130 interrupted."""
     try:
         from simplexmesh.cli.app import run
 
         code = run(arguments)
-    except KeyboardInterrupt:  # while this was still being imported
+    except KeyboardInterrupt:  # during the import
         sys.stderr.write("error: interrupted; nothing was written\n")
         code = 130
     sys.exit(code)

@@ -1,4 +1,4 @@
-"""The application: which commands there are, and how their failures are told."""
+"""The command-line application: its commands, and how errors are reported."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from simplexmesh.cli.report import INTERRUPTED, KEPT, NOTES, as_json, error, not
 from simplexmesh.errors import DivergedError
 
 BAD_INPUT = 2
-ELSEWHERE = {
+SUGGESTIONS = {
     "saliency": "curvature",
     "normals": "curvature",
     "fit": "reconstruct",
@@ -32,25 +32,25 @@ ELSEWHERE = {
     "list": "library list",
     "remove": "library remove",
 }
-"""What somebody may look for as a command, and the command that does it."""
+"""Words that a user may try as a command, and the command to suggest."""
 
-WANTED = {"int_parsing": "a whole number", "int_from_float": "a whole number", "float_parsing": "a number"}
+EXPECTED = {"int_parsing": "a whole number", "int_from_float": "a whole number", "float_parsing": "a number"}
 NOTHING_WRITTEN = "interrupted; nothing was written"
 
 
 class _Command(TyperCommand):
-    """A command whose help shows no type after switches."""
+    """A command whose help shows no type after flags."""
 
     def get_params(self, ctx: Any) -> list[Any]:
-        """Return the parameters, switches without a type."""
+        """Return the parameters, flags without a type."""
         return _without_types(super().get_params(ctx))
 
 
 class _Group(TyperGroup):
-    """The group of commands, whose help shows no type after switches either."""
+    """A group of commands whose help shows no type after flags."""
 
     def get_params(self, ctx: Any) -> list[Any]:
-        """Return the parameters, switches without a type."""
+        """Return the parameters, flags without a type."""
         return _without_types(super().get_params(ctx))
 
 
@@ -78,7 +78,7 @@ app.command("register", cls=_Command, epilog=register.EXAMPLE)(register.command)
 app.command("curvature", cls=_Command, epilog=curvature.EXAMPLE)(curvature.command)
 _library = typer.Typer(
     cls=_Group,
-    help="Models in one file, and which of them a scan shows: add, list, remove, recognise.",
+    help="Keep models in a library and find which of them a scan shows: add, list, remove, recognise.",
     epilog=library.EXAMPLE,
     no_args_is_help=True,
     rich_markup_mode="rich",
@@ -103,16 +103,16 @@ def _show_version(wanted: bool) -> None:
 @app.callback()
 def _options(
     version: Annotated[
-        bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Print the version and leave.")
+        bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Print the version and exit.")
     ] = False,
 ) -> None:
     pass
 
 
 def run(arguments: Sequence[str] | None = None) -> int:
-    """Run the command and return its code; what went wrong is told in one sentence.
+    """Run a command line and return its exit code; an error is one sentence on standard error.
 
-    The sentence goes to the error stream and, as `{"error": ...}`, to the output of a command that was asked for JSON.
+    With `--json` it is also printed to standard output, as `{"error": ...}`.
     """
     arguments = sys.argv[1:] if arguments is None else list(arguments)
     NOTES.clear()
@@ -121,13 +121,13 @@ def run(arguments: Sequence[str] | None = None) -> int:
     if problem:
         error(problem)
         if "--json" in arguments:
-            with suppress(OSError):  # where the output is what failed
+            with suppress(OSError):  # standard output may be what failed
                 as_json({"error": problem})
     return code
 
 
 def _outcome(arguments: list[str]) -> tuple[int, str]:
-    """Run the command; return its code and what went wrong, if anything."""
+    """Run the command; return its exit code and the error message, empty without an error."""
     try:
         code: Any = app(args=arguments, prog_name="simplexmesh", standalone_mode=False)
     except KeyboardInterrupt:
@@ -135,36 +135,36 @@ def _outcome(arguments: list[str]) -> tuple[int, str]:
     except DivergedError as problem:
         return 1, str(problem)
     except BrokenPipeError:
-        sys.stderr.close()  # whoever read our output has left; Python would complain about it at exit
+        sys.stderr.close()  # the reader of our output is gone; Python would complain about it at exit
         return 1, ""
     except (ValueError, TypeError, OSError) as problem:
         return BAD_INPUT, _sentence(problem)
     except Exception as problem:
-        if not hasattr(problem, "format_message"):  # a wrong command line, by the parser's own kind of error
+        if not hasattr(problem, "format_message"):  # the parser's errors for a wrong command line have it
             raise
-        return BAD_INPUT, _wrong_line(problem)
-    if code == KEPT:  # the command said itself what it kept
+        return BAD_INPUT, _usage_error(problem)
+    if code == KEPT:  # the command itself has reported what it kept
         return INTERRUPTED, ""
-    if code == INTERRUPTED:  # the parser's way to say that nobody caught the interrupt
+    if code == INTERRUPTED:  # the parser returns this for an interrupt that was not caught
         return INTERRUPTED, NOTHING_WRITTEN
     return (code if isinstance(code, int) else 0), ""
 
 
-def _wrong_line(problem: Any) -> str:
-    """Return what is wrong with a command line: the parser's sentence, or a better one."""
-    said = problem.format_message() or "no command was given; see simplexmesh --help"
-    if (unknown := re.fullmatch(r"No such command '(.*)'\.", said)) and unknown[1] in ELSEWHERE:
-        return f"{said} Did you mean 'simplexmesh {ELSEWHERE[unknown[1]]}'?"
+def _usage_error(problem: Any) -> str:
+    """Return what is wrong with a command line: the parser's message, or a more helpful one."""
+    message = problem.format_message() or "no command was given; see simplexmesh --help"
+    if (unknown := re.fullmatch(r"No such command '(.*)'\.", message)) and unknown[1] in SUGGESTIONS:
+        return f"{message} Did you mean 'simplexmesh {SUGGESTIONS[unknown[1]]}'?"
     cause, parameter = problem.__cause__, getattr(problem, "param", None)
-    if parameter is not None and hasattr(cause, "errors"):  # of pydantic, by which newer versions of typer parse
+    if parameter is not None and hasattr(cause, "errors"):  # from pydantic, which newer versions of typer use
         first = cause.errors()[0]
-        if first["type"] in WANTED:
-            return f"{max(parameter.opts, key=len)} must be {WANTED[first['type']]}, not {first['input']!r}"
-    return said
+        if first["type"] in EXPECTED:
+            return f"{max(parameter.opts, key=len)} must be {EXPECTED[first['type']]}, not {first['input']!r}"
+    return message
 
 
 def _sentence(problem: Exception) -> str:
-    """Return an exception in one sentence, the operating system's own kind without its number."""
+    """Return the message of an exception in one line; of the operating system's, without the error number."""
     if isinstance(problem, OSError) and problem.strerror:
         where = f"{problem.filename}: " if problem.filename else ""
         return where + problem.strerror.lower()
@@ -173,7 +173,7 @@ def _sentence(problem: Exception) -> str:
 
 @contextmanager
 def _warnings_as_notes() -> Iterator[None]:
-    """Show each warning as one line on the error stream."""
+    """Print each warning as a note, in one line."""
 
     def show(message: Warning | str, *_: object, **__: object) -> None:
         note(" ".join(str(message).split()))

@@ -1,4 +1,4 @@
-"""`simplexmesh curvature`: curvatures, saliency and kinds of surface at the vertices of a scan."""
+"""`simplexmesh curvature`: curvature, saliency, surface types and salient points of a surface or point cloud."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from simplexmesh.cli.interrupt import held_interrupts
+from simplexmesh.cli.interrupt import deferred_interrupts
 from simplexmesh.cli.report import (
     KEPT,
     NOTES,
@@ -25,35 +25,37 @@ from simplexmesh.cli.report import (
 
 EXAMPLE = "Example: simplexmesh curvature femur.off --method sine --rings 2 -o femur_curv.vtp --picture femur.png"
 SHOWN = ("mean", "gauss", "k1", "k2", "saliency", "classes", "all")
-OPEN = 0.02
-"""An open surface encloses at least this share of its area times its diagonal, or which way it looks is not told."""
+LEAST_INWARD = 0.02
+"""An open surface is reported as inward only if its volume is below minus this share of its area times its diagonal."""
 POWERS = {"mean": 1, "gauss": 2, "k1": 1, "k2": 1}
 
 
 def command(
     path: Annotated[Path, typer.Argument(metavar="INPUT", help="A surface, a model, or points.")],
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="The surface with all that was found, .vtp.")
+        Path | None, typer.Option("--output", "-o", help="File to write the surface and all results to, .vtp.")
     ] = None,
     method: Annotated[
-        str | None, typer.Option(help="Estimator, as in sm.curvature; by default it finds its own scale.")
+        str | None, typer.Option(help="Estimator, as in sm.curvature; the default chooses its own scale.")
     ] = None,
-    rings: Annotated[int | None, typer.Option(help="It sees all vertices within so many edges.")] = None,
-    radius: Annotated[float | None, typer.Option(help="Or: all within a distance, in the unit of the file.")] = None,
-    nearest: Annotated[int | None, typer.Option(help="Or: so many nearest points.")] = None,
-    points: Annotated[int, typer.Option(help="How many salient points to tell of.")] = 10,
+    rings: Annotated[
+        int | None, typer.Option(help="Neighborhood of the method: all vertices within so many edges,")
+    ] = None,
+    radius: Annotated[float | None, typer.Option(help="or all within a distance, in the unit of the file,")] = None,
+    nearest: Annotated[int | None, typer.Option(help="or so many nearest points.")] = None,
+    points: Annotated[int, typer.Option(help="Number of salient points to report.")] = 10,
     picture: Annotated[Path | None, typer.Option(help="Write a picture to this file.")] = None,
     show: Annotated[
-        str | None, typer.Option(help="What it shows: mean, the default, gauss, k1, k2, saliency, classes or all.")
+        str | None, typer.Option(help="What it shows: mean (the default), gauss, k1, k2, saliency, classes or all.")
     ] = None,
-    limits: Annotated[tuple[float, float] | None, typer.Option(help="Ends of its scale.")] = None,
-    unit: Annotated[str, typer.Option(help="Unit of length, for the scale and the table.")] = "",
-    flip: Annotated[bool, typer.Option("--flip", help="Faces or normals in the file look inward: turn them.")] = False,
-    side: Annotated[str, typer.Option("--view", help="Side to look from: iso, xy, -xy, xz, yx, ...")] = "iso",
+    limits: Annotated[tuple[float, float] | None, typer.Option(help="Ends of its color scale.")] = None,
+    unit: Annotated[str, typer.Option(help="Unit of length, for the color scale and the report.")] = "",
+    flip: Annotated[bool, typer.Option("--flip", help="Reverse faces or normals that point inward.")] = False,
+    side: Annotated[str, typer.Option("--view", help="Direction of view: iso, xy, -xy, xz, yx, ...")] = "iso",
     up: Annotated[str, typer.Option(help="Axis that points up: x, y, z, -x, -y, -z or auto.")] = "auto",
     json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
 ) -> int | str:
-    """Measure how a surface bends at each vertex, what stands out, and which kind of surface it is there."""
+    """Estimate curvature, saliency, surface types and salient points of a surface or point cloud."""
     if output is not None:
         output = writable(output, "--output", (".vtp",), [path])
     if picture is not None:
@@ -62,8 +64,8 @@ def command(
     _check_picture(picture, show, limits)
     camera, upwards = direction(side), upward(up, side)
 
-    with held_interrupts() as interrupts, progress("measuring", wanted=not json) as report:
-        reported = interrupts.watching(report)
+    with deferred_interrupts() as interrupts, progress("measuring", wanted=not json) as report:
+        reported = interrupts.checking(report)
         began = time.perf_counter()
         reported(0.0, "reading")
         surface = _outward(_surface(path), flip=flip)
@@ -76,7 +78,7 @@ def command(
             reported(0.8, "writing")
             with written_to(output, "the surface"):
                 _save(output, surface, arrays(found))
-        if interrupts.asked and output is not None and picture is not None:
+        if interrupts.pending and output is not None and picture is not None:
             note(f"interrupted; {output} was written, {picture} was not")
             return KEPT
         if picture is not None:
@@ -91,59 +93,58 @@ def command(
 
 
 def _check_options(method: str | None, around: dict[str, Any], points: int) -> None:
-    """Say which options do not go together, before any work."""
+    """Refuse options that exclude each other, before any work."""
     given = [name for name, value in around.items() if value is not None]
     if len(given) > 1:
         raise ValueError("give one of --rings, --radius and --nearest, not several")
     if given and method in (None, "adaptive"):
-        wanted = "a --method that takes neighbors, such as sine"
+        wanted = "a --method with a neighborhood, such as sine"
         raise ValueError(f"{given[0]} needs {wanted}: adaptive, the default, chooses its own")
     if points < 0:
         raise ValueError(f"--points must be at least 0, not {points}")
 
 
 def _check_picture(picture: Path | None, show: str | None, limits: tuple[float, float] | None) -> None:
-    """Say what is wrong with what the picture should show, or that there is none."""
+    """Refuse options that do not fit the picture, or that need one."""
     if show is not None:
         from simplexmesh import _check
 
         _check.choice("--show", show, SHOWN)
     if limits is not None and not limits[0] < limits[1]:
-        raise ValueError(f"--limits must rise, not go from {limits[0]:g} to {limits[1]:g}")
+        raise ValueError(f"--limits must increase, not go from {limits[0]:g} to {limits[1]:g}")
     if picture is None and (show is not None or limits is not None):
-        said = "--show is" if show is not None else "--limits are"
-        raise ValueError(f"{said} for a picture: give --picture too")
+        raise ValueError(f"{'--show needs' if show is not None else '--limits need'} --picture")
     if show in ("classes", "all") and limits is not None:
         has = "none" if show == "classes" else "several"
-        raise ValueError(f"--limits are ends of a scale, --show {show} has {has}")
+        raise ValueError(f"--limits are the ends of one color scale, --show {show} has {has}")
 
 
 def _surface(path: Path) -> Any:
-    """Return what is in a file, or say that it is no surface."""
+    """Return the contents of a file; volumes are refused."""
     from simplexmesh.data.reading import read
     from simplexmesh.data.volume import Volume
 
     found = read(path)
     if isinstance(found, Volume):
-        told = "simplexmesh reconstruct makes a model of it"
-        raise ValueError(f"INPUT must hold a surface or points, {path.name} holds a volume: {told}")
+        hint = "use simplexmesh reconstruct to make a model of it"
+        raise ValueError(f"INPUT must hold a surface or points, {path.name} holds a volume: {hint}")
     return found
 
 
 def _outward(surface: Any, *, flip: bool) -> Any:
-    """Return the surface, turned if asked; say so where its faces seem to look inward."""
+    """Return the surface, reversed if `flip`, with a note if its faces seem to be oriented inward."""
     from simplexmesh.data.points import PointCloud
     from simplexmesh.data.triangles import TriangleMesh
 
     if isinstance(surface, TriangleMesh):
         surface = TriangleMesh(surface.vertices, surface.faces[:, ::-1]) if flip else surface
-        least = 0.0 if surface.is_closed else OPEN * surface.area * surface.diagonal
+        least = 0.0 if surface.is_closed else LEAST_INWARD * surface.area * surface.diagonal
         if surface.volume < -least:
-            note("the faces look inward, so that a bump has negative curvature; --flip turns them")
+            note("the faces are oriented inward, so that a bump has negative curvature; --flip reverses them")
     elif flip and isinstance(surface, PointCloud) and surface.normals is not None:
         surface = PointCloud(surface.points, -surface.normals)
     elif flip:
-        raise ValueError("--flip turns triangles and the normals of points, INPUT has neither")
+        raise ValueError("--flip reverses triangles and the normals of points, INPUT has neither")
     return surface
 
 
@@ -176,7 +177,7 @@ def measured(surface: Any, method: str | None, neighborhood: Any, points: int, r
 
 
 def arrays(found: dict[str, Any]) -> dict[str, Any]:
-    """Return what is written for each vertex, by the names in the file; what the method does not know is left out."""
+    """Return the per-vertex arrays of the file by name, without those that the method does not estimate."""
     curved = found["curvature"]
     named = ("k1", "k2", "mean", "gauss", "d1", "d2", "normals", "failed", "error")
     known = {name: getattr(curved, name) for name in named if getattr(curved, name) is not None}
@@ -184,7 +185,7 @@ def arrays(found: dict[str, Any]) -> dict[str, Any]:
 
 
 def described(found: dict[str, Any]) -> dict[str, Any]:
-    """Return the numbers that describe a surface's curvature.
+    """Return the report of a surface's curvature.
 
     Examples
     --------
@@ -252,7 +253,7 @@ def _draw(
 
 
 def _per(unit: str, power: int) -> str:
-    """Return the unit of a curvature, nothing where the unit of length is not known.
+    """Return the unit of a curvature, empty where the unit of length is unknown.
 
     Examples
     --------
@@ -263,10 +264,10 @@ def _per(unit: str, power: int) -> str:
 
 
 def _print(title: str, facts: dict[str, Any], unit: str) -> None:
-    def told(name: str, measure: str) -> str:
+    def summary(name: str, measure: str) -> str:
         low, middle, high = (facts[name][part] for part in ("p5", "median", "p95"))
-        middle = 0.0 if abs(middle) < 1e-9 * max(abs(low), abs(high)) else middle  # of planes, what rounding leaves
-        return f"{middle:.4g}, 90 % within {low:.4g} and {high:.4g} {measure}".rstrip()
+        middle = 0.0 if abs(middle) < 1e-9 * max(abs(low), abs(high)) else middle  # rounding errors on planes
+        return f"{middle:.4g}, 90 % between {low:.4g} and {high:.4g} {measure}".rstrip()
 
     count = facts["vertices"]
     kinds = ", ".join(f"{name} {number / count:.0%}" for name, number in facts["classes"].items())
@@ -275,10 +276,10 @@ def _print(title: str, facts: dict[str, Any], unit: str) -> None:
         {
             "surface": f"{count:,} vertices, {facts['faces']:,} faces",
             "method": facts["method"] + (f", failed at {facts['failed']:,} vertices" if facts["failed"] else ""),
-            "mean H": told("mean", _per(unit, 1)),
-            "Gauss K": told("gauss", _per(unit, 2)),
-            "saliency": told("saliency", "rad"),
-            "kinds": kinds,
+            "mean H": summary("mean", _per(unit, 1)),
+            "Gauss K": summary("gauss", _per(unit, 2)),
+            "saliency": summary("saliency", "rad"),
+            "types": kinds,
             "salient": _places(facts["salient"], unit),
             "time": f"{facts['seconds']:.1f} s",
         },
@@ -286,7 +287,7 @@ def _print(title: str, facts: dict[str, Any], unit: str) -> None:
 
 
 def _places(salient: list[dict[str, Any]], unit: str) -> str:
-    """Return a line for each salient point, in columns under their names.
+    """Return a table of the salient points, one line each, with a header.
 
     Examples
     --------

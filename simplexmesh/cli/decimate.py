@@ -1,4 +1,4 @@
-"""`simplexmesh decimate`: a model with fewer vertices, the same shape and topology."""
+"""`simplexmesh decimate`: reduce the number of vertices of a model, keeping its shape and topology."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from simplexmesh.cli.interrupt import held_interrupts
+from simplexmesh.cli.interrupt import deferred_interrupts
 from simplexmesh.cli.report import MODELS, NOTES, as_json, mesh_numbers, note, progress, table, writable, written_to
 
 EXAMPLE = (
@@ -18,23 +18,27 @@ EXAMPLE = (
 
 
 def command(
-    path: Annotated[Path, typer.Argument(metavar="INPUT", help="A model, or triangles, of which the dual is taken.")],
-    output: Annotated[Path, typer.Option("--output", "-o", help="Model: .vtp (keeps all), .ply, .obj, .off, .stl.")],
+    path: Annotated[
+        Path, typer.Argument(metavar="INPUT", help="A model, or triangles, which are converted to their dual.")
+    ],
+    output: Annotated[
+        Path, typer.Option("--output", "-o", help="Model to write: .vtp (keeps everything), .ply, .obj, .off, .stl.")
+    ],
     vertices: Annotated[int | None, typer.Option(help="Number of vertices to keep, even.")] = None,
     tolerance: Annotated[
         float | None, typer.Option(help="Or: the largest distance allowed, in the unit of the file.")
     ] = None,
     json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
 ) -> None:
-    """Remove vertices where the surface needs them least; genus, components and holes stay."""
+    """Remove vertices where they affect the surface least; genus, components and holes are kept."""
     output = writable(output, "--output", MODELS, [path])
     if (vertices is None) == (tolerance is None):
         raise ValueError("give --vertices or --tolerance" + ("" if vertices is None else ", not both"))
 
-    with held_interrupts() as interrupts, progress("decimating", wanted=not json) as report:
+    with deferred_interrupts() as interrupts, progress("decimating", wanted=not json) as report:
         from simplexmesh.mesh.decimate import decimate
 
-        reported = interrupts.watching(report)
+        reported = interrupts.checking(report)
         began = time.perf_counter()
         reported(0.0, "reading")
         mesh = loaded(path)
@@ -47,11 +51,11 @@ def command(
         with written_to(output, "the model"):
             result.mesh.save(output)
     if tolerance is not None and result.mesh.n_vertices == mesh.n_vertices:
-        note("nothing could be removed within --tolerance; the model is as it was")
+        note("no vertex could be removed within --tolerance; the model is unchanged")
     for problem in facts["problems"]:
-        note(f"the model is not sound: {problem}")
+        note(f"the model has a defect: {problem}")
     if facts["problems"] and (older := mesh.check(self_intersections=True).problems):
-        note(f"nor was what it was made of: {'; '.join(older)}")
+        note(f"so had the input: {'; '.join(older)}")
     if json:
         as_json(facts | {"notes": NOTES})
     else:
@@ -59,7 +63,7 @@ def command(
 
 
 def loaded(path: Path) -> Any:
-    """Return the mesh in a file; of triangles, their dual, and say so."""
+    """Return the mesh in a file; of triangles, the dual, with a note."""
     from simplexmesh.data.reading import read
     from simplexmesh.data.triangles import TriangleMesh
     from simplexmesh.errors import TopologyError
@@ -72,7 +76,7 @@ def loaded(path: Path) -> Any:
     if not isinstance(found, TriangleMesh):
         raise ValueError(
             f"INPUT must hold a model or triangles, {path.name} holds a {type(found).__name__}: "
-            "simplexmesh reconstruct makes a model of it"
+            "use simplexmesh reconstruct to make a model of it"
         )
     try:
         mesh = dual(found)
@@ -83,7 +87,7 @@ def loaded(path: Path) -> Any:
 
 
 def described(before: Any, result: Any) -> dict[str, Any]:
-    """Return the numbers that describe a decimation, and what is wrong with its mesh.
+    """Return the report of a decimation: sizes, distances, and the defects of the mesh.
 
     Examples
     --------
@@ -133,7 +137,7 @@ def _print(facts: dict[str, Any], output: Path) -> None:
             f"{facts['holes']} holes{pieces}",
             "size": f"area {facts['area']:.6g}, volume {facts['volume']:.6g}, mean edge {facts['mean_edge']:.4g}",
             "distance": f"rms {_part(facts['rms'], facts)}, largest {_part(facts['largest'], facts)}",
-            "faces": "of five to seven vertices" + (f", {odd:,} of fewer or more" if odd else ""),
+            "faces": "of five to seven vertices" + (f", except {odd:,}" if odd else ""),
             "problems": "\n".join(facts["problems"]) or "none",
             "time": f"{facts['seconds']:.1f} s",
         },
@@ -141,5 +145,5 @@ def _print(facts: dict[str, Any], output: Path) -> None:
 
 
 def _part(length: float, facts: dict[str, Any]) -> str:
-    """Return a length as a person reads it, with what part of the diagonal it is."""
+    """Return a length as text, with its share of the diagonal."""
     return f"{length:.4g} ({100 * length / facts['diagonal']:.2g} %)" if facts["diagonal"] else f"{length:.4g}"

@@ -1,4 +1,4 @@
-"""`simplexmesh demo`: organs of a frog, and one of them again from a noisy scan."""
+"""`simplexmesh demo`: organs of a frog from a labelled volume, one of them also from a noisy scan."""
 
 from __future__ import annotations
 
@@ -15,28 +15,28 @@ EXAMPLE = "Example: simplexmesh demo -o demo_output"
 
 def command(
     output: Annotated[
-        Path, typer.Option("--output", "-o", help="Folder for models, report and pictures; made when missing.")
+        Path, typer.Option("--output", "-o", help="Folder for models, report and pictures; created if missing.")
     ] = Path("demo_output"),
     size: Annotated[str, typer.Option(help="large (twelve organs) or small (two, coarse).")] = "large",
     json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
 ) -> str | None:
-    """Reconstruct organs of a frog from a labelled MR volume, then one of them again from a noisy scan."""
+    """Reconstruct organs of a frog from a labelled MR volume, and one of them from a noisy scan."""
     from simplexmesh import _check
     from simplexmesh.cli import frog
 
     _check.choice("--size", size, ("large", "small"))
     if output.exists() and not output.is_dir():
         raise NotADirectoryError(f"--output must be a folder, {str(output)!r} is a file")
-    made_in = next(folder for folder in (output, *output.absolute().parents) if folder.exists())
-    if not os.access(made_in, os.W_OK):
-        raise PermissionError(f"--output must be in a folder that can be written to, {str(made_in)!r} cannot")
-    output.mkdir(parents=True, exist_ok=True)  # what cannot be made is told before any work
+    parent = next(folder for folder in (output, *output.absolute().parents) if folder.exists())
+    if not os.access(parent, os.W_OK):
+        raise PermissionError(f"--output must be in a writable folder, {str(parent)!r} is not")
+    output.mkdir(parents=True, exist_ok=True)  # before any work, so that it fails at once
     with progress("frog", wanted=not json) as report:
         out = frog.main(size, report)
     try:
         facts = frog.written(out, output)
     except KeyboardInterrupt:
-        note(f"interrupted; {output} is not complete")
+        note(f"interrupted; {output} is incomplete")
         return KEPT
     if json:
         as_json(facts)
@@ -49,7 +49,7 @@ def command(
     scan = facts["scan"]
     rows[f"{scan['of']} from a scan"] = (
         f"{scan['model']['vertices']:>6,} vertices, genus {scan['model']['genus']}, "
-        f"mean to the truth {scan['mean_distance_to_truth']:.3f}, {scan['model']['seconds']:.1f} s"
+        f"mean distance to the truth {scan['mean_distance_to_truth']:.3f}, {scan['model']['seconds']:.1f} s"
     )
     table(f"models, report and pictures are in {output}", rows)
     return None

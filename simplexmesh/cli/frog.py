@@ -1,4 +1,4 @@
-"""The frog: its organs from a labelled magnetic resonance volume, and one of them again from a noisy scan.
+"""Reconstruction of organs of a frog from a labelled magnetic resonance volume, and of one of them from a noisy scan.
 
 The volume, 500 x 470 x 136 samples, comes with PyVista; its labels are those of the frog of the *VTK User's Guide*
 (1 blood, 2 brain, 3 duodenum, 4 retina, 5 white of the eye, 6 heart, 7 ileum, 8 kidney, 9 large intestine, 10 liver,
@@ -18,12 +18,12 @@ from typing import Any
 import numpy as np
 
 import simplexmesh as sm
-from simplexmesh.cli.report import dumped
+from simplexmesh.cli.report import json_text
 from simplexmesh.motion.targets.triangles import surface_distance
 
 Report = Callable[[float, str], None]
 
-# organ: label, vertices, pieces
+# organ: label, vertices, components
 ORGANS = {
     "heart": (6, 2000, "largest"),
     "liver": (10, 5000, "largest"),
@@ -52,11 +52,11 @@ COLORS = {
     "retina": "#3c5a78",
     "skeleton": "#d8cdb4",
 }
-UNSEEN = ("spleen",)  # it lies under others from every side
-SEALED = {"stomach": 4.0, "retina": 12.0, "skeleton": 0.0}  # tunnels that are noise
+HIDDEN = ("spleen",)  # covered by others from every side
+TUNNELS = {"stomach": 4.0, "retina": 12.0, "skeleton": 0.0}  # width of tunnels to close, as noise
 SCANNED = "liver"
 SMALL = {"kidney": (8, 400, "largest"), "spleen": (14, 200, "largest")}
-NOISE = 0.005  # standard deviation of the scan's noise, in parts of its diagonal
+NOISE = 0.005  # standard deviation of the scan's noise, as a share of its diagonal
 
 
 def main(size: str = "large", progress: Report | None = None) -> dict[str, Any]:
@@ -67,13 +67,13 @@ def main(size: str = "large", progress: Report | None = None) -> dict[str, Any]:
     size : {"large", "small"}
         Twelve organs, or two small ones.
     progress : callable, optional
-        Called with the share done and a message.
+        Called with the fraction done and a message.
 
     Returns
     -------
     dict
         "organs", a Reconstruction by name; "scanned", the name of the organ scanned; "scan", its points; "again", the
-        Reconstruction of these; "truth", distances from the vertices of that to the organ's surface; "seconds".
+        Reconstruction from these; "truth", distances of its vertices to the organ's surface; "seconds".
     """
     organs, scanned, points = (ORGANS, SCANNED, 20_000) if size == "large" else (SMALL, "kidney", 4_000)
     report = progress or (lambda fraction, message: None)
@@ -83,16 +83,16 @@ def main(size: str = "large", progress: Report | None = None) -> dict[str, Any]:
     for place, (name, (label, vertices, components)) in enumerate(organs.items()):
         report(place / (len(organs) + 1), name)
         began = time.perf_counter()
-        with notes_of(name):
+        with warnings_prefixed(name):
             found[name] = sm.reconstruct(
-                volume, label=label, vertices=vertices, components=components, tunnels=SEALED.get(name)
+                volume, label=label, vertices=vertices, components=components, tunnels=TUNNELS.get(name)
             )
         seconds[name] = time.perf_counter() - began
     report(len(organs) / (len(organs) + 1), f"{scanned} from a noisy scan")
     began = time.perf_counter()
     surface = found[scanned].mesh.triangulated(method="fan")
     scan = noisy_scan(surface, points)
-    with notes_of(f"{scanned} from the scan"):
+    with warnings_prefixed(f"{scanned} from the scan"):
         again = sm.reconstruct(scan, vertices=organs[scanned][1])
     seconds["again"] = time.perf_counter() - began
     truth = surface_distance(again.mesh.vertices, surface.vertices, surface.faces)
@@ -101,8 +101,8 @@ def main(size: str = "large", progress: Report | None = None) -> dict[str, Any]:
 
 
 @contextmanager
-def notes_of(name: str) -> Iterator[None]:
-    """Let warnings say what they are about."""
+def warnings_prefixed(name: str) -> Iterator[None]:
+    """Prefix warnings with a name."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", sm.SimplexMeshWarning)
         yield
@@ -114,7 +114,7 @@ def notes_of(name: str) -> Iterator[None]:
 
 
 def frog() -> Any:
-    """Return the labelled volume of the frog that PyVista brings."""
+    """Return the labelled volume of the frog that comes with PyVista."""
     import pyvista
     from pyvista import examples
 
@@ -125,18 +125,18 @@ def frog() -> Any:
 
 
 def noisy_scan(surface: Any, points: int, noise: float = NOISE, seed: int = 0) -> Any:
-    """Return points sampled evenly from a surface and moved by Gaussian noise, without normals.
+    """Return points sampled uniformly from a surface, with Gaussian noise and without normals.
 
     Parameters
     ----------
     surface : TriangleMesh
-        What is scanned.
+        The surface to be scanned.
     points : int
-        How many.
+        Number of points.
     noise : float
-        Standard deviation along each axis, in parts of the diagonal of the surface's bounding box.
+        Standard deviation along each axis, as a share of the diagonal of the surface's bounding box.
     seed : int
-        Of the random numbers.
+        Seed of the random numbers.
     """
     rng = np.random.default_rng(seed)
     exact = surface.sampled(points, rng=rng).points
@@ -144,7 +144,7 @@ def noisy_scan(surface: Any, points: int, noise: float = NOISE, seed: int = 0) -
 
 
 def numbers(out: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what `main` found as plain numbers, for the report."""
+    """Return the results of `main` as plain numbers, for the report."""
     from simplexmesh.cli.reconstruct import described
 
     organs = {
@@ -166,9 +166,9 @@ def numbers(out: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def show(out: Mapping[str, Any]) -> Any:
-    """Return a plotter with the organs that can be seen, the bones half transparent."""
+    """Return a plotter with the visible organs, the bones semitransparent."""
     organs = out["organs"]
-    seen = {name: result for name, result in organs.items() if name not in UNSEEN or len(organs) < len(ORGANS)}
+    seen = {name: result for name, result in organs.items() if name not in HIDDEN or len(organs) < len(ORGANS)}
     return sm.plot.together(
         {name: result.mesh for name, result in seen.items()},
         colors=[COLORS[name] for name in seen],
@@ -178,7 +178,7 @@ def show(out: Mapping[str, Any]) -> Any:
 
 
 def show_scan(out: Mapping[str, Any]) -> Any:
-    """Return a plotter with the scan, the model made of it, and its distance to the organ it was taken of."""
+    """Return a plotter with the scan, the model fitted to it, and its distance to the original organ."""
     model = out["again"].mesh
     plotter = sm.plot.stage(columns=3)
     named = f"model, {model.n_vertices:,} vertices"
@@ -198,21 +198,21 @@ def written(out: Mapping[str, Any], folder: Path) -> dict[str, Any]:
         result.mesh.save(folder / f"{name.replace(' ', '_')}.vtp")
     out["again"].mesh.save(folder / f"{out['scanned']}_from_scan.vtp")
     facts = numbers(out)
-    (folder / "report.json").write_text(dumped(facts) + "\n", encoding="utf-8")
-    (folder / "report.md").write_text(told(facts), encoding="utf-8")
+    (folder / "report.json").write_text(json_text(facts) + "\n", encoding="utf-8")
+    (folder / "report.md").write_text(as_markdown(facts), encoding="utf-8")
     sm.plot.picture(folder / "frog.png", show(out))
     sm.plot.picture(folder / f"{out['scanned']}_from_scan.png", show_scan(out))
     return facts
 
 
-def told(facts: Mapping[str, Any]) -> str:
+def as_markdown(facts: Mapping[str, Any]) -> str:
     """Return the report as Markdown."""
     lines = [
         "# The frog",
         "",
         "![The organs](frog.png)",
         "",
-        "| organ | vertices | genus | pieces | rms mesh to data | rms data to mesh | seconds |",
+        "| organ | vertices | genus | components | rms mesh to data | rms data to mesh | seconds |",
         "|---|---:|---:|---:|---:|---:|---:|",
     ]
     for name, organ in facts["organs"].items():
@@ -227,13 +227,13 @@ def told(facts: Mapping[str, Any]) -> str:
         "",
         "Lengths are in the unit of the volume, the width of a voxel in the slice.",
         "",
-        f"## The {scan['of']} again, from a noisy scan",
+        f"## The {scan['of']} from a noisy scan",
         "",
         f"![Scan, model, distance]({scan['of']}_from_scan.png)",
         "",
-        f"{scan['points']:,} points with noise of standard deviation {scan['noise']:.2f}, without normals, gave a "
-        f"model of {scan['model']['vertices']:,} vertices and genus {scan['model']['genus']}; its vertices are "
-        f"{scan['mean_distance_to_truth']:.2f} from the {scan['of']}'s surface in the mean, "
+        f"{scan['points']:,} points with noise of standard deviation {scan['noise']:.2f}, without normals, give a "
+        f"model of {scan['model']['vertices']:,} vertices and genus {scan['model']['genus']}; the mean distance of its "
+        f"vertices to the {scan['of']}'s surface is {scan['mean_distance_to_truth']:.2f}, "
         f"{scan['mean_distance_to_truth_percent_of_diagonal']:.2f} % of its diagonal "
         f"({scan['model']['seconds']:.1f} s).",
         "",

@@ -1,4 +1,4 @@
-"""`simplexmesh info`: what a file holds."""
+"""`simplexmesh info`: the contents of a file."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from simplexmesh.cli.interrupt import held_interrupts
+from simplexmesh.cli.interrupt import deferred_interrupts
 from simplexmesh.cli.report import as_json, mesh_numbers, table
 
 EXAMPLE = "Example: simplexmesh info head.vtp"
@@ -19,8 +19,8 @@ def command(
         bool, typer.Option("--json", help="Print a JSON object; for several files, a list of them named files.")
     ] = False,
 ) -> None:
-    """Say what a file holds: kind, size, range, extent; for a model also its topology, geometry and flaws."""
-    with held_interrupts() as interrupts:  # breaking off an import of VTK ends the process in its own way
+    """Describe a file: kind, size, range, extent; for a model also its topology, geometry and defects."""
+    with deferred_interrupts() as interrupts:  # an interrupt during the import of VTK can crash the process
         from simplexmesh.data.reading import read
 
         found = []
@@ -32,11 +32,11 @@ def command(
         as_json(found[0] if len(found) == 1 else {"files": found})
         return
     for facts in found:
-        table(str(facts.pop("file")), {name.replace("_", " "): _told(value) for name, value in facts.items()})
+        table(str(facts.pop("file")), {name.replace("_", " "): _as_text(value) for name, value in facts.items()})
 
 
 def described(thing: Any) -> dict[str, Any]:
-    """Return the facts about something read from a file, in the order to be told.
+    """Return the report of an object read from a file, in order.
 
     Examples
     --------
@@ -60,17 +60,17 @@ def described(thing: Any) -> dict[str, Any]:
 
 
 def _library(path: Path) -> dict[str, Any] | None:
-    """Return the facts about a library of models, None of any other file."""
+    """Return the report of a model library, None for any other file."""
     if path.suffix.lower() != ".sml" or not path.is_file() or not path.stat().st_size:
         return None
     from simplexmesh.recognition.library import ModelLibrary
 
-    return {"kind": "library of models", "models": list(ModelLibrary(path).names)}
+    return {"kind": "model library", "models": list(ModelLibrary(path).names)}
 
 
 def _volume(volume: Any) -> dict[str, Any]:
     facts = {
-        "kind": "volume of labels" if volume.is_labels else "volume",
+        "kind": "label map" if volume.is_labels else "volume",
         "shape": list(volume.shape),
         "type": str(volume.values.dtype),
         "range": list(volume.range),
@@ -107,7 +107,7 @@ def _triangles(mesh: Any) -> dict[str, Any]:
     if mesh.is_closed:
         facts["volume"] = mesh.volume
         if mesh.volume < 0:
-            problems.append("the faces look inward")
+            problems.append("the faces are oriented inward")
     return facts | {"problems": problems}
 
 
@@ -116,8 +116,8 @@ def _extent(bounds: Any) -> dict[str, Any]:
     return {"low": low, "high": high, "extent": [b - a for a, b in zip(low, high, strict=True)]}
 
 
-def _told(value: Any) -> str:
-    """Return a fact as a person reads it."""
+def _as_text(value: Any) -> str:
+    """Return a value as text."""
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, int):
@@ -126,5 +126,5 @@ def _told(value: Any) -> str:
         return f"{value:.6g}"
     if isinstance(value, list):
         row = "; " if value and isinstance(value[0], list | str) else ", "
-        return row.join(_told(inner) for inner in value) or "none"
+        return row.join(_as_text(inner) for inner in value) or "none"
     return str(value)

@@ -1,4 +1,4 @@
-"""Ctrl-C held back until the work can stop with something whole: between imports, iterations and files."""
+"""Deferred Ctrl-C: a command is interrupted between imports, iterations and files, never within one."""
 
 from __future__ import annotations
 
@@ -12,45 +12,45 @@ from simplexmesh._interrupts import resend_lost_interrupts
 
 Report = Callable[[float, str], None]
 
-PATIENCE = 1.0
-"""Seconds after which somebody who pressed Ctrl-C is told that it was heard."""
+DELAY = 1.0
+"""Seconds after which a Ctrl-C that has not taken effect is acknowledged."""
 
-HEARD = "note: stopping as soon as it can; Ctrl-C once more breaks off at once\n"
+ACKNOWLEDGMENT = "note: stopping as soon as possible; press Ctrl-C again to stop at once\n"
 
 
 class Interrupts:
-    """Whether Ctrl-C was pressed since the work began."""
+    """A pending Ctrl-C."""
 
     def __init__(self) -> None:
-        self.asked = False
-        self._waiting: threading.Timer | None = None
+        self.pending = False
+        self._timer: threading.Timer | None = None
 
-    def heard(self) -> None:
-        """Note that Ctrl-C was pressed, and say so if the work goes on for long: kernels that compile take a minute."""
-        self.asked = True
-        self._waiting = threading.Timer(PATIENCE, lambda: sys.stderr.write(HEARD))
-        self._waiting.daemon = True
-        self._waiting.start()
+    def request(self) -> None:
+        """Record a Ctrl-C; acknowledge it if the work does not stop soon (compiling kernels takes up to a minute)."""
+        self.pending = True
+        self._timer = threading.Timer(DELAY, lambda: sys.stderr.write(ACKNOWLEDGMENT))
+        self._timer.daemon = True
+        self._timer.start()
 
     def check(self) -> None:
-        """Stop here if Ctrl-C was pressed, once.
+        """Raise the pending interrupt, if there is one, and clear it.
 
         Raises
         ------
         KeyboardInterrupt
         """
-        if self.asked:
-            self.asked = False
-            self.settle()
+        if self.pending:
+            self.pending = False
+            self.cancel_acknowledgment()
             raise KeyboardInterrupt
 
-    def settle(self) -> None:
-        """Say no more: the work has stopped."""
-        if self._waiting is not None:
-            self._waiting.cancel()
+    def cancel_acknowledgment(self) -> None:
+        """Print no acknowledgment: the work has stopped."""
+        if self._timer is not None:
+            self._timer.cancel()
 
-    def watching(self, report: Report) -> Report:
-        """Return the report, which also stops the work at its next call after Ctrl-C."""
+    def checking(self, report: Report) -> Report:
+        """Return the progress callback with a check for Ctrl-C at each call."""
 
         def reported(share: float, message: str) -> None:
             self.check()
@@ -60,25 +60,25 @@ class Interrupts:
 
 
 @contextmanager
-def held_interrupts() -> Iterator[Interrupts]:
-    """Note Ctrl-C instead of breaking off whatever runs, such as an import or the writing of a file; twice breaks off.
+def deferred_interrupts() -> Iterator[Interrupts]:
+    """Record Ctrl-C instead of raising it in the middle of an import or of writing a file; a second one raises.
 
-    Elsewhere than in the main thread Ctrl-C is left as it is.
+    Outside the main thread Ctrl-C is left as it is.
     """
     interrupts = Interrupts()
     if threading.current_thread() is not threading.main_thread():
         yield interrupts
         return
 
-    def noted(number: int, frame: object) -> None:
-        if interrupts.asked:
+    def handler(number: int, frame: object) -> None:
+        if interrupts.pending:
             raise KeyboardInterrupt
-        interrupts.heard()
+        interrupts.request()
 
-    before = signal.signal(signal.SIGINT, noted)
+    before = signal.signal(signal.SIGINT, handler)
     try:
         with resend_lost_interrupts():
             yield interrupts
     finally:
-        interrupts.settle()
+        interrupts.cancel_acknowledgment()
         signal.signal(signal.SIGINT, before)

@@ -1,4 +1,4 @@
-"""`simplexmesh library`: models in one file, and which of them a scan shows."""
+"""`simplexmesh library`: keep models in one file, and find which of them a scan shows."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from simplexmesh.cli.interrupt import held_interrupts
+from simplexmesh.cli.interrupt import deferred_interrupts
 from simplexmesh.cli.report import KEPT, NOTES, PICTURES, as_json, note, progress, table, writable, written_to
 
 EXAMPLE = "Example: simplexmesh library recognise models.sml scan.ply"
@@ -17,7 +17,7 @@ LIST_EXAMPLE = "Example: simplexmesh library list models.sml --json"
 REMOVE_EXAMPLE = "Example: simplexmesh library remove models.sml cow"
 RECOGNISE_EXAMPLE = "Example: simplexmesh library recognise models.sml scan.ply --picture found.png"
 
-Library = Annotated[Path, typer.Argument(metavar="LIBRARY", help="The library's file, .sml by convention.")]
+Library = Annotated[Path, typer.Argument(metavar="LIBRARY", help="File of the library, .sml by convention.")]
 Json = Annotated[bool, typer.Option("--json", help="Print the report as JSON.")]
 
 
@@ -25,37 +25,37 @@ def add(
     library: Library,
     inputs: Annotated[list[Path], typer.Argument(metavar="FILE", help="Models: surfaces, points, volumes.")],
     name: Annotated[
-        str | None, typer.Option(help="The name, for one file. Default: the file's, without ending.")
+        str | None, typer.Option(help="Name of the model, for a single file. Default: the file name without suffix.")
     ] = None,
-    replace: Annotated[bool, typer.Option("--replace", help="Let models of these names give way.")] = False,
-    level: Annotated[float | None, typer.Option(help="Surface meant, of volumes of intensities.")] = None,
-    label: Annotated[int | None, typer.Option(help="Region meant, of volumes of labels.")] = None,
-    inside: Annotated[str, typer.Option(help="Where the object is: above the level, or below.")] = "above",
+    replace: Annotated[bool, typer.Option("--replace", help="Replace models with the same names.")] = False,
+    level: Annotated[float | None, typer.Option(help="Isovalue, for intensity volumes.")] = None,
+    label: Annotated[int | None, typer.Option(help="Region, for label maps.")] = None,
+    inside: Annotated[str, typer.Option(help="Whether the object is above or below the level.")] = "above",
     json: Json = False,
 ) -> int | str:
-    """Add models to a library, which is made if there is none. Each is on disk before the next is read."""
+    """Add models to a library, which is created if missing. Each is on disk before the next is read."""
     names = _names(inputs, name)
     code: int | str = 0
     added: list[str] = []
-    with held_interrupts() as interrupts, progress("adding", wanted=not json and len(inputs) > 1) as report:
+    with deferred_interrupts() as interrupts, progress("adding", wanted=not json and len(inputs) > 1) as report:
         from simplexmesh.recognition.library import ModelLibrary
 
-        models, reported = ModelLibrary(library), interrupts.watching(report)
+        models, reported = ModelLibrary(library), interrupts.checking(report)
         if not replace and (taken := sorted(set(names) & set(models.names))):
-            raise ValueError(f"names must be new to {library}, unless with --replace; it has {', '.join(taken)}")
+            raise ValueError(f"names must be new to {library} (see --replace); it already has {', '.join(taken)}")
         try:
             for k, (each, path) in enumerate(zip(names, inputs, strict=True)):
                 reported(k / len(inputs), path.name)
-                _added(models, each, path, replace=replace, level=level, label=label, inside=inside)
+                _add(models, each, path, replace=replace, level=level, label=label, inside=inside)
                 added.append(each)
         except KeyboardInterrupt:
             if not added:
                 raise
-            note("interrupted; what was added before is kept")
+            note("interrupted; models added before are kept")
             code = KEPT
         except (ValueError, TypeError, OSError):
             if added:
-                note(f"added before, and kept: {', '.join(added)}")
+                note(f"models added before are kept: {', '.join(added)}")
             raise
     facts = {"library": library, "added": added, "models": len(models)}
     if json:
@@ -66,19 +66,19 @@ def add(
 
 
 def _names(inputs: list[Path], name: str | None) -> list[str]:
-    """Return what models are to be called."""
+    """Return the names of the models."""
     if name is None:
         names = [path.stem for path in inputs]
         if twice := [each for each in names if names.count(each) > 1]:
-            raise ValueError(f"files must have different names, as models are called so; {twice[0]!r} is there twice")
+            raise ValueError(f"files must have different names, which the models take; {twice[0]!r} is given twice")
         return names
     if len(inputs) > 1:
-        raise ValueError(f"--name is for one file, not {len(inputs)}")
+        raise ValueError(f"--name needs a single file, not {len(inputs)}")
     return [name]
 
 
-def _added(models: Any, name: str, path: Path, **options: Any) -> None:
-    """Add the model in a file; what is wrong with it is told with the file's name."""
+def _add(models: Any, name: str, path: Path, **options: Any) -> None:
+    """Add the model in a file; errors name the file."""
     from simplexmesh.data.reading import read
 
     data = read(path)  # names the file itself
@@ -89,7 +89,7 @@ def _added(models: Any, name: str, path: Path, **options: Any) -> None:
 
 
 def list_models(library: Library, json: Json = False) -> None:
-    """List the models of a library, in the order in which they were added."""
+    """List the models of a library, in the order they were added."""
     from simplexmesh.recognition.library import ModelLibrary
 
     if not library.exists():
@@ -104,10 +104,10 @@ def list_models(library: Library, json: Json = False) -> None:
 
 def remove(
     library: Library,
-    names: Annotated[list[str], typer.Argument(metavar="NAME", help="Models, as `list` tells them.")],
+    names: Annotated[list[str], typer.Argument(metavar="NAME", help="Models, named as in `list`.")],
     json: Json = False,
 ) -> None:
-    """Take models out of a library."""
+    """Remove models from a library."""
     from simplexmesh.recognition.library import ModelLibrary
 
     if not library.exists():
@@ -116,7 +116,7 @@ def remove(
     if absent := sorted(set(names) - set(models.names)):
         raise ValueError(f"names must be those of models in {library}; there is none called {absent[0]!r}")
     removed = list(dict.fromkeys(names))
-    with held_interrupts():
+    with deferred_interrupts():
         for name in removed:
             models.remove(name)
     if json:
@@ -128,28 +128,28 @@ def remove(
 def recognise(
     library: Library,
     scan: Annotated[Path, typer.Argument(metavar="SCAN", help="An object, or a part of it, in the models' unit.")],
-    best: Annotated[int, typer.Option(help="How many models to tell at most.")] = 5,
-    level: Annotated[float | None, typer.Option(help="Surface meant, of volumes of intensities.")] = None,
-    label: Annotated[int | None, typer.Option(help="Region meant, of volumes of labels.")] = None,
-    inside: Annotated[str, typer.Option(help="Where the object is: above the level, or below.")] = "above",
+    best: Annotated[int, typer.Option(help="Largest number of models to report.")] = 5,
+    level: Annotated[float | None, typer.Option(help="Isovalue, for intensity volumes.")] = None,
+    label: Annotated[int | None, typer.Option(help="Region, for label maps.")] = None,
+    inside: Annotated[str, typer.Option(help="Whether the object is above or below the level.")] = "above",
     picture: Annotated[Path | None, typer.Option(help="Write a picture of the scan with the best model in it.")] = None,
     json: Json = False,
 ) -> None:
-    """Say which models a scan may be of, best first, and where each lies in it."""
+    """Find which models a scan shows, best first, and the pose of each."""
     if picture is not None:
         picture = writable(picture, "--picture", PICTURES, [library, scan])
     if best < 1:
         raise ValueError(f"--best must be at least 1, not {best}")
     if not library.exists():
         raise FileNotFoundError(f"there is no model library {library}")
-    with held_interrupts() as interrupts, progress("recognizing", wanted=not json) as report:
+    with deferred_interrupts() as interrupts, progress("recognizing", wanted=not json) as report:
         from simplexmesh.data.reading import read
         from simplexmesh.recognition.library import ModelLibrary
 
         models, data = ModelLibrary(library), read(scan)
         began = time.perf_counter()
-        told = interrupts.watching(report)
-        found = models.recognise(data, best=best, level=level, label=label, inside=inside, progress=told)
+        reported = interrupts.checking(report)
+        found = models.recognise(data, best=best, level=level, label=label, inside=inside, progress=reported)
         seconds = time.perf_counter() - began
         interrupts.check()
         if picture is not None and found:
@@ -173,9 +173,9 @@ def recognise(
 
 
 def _draw(path: Path, scan: Any, models: Any, best: Any, level: float | None, label: int | None) -> None:
-    """Write a picture of the best model and the scan, and of the model where it was found."""
+    """Write a picture of the scan with the best model, before and after placing it."""
     from simplexmesh import plot
 
-    titles = (f"the scan, and {best.name} as it is in the library", f"{best.name} where it was found")
+    titles = (f"the scan, and {best.name} as stored in the library", f"{best.name} in the pose found")
     model, T = models.points(best.name), best.T_scan_model
     plot.picture(path, plot.overlay(model, scan, T, level=level, label=label, titles=titles))

@@ -1,4 +1,4 @@
-"""`simplexmesh reconstruct`: from a volume, a scan or several to a surface model."""
+"""`simplexmesh reconstruct`: fit a surface model to a volume, a scan or several scans."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
-from simplexmesh.cli.interrupt import held_interrupts
+from simplexmesh.cli.interrupt import deferred_interrupts
 from simplexmesh.cli.report import (
     KEPT,
     MODELS,
@@ -37,40 +37,48 @@ def command(
     inputs: Annotated[
         list[Path], typer.Argument(metavar="INPUT", help="A volume, a surface, points, or several scans.")
     ],
-    output: Annotated[Path, typer.Option("--output", "-o", help="Model: .vtp (keeps all), .ply, .obj, .off, .stl.")],
-    level: Annotated[float | None, typer.Option(help="Value on the surface wanted, for intensities.")] = None,
-    label: Annotated[int | None, typer.Option(help="Region wanted, for a volume of labels.")] = None,
-    inside: Annotated[str, typer.Option(help="Where the object is: above the level, or below.")] = "above",
+    output: Annotated[
+        Path, typer.Option("--output", "-o", help="Model to write: .vtp (keeps everything), .ply, .obj, .off, .stl.")
+    ],
+    level: Annotated[float | None, typer.Option(help="Isovalue of an intensity volume.")] = None,
+    label: Annotated[int | None, typer.Option(help="Region of a label map.")] = None,
+    inside: Annotated[str, typer.Option(help="Whether the object is above or below the level.")] = "above",
     vertices: Annotated[int, typer.Option(help="Number of vertices of the model, kept within 10 %.")] = 4000,
     init: Annotated[
         str, typer.Option(help="Start: auto, sphere, ellipsoid, cylinder, plane, torus, or a .vtp file of a mesh.")
     ] = "auto",
-    poses: Annotated[Path | None, typer.Option(help="Where each scan was taken, such as bun.conf.")] = None,
-    components: Annotated[str, typer.Option(help="Which pieces to keep: largest or all.")] = "largest",
-    tunnels: Annotated[float | None, typer.Option(help="Seal holes through the body narrower than this.")] = None,
-    iterations: Annotated[int, typer.Option(help="Most iterations of the fine stage.")] = 500,
+    poses: Annotated[Path | None, typer.Option(help="File of the pose of each scan, such as bun.conf.")] = None,
+    components: Annotated[str, typer.Option(help="Components to keep: largest or all.")] = "largest",
+    tunnels: Annotated[
+        float | None, typer.Option(help="Close tunnels narrower than this, in the unit of the data.")
+    ] = None,
+    iterations: Annotated[int, typer.Option(help="Largest number of iterations of the fine stage.")] = 500,
     holes: Annotated[str | None, typer.Option(help="Open holes where the data ends: auto or none.")] = None,
-    handles: Annotated[str | None, typer.Option(help="Join what should hang together: auto or none.")] = None,
+    handles: Annotated[str | None, typer.Option(help="Add handles where the data has them: auto or none.")] = None,
     refine: Annotated[
-        str | None, typer.Option(help="Divide faces on the way: none, auto, coarse, medium or fine.")
+        str | None, typer.Option(help="Divide faces while fitting: none, auto, coarse, medium or fine.")
     ] = None,
     placement: Annotated[
-        str | None, typer.Option(help="Vertices where the data asks for them, or evenly spaced: adaptive or even.")
+        str | None, typer.Option(help="Spacing of vertices: adaptive (to curvature and distance) or even.")
     ] = None,
     picture: Annotated[Path | None, typer.Option(help="Write a picture of data and model to this file.")] = None,
-    view: Annotated[str | None, typer.Option(help="Side the picture is taken from: iso, xy, -xy, xz, yx, ...")] = None,
-    up: Annotated[str | None, typer.Option(help="Axis up in the picture: x, y, z, -x, -y, -z or auto.")] = None,
+    view: Annotated[
+        str | None, typer.Option(help="Direction of view of the picture: iso, xy, -xy, xz, yx, ...")
+    ] = None,
+    up: Annotated[
+        str | None, typer.Option(help="Axis that points up in the picture: x, y, z, -x, -y, -z or auto.")
+    ] = None,
     json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
 ) -> int | str:
-    """Fit a surface model to a volume, a label, a scan or several scans."""
+    """Fit a surface model to a volume, a label map, a scan or several scans."""
     output = writable(output, "--output", MODELS, inputs)
     if picture is not None:
         picture = writable(picture, "--picture", PICTURES, inputs)
     camera, upwards = direction(view or "iso"), upward(up or "auto", view or "iso")
     if picture is None and (view or up):
-        raise ValueError(f"--{'view' if view else 'up'} is for the picture, and --picture is not given")
+        raise ValueError(f"--{'view' if view else 'up'} needs --picture")
 
-    with held_interrupts() as interrupts:
+    with deferred_interrupts() as interrupts:
         from simplexmesh.motion.reconstruct import reconstruct
 
         began = time.perf_counter()
@@ -80,13 +88,13 @@ def command(
             result = reconstruct(
                 data, level=level, label=label, inside=inside, vertices=vertices, init=init, components=components,
                 tunnels=tunnels, iterations=iterations, holes=holes, handles=handles, refine=refine,
-                placement=placement, progress=interrupts.watching(report),
+                placement=placement, progress=interrupts.checking(report),
             )  # fmt: skip
         seconds = time.perf_counter() - began
         with written_to(output, "the model"):
             result.mesh.save(output)
-        interrupted = result.interrupted or interrupts.asked
-        facts = _told(result, output, seconds, interrupted=interrupted)
+        interrupted = result.interrupted or interrupts.pending
+        facts = _reported(result, output, seconds, interrupted=interrupted)
         if picture is not None and not interrupted:
             with written_to(picture, "the picture"):
                 _draw(picture, data, result, level, label, inside, camera, upwards)
@@ -98,31 +106,31 @@ def command(
 
 
 def loaded(inputs: list[Path], poses: Path | None) -> Any:
-    """Return the data of the files: of one as it is, of several, or one with a pose, as joined points."""
+    """Return the data of the files: of a single one as it is; of several, or one with a pose, as joined points."""
     from simplexmesh.data.convert import as_data
     from simplexmesh.motion.scans import joined_scans
 
     if len(inputs) == 1 and poses is None:
         return as_data(inputs[0])
     if poses is None:
-        note("no --poses were given: the scans are taken to be where they belong; simplexmesh register finds a pose")
+        note("no --poses given: the scans are assumed to be in one coordinate system; simplexmesh register finds poses")
     return joined_scans(inputs, poses)
 
 
-def _told(result: Any, output: Path, seconds: float, *, interrupted: bool) -> dict[str, Any]:
-    """Return the facts of a reconstruction, with a note on each thing that is not as it should be."""
+def _reported(result: Any, output: Path, seconds: float, *, interrupted: bool) -> dict[str, Any]:
+    """Return the report of a reconstruction, and print a note on each problem."""
     if interrupted:
         note(f"interrupted; the model reached so far is in {output}")
     elif not result.converged:
-        note(f"the model did not come to rest in {len(result.history)} iterations; more --iterations may help")
+        note(f"the model did not converge in {len(result.history)} iterations; more --iterations may help")
     facts = described(result) | {"seconds": round(seconds, 3), "output": str(output)}
     for problem in facts["problems"]:
-        note(f"the model is not sound: {problem}")
+        note(f"the model has a defect: {problem}")
     return facts
 
 
 def described(result: Any) -> dict[str, Any]:
-    """Return the numbers that describe a reconstruction, and what is wrong with its mesh."""
+    """Return the report of a reconstruction: sizes, distances, topology, and the defects of the mesh."""
     from simplexmesh.motion.evolve import mean_edge
 
     mesh = result.mesh
@@ -140,7 +148,7 @@ def described(result: Any) -> dict[str, Any]:
 
 
 def _changes(topology: Any) -> dict[str, Any]:
-    """Return what was changed on the way, proposal by proposal."""
+    """Return the changes of topology, proposal by proposal."""
     return {
         kind: [
             {"accepted": proposal.accepted, "reason": proposal.reason, "what": repr(proposal)} for proposal in proposals
@@ -150,7 +158,7 @@ def _changes(topology: Any) -> dict[str, Any]:
 
 
 def _summary(changes: dict[str, Any]) -> dict[str, str]:
-    """Return the same in words, nothing where nothing was considered."""
+    """Return the same as text; empty where nothing was considered."""
     said = []
     for kind in ("holes", "handles"):
         done = sum(proposal["accepted"] for proposal in changes[kind])
@@ -158,7 +166,7 @@ def _summary(changes: dict[str, Any]) -> dict[str, str]:
         if changes[kind]:
             said.append(
                 f"{done} {kind[:-1] if done == 1 else kind} made"
-                + "".join(f", one refused: {reason}" for reason in reasons)
+                + "".join(f", one rejected: {reason}" for reason in reasons)
             )
     if changes["refined"]:
         said.append(f"{changes['refined']:,} vertices by refinement")
@@ -185,10 +193,10 @@ def _draw(
 
 
 def _print(facts: dict[str, Any], output: Path) -> None:
-    rest = "interrupted" if facts["interrupted"] else "at rest" if facts["converged"] else "still moving"
+    rest = "interrupted" if facts["interrupted"] else "converged" if facts["converged"] else "not converged"
     pieces = f", {facts['components']} components" if facts["components"] > 1 else ""
     enclosed = facts["distance"]["enclosed"]
-    within = {"enclosed": f"{enclosed['count']:,} data points far inside the model, to {enclosed['max']:.4g}"}
+    within = {"enclosed": f"{enclosed['count']:,} data points far inside the model, up to {enclosed['max']:.4g}"}
     table(
         str(output),
         {
@@ -199,7 +207,7 @@ def _print(facts: dict[str, Any], output: Path) -> None:
             "data to mesh": _spread(facts["distance"]["data_to_mesh"]),
             **(within if enclosed["count"] else {}),
             **_summary(facts["topology"]),
-            "motion": f"{facts['iterations']} iterations, {rest}",
+            "fit": f"{facts['iterations']} iterations, {rest}",
             "problems": "\n".join(facts["problems"]) or "none",
             "time": f"{facts['seconds']:.1f} s",
         },

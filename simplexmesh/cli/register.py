@@ -1,4 +1,4 @@
-"""`simplexmesh register`: where one object, or a part of it, lies on another."""
+"""`simplexmesh register`: rigid registration of one object, or a part of it, to another."""
 
 from __future__ import annotations
 
@@ -9,47 +9,51 @@ from typing import Annotated, Any
 
 import typer
 
-from simplexmesh.cli.interrupt import held_interrupts
-from simplexmesh.cli.report import NOTES, PICTURES, as_json, dumped, note, progress, table, writable, written_to
+from simplexmesh.cli.interrupt import deferred_interrupts
+from simplexmesh.cli.report import NOTES, PICTURES, as_json, json_text, note, progress, table, writable, written_to
 
 EXAMPLE = "Example: simplexmesh register bun045.ply bun000.ply -o pose.json --picture before_after.png"
 
 
 def command(
-    source: Annotated[Path, typer.Argument(metavar="SOURCE", help="What is moved: a scan, a surface, a volume.")],
-    target: Annotated[Path, typer.Argument(metavar="TARGET", help="What it is brought to.")],
-    output: Annotated[Path | None, typer.Option("--output", "-o", help="The pose, .json, as --poses reads it.")] = None,
-    level: Annotated[float | None, typer.Option(help="Surface meant, of volumes of intensities.")] = None,
-    label: Annotated[int | None, typer.Option(help="Region meant, of volumes of labels.")] = None,
-    inside: Annotated[str, typer.Option(help="Where the object is: above the level, or below.")] = "above",
-    picture: Annotated[Path | None, typer.Option(help="Write a picture of both before and after.")] = None,
+    source: Annotated[
+        Path, typer.Argument(metavar="SOURCE", help="The object to be moved: a scan, a surface, a volume.")
+    ],
+    target: Annotated[Path, typer.Argument(metavar="TARGET", help="The object it is registered to.")],
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="File for the pose, .json, as --poses reads it.")
+    ] = None,
+    level: Annotated[float | None, typer.Option(help="Isovalue, for intensity volumes.")] = None,
+    label: Annotated[int | None, typer.Option(help="Region, for label maps.")] = None,
+    inside: Annotated[str, typer.Option(help="Whether the object is above or below the level.")] = "above",
+    picture: Annotated[Path | None, typer.Option(help="Write a picture of both, before and after.")] = None,
     json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
 ) -> None:
-    """Find the rigid motion between two objects, without a first guess and without any scale."""
+    """Find the rigid motion between two objects, without an initial guess or a scale parameter."""
     if output is not None:
         output = writable(output, "--output", (".json",), [source, target])
     if picture is not None:
         picture = writable(picture, "--picture", PICTURES, [source, target])
-    with held_interrupts() as interrupts, progress("registering", wanted=not json) as report:
+    with deferred_interrupts() as interrupts, progress("registering", wanted=not json) as report:
         from simplexmesh.data.reading import read
         from simplexmesh.recognition.register import register
 
         began = time.perf_counter()
         here, there = read(source), read(target)
         levels, labels = (_of_volumes(value, here, there) for value in (level, label))
-        found = register(here, there, level=levels, label=labels, inside=inside, progress=interrupts.watching(report))
+        found = register(here, there, level=levels, label=labels, inside=inside, progress=interrupts.checking(report))
         seconds = time.perf_counter() - began
         interrupts.check()
         if output is not None:
             with written_to(output, "the pose"):
-                _write(output, dumped({source.name: found.T_target_source}))
+                _write(output, json_text({source.name: found.T_target_source}))
         if picture is not None:
             with written_to(picture, "the picture"):
                 from simplexmesh import plot
 
                 plot.picture(picture, plot.overlay(here, there, found.T_target_source, level=level, label=label))
     if found.ambiguous:
-        note("other poses fit as well: the objects, or what both show of them, are symmetric")
+        note("the pose is ambiguous: the objects, or their common part, are symmetric")
     if json:
         as_json(_facts(found, seconds) | {"notes": NOTES})
         return
@@ -67,7 +71,7 @@ def command(
 
 
 def _of_volumes(value: Any, here: Any, there: Any) -> Any:
-    """Return an option for source and target: where only one is a volume it is not the other's."""
+    """Return an option as a pair for source and target: where only one is a volume, None for the other."""
     from simplexmesh.data.volume import Volume
 
     volumes = [isinstance(each, Volume) for each in (here, there)]
@@ -75,7 +79,7 @@ def _of_volumes(value: Any, here: Any, there: Any) -> Any:
 
 
 def _facts(found: Any, seconds: float) -> dict[str, Any]:
-    """Return all that is known of a registration, by name."""
+    """Return the report of a registration."""
     return {
         "T_target_source": found.T_target_source,
         "error": found.error,
@@ -93,7 +97,7 @@ def _facts(found: Any, seconds: float) -> dict[str, Any]:
 
 
 def _write(path: Path, text: str) -> None:
-    """Write text, whole or not at all."""
+    """Write text to a file, completely or not at all."""
     draft = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
         draft.write_text(text + "\n", encoding="utf-8")

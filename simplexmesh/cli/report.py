@@ -1,4 +1,4 @@
-"""What is printed: tables and JSON on the output, notes, errors and progress on the error stream."""
+"""Output of the commands: tables and JSON on standard output; notes, errors and progress on standard error."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ import typer
 MODELS = (".vtp", ".ply", ".obj", ".off", ".stl")
 PICTURES = (".png", ".jpg", ".jpeg", ".tif")
 INTERRUPTED = 130
-KEPT = "interrupted, and what was reached is kept"  # what a command returns then
+KEPT = "interrupted, with the results so far kept"  # return value of such a command
 UPS = ("auto", "x", "y", "z", "-x", "-y", "-z")
-NOTES: list[str] = []  # what was said so far, for JSON
+NOTES: list[str] = []  # the notes printed so far, for JSON
 VIEWS = ("iso", "xy", "xz", "yz", "yx", "zx", "zy", "-xy", "-xz", "-yz", "-yx", "-zx", "-zy")
 
 
 def mesh_numbers(mesh: Any) -> dict[str, Any]:
-    """Return the numbers that every command tells of a simplex mesh.
+    """Return the numbers that every command reports of a simplex mesh.
 
     Examples
     --------
@@ -43,13 +43,13 @@ def mesh_numbers(mesh: Any) -> dict[str, Any]:
 
 
 def note(message: str) -> None:
-    """Say something worth knowing, on the error stream."""
+    """Print a note on standard error, and record it for JSON."""
     NOTES.append(message)
     typer.echo(f"note: {message}", err=True)
 
 
 def error(message: str) -> None:
-    """Say what went wrong, on the error stream."""
+    """Print an error on standard error."""
     typer.secho(f"error: {message}", err=True, fg="red")
 
 
@@ -70,15 +70,13 @@ def table(title: str, rows: Mapping[str, Any]) -> None:
     grid.add_column(overflow="fold")
     for name, value in rows.items():
         grid.add_row(name, str(value))
-    console = Console(
-        file=sys.stdout, highlight=False, markup=False, emoji=False
-    )  # names are text, whatever is in them
+    console = Console(file=sys.stdout, highlight=False, markup=False, emoji=False)  # file names are plain text
     console.print(title, style="bold")
     console.print(grid)
 
 
 def as_json(facts: Mapping[str, Any]) -> None:
-    """Print one JSON object; numbers that are not finite become null.
+    """Print one JSON object, with non-finite numbers as null.
 
     Examples
     --------
@@ -88,16 +86,16 @@ def as_json(facts: Mapping[str, Any]) -> None:
       "genus": 1
     }
     """
-    typer.echo(dumped(facts))
+    typer.echo(json_text(facts))
 
 
-def dumped(facts: Mapping[str, Any]) -> str:
-    """Return facts as JSON text, numbers that are not finite as null."""
+def json_text(facts: Mapping[str, Any]) -> str:
+    """Return facts as JSON text, with non-finite numbers as null."""
     return json.dumps(_plain(facts), indent=2, allow_nan=False)
 
 
 def _plain(value: Any) -> Any:
-    """Return a value as JSON can hold it."""
+    """Return a value of types that JSON can hold."""
     if isinstance(value, Mapping):
         return {str(name): _plain(inner) for name, inner in value.items()}
     if hasattr(value, "tolist"):
@@ -111,7 +109,7 @@ def _plain(value: Any) -> Any:
 
 @contextmanager
 def progress(title: str, *, wanted: bool = True) -> Iterator[Callable[[float, str], None]]:
-    """Yield a function that moves a bar on the error stream, or does nothing where nobody watches."""
+    """Yield a progress callback that draws a bar on standard error; without a terminal it does nothing."""
     if not wanted or not sys.stderr.isatty():
         yield lambda fraction, message: None
         return
@@ -129,7 +127,7 @@ def progress(title: str, *, wanted: bool = True) -> Iterator[Callable[[float, st
 
 
 def writable(path: Path, option: str, endings: tuple[str, ...], inputs: list[Path] | None = None) -> Path:
-    """Return where to write, after finding out before any long work that it will be possible.
+    """Return the path to write to; raise at once, before any long work, if that would fail.
 
     Examples
     --------
@@ -142,19 +140,19 @@ def writable(path: Path, option: str, endings: tuple[str, ...], inputs: list[Pat
     if path.suffix.lower() not in endings:
         raise ValueError(f"{option} must end with one of {', '.join(endings)}, not {path.suffix or 'nothing'}")
     if not path.parent.is_dir():
-        raise FileNotFoundError(f"{option} must be in an existing folder, {str(path.parent)!r} is not one")
+        raise FileNotFoundError(f"{option} must be in an existing folder, {str(path.parent)!r} does not exist")
     if not os.access(path.parent, os.W_OK):
-        raise PermissionError(f"{option} must be in a folder that can be written to, {str(path.parent)!r} cannot")
+        raise PermissionError(f"{option} must be in a writable folder, {str(path.parent)!r} is not")
     if path.is_dir():
         raise IsADirectoryError(f"{option} must be a file, {str(path)!r} is a folder")
     if any(path.exists() and given.exists() and path.samefile(given) for given in inputs or []):
-        raise ValueError(f"{option} must not be the input {str(path)!r} itself")
+        raise ValueError(f"{option} must not be the input file {str(path)!r}")
     return path
 
 
 @contextmanager
 def written_to(path: Path, what: str) -> Iterator[None]:
-    """Let failures to write name the path the user gave; say so when an older file was replaced."""
+    """Make write errors name the path the user gave; print a note when an older file was replaced."""
     older = path.exists()
     try:
         yield
@@ -167,7 +165,7 @@ def written_to(path: Path, what: str) -> Iterator[None]:
 
 
 def unused(folder: Path, name: str) -> Path:
-    """Return a path in a folder that no file has yet: the name, or the name with a number.
+    """Return an unused path in a folder: the name, or the name with a number.
 
     Examples
     --------
@@ -182,7 +180,7 @@ def unused(folder: Path, name: str) -> Path:
 
 
 def direction(view: str) -> str | None:
-    """Return the camera a `--view` names, None for the default.
+    """Return the view that `--view` names, None for the default.
 
     Examples
     --------
@@ -204,7 +202,7 @@ def upward(up: str, view: str = "iso") -> str:
     'y'
     """
     if up != "auto" and view != "iso":
-        raise ValueError(f"--up is for the view iso: --view {view} has its own axis up")
+        raise ValueError(f"--up needs the view iso: --view {view} defines its own up axis")
     from simplexmesh import _check
 
     return _check.choice("--up", up, UPS)

@@ -1,4 +1,4 @@
-"""`simplexmesh view`: a model, a surface, points or a volume in a window, or in a picture where there is none."""
+"""`simplexmesh view`: show a file in a window, or write a picture where there is no display."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from simplexmesh.cli.interrupt import held_interrupts
+from simplexmesh.cli.interrupt import deferred_interrupts
 from simplexmesh.cli.report import PICTURES, direction, note, unused, upward, writable, written_to
 
 EXAMPLE = "Example: simplexmesh view head.vtp --scalars mean_curvature"
@@ -18,24 +18,26 @@ def command(
     scalars: Annotated[
         str | None, typer.Option(help="Color by mean_curvature, simplex_angle, distance (with --data) or an array.")
     ] = None,
-    data: Annotated[Path | None, typer.Option(help="Data to show beside the model, and to measure to.")] = None,
-    level: Annotated[float | None, typer.Option(help="Surface shown of a volume of intensities.")] = None,
-    label: Annotated[int | None, typer.Option(help="Region shown of a volume of labels.")] = None,
-    inside: Annotated[str, typer.Option(help="Where the object is: above the level, or below.")] = "above",
-    unit: Annotated[str, typer.Option(help="Unit of length, for the scale.")] = "",
-    side: Annotated[str, typer.Option("--view", help="Side to look from: iso, xy, -xy, xz, yx, ...")] = "iso",
+    data: Annotated[
+        Path | None, typer.Option(help="Data to show beside the model, and to measure distances to.")
+    ] = None,
+    level: Annotated[float | None, typer.Option(help="Isovalue of an intensity volume.")] = None,
+    label: Annotated[int | None, typer.Option(help="Region of a label map.")] = None,
+    inside: Annotated[str, typer.Option(help="Whether the object is above or below the level.")] = "above",
+    unit: Annotated[str, typer.Option(help="Unit of length, for the color scale.")] = "",
+    side: Annotated[str, typer.Option("--view", help="Direction of view: iso, xy, -xy, xz, yx, ...")] = "iso",
     up: Annotated[
         str,
-        typer.Option(help="Axis up: x, y, z, -x, -y, -z, or auto: z, or y for scans taller along y."),
+        typer.Option(help="Axis that points up: x, y, z, -x, -y, -z, or auto: z, or y for scans taller along y."),
     ] = "auto",
     picture: Annotated[Path | None, typer.Option(help="Write a picture to this file and open no window.")] = None,
 ) -> None:
-    """Open a window on a file; without a display, say so and write a picture to the current folder."""
+    """Show a file in a window; without a display, write a picture to the current folder."""
     if picture is not None:
         picture = writable(picture, "--picture", PICTURES, [path, *([data] if data else [])])
     camera, upwards = direction(side), upward(up, side)
 
-    with held_interrupts() as interrupts:
+    with deferred_interrupts() as interrupts:
         from simplexmesh import plot
         from simplexmesh.data.convert import as_data
 
@@ -59,5 +61,5 @@ def command(
         plotter.show(title=f"simplexmesh: {path.name}")
         return
     if windowless:
-        note(f"there is no display to open a window on; the picture is in {picture}")
+        note(f"there is no display; the picture was written to {picture}")
     typer.echo(picture)
