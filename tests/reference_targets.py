@@ -94,7 +94,7 @@ def crossings(mask):
     return found[:, :3], found[:, 3].astype(int)
 
 
-def sides(points, rows, near, normals=None):
+def boundary_criteria(points, rows, near, normals=None):
     """Normals of the planes through neighbors, the angle these leave free there, how far off their mean is."""
     offsets = points[near] - points[rows][:, None]
     centered = offsets - offsets.mean(axis=1, keepdims=True)

@@ -316,9 +316,9 @@ class TestBorders:
         near = np.array([rng.choice(np.arange(9, 60), count, replace=False) for _ in rows])
         normals = rng.normal(size=(9, 3))
         normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-        plain, *told = reference.sides(points, rows, near, normals if known else None)
+        plain, *told = reference.boundary_criteria(points, rows, near, normals if known else None)
         free, off = np.empty((2, 9))
-        _kernels_borders.sides(points, rows, near, normals, known, free, off)
+        _kernels_borders.boundary_criteria(points, rows, near, normals, known, free, off)
         flat = np.linalg.svd(points[near] - points[near].mean(axis=1, keepdims=True), compute_uv=False)
         clear = np.full(9, True) if known else flat[:, 2] < 0.9 * flat[:, 1]
         assert np.allclose(np.abs((normals * plain).sum(axis=1))[clear], 1, atol=1e-9)

@@ -174,5 +174,5 @@ def test_absent_label_is_refused():
     values[2:5] = 2
     with pytest.raises(ValueError, match=r"label must be present in the volume, 5 is not; present are \[0, 2\]"):
         LabelSurface(Volume(values), 5)
-    with pytest.raises(ValueError, match="not zero"):
+    with pytest.raises(ValueError, match="nonzero"):
         LabelSurface(Volume(np.zeros((4, 4, 4))))

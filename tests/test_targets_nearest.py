@@ -1,4 +1,4 @@
-"""The nearest surfel that faces a vertex: what a search of all would find, whatever is remembered."""
+"""The nearest surfel that faces a vertex: what a search of all would find, whatever is cached."""
 
 import numba
 import numpy as np
@@ -7,15 +7,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from simplexmesh.data.points import PointCloud
-from simplexmesh.motion.targets import _kernels_lanes as lanes
 from simplexmesh.motion.targets import _kernels_nearest, _kernels_wide
-from simplexmesh.motion.targets._kernels_pointers import floats, integers, start
+from simplexmesh.motion.targets import _kernels_simd as simd
+from simplexmesh.motion.targets._kernels_pointers import data_pointer, stack_floats, stack_integers
 from simplexmesh.motion.targets.points import Points
-from simplexmesh.motion.targets.surfels import _linked
+from simplexmesh.motion.targets.surfels import _assembled
 from tests import reference_targets as naive
 from tests.test_targets_points import noisy_torus, sphere_points, torus_points
 
-NONE, NEAREST, HELD = _kernels_nearest.NONE, _kernels_wide.NEAREST, _kernels_wide.HELD
+NONE, NEAREST, CAPACITY = _kernels_nearest.NONE, _kernels_wide.NEAREST, _kernels_wide.CAPACITY
 
 
 # ---- kernels against their twins
@@ -23,15 +23,15 @@ NONE, NEAREST, HELD = _kernels_nearest.NONE, _kernels_wide.NEAREST, _kernels_wid
 
 @numba.njit
 def eight_at_once(values, number, out):
-    """Fill `out` (5, 8) with what lanes make of ``values[:8]``, ``values[8:]`` and a number, and return masks."""
-    one, two = lanes.eight(start(values), 0), lanes.eight(start(values), 8)
-    lanes.put(start(out), 0, one + two)
-    lanes.put(start(out), 8, number - two)
-    lanes.put(start(out), 16, one * number)
-    lanes.put(start(out), 24, lanes.larger(one, two))
-    lanes.put(start(out), 32, lanes.larger(one, number))
-    mask = lanes.no_more(one, number)
-    return mask, lanes.less(one, number), lanes.lowest(mask), lanes.bits(mask)
+    """Fill `out` (5, 8) with SIMD operations on ``values[:8]``, ``values[8:]`` and a number, and return bit masks."""
+    one, two = simd.load(data_pointer(values), 0), simd.load(data_pointer(values), 8)
+    simd.store(data_pointer(out), 0, one + two)
+    simd.store(data_pointer(out), 8, number - two)
+    simd.store(data_pointer(out), 16, one * number)
+    simd.store(data_pointer(out), 24, simd.maximum(one, two))
+    simd.store(data_pointer(out), 32, simd.maximum(one, number))
+    mask = simd.less_equal(one, number)
+    return mask, simd.less(one, number), simd.trailing_zeros(mask), simd.population_count(mask)
 
 
 @given(values=st.lists(st.sampled_from([-1.0, 0.0, 0.5, 2.0, np.inf, np.nan]), min_size=16, max_size=16))
@@ -48,46 +48,46 @@ def test_lanes_are_eight_numbers(values):
     assert count == (one <= 0.5).sum()
 
 
-@given(values=st.lists(st.integers(0, 50), max_size=_kernels_wide.FULL + 8))
+@given(values=st.lists(st.integers(0, 50), max_size=_kernels_wide.TRIM_FROM + 8))
 @settings(deadline=None, max_examples=60)
 def test_the_nearest_are_kept_in_order(values):
     n = len(values)
-    held, apart = np.zeros(HELD, np.int64), np.zeros(HELD)
-    held[:n], apart[:n] = np.arange(n), values
-    count, following = sort_held(held, apart, n)
+    candidates, distances = np.zeros(CAPACITY, np.int64), np.zeros(CAPACITY)
+    candidates[:n], distances[:n] = np.arange(n), values
+    count, following = sort_candidates(candidates, distances, n)
     assert count == min(n, NEAREST)
-    np.testing.assert_array_equal(apart[:count], sorted(values)[:count])
-    np.testing.assert_array_equal(np.array(values)[held[:count]], apart[:count])
-    assert len(set(held[:count])) == count
+    np.testing.assert_array_equal(distances[:count], sorted(values)[:count])
+    np.testing.assert_array_equal(np.array(values)[candidates[:count]], distances[:count])
+    assert len(set(candidates[:count])) == count
     assert following == (sorted(values)[count] if n > count else np.inf)
 
 
 @numba.njit
-def sort_held(held, apart, count):
-    return _kernels_wide.keep_nearest(start(held), start(apart), count)
+def sort_candidates(candidates, distances, count):
+    return _kernels_wide.keep_nearest(data_pointer(candidates), data_pointer(distances), count)
 
 
 @numba.njit
-def search_from(place, normal, tree, fold, limit, found, wide, listed):
-    nodes, leaves, first, room, inner, base = tree
-    pointers = start(nodes), start(leaves), start(first), start(room), inner, base
-    held, apart = integers(HELD), floats(HELD)
+def search_from(place, normal, tree, fold, limit, found, list_limit, listed):
+    nodes, leaves, first, slack, inner, base = tree
+    pointers = data_pointer(nodes), data_pointer(leaves), data_pointer(first), data_pointer(slack), inner, base
+    candidates, distances = stack_integers(CAPACITY), stack_floats(CAPACITY)
     found, squared, count, bound = _kernels_wide.search(
-        pointers, *place, *normal, fold, naive_facing, naive_loose, limit, found, wide, held, apart
+        pointers, *place, *normal, fold, naive_facing, naive_loose, limit, found, list_limit, candidates, distances
     )
     for k in range(count):
-        listed[k] = held[k]
+        listed[k] = candidates[k]
     return found, squared, count, bound
 
 
 naive_facing, naive_loose = naive.FACING, naive.FACING - naive.TURN
 
 
-def check_search(s, place, normal, reach, wide):
+def check_search(s, place, normal, reach, list_limit):
     """A search from nothing: the nearest, and what is around it, nearest first, with nothing else nearer than told."""
     listed = np.zeros(NEAREST, np.int64)
     found, _, count, bound = search_from(
-        tuple(place), tuple(normal), s.wide, 1.0 if s.oriented else -1.0, reach**2, NONE, wide, listed
+        tuple(place), tuple(normal), s.wide_tree, 1.0 if s.oriented else -1.0, reach**2, NONE, list_limit, listed
     )
     at = naive.nearest_facing(s.table, place, normal, s.oriented, reach)
     assert found == (at if at >= 0 else NONE)
@@ -97,25 +97,27 @@ def check_search(s, place, normal, reach, wide):
     assert count <= NEAREST
     if count < len(around):
         assert bound <= squared[around[count]] * (1 + 1e-12)
-    room = wide if at < 0 else squared[at] + s.wide[3].min()
-    assert count >= min(NEAREST, len(naive.around(s.table, place, normal, s.oriented, min(wide, room) * (1 - 1e-12))))
+    slack = list_limit if at < 0 else squared[at] + s.wide_tree[3].min()
+    assert count >= min(
+        NEAREST, len(naive.around(s.table, place, normal, s.oriented, min(list_limit, slack) * (1 - 1e-12)))
+    )
 
 
 @given(
     seed=st.integers(0, 10_000),
     oriented=st.booleans(),
     n=st.sampled_from([3, 9, 40, 400, 1500]),
-    wide=st.sampled_from([0.0, 0.05, 1.0, 1e300]),
+    list_limit=st.sampled_from([0.0, 0.05, 1.0, 1e300]),
 )
 @settings(deadline=None, max_examples=40)
-def test_search_finds_the_nearest_and_what_is_around(seed, oriented, n, wide):
+def test_search_finds_the_nearest_and_what_is_around(seed, oriented, n, list_limit):
     rng = np.random.default_rng(seed)
     table = np.zeros((n, 12))
     table[:, :3], table[:, 3:6] = torus_points(n, rng)
     table[rng.random(n) < 0.1, 3:6] = 0.0  # no direction is known there
-    s = _linked(table, np.ones(n), np.ones(n), oriented=oriented)
+    s = _assembled(table, np.ones(n), np.ones(n), oriented=oriented)
     for _ in range(20):
-        check_search(s, rng.uniform(-1.4, 1.4, 3), sphere_points(1, rng)[0], rng.uniform(0.05, 1.5), wide)
+        check_search(s, rng.uniform(-1.4, 1.4, 3), sphere_points(1, rng)[0], rng.uniform(0.05, 1.5), list_limit)
 
 
 def test_search_among_many_alike():
@@ -126,7 +128,7 @@ def test_search_among_many_alike():
     table[:, :3] = sphere_points(1500, rng) * (1 + 0.01 * facing + 1e-3 * rng.random(1500))[:, None]
     cosine = np.where(facing, 0.5, 0.1)
     table[:, 3:6] = np.stack([np.sqrt(1 - cosine**2), 0 * cosine, cosine], axis=1)
-    s = _linked(table, np.ones(1500), np.ones(1500), oriented=True)
+    s = _assembled(table, np.ones(1500), np.ones(1500), oriented=True)
     for place in 1e-3 * sphere_points(50, rng):
         check_search(s, place, np.array([0, 0, 1.0]), 2.0, 4.0)
 
@@ -154,7 +156,7 @@ def test_vertices_in_motion_know_what_a_search_would_find(seed, oriented, step, 
     for _ in range(6):
         warm = target.gap(places, directions, reach)
         fresh = Points.__new__(Points)
-        fresh._set(target.surfels, target.center)
+        fresh._initialize(target.surfels, target.center)
         np.testing.assert_array_equal(warm, fresh.gap(places, directions, reach))
         places = places + step * rng.normal(size=places.shape)
         directions = directions + turn * rng.normal(size=places.shape)
@@ -182,7 +184,7 @@ def test_where_nothing_faces_a_vertex_there_is_no_gap_and_the_next_call_knows_it
     places, down = np.zeros((5, 3)), np.tile([0.0, 0.0, -1.0], (5, 1))
     for _ in range(2):
         assert np.isnan(target.gap(places, down, reach)).all()
-        listed = target._memory[1]
+        listed = target._cache[1]
         assert ((listed >= 0) & (listed < len(target.surfels))).all()  # a kernel reads there unchecked
 
 
@@ -211,7 +213,7 @@ def test_vertices_that_are_nowhere_have_no_gap_and_harm_no_others(broken, column
         np.testing.assert_array_equal(
             np.delete(gap, np.s_[::7]), np.delete(fresh.gap(places, normals, reach), np.s_[::7])
         )
-        listed = target._memory[1]
+        listed = target._cache[1]
         assert ((listed >= 0) & (listed < len(target.surfels))).all()  # a kernel reads there unchecked
         np.testing.assert_array_equal(target.gap(places, normals, reach), fresh.gap(places, normals, reach))
         mixed = rng.permutation(50)
@@ -233,15 +235,15 @@ def test_vertices_that_stay_when_a_mesh_is_edited_keep_what_they_know(oriented):
         (np.concatenate([places, new]), np.concatenate([normals, outward]), np.arange(600)),
         (places[stays], normals[stays], np.flatnonzero(stays)),
     ):
-        before, listed = (part.copy() for part in target._memory)
-        kept = _kernels_nearest.nothing_kept(len(some))
+        before, listed = (part.copy() for part in target._cache)
+        state = _kernels_nearest.empty_cache(len(some))
         s = target.surfels
         surfels = s.tree.points, s.heads, s.oriented
-        _kernels_nearest.carry_over(some, directions, target.center, 1.0, *surfels, target._memory, kept)
-        np.testing.assert_array_equal(kept[0][: len(same)], before[same])
-        np.testing.assert_array_equal(kept[1][: len(same)], listed[same])
+        _kernels_nearest.transfer_cache(some, directions, target.center, 1.0, *surfels, target._cache, state)
+        np.testing.assert_array_equal(state[0][: len(same)], before[same])
+        np.testing.assert_array_equal(state[1][: len(same)], listed[same])
         gap = target.gap(some, directions, 0.3)
         fresh = Points.__new__(Points)
-        fresh._set(s, target.center)
+        fresh._initialize(s, target.center)
         np.testing.assert_array_equal(gap, fresh.gap(some, directions, 0.3))
         target.gap(places, normals, 0.3)

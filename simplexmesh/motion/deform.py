@@ -17,7 +17,7 @@ from simplexmesh.motion.forces import CONSTRAINTS, Force, Frame, as_forces, cons
 from simplexmesh.motion.parameters import given_or_stored, per_vertex, references, whole_per_vertex
 from simplexmesh.motion.rim import Rim, RimShape
 from simplexmesh.motion.state import State, Target
-from simplexmesh.motion.targets.door import ask, reach_above_zero, read_only
+from simplexmesh.motion.targets.protocol import checked_reach, read_only, target_gaps
 
 Array = NDArray[np.float64]
 
@@ -117,7 +117,7 @@ class DeformableModel:
         self.damping = per_vertex("damping", damping, n, 1e-3, 1.0)
         diagonal = float(np.linalg.norm(np.ptp(mesh.vertices, axis=0)))
         self._max_move2 = (MAX_STEP * max(diagonal, np.finfo(float).tiny)) ** 2
-        self.reach = 0.2 * diagonal if reach is None else reach_above_zero(reach)
+        self.reach = 0.2 * diagonal if reach is None else checked_reach(reach)
         self.adaptation = _check.number("adaptation", adaptation, 0.0, 1.0)
         self.constraint = constraint_codes(given_or_stored(constraint, mesh, "constraint", "mean_curvature"), n)
         self.constraint.setflags(write=False)
@@ -193,7 +193,7 @@ class DeformableModel:
         frame = (self._inverse_radius, self._curvature, self._area, self._obtuse)
         _kernels.frames(self._vertices, self._neighbors, self._normals, *frame)
         metric, following = self._adapted_metric(), self._next
-        gaps = self._no_gap if self.target is None else ask(self.target, self._vertices, self._normals, self.reach)
+        gaps = self._no_gap if self.target is None else target_gaps(self.target, self._vertices, self._normals, self.reach)
         extra = self._user_displacement() if self.forces else None
         self._step_surface(metric, gaps, extra, following)
         if self._rim:

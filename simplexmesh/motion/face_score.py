@@ -12,7 +12,7 @@ from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion import _kernels_refine
 from simplexmesh.motion.adapt import curvedness
 from simplexmesh.motion.state import Target
-from simplexmesh.motion.targets.door import ask
+from simplexmesh.motion.targets.protocol import target_gaps
 
 Array = NDArray[np.float64]
 
@@ -73,7 +73,7 @@ def face_distance(mesh: SimplexMesh, target: Target, reach: float) -> Array:
     loops = c.face_vertices, c.face_offsets
     at = np.concatenate([mesh.vertices, face_centroids(mesh.vertices, *loops)])
     along = np.concatenate([mesh.normals, face_normals(mesh.vertices, *loops)])
-    gaps = np.abs(ask(target, at, along, reach))
+    gaps = np.abs(target_gaps(target, at, along, reach))
     here, middle = gaps[: mesh.n_vertices][c.face_vertices], gaps[mesh.n_vertices :]
     seen = np.add.reduceat(np.isfinite(here).astype(float), c.face_offsets[:-1])
     with np.errstate(invalid="ignore"):

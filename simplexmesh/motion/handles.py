@@ -18,7 +18,7 @@ from simplexmesh.mesh.editing import EditableMesh
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.holes import refusal
 from simplexmesh.motion.state import Target
-from simplexmesh.motion.targets.door import ask
+from simplexmesh.motion.targets.protocol import target_gaps
 
 Array = NDArray[np.float64]
 
@@ -228,7 +228,7 @@ def _on_data(target: Target, one: Any, other: Any, radius: float) -> float:
         along = far - near
         away = ring - ring.mean(axis=0)
         away = away - along * (dot(away, along) / np.maximum(dot(along, along), 1e-300))[:, None]
-        seen.append(ask(target, np.ascontiguousarray(ring), inward * normalized(away), 0.5 * radius))
+        seen.append(target_gaps(target, np.ascontiguousarray(ring), inward * normalized(away), 0.5 * radius))
     return float(np.isfinite(np.concatenate(seen)).mean())
 
 

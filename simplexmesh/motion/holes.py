@@ -19,7 +19,7 @@ from simplexmesh.mesh.joining import parts, together
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.evolve import mean_edge
 from simplexmesh.motion.state import Target
-from simplexmesh.motion.targets.door import ask
+from simplexmesh.motion.targets.protocol import target_gaps
 from simplexmesh.motion.zones import connected, cuttable, with_holes_beside, without_islands
 
 Array = NDArray[np.float64]
@@ -168,7 +168,7 @@ def open_holes(
 
 def unseen(mesh: SimplexMesh, target: Target, distance: float) -> Mask:
     """Return (n,) whether a vertex has no data along its normal within a distance, or none anywhere so near."""
-    gaps = ask(target, np.array(mesh.vertices), np.array(mesh.normals), distance)
+    gaps = target_gaps(target, np.array(mesh.vertices), np.array(mesh.normals), distance)
     beyond = getattr(target, "beyond", None)
     lost = ~(np.abs(gaps) <= distance)
     return np.asarray(lost if beyond is None else lost | beyond(mesh.vertices, distance))
@@ -209,7 +209,7 @@ def _given_zones(mesh: SimplexMesh, zones: Iterable[ArrayLike]) -> list[Mask]:
 
 def _distances(mesh: SimplexMesh, target: Target) -> Array:
     """Return (n,) how far the data is along the normals, either way and however far."""
-    return np.abs(ask(target, np.array(mesh.vertices), np.array(mesh.normals), np.inf))
+    return np.abs(target_gaps(target, np.array(mesh.vertices), np.array(mesh.normals), np.inf))
 
 
 def _proposed(mesh: SimplexMesh, zone: Mask, away: Array, areas: Array, fewest: int) -> HoleProposal:

@@ -11,7 +11,7 @@ from simplexmesh import _check
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.state import Target
 from simplexmesh.motion.subjects import as_subject
-from simplexmesh.motion.targets.door import reach_above_zero
+from simplexmesh.motion.targets.protocol import checked_reach
 
 Mask = NDArray[np.bool_]
 
@@ -23,7 +23,7 @@ eighth of a threshold about doubles the number of vertices."""
 def default_reach(mesh: SimplexMesh, reach: float | None) -> float:
     """Return the reach given, checked, or by default 10 % of the mesh's diagonal."""
     if reach is not None:
-        return reach_above_zero(reach)
+        return checked_reach(reach)
     diagonal = float(np.linalg.norm(np.ptp(mesh.vertices, axis=0)))
     if diagonal == 0.0:
         raise ValueError("mesh must have some size, but all its vertices are at one point")

@@ -1,4 +1,4 @@
-"""Targets: how far along its normal is the data from each vertex.
+"""Targets: the signed distance from each vertex to the data along its normal.
 
 A target is any object with ``gap(vertices, normals, reach) -> (n,) array``, NaN where nothing is within reach.
 """

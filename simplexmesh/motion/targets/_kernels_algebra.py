@@ -1,4 +1,4 @@
-"""Small linear algebra for fits: normal equations, frames, second-order forms."""
+"""Small linear algebra for fits: eigenvectors, normal equations, frames and second-order forms."""
 
 # mypy: allow-untyped-defs
 
@@ -10,12 +10,12 @@ import numpy as np
 
 from simplexmesh._kernels_njit import njit
 
-SWEEPS = 10
+MAX_SWEEPS = 10
 
 
 @njit(cache=True, error_model="numpy")
-def smallest_axis(c, axis):
-    """Fill `axis` with the unit eigenvector of the smallest eigenvalue of the symmetric (3, 3) matrix `c`."""
+def smallest_eigenvector(c, axis):
+    """Fill `axis` with the unit eigenvector of the smallest eigenvalue of symmetric (3, 3) `c`; return all values."""
     values, vectors = np.linalg.eigh(c)
     for a in range(3):
         axis[a] = vectors[a, 0]
@@ -24,12 +24,12 @@ def smallest_axis(c, axis):
 
 @njit(cache=True, error_model="numpy")
 def diagonalize(A, V):
-    """Make a symmetric 3 x 3 matrix diagonal, in place, by Jacobi's rotations; V becomes its eigenvectors."""
+    """Diagonalize a symmetric 3 x 3 matrix in place by Jacobi rotations; V becomes its eigenvectors."""
     V[:] = 0.0
     for i in range(3):
         V[i, i] = 1.0
     tiny = 1e-30 * (A[0, 0] + A[1, 1] + A[2, 2]) ** 2
-    for _ in range(SWEEPS):
+    for _ in range(MAX_SWEEPS):
         if A[0, 1] ** 2 + A[0, 2] ** 2 + A[1, 2] ** 2 <= tiny:
             return
         for p in range(2):
@@ -55,9 +55,9 @@ def diagonalize(A, V):
 
 @njit(cache=True, error_model="numpy")
 def principal_axes(points, origin, near, middle, A, V):
-    """Fill `middle` with the mean of the points `near`, seen from one of them, and find the axes of their spread.
+    """Fill `middle` with the mean of the points `near` relative to point `origin`, and find their principal axes.
 
-    `A` becomes the diagonal matrix of second moments, `V` their axes. Returns which is the least.
+    `A` becomes the diagonal matrix of second moments, `V` the axes. Returns the index of the least moment.
     """
     middle[:] = 0.0
     A[:] = 0.0
@@ -87,9 +87,9 @@ def principal_axes(points, origin, near, middle, A, V):
 
 @njit(cache=True, error_model="numpy")
 def solve(m, size, rhs, first):
-    """Solve in place by Cholesky: `m` (6, 6) becomes its factor, `rhs` the solution, `first` = inverse of m, column 0.
+    """Solve in place by Cholesky: `m` (6, 6) becomes its factor, `rhs` the solution, `first` column 0 of the inverse.
 
-    Returns False where the matrix is not safely positive.
+    Returns False if the matrix is not safely positive definite.
     """
     for j in range(size):
         d = m[j, j]
@@ -123,7 +123,7 @@ def solve(m, size, rhs, first):
 
 @njit(cache=True, error_model="numpy")
 def median(values, count):
-    """Return the median of ``values[:count]``, which is reordered."""
+    """Return the median of ``values[:count]``, which is reordered (quickselect)."""
     left, right, middle = 0, count - 1, count // 2
     while left < right:
         pivot = values[(left + right) // 2]
@@ -148,7 +148,7 @@ def median(values, count):
 
 @njit(cache=True, error_model="numpy")
 def plane_normal(points, members, count, x, y, z, radius, normal):
-    """Fill `normal` with that of the plane of the members, weighted towards the place; return their second moments."""
+    """Fill `normal` by a plane fit to the members, weighted by distance to the place; return the second moments."""
     w0 = mx = my = mz = 0.0
     limit = 1.0 / (radius * radius)
     for m in range(count):
@@ -176,12 +176,12 @@ def plane_normal(points, members, count, x, y, z, radius, normal):
     total = c[0, 0] + c[1, 1] + c[2, 2]
     if total > 0.0:
         c /= total
-    return smallest_axis(c, normal)
+    return smallest_eigenvector(c, normal)
 
 
 @njit(cache=True, error_model="numpy")
 def tangents(nx, ny, nz, u, v):
-    """Fill two unit vectors that make a right-handed frame with the unit normal (Duff and others, 2017)."""
+    """Fill two unit vectors that form a right-handed frame with the unit normal (Duff et al., 2017)."""
     sign = 1.0 if nz >= 0.0 else -1.0
     a = -1.0 / (sign + nz)
     b = nx * ny * a
@@ -190,8 +190,8 @@ def tangents(nx, ny, nz, u, v):
 
 
 @njit(cache=True, error_model="numpy")
-def turn_frame(surfel, u, v):
-    """Turn the tangents `u`, `v` the least that makes them perpendicular to the surfel's normal."""
+def align_tangents(surfel, u, v):
+    """Rotate the tangents `u`, `v` minimally to be perpendicular to the surfel's normal."""
     nx, ny, nz = surfel[3], surfel[4], surfel[5]
     d = u[0] * nx + u[1] * ny + u[2] * nz
     u[0] -= d * nx
@@ -205,8 +205,8 @@ def turn_frame(surfel, u, v):
 
 
 @njit(cache=True, error_model="numpy")
-def form(surfel, u, v):
-    """Return u' Q v of the surfel's second-order form."""
+def bilinear_form(surfel, u, v):
+    """Return u' Q v for the surfel's second-order form Q."""
     return (
         surfel[6] * u[0] * v[0]
         + surfel[7] * u[1] * v[1]

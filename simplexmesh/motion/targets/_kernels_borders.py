@@ -1,4 +1,4 @@
-"""Which points have their neighbors on one side. Arrays in, arrays out; no checks."""
+"""Boundary criteria of points: the largest angular gap between neighbors, and the offset of their mean."""
 
 # mypy: allow-untyped-defs
 
@@ -14,11 +14,11 @@ from simplexmesh.motion.targets._kernels_algebra import principal_axes, tangents
 
 
 @njit(cache=True, error_model="numpy", parallel=True)
-def sides(points, rows, near, normals, known, free, off):
-    """Fill how wide an angle the neighbors (m, k) of points `rows` (m,) leave free, and how far off their mean is.
+def boundary_criteria(points, rows, near, normals, known, gap, offset):
+    """Fill the largest angular `gap` between the neighbors (m, k) of points `rows` (m,) and the `offset` of their mean.
 
-    Seen in planes through them with `normals` (m, 3), which are filled unless they are `known`; `off` is in the
-    distance of the farthest.
+    Computed in the tangent planes with `normals` (m, 3), which are filled unless they are `known`; `offset` is relative
+    to the distance of the farthest neighbor.
     """
     count = near.shape[1]
     for m in prange(len(rows)):
@@ -41,7 +41,7 @@ def sides(points, rows, near, normals, known, free, off):
             x += s / count
             y += t / count
         angles.sort()
-        free[m] = angles[0] + 2 * math.pi - angles[count - 1]
+        gap[m] = angles[0] + 2 * math.pi - angles[count - 1]
         for k in range(1, count):
-            free[m] = max(free[m], angles[k] - angles[k - 1])
-        off[m] = math.sqrt(x * x + y * y) / max(math.sqrt(farthest), 1e-300)
+            gap[m] = max(gap[m], angles[k] - angles[k - 1])
+        offset[m] = math.sqrt(x * x + y * y) / max(math.sqrt(farthest), 1e-300)

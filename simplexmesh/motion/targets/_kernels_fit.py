@@ -1,9 +1,9 @@
-"""One robust quadratic fit to points around a place.
+"""One robust quadratic fit to the points around a place.
 
 A surfel is a row of numbers: 0-2 a point on the fit, 3-5 its unit normal, 6-11 the second-order form Q as
 (xx, yy, zz, xy, xz, yz), so that ``normal . d - d' Q d / 2`` is the height of ``point + d`` above the fit. A report is
-a row too: OFFSET of the fit along its normal from the place asked about, its VARIANCE, the NOISE of the points along
-the normal, their number COUNT, LEAN, the tangential distance of their center over the radius (large at a border), and
+a row of: OFFSET of the fit from the place along its normal, its VARIANCE, the NOISE of the points along the normal,
+their COUNT, ECCENTRICITY, the tangential distance of their weighted center over the radius (large at a border), and
 CURVATURE, the root of the sum of the squared principal curvatures.
 """
 
@@ -17,16 +17,16 @@ import numpy as np
 
 from simplexmesh._kernels_both import FAST
 from simplexmesh._kernels_njit import njit
-from simplexmesh.motion.targets._kernels_algebra import form, median, set_form, solve, tangents, turn_frame
+from simplexmesh.motion.targets._kernels_algebra import align_tangents, bilinear_form, median, set_form, solve, tangents
 
-OFFSET, VARIANCE, NOISE, COUNT, LEAN, CURVATURE = range(6)
-FLOOR = 0.04  # part of a known error's variance that no direction escapes
-TUKEY = 4.685  # where Tukey's weights end, in standard deviations
+OFFSET, VARIANCE, NOISE, COUNT, ECCENTRICITY, CURVATURE = range(6)
+VARIANCE_FLOOR = 0.04  # isotropic part of the variance of known errors
+TUKEY = 4.685  # cutoff of Tukey's weights, in standard deviations
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
-def _flatten(points, spread, members, count, surfel, u, v, inverse, s, t, h, w, e):
-    """Fill, per member within the radius, its place in the surfel's frame in radii, prior weight, known variance."""
+def _local_coordinates(points, spread, members, count, surfel, u, v, inverse, s, t, h, w, e):
+    """Fill, per member within the radius, its coordinates in the surfel's frame in radii, weight and known variance."""
     cx, cy, cz, nx, ny, nz = surfel[0], surfel[1], surfel[2], surfel[3], surfel[4], surfel[5]
     u0, u1, u2, v0, v1, v2 = u[0], u[1], u[2], v[0], v[1], v[2]
     known = len(spread) > 0
@@ -44,21 +44,21 @@ def _flatten(points, spread, members, count, surfel, u, v, inverse, s, t, h, w, 
         if known:
             error = (spread[p, 0] * nx + spread[p, 1] * ny + spread[p, 2] * nz) * inverse
             whole = (spread[p, 0] ** 2 + spread[p, 1] ** 2 + spread[p, 2] ** 2) * inverse * inverse
-            e[n] = error * error + FLOOR * whole
+            e[n] = error * error + VARIANCE_FLOOR * whole
             w[n] *= whole / e[n]
         n += 1
     return n
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
-def _moments(s, t, h, w, n, bend, scale, m, rhs):
-    """Fill the normal equations of a quadratic fit, (6, 6) and (6,), with Tukey's weights about the form `bend`.
+def _normal_equations(s, t, h, w, n, quadratic, scale, m, rhs):
+    """Fill the normal equations of a quadratic fit, (6, 6) and (6,), with Tukey weights about the form `quadratic`.
 
-    Basis 1, s, t, s^2/2, s t, t^2/2. Returns the center of the weights.
+    Basis 1, s, t, s^2/2, s t, t^2/2. Returns the weighted center.
     """
     m0 = m1 = m2 = m3 = m4 = m5 = m6 = m7 = m8 = m9 = m10 = m11 = m12 = m13 = m14 = 0.0
     r0 = r1 = r2 = r3 = r4 = r5 = 0.0
-    b3, b4, b5 = 0.5 * bend[0], bend[1], 0.5 * bend[2]
+    b3, b4, b5 = 0.5 * quadratic[0], quadratic[1], 0.5 * quadratic[2]
     inverse = 1.0 / scale
     for i in range(n):
         a, b, c = s[i], t[i], h[i]
@@ -105,14 +105,14 @@ def _moments(s, t, h, w, n, bend, scale, m, rhs):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
-def _leftover(s, t, h, w, e, n, known, bend, scale, x, first):
-    """Return the residuals' weighted mean square, the number in use, and the gain from their variance to the height's.
+def _residuals(s, t, h, w, e, n, known, quadratic, scale, x, first):
+    """Return the weighted mean squared residual, the number of inliers, and the height's variance per unit variance.
 
-    `x` the solution, `first` the first column of the inverse; weights are those the solution was found with.
+    `x` is the solution, `first` the first column of the inverse; the weights are those of the solution.
     """
     x0, x1, x2, x3, x4, x5 = x[0], x[1], x[2], 0.5 * x[3], x[4], 0.5 * x[5]
     f0, f1, f2, f3, f4, f5 = first[0], first[1], first[2], 0.5 * first[3], first[4], 0.5 * first[5]
-    b3, b4, b5 = 0.5 * bend[0], bend[1], 0.5 * bend[2]
+    b3, b4, b5 = 0.5 * quadratic[0], quadratic[1], 0.5 * quadratic[2]
     inverse = 1.0 / scale
     squares = weights = gain = used = 0.0
     for i in range(n):
@@ -131,8 +131,8 @@ def _leftover(s, t, h, w, e, n, known, bend, scale, x, first):
 
 
 @njit(cache=True, error_model="numpy")
-def _solved(m, rhs, first, used):
-    """Solve the normal equations, as a plane where a quadric is too much; return the unknowns found, 0, 3 or 6."""
+def _solve_quadric(m, rhs, first, used):
+    """Solve the normal equations, for a plane if a quadric is underdetermined; return the number of unknowns."""
     keep = (m[0, 0], m[1, 0], m[2, 0], m[1, 1], m[2, 1], m[2, 2], rhs[0], rhs[1], rhs[2])
     if used >= 9 and solve(m, 6, rhs, first):
         return 6
@@ -143,8 +143,8 @@ def _solved(m, rhs, first, used):
 
 
 @njit(cache=True, error_model="numpy")
-def _scale_of(s, t, h, n, x, size, work):
-    """Return a robust standard deviation of the residuals, from their median size."""
+def _robust_deviation(s, t, h, n, x, size, work):
+    """Return a robust standard deviation of the residuals, from their median absolute value."""
     for i in range(n):
         a, b = s[i], t[i]
         r = h[i] - x[0] - x[1] * a - x[2] * b - 0.5 * x[3] * a * a - x[4] * a * b - 0.5 * x[5] * b * b
@@ -153,20 +153,21 @@ def _scale_of(s, t, h, n, x, size, work):
 
 
 @njit(cache=True, error_model="numpy")
-def fit(points, spread, members, count, radius, turns, noise, surfel, report, work):
-    """Fit a quadric to the members around `surfel` (its point and normal are the start), in place; False if none fits.
+def fit(points, spread, members, count, radius, iterations, noise, surfel, report, work):
+    """Fit a quadric to the members around `surfel` (initial point and normal), in place; return False if none fits.
 
-    `spread` (n, 3) or (0, 3): one standard deviation of each point's error, which lies along one known direction;
-    members are then weighted by the inverse variance along the normal. Weights fall as 1 - t^2 with the tangential
-    distance t in radii. With `noise` 0 the first turn is plain, the others use Tukey's weights; with the noise known
-    and the surfel a fit already, all do. The frame follows the fit from turn to turn. `work` is (6, any) scratch.
+    `spread` (n, 3) or (0, 3): one standard deviation of each point's error along one known direction; members are then
+    weighted by the inverse variance along the normal. Weights fall as 1 - t^2 with the tangential distance t in radii.
+    With `noise` 0 the first iteration is ordinary least squares and the others use Tukey weights; with the noise known
+    and `surfel` already a fit, all do. The frame follows the fit from iteration to iteration. `work` is (6, any)
+    scratch.
     """
     m = np.zeros((6, 6))
     x = np.zeros(6)
     first = np.zeros(6)
     u = np.zeros(3)
     v = np.zeros(3)
-    bend = np.zeros(3)
+    quadratic = np.zeros(3)
     s, t, h, w, e, rest = work[0], work[1], work[2], work[3], work[4], work[5]
     known = len(spread) > 0
     tangents(surfel[3], surfel[4], surfel[5], u, v)
@@ -175,44 +176,46 @@ def fit(points, spread, members, count, radius, turns, noise, surfel, report, wo
     scale = 1e6
     if noise > 0.0:
         scale = TUKEY * noise * inverse
-        bend[0], bend[1], bend[2] = (
-            form(surfel, u, u) * radius,
-            form(surfel, u, v) * radius,
-            form(surfel, v, v) * radius,
+        quadratic[0], quadratic[1], quadratic[2] = (
+            bilinear_form(surfel, u, u) * radius,
+            bilinear_form(surfel, u, v) * radius,
+            bilinear_form(surfel, v, v) * radius,
         )
     length = 1.0
-    for _ in range(turns):
-        n = _flatten(points, spread, members, count, surfel, u, v, inverse, s, t, h, w, e)
+    for _ in range(iterations):
+        n = _local_coordinates(points, spread, members, count, surfel, u, v, inverse, s, t, h, w, e)
         if n < 3:
             return False
-        lean_s, lean_t = _moments(s, t, h, w, n, bend, scale, m, x)
-        size = _solved(m, x, first, n)
+        center_s, center_t = _normal_equations(s, t, h, w, n, quadratic, scale, m, x)
+        size = _solve_quadric(m, x, first, n)
         if size == 0 or not (abs(x[0]) < 1.5 and abs(x[1]) < 2.0 and abs(x[2]) < 2.0):
             return False
-        square, used, gain = _leftover(s, t, h, w, e, n, known, bend, scale, x, first)
+        square, used, gain = _residuals(s, t, h, w, e, n, known, quadratic, scale, x, first)
         free = max(used - size, 1.0) / used
         if scale >= 1e6:
-            sigma = _scale_of(s, t, h, n, x, size, rest)
+            sigma = _robust_deviation(s, t, h, n, x, size, rest)
         else:
             sigma = math.sqrt(square / free)
-            for _turn in range(3):  # the weights have cut the tails of a Gaussian
+            for _step in range(3):  # corrects for the truncated tails of a Gaussian
                 c = max(scale / max(sigma, 1e-12), 3.0) ** -2
                 sigma = math.sqrt(square / free * (1.0 - 2.0 * c + 3.0 * c * c) / (1.0 - 6.0 * c + 15.0 * c * c))
         scale = TUKEY * max(sigma, 1e-6)
-        bend[0], bend[1], bend[2] = x[3], x[4], x[5]
+        quadratic[0], quadratic[1], quadratic[2] = x[3], x[4], x[5]
         length = 1.0 / math.sqrt(1.0 + x[1] * x[1] + x[2] * x[2])
         for k in range(3):
             surfel[k] += radius * x[0] * surfel[3 + k]
         for k in range(3):
             surfel[3 + k] = (surfel[3 + k] - x[1] * u[k] - x[2] * v[k]) * length
-        turn_frame(surfel, u, v)
+        align_tangents(surfel, u, v)
         report[NOISE] = sigma * radius
         report[VARIANCE] = (gain if known else gain * sigma * sigma) * radius * radius
         report[COUNT] = used
-        report[LEAN] = math.sqrt(lean_s * lean_s + lean_t * lean_t)
+        report[ECCENTRICITY] = math.sqrt(center_s * center_s + center_t * center_t)
     report[OFFSET] = (
         (surfel[0] - start0) * surfel[3] + (surfel[1] - start1) * surfel[4] + (surfel[2] - start2) * surfel[5]
     )
-    report[CURVATURE] = math.sqrt(bend[0] ** 2 + 2.0 * bend[1] ** 2 + bend[2] ** 2) * inverse * length
-    set_form(surfel, u, v, bend[0] * inverse * length, bend[1] * inverse * length, bend[2] * inverse * length)
+    report[CURVATURE] = math.sqrt(quadratic[0] ** 2 + 2.0 * quadratic[1] ** 2 + quadratic[2] ** 2) * inverse * length
+    set_form(
+        surfel, u, v, quadratic[0] * inverse * length, quadratic[1] * inverse * length, quadratic[2] * inverse * length
+    )
     return True

@@ -1,4 +1,4 @@
-"""Where a labeled region ends: the midpoints between voxels inside and voxels outside."""
+"""Boundary crossings of a labeled region: the midpoints between adjacent voxels inside and outside."""
 
 # mypy: allow-untyped-defs
 
@@ -12,7 +12,7 @@ from simplexmesh._kernels_njit import njit
 
 @njit(cache=True, error_model="numpy", parallel=True)
 def count_crossings(mask, counts):
-    """Fill, per slice along the first axis, how many neighboring pairs differ; two empty samples surround all."""
+    """Fill, per slice along the first axis, the number of differing adjacent pairs; the mask has an empty margin."""
     nx, ny, nz = mask.shape
     for i in prange(2, nx - 1):
         n = 0
@@ -25,10 +25,10 @@ def count_crossings(mask, counts):
 
 @njit(cache=True, error_model="numpy", parallel=True)
 def fill_crossings(mask, starts, places, axes, gradients):
-    """Fill, per crossing, its midpoint, its axis, and the direction out of the region, in indices of `mask`.
+    """Fill, per crossing, its midpoint, its axis, and the outward direction, in indices of `mask`.
 
-    The direction is minus the first moment of the region within two samples: proportional to the gradient of the
-    region's indicator, smoothed.
+    The direction is minus the first moment of the region within two samples, proportional to a smoothed gradient of its
+    indicator function.
     """
     nx, ny, nz = mask.shape
     for i in prange(2, nx - 1):
@@ -52,7 +52,7 @@ def fill_crossings(mask, starts, places, axes, gradients):
                     out = 1.0 if mask[a, b, c] else -1.0
                     along = out * (gx if axis == 0 else gy if axis == 1 else gz)
                     size = np.sqrt(gx * gx + gy * gy + gz * gz)
-                    if along < 0.3 * size or size == 0.0:  # thin parts: the crossing itself knows best
+                    if along < 0.3 * size or size == 0.0:  # thin parts: use the axis of the crossing
                         push = out * max(size, 1.0)
                         gx = push if axis == 0 else gx
                         gy = push if axis == 1 else gy

@@ -1,7 +1,7 @@
-"""Surfels and those around them, packed side by side for vector arithmetic, and their blend.
+"""Surfels packed with their neighbors for vector arithmetic, and the blending of their height functions.
 
 A surfel's row: point, unit normal, second-order form (xx, yy, zz, xy, xz, yz); see `_kernels_fit`. Functions called per
-vertex take a pointer to the first patch (see `_kernels_pointers`) and where theirs begins: its row r is at 8 r.
+vertex take a pointer to the first patch (see `_kernels_pointers`) and the offset of theirs, whose row r is at 8 r.
 """
 
 # mypy: allow-untyped-defs
@@ -16,15 +16,15 @@ from numba import prange
 from simplexmesh._kernels_both import FAST
 from simplexmesh._kernels_njit import njit
 
-LANES = 8  # surfels in a patch
-WIDEST = 1.5  # no neighbor's support is wider than this, against a surfel's own
+LANES = 8  # surfels per patch
+MAX_SUPPORT_RATIO = 1.5  # limit of the ratio of neighboring supports
 
 
 @njit(cache=True, error_model="numpy")
-def _kinship(table, i, j, oriented):
-    """Return the cosine between the normals of two surfels of one sheet, 0 where they are not of one sheet.
+def _same_sheet(table, i, j, oriented):
+    """Return the cosine between the normals of two surfels on one sheet, 0 if they are on different sheets.
 
-    They are where they face alike within 60 degrees and the way from one to the other runs along the first.
+    They are on one sheet if their normals are within 60 degrees and the line between them is tangential to the first.
     """
     dx, dy, dz = table[j, 0] - table[i, 0], table[j, 1] - table[i, 1], table[j, 2] - table[i, 2]
     nx, ny, nz = table[i, 3], table[i, 4], table[i, 5]
@@ -40,15 +40,15 @@ def pack_patches(table, support, neighbors, oriented, patches):
     """Fill `patches` (m, 14, 8) with each surfel and its seven nearest, side by side for vector arithmetic.
 
     Relative to the surfel, in units of its support. Rows: point, 1 / support^2, unit normal, second-order form, cosine
-    to the surfel's normal. Those that face the other way are turned (normal and form times the cosine, row 13 its
-    size); those of another sheet have a share of zero.
+    to the surfel's normal. Normal and form are multiplied by the cosine, which flips surfels of opposite orientation;
+    row 13 holds its absolute value. Surfels on another sheet have weight zero.
     """
     for row in prange(len(table)):
-        i = np.int64(row)  # the loop's own index is unsigned: together with signed ones it would become a float
+        i = np.int64(row)  # the prange index is unsigned: mixed with signed integers it would become a float
         scale = 1.0 / support[i]
         for k in range(LANES):
             j = i if k == 0 else neighbors[i, k - 1]
-            agree = 1.0 if k == 0 else 0.0 if j == i else _kinship(table, i, j, oriented)
+            agree = 1.0 if k == 0 else 0.0 if j == i else _same_sheet(table, i, j, oriented)
             for r in range(3):
                 patches[i, r, k] = (table[j, r] - table[i, r]) * scale
                 patches[i, 4 + r, k] = table[j, 3 + r] * agree
@@ -59,8 +59,8 @@ def pack_patches(table, support, neighbors, oriented, patches):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
-def rivals(patch, at, x, y, z, limit):
-    """Return how many of a patch's other surfels are nearer than sqrt(limit) to a place, all in units of the patch."""
+def count_closer(patch, at, x, y, z, limit):
+    """Return how many other surfels of a patch are closer than sqrt(limit) to a point, in units of the patch."""
     one, zero = np.float32(1.0), np.float32(0.0)
     count = zero
     for k in range(LANES):
@@ -70,16 +70,16 @@ def rivals(patch, at, x, y, z, limit):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
-def blended(patch, at, x, y, z, a, b, c):
-    """Return value, slope, second order along (a, b, c) of a patch's blended height, its weight, its rivals' number."""
+def blended_height(patch, at, x, y, z, a, b, c):
+    """Return value, slope and second order along (a, b, c) of the blended height, its weight, and the number closer."""
     one, zero, half = np.float32(1.0), np.float32(0.0), np.float32(0.5)
-    total = f0 = f1 = f2 = rivals = zero
+    total = f0 = f1 = f2 = closer = zero
     limit = (x * x + y * y + z * z) * np.float32(0.9999)
     for k in range(LANES):
         dx, dy, dz = x - patch[at + k], y - patch[at + 8 + k], z - patch[at + 16 + k]
         d = dx * dx + dy * dy + dz * dz
         share = patch[at + 104 + k]
-        rivals += one if d < limit and share > zero else zero
+        closer += one if d < limit and share > zero else zero
         w = one - d * patch[at + 24 + k]
         w = w if w > zero else zero
         w *= w
@@ -102,11 +102,11 @@ def blended(patch, at, x, y, z, a, b, c):
         f1 += w * (nx * a + ny * b + nz * c - (gx * a + gy * b + gz * c))
         f2 += w * (hx * a + hy * b + hz * c)
         total += w * share
-    return f0, f1, -half * f2, total, rivals
+    return f0, f1, -half * f2, total, closer
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
-def alone(patch, at, x, y, z, a, b, c):
+def single_height(patch, at, x, y, z, a, b, c):
     """Return value, slope and second order along (a, b, c) of the height above a patch's first surfel."""
     xx, yy, zz, xy, xz, yz = (
         patch[at + 56],
@@ -128,8 +128,8 @@ def alone(patch, at, x, y, z, a, b, c):
 
 
 @njit(cache=True, error_model="numpy")
-def closer(patch, at, x, y, z):
-    """Return the lane of the surfel nearest to a place among those that face along with the first."""
+def closest_lane(patch, at, x, y, z):
+    """Return the lane of the surfel closest to a point among those on the sheet of the first."""
     best, lane = math.inf, 0
     for k in range(LANES):
         dx, dy, dz = x - patch[at + k], y - patch[at + 8 + k], z - patch[at + 16 + k]
@@ -140,26 +140,26 @@ def closer(patch, at, x, y, z):
 
 
 @njit(cache=True, error_model="numpy", parallel=True)
-def even_support(support, neighbors, out):
-    """Fill `out` with the supports, none more than `WIDEST` times that of a neighbor."""
+def limit_support(support, neighbors, out):
+    """Fill `out` with the supports, limited to `MAX_SUPPORT_RATIO` times that of any neighbor."""
     for i in prange(len(support)):
         out[i] = support[i]
         for k in range(neighbors.shape[1]):
-            out[i] = min(out[i], WIDEST * support[neighbors[i, k]])
+            out[i] = min(out[i], MAX_SUPPORT_RATIO * support[neighbors[i, k]])
 
 
 @njit(cache=True, error_model="numpy", parallel=True, fastmath=FAST)
 def blend_all(table, support, neighbors, oriented, out):
-    """Fill `out` (m, 12) with each surfel averaged with its neighbors: their height functions, weighted by nearness."""
+    """Fill `out` (m, 12) with each surfel averaged with its neighbors: their height functions, weighted by distance."""
     for row in prange(len(table)):
-        i = np.int64(row)  # the loop's own index is unsigned: together with signed ones it would become a float
+        i = np.int64(row)  # the prange index is unsigned: mixed with signed integers it would become a float
         x, y, z = table[i, 0], table[i, 1], table[i, 2]
         total = value = gx = gy = gz = 0.0
         q = np.zeros(6)
         for k in range(-1, neighbors.shape[1]):
             j = i if k < 0 else neighbors[i, k]
             dx, dy, dz = x - table[j, 0], y - table[j, 1], z - table[j, 2]
-            agree = 1.0 if k < 0 else 0.0 if j == i else _kinship(table, i, j, oriented)
+            agree = 1.0 if k < 0 else 0.0 if j == i else _same_sheet(table, i, j, oriented)
             w = 1.0 - (dx * dx + dy * dy + dz * dz) / (support[j] * support[j])
             if w <= 0.0 or agree == 0.0:
                 continue

@@ -1,8 +1,8 @@
-"""Pointers: where an array starts, and room on the stack; for small functions that are called per vertex.
+"""Pointers to array data and stack-allocated arrays, for small functions that are called per vertex.
 
-An array that is passed on, or cut into views, is counted as in use: two atomic additions, which cost as much as the
-arithmetic on a hundred numbers and more where two threads count on the same array. A pointer is one register. An
-array of scratch comes from the heap, which costs as much again.
+Passing an array on, or slicing it, updates its reference count: two atomic additions, which cost as much as the
+arithmetic on a hundred numbers, and more if two threads share the array. A pointer is one register. Scratch arrays
+come from the heap, which is as expensive.
 """
 
 # mypy: allow-untyped-defs
@@ -15,7 +15,7 @@ from numba.extending import intrinsic
 
 
 @intrinsic
-def start(_typing, array):
+def data_pointer(_typing, array):
     """Return a pointer to the first element of a contiguous array, which must outlive it."""
 
     def code(context, builder, signature, arguments):
@@ -24,25 +24,25 @@ def start(_typing, array):
     return types.CPointer(array.dtype)(array), code
 
 
-def _room(kind):
+def _stack_array(kind):
     @intrinsic(prefer_literal=True)
-    def room(_typing, count):
-        """Return a pointer to room for so many numbers (a constant) on the stack: it ends with the function."""
+    def stack_array(_typing, count):
+        """Return a pointer to `count` elements (a constant) on the stack, valid until the function returns."""
 
         def code(context, builder, signature, _arguments):
             return cgutils.alloca_once(builder, context.get_value_type(kind), size=signature.args[0].literal_value)
 
         return types.CPointer(kind)(count), code
 
-    return room
+    return stack_array
 
 
-floats, integers = _room(types.float64), _room(types.int64)
+stack_floats, stack_integers = _stack_array(types.float64), _stack_array(types.int64)
 
 
 @intrinsic
-def fetch(_typing, pointer, at):
-    """Have the machine bring ``pointer[at]`` near while it goes on with something else; never fails."""
+def prefetch(_typing, pointer, at):
+    """Prefetch the cache line of ``pointer[at]``; any address is safe."""
 
     def code(context, builder, _signature, args):
         place, number = cgutils.voidptr_t, cgutils.ir.IntType(32)

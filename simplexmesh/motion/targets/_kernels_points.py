@@ -1,4 +1,4 @@
-"""How far along its normal is the blended surface of surfels from each vertex."""
+"""Signed distances along vertex normals to the blended surface of surfels."""
 
 # mypy: allow-untyped-defs
 
@@ -16,24 +16,24 @@ from simplexmesh.motion.targets._kernels_nearest import (
     HEAD,
     NONE,
     PATCH,
-    fetch_kept,
-    put_first,
-    remembered,
-    searched,
+    move_to_front,
+    nearest_cached,
+    nearest_searched,
+    prefetch_candidates,
     still_nearest,
 )
-from simplexmesh.motion.targets._kernels_patches import LANES, alone, blended, closer
-from simplexmesh.motion.targets._kernels_pointers import start
+from simplexmesh.motion.targets._kernels_patches import LANES, blended_height, closest_lane, single_height
+from simplexmesh.motion.targets._kernels_pointers import data_pointer
 from simplexmesh.motion.targets._kernels_wide import NEAREST
 
-SOON = 4  # vertices ahead of which memory is asked for what they need
+PREFETCH_AHEAD = 4  # vertices ahead for which data is prefetched
 
 
 def pack_heads(table, support, between, horizon):
-    """Return (m, 12) what a vertex asks of its surfel first, side by side.
+    """Return (m, 12): the data of each surfel that is read first per vertex.
 
-    Point, unit normal (NaN without one), support and its inverse, squares of how far aside of it there still is data
-    and of how far the nearest surfel outside of its patch is; the rest is not used.
+    Point, unit normal (NaN without one), support and its inverse, squared tangential distance up to which there is
+    data, squared distance of the nearest surfel outside of its patch; the rest is padding.
     """
     heads = np.zeros((len(table), HEAD))
     heads[:, :6] = table[:, :6]
@@ -44,8 +44,8 @@ def pack_heads(table, support, between, horizon):
 
 
 @njit(cache=True, error_model="numpy")
-def _along(heads, neighbors, width, patches, i, x, y, z, a, b, c):
-    """Return the signed distance along (a, b, c) from a place to the surface near surfel `i`, NaN beside the data."""
+def _surface_gap(heads, neighbors, width, patches, i, x, y, z, a, b, c):
+    """Return the signed distance along (a, b, c) from a point to the surface near surfel `i`, NaN beside the data."""
     h = i * HEAD
     px, py, pz = heads[h] - x, heads[h + 1] - y, heads[h + 2] - z
     toward = px * a + py * b + pz * c
@@ -64,16 +64,16 @@ def _along(heads, neighbors, width, patches, i, x, y, z, a, b, c):
         scale = heads[h + 7]
         rx, ry, rz = (qx - heads[h]) * scale, (qy - heads[h + 1]) * scale, (qz - heads[h + 2]) * scale
         ux, uy, uz = np.float32(rx), np.float32(ry), np.float32(rz)
-        f0, f1, f2, total, nearer = blended(patches, i * PATCH, ux, uy, uz, fa, fb, fc)
+        f0, f1, f2, total, nearer = blended_height(patches, i * PATCH, ux, uy, uz, fa, fb, fc)
         if nearer == 0.0 or turn == 4:
             break
-        i = np.int64(neighbors[i * width + closer(patches, i * PATCH, ux, uy, uz) - 1])
+        i = np.int64(neighbors[i * width + closest_lane(patches, i * PATCH, ux, uy, uz) - 1])
         h = i * HEAD
     far = rx * rx + ry * ry + rz * rz
     if far >= 4.0:
         return toward
-    if total < 1e-3:  # between supports the nearest surfel speaks alone
-        f0, f1, f2 = alone(patches, i * PATCH, ux, uy, uz, fa, fb, fc)
+    if total < 1e-3:  # outside of all supports
+        f0, f1, f2 = single_height(patches, i * PATCH, ux, uy, uz, fa, fb, fc)
         total = np.float32(1.0)
     slope = abs(f1)
     if slope <= 0.1 * total:
@@ -87,15 +87,15 @@ def _along(heads, neighbors, width, patches, i, x, y, z, a, b, c):
 
 @partial(Both, pays_from=1500)  # a vertex costs 40 ns or more
 def surfel_gaps(
-    vertices, normals, center, reach, search, heads, points, neighbors, patches, tree, oriented, memory, out
+    vertices, normals, center, reach, search, heads, points, neighbors, patches, tree, oriented, cache, out
 ):
-    """Fill the signed distance along each normal, NaN beyond `reach`; surfels are looked for up to `search`.
+    """Fill the signed distance along each normal, NaN beyond `reach`; surfels are searched within `search`.
 
-    Surfels are given from `center`; `tree` is what `_kernels_wide.pack_wide` makes of them. `memory` is two arrays,
-    (n, 8) of float and (n, 16) of int32, see `_kernels_nearest`.
+    Surfels are relative to `center`; `tree` is from `_kernels_wide.pack_wide`. `cache` is two arrays, (n, 8) of float
+    and (n, 16) of int32, see `_kernels_nearest`.
     """
-    nodes, leaves, first, room, inner, base = tree
-    kept, lists = memory
+    nodes, leaves, first, slack, inner, base = tree
+    state, lists = cache
     limit, fold, width = search * search, 1.0 if oriented else -1.0, neighbors.shape[1]
     for row in prange(len(vertices)):
         v = np.int64(row)
@@ -103,19 +103,29 @@ def surfel_gaps(
         a, b, c = normals[v, 0], normals[v, 1], normals[v, 2]
         out[v] = math.nan
         if not (a * a + b * b + c * c > 0.0 and abs(x) + abs(y) + abs(z) < math.inf):
-            continue  # the tree takes places for granted: boxes that are none are infinitely far from them
-        if v + SOON < len(vertices):
-            fetch_kept(start(points), start(heads), start(patches), start(lists), v + SOON)
+            continue  # the tree requires finite positions
+        if v + PREFETCH_AHEAD < len(vertices):
+            arrays = data_pointer(points), data_pointer(heads), data_pointer(patches), data_pointer(lists)
+            prefetch_candidates(*arrays, v + PREFETCH_AHEAD)
         i = np.int64(lists[v, 0])
-        if not still_nearest(start(heads), start(patches), i, x, y, z, a, b, c, fold, limit):
-            around = start(points), start(heads), start(kept), start(lists), v
-            i = remembered(*around, x, y, z, a, b, c, fold, limit)
+        if not still_nearest(data_pointer(heads), data_pointer(patches), i, x, y, z, a, b, c, fold, limit):
+            around = data_pointer(points), data_pointer(heads), data_pointer(state), data_pointer(lists), v
+            i = nearest_cached(*around, x, y, z, a, b, c, fold, limit)
             if i < 0:
-                blocks = start(nodes), start(leaves), start(first), start(room), inner, base
-                i = searched(*around, blocks, x, y, z, a, b, c, fold, limit)
+                blocks = (
+                    data_pointer(nodes),
+                    data_pointer(leaves),
+                    data_pointer(first),
+                    data_pointer(slack),
+                    inner,
+                    base,
+                )
+                i = nearest_searched(*around, blocks, x, y, z, a, b, c, fold, limit)
             elif i != np.int64(lists[v, 0]):
-                put_first(start(lists), v * NEAREST, i)
+                move_to_front(data_pointer(lists), v * NEAREST, i)
         if i < NONE:
-            gap = _along(start(heads), start(neighbors), width, start(patches), i, x, y, z, a, b, c)
+            gap = _surface_gap(
+                data_pointer(heads), data_pointer(neighbors), width, data_pointer(patches), i, x, y, z, a, b, c
+            )
             if abs(gap) <= reach:
                 out[v] = gap

@@ -1,4 +1,4 @@
-"""Surfels: robust quadratic fits around many places, at one scale or at many; see `_kernels_fit` for what one is."""
+"""Surfels: robust quadratic fits around many places, at one or many scales; see `_kernels_fit` for their rows."""
 
 # mypy: allow-untyped-defs
 
@@ -14,15 +14,15 @@ from simplexmesh.motion.targets._kernels_algebra import plane_normal
 from simplexmesh.motion.targets._kernels_fit import COUNT, CURVATURE, NOISE, OFFSET, VARIANCE, fit
 from simplexmesh.motion.targets._kernels_tree import within
 
-MOST = 2048  # points of one fit; beyond that every second, third... is taken
-ALIKE = 0.3  # smallest cosine between the normals of points that are taken for one surface
-RATIO = math.sqrt(2.0)  # from one scale to the next
-ROUND = 0.2  # second moment across a row of points, over that along it, which tells of other rows
+MAX_POINTS = 2048  # per fit; larger neighborhoods are subsampled
+MIN_COSINE = 0.3  # between the normals of points on one surface
+RATIO = math.sqrt(2.0)  # of successive scales
+MIN_ROUNDNESS = 0.2  # minimum second moment across a row of points relative to that along it
 
 
 @njit(cache=True, error_model="numpy")
 def gather(points, normals, starts, ends, boxes, place, facing, radius, members, stack):
-    """Fill `members` with the points within `radius` of `place` that face the same way; return how many."""
+    """Fill `members` with the points within `radius` of `place` that face the same way; return their number."""
     x, y, z = place[0], place[1], place[2]
     count = within(points, starts, ends, boxes, x, y, z, radius, 1, members, stack)
     if count > len(members):
@@ -34,15 +34,15 @@ def gather(points, normals, starts, ends, boxes, place, facing, radius, members,
     kept = 0
     for i in range(count):
         p = members[i]
-        if normals[p, 0] * facing[0] + normals[p, 1] * facing[1] + normals[p, 2] * facing[2] > ALIKE:
+        if normals[p, 0] * facing[0] + normals[p, 1] * facing[1] + normals[p, 2] * facing[2] > MIN_COSINE:
             members[kept] = p
             kept += 1
     return kept
 
 
 @njit(cache=True, error_model="numpy")
-def begin(points, normals, members, count, radius, facing, surfel):
-    """Point `surfel`'s normal along that of the plane of the members, the way `facing` does where that is known."""
+def initialize_normal(points, normals, members, count, radius, facing, surfel):
+    """Set the surfel's normal from a plane fit to the members, oriented along `facing` if the points have normals."""
     plane_normal(points, members, count, surfel[0], surfel[1], surfel[2], radius, surfel[3:6])
     if len(normals) > 0 and surfel[3] * facing[0] + surfel[4] * facing[1] + surfel[5] * facing[2] < 0.0:
         surfel[3], surfel[4], surfel[5] = -surfel[3], -surfel[4], -surfel[5]
@@ -52,20 +52,20 @@ def begin(points, normals, members, count, radius, facing, surfel):
 def fit_scales(points, normals, spread, starts, ends, boxes, centers, bases, largest, table):
     """Fill `table` (m, levels, 6) with the reports of fits around ``points[centers]`` at radii ``base RATIO^level``.
 
-    NaN where there is no fit: too few points, a radius above `largest`, too curved for a height field, or clearly
-    another surface than the scale before (6 standard deviations).
+    NaN where there is no fit: too few points, a radius above `largest`, a curvature too large for a height field, or a
+    jump from the previous scale of more than 6 standard deviations.
     """
     for c in prange(len(centers)):
         stack = np.empty(96, np.int64)
-        members = np.empty(MOST, np.int64)
-        work = np.empty((6, MOST))
+        members = np.empty(MAX_POINTS, np.int64)
+        work = np.empty((6, MAX_POINTS))
         surfel = np.zeros(12)
         before = np.zeros(12)
         report = np.zeros(6)
         place = points[centers[c]]
         facing = normals[centers[c]] if len(normals) > 0 else place
         surfel[:3] = place
-        begun = False
+        initialized = False
         failures = 0
         last_variance = math.inf
         noise = 0.0
@@ -76,21 +76,30 @@ def fit_scales(points, normals, spread, starts, ends, boxes, centers, bases, lar
                 break
             reach = min(math.sqrt(radius * radius + 12.0 * noise * noise), 1.5 * radius)
             count = gather(
-                points, normals, starts, ends, boxes, surfel[:3] if begun else place, facing, reach, members, stack
+                points,
+                normals,
+                starts,
+                ends,
+                boxes,
+                surfel[:3] if initialized else place,
+                facing,
+                reach,
+                members,
+                stack,
             )
-            if count >= MOST - 1 and level > 0:
+            if count >= MAX_POINTS - 1 and level > 0:
                 break
             before[:] = surfel
-            if not begun:
+            if not initialized:
                 if count < 6:
                     continue
-                begin(points, normals, members, count, radius, facing, surfel)
-            turns, prior = (1, 2.5 * noise) if begun else (2, 0.0)
-            if not fit(points, spread, members, count, radius, turns, prior, surfel, report, work):
+                initialize_normal(points, normals, members, count, radius, facing, surfel)
+            iterations, prior = (1, 2.5 * noise) if initialized else (2, 0.0)
+            if not fit(points, spread, members, count, radius, iterations, prior, surfel, report, work):
                 surfel[:] = before
                 continue
             resolved = radius > 3.0 * report[NOISE]
-            if begun and resolved:
+            if initialized and resolved:
                 doubt = max(last_variance - report[VARIANCE], 0.25 * last_variance)
                 if report[OFFSET] ** 2 > 36.0 * doubt and report[OFFSET] ** 2 > 1e-12 * radius * radius:
                     failures += 1
@@ -101,22 +110,22 @@ def fit_scales(points, normals, spread, starts, ends, boxes, centers, bases, lar
             table[c, level] = report
             noise = report[NOISE]
             if resolved:
-                if not begun:
+                if not initialized:
                     table[c, level, OFFSET] = math.nan
-                begun = True
+                initialized = True
                 last_variance = report[VARIANCE]
             else:
                 table[c, level, OFFSET] = math.nan
                 surfel[:] = before
-                if not begun:
+                if not initialized:
                     surfel[:3] = place
 
 
 @njit(cache=True, error_model="numpy")
 def _fit_place(data, place, facing, radius, members, work, stack, surfel, before, report, first):
-    """Fit around a place at one radius, a smaller fit first to find the surface; return False where none fits.
+    """Fit around a place at one radius, after a smaller fit that locates the surface; return False if none fits.
 
-    Where the two clearly disagree (5 standard deviations) the smaller one stays.
+    If the two differ by more than 5 standard deviations, the smaller one is kept.
     """
     points, normals, spread, starts, ends, boxes = data
     count = gather(points, normals, starts, ends, boxes, place, facing, radius, members, stack)
@@ -125,11 +134,11 @@ def _fit_place(data, place, facing, radius, members, work, stack, surfel, before
     surfel[:3] = place
     surfel[6:] = 0.0
     small = radius / RATIO
-    begin(points, normals, members, count, small, facing, surfel)
+    initialize_normal(points, normals, members, count, small, facing, surfel)
     if not fit(points, spread, members, count, small, 2, 0.0, surfel, report, work):
         small = radius
         surfel[:3] = place
-        begin(points, normals, members, count, radius, facing, surfel)
+        initialize_normal(points, normals, members, count, radius, facing, surfel)
         if not fit(points, spread, members, count, radius, 2, 0.0, surfel, report, work):
             return False
     reach = min(math.sqrt(radius * radius + 12.0 * report[NOISE] ** 2), 1.5 * radius)
@@ -142,7 +151,7 @@ def _fit_place(data, place, facing, radius, members, work, stack, surfel, before
     if not fine or (sure and abs(report[OFFSET]) > jump):
         surfel[:] = before
         report[:] = first
-    if report[NOISE] > first[NOISE]:  # points without noise bend away from a wider fit: that is none of theirs
+    if report[NOISE] > first[NOISE]:  # misfit of the wider fit to noiseless points is no noise
         if len(spread) == 0:
             report[VARIANCE] *= (first[NOISE] / report[NOISE]) ** 2
         report[NOISE] = first[NOISE]
@@ -151,42 +160,42 @@ def _fit_place(data, place, facing, radius, members, work, stack, surfel, before
 
 @njit(cache=True, error_model="numpy", parallel=True)
 def widen(points, starts, ends, boxes, centers, largest, radii):
-    """Widen `radii` (m,) to where the points around ``points[centers]`` are in no line, if below `largest` (m,).
+    """Widen `radii` (m,) until the points around ``points[centers]`` are not collinear, up to `largest` (m,).
 
-    Points measured row by row: the nearest may all be of one row, which says nothing of the surface. They are no line
-    where, of the eigenvalues a <= b <= c of their covariance, b - a > `ROUND` c.
+    In row-by-row scans the nearest points may all be in one row, which does not determine the surface. Points are not
+    collinear if the eigenvalues a <= b <= c of their covariance satisfy b - a > `MIN_ROUNDNESS` c.
     """
     for q in prange(len(centers)):
         stack = np.empty(96, np.int64)
-        members = np.empty(MOST, np.int64)
+        members = np.empty(MAX_POINTS, np.int64)
         axis = np.zeros(3)
         x, y, z = points[centers[q], 0], points[centers[q], 1], points[centers[q], 2]
         radius = radii[q]
         while radius <= largest[q]:
             count = within(points, starts, ends, boxes, x, y, z, radius, 1, members, stack)
-            if count >= MOST:
+            if count >= MAX_POINTS:
                 break
             a = b = c = 0.0
             if count >= 3:
                 a, b, c = plane_normal(points, members, count, x, y, z, radius, axis)
-            if b - a > ROUND * c:
-                radii[q] = radius if radius == radii[q] else 1.25 * radius  # a smaller fit comes first
+            if b - a > MIN_ROUNDNESS * c:
+                radii[q] = radius if radius == radii[q] else 1.25 * radius  # room for the smaller fit that comes first
                 break
             radius *= RATIO
 
 
 @njit(cache=True, error_model="numpy", parallel=True)
 def fit_all(points, normals, spread, starts, ends, boxes, centers, radii, isotropic, surfels, reports):
-    """Fill `surfels` (m, 12) and `reports` (m, 6): a fit around each of ``points[centers]`` at its radius; NaN if none.
+    """Fill `surfels` (m, 12) and `reports` (m, 6) with fits around ``points[centers]`` at given radii; NaN if none.
 
-    Where the surface turns out to bend too much for the radius, `radii` shrinks. `isotropic` errors of standard
-    deviation s bend the mean height of a surface inwards by s^2 (k1 + k2) / 2: taken back.
+    `radii` are reduced where the surface is too curved. `isotropic` errors of standard deviation s shift the mean
+    height of a surface inwards by s^2 (k1 + k2) / 2, which is corrected.
     """
     data = (points, normals, spread, starts, ends, boxes)
     for c in prange(len(centers)):
         stack = np.empty(96, np.int64)
-        members = np.empty(MOST, np.int64)
-        work = np.empty((6, MOST))
+        members = np.empty(MAX_POINTS, np.int64)
+        work = np.empty((6, MAX_POINTS))
         surfel, before = np.zeros(12), np.zeros(12)
         report, first = np.zeros(6), np.zeros(6)
         place = points[centers[c]]

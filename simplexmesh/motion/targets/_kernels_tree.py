@@ -1,7 +1,7 @@
-"""A balanced kd-tree over points, in flat arrays: built in place, searched with a bound that is often good already.
+"""A balanced kd-tree over points in flat arrays: construction in place, nearest neighbor and range search.
 
-Node 0 is the root, node i has the children 2 i + 1 and 2 i + 2, and holds the points ``starts[i] : ends[i]`` of the
-reordered points; `boxes` holds per node the lowest and highest coordinates. Arrays in, arrays out; no checks.
+Node 0 is the root, node i has the children 2 i + 1 and 2 i + 2 and holds the points ``starts[i] : ends[i]`` of the
+reordered points; `boxes` holds the lowest and highest coordinates of each node.
 """
 
 # mypy: allow-untyped-defs
@@ -18,7 +18,7 @@ from simplexmesh._kernels_njit import njit
 
 @njit(cache=True, error_model="numpy")
 def _select(points, order, axis, low, high, middle):
-    """Reorder ``order[low:high]`` so that place `middle` holds the point it would hold if sorted along `axis`."""
+    """Reorder ``order[low:high]`` along `axis` such that position `middle` holds its sorted element (quickselect)."""
     left, right = low, high - 1
     while left < right:
         pivot = points[order[(left + right) // 2], axis]
@@ -41,8 +41,8 @@ def _select(points, order, axis, low, high, middle):
 
 
 @njit(cache=True, error_model="numpy")
-def grow_tree(points, order, starts, ends, boxes):
-    """Fill the tree's arrays and reorder `order`, which holds ``arange(n)`` at first; 2^(depth + 1) - 1 nodes."""
+def build_tree(points, order, starts, ends, boxes):
+    """Fill the arrays of a tree with 2^(depth + 1) - 1 nodes and reorder `order`, initially ``arange(n)``."""
     n_nodes = len(starts)
     starts[0], ends[0] = 0, len(points)
     for node in range(n_nodes):
@@ -69,7 +69,7 @@ def grow_tree(points, order, starts, ends, boxes):
 
 @njit(cache=True, error_model="numpy")
 def box_distance(boxes, node, x, y, z):
-    """Return the squared distance from a place to a node's box, 0 inside."""
+    """Return the squared distance from a point to a node's box, 0 inside."""
     dx = max(boxes[node, 0] - x, x - boxes[node, 3], 0.0)
     dy = max(boxes[node, 1] - y, y - boxes[node, 4], 0.0)
     dz = max(boxes[node, 2] - z, z - boxes[node, 5], 0.0)
@@ -78,7 +78,7 @@ def box_distance(boxes, node, x, y, z):
 
 @njit(cache=True, error_model="numpy")
 def _insert(squared, index, d, i):
-    """Insert a candidate into lists sorted by (distance, index); the last one falls out."""
+    """Insert a candidate into lists sorted by (distance, index), dropping the last entry."""
     k = len(squared)
     if d > squared[k - 1] or (d == squared[k - 1] and i > index[k - 1]):
         return
@@ -93,9 +93,9 @@ def _insert(squared, index, d, i):
 
 @njit(cache=True, error_model="numpy")
 def nearest_in_tree(points, starts, ends, boxes, x, y, z, squared, index, stack):
-    """Improve `squared`, `index` (k,) to the k nearest points, sorted; entries must be inf and n at first.
+    """Update `squared`, `index` (k,) with the k nearest points, sorted; initially inf and n.
 
-    `points` are in the tree's order and so is the answer; equal distances go to the lower index.
+    `points` are in the tree's order, and so are the indices; ties go to the lower index.
     """
     k = len(squared)
     top = 0
@@ -120,7 +120,7 @@ def nearest_in_tree(points, starts, ends, boxes, x, y, z, squared, index, stack)
 
 @njit(cache=True, error_model="numpy", parallel=True)
 def all_nearest(points, starts, ends, boxes, queries, squared, index):
-    """Fill, for every query, the squared distances and indices (m, k) of its k nearest points, nearest first."""
+    """Fill the squared distances and indices (m, k) of the k nearest points of every query, nearest first."""
     n = len(points)
     for q in prange(len(queries)):
         stack = np.empty(96, np.int64)
@@ -133,7 +133,7 @@ def all_nearest(points, starts, ends, boxes, queries, squared, index):
 
 @njit(cache=True, error_model="numpy")
 def within(points, starts, ends, boxes, x, y, z, radius, stride, found, stack):
-    """Fill `found` with every `stride`-th point within `radius`; return how many there are before thinning."""
+    """Fill `found` with every `stride`-th point within `radius`; return the number of points before thinning."""
     limit = radius * radius
     count = 0
     top = 0

@@ -1,4 +1,4 @@
-"""The search along a vertex's normal through a volume, to sub-voxel precision."""
+"""Search for isosurface crossings along vertex normals through a volume, with sub-voxel precision."""
 # mypy: allow-untyped-defs
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from simplexmesh._kernels_njit import njit
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def trilinear(values, strides, shape, x, y, z, outside):
-    """Return the trilinear interpolant at an index position; every sample beyond the volume is `outside`."""
+    """Return the trilinear interpolant at a continuous index; samples beyond the volume have the value `outside`."""
     nx, ny, nz = shape
     if not (x > -1.0 and y > -1.0 and z > -1.0 and x < nx and y < ny and z < nz):
         return outside
@@ -42,7 +42,7 @@ def trilinear(values, strides, shape, x, y, z, outside):
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def crossing_times(shape, px, py, pz, dx, dy, dz):
-    """Return from when to when a line is in the volume or within one voxel of it; an empty interval where it misses."""
+    """Return the parameter interval in which a line is within one voxel of the volume; empty if it misses."""
     first, last = -math.inf, math.inf
     for p, d, count in ((px, dx, shape[0]), (py, dy, shape[1]), (pz, dz, shape[2])):
         if d == 0.0:
@@ -55,13 +55,13 @@ def crossing_times(shape, px, py, pz, dx, dy, dz):
     return first, last
 
 
-@partial(Both, pays_from=1000)  # some 200 nanoseconds per vertex
+@partial(Both, pays_from=1000)  # about 200 nanoseconds per vertex
 def isosurface_gaps(vertices, normals, values, strides, shape, to_index, level, sign, outside, reach, pace, out):
     """Fill the signed distance along each normal to the nearest crossing from inside (`sign * value` above) to outside.
 
-    A vertex that is inside looks outwards, one that is outside looks inwards: the first crossing met has the right
-    polarity. `pace` is the longest step in voxels. NaN where there is no crossing within `reach`. Beyond the volume all
-    is background, so the search begins with the last step before it and ends with the first behind.
+    Inside vertices search outwards and outside vertices inwards, so the first crossing has the right polarity. `pace`
+    is the step in voxels. NaN without a crossing within `reach`. Samples beyond the volume are background, so the
+    search covers just the part of the line within the volume, with one step to either side.
     """
     for i in prange(vertices.shape[0]):
         x, y, z = vertices[i, 0], vertices[i, 1], vertices[i, 2]
@@ -102,7 +102,7 @@ def isosurface_gaps(vertices, normals, values, strides, shape, to_index, level, 
         if not found:
             continue
         middle, fine, last = near, 1e-6 * abs(f_near - f_far), 0
-        for _ in range(40):  # regula falsi with halved weights (Illinois): 4 or 5 turns, more across a kink
+        for _ in range(40):  # regula falsi (Illinois variant): 4 or 5 iterations, more across a kink
             middle = near + (far - near) * f_near / (f_near - f_far)
             f_middle = sign * (
                 trilinear(values, strides, shape, px + middle * dx, py + middle * dy, pz + middle * dz, outside) - level

@@ -1,4 +1,4 @@
-"""Where open data ends: the border of a triangulated surface, and that of a cloud of points."""
+"""Borders of open data: of triangulated surfaces and of point clouds."""
 
 from __future__ import annotations
 
@@ -16,35 +16,35 @@ from simplexmesh.motion.targets import _kernels_borders
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-AROUND = 24
-WIDEST = np.deg2rad(110.0)
-LOPSIDED = 0.25
-"""Of a half disc, the mean is 0.42 radii from the middle of its straight side."""
-MOST_POINTS = 60_000
-FEWEST = 6
+NEIGHBORS = 24
+MIN_ANGLE_GAP = np.deg2rad(110.0)
+MIN_OFFSET = 0.25
+"""The centroid of a half disc is 0.42 radii from the middle of its diameter."""
+MAX_POINTS = 60_000
+MIN_POINTS = 6
 
 
 @dataclass(frozen=True, eq=False)
 class Border:
-    """Points along the lines where data ends.
+    """Points along the border lines of open data.
 
     Attributes
     ----------
     points : (k, 3) array of float
     width : (k,) array of float
-        How wide the line is that each point is on: the diagonal of its box.
+        Bounding box diagonal of the border line each point is on.
     """
 
     points: Array
     width: Array
 
     def wider(self, smallest: float) -> Array:
-        """Return the points on lines at least so wide."""
+        """Return the points on border lines at least so wide."""
         return self.points[self.width >= smallest]
 
 
-def _lines(points: Array, links: NDArray[np.int64]) -> tuple[Array, NDArray[np.int64]]:
-    """Return, per point, the width of what it hangs together with, and the number of points there."""
+def _line_widths(points: Array, links: NDArray[np.int64]) -> tuple[Array, NDArray[np.int64]]:
+    """Return, per point, the bounding box diagonal of its connected component and the number of points in it."""
     n = len(points)
     graph = coo_array((np.ones(len(links), bool), links.T.reshape(2, -1)), shape=(n, n))
     count, label = connected_components(graph, directed=False)
@@ -74,7 +74,7 @@ def border_of_triangles(vertices: Array, faces: NDArray[np.int64], sides: Mask) 
     edges = np.stack([faces[sides], np.roll(faces, -1, axis=1)[sides]], axis=1)
     if not len(edges):
         return Border(np.zeros((0, 3)), np.zeros(0))
-    width, _ = _lines(vertices, edges)
+    width, _ = _line_widths(vertices, edges)
     a, b = vertices[edges[:, 0]], vertices[edges[:, 1]]
     step = float(norm(np.ptp(vertices, axis=0))) / 300
     pieces = np.maximum(np.ceil(norm(b - a) / step), 1).astype(np.int64)
@@ -84,10 +84,10 @@ def border_of_triangles(vertices: Array, faces: NDArray[np.int64], sides: Mask) 
 
 
 def border_of_points(points: Array) -> Border:
-    """Return the points at which a cloud ends: seen in their tangent plane, their neighbors are on one side.
+    """Return the border points of a cloud: those whose neighbors, in the tangent plane, are on one side.
 
-    A point is on the border when its 24 nearest neighbors leave an angle of 110 degrees free, and their mean is off by
-    a quarter of their distance. Points alone, fewer than 6 that hang together, are left out.
+    A point is on the border if its 24 nearest neighbors leave an angular gap of 110 degrees and their mean is offset by
+    a quarter of their distance. Components of fewer than 6 border points are dropped.
 
     References
     ----------
@@ -101,15 +101,15 @@ def border_of_points(points: Array) -> Border:
     >>> len(border.points) == 2 * 12 + 2 * 8
     True
     """
-    if len(points) > MOST_POINTS:
-        points = points[np.random.default_rng(0).choice(len(points), MOST_POINTS, replace=False)]
-    k = min(AROUND, len(points) - 1)
+    if len(points) > MAX_POINTS:
+        points = points[np.random.default_rng(0).choice(len(points), MAX_POINTS, replace=False)]
+    k = min(NEIGHBORS, len(points) - 1)
     if k < 3:
         return Border(np.zeros((0, 3)), np.zeros(0))
     tree = cKDTree(points)
     distance, near = tree.query(points, k=k + 1, workers=-1)
     on, normals = _one_sided(points, np.arange(len(points)), near[:, 1:], None)
-    # where dense sampling ends at sparse sampling the nearest are on one side too: more of them tell
+    # at steps in sampling density the nearest neighbors are one-sided too: confirm with more of them
     _, more = tree.query(points[on], k=min(4 * k, len(points) - 1) + 1, workers=-1)
     still, _ = _one_sided(points, on, more[:, 1:], normals[on])
     on = on[still]
@@ -119,17 +119,17 @@ def border_of_points(points: Array) -> Border:
     pairs = cKDTree(ends).query_pairs(float(np.quantile(reach, 0.9)), output_type="ndarray").astype(np.int64)
     apart = norm(ends[pairs[:, 0]] - ends[pairs[:, 1]])
     pairs = pairs[apart <= reach[pairs].max(axis=1)]
-    width, count = _lines(ends, pairs)
-    kept = count >= FEWEST
+    width, count = _line_widths(ends, pairs)
+    kept = count >= MIN_POINTS
     return Border(ends[kept], width[kept])
 
 
 def _one_sided(
     points: Array, rows: NDArray[np.int64], near: NDArray[np.int64], normals: Array | None
 ) -> tuple[NDArray[np.int64], Array]:
-    """Return which of some points have their neighbors on one side, and the normals (m, 3) of their planes."""
+    """Return which of some points have their neighbors on one side, and the normals (m, 3) of their tangent planes."""
     found = np.empty((len(rows), 3)) if normals is None else normals
-    free, off = np.empty((2, len(rows)))
-    points, near = np.ascontiguousarray(points), np.ascontiguousarray(near)  # one layout is compiled, not four
-    _kernels_borders.sides(points, rows, near, found, normals is not None, free, off)
-    return np.flatnonzero((free > WIDEST) & (off > LOPSIDED)), found
+    gap, offset = np.empty((2, len(rows)))
+    points, near = np.ascontiguousarray(points), np.ascontiguousarray(near)  # compiles one array layout instead of four
+    _kernels_borders.boundary_criteria(points, rows, near, found, normals is not None, gap, offset)
+    return np.flatnonzero((gap > MIN_ANGLE_GAP) & (offset > MIN_OFFSET)), found

@@ -1,4 +1,4 @@
-"""The surface where a volume takes a given value."""
+"""The target of volumes: an isosurface."""
 
 from __future__ import annotations
 
@@ -10,31 +10,31 @@ from numpy.typing import NDArray
 from simplexmesh import _check
 from simplexmesh.data.convert import as_volume
 from simplexmesh.motion.targets import _kernels_volume
-from simplexmesh.motion.targets.door import BuiltIn, checked
+from simplexmesh.motion.targets.protocol import BuiltInTarget, checked_arguments
 
 Array = NDArray[np.float64]
 
 
-class Isosurface(BuiltIn):
-    """Where a volume crosses a level, found along each vertex's normal to sub-voxel precision.
+class Isosurface(BuiltInTarget):
+    """An isosurface of a volume, located along each vertex's normal with sub-voxel precision.
 
-    The volume is read by trilinear interpolation in physical space. A crossing counts when the normal leaves the
-    object there: a vertex inside looks outwards, one outside looks inwards. Beyond the volume there is background, so
-    that objects cut by its border are closed there, within one voxel.
+    The volume is interpolated trilinearly in physical space. Only crossings where the normal leaves the object count: a
+    vertex inside searches outwards, one outside inwards. Beyond the volume is background, so objects cut by its border
+    are closed there, within one voxel.
 
     Parameters
     ----------
-    volume : Volume or whatever one can be made of
+    volume : Volume or anything convertible
         An array, a PyVista or VTK image, a path.
     level : float
         Strictly between the smallest and the largest value of the volume.
     inside : {"above", "below"}
-        Whether the object is where values are above the level (bone in CT) or below it (air).
+        Whether values inside the object are above the level (bone in CT) or below it (air).
 
     Raises
     ------
     ValueError
-        When the level is outside the range of the volume.
+        The level is outside the range of the volume.
 
     References
     ----------
@@ -65,21 +65,21 @@ class Isosurface(BuiltIn):
         self._to_index = np.linalg.inv(self.volume.T_world_index)[:3].copy()
 
     def gap(self, vertices: Array, normals: Array, reach: float, *, pace: float = 0.7) -> Array:
-        """Return (n,) the signed distance along each normal to the nearest right crossing, NaN beyond `reach`.
+        """Return (n,) the signed distance along each normal to the nearest valid crossing, NaN beyond `reach`.
 
         Parameters
         ----------
         vertices, normals : (n, 3) array of float
         reach : float
-            How far to look either way, in the volume's unit; infinity looks through the whole volume.
+            Maximum distance in either direction, in the volume's unit; may be infinite.
         pace : float
-            Longest stride of the search, in voxels; thinner sheets than that may be stepped over.
+            Step of the search, in voxels; thinner sheets may be missed.
 
         Returns
         -------
         (n,) array of float
         """
-        vertices, normals, reach = checked(vertices, normals, reach)
+        vertices, normals, reach = checked_arguments(vertices, normals, reach)
         pace = _check.number("pace", pace, 0.0, open_low=True)
         out = np.zeros(len(vertices))
         _kernels_volume.isosurface_gaps(

@@ -1,4 +1,4 @@
-"""The smooth surface of a labeled region, without the staircase of its voxels."""
+"""The target of labeled regions: their smooth boundary, without the staircase of the voxels."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh._vec import normalized
+from simplexmesh.data.box import box_around, box_slices
 from simplexmesh.data.convert import as_volume
 from simplexmesh.data.volume import Volume
 from simplexmesh.motion.targets import _kernels_labels
@@ -18,19 +19,19 @@ Array = NDArray[np.float64]
 
 
 class LabelSurface(SurfelTarget):
-    """The boundary of a labeled region, smooth and in place.
+    """The boundary of a labeled region, smooth and unbiased.
 
-    Where the boundary crosses the line between a voxel inside and its neighbor outside is known to half a voxel: the
-    midpoint is a sample of the surface whose error is uniform, of known size, and along a known axis. Quadratic pieces
-    of surface fitted to these samples, each weighted by what its error does along the normal, over a neighborhood as
-    wide as the shape allows, leave neither steps nor the shrinking of filters.
+    The boundary crosses the line between a voxel inside and its neighbor outside at an unknown place: the midpoint is a
+    sample of the surface with a uniformly distributed error of known size, along a known axis. Quadratic surface pieces
+    are fitted to these samples, each weighted by the variance of its error along the normal, over neighborhoods as
+    large as the shape allows. This leaves neither steps nor the shrinkage of filters.
 
     Parameters
     ----------
-    volume : Volume or whatever one can be made of
+    volume : Volume or anything convertible
         An array, a PyVista or VTK image, a path.
     label : int or None
-        The region's; None for everything that is not zero. Beyond the volume there is none of it.
+        The label of the region; None for all nonzero samples. The region does not extend beyond the volume.
 
     Raises
     ------
@@ -52,11 +53,11 @@ class LabelSurface(SurfelTarget):
         self.label = label
         places, spread, normals = _crossings(self.volume, label)
         center = places.mean(axis=0)
-        self._set(fitted_surfels(places - center, normals, spread), center)
+        self._initialize(fitted_surfels(places - center, normals, spread), center)
 
 
 def _crossings(volume: Volume, label: int | None) -> tuple[Array, Array, Array]:
-    """Return the midpoints of crossings, one standard deviation of their error, and outward directions, all (n, 3)."""
+    """Return the midpoints of crossings, one standard deviation of their error, and outward normals, all (n, 3)."""
     mask, low = _cropped(volume, label)
     counts = np.zeros(mask.shape[0], np.int64)
     _kernels_labels.count_crossings(mask, counts)
@@ -69,18 +70,14 @@ def _crossings(volume: Volume, label: int | None) -> tuple[Array, Array, Array]:
 
 
 def _cropped(volume: Volume, label: int | None) -> tuple[NDArray[np.uint8], NDArray[np.int64]]:
-    """Return the region's mask in a box two samples wider than it, and the index of the box's first sample."""
+    """Return the mask of the region with a margin of two samples, and the index of its first sample."""
     values = volume.values
     inside = values != 0 if label is None else values == label
-    within = [np.flatnonzero(inside.any(axis=tuple({0, 1, 2} - {a}))) for a in range(3)]
-    if not len(within[0]):
+    box = box_around(inside)
+    if box is None and label is None:
+        raise ValueError("volume must have a nonzero sample, it has none")
+    if box is None:
         present = f"; present are {volume.labels()}" if volume.is_labels else ""
-        what = (
-            "a sample that is not zero must be"
-            if label is None
-            else f"label must be present in the volume, {label!r} is"
-        )
-        raise ValueError(f"{what} not{present}" if label is not None else "volume must have a sample that is not zero")
-    box = tuple(slice(w[0], w[-1] + 1) for w in within)
-    low = np.array([w[0] for w in within]) - 2
-    return np.ascontiguousarray(np.pad(inside[box], 2).view(np.uint8)), low
+        raise ValueError(f"label must be present in the volume, {label!r} is not{present}")
+    padded = np.pad(inside[box_slices(*box, volume.shape)], 2)
+    return np.ascontiguousarray(padded.view(np.uint8)), box[0] - 2

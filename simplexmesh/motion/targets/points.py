@@ -1,4 +1,4 @@
-"""A cloud of points, noisy or not: the surface it was measured on."""
+"""The target of point clouds, noisy or not: the surface they were sampled from."""
 
 from __future__ import annotations
 
@@ -14,17 +14,16 @@ from simplexmesh.data.convert import as_points
 from simplexmesh.data.points import PointCloud
 from simplexmesh.motion.targets import _kernels_nearest, _kernels_points
 from simplexmesh.motion.targets.borders import Border, border_of_points
-from simplexmesh.motion.targets.door import BuiltIn, checked
+from simplexmesh.motion.targets.protocol import BuiltInTarget, checked_arguments
 from simplexmesh.motion.targets.surfels import Surfels, fitted_surfels
 
 Array = NDArray[np.float64]
 
 
-class SurfelTarget(BuiltIn):
-    """The surface that surfels describe; what `Points` and `LabelSurface` have in common.
+class SurfelTarget(BuiltInTarget):
+    """The surface described by surfels; common base of `Points` and `LabelSurface`.
 
-    Remembers what was nearest to each vertex, and how far it may move before that must be found anew: the answer does
-    not depend on it.
+    The nearest surfels of each vertex are cached between calls, which does not affect the results.
 
     Attributes
     ----------
@@ -36,9 +35,9 @@ class SurfelTarget(BuiltIn):
     surfels: Surfels
     center: Array
 
-    def _set(self, surfels: Surfels, center: Array) -> None:
+    def _initialize(self, surfels: Surfels, center: Array) -> None:
         self.surfels, self.center = surfels, center
-        self._memory = _kernels_nearest.nothing_kept(0)
+        self._cache = _kernels_nearest.empty_cache(0)
 
     def gap(self, vertices: Array, normals: Array, reach: float) -> Array:
         """Return (n,) the signed distance along each normal to the surface of the data, NaN beyond `reach`.
@@ -48,23 +47,23 @@ class SurfelTarget(BuiltIn):
         vertices, normals : (n, 3) array of float
             Unit normals, outward.
         reach : float
-            How far to look either way, in the data's unit; infinity for any distance.
+            Maximum distance in either direction, in the data's unit; may be infinite.
 
         Returns
         -------
         (n,) array of float
-            Positive where the surface is outside of the vertex. NaN also beside the data (over its holes) and where
-            the data only faces another way (more than 78 degrees from the normal).
+            Positive where the surface is outside of the vertex. NaN also beside the data (over its holes) and where the
+            data only faces another way (more than 78 degrees from the normal).
         """
-        vertices, normals, reach = checked(vertices, normals, reach)
+        vertices, normals, reach = checked_arguments(vertices, normals, reach)
         s, out = self.surfels, np.zeros(len(vertices))
         search = reach + s.spacing
-        memory = self._memory  # by a name of its own: another thread may ask about another mesh
-        if len(memory[0]) != len(vertices):
-            kept = _kernels_nearest.nothing_kept(len(vertices))
+        cache = self._cache  # a local reference: another thread may use this target for another mesh
+        if len(cache[0]) != len(vertices):
+            fresh = _kernels_nearest.empty_cache(len(vertices))
             surfels = s.tree.points, s.heads, s.oriented
-            _kernels_nearest.carry_over(vertices, normals, self.center, search**2, *surfels, memory, kept)
-            self._memory = memory = kept
+            _kernels_nearest.transfer_cache(vertices, normals, self.center, search**2, *surfels, cache, fresh)
+            self._cache = cache = fresh
         _kernels_points.surfel_gaps(
             vertices,
             normals,
@@ -75,17 +74,17 @@ class SurfelTarget(BuiltIn):
             s.tree.points,
             s.neighbors,
             s.patches,
-            s.wide,
+            s.wide_tree,
             s.oriented,
-            memory,
+            cache,
             out,
         )
         return out
 
     def beyond(self, places: Array, distance: float) -> NDArray[np.bool_]:
-        """Return (n,) whether places are farther than a distance from all the data, wherever its surface would go on.
+        """Return (n,) bool: whether places are farther than a distance from all data points.
 
-        Where the noise is large the surface found reaches out past its border, and `gap` with it.
+        With large noise the fitted surface, and `gap` with it, extends beyond the border of the data.
         """
         if not np.isfinite(self.surfels.horizon).any():
             return np.zeros(len(places), bool)
@@ -95,25 +94,24 @@ class SurfelTarget(BuiltIn):
 
     @property
     def noise(self) -> float:
-        """Standard deviation of the data about the surface found, along its normal; in the data's unit."""
+        """Standard deviation of the data about the fitted surface, along its normal, in the data's unit."""
         return float(np.median(self.surfels.noise))
 
     def samples(self) -> tuple[Array, Array]:
-        """Return points (m, 3) on the surface found, freed of noise, and unit normals (m, 3) there."""
+        """Return points (m, 3) on the fitted surface and unit normals (m, 3) there."""
         return self.surfels.table[:, :3] + self.center, self.surfels.table[:, 3:6].copy()
 
 
 class Points(SurfelTarget):
-    """The surface that points were measured on, without their noise.
+    """The surface that points were sampled from, without their noise.
 
-    The cloud is turned into small quadratic pieces of surface, each a robust fit to the points around, over a
-    neighborhood sized from the data's own noise, density and shape; between the pieces one blends into the next.
-    Nothing need be known about noise, density or normals. Normals, when the cloud has them, tell the two walls of a
-    thin sheet apart and which way is out.
+    The cloud is converted to small quadratic surface pieces, each a robust fit to a neighborhood sized by the data's
+    noise, density and shape; neighboring pieces are blended. Noise level, density and normals need not be known.
+    Normals, if the cloud has them, separate the two walls of a thin sheet and define the outside.
 
     Parameters
     ----------
-    cloud : PointCloud or whatever one can be made of
+    cloud : PointCloud or anything convertible
         (n, 3) points, (n, 6) with normals, PyVista or trimesh objects, a path; of a surface, its vertices and normals.
 
     Examples
@@ -128,24 +126,24 @@ class Points(SurfelTarget):
 
     def __init__(self, cloud: Any) -> None:
         if isinstance(cloud, np.ndarray) and cloud.shape[1:] == (3,):
-            cloud = PointCloud(cloud)  # copies of points change nothing here: no need to look for them
+            cloud = PointCloud(cloud)  # duplicates do no harm here and need not be merged
         self.cloud = cloud if isinstance(cloud, PointCloud) else as_points(cloud, "cloud")
         center = self.cloud.points.mean(axis=0)
-        self._set(fitted_surfels(self.cloud.points - center, self.cloud.normals), center)
+        self._initialize(fitted_surfels(self.cloud.points - center, self.cloud.normals), center)
 
     @cached_property
     def border(self) -> Border:
-        """The points where the cloud ends; rims of a mesh are drawn there."""
+        """The border of the cloud, to which rims of a mesh are attracted."""
         return border_of_points(self.cloud.points)
 
     def oriented_by(self, directions: ArrayLike | Callable[[Array], Any]) -> Points:
-        """Return the target of the same points with their outsides known.
+        """Return the target of the same points with oriented normals.
 
         Parameters
         ----------
         directions : (n, 3) array of float or function
-            A rough outward direction at each point of the cloud, of any length, or a function that takes (n, 3)
-            points to such directions. Points with direction zero are left out.
+            A rough outward direction at each point of the cloud, of any length, or a function that maps (n, 3) points
+            to such directions. Points with direction zero are dropped.
         """
         points = self.cloud.points
         given = directions(points) if callable(directions) else directions

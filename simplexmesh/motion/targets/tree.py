@@ -1,4 +1,4 @@
-"""A kd-tree for kernels: the points in its own order, and flat arrays that say which node holds which."""
+"""A kd-tree in flat arrays, for use in kernels."""
 
 from __future__ import annotations
 
@@ -15,15 +15,16 @@ LEAF = 12
 
 @dataclass(frozen=True, eq=False)
 class Tree:
-    """A balanced kd-tree; made by `Tree.of`.
+    """A balanced kd-tree; constructed by `Tree.of`.
 
     Attributes
     ----------
     points : (n, 3) array of float
-        The points, in the tree's order: neighbors in space are near in memory.
+        The points, in the tree's order: neighbors in space are close in memory.
     order : (n,) array of int
-        Which of the points given each one is.
+        Original index of each point.
     starts, ends : (m,) array of int
+        Range of the points of each node.
     boxes : (m, 6) array of float
         Lowest and highest coordinates of each node's points.
     """
@@ -36,7 +37,7 @@ class Tree:
 
     @staticmethod
     def of(points: Array, leaf: int = LEAF) -> Tree:
-        """Build the tree of (n, 3) points, n at least 1, no more than `leaf` of them in a leaf.
+        """Build the tree of (n, 3) points, n at least 1, with at most `leaf` points per leaf.
 
         Examples
         --------
@@ -51,12 +52,12 @@ class Tree:
         order = np.arange(n)
         starts, ends, boxes = np.zeros(nodes, np.int64), np.zeros(nodes, np.int64), np.zeros((nodes, 6))
         points = np.ascontiguousarray(points, dtype=np.float64)
-        _kernels_tree.grow_tree(points, order, starts, ends, boxes)
+        _kernels_tree.build_tree(points, order, starts, ends, boxes)
         return Tree(points[order], order, starts, ends, boxes)
 
     @property
     def arrays(self) -> tuple[Array, NDArray[np.int64], NDArray[np.int64], Array]:
-        """What kernels take."""
+        """The arguments of the tree kernels."""
         return self.points, self.starts, self.ends, self.boxes
 
     def nearest(self, queries: Array, k: int) -> tuple[Array, NDArray[np.int64]]:

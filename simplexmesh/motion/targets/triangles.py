@@ -1,4 +1,4 @@
-"""A triangulated or CAD surface; libigl's tree stands behind it."""
+"""The target of triangulated surfaces, and signed distances to them; uses libigl's AABB tree."""
 
 from __future__ import annotations
 
@@ -15,32 +15,32 @@ from simplexmesh.data.convert import as_triangles
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.mesh import _kernels
 from simplexmesh.motion.targets.borders import Border, border_of_triangles
-from simplexmesh.motion.targets.door import BuiltIn, checked
+from simplexmesh.motion.targets.protocol import BuiltInTarget, checked_arguments
 
 Array = NDArray[np.float64]
 
-ON_IT = 1e-7
-"""Points nearer than this share of the surface's size are on it."""
+ON_SURFACE = 1e-7
+"""Points closer than this fraction of the surface's size are on it."""
 
 
-class Triangles(BuiltIn):
-    """A surface of triangles: the closest point of the surface, projected on each vertex's normal.
+class Triangles(BuiltInTarget):
+    """A triangulated surface: the closest point, projected on each vertex's normal.
 
-    A closest point counts when its triangle faces the same way as the vertex (within about 78 degrees), so that the
-    far wall of a thin sheet does not attract; on an edge or a corner, where the triangle found is one of several, the
-    direction to the closest point may speak for it. Beyond the border of an open surface there is no data.
+    A closest point counts if its triangle faces the same way as the vertex (within about 78 degrees), so that the far
+    wall of a thin sheet does not attract; on an edge or corner, which several triangles share, the direction to the
+    closest point is considered too. Beyond the border of an open surface there is no data.
 
     Parameters
     ----------
-    triangles : TriangleMesh or whatever one can be made of
+    triangles : TriangleMesh or anything convertible
         Counter-clockwise seen from outside.
     oriented : bool
-        False where the triangles' orientation means nothing: both sides attract.
+        False if the orientation of the triangles is meaningless: both sides attract.
 
     Raises
     ------
     ValueError, TypeError
-        No triangles, or of a size beyond what areas can be multiplied in.
+        Not triangles, or of a size for which products of areas overflow.
 
     Examples
     --------
@@ -73,11 +73,11 @@ class Triangles(BuiltIn):
 
     def gap(self, vertices: Array, normals: Array, reach: float) -> Array:
         """Return (n,) the signed distance along each normal, NaN where the closest point is beyond `reach`."""
-        vertices, normals, reach = checked(vertices, normals, reach)
-        known = np.isfinite(vertices)  # the tree has no answer to others
+        vertices, normals, reach = checked_arguments(vertices, normals, reach)
+        known = np.isfinite(vertices)  # the tree cannot handle others
         distance, closest, faces = self.closest(np.where(known, vertices, 0.0))
         facing = dot(self._normals[faces], normals)
-        # at an edge the face found is an arbitrary one of several: the direction to the closest point decides too
+        # at an edge the face found is an arbitrary one of several, so the direction to the closest point counts too
         toward = closest - vertices
         along = dot(toward, normals)
         straight = np.abs(along) > 0.5 * np.maximum(distance, 1e-300)
@@ -88,17 +88,17 @@ class Triangles(BuiltIn):
         return np.where(agrees & (distance <= reach) & known.all(axis=1), along, np.nan)
 
     def signed(self, points: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
-        """Return, for each point, its signed distance, the direction this grows in, and whether it is beyond a border.
+        """Return, for each point, its signed distance, the gradient of this, and whether it is beyond a border.
 
-        Distances are positive outside, or, of an open surface, on the side the faces look to. Inside of a closed
-        surface is what it winds around: where it passes through itself, as offsets do, the normal of the nearest place
-        says nothing. One that looks inward, as the wall of a cavity does, has its inside around it. On the surface the
-        direction is the normal there.
+        Distances are positive outside, or on the side that the faces of an open surface face. For closed surfaces the
+        inside is determined by the winding number: where the surface intersects itself, as offsets do, the normal at
+        the closest point is unreliable. A surface oriented inward, like the wall of a cavity, has its inside around it.
+        On the surface the gradient is the normal.
         """
         at = np.ascontiguousarray(points, dtype=np.float64)
         distance, closest, faces = self.closest(at)
         away, beyond = at - closest, self._beyond_border(closest, faces)
-        on_it = distance <= ON_IT * float(np.ptp(self.vertices, axis=0).max())
+        on_it = distance <= ON_SURFACE * float(np.ptp(self.vertices, axis=0).max())
         if self._on_border.any():
             normals = self._normals_at(closest, faces)
             inside = dot(away, normals) < 0
@@ -121,8 +121,8 @@ class Triangles(BuiltIn):
         return TriangleMesh(self.vertices, self.faces).volume < 0
 
     @cached_property
-    def _around(self) -> tuple[Array, Array]:
-        """(v, 3) normals at vertices, the mean of faces weighted by their angles, and (f, 3, 3) those of sides."""
+    def _pseudonormals(self) -> tuple[Array, Array]:
+        """Angle-weighted normals of vertices (v, 3), and the normals of sides (f, 3, 3), not normalized."""
         corners = self.vertices[self.faces]
         along = normalized((np.roll(corners, -1, axis=1) - corners).reshape(-1, 3)).reshape(-1, 3, 3)
         turns = np.arccos(np.clip(-(along * np.roll(along, 1, axis=1)).sum(axis=2), -1.0, 1.0))
@@ -135,11 +135,11 @@ class Triangles(BuiltIn):
         return at_vertices, at_edges[place.ravel()].reshape(-1, 3, 3)
 
     def _normals_at(self, closest: Array, faces: NDArray[np.int64]) -> Array:
-        """Return (n, 3) unit normals at places of the surface: of faces, sides or corners (Baerentzen, Aanaes 2005)."""
-        corners, (at_vertices, at_sides) = self.vertices[self.faces[faces]], self._around
+        """Return (n, 3) unit pseudonormals at surface points: of faces, sides or corners (Baerentzen, Aanaes 2005)."""
+        corners, (at_vertices, at_sides) = self.vertices[self.faces[faces]], self._pseudonormals
         rest = closest[:, None] - corners
         share = norm(np.cross(np.roll(corners, -1, axis=1) - corners, rest).reshape(-1, 3)).reshape(-1, 3)
-        low = share <= ON_IT * np.maximum(share.max(axis=1), 1e-300)[:, None]  # of side j: the place is on it
+        low = share <= ON_SURFACE * np.maximum(share.max(axis=1), 1e-300)[:, None]  # the point is on side j
         out = self._normals[faces].copy()
         for side in range(3):
             out[low[:, side]] = at_sides[faces[low[:, side]], side]
@@ -150,16 +150,16 @@ class Triangles(BuiltIn):
 
     @cached_property
     def border(self) -> Border:
-        """Points along the border of an open surface; rims of a mesh are drawn there."""
+        """Points along the border of an open surface, to which rims of a mesh are attracted."""
         return border_of_triangles(self.vertices, self.faces, self._on_border)
 
     def beyond_border(self, points: Array) -> NDArray[np.bool_]:
-        """Return (n,) whether the closest point of the surface is on its border."""
+        """Return (n,) bool: whether the closest point of the surface is on its border."""
         _, closest, faces = self.closest(points)
         return self._beyond_border(closest, faces)
 
     def _beyond_border(self, closest: Array, faces: NDArray[np.int64]) -> NDArray[np.bool_]:
-        """Return (n,) whether closest points lie on the border of an open surface."""
+        """Return (n,) bool: whether closest points lie on the border of an open surface."""
         out = np.zeros(len(faces), dtype=bool)
         rows = np.flatnonzero(self._on_border[faces].any(axis=1))
         corners = self.vertices[self.faces[faces[rows]]]
@@ -172,7 +172,7 @@ class Triangles(BuiltIn):
 
 
 def border_sides(faces: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Return (f, 3) whether side j of a triangle, from corner j to j + 1, belongs to no other triangle.
+    """Return (f, 3) bool: whether side j of a triangle, from corner j to j + 1, belongs to no other triangle.
 
     Examples
     --------
@@ -182,14 +182,14 @@ def border_sides(faces: NDArray[np.int64]) -> NDArray[np.bool_]:
     mates, crowded = _kernels.half_edge_mates(np.array(faces, dtype=np.int64))
     if crowded < 0:
         return np.asarray(mates.reshape(-1, 3) < 0)
-    other = np.roll(faces, -1, axis=1)  # an edge of three triangles or more: slower, and for any number of them
+    other = np.roll(faces, -1, axis=1)  # non-manifold: slower, for any number of triangles per edge
     edge = np.minimum(faces, other) * (int(faces.max()) + 1) + np.maximum(faces, other)
     _, place, count = np.unique(edge.ravel(), return_inverse=True, return_counts=True)
     return np.asarray((count[place] == 1).reshape(-1, 3))
 
 
 def surface_distance(points: Array, vertices: Array, faces: NDArray[np.int64]) -> Array:
-    """Return (n,) the unsigned distance of points to a triangulated surface.
+    """Return (n,) the unsigned distances of points to a triangulated surface.
 
     Examples
     --------
@@ -206,7 +206,7 @@ def surface_distance(points: Array, vertices: Array, faces: NDArray[np.int64]) -
 
 
 def inside_surface(points: Array, vertices: Array, faces: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Return (n,) whether points are inside a closed triangulated surface, by the winding number (Jacobson 2013).
+    """Return (n,) bool: whether points are inside a closed triangulated surface, by winding number (Jacobson 2013).
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Several targets at once: the nearest wins."""
+"""The union of several targets: the nearest one counts."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from simplexmesh.motion.targets.door import BuiltIn, ask, checked
+from simplexmesh.motion.targets.protocol import BuiltInTarget, checked_arguments, target_gaps
 
 Array = NDArray[np.float64]
 
 
-class Union(BuiltIn):
-    """The closest of several targets, vertex by vertex: a scan here, a volume there.
+class Union(BuiltInTarget):
+    """The closest of several targets, per vertex.
 
     Parameters
     ----------
@@ -45,9 +45,9 @@ class Union(BuiltIn):
                 )
 
     def gap(self, vertices: Array, normals: Array, reach: float) -> Array:
-        """Return (n,) the gap of smallest size among the targets, NaN where none has data within `reach`."""
-        vertices, normals, reach = checked(vertices, normals, reach)
-        each = [ask(target, vertices, normals, reach, f"targets[{k}]") for k, target in enumerate(self.targets)]
+        """Return (n,) the gap of smallest magnitude among the targets, NaN where none has data within `reach`."""
+        vertices, normals, reach = checked_arguments(vertices, normals, reach)
+        each = [target_gaps(target, vertices, normals, reach, f"targets[{k}]") for k, target in enumerate(self.targets)]
         gaps = np.stack(each)
         sizes = np.where(np.isnan(gaps), np.inf, np.abs(gaps))
         return np.take_along_axis(gaps, sizes.argmin(axis=0)[None], axis=0)[0]

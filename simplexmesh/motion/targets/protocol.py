@@ -1,4 +1,4 @@
-"""What goes into a target and what comes out: arrays that fit, or one sentence about those that do not."""
+"""The target protocol: checks of the arguments and results of `gap`."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ Array = NDArray[np.float64]
 FLOAT = np.dtype(np.float64)
 
 
-class BuiltIn:
-    """A target of this library: it does not write into the arrays it is asked about, so that it may see them all."""
+class BuiltInTarget:
+    """Base class of this library's targets, which do not write to their arguments and so need no read-only views."""
 
 
-def ask(target: Any, vertices: Array, normals: Array, reach: float, name: str = "target") -> Array:
-    """Return the gaps a target answers, and refuse an answer that is not one number per vertex.
+def target_gaps(target: Any, vertices: Array, normals: Array, reach: float, name: str = "target") -> Array:
+    """Return the gaps of a target, checked: one number per vertex.
 
-    A target of the user's own sees the arrays, and cannot change them.
+    A user-defined target gets read-only views of the arrays.
 
     Raises
     ------
-    ValueError
-        The answer has another shape.
+    ValueError, TypeError
+        The result has another shape or is not numeric.
     """
-    if not isinstance(target, BuiltIn):
+    if not isinstance(target, BuiltInTarget):
         vertices, normals = read_only(vertices), read_only(normals)
     gaps = np.asarray(target.gap(vertices, normals, reach))
     if gaps.shape != (len(vertices),):
@@ -51,17 +51,17 @@ def read_only(values: NDArray[Any]) -> NDArray[Any]:
     return view
 
 
-def checked(vertices: ArrayLike, normals: ArrayLike, reach: float) -> tuple[Array, Array, float]:
-    """Return the arguments of `gap` as kernels want them, untouched where they are so already.
+def checked_arguments(vertices: ArrayLike, normals: ArrayLike, reach: float) -> tuple[Array, Array, float]:
+    """Return the arguments of `gap` as kernels need them, uncopied if they already are.
 
     Raises
     ------
     ValueError, TypeError
-        Other shapes than (n, 3), different lengths, no numbers, a reach that is not above 0.
+        The shapes are not (n, 3) or differ, values are not numeric, or the reach is not positive.
 
     Examples
     --------
-    >>> checked([[0, 0, 0]], [[0, 0, 1], [0, 0, 1]], 1.0)
+    >>> checked_arguments([[0, 0, 0]], [[0, 0, 1], [0, 0, 1]], 1.0)
     Traceback (most recent call last):
     ...
     ValueError: normals must have shape (1, 3), as vertices have, not (2, 3)
@@ -69,15 +69,15 @@ def checked(vertices: ArrayLike, normals: ArrayLike, reach: float) -> tuple[Arra
     points, outward = _rows("vertices", vertices), _rows("normals", normals)
     if len(points) != len(outward):
         raise ValueError(f"normals must have shape {points.shape}, as vertices have, not {outward.shape}")
-    return points, outward, reach_above_zero(reach)
+    return points, outward, checked_reach(reach)
 
 
-def reach_above_zero(reach: float) -> float:
-    """Return a reach as a float; infinity is one.
+def checked_reach(reach: float) -> float:
+    """Return a positive reach as a float; infinity is allowed.
 
     Examples
     --------
-    >>> reach_above_zero(math.inf)
+    >>> checked_reach(math.inf)
     inf
     """
     if type(reach) is float and reach > 0.0:
@@ -88,7 +88,7 @@ def reach_above_zero(reach: float) -> float:
 
 
 def _rows(name: str, value: ArrayLike) -> Array:
-    """Return (n, 3) floats, copied where a kernel would have to be compiled once more for them."""
+    """Return (n, 3) floats, copied if a kernel would have to be compiled again for their layout."""
     if type(value) is np.ndarray and value.dtype == FLOAT and value.ndim == 2 and value.shape[1] == 3:
         flags = value.flags
         return value if flags.c_contiguous and flags.writeable else value.copy(order="C")

@@ -10,7 +10,7 @@ import simplexmesh as sm
 from simplexmesh._vec import normalized
 from simplexmesh.motion.crossings import outer_crossings
 from simplexmesh.motion.targets._kernels_volume import isosurface_gaps
-from simplexmesh.motion.targets.door import checked
+from simplexmesh.motion.targets.protocol import checked_arguments
 from simplexmesh.motion.targets.triangles import border_sides
 
 AXIS = np.arange(-8.0, 9.0)
@@ -65,7 +65,7 @@ def test_lists_other_types_layouts_and_read_only_arrays_are_the_same(target):
 
 
 def test_arrays_that_fit_are_not_copied():
-    v, n, reach = checked(OUT, OUT, 2.0)
+    v, n, reach = checked_arguments(OUT, OUT, 2.0)
     assert v is OUT
     assert n is OUT
     assert reach == 2.0
