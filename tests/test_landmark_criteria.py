@@ -7,7 +7,7 @@ import pytest
 import pyvista as pv
 
 import simplexmesh as sm
-from simplexmesh.surface.junctions import _thinned, junctions
+from simplexmesh.surface.junctions import _subsampled, junctions
 from simplexmesh.surface.samples import Samples, as_samples
 
 BEND = 0.35
@@ -91,9 +91,9 @@ class TestPterion:
         mesh = vault(140)
         curvature, samples = sm.curvature(mesh), as_samples(mesh)
         middle = np.flatnonzero(np.linalg.norm(mesh.vertices[:, :2] - MEETING, axis=1) < 0.1)
-        assert len(_thinned(samples, middle, 0.3)[0]) == mesh.n_vertices
-        monkeypatch.setattr("simplexmesh.surface.junctions.MOST", 200)
-        looked_at, tree = _thinned(samples, middle, 0.3)
+        assert len(_subsampled(samples, middle, 0.3)[0]) == mesh.n_vertices
+        monkeypatch.setattr("simplexmesh.surface.junctions.MAX_VERTICES", 200)
+        looked_at, tree = _subsampled(samples, middle, 0.3)
         assert (tree.data == mesh.vertices[looked_at]).all()
         assert 100 < np.mean(tree.query_ball_point(mesh.vertices[middle], 0.3, return_length=True)) < 250
         found = [sm.snap_landmark(mesh, pick, "junction", radius=0.6, curvature=curvature) for pick in self.PICKS]
@@ -102,9 +102,7 @@ class TestPterion:
     @pytest.mark.parametrize("arms", [(0.4,), (0.4, 3.0)])
     def test_a_groove_that_only_bends_is_no_junction(self, arms):
         mesh = vault(arms=arms)
-        with pytest.raises(
-            ValueError, match=r"^pick must have a place within 0\.5 where three grooves meet, it has none"
-        ):
+        with pytest.raises(ValueError, match=r"^pick must have a junction of three grooves within 0\.5, it has none"):
             sm.snap_landmark(mesh, [0.2, -0.1, 0.0], "junction", radius=0.5)
 
     def test_turns_and_scales_with_the_surface(self):

@@ -379,7 +379,7 @@ def test_copies_of_a_point_are_neighbors_and_the_point_itself_never_is():
 def test_a_cloud_takes_its_nearest_points_for_a_ring():
     cloud = sm.PointCloud(np.random.default_rng(0).normal(size=(40, 3)))
     samples = as_samples(cloud)
-    assert (samples.around(sm.rings(1)).valence == door.NEAREST).all()
+    assert (samples.around(sm.rings(1)).valence == door.CLOUD_NEIGHBORS).all()
     assert (as_samples(np.eye(4)[:, :3]).one_ring.valence == 3).all()
     assert not samples.one_ring.closed.any()
 
@@ -525,7 +525,7 @@ class TestGiven:
 
     @pytest.mark.parametrize("asked", [sm.rings(9), sm.ball(9), sm.ball(9, connected=False)])
     def test_what_would_fill_the_memory_is_refused(self, asked, monkeypatch):
-        monkeypatch.setattr(door, "MOST", 100)
+        monkeypatch.setattr(door, "MAX_MEMBERS", 100)
         points, faces = strip()
         with pytest.raises(ValueError, match=r"^neighborhood must hold at most 100 neighbors in all, not those of \w+"):
             Samples(points, faces).around(asked)

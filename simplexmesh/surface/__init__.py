@@ -1,4 +1,4 @@
-"""Chapter V, the surface: normals, curvatures and what stands out, measured on scans as they are."""
+"""Chapter V, the surface: normals, curvature, saliency, regions and landmarks, measured on unprocessed scans."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The eight kinds of surface by the signs of mean and Gaussian curvature (Besl and Jain 1986)."""
+"""Eight classes of surface by the signs of mean and Gaussian curvature (Besl and Jain 1986)."""
 
 from __future__ import annotations
 
@@ -20,43 +20,43 @@ Array = NDArray[np.float64]
 UNKNOWN, PEAK, RIDGE, SADDLE_RIDGE, FLAT, MINIMAL, SADDLE_VALLEY, VALLEY, PIT = range(9)
 
 NAMES = ("unknown", "peak", "ridge", "saddle ridge", "flat", "minimal", "saddle valley", "valley", "pit")
-"""By class number; outward bends come first, then flat, then inward bends."""
+"""By class number: unknown, H > 0, H = 0, H < 0."""
 
 COLORS = (
     "#8c8c8c", "#c8322b", "#ee8a4a", "#f3cf7a", "#cfcfc6", "#9ccf8d", "#8fd0dd", "#4a8fd0", "#3a3f9e",
 )  # fmt: skip
-"""One for each class: red outward, blue inward."""
+"""Color of each class: red for H > 0, blue for H < 0."""
 
-CERTAIN = 1.5
-"""A curvature is taken for zero within so many of its standard deviations."""
+SIGNIFICANCE = 1.5
+"""Tolerance of a zero curvature, in standard deviations of its error."""
 
-BENT = 2.3
-"""Where the root of k1^2 + k2^2 is above so many tolerances of H the surface is not flat."""
+NOT_FLAT = 2.3
+"""Least sqrt(k1^2 + k2^2) of a surface that is not flat, in tolerances of H."""
 
-STRAIGHT = 0.3
-"""Nor does one count that is less than this over the diagonal: what bends with a radius of three diagonals is flat."""
+MIN_CURVATURE = 0.3
+"""Least tolerance of H, times the diagonal: a surface with a radius of three diagonals is flat."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class HKClasses:
-    """Which of eight kinds the surface is at each vertex.
+    """Class of the surface at each vertex, by the signs of H and K.
 
     ===================  =====  ======  =============
     .                    K > 0  K = 0   K < 0
     ===================  =====  ======  =============
-    H > 0, bends out     peak   ridge   saddle ridge
+    H > 0, outward       peak   ridge   saddle ridge
     H = 0                .      flat    minimal
-    H < 0, bends in      pit    valley  saddle valley
+    H < 0, inward        pit    valley  saddle valley
     ===================  =====  ======  =============
 
     Attributes
     ----------
     labels : (n,) array of int
-        Place in `names`; 0 where curvature is not known.
+        Index in `names`; 0 where curvature is unknown.
     tolerance_mean, tolerance_gauss : (n,) array of float
-        Within which H, in 1 / length, and K, in 1 / length squared, were taken for zero.
+        Tolerances within which H, in 1 / length, and K, in 1 / length squared, were taken as zero.
     names, colors : tuple of str
-        Of the classes.
+        Names and colors of the classes.
 
     Examples
     --------
@@ -78,7 +78,7 @@ class HKClasses:
 
     @property
     def counts(self) -> dict[str, int]:
-        """How many vertices are of each class there is."""
+        """Number of vertices of each class present."""
         count = np.bincount(self.labels, minlength=len(NAMES))
         return {name: int(k) for name, k in zip(NAMES, count, strict=True) if k}
 
@@ -91,23 +91,23 @@ def hk_classes(
     tolerance_mean: float | ArrayLike | None = None,
     tolerance_gauss: float | ArrayLike | None = None,
 ) -> HKClasses:
-    """Return which of eight kinds a surface is at each vertex, by the signs of H and K.
+    """Classify a surface at each vertex by the signs of H and K.
 
     Parameters
     ----------
     surface : TriangleMesh, SimplexMesh, PointCloud, array, PyVista or trimesh object, or path
-        What is looked at.
+        The surface.
     curvature : Curvature, optional
-        Of the surface, when already known; otherwise it is measured.
+        Curvature of the surface, if known; otherwise it is measured.
     scale : float, optional
-        Width of the window over which H and K are averaged first, in the surface's unit of length; 0 for none. By
-        default each vertex is averaged over the smallest window of `saliency`'s, 0.6 % of the diagonal or 1.5 edges,
-        as far as the error that the method tells asks for: not at all on clean meshes, wholly on noisy ones. What is
-        zero then is looked at again in the whole window.
+        Width of the window over which H and K are smoothed first, in the surface's unit of length; 0 for none. By
+        default they are shrunk toward their averages over the smallest window of `saliency`, 0.6 % of the diagonal or
+        1.5 edges, as far as the estimated error requires: not at all on clean meshes, fully on noisy ones. Where the
+        result is zero the averages are tested too.
     tolerance_mean, tolerance_gauss : float or (n,) array of float, optional
-        Within which H, in 1 / length, and K, in 1 / length squared, count as zero. By default one and a half standard
-        deviations: the error of H that the method gives, as far as it shows between neighbors, or the field_noise of H
-        from vertex to vertex, less what averaging takes away, and at least 0.3 over the diagonal; that of K follows,
+        Tolerances within which H, in 1 / length, and K, in 1 / length squared, count as zero. By default 1.5 standard
+        deviations of the error that remains after smoothing, from the method's error, bounded by differences between
+        neighbors, or from these alone; of H at least 0.3 over the diagonal. That of K follows from
         dK = sqrt(k1^2 + k2^2) dk + dk^2.
 
     Returns
@@ -124,8 +124,7 @@ def hk_classes(
     Where H and K are within their tolerances, but k1 and k2 together are not, as near a saddle with large errors, the
     nearest of ridge, minimal and valley is taken instead of flat, unless tolerances are given.
 
-    K is at most H squared: where K says that the surface bends one way all around while H is within its tolerance,
-    the sign of H decides, peak or pit.
+    K is at most H squared: where K is positive while H is within its tolerance, the sign of H decides, peak or pit.
 
     References
     ----------
@@ -143,74 +142,74 @@ def hk_classes(
     samples = as_samples(surface)
     diffusion = Diffusion(samples)
     known = known_curvature(samples, curvature)
-    opinions: tuple[SmoothedCurvature, ...]
+    estimates: tuple[SmoothedCurvature, ...]
     if scale is None:
-        opinions = shrunk(diffusion, known)
+        estimates = shrunk(diffusion, known)
     else:
-        opinions = (smoothed_curvature(diffusion, known, _check.number("scale", scale, 0.0)),)
-    least = STRAIGHT / diffusion.diagonal if diffusion.diagonal > 0 else 0.0
-    mean, gauss, near, near_gauss = _combined(
-        [_judged(each, least, tolerance_mean, tolerance_gauss) for each in opinions]
+        estimates = (smoothed_curvature(diffusion, known, _check.number("scale", scale, 0.0)),)
+    min_error = MIN_CURVATURE / diffusion.diagonal if diffusion.diagonal > 0 else 0.0
+    mean, gauss, tolerance, tolerance_k = _combined(
+        [_with_tolerances(each, min_error, tolerance_mean, tolerance_gauss) for each in estimates]
     )
-    labels = signs(mean, gauss, near, near_gauss)
+    labels = signs(mean, gauss, tolerance, tolerance_k)
     if tolerance_mean is None and tolerance_gauss is None:
-        labels = np.where(labels == FLAT, bent_class(mean, gauss, near), labels)
+        labels = np.where(labels == FLAT, bent_class(mean, gauss, tolerance), labels)
     labels = np.where(known.failed, UNKNOWN, labels)
     return HKClasses(
         _check.frozen(labels, np.int8),
-        _check.frozen(near),
-        _check.frozen(np.where(np.isfinite(near_gauss), near_gauss, 0)),
+        _check.frozen(tolerance),
+        _check.frozen(np.where(np.isfinite(tolerance_k), tolerance_k, 0)),
     )
 
 
-def _judged(
+def _with_tolerances(
     found: SmoothedCurvature,
-    least: float,
+    min_error: float,
     tolerance_mean: float | ArrayLike | None,
     tolerance_gauss: float | ArrayLike | None,
 ) -> tuple[Array, Array, Array, Array]:
-    """Return H and K, and within which they count as zero."""
+    """Return H and K and their tolerances."""
     mean, gauss, error = (np.nan_to_num(each) for each in found)
-    error = np.maximum(error, least / CERTAIN)
-    # dk is larger than dH = (dk1 + dk2) / 2 by the root of 2
-    bent = np.sqrt(np.maximum(4 * mean**2 - 2 * gauss, 0.0))
-    error_gauss = bent * np.sqrt(2.0) * error + 2 * error**2
-    near = _tolerance("tolerance_mean", tolerance_mean, CERTAIN * error, mean)
-    return mean, gauss, near, _tolerance("tolerance_gauss", tolerance_gauss, CERTAIN * error_gauss, mean)
+    error = np.maximum(error, min_error / SIGNIFICANCE)
+    # independent errors of k1 and k2 are larger than that of H = (k1 + k2) / 2 by sqrt(2)
+    magnitude = np.sqrt(np.maximum(4 * mean**2 - 2 * gauss, 0.0))
+    error_gauss = magnitude * np.sqrt(2.0) * error + 2 * error**2
+    tolerance = _tolerance("tolerance_mean", tolerance_mean, SIGNIFICANCE * error, mean)
+    return mean, gauss, tolerance, _tolerance("tolerance_gauss", tolerance_gauss, SIGNIFICANCE * error_gauss, mean)
 
 
-def _combined(opinions: list[tuple[Array, Array, Array, Array]]) -> tuple[Array, Array, Array, Array]:
-    """Return of H, and of K, what the first says; where that is zero, what a later one says, if the first allows it.
+def _combined(estimates: list[tuple[Array, Array, Array, Array]]) -> tuple[Array, Array, Array, Array]:
+    """Return the first estimates of H and K with their tolerances; where they are zero, those that follow.
 
-    A window near the edge of a face has some of the edge's bend: beyond the first's tolerance it is not believed.
+    Only if these are within the first tolerance too: smoothed values near an edge contain its curvature.
     """
-    mean, gauss, near, near_gauss = opinions[0]
-    for h, k, within, within_gauss in opinions[1:]:
-        asked = (np.abs(mean) <= near) & (np.abs(h) <= near)
-        asked_gauss = (np.abs(gauss) <= near_gauss) & (np.abs(k) <= near_gauss)
-        mean, near = np.where(asked, h, mean), np.where(asked, within, near)
-        gauss, near_gauss = np.where(asked_gauss, k, gauss), np.where(asked_gauss, within_gauss, near_gauss)
-    return mean, gauss, near, near_gauss
+    mean, gauss, tolerance, tolerance_k = estimates[0]
+    for h, k, h_tolerance, k_tolerance in estimates[1:]:
+        replaced = (np.abs(mean) <= tolerance) & (np.abs(h) <= tolerance)
+        replaced_gauss = (np.abs(gauss) <= tolerance_k) & (np.abs(k) <= tolerance_k)
+        mean, tolerance = np.where(replaced, h, mean), np.where(replaced, h_tolerance, tolerance)
+        gauss, tolerance_k = np.where(replaced_gauss, k, gauss), np.where(replaced_gauss, k_tolerance, tolerance_k)
+    return mean, gauss, tolerance, tolerance_k
 
 
-def signs(mean: Array, gauss: Array, near: Array, near_gauss: Array) -> NDArray[np.int64]:
+def signs(mean: Array, gauss: Array, tolerance: Array, tolerance_k: Array) -> NDArray[np.int64]:
     """Return the class of H and K, each zero within its tolerance."""
-    h = np.where(np.abs(mean) <= near, 0, np.sign(mean)).astype(int)
-    k = np.where(np.abs(gauss) <= near_gauss, 0, np.sign(gauss)).astype(int)
+    h = np.where(np.abs(mean) <= tolerance, 0, np.sign(mean)).astype(int)
+    k = np.where(np.abs(gauss) <= tolerance_k, 0, np.sign(gauss)).astype(int)
     h = np.where((k > 0) & (h == 0), np.where(mean < 0, -1, 1), h)
     table = np.array([[SADDLE_VALLEY, VALLEY, PIT], [MINIMAL, FLAT, FLAT], [SADDLE_RIDGE, RIDGE, PEAK]])
     out: NDArray[np.int64] = table[h + 1, k + 1]
     return out
 
 
-def bent_class(mean: Array, gauss: Array, near: Array) -> NDArray[np.int64]:
-    """Return flat, or the nearest of ridge, minimal and valley where it bends though neither H nor K shows it.
+def bent_class(mean: Array, gauss: Array, tolerance: Array) -> NDArray[np.int64]:
+    """Return flat, or the nearest of ridge, minimal and valley where k1^2 + k2^2 is significant.
 
-    Near a saddle with large errors H is small and K uncertain, and yet k1 and k2 are known not to be zero.
+    Near a saddle with large errors H is small and K uncertain, but k1 and k2 are not zero.
     """
-    bent, swing = (np.sqrt(np.maximum(square, 0.0)) for square in (4 * mean**2 - 2 * gauss, mean**2 - gauss))
-    named = np.where(np.abs(mean) < np.tan(np.pi / 8) * swing, MINIMAL, np.where(mean > 0, RIDGE, VALLEY))
-    out: NDArray[np.int64] = np.where(bent > BENT * near, named, FLAT)
+    magnitude, amplitude = (np.sqrt(np.maximum(square, 0.0)) for square in (4 * mean**2 - 2 * gauss, mean**2 - gauss))
+    nearest_class = np.where(np.abs(mean) < np.tan(np.pi / 8) * amplitude, MINIMAL, np.where(mean > 0, RIDGE, VALLEY))
+    out: NDArray[np.int64] = np.where(magnitude > NOT_FLAT * tolerance, nearest_class, FLAT)
     return out
 
 

@@ -1,4 +1,4 @@
-"""Lines along which a field has one value: where curvature changes its sign, above all (Charton 2014, 1.1)."""
+"""Level lines of a field, and the lines on which curvature changes sign (Charton 2014, 1.1)."""
 
 from __future__ import annotations
 
@@ -20,22 +20,22 @@ from simplexmesh.surface.smoothed_curvature import shrunk, smoothed_curvature
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-LONG = 5.0
-"""Lines shorter than so many windows are left out, where nothing else is asked for."""
+MIN_LENGTH = 5.0
+"""Default of the least length of a line in windows."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Polyline:
-    """A line on a surface, from edge to edge.
+    """A polyline on a surface, with its points on edges.
 
     Attributes
     ----------
     points : (k, 3) array of float
         In order, higher values on the left seen from outside.
     edges : (k, 2) array of int
-        The vertices each point lies between.
+        Ends of the edge of each point.
     closed : bool
-        Whether the last point is followed by the first.
+        Whether the last point is connected to the first.
 
     Examples
     --------
@@ -54,22 +54,22 @@ class Polyline:
 
     @property
     def length(self) -> float:
-        """In the surface's unit of length."""
+        """Length, in the surface's unit."""
         ends = np.concatenate([self.points, self.points[:1]]) if self.closed else self.points
         return float(norm(np.diff(ends, axis=0)).sum())
 
 
 def level_lines(surface: Any, values: ArrayLike, *, level: float = 0.0, minimum: float = 0.0) -> list[Polyline]:
-    """Return the lines on which a field has a value, linear between vertices, the longest first.
+    """Return the level lines of a field, interpolated linearly between vertices, the longest first.
 
     Parameters
     ----------
     surface : TriangleMesh, array, PyVista or trimesh object, or path
-        With triangles; a simplex mesh is not, its dual is.
+        A surface of triangles; of a simplex mesh, its triangulation.
     values : (n,) array of float
-        NaN where unknown: lines end there.
+        The field, NaN where unknown: lines end there.
     level : float
-        The value on the lines.
+        Value of the field on the lines.
     minimum : float
         Leave out lines shorter than this, in the surface's unit of length.
 
@@ -108,19 +108,19 @@ def inversion_lines(
     scale: float | None = None,
     minimum: float | None = None,
 ) -> list[Polyline]:
-    """Return the lines along which mean or Gaussian curvature changes its sign, the longest first.
+    """Return the lines on which mean or Gaussian curvature changes sign, the longest first.
 
     Parameters
     ----------
     surface : TriangleMesh, array, PyVista or trimesh object, or path
-        With triangles.
+        A surface of triangles.
     of : {"mean", "gauss"}
-        H: between what bends outward and what bends inward. K: between domes and saddles.
+        H separates what bends outward from what bends inward, K elliptic from hyperbolic parts.
     curvature : Curvature, optional
-        Of the surface, when already known; otherwise it is measured.
+        Curvature of the surface, if known; otherwise it is measured.
     scale : float, optional
-        Width of the window over which it is averaged first, in the surface's unit of length; 0 for none. By default
-        as `hk_classes`.
+        Width of the window over which it is smoothed first, in the surface's unit of length; 0 for none. By default it
+        is shrunk as in `hk_classes`.
     minimum : float, optional
         Leave out lines shorter than this; by default 5 windows.
 
@@ -149,7 +149,7 @@ def inversion_lines(
     width = None if scale is None else _check.number("scale", scale, 0.0)
     found = shrunk(diffusion, known)[0] if width is None else smoothed_curvature(diffusion, known, width)
     if minimum is None:
-        minimum = LONG * (smallest_window(diffusion) if width is None else width)
+        minimum = MIN_LENGTH * (smallest_window(diffusion) if width is None else width)
     return level_lines(samples, found.mean if of == "mean" else found.gauss, minimum=minimum)
 
 
@@ -161,39 +161,39 @@ def _with_faces(surface: Any) -> Samples:
 
 
 def _chains(samples: Samples, field: Array) -> list[tuple[Indices, bool]]:
-    """Return the lines as (k, 2) edges, lower end first, each with whether it is closed.
+    """Return the lines as (k, 2) edges, the smaller vertex first, and whether each is closed.
 
-    In each triangle the line enters over one edge and leaves over the other so that the higher side is on its left;
+    In each triangle the line enters through one edge and leaves through another with the higher side on its left;
     zero counts as higher.
     """
     faces = samples.faces
     assert faces is not None
     n = len(field)
-    high = field >= 0
-    cut = np.isfinite(field[faces]).all(axis=1) & (high[faces].any(axis=1) != high[faces].all(axis=1))
-    a, b, c = (faces[cut, j] for j in range(3))
-    following: dict[int, int] = {}
-    before: set[int] = set()
+    is_high = field >= 0
+    crossed = np.isfinite(field[faces]).all(axis=1) & (is_high[faces].any(axis=1) != is_high[faces].all(axis=1))
+    a, b, c = (faces[crossed, j] for j in range(3))
+    next_edge: dict[int, int] = {}
+    ends: set[int] = set()
     for triangle in zip(a.tolist(), b.tolist(), c.tolist(), strict=True):
-        # over the side from high to low, going around the triangle, the line comes in with the high end on its left
+        # it enters through the edge that leads from high to low, counter-clockwise
         for j in range(3):
             one, other = triangle[j], triangle[(j + 1) % 3]
-            if high[one] != high[other]:
+            if is_high[one] != is_high[other]:
                 key = min(one, other) * n + max(one, other)
-                if high[one]:
-                    enter = key
+                if is_high[one]:
+                    entry = key
                 else:
-                    leave = key
-        following.setdefault(enter, leave)
-        before.add(leave)
-    starts = [key for key in following if key not in before]
+                    exit_ = key
+        next_edge.setdefault(entry, exit_)
+        ends.add(exit_)
+    starts = [key for key in next_edge if key not in ends]
     out = []
-    for begin in [*starts, *following]:
-        if begin not in following:
+    for begin in [*starts, *next_edge]:
+        if begin not in next_edge:
             continue
         chain, key = [begin], begin
-        while key in following:
-            key = following.pop(key)
+        while key in next_edge:
+            key = next_edge.pop(key)
             chain.append(key)
         closed = chain[-1] == begin
         keys = np.array(chain[:-1] if closed else chain)
@@ -202,7 +202,7 @@ def _chains(samples: Samples, field: Array) -> list[tuple[Indices, bool]]:
 
 
 def _line(points: Array, field: Array, edges: Indices, closed: bool) -> Polyline:  # noqa: FBT001
-    low, high = field[edges[:, 0]], field[edges[:, 1]]
-    share = np.divide(low, low - high, out=np.full(len(low), 0.5), where=low != high)[:, None]
+    first, second = field[edges[:, 0]], field[edges[:, 1]]
+    share = np.divide(first, first - second, out=np.full(len(first), 0.5), where=first != second)[:, None]
     at = points[edges[:, 0]] * (1 - share) + points[edges[:, 1]] * share
     return Polyline(_check.frozen(at), _check.frozen(edges, np.int64), closed)

@@ -1,4 +1,4 @@
-"""Where three grooves meet: how strong the third of the arms is that leave a place (sutures at the pterion)."""
+"""Junctions of three or more grooves, such as sutures at the pterion: strength of the third strongest arm."""
 
 from __future__ import annotations
 
@@ -13,31 +13,31 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 SECTORS, RINGS = 24, 4
-"""A disk around each place is divided into so many directions and distances."""
+"""Directions and distances into which a disk is divided."""
 
 ARMS = 3
 
-MOST = 1500
-"""Of more vertices in a disk, on average, so many are looked at, drawn at random."""
+MAX_VERTICES = 1500
+"""Mean number of vertices per disk above which they are subsampled at random."""
 
-APART, FAINTEST = 0.5, 0.25
-"""Between two arms the field falls below this share of the fainter, which has at least this share of the strongest."""
+GAP, WEAKEST = 0.5, 0.25
+"""The field between two arms must fall below this share of the weaker, itself at least this share of the strongest."""
 
 
 def junctions(samples: Samples, strength: Array, normals: Array, rows: Indices, reach: float) -> Array:
-    """Return how strong a junction each place is: the strength of the third strongest arm that leaves it.
+    """Return the strength of the junction at each vertex: that of its third strongest arm.
 
-    An arm is a direction in which the field is high all the way out to `reach`; between arms it must be low. A groove
-    has two, a pit, which is alike all around, one; a place beside a junction has none that run all the way.
+    An arm is a direction with a high mean of the field out to `reach`; between arms the field must be low. A groove has
+    two arms, a pit, which is isotropic, one; beside a junction no arm has its full length.
 
     Parameters
     ----------
     samples : Samples
     strength : (n,) array of float
-        How much of a groove each vertex is, 0 where it is none or nothing is known.
+        Strength of the groove at each vertex, 0 where there is none or it is unknown.
     normals : (n, 3) array of float
     rows : (m,) array of int
-        The places.
+        Vertices at which junctions are measured.
     reach : float
         Length of the arms.
 
@@ -55,32 +55,33 @@ def junctions(samples: Samples, strength: Array, normals: Array, rows: Indices, 
     True
     """
     out = np.zeros(len(rows))
-    looked_at, tree = _thinned(samples, rows, reach)
+    used, tree = _subsampled(samples, rows, reach)
     for k, row in enumerate(rows.tolist()):
-        near = looked_at[tree.query_ball_point(samples.points[row], reach)]
+        near = used[tree.query_ball_point(samples.points[row], reach)]
         near = near[(near != row) & (dot(normals[near], normals[row][None]) > 0)]
         if len(near) >= SECTORS and normals[row].any():
-            out[k] = _third(_profile(samples.points[near] - samples.points[row], strength[near], normals[row], reach))
+            edges = samples.points[near] - samples.points[row]
+            out[k] = _third_strongest(_profile(edges, strength[near], normals[row], reach))
     return out
 
 
-def _thinned(samples: Samples, rows: Indices, reach: float) -> tuple[Indices, cKDTree]:
-    """Return the vertices that are looked at, all or as many as are needed, and a tree of them."""
-    every = np.arange(len(samples.points))
+def _subsampled(samples: Samples, rows: Indices, reach: float) -> tuple[Indices, cKDTree]:
+    """Return the vertices used, all or a random subset, and their kd-tree."""
+    all_vertices = np.arange(len(samples.points))
     counts = samples.tree.query_ball_point(samples.points[rows], reach, return_length=True)
-    if not len(rows) or counts.mean() <= MOST:
-        return every, samples.tree
-    share = 0.5 ** np.ceil(np.log2(counts.mean() / MOST))  # the same for picks that lead to the same place
-    some = np.flatnonzero(np.random.default_rng(0).random(len(every)) < share)
+    if not len(rows) or counts.mean() <= MAX_VERTICES:
+        return all_vertices, samples.tree
+    share = 0.5 ** np.ceil(np.log2(counts.mean() / MAX_VERTICES))  # a power of two, the same for nearby picks
+    some = np.flatnonzero(np.random.default_rng(0).random(len(all_vertices)) < share)
     return some, cKDTree(samples.points[some])
 
 
 def _profile(arms: Array, strength: Array, normal: Array, reach: float) -> Array:
-    """Return the field's mean over distances in each direction; where no vertex lies it is between its neighbors'."""
+    """Return the field's mean over distances in each direction, interpolated where there are no vertices."""
     u = np.cross(normal, np.eye(3)[np.abs(normal).argmin()])
     u /= np.linalg.norm(u)
-    turn = np.arctan2(arms @ np.cross(normal, u), arms @ u)
-    sector = np.minimum(((turn + np.pi) / (2 * np.pi) * SECTORS).astype(int), SECTORS - 1)
+    azimuth = np.arctan2(arms @ np.cross(normal, u), arms @ u)
+    sector = np.minimum(((azimuth + np.pi) / (2 * np.pi) * SECTORS).astype(int), SECTORS - 1)
     ring = np.minimum((norm(arms) / reach * RINGS).astype(int), RINGS - 1)
     cell = ring * SECTORS + sector
     count = np.bincount(cell, minlength=RINGS * SECTORS).reshape(RINGS, SECTORS)
@@ -94,16 +95,16 @@ def _profile(arms: Array, strength: Array, normal: Array, reach: float) -> Array
     return np.asarray(np.mean(rows, axis=0))
 
 
-def _third(profile: Array) -> float:
-    """Return the largest level that at least three directions reach with less than `APART` of it between them."""
+def _third_strongest(profile: Array) -> float:
+    """Return the largest level reached in at least three directions separated by values below `GAP` times it."""
     for level in np.sort(profile)[::-1]:
-        if level <= 0 or level < FAINTEST * profile.max():
+        if level <= 0 or level < WEAKEST * profile.max():
             break
-        low = profile < APART * level
+        low = profile < GAP * level
         if low.any():
             start = int(low.argmax())
-            turned, valley = np.roll(profile, -start), np.roll(low, -start)
-            parts = np.cumsum(valley)[~valley & (turned >= level)]
+            rotated, is_low = np.roll(profile, -start), np.roll(low, -start)
+            parts = np.cumsum(is_low)[~is_low & (rotated >= level)]
             if len(np.unique(parts)) >= ARMS:
                 return float(level)
     return 0.0

@@ -1,4 +1,4 @@
-"""A surface deformed so that its landmarks reach given places, less and less farther away (Charton 2014, 5.2.2)."""
+"""Deformation of a surface by displacements of landmarks, interpolated radially (Charton 2014, 5.2.2)."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from simplexmesh.errors import warn
 
 Array = NDArray[np.float64]
 
-STEEPEST = 135 / 64
-"""Steepest slope of the window, per radius: a displacement may be no more than the radius over this, or space folds."""
+MAX_SLOPE = 135 / 64
+"""Largest slope of the kernel times the radius: a displacement larger than the radius over this folds space."""
 
-REACH = 0.3
-ROUNDS = 20
-AT_ONCE = 65536
+DEFAULT_RADIUS = 0.3
+REFINEMENTS = 20
+CHUNK = 65536
 
 
 def morphed(
@@ -35,44 +35,43 @@ def morphed(
     kernel: str = "compact",
     tolerance: float = 1e-6,
 ) -> Any:
-    """Return a surface deformed so that its landmarks come to lie on the targets.
+    """Return a surface deformed so that its landmarks move to the targets.
 
-    Every point moves by sum of phi(distance to landmark) times what that landmark gives; these are solved for, so that
-    landmarks that influence each other reach their targets all the same.
+    Displacements are interpolated by radial basis functions: every point moves by the sum over landmarks of a weight
+    times phi(distance), and the weights solve the interpolation conditions.
 
     Parameters
     ----------
     surface : TriangleMesh, SimplexMesh, PointCloud, PyVista or trimesh object, or path
-        What is deformed.
+        The surface.
     landmarks : (k,) array of int or (k, 3) array of float
-        Vertices, or points in the surface's space, all different.
+        Vertices, or points, all different.
     targets : (k, 3) array of float
-        Where they go.
+        Positions they move to.
     radius : float, optional
-        How far the influence of a landmark reaches, with the compact kernel: beyond, nothing moves. By default 30 % of
-        the diagonal, and at least four times the longest way, so that no landmark alone folds space.
+        Support of the compact kernel around each landmark. By default 30 % of the diagonal, and at least four times the
+        longest displacement, so that no single landmark folds space.
     kernel : {"compact", "thin_plate"}
-        "compact": phi = (1 - d / r)^4 (4 d / r + 1), smooth and damped (Wendland 1995). "thin_plate": the smoothest
-        deformation of all space, which takes turns, shifts and stretches of all landmarks along (Bookstein 1989); it
-        has no radius.
+        "compact": phi = (1 - d / r)^4 (4 d / r + 1), of compact support and class C2 (Wendland 1995). "thin_plate": the
+        deformation of least bending energy, which reproduces affine maps (Bookstein 1989); it has no radius.
     tolerance : float
-        How near landmarks must come, as a share of the diagonal.
+        Largest distance of the moved landmarks from the targets, as a share of the diagonal.
 
     Returns
     -------
     TriangleMesh, SimplexMesh or PointCloud
-        Of the same kind, with the same faces; normals of clouds are left out.
+        Of the same type, with the same faces; normals of clouds are dropped.
 
     Raises
     ------
     ValueError
-        Landmarks that coincide but go to different places, or fewer than four for a thin plate; other lengths; a radius
-        so small that space would fold; a surface of a size beyond what areas can be multiplied in.
+        Landmarks that coincide but have different targets, or fewer than four for a thin plate; inconsistent lengths; a
+        radius so small that space would fold; coordinates so large or small that areas overflow or underflow.
 
     Warns
     -----
     SimplexMeshWarning
-        Landmarks near each other are sent different ways, so that the surface folds between them.
+        The surface folds between landmarks that are near each other but move differently.
 
     Examples
     --------
@@ -93,60 +92,60 @@ def morphed(
     given = _check.any_array("landmarks", landmarks)
     at = points[_check.indices("landmarks", given, (None,), len(points))] if given.ndim == 1 else given
     at = _check.array("landmarks", at, (None, 3))
-    ways = _check.array("targets", targets, (len(at), 3)) - at
+    displacements = _check.array("targets", targets, (len(at), 3)) - at
     if not len(at):
         raise ValueError("landmarks must be at least one, not none")
     diagonal = float(np.linalg.norm(np.ptp(points, axis=0)))
-    near = _check.number("tolerance", tolerance, 0.0, open_low=True) * diagonal
-    at, ways = _distinct(at, ways, near)
+    accuracy = _check.number("tolerance", tolerance, 0.0, open_low=True) * diagonal
+    at, displacements = _distinct(at, displacements, accuracy)
     if kernel == "thin_plate":
         if radius is not None:
             raise ValueError(f"radius must be left out with a thin plate, which has none, not be {radius!r}")
-        moved = points + _thin_plate(at, ways, points)
+        moved = points + _thin_plate(at, displacements, points)
     else:
-        moved = points + _compact(at, ways, points, _reach(radius, ways, diagonal), near)
+        moved = points + _compact(at, displacements, points, _radius(radius, displacements, diagonal), accuracy)
     if isinstance(data, PointCloud):
         return PointCloud(moved)
     return TriangleMesh(moved, data.faces) if isinstance(data, TriangleMesh) else data.moved(moved)
 
 
-def _distinct(at: Array, ways: Array, near: float) -> tuple[Array, Array]:
-    """Return landmarks once each; the same place cannot go two ways."""
+def _distinct(at: Array, displacements: Array, accuracy: float) -> tuple[Array, Array]:
+    """Return the distinct landmarks and their displacements."""
     _, first, place = np.unique(at, axis=0, return_index=True, return_inverse=True)
     place = place.ravel()
-    off = norm(ways - ways[first][place])
-    if (off > near).any():
+    off = norm(displacements - displacements[first][place])
+    if (off > accuracy).any():
         k = int(off.argmax())
         raise ValueError(f"landmarks must be different, landmarks[{k}] is where another is and goes elsewhere")
-    return at[first], ways[first]
+    return at[first], displacements[first]
 
 
-def _reach(radius: float | None, ways: Array, diagonal: float) -> float:
-    longest = float(norm(ways).max())
+def _radius(radius: float | None, displacements: Array, diagonal: float) -> float:
+    longest = float(norm(displacements).max())
     if radius is None:
-        return max(REACH * diagonal, 4 * longest)
+        return max(DEFAULT_RADIUS * diagonal, 4 * longest)
     radius = _check.number("radius", radius, 0.0, open_low=True)
-    if longest * STEEPEST > radius:
-        raise ValueError(f"radius must be at least {longest * STEEPEST:.4g}, not {radius:g}: space would fold")
+    if longest * MAX_SLOPE > radius:
+        raise ValueError(f"radius must be at least {longest * MAX_SLOPE:.4g}, not {radius:g}: space would fold")
     return radius
 
 
-def _compact(at: Array, ways: Array, points: Array, radius: float, near: float) -> Array:
-    """Return how points move; what is left at the landmarks is solved for again, until nothing is."""
-    matrix = _window(cdist(at, at), radius)
-    weights = np.zeros_like(ways)
-    for _ in range(ROUNDS):
-        left = ways - matrix @ weights
-        if norm(left).max() <= 1e-3 * near:
+def _compact(at: Array, displacements: Array, points: Array, radius: float, accuracy: float) -> Array:
+    """Return displacements of points by compact kernels, with iterative refinement of the weights."""
+    matrix = _wendland(cdist(at, at), radius)
+    weights = np.zeros_like(displacements)
+    for _ in range(REFINEMENTS):
+        residual = displacements - matrix @ weights
+        if norm(residual).max() <= 1e-3 * accuracy:
             break
-        weights += np.linalg.lstsq(matrix, left, rcond=None)[0]
-    if norm(ways - matrix @ weights).max() > near:
+        weights += np.linalg.lstsq(matrix, residual, rcond=None)[0]
+    if norm(displacements - matrix @ weights).max() > accuracy:
         raise ValueError("landmarks must be farther apart: they are too near each other to go where they are sent")
     out: Array = np.zeros_like(points)
     folded = 0
-    for start in range(0, len(points), AT_ONCE):
-        rows = slice(start, start + AT_ONCE)
-        out[rows] = _window(cdist(points[rows], at), radius) @ weights
+    for start in range(0, len(points), CHUNK):
+        rows = slice(start, start + CHUNK)
+        out[rows] = _wendland(cdist(points[rows], at), radius) @ weights
         folded += int((np.linalg.det(np.eye(3) + _gradients(points[rows], at, weights, radius)) <= 0).sum())
     if folded:
         where = f"{folded:,} of {len(points):,} points"
@@ -155,22 +154,22 @@ def _compact(at: Array, ways: Array, points: Array, radius: float, near: float) 
 
 
 def _gradients(points: Array, at: Array, weights: Array, radius: float) -> Array:
-    """Return how displacements change in space, (n, 3, 3): rows for their x, y, z."""
-    steep = -20 / radius**2 * (1 - np.minimum(cdist(points, at) / radius, 1.0)) ** 3
-    spread = np.einsum("nk,ki,kj->nij", steep, weights, -at)
-    out: Array = spread + (steep @ weights)[:, :, None] * points[:, None, :]
+    """Return the Jacobians of the displacements, (n, 3, 3), one row per component."""
+    slope = -20 / radius**2 * (1 - np.minimum(cdist(points, at) / radius, 1.0)) ** 3
+    first_term = np.einsum("nk,ki,kj->nij", slope, weights, -at)
+    out: Array = first_term + (slope @ weights)[:, :, None] * points[:, None, :]
     return out
 
 
-def _window(distance: Array, radius: float) -> Array:
-    """Wendland's function of class C2: one at zero, nothing from the radius on."""
+def _wendland(distance: Array, radius: float) -> Array:
+    """Return Wendland's function of class C2: 1 at distance 0, 0 from the radius on."""
     share = np.minimum(distance / radius, 1.0)
     out: Array = (1 - share) ** 4 * (4 * share + 1)
     return out
 
 
-def _thin_plate(at: Array, ways: Array, points: Array) -> Array:
+def _thin_plate(at: Array, displacements: Array, points: Array) -> Array:
     if len(at) < 4 or np.linalg.matrix_rank(at - at.mean(axis=0)) < 3:
         raise ValueError(f"landmarks must be at least 4, not in one plane, for a thin plate; they are {len(at)}")
-    out: Array = RBFInterpolator(at, ways, kernel="linear", degree=1)(points)  # r is the thin plate's in space
+    out: Array = RBFInterpolator(at, displacements, kernel="linear", degree=1)(points)  # phi = r in 3D
     return out

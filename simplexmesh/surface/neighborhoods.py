@@ -1,4 +1,4 @@
-"""Which points an estimator looks at around each vertex: rings, balls, nearest points (Charton 2014, def. 1.3)."""
+"""Neighborhoods of vertices: rings, balls, nearest points (Charton 2014, def. 1.3)."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ Mask = NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class Rings:
-    """All vertices within so many edges; made by `rings`."""
+    """All vertices within `count` edges; made by `rings`."""
 
     count: int
 
 
 @dataclass(frozen=True)
 class Ball:
-    """All vertices within a distance, and no nearer than another; made by `ball`."""
+    """All vertices at a distance between `inner` and `radius`; made by `ball`."""
 
     radius: float
     connected: bool = True
@@ -33,19 +33,19 @@ class Ball:
 
 @dataclass(frozen=True)
 class Nearest:
-    """So many nearest vertices; made by `nearest`."""
+    """The `count` nearest vertices; made by `nearest`."""
 
     count: int
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Neighborhoods:
-    """The neighbors of each analyzed point, in one flat array.
+    """The neighbors of each center, in CSR form.
 
     Parameters
     ----------
     centers : (c,) array of int
-        The analyzed points.
+        Indices of the points whose neighborhoods these are.
     offsets : (c + 1,) array of int
         The neighbors of row r are `members[offsets[r] : offsets[r + 1]]`.
     members : (m,) array of int
@@ -56,9 +56,9 @@ class Neighborhoods:
     Raises
     ------
     ValueError
-        Offsets that do not rise from 0 to the number of members, arrays of other lengths, negative indices.
+        Offsets that do not rise from 0 to the number of members, inconsistent lengths, negative indices.
     TypeError
-        Numbers that are no indices.
+        Arrays that are not of integers.
 
     Examples
     --------
@@ -100,11 +100,11 @@ class Neighborhoods:
 
     @property
     def valence(self) -> Indices:
-        """(c,) array of int: how many neighbors each center has."""
+        """(c,) array of int: number of neighbors of each center."""
         return np.diff(self.offsets)
 
     def taken(self, rows: ArrayLike) -> Neighborhoods:
-        """Return some rows, in the order asked for.
+        """Return some rows, in the given order.
 
         Parameters
         ----------
@@ -124,14 +124,14 @@ class Neighborhoods:
 
     @classmethod
     def of(cls, neighbors: ArrayLike, *, closed: bool = False) -> Neighborhoods:
-        """Return neighborhoods of all points from a rectangular array, one row a point; negative entries are none.
+        """Return neighborhoods of all points from an (n, k) array of neighbors; negative entries are ignored.
 
         Parameters
         ----------
         neighbors : (n, k) array of int
             Point indices.
         closed : bool
-            The rows are cycles, counter-clockwise seen from outside.
+            Whether the rows are cycles, counter-clockwise seen from outside.
 
         Examples
         --------
@@ -153,7 +153,7 @@ Neighborhood = Rings | Ball | Nearest | Neighborhoods
 
 
 def rings(count: int = 1) -> Rings:
-    """Ask for all vertices within `count` edges: 1 is the one-ring, 6 vertices on a regular mesh; 2 is 18.
+    """Select all vertices within `count` edges: 6 for 1, the one-ring, on a regular mesh, 18 for 2.
 
     Raises
     ------
@@ -169,23 +169,24 @@ def rings(count: int = 1) -> Rings:
 
 
 def ball(radius: float, *, inner: float = 0.0, connected: bool = True) -> Ball:
-    """Ask for all vertices within a distance, or at about a distance, in the data's unit.
+    """Select all vertices within a distance, or in a shell, in the data's unit.
 
     Parameters
     ----------
     radius : float
-        Of the ball, positive.
+        Radius of the ball, positive.
     inner : float
-        Leave out what is nearer than this: `ball(1.1, inner=0.9)` is the shell of what is about 1 away.
+        Inner radius of a shell: vertices nearer than this are left out.
     connected : bool
-        Take only what edges inside the ball lead to: the other side of a thin wall stays out. Clouds have no edges.
+        Take only vertices connected to the center by edges inside the ball, which excludes the other side of a thin
+        wall. Ignored for clouds, which have no edges.
 
     Raises
     ------
     ValueError
-        A radius that is not positive, or an inner one below zero or beyond it.
+        A radius that is not positive, or an inner one below zero or above it.
     TypeError
-        No number, or `connected` neither true nor false.
+        Not a number, or `connected` neither true nor false.
 
     Examples
     --------
@@ -197,7 +198,7 @@ def ball(radius: float, *, inner: float = 0.0, connected: bool = True) -> Ball:
 
 
 def nearest(count: int) -> Nearest:
-    """Ask for so many nearest points, by straight distance.
+    """Select the `count` nearest points, by Euclidean distance.
 
     Raises
     ------

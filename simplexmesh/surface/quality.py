@@ -1,4 +1,4 @@
-"""How well shaped a mesh is for measuring: its scale, the ratios of its triangles (Charton 2014, def. 1.2, 1.6)."""
+"""Mesh quality: mean edge length and aspect ratios of triangles (Charton 2014, def. 1.2, 1.6)."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ KINDS = ["edge", "height"]
 
 
 class Statistics(NamedTuple):
-    """The least, the greatest, the mean and the standard deviation (of all, not of a sample) of some values."""
+    """Minimum, maximum, mean and population standard deviation of some values."""
 
     least: float
     greatest: float
@@ -26,7 +26,7 @@ class Statistics(NamedTuple):
 
 
 def statistics(values: ArrayLike) -> Statistics:
-    """Return what the thesis's tables tell of a quantity; NaN, where there is no value, is left out.
+    """Return the statistics of the thesis's tables; NaN values are ignored.
 
     Examples
     --------
@@ -46,7 +46,7 @@ def scale(surface: Any) -> float:
     Raises
     ------
     ValueError
-        There are no edges.
+        The surface has no edges.
 
     Examples
     --------
@@ -62,26 +62,26 @@ def scale(surface: Any) -> float:
 
 
 def aspect_ratios(surface: Any, kind: str = "edge") -> Array:
-    """Return how far each triangle is from equilateral.
+    """Return the aspect ratio of each triangle.
 
     Parameters
     ----------
     surface : TriangleMesh, SimplexMesh (its fan triangulation), PyVista or trimesh object, or path
         A surface of triangles.
     kind : {"edge", "height"}
-        "edge": the shortest side over the longest: 1 for an equilateral triangle, and it may be large for a flat one.
+        "edge": the shortest side over the longest: 1 for an equilateral triangle, but large for some flat ones too.
         "height": the smallest height over the longest side, 2 area / side^2: 0.866 for an equilateral triangle, 0 for
         one without area (the article of 2012 prints the largest height; its tables have the smallest).
 
     Returns
     -------
     (f,) array of float
-        0 for triangles without any extent.
+        0 for triangles of coincident corners.
 
     Raises
     ------
     ValueError, TypeError
-        No such kind, no surface of triangles.
+        An unknown kind, or not a surface of triangles.
 
     Examples
     --------

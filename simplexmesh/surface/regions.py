@@ -1,4 +1,4 @@
-"""Regions: parts of a surface that are of one class, small ones joined to their neighbors."""
+"""Regions: connected parts of a surface of one class, small ones merged into their neighbors."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from simplexmesh.surface.samples import Samples, as_samples
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-SMALLEST = 0.002
-"""Regions of less than this share of the area are joined to a neighbor, where nothing else is asked for."""
+MIN_SHARE = 0.002
+"""Default of the least area of a region, as a share of the whole."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Regions:
-    """A surface divided into connected regions, the largest first.
+    """A surface divided parent connected regions, the largest first.
 
     Attributes
     ----------
@@ -33,9 +33,9 @@ class Regions:
     classes : (r,) array of int
         Class of each region.
     areas : (r,) array of float
-        In the surface's unit squared.
+        Areas, in the surface's unit squared.
     sizes : (r,) array of int
-        Vertices of each.
+        Number of vertices of each.
 
     Examples
     --------
@@ -59,15 +59,15 @@ class Regions:
 
 
 def regions(surface: Any, labels: Any, *, minimum: float | None = None) -> Regions:
-    """Return the connected regions of one class each; those too small take the class they border on most.
+    """Return the connected regions of one class each, with small ones merged into their neighbors.
 
-    The smallest goes first, to the neighbor it shares the most edges with, so that specks vanish into what surrounds
-    them. A piece of surface that is small as a whole stays.
+    The smallest is merged first, into the neighbor it shares the most edges with. Small connected components of the
+    surface remain.
 
     Parameters
     ----------
     surface : TriangleMesh, SimplexMesh, PointCloud, array, PyVista or trimesh object, or path
-        What is divided.
+        The surface.
     labels : HKClasses, or (n,) array of int or bool
         Class of each vertex.
     minimum : float, optional
@@ -80,7 +80,7 @@ def regions(surface: Any, labels: Any, *, minimum: float | None = None) -> Regio
     Raises
     ------
     ValueError, TypeError
-        Labels of another length, or that are no whole numbers.
+        Labels of another length, or not integers.
 
     Examples
     --------
@@ -95,80 +95,81 @@ def regions(surface: Any, labels: Any, *, minimum: float | None = None) -> Regio
     given = np.asarray(getattr(labels, "labels", labels))
     if given.dtype == bool:
         given = given.astype(np.int64)
-    kinds = _check.array("labels", given, (len(samples.points),), np.int64)
+    vertex_labels = _check.array("labels", given, (len(samples.points),), np.int64)
     areas = Diffusion(samples).areas
-    least = SMALLEST * float(areas.sum()) if minimum is None else _check.number("minimum", minimum, 0.0)
+    least = MIN_SHARE * float(areas.sum()) if minimum is None else _check.number("minimum", minimum, 0.0)
     ends, others = _edges(samples)
-    piece = _pieces(kinds, ends, others)
-    piece, kinds = _joined(piece, kinds, areas, ends, others, least)
-    whole, first, place, sizes = np.unique(piece, return_index=True, return_inverse=True, return_counts=True)
+    component = _components(vertex_labels, ends, others)
+    component, vertex_labels = _merged(component, vertex_labels, areas, ends, others, least)
+    whole, first, place, sizes = np.unique(component, return_index=True, return_inverse=True, return_counts=True)
     area = np.bincount(place, areas, len(whole))
     order = np.argsort(-area, kind="stable")
     rank = np.zeros(len(whole), np.int64)
     rank[order] = np.arange(len(whole))
     frozen = _check.frozen
-    return Regions(frozen(rank[place]), frozen(kinds[first][order]), frozen(area[order]), frozen(sizes[order]))
+    return Regions(frozen(rank[place]), frozen(vertex_labels[first][order]), frozen(area[order]), frozen(sizes[order]))
 
 
 def _edges(samples: Samples) -> tuple[Indices, Indices]:
+    """Return both ends of each edge, in both directions."""
     ring = samples.one_ring
     return np.repeat(ring.centers, ring.valence), ring.members
 
 
-def _pieces(kinds: Indices, ends: Indices, others: Indices) -> Indices:
-    """Return the number of the connected piece of one class that each vertex is in."""
-    same = kinds[ends] == kinds[others]
-    n = len(kinds)
+def _components(vertex_labels: Indices, ends: Indices, others: Indices) -> Indices:
+    """Return the index of the connected component of one class that each vertex is in."""
+    same = vertex_labels[ends] == vertex_labels[others]
+    n = len(vertex_labels)
     links = csr_matrix((np.ones(int(same.sum()), bool), (ends[same], others[same])), (n, n))
-    piece: Indices = connected_components(links, directed=False)[1].astype(np.int64)
-    return piece
+    component: Indices = connected_components(links, directed=False)[1].astype(np.int64)
+    return component
 
 
-def _joined(
-    piece: Indices, kinds: Indices, areas: Array, ends: Indices, others: Indices, least: float
+def _merged(
+    component: Indices, vertex_labels: Indices, areas: Array, ends: Indices, others: Indices, least: float
 ) -> tuple[Indices, Indices]:
-    """Return pieces and classes after those smaller than `least` have gone to their neighbors, the smallest first."""
-    count = int(piece.max(initial=-1)) + 1
-    area: Array = np.bincount(piece, areas, count).astype(float)
-    kind = np.zeros(count, np.int64)
-    kind[piece] = kinds
-    across = piece[ends] != piece[others]
+    """Return components and classes with those smaller than `least` merged into their neighbors, smallest first."""
+    count = int(component.max(initial=-1)) + 1
+    area: Array = np.bincount(component, areas, count).astype(float)
+    label = np.zeros(count, np.int64)
+    label[component] = vertex_labels
+    across = component[ends] != component[others]
     border: list[dict[int, int]] = [{} for _ in range(count)]
     shared, times = np.unique(
-        np.stack([piece[ends[across]], piece[others[across]]], axis=1), axis=0, return_counts=True
+        np.stack([component[ends[across]], component[others[across]]], axis=1), axis=0, return_counts=True
     )
     for (a, b), k in zip(shared.tolist(), times.tolist(), strict=True):
         border[a][b] = border[a].get(b, 0) + k
         border[b][a] = border[b].get(a, 0) + k
-    into = np.arange(count)
+    parent = np.arange(count)
     queue = [(area[a], a) for a in range(count) if area[a] < least]
     heapq.heapify(queue)
     while queue:
         size, a = heapq.heappop(queue)
-        if into[a] != a or size != area[a] or not border[a]:
+        if parent[a] != a or size != area[a] or not border[a]:
             continue
-        toward = max(border[a], key=lambda b: (border[a][b], area[b], -b))
-        _merge(a, toward, border, area, into, kind)
-        if area[toward] < least:
-            heapq.heappush(queue, (area[toward], toward))
+        target = max(border[a], key=lambda b: (border[a][b], area[b], -b))
+        _merge(a, target, border, area, parent, label)
+        if area[target] < least:
+            heapq.heappush(queue, (area[target], target))
     for a in range(count):
-        while into[a] != into[into[a]]:
-            into[a] = into[into[a]]
-    piece = into[piece]
-    return piece, kind[piece]
+        while parent[a] != parent[parent[a]]:
+            parent[a] = parent[parent[a]]
+    component = parent[component]
+    return component, label[component]
 
 
-def _merge(a: int, b: int, border: list[dict[int, int]], area: Array, into: Indices, kind: Indices) -> None:
-    """Join piece a to b, and with it to all neighbors that are of b's class."""
-    waiting = [a]
-    while waiting:
-        gone = waiting.pop()
-        into[gone] = b
-        area[b] += area[gone]
-        for other, k in border[gone].items():
-            del border[other][gone]
+def _merge(a: int, b: int, border: list[dict[int, int]], area: Array, parent: Indices, label: Indices) -> None:
+    """Merge component a into b, and then all of b's neighbors that are of its class."""
+    stack = [a]
+    while stack:
+        removed = stack.pop()
+        parent[removed] = b
+        area[b] += area[removed]
+        for other, k in border[removed].items():
+            del border[other][removed]
             if other != b:
                 border[b][other] = border[b].get(other, 0) + k
                 border[other][b] = border[other].get(b, 0) + k
-        border[gone] = {}
-        waiting += [other for other in border[b] if kind[other] == kind[b] and other not in waiting]
+        border[removed] = {}
+        stack += [other for other in border[b] if label[other] == label[b] and other not in stack]

@@ -1,4 +1,4 @@
-"""What stands out on a surface: curvature against its surroundings, over several sizes (Lee, Varshney, Jacobs 2005)."""
+"""Mesh saliency: difference of curvature to its surroundings at several scales (Lee, Varshney, Jacobs 2005)."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from simplexmesh.surface.samples import Samples, as_samples
 
 Array = NDArray[np.float64]
 
-STEPS = (1.0, 1.5, 2.0, 2.5, 3.0)
+SCALE_STEPS = (1.0, 1.5, 2.0, 2.5, 3.0)
 """Scales as multiples of the smallest: 2, 3, 4, 5 and 6 epsilon."""
 
 QUANTITIES = ("mean", "magnitude", "curvedness")
@@ -34,30 +34,29 @@ def saliency(
     scales: Sequence[float] | None = None,
     of: str | ArrayLike = "mean",
 ) -> Array:
-    """Return how much each vertex stands out from its surroundings: an angle, in radians.
+    """Return the saliency of each vertex, the difference of curvature to its surroundings: an angle, in radians.
 
-    At each scale s the curvature's mean over a window of the width s is compared with that over twice the width; s
-    times the difference is about the angle by which the surface turns more there than around. Scales on which a few
-    places stand out count more than those on which all do: weights are (1 - mean of maxima / largest maximum)^2 (Itti
-    and others 1998), and sum to one. Bumps, tips and pits stand out; evenly bent and evenly rough parts do not,
-    whatever their curvature. Larger or smaller copies of an object have the same saliency.
+    At each scale s the curvature smoothed with width s is compared with that smoothed with 2 s; s times the difference
+    is about the angle by which the surface turns more there than around. Scales are averaged with the weights
+    (1 - mean of maxima / largest maximum)^2 (Itti and others 1998), which favor maps with few high maxima. Bumps, tips
+    and pits are salient; parts of uniform curvature or roughness are not. Saliency is invariant to scaling.
 
     Parameters
     ----------
     surface : TriangleMesh, SimplexMesh, PointCloud, array, PyVista or trimesh object, or path
-        What is looked at.
+        The surface.
     curvature : Curvature, optional
-        Of the surface, when already known; otherwise it is measured.
+        Curvature of the surface, if known; otherwise it is measured.
     scales : sequence of float, optional
         Widths (standard deviations) of the inner windows, in the surface's unit of length. By default 1, 1.5, 2, 2.5
         and 3 times 0.6 % of the bounding box's diagonal or 1.5 edges, whichever is more.
     of : {"mean", "magnitude", "curvedness"} or (n,) array of float
-        What is compared: H with its sign, abs(H), curvedness, or numbers of the caller's, NaN where unknown.
+        The field: H, abs(H), curvedness, or given values, NaN where unknown.
 
     Returns
     -------
     (n,) array of float
-        At least 0; NaN where nothing is known of the curvature anywhere near.
+        At least 0; NaN on connected components where the field is nowhere known.
 
     Raises
     ------
@@ -67,8 +66,8 @@ def saliency(
     References
     ----------
     C. H. Lee, A. Varshney, D. W. Jacobs, *Mesh saliency*, SIGGRAPH 2005; L. Itti, C. Koch, E. Niebur, *A model of
-    saliency-based visual attention*, PAMI 1998 (the weights). Windows are those of diffusion along the surface, not of
-    straight distance, so that the far side of a thin wall has no part in them.
+    saliency-based visual attention*, PAMI 1998 (the weights). Windows follow the surface, by diffusion, so that they
+    exclude the other side of a thin wall.
 
     Examples
     --------
@@ -93,23 +92,23 @@ def saliency(
         total += weight * response
         weights += weight
     out = total / weights if weights > 0 else total
-    return np.where(reached(samples, np.isfinite(field)), out, np.nan)
+    return np.where(connected_to(samples, np.isfinite(field)), out, np.nan)
 
 
 def field_of(of: str | ArrayLike, samples: Samples, curvature: Curvature | None) -> Array:
-    """Return the field asked for, (n,), NaN where it is not known."""
+    """Return a field by name, or given values, (n,), NaN where unknown."""
     if not isinstance(of, str):
         return field_values("of", of, len(samples.points))
     _check.choice("of", of, QUANTITIES)
     known = known_curvature(samples, curvature)
     field = {"mean": known.mean, "magnitude": np.abs(known.mean), "curvedness": known.curvedness}[of]
-    most = steepest(samples)
-    out: Array = np.clip(field, -most, most)
+    bound = resolvable_curvature(samples)
+    out: Array = np.clip(field, -bound, bound)
     return out
 
 
-def steepest(samples: Samples) -> Array:
-    """Return the largest curvature that neighbors can tell of, one over their mean distance: what is more is noise."""
+def resolvable_curvature(samples: Samples) -> Array:
+    """Return the largest curvature that the mesh resolves, one over the mean distance of neighbors."""
     ring = samples.one_ring
     ends = np.repeat(ring.centers, ring.valence)
     lengths = norm(samples.points[ring.members] - samples.points[ends])
@@ -118,7 +117,7 @@ def steepest(samples: Samples) -> Array:
 
 
 def map_weight(samples: Samples, response: Array) -> float:
-    """Return the weight of a map: near 1 where one maximum is far above the others, near 0 where they are alike."""
+    """Return the weight of a map: near 1 if one maximum is far above the others, near 0 if all are similar."""
     ring = samples.one_ring
     order = np.argsort(-response, kind="stable")
     basin, _, _ = watersheds(ring.offsets, ring.members, response, order)
@@ -127,17 +126,17 @@ def map_weight(samples: Samples, response: Array) -> float:
     return float((1 - tops.mean() / highest) ** 2) if highest > 0 and len(tops) > 1 else float(highest > 0)
 
 
-def reached(samples: Samples, known: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return which vertices hang together with one that is known."""
+def connected_to(samples: Samples, known: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return which vertices are connected to one that is known."""
     ring, n = samples.one_ring, len(known)
     links = csr_matrix((np.ones(len(ring.members), bool), ring.members, ring.offsets), (n, n))
-    _, piece = connected_components(links, directed=False)
-    return np.isin(piece, piece[known])
+    _, component = connected_components(links, directed=False)
+    return np.isin(component, component[known])
 
 
 def _widths(scales: Sequence[float] | None, diffusion: Diffusion) -> Array:
     if scales is None:
-        return smallest_window(diffusion) * np.array(STEPS)
+        return smallest_window(diffusion) * np.array(SCALE_STEPS)
     given = _check.array("scales", scales, (None,))
     if not len(given) or not (given > 0).all():
         raise ValueError(f"scales must be at least one length above 0, not {given.tolist()}")

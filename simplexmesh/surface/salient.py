@@ -1,4 +1,4 @@
-"""Salient points: where curvature, or saliency, is highest, less what noise would have made (Charton 2014, 1.3.3)."""
+"""Salient points: persistent maxima of curvature or saliency (Charton 2014, 1.3.3)."""
 
 from __future__ import annotations
 
@@ -16,40 +16,40 @@ from simplexmesh.surface.diffusion import Diffusion
 from simplexmesh.surface.field_noise import field_noise, local_noise, remaining_noise, smallest_window
 from simplexmesh.surface.fields import known_curvature
 from simplexmesh.surface.neighborhoods import Ball, Neighborhoods
-from simplexmesh.surface.saliency import STEPS, field_of, saliency
+from simplexmesh.surface.saliency import SCALE_STEPS, field_of, saliency
 from simplexmesh.surface.samples import Samples, as_samples
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-CERTAIN = 4.0
-"""A maximum counts from so many standard deviations of the noise that is left in the field."""
+SIGNIFICANCE = 4.0
+"""Least persistence of a maximum in standard deviations of the noise remaining in the field."""
 
-APART = 3.0
-"""Points are at least so many windows apart."""
+SEPARATION = 3.0
+"""Least distance of two points in windows."""
 
-FAINT = 0.02
-"""Nor does one count that rises by less than this share of the largest value."""
+MIN_RISE = 0.02
+"""Least persistence of a maximum over the largest value."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SalientPoints:
-    """Points of a surface that stand out, the most persistent first.
+    """Salient points of a surface, the most persistent first.
 
     Attributes
     ----------
     vertices : (m,) array of int
-        Where they are.
+        Their vertices.
     points : (m, 3) array of float
     values : (m,) array of float
-        Of the field there.
+        Values of the field there.
     persistence : (m,) array of float
-        How far one must go down from each to reach a higher one, in the field's unit; of the highest of a piece of
-        surface, to its lowest.
+        Height of each above the saddle to a higher one, in the field's unit; of the highest of a component above the
+        component's lowest value.
     basin : (n,) array of int
-        Which of them, by its place in this list, each vertex of the surface leads up to; -1 for none.
+        Index in this list of the point whose basin each vertex of the surface belongs to; -1 for none.
     field : (n,) array of float
-        In which maxima were looked for.
+        Field whose maxima they are.
     threshold : float
         The least persistence kept.
     radius : float
@@ -96,32 +96,32 @@ def salient_points(
 ) -> SalientPoints:
     """Return the points of a surface where curvature is highest: tips, corners, cusps, bottoms of pits.
 
-    The field is averaged over a small window, and its maxima are found on the edges. As the water falls from the
-    highest to the lowest each basin grows until it meets that of a higher maximum: the drop to there is its
-    persistence. Kept are those which noise would not have made, and of two that are near each other the higher.
+    The field is smoothed over a small window, and its maxima over the edges are ranked by persistence: the drop from a
+    maximum to the highest saddle that leads to a higher one. Maxima within the noise are dropped, and of two that are
+    near each other the lower.
 
     Parameters
     ----------
     surface : TriangleMesh, SimplexMesh, PointCloud, array, PyVista or trimesh object, or path
-        What is looked at.
+        The surface.
     of : {"magnitude", "mean", "curvedness", "saliency"} or (n,) array of float
-        The field: abs(H), H (tips only), curvedness, `saliency`, or numbers of the caller's, NaN where unknown, which
-        are taken as they are.
+        The field: abs(H), H (tips only), curvedness, `saliency`, or given values, NaN where unknown, which are not
+        smoothed.
     curvature : Curvature, optional
-        Of the surface, when already known; otherwise it is measured.
+        Curvature of the surface, if known; otherwise it is measured.
     scale : float, optional
-        Width of the window, in the surface's unit of length; 0 for none. By default the smallest of `saliency`'s. With
-        saliency that of its smallest window; numbers of the caller's are not averaged.
+        Width of the smoothing window, in the surface's unit of length; 0 for none. By default the smallest of
+        `saliency`'s. With "saliency", the width of its smallest window.
     radius : float, optional
         The least distance between two points, in the surface's unit of length. By default 3 windows.
     threshold : float, optional
-        The least persistence, in the field's unit: 1 / length, radians for saliency. By default 4 times the noise left
-        in the field, which is the curvature's own error or, where that is unknown, its field_noise from vertex to
-        vertex, less what averaging takes where neighborhoods differ; and 2 % of the largest value.
+        The least persistence, in the field's unit: 1 / length, radians for saliency. By default 4 standard deviations
+        of the noise that remains after smoothing, estimated from the curvature's error or, if that is unknown, from
+        differences between neighbors; and 2 % of the largest value.
     count : int, optional
-        Keep no more than so many, the most persistent.
+        Keep at most this many, the most persistent.
     border : bool
-        Whether vertices on a border, where curvature is least certain, may be among them.
+        Whether to include vertices on a border, where curvature is least certain.
 
     Returns
     -------
@@ -149,28 +149,28 @@ def salient_points(
     diffusion = Diffusion(samples)
     width = smallest_window(diffusion) if scale is None else _check.number("scale", scale, 0.0)
     field, noise = _field(of, samples, diffusion, curvature, width)
-    radius = APART * width if radius is None else _check.number("radius", radius, 0.0)
-    counted = np.isfinite(field) & (samples.one_ring.valence > 0)
+    radius = SEPARATION * width if radius is None else _check.number("radius", radius, 0.0)
+    included = np.isfinite(field) & (samples.one_ring.valence > 0)
     if threshold is None:
-        threshold = max(CERTAIN * noise, FAINT * _size(field[counted], of))
+        threshold = max(SIGNIFICANCE * noise, MIN_RISE * _magnitude(field[included], of))
     threshold = _check.number("threshold", threshold, 0.0)
-    persistence, basin, into = _persistence(samples.one_ring, field, counted)
-    tops = np.flatnonzero((persistence >= threshold) & (persistence > 0))
+    persistence, basin, into = _persistence(samples.one_ring, field, included)
+    maxima = np.flatnonzero((persistence >= threshold) & (persistence > 0))
     if not border and samples.faces is not None:
-        tops = tops[samples.one_ring.closed[tops]]
-    tops = _apart(samples, tops, field, radius)
-    tops = tops[np.argsort(-persistence[tops], kind="stable")]
-    tops = tops if count is None else tops[: _check.integer("count", count, 0)]
+        maxima = maxima[samples.one_ring.closed[maxima]]
+    maxima = _separated(samples, maxima, field, radius)
+    maxima = maxima[np.argsort(-persistence[maxima], kind="stable")]
+    maxima = maxima if count is None else maxima[: _check.integer("count", count, 0)]
     frozen = _check.frozen
     return SalientPoints(
-        vertices=frozen(tops), points=frozen(samples.points[tops]), values=frozen(field[tops]),
-        persistence=frozen(persistence[tops]), basin=frozen(_basins(tops, basin, into)), field=frozen(field),
+        vertices=frozen(maxima), points=frozen(samples.points[maxima]), values=frozen(field[maxima]),
+        persistence=frozen(persistence[maxima]), basin=frozen(_basins(maxima, basin, into)), field=frozen(field),
         threshold=float(threshold), radius=float(radius),
     )  # fmt: skip
 
 
-def _size(field: Array, of: str | ArrayLike) -> float:
-    """Return how large a field is: its largest value, or the range of numbers that may begin anywhere."""
+def _magnitude(field: Array, of: str | ArrayLike) -> float:
+    """Return the largest magnitude of a field; of given values, whose zero is arbitrary, the range."""
     if not len(field):
         return 0.0
     return float(np.abs(field).max()) if isinstance(of, str) else float(np.ptp(field))
@@ -179,7 +179,7 @@ def _size(field: Array, of: str | ArrayLike) -> float:
 def _field(
     of: str | ArrayLike, samples: Samples, diffusion: Diffusion, curvature: Curvature | None, width: float
 ) -> tuple[Array, float]:
-    """Return the field whose maxima are looked for, and the noise left in it."""
+    """Return the smoothed field, and the standard deviation of its noise."""
     if not isinstance(of, str):
         field = field_of(of, samples, curvature)
         return field, field_noise(diffusion, field)
@@ -188,36 +188,36 @@ def _field(
     if of == "saliency":
         if width <= 0:
             raise ValueError(f"scale must be above 0 for saliency, which compares windows, not {width:g}")
-        scales = [width * step for step in STEPS]
+        scales = [width * step for step in SCALE_STEPS]
         field = saliency(samples, curvature=known, scales=scales)
-        return field, float(np.mean([scale * _noise(diffusion, known, scale) for scale in scales]))
+        return field, float(np.mean([scale * _median_noise(diffusion, known, scale) for scale in scales]))
     raw = field_of("mean" if of == "magnitude" else of, samples, known)
     field = np.where(np.isfinite(raw), diffusion.smoothed(raw, width), np.nan) if width > 0 else raw
-    return np.abs(field) if of == "magnitude" else field, _noise(diffusion, known, width)
+    return np.abs(field) if of == "magnitude" else field, _median_noise(diffusion, known, width)
 
 
-def _noise(diffusion: Diffusion, known: Curvature, width: float) -> float:
-    """Return the middle deviation of the error that is left of H in windows of a width."""
+def _median_noise(diffusion: Diffusion, known: Curvature, width: float) -> float:
+    """Return the median standard deviation of the error of H after smoothing with a width."""
     if known.failed.all():
         return 0.0
     left = remaining_noise(diffusion, known, width) if width > 0 else 1.0
     return float(np.median((left * local_noise(diffusion, known))[~known.failed]))
 
 
-def _persistence(ring: Neighborhoods, field: Array, counted: NDArray[np.bool_]) -> tuple[Array, Indices, Indices]:
-    """Return the persistence of each vertex, zero where it is no maximum; basins, and what they join."""
-    order = np.flatnonzero(counted)
+def _persistence(ring: Neighborhoods, field: Array, included: NDArray[np.bool_]) -> tuple[Array, Indices, Indices]:
+    """Return the persistence of each vertex, zero where it is no maximum; basins, and which others they merge into."""
+    order = np.flatnonzero(included)
     order = order[np.argsort(-field[order], kind="stable")]
     basin, saddle, into = watersheds(ring.offsets, ring.members, field, order)
-    top = (basin == np.arange(len(field))) & counted
-    return np.where(top, np.where(top, field, 0.0) - np.where(top, saddle, 0.0), 0.0), basin, into
+    is_maximum = (basin == np.arange(len(field))) & included
+    return np.where(is_maximum, np.where(is_maximum, field, 0.0) - np.where(is_maximum, saddle, 0.0), 0.0), basin, into
 
 
-def _apart(samples: Samples, tops: Indices, field: Array, radius: float) -> Indices:
-    """Return those that no higher one is near to, where near is within a ball that edges do not leave."""
-    if radius <= 0 or len(tops) < 2:
-        return tops
-    order = tops[np.argsort(-field[tops], kind="stable")]
+def _separated(samples: Samples, maxima: Indices, field: Array, radius: float) -> Indices:
+    """Return the maxima without a higher one within `radius`, in a ball connected by edges."""
+    if radius <= 0 or len(maxima) < 2:
+        return maxima
+    order = maxima[np.argsort(-field[maxima], kind="stable")]
     near = samples.around(Ball(radius, connected=True), order)
     gone = np.zeros(len(field), bool)
     kept = []
@@ -228,14 +228,14 @@ def _apart(samples: Samples, tops: Indices, field: Array, radius: float) -> Indi
     return np.array(kept, np.int64)
 
 
-def _basins(tops: Indices, basin: Indices, into: Indices) -> Indices:
-    """Return for each vertex the place in `tops` of the maximum its basin ends up with, -1 for none."""
-    place = np.full(len(basin), -1, np.int64)
-    place[tops] = np.arange(len(tops))
-    goal = np.where(basin >= 0, basin, 0)
+def _basins(maxima: Indices, basin: Indices, into: Indices) -> Indices:
+    """Return for each vertex the index in `maxima` of the maximum its basin merges into, -1 for none."""
+    position = np.full(len(basin), -1, np.int64)
+    position[maxima] = np.arange(len(maxima))
+    target = np.where(basin >= 0, basin, 0)
     for _ in range(len(basin)):
-        onward = (place[goal] < 0) & (into[goal] >= 0)
-        if not onward.any():
+        unresolved = (position[target] < 0) & (into[target] >= 0)
+        if not unresolved.any():
             break
-        goal = np.where(onward, into[goal], goal)
-    return np.where(basin >= 0, place[goal], -1)
+        target = np.where(unresolved, into[target], target)
+    return np.where(basin >= 0, position[target], -1)

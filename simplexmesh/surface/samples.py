@@ -1,4 +1,4 @@
-"""What estimators look at: points of a surface, and who is next to whom."""
+"""Input of the estimators: points of a surface and their adjacency."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ from simplexmesh.surface.neighborhoods import Ball, Nearest, Neighborhood, Neigh
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-NEAREST = 12
-"""A cloud has no edges: so many nearest points stand for its one-ring."""
+CLOUD_NEIGHBORS = 12
+"""Number of nearest points that serve as the one-ring in a cloud, which has no edges."""
 
-MOST = 2**28
-"""So many neighbors in all take 2 GB; whoever wants more asks for fewer vertices at a time."""
+MAX_MEMBERS = 2**28
+"""Limit on the neighbors of all centers together: 2 GB."""
 
 
 @dataclass(frozen=True, eq=False)
 class Samples:
-    """Points of a surface, with faces where there are any.
+    """Points of a surface, with faces if there are any.
 
     Attributes
     ----------
@@ -38,10 +38,10 @@ class Samples:
     faces : (f, 3) array of int or None
         Triangles, counter-clockwise seen from outside.
     links : Neighborhoods or None
-        The one-ring where it does not come from triangles: the three neighbors in a simplex mesh, or what was given;
-        points that were given none have an empty one.
+        One-rings that do not come from triangles: the three neighbors in a simplex mesh, or those given by the caller;
+        empty for points that were given none.
     outward : (n, 3) array of float or None
-        Unit normals known beforehand: those of a cloud, those of a simplex mesh.
+        Known unit normals: those of a cloud or of a simplex mesh.
     """
 
     points: Array
@@ -51,13 +51,13 @@ class Samples:
 
     def __post_init__(self) -> None:
         if self.links is not None and not np.array_equal(self.links.centers, np.arange(len(self.points))):
-            object.__setattr__(self, "links", _of_all(self.links, len(self.points)))
+            object.__setattr__(self, "links", _extended_to_all(self.links, len(self.points)))
 
     @cached_property
     def wedges(self) -> tuple[Indices, Indices, Indices]:
-        """CSR (offsets, ahead, behind): the two other corners of each triangle around a point, in its order.
+        """CSR (offsets, ahead, behind): the other two corners of each triangle around a point, ccw.
 
-        Where there are no triangles, each two neighbors that follow each other in the links stand for one.
+        Without triangles, pairs of consecutive neighbors in the links take their place.
         """
         if self.faces is not None:
             out: tuple[Indices, Indices, Indices] = kernels.wedges(self.faces, len(self.points))
@@ -66,17 +66,17 @@ class Samples:
 
     @cached_property
     def one_ring(self) -> Neighborhoods:
-        """The vertices one edge away, in order; of a cloud the nearest points."""
+        """The vertices one edge away, in order; in a cloud the nearest points."""
         if self.links is not None:
             return self.links
         if self.faces is None:
-            return self.around(Nearest(min(NEAREST, len(self.points) - 1)))
+            return self.around(Nearest(min(CLOUD_NEIGHBORS, len(self.points) - 1)))
         offsets, members, closed = kernels.ordered_rings(*self.wedges)
         return Neighborhoods(np.arange(len(self.points)), offsets, members, closed)
 
     @cached_property
     def tree(self) -> cKDTree:
-        """Of all points."""
+        """Kd-tree of all points."""
         return cKDTree(self.points)
 
     def around(self, neighborhood: Neighborhood, vertices: ArrayLike | None = None) -> Neighborhoods:
@@ -85,20 +85,20 @@ class Samples:
         Parameters
         ----------
         neighborhood : Rings, Ball, Nearest or Neighborhoods
-            What was asked for; of neighborhoods already made, the rows of the vertices.
+            Which neighbors; of `Neighborhoods`, the rows of the vertices are taken.
         vertices : (c,) array of int, optional
-            Analyze these points only.
+            Only these points.
 
         Raises
         ------
         TypeError
-            Something else was asked for.
+            `neighborhood` is something else.
         ValueError
-            Neighborhoods of other points, or more members than memory should hold.
+            Neighborhoods of other points, or more than `MAX_MEMBERS` neighbors in all.
         """
         n = len(self.points)
         if isinstance(neighborhood, Neighborhoods):
-            return _given(neighborhood, n, vertices)
+            return _selected(neighborhood, n, vertices)
         if not isinstance(neighborhood, Rings | Ball | Nearest):
             kind = type(neighborhood).__name__
             raise TypeError(f"neighborhood must come from rings, ball or nearest, or be Neighborhoods, not {kind}")
@@ -108,29 +108,29 @@ class Samples:
             _, found = self.tree.query(self.points[centers], count, workers=-1)
             return _without_centers(centers, found.reshape(len(centers), count))
         if isinstance(neighborhood, Ball) and not (neighborhood.connected and self.is_connected):
-            offsets, members = _in_ball(self.points, centers, neighborhood.radius)
+            offsets, members = _in_balls(self.points, centers, neighborhood.radius)
         else:
             ring = self.one_ring
             if isinstance(neighborhood, Ball):
-                inside = (self.points, centers, neighborhood.radius, MOST)
+                inside = (self.points, centers, neighborhood.radius, MAX_MEMBERS)
                 offsets, members = kernels.connected_balls(ring.offsets, ring.members, *inside)
             elif neighborhood.count == 1:
                 return ring if vertices is None else ring.taken(centers)
             else:
-                offsets, members = kernels.rings(ring.offsets, ring.members, centers, neighborhood.count, MOST)
-            _affordable(offsets[-1], neighborhood)
+                offsets, members = kernels.rings(ring.offsets, ring.members, centers, neighborhood.count, MAX_MEMBERS)
+            _check_total(offsets[-1], neighborhood)
         if isinstance(neighborhood, Ball) and neighborhood.inner > 0.0:
-            offsets, members = _beyond(self.points, centers, offsets, members, neighborhood.inner)
+            offsets, members = _outside(self.points, centers, offsets, members, neighborhood.inner)
         return Neighborhoods(centers, offsets, members, np.zeros(len(centers), bool))
 
     @property
     def is_connected(self) -> bool:
-        """Whether there are edges."""
+        """Whether there are faces or links."""
         return self.faces is not None or self.links is not None
 
 
 def wedges_between(ring: Neighborhoods) -> tuple[Indices, Indices, Indices]:
-    """Return CSR (offsets, ahead, behind) over the rows of a ring: each two neighbors that follow each other."""
+    """Return CSR (offsets, ahead, behind) over the rows of a ring: the pairs of consecutive neighbors."""
     counts = ring.valence
     behind = np.append(ring.members[1:], 0)
     some = counts > 0
@@ -141,8 +141,8 @@ def wedges_between(ring: Neighborhoods) -> tuple[Indices, Indices, Indices]:
     return offsets, ring.members[kept], behind[kept]
 
 
-def _in_ball(points: Array, centers: Indices, radius: float) -> tuple[Indices, Indices]:
-    """CSR (offsets, members) of all points within `radius` of each center, rising."""
+def _in_balls(points: Array, centers: Indices, radius: float) -> tuple[Indices, Indices]:
+    """Return CSR (offsets, members) of all points within `radius` of each center, ascending."""
     low = points.min(axis=0)
     width = max(radius, float((points.max(axis=0) - low).max()) / (2**balls.BITS - 4))
     found = balls.cell_keys(points, low, width)
@@ -151,33 +151,33 @@ def _in_ball(points: Array, centers: Indices, radius: float) -> tuple[Indices, I
     counts = np.zeros(len(centers), np.int64)
     balls.count(centers, *cells, counts)
     offsets = np.concatenate([[0], np.cumsum(counts)])
-    _affordable(offsets[-1], Ball(radius, connected=False))
+    _check_total(offsets[-1], Ball(radius, connected=False))
     members = np.zeros(offsets[-1], np.int64)
     balls.fill(centers, *cells, offsets, members)
     return offsets, members
 
 
-def _beyond(
+def _outside(
     points: Array, centers: Indices, offsets: Indices, members: Indices, inner: float
 ) -> tuple[Indices, Indices]:
-    """CSR (offsets, members) of those that are no nearer to their center than `inner`."""
+    """Return CSR (offsets, members) of the members no nearer to their center than `inner`."""
     rows = np.repeat(np.arange(len(centers)), np.diff(offsets))
     far = ((points[members] - points[centers[rows]]) ** 2).sum(axis=1) >= inner * inner
     counts = np.bincount(rows[far], minlength=len(centers))
     return np.concatenate([[0], np.cumsum(counts)]), members[far]
 
 
-def _affordable(members: int, asked: Neighborhood) -> None:
-    """Refuse neighborhoods that would fill the memory."""
-    if members > MOST:
+def _check_total(members: int, asked: Neighborhood) -> None:
+    """Raise an error if there are more than `MAX_MEMBERS` neighbors in all."""
+    if members > MAX_MEMBERS:
         raise ValueError(
-            f"neighborhood must hold at most {MOST:,} neighbors in all, not those of {asked}; "
+            f"neighborhood must hold at most {MAX_MEMBERS:,} neighbors in all, not those of {asked}; "
             "ask for a smaller one, or for fewer vertices at a time"
         )
 
 
-def _given(made: Neighborhoods, n: int, vertices: ArrayLike | None) -> Neighborhoods:
-    """Neighborhoods a caller made: all rows, or those of some vertices."""
+def _selected(made: Neighborhoods, n: int, vertices: ArrayLike | None) -> Neighborhoods:
+    """Return given neighborhoods, checked: all rows, or those of some vertices."""
     most = max((int(part.max()) for part in (made.centers, made.members) if len(part)), default=0)
     if most >= n:
         raise ValueError(f"neighborhood must name points below {n:,}, not {most:,}")
@@ -193,16 +193,16 @@ def _given(made: Neighborhoods, n: int, vertices: ArrayLike | None) -> Neighborh
     return made.taken(row[asked])
 
 
-def _of_all(made: Neighborhoods, n: int) -> Neighborhoods:
-    """Neighborhoods of some points as those of all, the others' empty."""
-    rows = _given(made, n, np.unique(made.centers))
+def _extended_to_all(made: Neighborhoods, n: int) -> Neighborhoods:
+    """Return neighborhoods of all points from those of some; the others' are empty."""
+    rows = _selected(made, n, np.unique(made.centers))
     counts, closed = np.zeros(n, np.int64), np.zeros(n, bool)
     counts[rows.centers], closed[rows.centers] = rows.valence, rows.closed
     return Neighborhoods(np.arange(n), np.concatenate([[0], np.cumsum(counts)]), rows.members, closed)
 
 
 def _without_centers(centers: Indices, found: Indices) -> Neighborhoods:
-    """Neighborhoods of (c, k + 1) nearest points less the center, or the farthest where copies crowd it out."""
+    """Return neighborhoods of (c, k + 1) nearest points less the center, or the farthest if duplicates displace it."""
     itself = found == centers[:, None]
     itself[~itself.any(axis=1), -1] = True
     members = found[~itself]
@@ -211,17 +211,17 @@ def _without_centers(centers: Indices, found: Indices) -> Neighborhoods:
 
 
 def as_samples(value: Any, name: str = "surface") -> Samples:
-    """Return samples made of a triangle mesh, a simplex mesh, a cloud or what can be made into one; nothing is merged.
+    """Convert a triangle mesh, a simplex mesh, a cloud or what can be converted to one.
 
-    Row i of every result belongs to vertex or point i of what was given, so duplicate points stay; of a file, to what
-    `read` returns.
+    Duplicate points are kept, so that row i of every result belongs to vertex or point i of the input; of a file, as
+    returned by `read`.
 
     Raises
     ------
     TypeError
-        It is not a surface.
+        Not a surface.
     ValueError, OSError
-        Its content cannot be used: of another shape, or of a size beyond what areas can be multiplied in.
+        Arrays of the wrong shape, or coordinates so large or small that areas overflow or underflow.
 
     Examples
     --------
@@ -231,7 +231,7 @@ def as_samples(value: Any, name: str = "surface") -> Samples:
     """
     if isinstance(value, Samples):
         return value
-    found = _as_is(value, name)
+    found = _converted(value, name)
     if isinstance(found, TriangleMesh | PointCloud) or hasattr(found, "connectivity"):
         _check.size(name, np.asarray(found.bounds))
     if isinstance(found, TriangleMesh):
@@ -246,15 +246,15 @@ def as_samples(value: Any, name: str = "surface") -> Samples:
     raise TypeError(f"{name} must be triangles, a simplex mesh, points or a path to them, not {what}")
 
 
-def _as_is(value: Any, name: str) -> Any:
-    """Return what a caller gave as one of our own types, with every point it had, where it is a surface."""
+def _converted(value: Any, name: str) -> Any:
+    """Convert a surface to one of our own types, with all its points; return anything else as it is."""
     if isinstance(value, PointCloud | TriangleMesh):
         return value
     if hasattr(value, "IsA") and hasattr(value, "GetPointData"):
         from simplexmesh.data import vtk
 
         return vtk.from_dataset(value, name)
-    if hasattr(value, "connectivity"):  # of a simplex mesh
+    if hasattr(value, "connectivity"):  # a simplex mesh
         return value
     if isinstance(value, str | os.PathLike):
         from simplexmesh.data.reading import read
@@ -264,7 +264,7 @@ def _as_is(value: Any, name: str) -> Any:
         points, faces = (_check.any_array(name, part) for part in value)
         if points.ndim == faces.ndim == 2:
             return TriangleMesh(points, faces)
-    if hasattr(value, "vertices"):  # of trimesh
+    if hasattr(value, "vertices"):  # trimesh
         corners = getattr(value, "faces", None)
         points = np.asarray(value.vertices)
         return PointCloud(points) if corners is None or not len(corners) else TriangleMesh(points, np.asarray(corners))
@@ -274,14 +274,14 @@ def _as_is(value: Any, name: str) -> Any:
 
 
 def _cloud(rows: NDArray[Any], name: str) -> PointCloud:
-    """Return points, with normals in three more columns."""
+    """Return a cloud from (n, 3) points or (n, 6) points and normals."""
     if rows.ndim != 2 or rows.shape[1] not in (3, 6):
         raise ValueError(f"{name} must have shape (*, 3) for points or (*, 6) with normals, not {rows.shape}")
     return PointCloud(rows[:, :3], rows[:, 3:] if rows.shape[1] == 6 else None)
 
 
 def _links(mesh: Any) -> Neighborhoods:
-    """Return the three neighbors in a simplex mesh: closed where no hole lies between them, else from a hole on."""
+    """Return the three neighbors in a simplex mesh: a closed cycle, or next to a hole a fan that begins after it."""
     c = mesh.connectivity
     beside_hole = c.face_is_hole[c.face]  # the face of dart j lies between neighbors j and j + 1
     first = np.where(beside_hole.any(axis=1), 1 + beside_hole.argmax(axis=1), 0)

@@ -1,4 +1,4 @@
-"""How evenly the neighbors of a point lie around it: regular, balanced, or neither (Charton 2014, def. 1.5)."""
+"""Regularity of the neighbors around a point: distances, angles, balance (Charton 2014, def. 1.5)."""
 
 from __future__ import annotations
 
@@ -21,20 +21,20 @@ Mask = NDArray[np.bool_]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Spread:
-    """How neighbors are spread; all three are zero around a point of a regular grid of equilateral triangles.
+    """Regularity of neighborhoods; all three measures are zero in a regular grid of equilateral triangles.
 
     Attributes
     ----------
     distances : (n,) array of float
         Variance of the neighbors' distances over the square of their mean.
     angles : (n,) array of float
-        Variance of the angles between neighbors next to each other in the tangent plane, radians squared; at a border
-        the gap is one of the angles.
+        Variance of the angles between consecutive neighbors in the tangent plane, radians squared; at a border
+        including the gap.
     imbalances : (n,) array of float
-        How far the neighbor with the worst counterpart is from having one exactly opposite, in the tangent plane, over
-        the mean distance there: 0 where they come in opposite pairs, 1 and more where they are all on one side.
+        Largest distance from a neighbor's mirror image at the center to the nearest neighbor, in the tangent plane,
+        over the mean distance: 0 if they come in opposite pairs, 1 and more if they are all on one side.
     failed : (n,) array of bool
-        Where the others are NaN: fewer than two neighbors, or no normal.
+        Whether the others are NaN: fewer than two neighbors, or no normal.
 
     Examples
     --------
@@ -66,19 +66,19 @@ def spread(
     normals: str | ArrayLike | None = None,
     vertices: ArrayLike | None = None,
 ) -> Spread:
-    """Return how evenly the neighbors of each vertex lie around it, which decides what estimators make of them.
+    """Measure how regularly the neighbors of each vertex lie around it, on which the accuracy of estimators depends.
 
     Parameters
     ----------
     surface : TriangleMesh, SimplexMesh, PointCloud, array, PyVista or trimesh object, or path
-        What is measured.
+        The surface.
     neighborhood : from `rings`, `ball`, `nearest`, or Neighborhoods, optional
-        Which neighbors; by default the one-ring, in a cloud the 12 nearest points.
+        The neighbors; by default the one-ring, in a cloud the 12 nearest points.
     normals : str or (n, 3) array of float, optional
-        A method of `vertex_normals`, or directions: those of the tangent planes; by default the means of faces by
-        area, and in clouds their own or those of planes.
+        Normals of the tangent planes: a method of `vertex_normals`, or directions; by default "area", in clouds their
+        own or "plane".
     vertices : (c,) array of int, optional
-        Measure these vertices only.
+        Measure only these vertices.
 
     Returns
     -------
@@ -93,7 +93,7 @@ def spread(
     Warns
     -----
     SimplexMeshWarning
-        Saying at how many vertices there are too few neighbors.
+        Tells at how many vertices there are too few neighbors.
 
     Examples
     --------
