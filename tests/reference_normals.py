@@ -169,3 +169,10 @@ def propagated(rows, points, normals, softening):
                 for i in part:
                     out[i] = -out[i]
     return np.array(out)
+
+
+def clashing_edges(faces):
+    """Edges that two different triangles or more traverse in one direction, and none in the other."""
+    distinct = {tuple(np.roll(face, -np.argmin(face)).tolist()) for face in np.asarray(faces)}
+    directed = [(face[k], face[(k + 1) % 3]) for face in distinct for k in range(3)]
+    return sum(directed.count((a, b)) > 1 and (b, a) not in directed for a, b in set(directed))

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from simplexmesh import _check
 from simplexmesh.data.welding import distinct_positions
 from simplexmesh.errors import warn
+from simplexmesh.surface._kernels_consistency import clashing_edges
 from simplexmesh.surface.neighborhoods import Ball, Nearest, Neighborhood, Neighborhoods, Rings, rings
 from simplexmesh.surface.reasons import EXPLANATIONS, FEW, OPEN
 from simplexmesh.surface.samples import Samples
@@ -143,6 +144,18 @@ def warn_of_failures(what: str, reasons: NDArray[np.uint8], samples: Samples, ar
         why = ", ".join(f"{count:,} {said}" for count, said in zip(counts, EXPLANATIONS, strict=True) if said and count)
         advice = _advice_on_duplicates(samples, around.centers[(reasons == FEW) | (reasons == OPEN)])
         warn(f"{what} could not be estimated at {failed:,} of {len(reasons):,} vertices: {why}{advice}")
+
+
+def warn_of_clashing_faces(samples: Samples, reasons: NDArray[np.uint8], normals: Any) -> None:
+    """Warn if triangles disagree on which side is outward, unless the caller's normals say it or all rows failed."""
+    if samples.faces is None or reasons.all() or not (normals is None or isinstance(normals, str)):
+        return
+    if count := int(clashing_edges(*samples.wedges)):
+        edges = f"{count:,} edge{'s' if count > 1 else ''}"
+        warn(
+            f"triangles disagree on which side is outward across {edges}, so that normals and signs of curvature are "
+            "wrong nearby: orient them with TriangleMesh(vertices, faces).oriented()"
+        )
 
 
 def _advice_on_duplicates(samples: Samples, unconnected: NDArray[np.int64]) -> str:

@@ -9,7 +9,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh import _check
 from simplexmesh.surface.curvature.result import Curvature
-from simplexmesh.surface.methods import Estimates, Method, chosen, neighborhoods_for, warn_of_failures
+from simplexmesh.surface.methods import (
+    Estimates,
+    Method,
+    chosen,
+    neighborhoods_for,
+    warn_of_clashing_faces,
+    warn_of_failures,
+)
 from simplexmesh.surface.neighborhoods import Neighborhood
 from simplexmesh.surface.normals.estimate import starting_normals
 from simplexmesh.surface.reasons import DEGENERATE, FOUND
@@ -87,7 +94,7 @@ def curvature(
     Warns
     -----
     SimplexMeshWarning
-        Tells at how many vertices there is no estimate, and why.
+        How many vertices have no estimate, and why; across how many edges triangles disagree on which side is outward.
 
     Examples
     --------
@@ -105,6 +112,7 @@ def curvature(
     with np.errstate(over="ignore", invalid="ignore"):
         found = _finite_or_failed(kind.estimate(samples, around, directions, **settings))
     warn_of_failures("curvature", found.reasons, samples, around)
+    warn_of_clashing_faces(samples, found.reasons, normals)
     return _result(found, directions, method)
 
 

@@ -9,7 +9,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh import _check, _vec
-from simplexmesh.surface.methods import Method, Normals, chosen, neighborhoods_for, warn_of_failures
+from simplexmesh.surface.methods import (
+    Method,
+    Normals,
+    chosen,
+    neighborhoods_for,
+    warn_of_clashing_faces,
+    warn_of_failures,
+)
 from simplexmesh.surface.neighborhoods import Neighborhood, Neighborhoods
 from simplexmesh.surface.reasons import DEGENERATE, FOUND
 from simplexmesh.surface.samples import Samples, as_samples
@@ -74,7 +81,7 @@ def vertex_normals(
     Warns
     -----
     SimplexMeshWarning
-        Tells at how many vertices there is no estimate, and why.
+        How many vertices have no estimate, and why; across how many edges triangles disagree on which side is outward.
 
     Examples
     --------
@@ -92,6 +99,7 @@ def vertex_normals(
     around = neighborhoods_for(method, kind, samples, neighborhood, normals, vertices)
     found = found_normals(samples, around, method, normals=normals, **options)
     warn_of_failures("a normal", found.reasons, samples, around)
+    warn_of_clashing_faces(samples, found.reasons, normals)
     return found.normals
 
 
