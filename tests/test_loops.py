@@ -10,8 +10,8 @@ from simplexmesh.errors import TopologyError
 from simplexmesh.mesh.homology import cut_open, linking_number
 from simplexmesh.mesh.loops import tunnel_loops
 from simplexmesh.motion.handles import HandleProposal
-from simplexmesh.motion.left_out import left_out, told
-from simplexmesh.motion.walls import Walls, independent
+from simplexmesh.motion.missing_topology import missing_tunnels, tunnel_list
+from simplexmesh.motion.tunnel_homology import TunnelHomology, independent
 
 
 def grid_torus(around=48, across=24, tube=0.4):
@@ -96,10 +96,10 @@ def test_a_ball_has_no_loops_and_borders_are_refused():
 
 def test_forms_count_the_loops_of_the_basis():
     cut = cut_open(*block([(2, 2), (4, 2)], (5, 3)))
-    walls = Walls(cut.vertices, cut.faces)
-    loops = [walls.along(cut.loop(edge, cut.parent)) for edge in cut.generators.tolist()]
+    homology = TunnelHomology(cut.vertices, cut.faces)
+    loops = [homology.winding_of_path(cut.loop(edge, cut.parent)) for edge in cut.generators.tolist()]
     assert np.array_equal(loops, np.eye(4))
-    triangles = [walls.along(face) for face in cut.faces]
+    triangles = [homology.winding_of_path(face) for face in cut.faces]
     assert not np.any(triangles)
 
 
@@ -119,36 +119,38 @@ def test_linking_against_the_integral_of_gauss():
 
 
 class TestLeftOut:
-    walls = Walls(*block([(2, 2), (4, 2)], (5, 3)))
+    homology = TunnelHomology(*block([(2, 2), (4, 2)], (5, 3)))
 
     def accepted(self, loop):
         place = np.stack([loop.center, loop.center])
-        winding = self.walls.along(loop.vertices)
+        winding = self.homology.winding_of_path(loop.vertices)
         return HandleProposal((0, 1), place, np.ones(2), 0.0, 0.0, accepted=True, winding=winding)
 
     def test_tunnels_that_were_found_are_not_told(self):
-        one, other = self.walls.tunnels
-        (lacking,) = left_out(self.walls, [self.accepted(one)], edge=0.1, vertices=1000)
+        one, other = self.homology.tunnels
+        (lacking,) = missing_tunnels(self.homology, [self.accepted(one)], edge=0.1, vertices=1000)
         assert lacking.centers[0] == pytest.approx(other.center)
         assert 2 * np.pi * lacking.radii[0] == pytest.approx(4.0)
-        assert left_out(self.walls, [self.accepted(one), self.accepted(other)], edge=0.1, vertices=1000) == ()
+        assert missing_tunnels(self.homology, [self.accepted(one), self.accepted(other)], edge=0.1, vertices=1000) == ()
 
     def test_why(self):
-        one = self.walls.tunnels[0]
-        assert {x.reason for x in left_out(self.walls, [], edge=0.1, vertices=1000)} == {"its films did not meet"}
-        narrow = left_out(self.walls, [], edge=1.0, vertices=1000)[0].reason
+        one = self.homology.tunnels[0]
+        assert {x.reason for x in missing_tunnels(self.homology, [], edge=0.1, vertices=1000)} == {
+            "its films did not meet"
+        }
+        narrow = missing_tunnels(self.homology, [], edge=1.0, vertices=1000)[0].reason
         assert narrow.startswith("its girth of 4 is 4 edges of the model; about ")
         place = np.stack([one.center, one.center])
         before = HandleProposal((3, 4), place, np.ones(2), 0.0, 0.0, reason="refused by accept")
-        said = [x.reason for x in left_out(self.walls, [before], edge=0.1, vertices=1000)]
+        said = [x.reason for x in missing_tunnels(self.homology, [before], edge=0.1, vertices=1000)]
         assert "its films met, but refused by accept" in said
 
     def test_few_are_told_one_by_one(self):
         many = [HandleProposal((-1, -1), np.zeros((2, 3)), np.ones(2), 0.0, 0.0, reason="why")] * 6
-        assert told(many).endswith("; 2 more, in topology.handles")
+        assert tunnel_list(many).endswith("; 2 more, in topology.handles")
 
     def test_a_line_that_jumps_between_sheets_says_nothing(self):
-        fine = Walls(*grid_torus(200, 60, 0.4))
+        fine = TunnelHomology(*grid_torus(200, 60, 0.4))
         across = np.array([[1.4, 0, 0], [-1.4, 0, 0], [0, 1.4, 0]])
         assert fine.winding(across, 0.01) is None
         assert not independent([], None)
@@ -175,8 +177,8 @@ def test_the_handles_of_a_bone_scan_are_steps_of_its_voxels(data_folder):
 
 
 def test_a_knot_leads_no_films(data_folder):
-    from simplexmesh.motion.sampling import known_walls
+    from simplexmesh.motion.sampling import known_homology
 
     knot, ring = (sm.read_triangles(data_folder / name) for name in ("knot1.off", "torus.stl"))
-    assert known_walls(knot.vertices, knot.faces, 1) is None
-    assert known_walls(ring.vertices, ring.faces, 1) is not None
+    assert known_homology(knot.vertices, knot.faces, 1) is None
+    assert known_homology(ring.vertices, ring.faces, 1) is not None

@@ -46,7 +46,7 @@ def test_scans_are_put_together_by_their_poses(tmp_path):
     assert_allclose(np.linalg.norm(by_file.points, axis=1), 1, atol=1e-9)
     mesh = sm.reconstruct(files, poses=tmp_path / "poses.json", vertices=500).mesh
     assert_allclose(np.linalg.norm(mesh.vertices, axis=1), 1, atol=0.02)
-    with pytest.raises(ValueError, match=r"poses must hold one for scan1.xyz"):
+    with pytest.raises(ValueError, match=r"poses must have an entry for scan1.xyz"):
         joined_scans(files, {"scan0": poses[0]})
     with pytest.raises(ValueError, match="poses must be one per scan"):
         joined_scans(files, poses[:1])
@@ -141,7 +141,7 @@ def test_labels_are_asked_for_by_name():
 def test_data_that_faces_the_wrong_way_is_turned_and_reported():
     ball = sm.sphere(12)
     right = sm.reconstruct(sm.PointCloud(ball.vertices, ball.normals), vertices=400)
-    with pytest.warns(sm.SimplexMeshWarning, match="look inwards and were turned"):
+    with pytest.warns(sm.SimplexMeshWarning, match="point inwards and were flipped"):
         wrong = sm.reconstruct(sm.PointCloud(ball.vertices, -ball.normals), vertices=400)
     assert wrong.distance.mesh_to_data.rms == pytest.approx(right.distance.mesh_to_data.rms, rel=0.2)
     signs = np.random.default_rng(0).choice([-1, 1], (ball.n_vertices, 1))

@@ -10,12 +10,12 @@ import pytest
 import simplexmesh as sm
 from simplexmesh.motion import films
 from simplexmesh.motion.initial.primitives import primitive_around
-from simplexmesh.motion.left_out import noted
+from simplexmesh.motion.missing_topology import with_missing_tunnels
 from simplexmesh.motion.rim import Rim
 from simplexmesh.motion.sampling import closed_samples
 from simplexmesh.motion.shell import shell_of
 from simplexmesh.motion.subjects import as_subject
-from simplexmesh.motion.walls import Walls
+from simplexmesh.motion.tunnel_homology import TunnelHomology
 
 PLAIN = {"level": None, "label": None, "inside": "above", "components": "largest"}
 
@@ -82,7 +82,7 @@ class TestShell:
         points = torus(4000, 0.35)
         shell = shell_of(points)
         off = np.abs(np.hypot(np.hypot(*shell.vertices[:, :2].T) - 1, shell.vertices[:, 2]) - 0.35)
-        around = np.hypot(np.hypot(*shell.around[:, :2].T) - 1, shell.around[:, 2]) - 0.35
+        around = np.hypot(np.hypot(*shell.offset_vertices[:, :2].T) - 1, shell.offset_vertices[:, 2]) - 0.35
         assert off.mean() < 0.01
         assert around.mean() == pytest.approx(shell.radius, rel=0.25)
 
@@ -101,8 +101,8 @@ class TestShell:
 class TestWhatDataSays:
     def test_points_tell_their_tunnels(self):
         samples = closed_samples(as_subject(torus(4000, 0.35), **PLAIN))
-        assert (samples.genus, samples.oriented, len(samples.walls.tunnels)) == (1, True, 1)
-        (loop,) = samples.walls.tunnels
+        assert (samples.genus, samples.oriented, len(samples.homology.tunnels)) == (1, True, 1)
+        (loop,) = samples.homology.tunnels
         assert loop.length == pytest.approx(2 * np.pi * 0.65, rel=0.1)
 
     def test_volumes_tell_those_that_their_start_keeps(self):
@@ -112,7 +112,7 @@ class TestWhatDataSays:
         labels = as_subject(sm.Volume((deep > 0).astype(np.uint8), spacing=0.1), **PLAIN)
         for subject in (level, labels):
             samples = closed_samples(subject, 1000)
-            assert (samples.genus, len(samples.walls.tunnels)) == (1, 1)
+            assert (samples.genus, len(samples.homology.tunnels)) == (1, 1)
 
 
 class TestFilmsJoined:
@@ -123,40 +123,42 @@ class TestFilmsJoined:
     def asked(self, joined, monkeypatch, one, other):
         """Ask about films whose edges run around sums of windows."""
         totals = iter([np.sum([self.WINDOWS[k] for k in film], axis=0) for film in (one, other)])
-        monkeypatch.setattr(films, "edges_of", lambda mesh, film: [np.arange(3)])
-        walls = type("Told", (), {"winding": lambda self, line, edge: next(totals)})()
-        flat = type("Flat", (), {"mesh": sm.sphere(3), "close": np.ones(200, bool), "edge": 1.0})()
-        return joined.asked(flat, walls, films.Meeting(np.zeros(0, int), np.zeros(0, int), (one, other), 1.0))
+        monkeypatch.setattr(films, "boundary_loops", lambda mesh, film: [np.arange(3)])
+        homology = type("Told", (), {"winding": lambda self, line, edge: next(totals)})()
+        flat = type("Flat", (), {"mesh": sm.sphere(3), "near_data": np.ones(200, bool), "edge": 1.0})()
+        return joined.handle_class(
+            flat, homology, films.FilmPair(np.zeros(0, int), np.zeros(0, int), (one, other), 1.0)
+        )
 
     def test_each_window_is_joined_to_the_others_once(self, monkeypatch):
-        joined = films.Joined()
+        joined = films.JoinedFilms()
         for film in range(1, 6):
             found = self.asked(joined, monkeypatch, list(range(film)), [film])
             assert found is not None
-            joined.note(*found)
+            joined.add(*found)
         assert np.linalg.matrix_rank(joined.windings) == 5
 
     def test_films_that_hang_together_already_are_not(self, monkeypatch):
-        joined = films.Joined()
-        joined.note(*self.asked(joined, monkeypatch, [0], [1]))
-        joined.note(*self.asked(joined, monkeypatch, [2], [3]))
+        joined = films.JoinedFilms()
+        joined.add(*self.asked(joined, monkeypatch, [0], [1]))
+        joined.add(*self.asked(joined, monkeypatch, [2], [3]))
         for one, other in (([0], [1]), ([0, 1], [0]), ([3], [2, 3])):
             assert self.asked(joined, monkeypatch, one, other) is None
-        joined.note(*self.asked(joined, monkeypatch, [1], [2]))
+        joined.add(*self.asked(joined, monkeypatch, [1], [2]))
         assert self.asked(joined, monkeypatch, [0], [3]) is None
         assert self.asked(joined, monkeypatch, [0, 1, 2, 3], [4]) is not None
 
     def test_both_ends_of_a_bore(self, monkeypatch):
-        joined = films.Joined()
+        joined = films.JoinedFilms()
         monkeypatch.setattr(self, "WINDOWS", (np.array([1, 0]), np.array([-1, 0])), raising=False)
-        joined.note(*self.asked(joined, monkeypatch, [0], [1]))
+        joined.add(*self.asked(joined, monkeypatch, [0], [1]))
         assert self.asked(joined, monkeypatch, [0], [1]) is None
 
 
 def test_tunnels_are_measured_at_their_places():
     mesh = sm.torus(48, 24, tube_radius=0.4).triangulated()
-    (loop,) = Walls(mesh.vertices, mesh.faces, 2 * mesh.vertices + np.array([0, 0, 9.0])).tunnels
-    (usual,) = Walls(mesh.vertices, mesh.faces).tunnels
+    (loop,) = TunnelHomology(mesh.vertices, mesh.faces, 2 * mesh.vertices + np.array([0, 0, 9.0])).tunnels
+    (usual,) = TunnelHomology(mesh.vertices, mesh.faces).tunnels
     assert loop.length == pytest.approx(2 * usual.length)
     assert loop.center[2] == pytest.approx(9.0 + 2 * usual.center[2])
 
@@ -177,7 +179,7 @@ def test_no_handles_where_points_show_none():
 
 def test_tunnels_of_points_that_are_left_out_are_told():
     samples = closed_samples(as_subject(torus(3000, 0.35), **PLAIN))
-    proposals, said = noted(samples, (), sm.sphere(8))
+    proposals, said = with_missing_tunnels(samples, (), sm.sphere(8))
     assert said.startswith("the points have genus 1, the model has 0; left out: the tunnel of girth ")
     assert [proposal.faces for proposal in proposals] == [(-1, -1)]
 
@@ -251,9 +253,9 @@ class TestTubesCutOffAslant:
 def test_a_knot_is_told(data_folder):
     surface = sm.read_triangles(data_folder / "knot1.off")
     samples = closed_samples(as_subject(surface, **PLAIN))
-    assert (samples.genus, samples.walls) == (1, None)
-    said = noted(samples, (), sm.sphere(8))[1]
+    assert (samples.genus, samples.homology) == (1, None)
+    said = with_missing_tunnels(samples, (), sm.sphere(8))[1]
     assert "knotted" in said
     assert "init='auto'" in said
     whole = sm.reconstruct(surface, vertices=1500, iterations=40).mesh
-    assert noted(samples, (), whole) == ((), "")
+    assert with_missing_tunnels(samples, (), whole) == ((), "")

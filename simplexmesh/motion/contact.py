@@ -1,4 +1,4 @@
-"""Where a surface meets itself with its inside between: two films back to back."""
+"""Contacts of a surface with itself across its inside: two films back to back."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ OPPOSITE = -0.3
 def contacts(
     vertices: Array, normals: Array, edges: Array, rows: NDArray[np.integer]
 ) -> tuple[NDArray[np.int64], Array]:
-    """Return, for each vertex asked about, another one behind it that looks the other way, and how far behind it is.
+    """Return, for each of some vertices, a vertex behind it with an opposed normal, and its depth.
 
     Parameters
     ----------
     vertices, normals : (n, 3) array of float
     edges : (n,) array of float
-        The mean length of the edges at each vertex; others are looked for up to twice that far behind.
+        Mean edge length at each vertex; the search depth is twice that.
     rows : (k,) array of int
-        The vertices to ask about.
+        The vertices to test.
 
     Returns
     -------
     meets : (n,) array of int
-        The least deep such vertex, -1 when there is none or it was not asked for.
+        The shallowest such vertex, -1 for none or for vertices not tested.
     depth : (n,) array of float
-        How far it is behind, along the normal; slightly negative where the surface passed through itself.
+        Its distance behind, along the normal; slightly negative where the surface intersects itself.
 
     Examples
     --------
@@ -57,6 +57,6 @@ def contacts(
     aside = np.sqrt(np.maximum(np.einsum("ij,ij->i", offset, offset) - along**2, 0.0))
     turned = np.einsum("ij,ij->i", normals[other], normals[mine]) < OPPOSITE
     good = np.flatnonzero(turned & (along > -0.4 * edges[mine]) & (aside < 0.9 * edges[mine]))
-    good = good[np.lexsort((-other[good], -along[good]))]  # the least deep is written last, of equals the first
+    good = good[np.lexsort((-other[good], -along[good]))]  # the shallowest is written last, of equals the first
     meets[mine[good]], depth[mine[good]] = other[good], along[good]
     return meets, depth

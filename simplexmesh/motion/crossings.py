@@ -1,4 +1,4 @@
-"""The points where a volume's grid lines leave an object: its surface, seen from outside, without any mesh."""
+"""Points where the grid lines of a volume cross the outer surface of an object."""
 
 from __future__ import annotations
 
@@ -14,24 +14,24 @@ Array = NDArray[np.float64]
 
 
 def outer_crossings(volume: Volume, level: float, *, sign: float = 1.0, largest: bool = False) -> Array:
-    """Return the points where grid lines cross a level between the object and the background around it.
+    """Return the points where grid lines cross a level between an object and the surrounding background.
 
-    Cavities that the background does not reach are not part of the outer surface. Beyond the volume is background, so
-    an object cut by the border has points there, half a voxel out.
+    Cavities not connected to the background are excluded. Outside the volume is background, so an object cut by the
+    border of the volume has points there, half a voxel outside.
 
     Parameters
     ----------
     volume : Volume
     level : float
     sign : float
-        1 when the object is above the level, -1 when it is below.
+        1 if the object is above the level, -1 if below.
     largest : bool
-        Only the largest connected piece of the object.
+        Whether to keep only the largest connected component of the object.
 
     Returns
     -------
     (m, 3) array of float
-        Physical coordinates, from linear interpolation along the grid lines.
+        Physical coordinates, linearly interpolated along the grid lines.
 
     Examples
     --------
@@ -42,10 +42,8 @@ def outer_crossings(volume: Volume, level: float, *, sign: float = 1.0, largest:
     """
     first, part = _cropped(volume.values, level, sign)
     values = np.full(np.add(part.shape, 2), -np.inf, dtype=np.float32)
-    for slab, samples in zip(
-        values[1:-1, 1:-1, 1:-1], part, strict=True
-    ):  # the difference is small, the values may not be
-        slab[...] = sign * (samples.astype(np.float64) - level)
+    for slab, samples in zip(values[1:-1, 1:-1, 1:-1], part, strict=True):
+        slab[...] = sign * (samples.astype(np.float64) - level)  # in float64, as the values may be large
     if largest:
         pieces, _ = ndimage.label(values > 0)
         sizes = np.bincount(pieces.ravel())
@@ -64,22 +62,22 @@ def outer_crossings(volume: Volume, level: float, *, sign: float = 1.0, largest:
         share = np.where(np.isinf(a) | np.isinf(b), 0.5, 0.0)
         known = share == 0.0
         share[known] = a[known] / (a[known] - b[known])
-        where = at.astype(float)
-        where[:, 0] += share
-        points.append(_axes_back(where, axis))
+        index = at.astype(float)
+        index[:, 0] += share
+        points.append(_axes_back(index, axis))
     return volume.to_world(np.concatenate(points) - 1 + first)
 
 
-def _axes_back(where: Array, axis: int) -> Array:
-    """Return index columns in the order i, j, k when `axis` had been moved to the front."""
+def _axes_back(index: Array, axis: int) -> Array:
+    """Return index columns in the order i, j, k, given those with `axis` moved to the front."""
     order = [axis, *(a for a in range(3) if a != axis)]
-    out = np.zeros_like(where)
-    out[:, order] = where
+    out = np.zeros_like(index)
+    out[:, order] = index
     return out
 
 
 def _cropped(values: NDArray[Any], level: float, sign: float) -> tuple[NDArray[np.int64], NDArray[Any]]:
-    """Return the index of the first sample of the object's box, one sample wider than the object, and its samples."""
+    """Return the first index and the samples of the object's bounding box, padded by one sample."""
     solid = values > level if sign > 0 else values < level
     rows = [np.flatnonzero(solid.any(axis=tuple({0, 1, 2} - {axis}))) for axis in range(3)]
     if not len(rows[0]):

@@ -193,7 +193,9 @@ class DeformableModel:
         frame = (self._inverse_radius, self._curvature, self._area, self._obtuse)
         _kernels.frames(self._vertices, self._neighbors, self._normals, *frame)
         metric, following = self._adapted_metric(), self._next
-        gaps = self._no_gap if self.target is None else target_gaps(self.target, self._vertices, self._normals, self.reach)
+        gaps = (
+            self._no_gap if self.target is None else target_gaps(self.target, self._vertices, self._normals, self.reach)
+        )
         extra = self._user_displacement() if self.forces else None
         self._step_surface(metric, gaps, extra, following)
         if self._rim:

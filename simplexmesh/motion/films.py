@@ -1,4 +1,4 @@
-"""Films: parts of a mesh being wrapped that lie on no data. Which of them meet, and around which tunnels they hang."""
+"""Films, the parts of a wrapped mesh that are not on data: which of them meet, and which tunnels they span."""
 
 from __future__ import annotations
 
@@ -9,43 +9,43 @@ from numpy.typing import NDArray
 
 from simplexmesh.mesh.face_geometry import face_centroids
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-from simplexmesh.motion.walls import Walls, independent
-from simplexmesh.motion.wrap import Wrapping, grown
-from simplexmesh.motion.zones import connected, without_islands
+from simplexmesh.motion.tunnel_homology import TunnelHomology, independent
+from simplexmesh.motion.wrap import Wrapping
+from simplexmesh.motion.zones import dilated, face_components, without_islands
 
 Indices = NDArray[np.int64]
 
 FEWEST_LINKS = 4
-"""Vertices that must meet between two films."""
+"""Minimum number of vertices of two films that meet."""
 
 LEAST_SHARE = 0.5
-"""Of the smaller film's vertices, at least so many must meet the other one."""
+"""Minimum fraction of the smaller film's vertices that meet the other film."""
 
-LOOSE = 3
-"""Faces on data that a film may enclose: more are a bar of the data that it hangs around."""
+MOST_ENCLOSED = 3
+"""Maximum number of faces on data that a film encloses; more are a bar of the data that it surrounds."""
 
-MANY = 10
-"""Of more films joined to each other, the sums of some are not looked at."""
+MOST_SUMMED = 10
+"""Maximum size of a group of joined films for which all partial sums are computed."""
 
-WIDENED = 4
-"""Times a film is tried, one ring of faces wider each, to tell how its edges run."""
+WIDENINGS = 4
+"""Attempts at finding the homology class of a film's boundary, one ring of faces wider each."""
 
 NEARLY = 0.8
-"""Of a line near data, so many vertices have some near."""
+"""Minimum fraction of the vertices of a line near data that have data nearby."""
 
 
 @dataclass(frozen=True, eq=False)
-class Meeting:
+class FilmPair:
     """Two films that meet back to back.
 
     Attributes
     ----------
     one, other : (k,) array of int
-        The faces of each where they meet.
+        The faces of each film where they meet.
     films : tuple of two arrays of int
         All faces of each film.
     share : float
-        How many of the smaller film's vertices meet the other film.
+        Fraction of the smaller film's vertices that meet the other film.
     """
 
     one: Indices
@@ -55,42 +55,41 @@ class Meeting:
 
     @property
     def faces(self) -> int:
-        """Of the smaller part that meets."""
+        """Number of faces of the smaller part that meets."""
         return min(len(self.one), len(self.other))
 
 
-def free_share(wrapping: Wrapping) -> NDArray[np.float64]:
-    """Return (f,) how many of each face's vertices are free, 0 to 1."""
+def free_fraction(wrapping: Wrapping) -> NDArray[np.float64]:
+    """Return (f,) the fraction of free vertices of each face."""
     c = wrapping.mesh.connectivity
     of_corner = np.repeat(np.arange(len(c.face_sizes)), c.face_sizes)
     return np.asarray(np.bincount(of_corner, wrapping.free[c.face_vertices]) / c.face_sizes)
 
 
-def meeting_films(wrapping: Wrapping, share: float = LEAST_SHARE) -> list[Meeting]:
-    """Return pairs of films that meet back to back across no data, those that meet most first.
+def meeting_films(wrapping: Wrapping, share: float = LEAST_SHARE) -> list[FilmPair]:
+    """Return the pairs of different films that meet back to back, by descending number of vertices that meet.
 
-    A film is a connected set of faces that do not sit on data. The two are different films: two sides of one flap meet
-    as well, but no tunnel is there.
+    A film is a connected set of faces that are not on data. The sides of a flap meet too, but belong to one film.
 
     Parameters
     ----------
     wrapping : Wrapping
     share : float
-        Of the smaller film's vertices, at least so many must meet the other one, and half of them any other.
+        Minimum fraction of the smaller film's vertices that meet the other one; half must meet any other film.
     """
     c = wrapping.mesh.connectivity
     sizes = c.face_sizes
     of_corner = np.repeat(np.arange(len(sizes)), sizes)
-    free = free_share(wrapping)
+    free = free_fraction(wrapping)
     film, loose = np.full(len(sizes), -1), np.full(len(sizes), -1)
-    for k, piece in enumerate(connected(c, free > 0.5)):
+    for k, piece in enumerate(face_components(c, free > 0.5)):
         film[piece] = k
-    for k, piece in enumerate(connected(c, free > 0.0)):
+    for k, piece in enumerate(face_components(c, free > 0.0)):
         loose[piece] = k
     on = film[c.vertex_faces].max(axis=1)
-    ahead = np.where((wrapping.meets >= 0) & (on >= 0), on[wrapping.meets], -1)
-    ahead = np.where(ahead == on, -1, ahead)
-    links = np.stack([on, ahead], axis=1)[ahead >= 0]
+    opposite = np.where((wrapping.meets >= 0) & (on >= 0), on[wrapping.meets], -1)
+    opposite = np.where(opposite == on, -1, opposite)
+    links = np.stack([on, opposite], axis=1)[opposite >= 0]
     if not len(links):
         return []
     pairs, counts = np.unique(np.sort(links, axis=1), axis=0, return_counts=True)
@@ -99,109 +98,111 @@ def meeting_films(wrapping: Wrapping, share: float = LEAST_SHARE) -> list[Meetin
     out = []
     for k in np.argsort(-counts, kind="stable"):
         a, b = pairs[k].tolist()
-        if wrapping.samples.walls is None and loose[film == a][0] == loose[film == b][0]:
-            continue  # one film, all but cut in two where it is narrow
+        if wrapping.samples.homology is None and loose[film == a][0] == loose[film == b][0]:
+            continue  # one film with a narrow part
         small = a if whole[a] < whole[b] else b
         if counts[k] < max(FEWEST_LINKS, share * whole[small]) or meeting[small] < LEAST_SHARE * whole[small]:
             continue
-        sides, spans, alone, rings = [], True, True, False
+        sides, spans, isolated, surrounds = [], True, True, False
         for mine, other in ((a, b), (b, a)):
-            linked = (on == mine) & (ahead == other)
+            linked = (on == mine) & (opposite == other)
             part = np.bincount(of_corner, linked[c.face_vertices], minlength=len(sizes)) / sizes
             inside = (film == mine) & (part >= 0.5)
             if not inside.any():
                 inside = (film == mine) & (part == np.where(film == mine, part, 0).max())
-            piece = max(connected(c, inside), key=np.count_nonzero)
+            piece = max(face_components(c, inside), key=np.count_nonzero)
             inside = without_islands(c, piece, int(np.count_nonzero(~piece)) // 2)
-            rings |= bool(np.count_nonzero(inside & (film == -1)) > LOOSE)
-            spans &= bool((linked & ~wrapping.close).any())
-            around = on[grown(on == mine, wrapping.mesh.neighbors, 3)]
-            alone &= not ((around >= 0) & (around != a) & (around != b)).any()
+            surrounds |= bool(np.count_nonzero(inside & (film == -1)) > MOST_ENCLOSED)
+            spans &= bool((linked & ~wrapping.near_data).any())
+            around = on[dilated(on == mine, wrapping.mesh.neighbors, 3)]
+            isolated &= not ((around >= 0) & (around != a) & (around != b)).any()
             sides.append(np.flatnonzero(inside))
-        if (spans or alone) and not rings:  # else a scrap on the wall beside a film, or a ring around what sits on data
+        if (spans or isolated) and not surrounds:  # otherwise a remnant beside a film, or a ring around data
             films = np.flatnonzero(film == a), np.flatnonzero(film == b)
-            out.append(Meeting(sides[0], sides[1], films, float(counts[k] / whole[small])))
+            out.append(FilmPair(sides[0], sides[1], films, float(counts[k] / whole[small])))
     return out
 
 
-class Joined:
-    """Which films were joined so far, by how they run around the data's tunnels.
+class JoinedFilms:
+    """The films joined so far, identified by the homology classes of their boundaries.
 
-    Films that hang together by handles already get no more between them: that would be a handle through one film.
+    Films that are connected by handles already get no more between them: that would be a handle through one film.
 
     Attributes
     ----------
     windings : list of (2 g,) arrays of int
-        One for each handle, none a sum of others.
+        Homology class of each handle, linearly independent.
     """
 
     def __init__(self) -> None:
         self.windings: list[Indices] = []
         self._groups: list[list[Indices]] = []
 
-    def asked(self, wrapping: Wrapping, walls: Walls, meeting: Meeting) -> tuple[Indices, list[Indices]] | None:
-        """Return the winding of a handle between films that meet, and those of the films; None when there is none.
+    def handle_class(
+        self, wrapping: Wrapping, homology: TunnelHomology, meeting: FilmPair
+    ) -> tuple[Indices, list[Indices]] | None:
+        """Return the class of a handle to make between films that meet, and those of the films; None to make none.
 
-        All edges of one film together tell how it hangs: between them and where the films meet there is nothing but
-        film. Where a film's do not, the edge of the part that meets does, if it is near data.
+        It is the class of the whole boundary of either film, as only film lies between that and where they meet, or if
+        both are unknown or dependent, of the boundary of the part that meets, if that is near data.
         """
         places = wrapping.mesh.vertices
-        found = [_total(wrapping, walls, film) for film in meeting.films]
-        totals = [total for total in found if total is not None]
-        groups = [self._group(total) for total in totals]
+        found = [_boundary_class(wrapping, homology, film) for film in meeting.films]
+        classes = [boundary for boundary in found if boundary is not None]
+        groups = [self._group(boundary) for boundary in classes]
         if len(groups) == 2 and groups[0] == groups[1] != -1:
             return None
-        for total in totals:
-            if independent(self.windings, total):
-                return total, totals
+        for boundary in classes:
+            if independent(self.windings, boundary):
+                return boundary, classes
         for film in sorted((meeting.one, meeting.other), key=len, reverse=True):
-            lines = edges_of(wrapping.mesh, film)
-            if lines and wrapping.close[lines[0]].mean() > NEARLY:
-                winding = walls.winding(places[lines[0]], wrapping.edge)
+            lines = boundary_loops(wrapping.mesh, film)
+            if lines and wrapping.near_data[lines[0]].mean() > NEARLY:
+                winding = homology.winding(places[lines[0]], wrapping.edge)
                 if winding is not None and independent(self.windings, winding):
                     return winding, [winding, -winding]
         return None
 
-    def note(self, winding: Indices, films: list[Indices]) -> None:
-        """Write down a handle between films."""
+    def add(self, winding: Indices, films: list[Indices]) -> None:
+        """Add a handle between films."""
         self.windings.append(winding)
         groups = {self._group(film) for film in films} - {-1}
         new = [film for film in films if film.any() and self._group(film) == -1]
         merged = [one for k in sorted(groups) for one in self._groups[k]] + new
         self._groups = [group for k, group in enumerate(self._groups) if k not in groups] + [merged]
 
-    def _group(self, total: Indices) -> int:
-        """Return which films joined before those with such edges are, -1 for others."""
-        if total.any():
+    def _group(self, boundary: Indices) -> int:
+        """Return the index of the group of joined films with such a boundary, -1 for none."""
+        if boundary.any():
             for k, group in enumerate(self._groups):
-                if tuple(total.tolist()) in _sums(group):
+                if tuple(boundary.tolist()) in _subset_sums(group):
                     return k
         return -1
 
 
-def _total(wrapping: Wrapping, walls: Walls, film: Indices) -> Indices | None:
-    """Return how all edges of a film together run around the data's tunnels, None when they do not tell.
+def _boundary_class(wrapping: Wrapping, homology: TunnelHomology, film: Indices) -> Indices | None:
+    """Return the homology class of the whole boundary of a film, None when it is undetermined.
 
-    The film is widened until its edges are near data: in the middle of a tunnel they are as near to all its sides.
+    The film is widened until its boundary is near data; in the middle of a tunnel it is equally far from all sides.
     """
     mesh = wrapping.mesh
     pairs = mesh.connectivity.edge_faces
     inside = np.zeros(len(mesh.connectivity.face_sizes), bool)
     inside[film] = True
-    for _ in range(WIDENED):
-        lines = edges_of(mesh, np.flatnonzero(inside))
-        if lines and all(wrapping.close[line].mean() > NEARLY for line in lines):
-            windings = [walls.winding(mesh.vertices[line], wrapping.edge) for line in lines]
-            told = [winding for winding in windings if winding is not None]
-            if len(told) == len(windings):
-                return np.asarray(np.sum(told, axis=0))
+    for _ in range(WIDENINGS):
+        lines = boundary_loops(mesh, np.flatnonzero(inside))
+        if lines and all(wrapping.near_data[line].mean() > NEARLY for line in lines):
+            windings = [homology.winding(mesh.vertices[line], wrapping.edge) for line in lines]
+            known = [winding for winding in windings if winding is not None]
+            if len(known) == len(windings):
+                return np.asarray(np.sum(known, axis=0))
         inside[pairs[inside[pairs].any(axis=1)].ravel()] = True
     return None
 
 
-def _sums(group: list[Indices]) -> set[tuple[int, ...]]:
-    """Return the sums of some of the windings, of all or one of them where they are many."""
-    if len(group) > MANY:
+def _subset_sums(group: list[Indices]) -> set[tuple[int, ...]]:
+    """Return the sums of all subsets of classes; only of single ones and of all where there are many."""
+    if len(group) > MOST_SUMMED:
         return {tuple(one.tolist()) for one in [*group, np.sum(group, axis=0)]}
     out = {(0,) * len(group[0])} if group else set()
     for one in group:
@@ -209,8 +210,8 @@ def _sums(group: list[Indices]) -> set[tuple[int, ...]]:
     return out
 
 
-def edges_of(mesh: SimplexMesh, film: Indices) -> list[Indices]:
-    """Return the closed lines between a set of faces and the others, by their vertices in order, the longest first."""
+def boundary_loops(mesh: SimplexMesh, film: Indices) -> list[Indices]:
+    """Return the boundary loops of a set of faces by their vertices in order, the longest first."""
     c = mesh.connectivity
     inside = np.zeros(len(c.face_sizes), bool)
     inside[film] = True
@@ -230,7 +231,7 @@ def edges_of(mesh: SimplexMesh, film: Indices) -> list[Indices]:
 
 
 def closest_faces(mesh: SimplexMesh, one: Indices, other: Indices) -> tuple[int, int]:
-    """Return the two faces, one of each set, whose centroids are closest."""
+    """Return the faces of two sets, one of each, with the closest centroids."""
     c = mesh.connectivity
     middles = face_centroids(mesh.vertices, c.face_vertices, c.face_offsets)
     apart = np.linalg.norm(middles[one][:, None] - middles[other][None], axis=2)
@@ -238,13 +239,13 @@ def closest_faces(mesh: SimplexMesh, one: Indices, other: Indices) -> tuple[int,
     return int(one[i]), int(other[j])
 
 
-def all_but_edge(mesh: SimplexMesh, film: Indices, part: Indices) -> Indices:
-    """Return a film without the faces along its edge, to be opened as one, or a part of it when it has several edges.
+def without_boundary(mesh: SimplexMesh, film: Indices, part: Indices) -> Indices:
+    """Return a film without the faces along its boundary or, if it has several boundary loops, `part`.
 
-    What is left of a film around an opening retracts slowly.
+    Opening nearly all of a film at once saves time, as remnants around an opening retract slowly.
     """
     c = mesh.connectivity
-    if len(edges_of(mesh, film)) > 1:
+    if len(boundary_loops(mesh, film)) > 1:
         return part
     inside = np.zeros(len(c.face_sizes), bool)
     inside[film] = True
@@ -253,6 +254,6 @@ def all_but_edge(mesh: SimplexMesh, film: Indices, part: Indices) -> Indices:
     inner[pairs[inside[pairs].sum(axis=1) == 1].ravel()] = False
     if not inner.any():
         return part
-    piece = max(connected(c, inner), key=np.count_nonzero)
+    piece = max(face_components(c, inner), key=np.count_nonzero)
     piece = without_islands(c, piece, int(np.count_nonzero(~piece)) // 2)
-    return part if np.count_nonzero(piece & ~inside) > LOOSE else np.flatnonzero(piece)
+    return part if np.count_nonzero(piece & ~inside) > MOST_ENCLOSED else np.flatnonzero(piece)

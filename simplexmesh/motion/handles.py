@@ -1,4 +1,4 @@
-"""Handles: pairs of holes that lie across from each other, joined into a tunnel or a bridge (T4)."""
+"""Handles: pairs of opposite holes are joined into a tunnel or a bridge (T4)."""
 
 from __future__ import annotations
 
@@ -23,33 +23,33 @@ from simplexmesh.motion.targets.protocol import target_gaps
 Array = NDArray[np.float64]
 
 LEAST_ON_DATA = 0.5
-"""Holes far apart are joined where at least so much of the tube between them lies on the data."""
+"""Fraction of the tube between distant holes that must lie on the data for them to be joined."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class HandleProposal:
-    """Two faces that may be joined, and what became of them.
+    """Two faces measured_pair for joining, and the decision.
 
     Attributes
     ----------
     faces : tuple of two int
-        On the mesh given; -1 for a tunnel of the data that was not found.
+        On the given mesh; -1 for a tunnel of the data that was not found.
     centers : (2, 3) array of float
-        The centroids of their vertices.
+        Centroids of their vertices.
     radii : (2,) array of float
         Mean distance of their vertices from the centroid.
     distance : float
         Between the centers, in the unit of the mesh.
     angle : float
-        Between the planes, in radians: 0 when parallel and facing opposite ways, pi when they face the same way.
+        Between their normals, in radians: 0 when they are opposite, pi when they are the same.
     on_data : float or None
-        How much of the tube between them lies on the data, 0 to 1; None without a target.
+        Fraction of the tube between them that lies on the data, 0 to 1; None without a target.
     accepted : bool
         Whether they were joined.
     reason : str
-        Why not; empty when they were.
+        Reason for refusal; empty if accepted.
     winding : (2 g,) array of int or None
-        How the edge of the film ran around the loops of data that knows its tunnels, see `motion.walls`.
+        Homology class of the outline of the film, where that of the data is known; see `motion.tunnel_homology`.
     """
 
     faces: tuple[int, int]
@@ -64,7 +64,7 @@ class HandleProposal:
 
     @property
     def difference(self) -> float:
-        """By how much the smaller diameter is less than the larger one, 0 to 1."""
+        """Relative difference of the diameters, 0 to 1."""
         return 1.0 - float(self.radii.min() / max(self.radii.max(), np.finfo(float).tiny))
 
     def __repr__(self) -> str:
@@ -80,7 +80,7 @@ class Handled(Edited):
     Attributes
     ----------
     proposals : tuple of HandleProposal
-        The pairs looked at, the closest first, each with whether it was joined or why not.
+        The pairs considered, closest first, each accepted or with a reason for refusal.
     """
 
     proposals: tuple[HandleProposal, ...]
@@ -96,32 +96,33 @@ def add_handles(
     pairs: Iterable[Sequence[int]] | None = None,
     accept: Callable[[HandleProposal], Any] | None = None,
 ) -> Handled:
-    """Join pairs of holes that lie across from each other (T4): within one component, the genus rises by one for each.
+    """Join pairs of opposite holes (T4); within one component, each raises the genus by one.
 
-    Candidates are all pairs of holes whose centers are close, whose diameters are similar and whose planes are nearly
-    parallel. The closest pair, against its radius, is joined first, and each hole once. With a target, holes farther
-    apart are joined too where the tube between them lies on the data.
+    Candidates are all pairs of holes with close centers, similar diameters and nearly parallel planes. They are joined
+    in order of distance relative to radius, each hole at most once. With a target, distant holes are joined too if the
+    tube between them lies on the data.
 
     Parameters
     ----------
     mesh : SimplexMesh
     target : Target, optional
-        The data, to tell tunnels that are deep from holes that have nothing to do with each other.
+        The data, to distinguish deep tunnels from unrelated holes.
     distance : float
-        How far apart the centers may be, in mean radii.
+        Maximum distance of the centers, in mean radii.
     difference : float
-        By how much of the larger diameter the smaller one may be less.
+        Maximum relative difference of the diameters.
     angle : float
-        How far from parallel the planes may be, in radians.
+        Maximum angle between the planes, in radians.
     pairs : iterable of pairs of int, optional
-        The faces to join, holes or not, in place of the candidates; only what the operator forbids is refused then.
+        The faces to join instead, holes or not; they are refused only where T4 is impossible.
     accept : callable, optional
-        Asked about each pair that fulfills the conditions; those it answers with False are not joined.
+        Called with each proposal that meets the conditions; returns True to accept, False or a text with the reason to
+        refuse.
 
     Returns
     -------
     Handled
-        The mesh, where everything went, and the proposals, with reasons for those refused.
+        The mesh, with vertex and face maps, and the proposals.
 
     Raises
     ------
@@ -156,16 +157,16 @@ def add_handles(
         _check.number("angle", angle, 0.0, float(np.pi)),
     )
     if pairs is not None:
-        proposals = [proposed(mesh, a, b, target) for a, b in _given(mesh, pairs)]
+        proposals = [measured_pair(mesh, a, b, target) for a, b in _checked_pairs(mesh, pairs)]
     else:
         holes = np.flatnonzero(mesh.connectivity.face_is_hole).tolist()
-        found = [proposed(mesh, a, b, target) for a, b in combinations(holes, 2)]
-        proposals = [judged(proposal, *limits) for proposal in sorted(found, key=_farness)]
+        found = [measured_pair(mesh, a, b, target) for a, b in combinations(holes, 2)]
+        proposals = [checked(proposal, *limits) for proposal in sorted(found, key=_relative_distance)]
     return _joined(mesh, proposals, accept)
 
 
-def _given(mesh: SimplexMesh, pairs: Iterable[Sequence[int]]) -> list[list[int]]:
-    """Return the user's pairs, checked."""
+def _checked_pairs(mesh: SimplexMesh, pairs: Iterable[Sequence[int]]) -> list[list[int]]:
+    """Return the user's pairs of faces, checked."""
     try:
         listed = list(pairs)
     except TypeError:
@@ -182,12 +183,12 @@ def _given(mesh: SimplexMesh, pairs: Iterable[Sequence[int]]) -> list[list[int]]
     return out
 
 
-def _farness(proposal: HandleProposal) -> float:
+def _relative_distance(proposal: HandleProposal) -> float:
     return proposal.distance / max(float(proposal.radii.mean()), np.finfo(float).tiny)
 
 
 def rim_frame(mesh: SimplexMesh, face: int) -> tuple[Array, Array, Array]:
-    """Return the vertices of a face in order (k, 3), their centroid, and the unit normal of their plane.
+    """Return the vertices of a face in order (k, 3), their centroid, and the unit normal of the face.
 
     Examples
     --------
@@ -203,8 +204,8 @@ def rim_frame(mesh: SimplexMesh, face: int) -> tuple[Array, Array, Array]:
     return rim, center, normalized(cross(rim - center, np.roll(rim, -1, axis=0) - center).sum(axis=0))
 
 
-def proposed(mesh: SimplexMesh, a: int, b: int, target: Target | None) -> HandleProposal:
-    """Return the measures of a pair of faces."""
+def measured_pair(mesh: SimplexMesh, a: int, b: int, target: Target | None) -> HandleProposal:
+    """Return the proposal of a pair of faces, with its measurements."""
     frames = [rim_frame(mesh, face) for face in (a, b)]
     centers = np.array([frame[1] for frame in frames])
     radii = np.array([norm(frame[0] - frame[1]).mean() for frame in frames])
@@ -215,13 +216,14 @@ def proposed(mesh: SimplexMesh, a: int, b: int, target: Target | None) -> Handle
 
 
 def _on_data(target: Target, one: Any, other: Any, radius: float) -> float:
-    """Return how much of the straight tube between two rims has data within half a radius along its normals."""
+    """Return the fraction of the straight tube between two rims with data within half a radius along its normals."""
     (rim, center, normal), (far_rim, far_center, _) = one, other
-    near = _spread(rim)
-    far = _spread(far_rim)[::-1]
-    turn = min(range(len(far)), key=lambda k: float(norm(np.roll(far, k, axis=0) - near).sum()))
-    far = np.roll(far, turn, axis=0)
-    inward = -1.0 if dot(far_center - center, normal) < 0 else 1.0  # a tunnel is seen from its axis, a bridge from afar
+    near = _resampled(rim)
+    far = _resampled(far_rim)[::-1]
+    shift = min(range(len(far)), key=lambda k: float(norm(np.roll(far, k, axis=0) - near).sum()))
+    far = np.roll(far, shift, axis=0)
+    # the normals of a tunnel point to its axis, those of a bridge away from it
+    inward = -1.0 if dot(far_center - center, normal) < 0 else 1.0
     seen = []
     for part in (0.25, 0.5, 0.75):
         ring = (1 - part) * near + part * far
@@ -232,17 +234,17 @@ def _on_data(target: Target, one: Any, other: Any, radius: float) -> float:
     return float(np.isfinite(np.concatenate(seen)).mean())
 
 
-def _spread(rim: Array, count: int = 32) -> Array:
-    """Return so many points at equal steps along a closed line."""
+def _resampled(rim: Array, count: int = 32) -> Array:
+    """Return points at equal steps along a closed line."""
     closed = np.concatenate([rim, rim[:1]])
     length = np.concatenate([[0.0], np.cumsum(norm(np.diff(closed, axis=0)))])
     places = np.linspace(0.0, length[-1], count, endpoint=False)
     return np.stack([np.interp(places, length, closed[:, k]) for k in range(3)], axis=1)
 
 
-def judged(proposal: HandleProposal, distance: float, difference: float, angle: float) -> HandleProposal:
-    """Return the proposal with the first condition it fails, if any."""
-    far = _farness(proposal)
+def checked(proposal: HandleProposal, distance: float, difference: float, angle: float) -> HandleProposal:
+    """Return the proposal, refused with the first condition that it fails, if any."""
+    far = _relative_distance(proposal)
     if far > distance and not (proposal.on_data is not None and proposal.on_data >= LEAST_ON_DATA):
         reason = f"centers are {far:.3g} mean radii apart"
         return replace(
@@ -258,7 +260,7 @@ def judged(proposal: HandleProposal, distance: float, difference: float, angle: 
 def _joined(
     mesh: SimplexMesh, proposals: Sequence[HandleProposal], accept: Callable[[HandleProposal], Any] | None
 ) -> Handled:
-    """Join what may be, in order, and tell why the others are not."""
+    """Join the pairs that are not refused, in order, and return the decisions."""
     edit = EditableMesh(mesh)
     partner: dict[int, int] = {}
     out = []
@@ -274,7 +276,7 @@ def _joined(
                 edit.join(a, b)
                 partner.update({a: b, b: a})
             except TopologyError as error:
-                reason = str(error).partition(": ")[2]
+                reason = str(error).partition(": ")[2] or str(error)
         out.append(replace(proposal, accepted=not reason, reason=reason))
     done = edit.result()
     return Handled(done.mesh, done.vertex_map, done.face_map, tuple(out))

@@ -1,4 +1,4 @@
-"""Holes where there is no data: zones of faces far from it are cut off, along contours around them."""
+"""Holes where there is no data: zones of faces far from it are cut off along contours."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.evolve import mean_edge
 from simplexmesh.motion.state import Target
 from simplexmesh.motion.targets.protocol import target_gaps
-from simplexmesh.motion.zones import connected, cuttable, with_holes_beside, without_islands
+from simplexmesh.motion.zones import cuttable, face_components, with_holes_beside, without_islands
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -28,24 +28,24 @@ Mask = NDArray[np.bool_]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class HoleProposal:
-    """A zone of the mesh that may be cut off, and what became of it.
+    """A zone of the mesh proposed for cutting off, and the decision.
 
     Attributes
     ----------
     faces : (m,) array of int
-        The faces of the zone, on the mesh given; holes that it takes in are not among them.
+        The faces of the zone on the given mesh, without holes it contains.
     vertices : (k,) array of int
         Their vertices.
     contours : tuple of Contour
-        The lines around it, longest first, the zone on their left; none when no valid ones were found.
+        Its outlines, longest first, the zone on their left; none if no valid ones exist.
     area : float
-        Of the faces, in squared units.
+        Area of the faces, in squared units.
     mean_distance : float
-        Of the vertices that see data along their normals, however far; NaN when none does.
+        Mean distance to data along the normals, at any distance; NaN if no vertex has data along its normal.
     accepted : bool
-        Whether it was cut off.
+        Whether the zone was cut off.
     reason : str
-        Why it was not; empty when it was.
+        Reason for refusal; empty if accepted.
 
     Examples
     --------
@@ -67,7 +67,7 @@ class HoleProposal:
 
     @property
     def contour(self) -> Contour | None:
-        """The longest line around the zone, None without any."""
+        """The longest outline of the zone, None without any."""
         return self.contours[0] if self.contours else None
 
     def __repr__(self) -> str:
@@ -82,7 +82,7 @@ class Opened(Edited):
     Attributes
     ----------
     proposals : tuple of HoleProposal
-        The zones found or given, largest area first, each with whether it was cut off or why not.
+        The zones found or given, largest area first, each accepted or with a reason for refusal.
     """
 
     proposals: tuple[HoleProposal, ...]
@@ -97,37 +97,36 @@ def open_holes(
     zones: Iterable[ArrayLike] | None = None,
     accept: Callable[[HoleProposal], Any] | None = None,
 ) -> Opened:
-    """Cut off the zones of a mesh that are far from the data (T3), leaving holes with a contour around each.
+    """Cut off the zones of a mesh that are far from the data (T3), leaving holes.
 
-    A zone is a connected set of faces all of whose vertices have no data along their normals within `distance`. Beside
-    a hole it widens the hole. Its outline is shifted by a face here and there, so that it is a contour that can be cut;
-    groups of fewer than `fewest` faces that it encloses go with it.
+    A zone is a connected set of faces whose vertices all lack data along their normals within `distance`. Next to a
+    hole, it enlarges the hole. Its outline is adjusted by a few faces to make a contour that can be cut, and groups of
+    fewer than `fewest` faces that it encloses are included.
 
     Parameters
     ----------
     mesh : SimplexMesh
     target : Target, optional
-        The data; may be left out when `zones` are given.
+        The data; optional when `zones` are given.
     distance : float, optional
-        In the mesh's unit; default: twice the mean length of the edges.
+        In the mesh's unit. Default: twice the mean edge length.
     fewest : int
-        Smaller zones, in faces, stay.
+        Minimum number of faces of a zone.
     zones : iterable of arrays of int or of bool, optional
-        The faces of each zone, by number or as a mask of all faces with holes, in place of those found.
+        Zones to cut off instead: faces by index, or masks of all faces, holes included.
     accept : callable, optional
-        Asked about each zone; those it answers with False stay, and so do those it answers with a text: the reason.
-        It must answer with one of these or True.
+        Called with each proposal; returns True to accept, False or a text with the reason to refuse.
 
     Returns
     -------
     Opened
-        The mesh, where everything went, and the proposals, with reasons for those refused.
+        The mesh, with vertex and face maps, and the proposals.
 
     Raises
     ------
     ValueError, TypeError
-        For a target without `gap`, neither target nor zones, faces out of range, holes or in two zones, or an answer of
-        `accept` that is neither.
+        For a target without `gap`, neither target nor zones, faces out of range, holes or in two zones, or an invalid
+        answer of `accept`.
 
     References
     ----------
@@ -145,7 +144,7 @@ def open_holes(
     if not isinstance(mesh, SimplexMesh):
         raise TypeError(f"mesh must be a SimplexMesh, not {type(mesh).__name__}")
     if target is None and zones is None:
-        raise TypeError("open_holes needs a target, or zones")
+        raise TypeError("open_holes needs a target or zones")
     if target is not None and not callable(getattr(target, "gap", None)):
         raise TypeError(f"target must have a method gap(vertices, normals, reach), not {type(target).__name__}")
     if accept is not None and not callable(accept):
@@ -163,11 +162,11 @@ def open_holes(
     areas = face_areas(mesh.vertices, mesh.connectivity.face_vertices, mesh.connectivity.face_offsets)
     proposals = [_proposed(mesh, zone, away, areas, fewest) for zone in found]
     proposals.sort(key=lambda proposal: -proposal.area)
-    return _opened(mesh, [_decided(proposal, accept) for proposal in proposals])
+    return _opened(mesh, [_with_decision(proposal, accept) for proposal in proposals])
 
 
 def unseen(mesh: SimplexMesh, target: Target, distance: float) -> Mask:
-    """Return (n,) whether a vertex has no data along its normal within a distance, or none anywhere so near."""
+    """Return the mask (n,) of vertices without data within a distance, along the normal or at all."""
     gaps = target_gaps(target, np.array(mesh.vertices), np.array(mesh.normals), distance)
     beyond = getattr(target, "beyond", None)
     lost = ~(np.abs(gaps) <= distance)
@@ -175,16 +174,16 @@ def unseen(mesh: SimplexMesh, target: Target, distance: float) -> Mask:
 
 
 def zones_far(mesh: SimplexMesh, far: Mask) -> list[Mask]:
-    """Return the connected sets of faces whose vertices all are far, as masks; holes beside them belong to them."""
+    """Return the connected sets of faces whose vertices are all far, as masks that include adjacent holes."""
     c = mesh.connectivity
     near = np.zeros(len(c.face_sizes), bool)
     near[c.face[~far].ravel()] = True
-    whole = connected(c, ~near | c.face_is_hole)
+    whole = face_components(c, ~near | c.face_is_hole)
     return [zone for zone in whole if (zone & ~c.face_is_hole).any()]
 
 
 def _given_zones(mesh: SimplexMesh, zones: Iterable[ArrayLike]) -> list[Mask]:
-    """Return the user's zones as masks, holes beside them taken in, each in one piece or more."""
+    """Return the connected components of the user's zones as masks that include adjacent holes, checked."""
     c = mesh.connectivity
     taken = np.zeros(len(c.face_sizes), bool)
     out: list[Mask] = []
@@ -203,17 +202,17 @@ def _given_zones(mesh: SimplexMesh, zones: Iterable[ArrayLike]) -> list[Mask]:
         taken[numbers] = True
         zone = np.zeros(len(taken), bool)
         zone[numbers] = True
-        out += connected(c, with_holes_beside(c, zone))
+        out += face_components(c, with_holes_beside(c, zone))
     return [zone for zone in out if (zone & ~c.face_is_hole).any()]
 
 
 def _distances(mesh: SimplexMesh, target: Target) -> Array:
-    """Return (n,) how far the data is along the normals, either way and however far."""
+    """Return (n,) the distances to the data along the normals, at any distance."""
     return np.abs(target_gaps(target, np.array(mesh.vertices), np.array(mesh.normals), np.inf))
 
 
 def _proposed(mesh: SimplexMesh, zone: Mask, away: Array, areas: Array, fewest: int) -> HoleProposal:
-    """Return the proposal of a zone, with the contours it would be cut along, or why it cannot be."""
+    """Return the proposal of a zone, with the contours to cut along or the reason why it cannot be cut off."""
     c = mesh.connectivity
     size = int(np.count_nonzero(zone & ~c.face_is_hole))
     reason = f"{size} faces, fewer than {fewest}" if size < fewest else ""
@@ -235,7 +234,7 @@ def _proposed(mesh: SimplexMesh, zone: Mask, away: Array, areas: Array, fewest: 
     return HoleProposal(_check.frozen(faces), _check.frozen(vertices), lines, area, mean, reason=reason)
 
 
-def _decided(proposal: HoleProposal, accept: Callable[[HoleProposal], Any] | None) -> HoleProposal:
+def _with_decision(proposal: HoleProposal, accept: Callable[[HoleProposal], Any] | None) -> HoleProposal:
     if proposal.reason:
         return proposal
     reason = "" if accept is None else refusal(accept(proposal))
@@ -243,7 +242,7 @@ def _decided(proposal: HoleProposal, accept: Callable[[HoleProposal], Any] | Non
 
 
 def refusal(answer: Any) -> str:
-    """Return why a proposal is refused, as the user's function answered; nothing when it is accepted.
+    """Return the reason for refusal from the answer of the user's function; empty if accepted.
 
     Examples
     --------
@@ -258,7 +257,7 @@ def refusal(answer: Any) -> str:
 
 
 def _opened(mesh: SimplexMesh, proposals: Sequence[HoleProposal]) -> Opened:
-    """Cut along the contours of what was accepted, all together, and drop what comes off."""
+    """Cut along the contours of all accepted zones together, and discard what is cut off."""
     c = mesh.connectivity
     gone = np.zeros(len(c.face_sizes), bool)
     for proposal in proposals:
@@ -275,11 +274,11 @@ def _opened(mesh: SimplexMesh, proposals: Sequence[HoleProposal]) -> Opened:
         edit.cut(line.darts, holes=True)
     after = edit.result()
     kept = [piece for piece in parts(after.mesh) if (piece.face_map[after.face_map[off]] < 0).all()]
-    return Opened(*_assembled(kept, after.face_map), tuple(proposals))
+    return Opened(*_joined_pieces(kept, after.face_map), tuple(proposals))
 
 
-def _assembled(kept: Sequence[Edited], face_map: NDArray[np.int32]) -> tuple[SimplexMesh, Any, Any]:
-    """Return the pieces as one mesh, and where vertices and faces went."""
+def _joined_pieces(kept: Sequence[Edited], face_map: NDArray[np.int32]) -> tuple[SimplexMesh, Any, Any]:
+    """Return the pieces as one mesh, with vertex and face maps."""
     if len(kept) == 1:
         return kept[0].mesh, kept[0].vertex_map, _check.frozen(kept[0].face_map[face_map])
     whole = together(*(piece.mesh for piece in kept))

@@ -1,4 +1,4 @@
-"""Which way open data looks, when a closed start comes to it from outside."""
+"""Orientation of open data whose start encloses it."""
 
 from __future__ import annotations
 
@@ -21,25 +21,30 @@ from simplexmesh.motion.targets.borders import border_of_points
 Array = NDArray[np.float64]
 
 CELLS = 64
+"""Grid cells along the longest side of the bounding box."""
+
 MOST_POINTS = 60_000
+"""Points used to orient normals on the grid."""
+
 NEIGHBORS = 10
+
 STRAIGHT = 0.05
+"""Magnitude of `sense` below which data is too flat to have an outer side."""
 
 
 def turned_outward(subject: Subject, *, enclosed: bool = True) -> Subject:
-    """Return the subject with normals that look away from the middle of its border, as a sphere around it sees them.
+    """Return the subject with normals that point away from the centroid of its border.
 
-    A mesh that comes from outside must not be drawn to the inner side of a shell. Points without normals get some:
-    those of the planes through their neighbors, turned alike from point to point where the data has a border, so that
-    together they bound a body where it has none. A start that does not enclose them is on them already, and finds more
-    of them where their sides are not told.
-    Volumes and closed surfaces know their outside and stay as they are.
+    A mesh that encloses the data must not be attracted to the inner side of a shell. Points without normals get those
+    of local planes, with signs propagated from point to point if the data has a border, else so that they bound a body.
+    For a start that does not enclose them they stay without, as it is close to them and finds more points from either
+    side. Volumes and closed surfaces have an outside and are returned unchanged.
 
     Parameters
     ----------
     subject : Subject
     enclosed : bool
-        Whether the start comes from outside, all around: points without normals need them then.
+        Whether the start encloses the data; points without normals then need them.
 
     Returns
     -------
@@ -59,18 +64,18 @@ def turned_outward(subject: Subject, *, enclosed: bool = True) -> Subject:
     if cloud.normals is None and not enclosed:
         return subject
     border = border_of_points(cloud.points)
-    middle = border.points.mean(axis=0) if len(border.points) else cloud.points.mean(axis=0)
+    center = border.points.mean(axis=0) if len(border.points) else cloud.points.mean(axis=0)
     normals = cloud.normals
     if normals is None:
         found = planes(cloud.points).normals
-        normals = alike(cloud.points, found, middle) if len(border.points) else _bounding(cloud.points, found)
-    if sense(cloud.points, normals, middle) < -STRAIGHT:
+        normals = propagated(cloud.points, found, center) if len(border.points) else _bounding(cloud.points, found)
+    if sense(cloud.points, normals, center) < -STRAIGHT:
         normals = -normals
     return PointsSubject(PointCloud(cloud.points, normals), subject.components)
 
 
-def sense(points: Array, normals: Array, middle: Any) -> float:
-    """Return -1 to 1: whether normals look away from a middle (positive) or towards it, in the mean over the area.
+def sense(points: Array, normals: Array, center: Any) -> float:
+    """Return the weighted mean cosine, -1 to 1, between normals and the directions away from a center.
 
     Examples
     --------
@@ -79,22 +84,22 @@ def sense(points: Array, normals: Array, middle: Any) -> float:
     >>> round(sense(ball.vertices, -ball.normals, np.zeros(3)), 2)
     -1.0
     """
-    away = points - middle
+    away = points - center
     whole = float((norm(away) * norm(normals)).sum())
     return float(dot(away, normals).sum()) / max(whole, 1e-300)
 
 
-def alike(points: Array, normals: Array, middle: Array) -> Array:
-    """Return normals turned so that neighbors look alike, each piece as a whole away from a middle.
+def propagated(points: Array, normals: Array, center: Array) -> Array:
+    """Return normals with consistent signs between neighbors, each component pointing away from a center on average.
 
-    Signs spread from point to point over the minimum spanning tree of the turns between neighbors. Unlike a body to be
-    bounded, that holds for thin sheets.
+    Signs are propagated along the minimum spanning tree of the angles between neighboring normals. Unlike the bounding
+    of a body, this works for thin sheets.
 
     Parameters
     ----------
     points, normals : (n, 3) array of float
         Unit normals of either sign.
-    middle : (3,) array of float
+    center : (3,) array of float
 
     References
     ----------
@@ -106,7 +111,7 @@ def alike(points: Array, normals: Array, middle: Array) -> Array:
     >>> import simplexmesh as sm
     >>> ball = sm.sphere(8)
     >>> mixed = ball.normals * np.random.default_rng(0).choice([-1, 1], ball.n_vertices)[:, None]
-    >>> bool(np.allclose(alike(ball.vertices, mixed, np.zeros(3)), ball.normals))
+    >>> bool(np.allclose(propagated(ball.vertices, mixed, np.zeros(3)), ball.normals))
     True
     """
     n, k = len(points), min(NEIGHBORS, len(points) - 1)
@@ -122,12 +127,12 @@ def alike(points: Array, normals: Array, middle: Array) -> Array:
         for row in order[1:].tolist():
             if out[row] @ out[before[row]] < 0:
                 out[row] *= -1
-    away = np.bincount(piece, dot(out, points - middle), minlength=count)
+    away = np.bincount(piece, dot(out, points - center), minlength=count)
     return np.where(away[piece, None] < 0, -out, out)
 
 
 def _bounding(points: Array, normals: Array) -> Array:
-    """Return normals turned so that together they bound a body."""
+    """Return normals with signs such that together they bound a body."""
     some = points
     if len(points) > MOST_POINTS:
         some = points[np.random.default_rng(0).choice(len(points), MOST_POINTS, replace=False)]

@@ -16,8 +16,8 @@ from simplexmesh.motion.distance import Distance, Summary
 from simplexmesh.motion.fit import Fit
 from simplexmesh.motion.initial.report import StartReport
 from simplexmesh.motion.initialization import Initialization, given_start, initialized
-from simplexmesh.motion.left_out import noted, unopened
 from simplexmesh.motion.measure import measured
+from simplexmesh.motion.missing_topology import open_data_message, with_missing_tunnels
 from simplexmesh.motion.plan import Choice, TopologyRecord, plan_for
 from simplexmesh.motion.progress import Report, reporting
 from simplexmesh.motion.rim_unfold import unfolded_rims
@@ -253,9 +253,9 @@ def _with_warnings(model: Reconstruction, initial: Initialization) -> tuple[Reco
     messages = []
     if not model.interrupted:
         if initial.plan.holes == "auto":
-            messages.append(unopened(initial.subject, model.mesh))
+            messages.append(open_data_message(initial.subject, model.mesh))
         if initial.samples is not None:
-            handles, lack = noted(initial.samples, model.topology.handles, model.mesh)
+            handles, lack = with_missing_tunnels(initial.samples, model.topology.handles, model.mesh)
             model = replace(model, topology=replace(model.topology, handles=handles))
             messages.append(lack)
     if model.tangled:

@@ -1,4 +1,4 @@
-"""Several scans of one object as one cloud of points in the world's frame."""
+"""Scans of one object, merged to one point cloud in world coordinates."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ Array = NDArray[np.float64]
 
 
 def are_scans(data: Any) -> bool:
-    """Return whether data is a list of scans: paths, clouds, surfaces, or arrays of points (n, 3) or (n, 6).
+    """Return whether data is a sequence of scans: paths, point clouds, surfaces, or arrays (n, 3) or (n, 6).
 
-    A pair whose second array holds whole numbers is vertices and faces, not two scans, if the first array does not, or,
-    in a tuple, if they number its rows.
+    A pair of arrays of which only the second is of integers is vertices and faces, not two scans; so is, as a tuple, a
+    pair of integer arrays of which the second are valid indices into the first.
 
     Examples
     --------
@@ -44,19 +44,19 @@ def _are_faces(numbers: NDArray[Any], of: NDArray[Any], *, pair: bool) -> bool:
 
 
 def joined_scans(scans: Sequence[Any], poses: Any = None) -> PointCloud:
-    """Return several scans as one cloud in the world's frame.
+    """Return several scans as one point cloud in world coordinates.
 
     Parameters
     ----------
     scans : sequence of paths, point clouds, triangle meshes or arrays (n, 3) or (n, 6)
     poses : path, mapping or sequence, optional
-        A file of poses, a mapping from a scan's file name (with or without suffix) to its T_world_scan (4, 4), or one
-        such matrix per scan, in order.
+        A file of poses, a mapping from file names of scans (with or without suffix) to T_world_scan (4, 4), or one such
+        matrix per scan, in order.
 
     Returns
     -------
     PointCloud
-        With normals when every scan has them.
+        With normals if every scan has them.
     """
     clouds = []
     for place, scan in enumerate(scans):
@@ -88,7 +88,7 @@ def _pose(table: Any, scan: Any, place: int) -> Array:
         for name in (path.name, path.stem):
             if name in table:
                 return rigid(f"poses[{name!r}]", table[name])
-        raise ValueError(f"poses must hold one for {path.name}; it names {', '.join(map(str, table))}")
+        raise ValueError(f"poses must have an entry for {path.name}; it has {', '.join(map(str, table))}")
     if place >= len(table):
         raise ValueError(f"poses must be one per scan; there are {len(table)} for scan number {place + 1}")
     return rigid(f"poses[{place}]", table[place])

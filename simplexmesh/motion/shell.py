@@ -1,7 +1,7 @@
-"""How many tunnels points show: balls around them bound a body whose genus stays the same while they grow.
+"""The topology of a surface known by points: the genus that persists over a range of offset radii.
 
-Small balls leave gaps, large ones close tunnels. In between the genus does not change, and the surface of that body,
-drawn in to the points, tells where each tunnel is.
+The union of balls around the points has gaps for small radii, and its tunnels close for large ones. In between its
+genus is constant. Its boundary, an offset surface, shows the place of each tunnel once it is projected to the points.
 """
 
 from __future__ import annotations
@@ -24,45 +24,45 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 CELLS = 96
-"""Cells of the grid along the longest side of the points, at most."""
+"""Maximum number of grid cells along the longest side of the bounding box."""
 
 LARGEST, GROWTH = 0.2, 1.09
-"""The largest radius against that side, and how much larger each is than the one before."""
+"""The largest radius relative to that side, and the ratio of consecutive radii."""
 
 STEADY = 3
-"""The genus is believed that stays the same for so many radii in a row."""
+"""Number of consecutive radii with the same genus for it to be accepted."""
 
-SMALLEST, SOON, LATE = 0.6, 2.0, 3.0
-"""In distances between neighbors: the first radius, that from which on the genus must be steady, and the last."""
+SMALLEST, LATEST_START, LAST = 0.6, 2.0, 3.0
+"""In distances between neighbors: the first radius, the largest at which a steady genus may begin, and the last."""
 
-CLOSED = 0.03
-"""A wall has just closed when the hollow it encloses grows by this share of the body."""
+CLOSURE = 0.03
+"""A wall has just closed when the enclosed volume increases by this fraction of the body."""
 
-HIDDEN = 0.1
-"""Balls larger than that, against the longest side, tell nothing of tunnels when they show none."""
+MOST_FOR_NONE = 0.1
+"""Radius, relative to the longest side, above which genus 0 is no evidence against tunnels."""
 
 NEIGHBORS, MOST_POINTS, TRIANGLES = 6, 20_000, 12_000
-ONTO, THROUGH = 3, 10
-"""Steps on to planes through the points, then through the points themselves."""
+PROJECTIONS, INTERPOLATIONS = 3, 10
+"""Iterations of projection to local planes, and of interpolation of the points themselves."""
 
 FEW = 600
-"""So few points are exact: the surface goes through them."""
+"""Up to so many points are taken to be exact: the surface interpolates them."""
 
 
 @dataclass(frozen=True, eq=False)
 class Shell:
-    """The closed surface that points lie on, of the topology they show.
+    """A closed surface through points, with the topology that they show.
 
     Attributes
     ----------
     radius : float
-        Of the balls, in the unit of the points: gaps between points are narrower than twice that, tunnels wider.
+        Of the balls, in the unit of the points; gaps between points are narrower than twice that, tunnels wider.
     genus : int
-        How many tunnels there are.
+        Number of tunnels.
     vertices : (v, 3) array of float
-        Near the points.
-    around : (v, 3) array of float
-        Where they were before they were drawn in: as far from the points as the radius, the surface free of folds.
+        Positions on the surface of the points.
+    offset_vertices : (v, 3) array of float
+        Positions on the offset surface, at the radius from the points, which is free of folds.
     faces : (t, 3) array of int
         Counter-clockwise seen from outside.
     """
@@ -70,14 +70,14 @@ class Shell:
     radius: float
     genus: int
     vertices: Array
-    around: Array
+    offset_vertices: Array
     faces: Indices
 
 
 def shell_of(points: Array) -> Shell | None:
-    """Return the closed surface around points, None when no genus is steady: gaps are as wide as tunnels.
+    """Return a closed surface through points, None when no genus is steady, as gaps are as wide as tunnels.
 
-    All balls that are large enough show none: that says something only of small ones.
+    Genus 0 is accepted at small radii only, as large balls close all tunnels.
 
     Examples
     --------
@@ -98,19 +98,19 @@ def shell_of(points: Array) -> Shell | None:
         return None
     margin = int(LARGEST * longest / cell) + 3
     away = _distances(points, cell, margin)
-    radii = _radii(max(SMALLEST * spacing, 1.2 * cell), min(LARGEST * longest, LATE * spacing))
+    radii = _radii(max(SMALLEST * spacing, 1.2 * cell), min(LARGEST * longest, LAST * spacing))
     found = _steady(radii, lambda radius: _body(away, radius))
-    if found is None or found[0] > SOON * spacing:
+    if found is None or found[0] > LATEST_START * spacing:
         return None
     radius, genus = found
-    if genus == 0 and radius > HIDDEN * longest:  # so large balls close tunnels, too
+    if genus == 0 and radius > MOST_FOR_NONE * longest:  # balls this large close tunnels, too
         return None
-    corners, faces = isosurface(radius - away, _body(away, radius)[0])
-    corners, faces = decimated(points.min(axis=0) + cell * (corners - margin), faces, TRIANGLES)
-    onto = _drawn_in(corners, points, tree)
+    vertices, faces = isosurface(radius - away, _body(away, radius)[0])
+    vertices, faces = decimated(points.min(axis=0) + cell * (vertices - margin), faces, TRIANGLES)
+    projected = _projected(vertices, points, tree)
     if len(points) <= FEW:
-        onto = through(onto, faces, points)
-    return Shell(radius, genus, onto, corners, faces)
+        projected = interpolating(projected, faces, points)
+    return Shell(radius, genus, projected, vertices, faces)
 
 
 def _radii(first: float, last: float) -> Array:
@@ -119,35 +119,36 @@ def _radii(first: float, last: float) -> Array:
 
 
 def _steady(radii: Array, body: Callable[[float], tuple[NDArray[np.bool_], int]]) -> tuple[float, int] | None:
-    """Return the first radius whose genus the next ones keep, and that genus.
+    """Return the first radius from which on the genus is steady, and that genus; None without any.
 
-    A gap in the wall looks like a tunnel, and may stay for some radii: none is believed before the wall has closed.
+    A gap in the wall counts as a tunnel and may persist for some radii, so a genus found before the wall closes is
+    rejected.
     """
-    start, same, before, hollow = 0.0, 0, -1, 0
+    start, same, before, cavity = 0.0, 0, -1, 0
     found = None
     for radius in radii.tolist():
         solid, enclosed = body(radius)
         genus = 1 - euler(solid)
-        if enclosed - hollow >= CLOSED * np.count_nonzero(solid):
+        if enclosed - cavity >= CLOSURE * np.count_nonzero(solid):
             found, before = None, -1
         start, same = (start, same + 1) if genus == before else (radius, 1)
         if same == STEADY and found is None:
             found = start, genus
-        before, hollow = genus, enclosed
+        before, cavity = genus, enclosed
     return found
 
 
 def _body(away: NDArray[np.float32], radius: float) -> tuple[NDArray[np.bool_], int]:
-    """Return the largest piece of what is within a radius of points with what it encloses, and how much that is."""
+    """Return the largest piece of the union of balls with its cavities filled, and the number of cells in these."""
     wall = pieces(away < radius)[0]
     solid = without_cavities(wall)
     return solid, int(np.count_nonzero(solid) - np.count_nonzero(wall))
 
 
 def _distances(points: Array, cell: float, margin: int) -> NDArray[np.float32]:
-    """Return how far the cells of a grid are from the points, within a fraction of a cell.
+    """Return the distances of grid cells to the points, exact to a fraction of a cell.
 
-    Each cell with points in it stands for their mean.
+    The points in a cell are replaced by their mean.
     """
     low = points.min(axis=0)
     shape = np.ceil(np.ptp(points, axis=0) / cell).astype(int) + 2 * margin + 1
@@ -167,40 +168,40 @@ def _distances(points: Array, cell: float, margin: int) -> NDArray[np.float32]:
     return np.asarray(np.sqrt(square))
 
 
-def _drawn_in(places: Array, points: Array, tree: cKDTree) -> Array:
-    """Return places near points on the planes through these, blended by how near they are."""
+def _projected(vertices: Array, points: Array, tree: cKDTree) -> Array:
+    """Return vertices projected to the local planes of the points, blended by distance."""
     normals = planes(points).normals
-    for _ in range(ONTO):
-        far, near = tree.query(places, k=min(NEIGHBORS, len(points)))
+    for _ in range(PROJECTIONS):
+        far, near = tree.query(vertices, k=min(NEIGHBORS, len(points)))
         weight = np.exp(-2 * (far / np.maximum(far.mean(axis=1, keepdims=True), 1e-300)) ** 2)
-        height = np.einsum("nki,nki->nk", places[:, None] - points[near], normals[near])
+        height = np.einsum("nki,nki->nk", vertices[:, None] - points[near], normals[near])
         step = np.einsum("nk,nk,nki->ni", weight, height, normals[near]) / weight.sum(axis=1)[:, None]
-        places = places - step
-    return places
+        vertices = vertices - step
+    return vertices
 
 
-def through(corners: Array, faces: Indices, points: Array) -> Array:
-    """Return the corners of a surface moved so that it goes through points near it.
+def interpolating(vertices: Array, faces: Indices, points: Array) -> Array:
+    """Return the vertices of a surface moved so that it interpolates nearby points.
 
     Parameters
     ----------
-    corners, faces : (v, 3) array of float, (t, 3) array of int
+    vertices, faces : (v, 3) array of float, (t, 3) array of int
     points : (n, 3) array of float
-        Fewer than corners.
+        Fewer than vertices.
 
     Examples
     --------
     >>> import simplexmesh as sm
     >>> ball = sm.sphere(16).triangulated()
     >>> points = 1.02 * sm.sphere(5).vertices
-    >>> through(ball.vertices, ball.faces, points).std(axis=0).round(2).tolist()
+    >>> interpolating(ball.vertices, ball.faces, points).std(axis=0).round(2).tolist()
     [0.59, 0.59, 0.59]
     """
-    for _ in range(THROUGH):
-        normals = TriangleMesh(corners, faces).vertex_normals
-        foot = cKDTree(corners).query(points)[1]
-        rise = np.einsum("ni,ni->n", points - corners[foot], normals[foot])
-        far, near = cKDTree(corners[foot]).query(corners, k=min(4, len(points)))
+    for _ in range(INTERPOLATIONS):
+        normals = TriangleMesh(vertices, faces).vertex_normals
+        foot = cKDTree(vertices).query(points)[1]
+        rise = np.einsum("ni,ni->n", points - vertices[foot], normals[foot])
+        far, near = cKDTree(vertices[foot]).query(vertices, k=min(4, len(points)))
         weight = 1 / (far**2 + 1e-6 * (far**2).mean())
-        corners = corners + ((weight * rise[near]).sum(axis=1) / weight.sum(axis=1))[:, None] * normals
-    return corners
+        vertices = vertices + ((weight * rise[near]).sum(axis=1) / weight.sum(axis=1))[:, None] * normals
+    return vertices

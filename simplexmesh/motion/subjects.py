@@ -1,4 +1,4 @@
-"""What is to be reconstructed, made ready: a target to move to, points on its surface, and a start."""
+"""Adapters of data to be reconstructed: each provides a target, points on the surface, and a start."""
 
 from __future__ import annotations
 
@@ -16,34 +16,34 @@ from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.data.volume import Volume
 from simplexmesh.errors import TopologyError, warn
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
+from simplexmesh.motion.consistent_normals import with_consistent_normals
 from simplexmesh.motion.crossings import outer_crossings
 from simplexmesh.motion.initial.indicator import Indicator
 from simplexmesh.motion.initial.start import Start
 from simplexmesh.motion.scans import are_scans, joined_scans
-from simplexmesh.motion.sound_normals import with_sound_normals
 from simplexmesh.motion.state import Target
 from simplexmesh.motion.threshold import otsu_threshold
 
 Array = NDArray[np.float64]
 
 MOST_POINTS = 200_000
-"""Distances from the data to the mesh are taken from at most so many points."""
+"""Maximum number of points for distances from the data to the mesh."""
 
 MOST_LEFT_OUT = 0.1
-"""Smaller pieces of a volume that make up more of its surface are worth a word."""
+"""Fraction of the surface on omitted components above which a warning is given."""
 
 
 class Subject(Protocol):
-    """Data made ready for reconstruction.
+    """Data adapted for reconstruction.
 
     Attributes
     ----------
     resolution : float
-        The distance between neighbouring samples, in the data's unit.
+        Distance between neighboring samples, in the data's unit.
     encloses : bool
-        Whether the data may hold surfaces inside the one wanted.
+        Whether there may be other surfaces inside the one wanted.
     components : {"largest", "all"}
-        Which pieces are wanted.
+        Which components are wanted.
     """
 
     resolution: float
@@ -52,7 +52,7 @@ class Subject(Protocol):
 
     @property
     def target(self) -> Target:
-        """What the mesh is drawn to."""
+        """The target that attracts the mesh."""
 
     @property
     def points(self) -> Array:
@@ -63,11 +63,11 @@ class Subject(Protocol):
         """(3,) the mean of the data's normals, or None when it has none or they cancel."""
 
     def start(self, vertices: int, tunnels: float | None) -> Start:
-        """Return a mesh of about so many vertices, of the right topology and near the data."""
+        """Return a start near the data, with its topology and about this number of vertices."""
 
 
 class VolumeSubject:
-    """A level of a volume."""
+    """An isosurface of a volume."""
 
     encloses = True
     facing = None
@@ -88,8 +88,8 @@ class VolumeSubject:
 
     @cached_property
     def points(self) -> Array:
-        """(m, 3) where grid lines leave the object."""
-        return _wanted(self.volume, self.level, 1.0 if self.inside == "above" else -1.0, self.components)
+        """(m, 3) points where grid lines leave the object."""
+        return _outer_points(self.volume, self.level, 1.0 if self.inside == "above" else -1.0, self.components)
 
     def start(self, vertices: int, tunnels: float | None) -> Start:
         """Return the dual of a coarse isosurface."""
@@ -103,8 +103,8 @@ class VolumeSubject:
         return start_from_volume(dark, -self.level, None, vertices, components=self.components, tunnels=tunnels)
 
 
-def _wanted(volume: Volume, level: float, sign: float, components: str) -> Array:
-    """Return points on the pieces wanted, with a word when much lies on others."""
+def _outer_points(volume: Volume, level: float, sign: float, components: str) -> Array:
+    """Return points on the components wanted, with a warning if many are on others."""
     points = outer_crossings(volume, level, sign=sign)
     if components == "all":
         return points
@@ -134,14 +134,14 @@ class LabelSubject:
             label = regions[0]
         self.volume, self.components = volume, components
         self.label = _check.integer("label", label, -(2**31))
-        volume.mask(self.label)  # or it says why there is none
+        volume.mask(self.label)  # raises if there is none
         self.target: Target = LabelSurface(volume, self.label)
         self.resolution = float(np.min(volume.spacing))
 
     @cached_property
     def points(self) -> Array:
-        """(m, 3) the middles of the grid lines' steps between the region and its surroundings."""
-        return _wanted(self.volume.mask(self.label), 0.5, 1.0, self.components)
+        """(m, 3) midpoints between grid points of the region and of its surroundings."""
+        return _outer_points(self.volume.mask(self.label), 0.5, 1.0, self.components)
 
     def start(self, vertices: int, tunnels: float | None) -> Start:
         """Return the dual of a coarse isosurface of the smoothed region."""
@@ -151,19 +151,19 @@ class LabelSubject:
 
 
 class PointsSubject:
-    """A cloud of points, with or without normals."""
+    """A point cloud, with or without normals."""
 
     encloses = False
 
     def __init__(self, cloud: PointCloud, components: str) -> None:
-        self.cloud, self.components = with_sound_normals(cloud), components
+        self.cloud, self.components = with_consistent_normals(cloud), components
         self._indicator: Indicator | None = None
         extent = float(np.linalg.norm(np.ptp(cloud.points, axis=0)))
         self.resolution = extent / max(np.sqrt(len(cloud.points)), 1.0)
 
     @cached_property
     def target(self) -> Target:
-        """The surface behind the points; which side is out is known once a start was found."""
+        """The surface of the points, oriented once a start has been computed."""
         from simplexmesh.motion.targets.points import Points
 
         if self._indicator is None or self.cloud.normals is not None:
@@ -174,7 +174,7 @@ class PointsSubject:
 
     @property
     def facing(self) -> Array | None:
-        """(3,) the mean of the normals, or None when there are none."""
+        """(3,) the mean of the normals, or None without any."""
         return None if self.cloud.normals is None else np.asarray(self.cloud.normals.mean(axis=0))
 
     @property
@@ -200,13 +200,13 @@ class PointsSubject:
         if self.cloud.normals is not None and start.indicator is not None:
             inward = start.indicator.at(self.cloud.points)[1]
             if (inward * self.cloud.normals).sum() > 0:
-                warn("the points' normals look inwards and were turned")
+                warn("the points' normals point inwards and were flipped")
                 self.cloud = PointCloud(self.cloud.points, -self.cloud.normals)
         return start
 
 
 class TrianglesSubject:
-    """A triangulated surface, scanned or CAD."""
+    """A triangulated surface."""
 
     encloses = False
 
@@ -219,7 +219,7 @@ class TrianglesSubject:
 
     @cached_property
     def sampled(self) -> PointCloud:
-        """Even samples of the surface, with its normals; the same every time."""
+        """Even samples of the surface with normals, always the same."""
         return self.triangles.sampled(40_000, rng=0)
 
     @property
@@ -229,7 +229,7 @@ class TrianglesSubject:
 
     @property
     def points(self) -> Array:
-        """(m, 3) the vertices and even samples of the surface; vertices without faces are not on it."""
+        """(m, 3) the vertices used by faces, and even samples of the surface."""
         used = np.unique(self.triangles.faces)
         return np.concatenate([self.triangles.vertices[used], self.sampled.points])
 
@@ -241,8 +241,8 @@ class TrianglesSubject:
         known = self.triangles.topology
         if known.n_components == 1 and not known.n_borders and known.genus != start.report.genus and not tunnels:
             warn(
-                f"the surface has genus {known.genus}, the model has {start.report.genus}: handles are lost that are "
-                "finer than its start could see; more vertices may keep them"
+                f"the surface has genus {known.genus}, the model has {start.report.genus}: handles finer than the "
+                "resolution of its start are lost; more vertices may keep them"
             )
         return start
 
@@ -250,12 +250,12 @@ class TrianglesSubject:
 def as_subject(
     data: Any, *, level: float | None, label: int | None, inside: str, components: str, poses: Any = None
 ) -> Subject:
-    """Return the data made ready, whatever it came as: own types, arrays, pyvista, trimesh, a path, several scans.
+    """Return the adapter for data of any kind: own types, arrays, PyVista or trimesh objects, a path, or scans.
 
     Raises
     ------
     ValueError, TypeError, OSError
-        One sentence on what is wrong with the data or with the choice of level and label.
+        For invalid data, or a level or label that does not fit it.
     """
     if isinstance(data, list | tuple) and not data:
         raise ValueError("data must be at least one scan, not an empty list")

@@ -1,4 +1,4 @@
-"""A level that parts the values of a volume, when none is known."""
+"""Automatic choice of an isovalue."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 
 def otsu_threshold(values: NDArray[Any]) -> float:
-    """Return the level that splits a histogram of the values with the largest variance between the halves (Otsu 1979).
+    """Return the threshold of the largest between-class variance in a histogram of 256 bins (Otsu 1979).
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Folds and self-intersections undone where they are, the rest of the mesh left alone."""
+"""Removal of folds and self-intersections by local smoothing; the rest of the mesh is not moved."""
 
 from __future__ import annotations
 
@@ -13,44 +13,44 @@ from scipy.sparse.csgraph import connected_components
 
 from simplexmesh.errors import DivergedError
 from simplexmesh.mesh.check import misoriented
-from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.mesh.self_intersection import self_intersections
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.deform import DeformableModel
 from simplexmesh.motion.state import Target
+from simplexmesh.motion.zones import dilated
 
 Mask = NDArray[np.bool_]
 
 PATIENCE = 3
-"""So often tangles are smoothed before those that resist are taken back to the start, where there is one."""
+"""Attempts at smoothing before remaining tangles are moved back towards the start, if there is one."""
 
-RETURNS, SPARED = 4, 2
-"""How often what was smoothed is let back to the data, and rings around what that would tangle again left out."""
+REFITS, SPARED = 4, 2
+"""Attempts at fitting what was smoothed to the data again, and rings around new tangles that are excluded."""
 
 
 @dataclass(frozen=True, eq=False)
 class Tangles:
-    """A mesh and where it is tangled.
+    """A mesh and its tangled vertices.
 
     Attributes
     ----------
     mesh : SimplexMesh
     pairs : (m, 2) array of int
-        The faces that cross; a face whose own triangles do is paired with itself.
+        Pairs of faces that intersect; a face whose own triangles do is paired with itself.
     vertices : (n,) array of bool
-        Whether a vertex is turned against its faces, or on a face that is folded or crosses.
+        Whether a vertex is inverted, or on a face that is folded or intersects.
     """
 
     mesh: SimplexMesh
 
     @cached_property
     def pairs(self) -> NDArray[np.int64]:
-        """(m, 2) the faces that cross."""
+        """(m, 2) pairs of faces that intersect."""
         return self_intersections(self.mesh.vertices, self.mesh.connectivity)
 
     @cached_property
     def vertices(self) -> Mask:
-        """(n,) whether a vertex is tangled."""
+        """(n,) mask of the tangled vertices."""
         crossing = np.zeros(len(self.mesh.connectivity.face_sizes), bool)
         crossing[self.pairs.ravel()] = True
         return np.asarray(folded_vertices(self.mesh) | crossing[self.mesh.connectivity.vertex_faces].any(axis=1))
@@ -61,26 +61,27 @@ class Tangles:
         return int(self.vertices.sum())
 
     def improved(self, moved: SimplexMesh, free: Mask) -> Tangles:
-        """Return this mesh with those of its free places as in `moved` where fewer vertices are tangled then.
+        """Return the mesh with positions from `moved` in the regions of `free` where that leaves fewer tangles.
 
         Parameters
         ----------
         moved : SimplexMesh
-            The same mesh elsewhere.
+            The same mesh at other positions.
         free : (n,) array of bool
+            The vertices that may take these.
         """
-        other = self._with(moved, free)
-        place = self._places(other, free | other.vertices)
-        fewer = (np.bincount(place, other.vertices) < np.bincount(place, self.vertices))[place]
-        mixed = other if fewer[free].all() else self._with(moved, free & fewer)
+        other = self.with_positions(moved, free)
+        region = self.regions(other, free | other.vertices)
+        better = (np.bincount(region, other.vertices) < np.bincount(region, self.vertices))[region]
+        mixed = other if better[free].all() else self.with_positions(moved, free & better)
         return mixed if mixed.count < self.count else self
 
-    def _with(self, moved: SimplexMesh, free: Mask) -> Tangles:
-        """Return this mesh with some vertices as in another."""
+    def with_positions(self, moved: SimplexMesh, free: Mask) -> Tangles:
+        """Return the mesh with the positions of some vertices from another."""
         return Tangles(self.mesh.moved(np.where(free[:, None], moved.vertices, self.mesh.vertices)))
 
-    def _places(self, other: Tangles, marked: Mask) -> NDArray[np.int32]:
-        """Return (n,) a number for each place: marked vertices joined by edges, or by a crossing now or then."""
+    def regions(self, other: Tangles, marked: Mask) -> NDArray[np.int32]:
+        """Return (n,) labels of regions: marked vertices connected by edges or by an intersection in either mesh."""
         c = self.mesh.connectivity
         edges = c.edge_vertices[marked[c.edge_vertices].all(axis=1)]
         first = c.face_vertices[c.face_offsets[:-1]]
@@ -90,7 +91,7 @@ class Tangles:
 
 
 def tangled_vertices(mesh: SimplexMesh) -> Mask:
-    """Return (n,) whether a vertex is turned against its faces, or on a face that is folded or meets another face.
+    """Return the mask (n,) of the vertices that are inverted, or on a face that is folded or intersects another.
 
     Examples
     --------
@@ -102,7 +103,7 @@ def tangled_vertices(mesh: SimplexMesh) -> Mask:
 
 
 def folded_vertices(mesh: SimplexMesh) -> Mask:
-    """Return (n,) whether a vertex is turned or on a folded face: most tangles begin so, and it is found much sooner.
+    """Return the mask (n,) of the vertices inverted or on folded faces: a fast test that finds most tangles.
 
     Examples
     --------
@@ -114,63 +115,55 @@ def folded_vertices(mesh: SimplexMesh) -> Mask:
     return np.asarray(inverted | folded[mesh.connectivity.vertex_faces].any(axis=1))
 
 
-def grown(marked: Mask, connectivity: Connectivity, rings: int) -> Mask:
-    """Return the marked vertices and all within so many edges of one."""
-    for _ in range(rings):
-        marked = np.asarray(marked | marked[connectivity.neighbors].any(axis=1))
-    return marked
-
-
 def untangled(
     mesh: SimplexMesh, target: Target, *, reach: float, start: SimplexMesh | None = None, rounds: int = 10
 ) -> tuple[SimplexMesh, int]:
-    """Return the mesh with its folds and self-intersections smoothed away, and how many vertices are still tangled.
+    """Return the mesh with folds and self-intersections removed, and the number of vertices still tangled.
 
-    Tangled vertices and their surroundings, wider in every round, first relax without data under orientation
-    continuity, then return to the data under a mean-curvature constraint, stiffer in every round. All other vertices
-    stay, and so do places where that helps nothing. Those that resist are taken back, in part and with their
-    surroundings, to where they were at the start. In the end all that was moved returns to the data, suppler, where
-    that tangles nothing again.
+    Tangled vertices and their neighborhoods, larger in every round, first relax without data under orientation
+    continuity, then are fitted again under a mean-curvature constraint, stiffer in every round. A region keeps its old
+    positions where that does not help. Remaining tangles are blended with the positions at the start. In the end all
+    moved vertices are fitted to the data again, less stiffly, where that tangles nothing.
 
     Parameters
     ----------
     mesh : SimplexMesh
     target : Target
     reach : float
-        How far the data is looked for.
+        Search distance for data, in its unit.
     start : SimplexMesh, optional
-        The same mesh before it moved, near the data and not tangled.
+        The same mesh at untangled positions near the data.
     rounds : int
-        How often to try.
+        Maximum number of attempts.
 
     Returns
     -------
     mesh : SimplexMesh
-        The best found.
+        The least tangled mesh found.
     remaining : int
-        Number of its tangled vertices.
+        Number of its tangled vertices, 0 on success.
     """
     tangles = _smoothed(Tangles(mesh), target, reach, range(min(PATIENCE, rounds)))
-    tangles = _taken_back(tangles, start)
+    tangles = _blended_with_start(tangles, start)
     if rounds > PATIENCE and tangles.count:
-        tangles = _taken_back(_smoothed(tangles, target, reach, range(PATIENCE, rounds)), start)
+        tangles = _blended_with_start(_smoothed(tangles, target, reach, range(PATIENCE, rounds)), start)
     if tangles.mesh is not mesh:
-        tangles = _returned(tangles, mesh, target, reach)
+        tangles = _refitted(tangles, mesh, target, reach)
     return tangles.mesh, tangles.count
 
 
 def _smoothed(tangles: Tangles, target: Target, reach: float, attempts: Iterable[int]) -> Tangles:
-    """Return the mesh with its tangled places relaxed without data, then back on it, stiffer with each attempt."""
+    """Return the mesh with its tangled regions relaxed without data, then fitted again, stiffer with each attempt."""
     for attempt in attempts:
         if not tangles.count:
             break
-        marked = grown(tangles.vertices, tangles.mesh.connectivity, 2 + attempt)
+        marked = dilated(tangles.vertices, tangles.mesh.neighbors, 2 + attempt)
         free = marked.astype(float)
         relaxing = DeformableModel(tangles.mesh, alpha=0.5 * free, damping=1.0, constraint="orientation")
         try:
             for _ in relaxing.run(5 + 5 * attempt):
                 pass
-            returning = DeformableModel(
+            refitting = DeformableModel(
                 relaxing.mesh,
                 target,
                 alpha=0.4 * free,
@@ -180,21 +173,21 @@ def _smoothed(tangles: Tangles, target: Target, reach: float, attempts: Iterable
                 rigidity=3 + attempt,
                 seeking=0.2 / (1 + attempt),
             )
-            for _ in returning.run(20):
+            for _ in refitting.run(20):
                 pass
-        except DivergedError:  # a mesh too coarse for its topology has no smooth shape: the best so far stays
+        except DivergedError:  # a mesh too coarse for its topology has no smooth shape: keep the best so far
             break
-        tangles = tangles.improved(returning.mesh, marked)
+        tangles = tangles.improved(refitting.mesh, marked)
     return tangles
 
 
-def _taken_back(tangles: Tangles, start: SimplexMesh | None) -> Tangles:
-    """Return the mesh with its tangled places drawn back to the start, wider each time, where that helps."""
+def _blended_with_start(tangles: Tangles, start: SimplexMesh | None) -> Tangles:
+    """Return the mesh with its tangled regions blended with the start, larger each time, where that helps."""
     for rings in range(2, 9):
         if start is None or not tangles.count:
             break
         mesh = tangles.mesh
-        share = grown(tangles.vertices, mesh.connectivity, rings).astype(float)
+        share = dilated(tangles.vertices, mesh.neighbors, rings).astype(float)
         for _ in range(rings):
             share = 0.25 * (share + share[mesh.neighbors].sum(axis=1))
         back = mesh.moved(mesh.vertices + share[:, None] * (start.vertices - mesh.vertices))
@@ -202,11 +195,11 @@ def _taken_back(tangles: Tangles, start: SimplexMesh | None) -> Tangles:
     return tangles
 
 
-def _returned(tangles: Tangles, before: SimplexMesh, target: Target, reach: float) -> Tangles:
-    """Return the mesh with the places that have moved since before let back to the data, less what that tangles."""
-    c = tangles.mesh.connectivity
-    marked = grown((tangles.mesh.vertices != before.vertices).any(axis=1), c, 1)
-    for _ in range(RETURNS):
+def _refitted(tangles: Tangles, before: SimplexMesh, target: Target, reach: float) -> Tangles:
+    """Return the mesh with the vertices moved since `before` fitted to the data again, except where that tangles."""
+    neighbors = tangles.mesh.neighbors
+    marked = dilated((tangles.mesh.vertices != before.vertices).any(axis=1), neighbors, 1)
+    for _ in range(REFITS):
         free = marked.astype(float)
         model = DeformableModel(tangles.mesh, target, alpha=0.4 * free, beta=0.4 * free, damping=1.0, reach=reach)
         try:
@@ -214,13 +207,13 @@ def _returned(tangles: Tangles, before: SimplexMesh, target: Target, reach: floa
                 pass
         except DivergedError:
             break
-        there = tangles._with(model.mesh, marked)
-        place = tangles._places(there, marked | there.vertices)
-        more = (np.bincount(place, there.vertices) > np.bincount(place, tangles.vertices))[place]
-        back = tangles._with(model.mesh, marked & ~more) if more.any() else there
+        refitted = tangles.with_positions(model.mesh, marked)
+        region = tangles.regions(refitted, marked | refitted.vertices)
+        worse = (np.bincount(region, refitted.vertices) > np.bincount(region, tangles.vertices))[region]
+        back = tangles.with_positions(model.mesh, marked & ~worse) if worse.any() else refitted
         if back.count <= tangles.count:
             tangles = back
-        marked = marked & more & ~grown(there.vertices, c, SPARED)
+        marked = marked & worse & ~dilated(refitted.vertices, neighbors, SPARED)
         if not marked.any():
             break
     return tangles

@@ -1,4 +1,4 @@
-"""Sets of faces: their connected pieces, and outlines that can be cut along."""
+"""Sets of faces and vertices: connected components, dilation, and zones whose outlines can be cut along."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from simplexmesh.mesh.connectivity import Connectivity
 Mask = NDArray[np.bool_]
 
 MOST_ROUNDS = 20
-"""Rounds in which the outline of a zone may be shifted both ways; after them it only grows."""
+"""Rounds in which a zone may gain and lose faces; after them it only grows."""
 
 
-def connected(connectivity: Connectivity, zone: Mask) -> list[Mask]:
-    """Return the pieces of a set of faces that hang together by edges, as masks (f,).
+def face_components(connectivity: Connectivity, zone: Mask) -> list[Mask]:
+    """Return the edge-connected components of a set of faces, as masks (f,).
 
     Examples
     --------
     >>> import simplexmesh as sm
     >>> tube = sm.cylinder(9, 4)
-    >>> [int(piece.sum()) for piece in connected(tube.connectivity, tube.connectivity.face_is_hole)]
+    >>> [int(piece.sum()) for piece in face_components(tube.connectivity, tube.connectivity.face_is_hole)]
     [1, 1]
     """
     between = connectivity.edge_faces
@@ -33,17 +33,31 @@ def connected(connectivity: Connectivity, zone: Mask) -> list[Mask]:
     return [np.asarray((label == name) & zone) for name in np.unique(label[zone])]
 
 
+def dilated(marked: Mask, neighbors: NDArray[np.int32], rings: int) -> Mask:
+    """Return the mask (n,) of the marked vertices and those within `rings` edges of one.
+
+    Examples
+    --------
+    >>> import simplexmesh as sm
+    >>> int(dilated(np.arange(320) == 0, sm.sphere(4).neighbors, 2).sum())
+    10
+    """
+    for _ in range(rings):
+        marked = marked | marked[neighbors].any(axis=1)
+    return marked
+
+
 def without_islands(connectivity: Connectivity, zone: Mask, fewest: int) -> Mask:
-    """Return the zone with the pieces of the rest added that have fewer than so many faces, holes not counted."""
+    """Return the zone together with the components of its complement of fewer than `fewest` faces, without holes."""
     out = zone.copy()
-    for piece in connected(connectivity, ~zone):
+    for piece in face_components(connectivity, ~zone):
         if np.count_nonzero(piece & ~connectivity.face_is_hole) < fewest:
             out |= piece
     return out
 
 
 def with_holes_beside(connectivity: Connectivity, zone: Mask) -> Mask:
-    """Return the zone with just those holes that share an edge with a face of it."""
+    """Return the zone with exactly the holes that share an edge with one of its faces."""
     faces = zone & ~connectivity.face_is_hole
     beside = np.zeros(len(zone), bool)
     one, other = connectivity.edge_faces.T
@@ -52,10 +66,10 @@ def with_holes_beside(connectivity: Connectivity, zone: Mask) -> Mask:
 
 
 def cuttable(connectivity: Connectivity, zone: Mask) -> Mask | None:
-    """Return a zone as similar as can be whose outlines can all be cut along (T3), or None when there is none.
+    """Return a similar zone whose outlines can all be cut along (T3), or None when there is none.
 
-    Where an outline comes beside itself outside of the zone, faces are taken in; where it does so inside, the zone
-    being one face wide there, faces are given up. Holes beside the zone belong to it.
+    Faces are added where the outside of the zone is one face wide, and removed where the zone is. Holes beside the zone
+    belong to it.
 
     Examples
     --------
@@ -69,14 +83,14 @@ def cuttable(connectivity: Connectivity, zone: Mask) -> Mask | None:
     >>> cuttable(c, zone) is None
     True
     """
-    fixed = _shifted(connectivity, zone, giving_up=True)
+    fixed = _adjusted(connectivity, zone, may_shrink=True)
     if fixed is None and np.count_nonzero(zone & ~connectivity.face_is_hole) >= 3:
-        fixed = _shifted(connectivity, zone, giving_up=False)
+        fixed = _adjusted(connectivity, zone, may_shrink=False)
     return fixed
 
 
-def _shifted(connectivity: Connectivity, zone: Mask, *, giving_up: bool) -> Mask | None:
-    """Return a zone that can be cut off, by taking faces in and, for so many rounds, giving some up."""
+def _adjusted(connectivity: Connectivity, zone: Mask, *, may_shrink: bool) -> Mask | None:
+    """Return a zone that can be cut off, by adding faces and, for `MOST_ROUNDS` rounds, removing some."""
     solid = ~connectivity.face_is_hole
     for attempt in range(MOST_ROUNDS + len(zone)):
         zone = with_holes_beside(connectivity, zone)
@@ -87,7 +101,7 @@ def _shifted(connectivity: Connectivity, zone: Mask, *, giving_up: bool) -> Mask
             return zone
         if outside.any():
             zone = zone | outside
-        elif giving_up and attempt < MOST_ROUNDS:
+        elif may_shrink and attempt < MOST_ROUNDS:
             zone = zone & ~(inside & solid)
         else:
             zone = zone | _around(connectivity, zone)
@@ -95,7 +109,7 @@ def _shifted(connectivity: Connectivity, zone: Mask, *, giving_up: bool) -> Mask
 
 
 def _around(connectivity: Connectivity, zone: Mask) -> Mask:
-    """Return the faces that lie beside two or more of a zone, or all beside it where there are none."""
+    """Return the faces adjacent to two or more of a zone or, if there are none, all adjacent to it."""
     pairs = connectivity.edge_faces
     count = np.zeros(len(zone), np.int64)
     for mine, other in ((0, 1), (1, 0)):
@@ -106,10 +120,10 @@ def _around(connectivity: Connectivity, zone: Mask) -> Mask:
 
 
 def _narrow(connectivity: Connectivity, zone: Mask) -> tuple[Mask, Mask]:
-    """Return the faces in the zone, and those outside of it, where an outline could not be cut along.
+    """Return the faces inside and outside the zone where an outline cannot be cut along.
 
-    Faces that an outline comes to twice on one side, and all on a side where it has less than three. An edge between
-    two vertices of an outline that is not part of it makes one or the other.
+    These are faces that an outline visits twice, and all faces on a side where it has fewer than three. An edge between
+    two vertices of an outline that is not part of it causes one or the other.
     """
     twin, face = connectivity.twin.reshape(-1), connectivity.face.reshape(-1)
     border = np.flatnonzero(zone[face] & ~zone[face[twin]])

@@ -1,4 +1,4 @@
-"""Whether the normals of points can be believed."""
+"""A consistency check of the normals of point clouds."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from simplexmesh.data.points import PointCloud
 from simplexmesh.errors import warn
 
 LEAST_AGREEMENT = 0.75
-"""Normals of which fewer agree with those of their neighbors say nothing about inside and outside."""
+"""Fraction of neighbors with normals within 90 degrees, up to which normals do not tell inside from outside."""
 
 
-def with_sound_normals(cloud: PointCloud) -> PointCloud:
-    """Return the cloud, without its normals where those of neighboring points contradict each other."""
+def with_consistent_normals(cloud: PointCloud) -> PointCloud:
+    """Return the cloud, without normals and with a warning if those of neighboring points contradict each other."""
     if cloud.normals is None:
         return cloud
     some = np.linspace(0, len(cloud.points) - 1, min(len(cloud.points), 2000)).astype(int)

@@ -1,4 +1,4 @@
-"""What closed triangles say about their tunnels: whether a line near them runs around one."""
+"""Homology classes of closed lines near a triangulated surface, which tell whether they run around its tunnels."""
 
 from __future__ import annotations
 
@@ -16,37 +16,37 @@ from simplexmesh.mesh.loops import Loop, loops_of, measured
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-DETOUR = 12.0
-"""A line that runs along a surface is no more torn up on it than so, in edges."""
+MAX_STEP = 12.0
+"""In edges: consecutive points of a line along the surface project to vertices no farther apart on it."""
 
 MOST = 40_000_000
-"""Edges times loops of a basis that are kept in memory."""
+"""Maximum size of the table of a homology basis, edges times loops, that is kept in memory."""
 
 
-class Walls:
-    """A closed surface in one piece that tells how lines near it run around its handles and tunnels.
+class TunnelHomology:
+    """A basis of the first homology of a closed connected surface, and the classes of lines in it.
 
     Parameters
     ----------
     vertices : (v, 3) array of float
     faces : (t, 3) array of int
-        Closed, oriented, in one piece.
+        Closed, oriented and connected.
     places : (v, 3) array of float, optional
-        Where the tunnels are measured, when `vertices` are those of a surface some way around them.
+        Positions at which tunnels are measured, when `vertices` are those of an offset surface.
 
     Raises
     ------
     TopologyError
-        When the surface has a border, or triangles turned differently.
+        When the surface has a border or is not oriented consistently.
 
     Examples
     --------
     >>> import simplexmesh as sm
     >>> donut = sm.torus(48, 24, tube_radius=0.4).triangulated()
-    >>> walls = Walls(donut.vertices, donut.faces)
+    >>> homology = TunnelHomology(donut.vertices, donut.faces)
     >>> turn = np.linspace(0, 2 * np.pi, 30, endpoint=False)
     >>> ring = np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1)
-    >>> bool(walls.winding(0.6 * ring, 0.1).any()), bool(walls.winding(0.1 * ring + [0, 1.4, 0], 0.1).any())
+    >>> bool(homology.winding(0.6 * ring, 0.1).any()), bool(homology.winding(0.1 * ring + [0, 1.4, 0], 0.1).any())
     (True, False)
     """
 
@@ -61,57 +61,57 @@ class Walls:
         return cKDTree(self._cut.vertices[self._used])
 
     @cached_property
-    def _number(self) -> dict[tuple[int, int], tuple[int, int]]:
+    def _signed_edges(self) -> dict[tuple[int, int], tuple[int, int]]:
         out = {}
         for k, (a, b) in enumerate(self._cut.edges.tolist()):
             out[a, b], out[b, a] = (k, 1), (k, -1)
         return out
 
     def winding(self, line: Array, edge: float) -> Indices | None:
-        """Return how often a closed line near the surface runs along each loop of a basis.
+        """Return the homology class of a closed line near the surface: how often it runs along each loop of the basis.
 
         Parameters
         ----------
         line : (k, 3) array of float
-            In order.
+            Points in order.
         edge : float
-            How large the steps of the line are thought to be.
+            Length scale of the line, by which it is subdivided.
 
         Returns
         -------
         (2 g,) array of int or None
-            All 0 for a line that bounds a part of the surface; None for one that jumps from sheet to sheet.
+            All 0 for a line that bounds a part of the surface; None for one that jumps between sheets of it.
         """
-        limit = DETOUR * max(edge, self._edge)
-        nearest = self._used[self._tree.query(_dense(line, 0.5 * max(edge, self._edge)))[1]]
+        limit = MAX_STEP * max(edge, self._edge)
+        nearest = self._used[self._tree.query(_subdivided(line, 0.5 * max(edge, self._edge)))[1]]
         loop = nearest[nearest != np.roll(nearest, 1)]
         out = np.zeros(len(self._cut.generators), np.int64)
         for a, b in zip(loop.tolist(), np.roll(loop, -1).tolist(), strict=True):
-            way = self._way(a, b, limit)
-            if way is None:
+            path = self._path(a, b, limit)
+            if path is None:
                 return None
-            for step in way:
-                k, sign = self._number[step]
+            for step in path:
+                k, sign = self._signed_edges[step]
                 out += sign * self._cut.forms[k]
         return out
 
     @cached_property
     def tunnels(self) -> tuple[Loop, ...]:
-        """The shortest loops around the surface's own tunnels."""
+        """The shortest loops around the tunnels of the surface, by length."""
         found = [measured(self._places, loop.vertices) for loop in loops_of(self._cut)]
         return tuple(sorted(found, key=lambda loop: loop.length))
 
-    def along(self, loop: Indices) -> Indices:
-        """Return how often a closed way along edges, by its vertices, runs along each loop of the basis."""
+    def winding_of_path(self, loop: Indices) -> Indices:
+        """Return the homology class of a closed path of edges, given by its vertices."""
         out = np.zeros(len(self._cut.generators), np.int64)
         for step in zip(loop.tolist(), np.roll(loop, -1).tolist(), strict=True):
-            k, sign = self._number[step]
+            k, sign = self._signed_edges[step]
             out += sign * self._cut.forms[k]
         return out
 
-    def _way(self, a: int, b: int, limit: float) -> list[tuple[int, int]] | None:
-        """Return the steps of the shortest way between two vertices, None when it is longer than the limit."""
-        if (a, b) in self._number:
+    def _path(self, a: int, b: int, limit: float) -> list[tuple[int, int]] | None:
+        """Return the edges of the shortest path between two vertices, None when it is longer than the limit."""
+        if (a, b) in self._signed_edges:
             return [(a, b)]
         far, parent = dijkstra(self._cut.graph, indices=a, limit=limit, return_predecessors=True)
         if not np.isfinite(far[b]):
@@ -124,7 +124,7 @@ class Walls:
 
 
 def independent(known: list[Indices], other: Indices | None) -> bool:
-    """Tell whether a winding is no sum of those known.
+    """Return whether a homology class is linearly independent of those known.
 
     Examples
     --------
@@ -135,8 +135,8 @@ def independent(known: list[Indices], other: Indices | None) -> bool:
     return other is not None and bool(np.linalg.matrix_rank(np.array([*known, other])) > len(known))
 
 
-def _dense(points: Array, step: float) -> Array:
-    """Return points on a closed line at steps of no more than so much."""
+def _subdivided(points: Array, step: float) -> Array:
+    """Return points on a closed line, no farther than `step` apart."""
     parts = []
     for a, b in zip(points, np.roll(points, -1, axis=0), strict=True):
         part = np.arange(max(int(np.ceil(float(norm(b - a)) / step)), 1))[:, None]

@@ -1,4 +1,4 @@
-"""What a model lacks of its data's topology: tunnels, each with its place, its girth and why, and open borders."""
+"""Topology of the data that a model lacks, for warnings: tunnels with place, girth and reason, and open borders."""
 
 from __future__ import annotations
 
@@ -14,67 +14,69 @@ from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.evolve import mean_edge
 from simplexmesh.motion.handles import HandleProposal
 from simplexmesh.motion.subjects import Subject
-from simplexmesh.motion.walls import Walls, independent
+from simplexmesh.motion.tunnel_homology import TunnelHomology, independent
 from simplexmesh.motion.wrap import Samples
 
 EDGES_AROUND = 9.0
-"""Films fit through a tunnel with so many edges around it."""
+"""Number of edges around a tunnel from which on films fit through it."""
 
-MOST_TOLD = 4
+MOST_LISTED = 4
+"""Tunnels listed in a message; more are counted."""
 
 FAR, ASTRAY = 1.5, 0.01
-"""Vertices farther from data, in edges, are on none; a larger share of them is worth a word."""
+"""Distance, in edges, from which on a vertex is off the data, and the fraction of such vertices for a warning."""
 
 WIDE = 0.2
-"""In diagonals of the data: it is plainly open when a border of it is wider."""
+"""In diagonals of the data: data with a wider border is clearly open."""
 
 REFUSED = "its films met, but refused by accept"
-"""What the user refused without a word needs none."""
+"""Tunnels refused by the user without a reason are not reported."""
 
 
-def left_out(
-    walls: Walls, proposals: Sequence[HandleProposal], *, edge: float, vertices: int
+def missing_tunnels(
+    homology: TunnelHomology, proposals: Sequence[HandleProposal], *, edge: float, vertices: int
 ) -> tuple[HandleProposal, ...]:
-    """Return a refused proposal for each tunnel of a surface that none accepted runs through, the narrowest first.
+    """Return a refused proposal for each tunnel of a surface without an accepted handle, the narrowest first.
 
     Parameters
     ----------
-    walls : Walls
-        The surface.
+    homology : TunnelHomology
+        Of the surface.
     proposals : sequence of HandleProposal
-        What was looked at. A tunnel refused then is refused for the same reason.
+        The proposals made; a tunnel refused there keeps its reason.
     edge : float
         The mean length of the model's edges.
     vertices : int
-        How many the model has.
+        Number of vertices of the model.
 
     Returns
     -------
     tuple of HandleProposal
-        Faces are -1; both centers are that of the shortest loop around the tunnel, radii are its girth / 2 pi.
+        Faces are -1; both centers are that of the shortest loop around the tunnel, radii its girth / (2 pi).
 
     Examples
     --------
     >>> import simplexmesh as sm
     >>> donut = sm.torus(24, 12).triangulated()
-    >>> [proposal.reason for proposal in left_out(Walls(donut.vertices, donut.faces), (), edge=0.1, vertices=900)]
+    >>> homology = TunnelHomology(donut.vertices, donut.faces)
+    >>> [proposal.reason for proposal in missing_tunnels(homology, (), edge=0.1, vertices=900)]
     ['its films did not meet']
     """
     known = [x.winding for x in proposals if x.accepted and x.winding is not None]
     refused = [x for x in proposals if not x.accepted]
     out = []
-    for loop in reversed(walls.tunnels):
-        winding = walls.along(loop.vertices)
+    for loop in reversed(homology.tunnels):
+        winding = homology.winding_of_path(loop.vertices)
         if not independent(known, winding):
             continue
         known.append(winding)
         centers = _check.frozen(np.stack([loop.center, loop.center]))
         radii = _check.frozen(np.full(2, loop.length / (2 * np.pi)))
-        out.append(HandleProposal((-1, -1), centers, radii, 0.0, 0.0, reason=_why(loop, edge, vertices, refused)))
+        out.append(HandleProposal((-1, -1), centers, radii, 0.0, 0.0, reason=_reason(loop, edge, vertices, refused)))
     return tuple(out[::-1])
 
 
-def _why(loop: Loop, edge: float, n: int, refused: Sequence[HandleProposal]) -> str:
+def _reason(loop: Loop, edge: float, n: int, refused: Sequence[HandleProposal]) -> str:
     around = loop.length / edge
     if around < EDGES_AROUND:
         needed = n * (EDGES_AROUND / around) ** 2
@@ -90,55 +92,55 @@ def _why(loop: Loop, edge: float, n: int, refused: Sequence[HandleProposal]) -> 
     return "its films did not meet"
 
 
-def told(proposals: Sequence[HandleProposal]) -> str:
-    """Return a sentence on tunnels left out.
+def tunnel_list(proposals: Sequence[HandleProposal]) -> str:
+    """Return a clause that lists missing tunnels.
 
     Examples
     --------
     >>> loop = np.zeros((2, 3)), np.array([0.5, 0.5])
-    >>> told([HandleProposal((-1, -1), *loop, 0.0, 0.0, reason="its films did not meet")])
+    >>> tunnel_list([HandleProposal((-1, -1), *loop, 0.0, 0.0, reason="its films did not meet")])
     'left out: the tunnel of girth 3.14 at (0, 0, 0): its films did not meet'
     """
-    said = []
-    for proposal in proposals[:MOST_TOLD]:
+    message = []
+    for proposal in proposals[:MOST_LISTED]:
         place = ", ".join(f"{x:.3g}" for x in (proposal.centers[0] + 0.0).tolist())
-        said.append(f"the tunnel of girth {2 * np.pi * proposal.radii[0]:.3g} at ({place}): {proposal.reason}")
-    if len(proposals) > MOST_TOLD:
-        said.append(f"{len(proposals) - MOST_TOLD} more, in topology.handles")
-    return "left out: " + "; ".join(said)
+        message.append(f"the tunnel of girth {2 * np.pi * proposal.radii[0]:.3g} at ({place}): {proposal.reason}")
+    if len(proposals) > MOST_LISTED:
+        message.append(f"{len(proposals) - MOST_LISTED} more, in topology.handles")
+    return "left out: " + "; ".join(message)
 
 
-def noted(
+def with_missing_tunnels(
     samples: Samples, proposals: tuple[HandleProposal, ...], mesh: SimplexMesh
 ) -> tuple[tuple[HandleProposal, ...], str]:
-    """Return the proposals with those for tunnels left out, and a sentence on them, empty when there are none."""
-    if samples.genus and samples.walls is None:
-        return proposals, bound(samples, mesh)
+    """Return the proposals with those of missing tunnels added, and a message about these, empty without any."""
+    if samples.genus and samples.homology is None:
+        return proposals, knot_message(samples, mesh)
     missing: tuple[HandleProposal, ...] = ()
-    if samples.walls is not None:
-        missing = left_out(samples.walls, proposals, edge=mean_edge(mesh), vertices=mesh.n_vertices)
+    if samples.homology is not None:
+        missing = missing_tunnels(samples.homology, proposals, edge=mean_edge(mesh), vertices=mesh.n_vertices)
     if not missing and samples.genus in (None, mesh.genus):
         return proposals, ""
     if missing and all(proposal.reason == REFUSED for proposal in missing):
         return proposals, ""
-    why = told(missing) if missing else "more vertices may find the handles that are left out"
-    said = f"{samples.what} genus {samples.genus}, the model has {mesh.genus}; {why}; init='auto' may find more"
-    return (*proposals, *missing), said
+    why = tunnel_list(missing) if missing else "more vertices may find the handles that are left out"
+    message = f"{samples.what} genus {samples.genus}, the model has {mesh.genus}; {why}; init='auto' may find more"
+    return (*proposals, *missing), message
 
 
-def bound(samples: Samples, mesh: SimplexMesh) -> str:
-    """Return a sentence on a model of data whose tunnels nothing tells apart, empty when all of it lies on data.
+def knot_message(samples: Samples, mesh: SimplexMesh) -> str:
+    """Return a message about a model of data with indistinguishable tunnels, empty if all of it is on data.
 
-    Films cannot span the tunnel of a knot; those that hang between its strands bind them together.
+    Films cannot span the tunnel of a knot, and those between its strands connect them.
 
     Examples
     --------
     >>> import simplexmesh as sm
     >>> ring, ball = sm.torus(48, 24), sm.sphere(8)
     >>> knot = Samples(ring.vertices, ring.normals, oriented=True, genus=1)
-    >>> bound(knot, ring)
+    >>> knot_message(knot, ring)
     ''
-    >>> bound(knot, ball)[:40]
+    >>> knot_message(knot, ball)[:40]
     'the surface has genus 1, the model has 0'
     """
     away = cKDTree(samples.points).query(mesh.vertices)[0]
@@ -151,8 +153,8 @@ def bound(samples: Samples, mesh: SimplexMesh) -> str:
     )
 
 
-def unopened(subject: Subject, mesh: SimplexMesh) -> str:
-    """Return a sentence on a closed model of open data, empty when the data has no wide border or the model has holes.
+def open_data_message(subject: Subject, mesh: SimplexMesh) -> str:
+    """Return a message about a closed model of open data, empty if the data has no wide border or the model has holes.
 
     Examples
     --------
@@ -160,7 +162,7 @@ def unopened(subject: Subject, mesh: SimplexMesh) -> str:
     >>> from simplexmesh.motion.subjects import as_subject
     >>> whole = sm.sphere(16).vertices
     >>> half = as_subject(whole[whole[:, 2] > 0], level=None, label=None, inside="above", components="largest")
-    >>> unopened(half, sm.sphere(2))[:48]
+    >>> open_data_message(half, sm.sphere(2))[:48]
     'the data ends along a border 2.83 wide, but the '
     """
     border = getattr(subject.target, "border", None)
