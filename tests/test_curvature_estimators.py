@@ -558,6 +558,19 @@ def test_methods_of_whole_meshes_turned_moved_and_scaled(method):
         assert getattr(after, name) * 1e-3**power == pytest.approx(expected, abs=1e-6 * np.abs(expected).max()), name
 
 
+@pytest.mark.parametrize("method", [name for name in FIXED if name != "simplex_angle"])
+def test_inward_normals_reverse_signs(method):
+    made = discretized.torus(30, 16, irregular=True)
+    (out, _), (into, _) = (quietly(made.mesh, method, normals=side * made.exact.normals) for side in (1, -1))
+    good = ~out.failed
+    for name, other, sign in (("mean", "mean", -1), ("k1", "k2", -1), ("k2", "k1", -1), ("gauss", "gauss", 1)):
+        expected = sign * getattr(out, other)[good]
+        assert getattr(into, name)[good] == pytest.approx(expected, abs=1e-9 * np.abs(expected).max()), name
+    assert ((into.normals * made.exact.normals).sum(axis=1)[good] < 0).all()
+    if out.d1 is not None:
+        assert np.median(np.abs((into.d1 * out.d2).sum(axis=1)[good])) > 1 - 1e-9
+
+
 @pytest.mark.parametrize("method", REGRESSIONS)
 @given(ring=neighborhoods(), seed=st.integers(0, 2**32 - 1))
 def test_the_order_of_neighbors_means_nothing(method, ring, seed):

@@ -9,9 +9,10 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from simplexmesh import _check
-from simplexmesh._vec import cross, norm, normalized
+from simplexmesh._vec import cross, dot, norm, normalized
 from simplexmesh.surface.methods import Estimates
 from simplexmesh.surface.neighborhoods import Neighborhoods, rings
+from simplexmesh.surface.normals import faces as face_normals
 from simplexmesh.surface.reasons import DEGENERATE, FEW
 from simplexmesh.surface.samples import Samples
 
@@ -59,7 +60,10 @@ def estimate(samples: Samples, around: Neighborhoods, normals: Array, *, radius:
         k1[used], k2[used] = np.maximum(greater, less) / size, np.minimum(greater, less) / size
     reasons[np.bincount(samples.faces.ravel(), minlength=n) == 0] = FEW
     kept = around.centers
-    return _with_directions(k1[kept], k2[kept], d1[kept], d2[kept], reasons[kept], normals)
+    inward = (dot(face_normals.estimate(samples, around, weighting="area").normals, normals) < 0)[:, None]
+    d1, d2 = np.where(inward, d2[kept], d1[kept]), np.where(inward, d1[kept], d2[kept])
+    k1, k2 = np.where(inward[:, 0], -k2[kept], k1[kept]), np.where(inward[:, 0], -k1[kept], k2[kept])
+    return _with_directions(k1, k2, d1, d2, reasons[kept], normals)
 
 
 def _with_directions(
