@@ -108,7 +108,7 @@ class TestRegions:
         assert str(caught.value) == words
 
     def test_the_default_is_a_share_of_the_area(self):
-        assert 0 < division.SMALLEST < 0.01
+        assert 0 < division.MIN_SHARE < 0.01
 
 
 class TestLines:
@@ -410,7 +410,11 @@ class TestCircles:
             (lambda: sm.fit_circle([[0, 0, 0], [1, 0, 0], [2, 0, 0]]), "points must not lie on one line"),
             (lambda: sm.fit_circle(np.zeros((9, 3))), "points must not lie on one line"),
             (lambda: sm.fit_circle(np.eye(3), weights=[1, 1]), "weights must have shape (3,), not (2,)"),
-            (lambda: sm.fit_circle(np.eye(3), weights=[1, -1, 1]), "weights must be at least 0, and some above"),
+            (lambda: sm.fit_circle(np.eye(3), weights=[1, -1, 1]), "weights must be at least 0, not -1"),
+            (
+                lambda: sm.fit_circle(np.eye(3), weights=[1, 0, 1]),
+                "weights must be above 0 for at least 3 points, not 2",
+            ),
             (lambda: sm.fit_circle(np.full((4, 3), np.inf)), "points must be finite; points[0, 0] is inf"),
             (
                 lambda: sm.rim_circle(BALL, [9.0, 0, 0], radius=0.5),

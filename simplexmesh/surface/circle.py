@@ -1,4 +1,4 @@
-"""Circles of high curvature: the rim of a hole or of a boss, its center, radius and axis (Charton 2014, 5.2.3)."""
+"""Circles fitted to points in space, and to the rim of a hole or boss (Charton 2014, 5.2.3)."""
 
 from __future__ import annotations
 
@@ -17,39 +17,41 @@ from simplexmesh.surface.samples import as_samples
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-TRIALS = 300
-MOST = 2000
-"""Of more points so many, drawn by their weights, say which of the circles tried is the best."""
+SAMPLES = 300
+"""Circles through three random points that are scored."""
 
-ROUNDS = 60
-EXACT = 1e-9
-"""Distances to the circle below this, in units of how far the points reach, are none."""
+MAX_SCORED = 2000
+"""Most points used for the scores, drawn by their weights."""
+
+MAX_ITERATIONS = 60
+MIN_SCALE = 1e-9
+"""Least scale of the robust weights, over the extent of the points."""
 
 SHARP = 0.5
-"""A rim's points bend by at least this share of what the sharpest near the pick do (their 95th percentile)."""
+"""Default of the least k1 at a rim, as a share of its 95th percentile near the pick."""
 
-FEWEST = 6
+MIN_POINTS = 6
 
-WHOLE, NEAR = 3.0, np.radians(10)
-"""What counts of the arcs between points; see `_covered`."""
+GAP_FACTOR, GAP_ANGLE = 3.0, np.radians(10)
+"""Longest gap between points on a covered circle, over the median gap, or radians; see `_covered`."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Circle:
-    """A circle in space, and what it was fitted to.
+    """A circle in space, fitted to points.
 
     Attributes
     ----------
     center, normal : (3,) array of float
-        The normal is a unit vector; of a rim it points out of the surface.
+        Center, and unit normal; of a rim it points out of the surface.
     radius : float
-        In the surface's unit of length.
+        Radius, in the surface's unit of length.
     rms : float
         Root mean square distance of the points used to the circle.
     vertices : (m,) array of int
-        The points used.
+        Indices of the points used.
     covered : float
-        Which share of the circle has points near, from 0 to 1: half a rim has 0.5.
+        Share of the circle that has points near, from 0 to 1: half a rim has 0.5.
 
     Examples
     --------
@@ -72,17 +74,17 @@ class Circle:
 
 
 def fit_circle(points: ArrayLike, *, weights: ArrayLike | None = None) -> Circle:
-    """Return the circle nearest to points in space, strays left out.
+    """Fit a circle to points in space, robustly to outliers.
 
-    Circles through three of the points are tried first; that which most lie on is then fitted by Gauss and Newton's
-    method with Geman and McClure's weights, at twice the spread of the distances.
+    The best of a sample of circles through three points, by the median distance, is refined by Gauss-Newton iterations
+    with Geman-McClure weights, at the scale of twice the robust standard deviation of the distances.
 
     Parameters
     ----------
     points : (n, 3) array of float
         At least three, not on a line.
     weights : (n,) array of float, optional
-        How much each counts, at least 0.
+        Weights, at least 0.
 
     Returns
     -------
@@ -91,7 +93,7 @@ def fit_circle(points: ArrayLike, *, weights: ArrayLike | None = None) -> Circle
     Raises
     ------
     ValueError
-        Fewer than three points, or all on a line, or of a size beyond what areas can be multiplied in.
+        Fewer than three points of positive weight, all on a line, or coordinates so large or small that areas overflow or underflow.
 
     Examples
     --------
@@ -103,20 +105,22 @@ def fit_circle(points: ArrayLike, *, weights: ArrayLike | None = None) -> Circle
     if len(at) < 3:
         raise ValueError(f"points must be at least 3, not {len(at)}")
     _check.size("points", np.stack([at.min(axis=0), at.max(axis=0)]))
-    trust = np.ones(len(at)) if weights is None else _check.array("weights", weights, (len(at),))
-    if (trust < 0).any() or not trust.any():
-        raise ValueError("weights must be at least 0, and some above")
+    weight = np.ones(len(at)) if weights is None else _check.array("weights", weights, (len(at),))
+    if (weight < 0).any():
+        raise ValueError(f"weights must be at least 0, not {weight.min():g}")
+    if (positive := int(np.count_nonzero(weight))) < 3:
+        raise ValueError(f"weights must be above 0 for at least 3 points, not {positive}")
     middle = at.mean(axis=0)
     size = float(norm(at - middle).max())
-    unit = (at - middle) / (size or 1.0)  # lengths and angles are fitted together, so lengths must be about one
-    start = _tried(unit, trust)
+    normalized = (at - middle) / (size or 1.0)  # lengths must be comparable with angles, which are fitted with them
+    start = _ransac(normalized, weight)
     if start is None:
         raise ValueError("points must not lie on one line")
-    center, normal, radius, spread = _settled(unit, trust, *start)
-    lack = norm(_residuals(unit, center, normal, radius)[0])
-    used = np.flatnonzero((lack <= 3 * spread) & (trust > 0))
-    rms = size * float(np.sqrt(np.average(lack[used] ** 2, weights=trust[used])))
-    covered = _covered(unit[used], center, normal)
+    center, normal, radius, spread = _robust_fit(normalized, weight, *start)
+    residual = norm(_residuals(normalized, center, normal, radius)[0])
+    used = np.flatnonzero((residual <= 3 * spread) & (weight > 0))
+    rms = size * float(np.sqrt(np.average(residual[used] ** 2, weights=weight[used])))
+    covered = _covered(normalized[used], center, normal)
     frozen = _check.frozen
     return Circle(frozen(middle + size * center), frozen(normal), size * radius, rms, frozen(used), covered)
 
@@ -124,26 +128,25 @@ def fit_circle(points: ArrayLike, *, weights: ArrayLike | None = None) -> Circle
 def rim_circle(
     surface: Any, pick: ArrayLike, *, radius: float, curvature: Curvature | None = None, sharpness: float = SHARP
 ) -> Circle:
-    """Return the circle through the points of highest curvature around a pick: the rim of a hole, a foramen, a boss.
+    """Fit a circle to the points of highest curvature around a pick: the rim of a hole, a foramen, a boss.
 
     Parameters
     ----------
     surface : TriangleMesh, SimplexMesh, PointCloud, array, PyVista or trimesh object, or path
-        What the rim is on.
+        The surface.
     pick : int or (3,) array of float
         A vertex, or a point near the middle of the hole, where there need be no surface.
     radius : float
-        How far from the pick the rim may be, in the surface's unit of length.
+        Largest distance of the rim from the pick, in the surface's unit of length.
     curvature : Curvature, optional
-        Of the surface, when already known; otherwise it is measured.
+        Curvature of the surface, if known; otherwise it is measured.
     sharpness : float
-        Points count that bend outward (k1) by this share of what the sharpest 5 % in the ball do, more the more they
-        bend.
+        Least k1 of the points used, as a share of its 95th percentile in the ball; their weights increase with k1.
 
     Returns
     -------
     Circle
-        Its `vertices` are those of the surface.
+        Its `vertices` are indices of the surface's.
 
     Raises
     ------
@@ -175,8 +178,10 @@ def rim_circle(
     bend = np.maximum(known.k1[near], 0.0)
     least = share * float(np.percentile(bend, 95)) if len(bend) else 0.0
     sharp = bend > least
-    if sharp.sum() < FEWEST:
-        raise ValueError(f"pick must have at least {FEWEST} sharp points within {radius:g}, it has {int(sharp.sum())}")
+    if sharp.sum() < MIN_POINTS:
+        raise ValueError(
+            f"pick must have at least {MIN_POINTS} sharp points within {radius:g}, it has {int(sharp.sum())}"
+        )
     near, bend = near[sharp], bend[sharp]
     top = float(np.percentile(bend, 95))
     found = fit_circle(samples.points[near], weights=np.minimum(bend, top) - least + 1e-3 * top)
@@ -194,7 +199,7 @@ def _frame(normal: Array) -> tuple[Array, Array]:
 
 
 def _residuals(at: Array, center: Array, normal: Array, radius: float) -> tuple[Array, Array]:
-    """Return (n, 2) distances to the circle, along its plane and along its axis, and their (n, 2, 6) derivatives."""
+    """Return (n, 2) distances to the circle, in its plane and along its axis, and their (n, 2, 6) Jacobians."""
     u, v = _frame(normal)
     arm = at - center
     height = arm @ normal
@@ -209,15 +214,19 @@ def _residuals(at: Array, center: Array, normal: Array, radius: float) -> tuple[
     return np.stack([length - radius, height], axis=1), rows
 
 
-def _settled(at: Array, trust: Array, center: Array, normal: Array, radius: float) -> tuple[Array, Array, float, float]:
-    """Return the circle that steps of Gauss and Newton lead to, and the spread of the distances to it."""
-    spread = EXACT
-    for _ in range(ROUNDS):
-        lack, rows = _residuals(at, center, normal, radius)
-        spread = max(2 * 1.4826 * float(np.median(norm(lack))), EXACT)
-        w = np.repeat(trust / (1 + (norm(lack) / spread) ** 2) ** 2, 2)
+def _robust_fit(
+    at: Array, weight: Array, center: Array, normal: Array, radius: float
+) -> tuple[Array, Array, float, float]:
+    """Return the circle after iteratively reweighted Gauss-Newton steps, and the scale of the weights."""
+    spread = MIN_SCALE
+    for _ in range(MAX_ITERATIONS):
+        residual, rows = _residuals(at, center, normal, radius)
+        spread = max(2 * 1.4826 * float(np.median(norm(residual))), MIN_SCALE)
+        w = np.repeat(weight / (1 + (norm(residual) / spread) ** 2) ** 2, 2)
         flat = rows.reshape(-1, 6)
-        x = -np.linalg.pinv((flat * w[:, None]).T @ flat, rcond=1e-12, hermitian=True) @ (flat.T @ (w * lack.ravel()))
+        x = -np.linalg.pinv((flat * w[:, None]).T @ flat, rcond=1e-12, hermitian=True) @ (
+            flat.T @ (w * residual.ravel())
+        )
         u, v = _frame(normal)
         center, radius = center + x[:3], abs(radius + float(x[5]))
         normal = normal + x[3] * u + x[4] * v
@@ -227,15 +236,15 @@ def _settled(at: Array, trust: Array, center: Array, normal: Array, radius: floa
     return center, normal, radius, spread
 
 
-def _tried(at: Array, trust: Array) -> tuple[Array, Array, float] | None:
-    """Return the circle through three points that most points lie on, None where all triples are on lines."""
+def _ransac(at: Array, weight: Array) -> tuple[Array, Array, float] | None:
+    """Return the best circle through three of the points, None if all triples are collinear."""
     rng = np.random.default_rng(0)
-    if len(at) > MOST:
-        at, trust = at[rng.choice(len(at), MOST, replace=False, p=_shares(trust))], np.ones(MOST)
+    if len(at) > MAX_SCORED:
+        at, weight = at[rng.choice(len(at), MAX_SCORED, replace=False, p=_probabilities(weight))], np.ones(MAX_SCORED)
     if len(at) == 3:
         triples = np.array([[0, 1, 2]])
     else:
-        triples = np.stack([rng.choice(len(at), 3, replace=False, p=_shares(trust)) for _ in range(TRIALS)])
+        triples = np.stack([rng.choice(len(at), 3, replace=False, p=_probabilities(weight)) for _ in range(SAMPLES)])
     a, b, c = (at[triples[:, k]] for k in range(3))
     across = cross(b - a, c - a)
     double = norm(across)
@@ -247,21 +256,21 @@ def _tried(at: Array, trust: Array) -> tuple[Array, Array, float] | None:
     one, other = ((c - a) ** 2).sum(axis=1)[:, None], ((b - a) ** 2).sum(axis=1)[:, None]
     arms = (one * cross(across, b - a) + other * cross(c - a, across)) / (2 * double[:, None] ** 2)
     centers, radii = a + arms, norm(arms)
-    # the least weighted median: half of the points, by weight, are nearer than that; none much larger than what is seen
+    # the least weighted median distance, with a penalty on circles much larger than the extent of the points
     off = [
-        _median(norm(_residuals(at, *circle)[0]), trust) + 0.01 * circle[2] * (circle[2] > 2)
+        _weighted_median(norm(_residuals(at, *circle)[0]), weight) + 0.01 * circle[2] * (circle[2] > 2)
         for circle in zip(centers, normals, radii, strict=True)
     ]
     best = int(np.argmin(off))
     return centers[best], normals[best], float(radii[best])
 
 
-def _shares(trust: Array) -> Array:
-    shares = trust + 1e-6 * trust.max()
+def _probabilities(weight: Array) -> Array:
+    shares = weight + 1e-6 * weight.max()
     return np.asarray(shares / shares.sum())
 
 
-def _median(values: Array, weights: Array) -> float:
+def _weighted_median(values: Array, weights: Array) -> float:
     order = np.argsort(values)
     mass = np.cumsum(weights[order])
     return float(values[order[np.searchsorted(mass, 0.5 * mass[-1])]])
@@ -270,11 +279,11 @@ def _median(values: Array, weights: Array) -> float:
 def _covered(at: Array, center: Array, normal: Array) -> float:
     """Return the share of the circle that has points near.
 
-    Arcs between neighboring points count whole up to three times the middle one, or ten degrees: a rim of few
-    vertices is whole too. Of longer ones ten degrees count.
+    Gaps between consecutive points count as covered up to three times the median gap, or ten degrees, so that a rim of
+    few vertices is complete; of longer gaps ten degrees count.
     """
     u, v = _frame(normal)
     turn = np.sort(np.arctan2((at - center) @ v, (at - center) @ u))
     arcs = np.diff(turn, append=turn[0] + 2 * np.pi)
-    counted = np.where(arcs <= max(WHOLE * float(np.median(arcs)), NEAR), arcs, NEAR)
+    counted = np.where(arcs <= max(GAP_FACTOR * float(np.median(arcs)), GAP_ANGLE), arcs, GAP_ANGLE)
     return min(float(counted.sum()) / (2 * np.pi), 1.0)
