@@ -276,7 +276,7 @@ def quadrics(points, near, normals):
     return np.array(places), np.array(tilted)
 
 
-def differing(motions, most, apart, far):
+def distinct_motions(motions, most, apart, far):
     """Which motions, in order, turn or shift otherwise than all kept before."""
     kept = []
     for k, motion in enumerate(motions):

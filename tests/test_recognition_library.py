@@ -142,7 +142,7 @@ class TestRecognition:
         assert found.score > before.score - 0.1
         kept = without_strays(surface_of(scan, "scan"))
         assert kept.extent < 1.1 * np.linalg.norm(np.ptp(scan[60:], axis=0))
-        assert len(kept.drawn().points) == len(kept.normals) == len(kept.smooth) == len(kept) < len(scan)
+        assert len(kept.on_quadrics().points) == len(kept.normals) == len(kept.smooth) == len(kept) < len(scan)
 
     def test_sparse_parts_are_no_strays(self, known):
         points = known["lumpy"].sampled(40_000, rng=0).points
@@ -529,7 +529,7 @@ def test_a_model_packed_and_unpacked(known):
     model = model_of(surface)
     np.testing.assert_allclose(model.surface.points, surface.smooth, atol=3e-5)
     np.testing.assert_allclose(model.surface.normals, surface.normals, atol=1e-4)
-    at = model.placed(2.0)
+    at = model.normalized_to(2.0)
     middle, axes, extent = model.placement
     np.testing.assert_allclose(at.points * 2 + middle, model.surface.points, atol=1e-12)
     np.testing.assert_allclose(at.normals, model.surface.normals, atol=1e-12)

@@ -12,17 +12,17 @@ from numpy.testing import assert_allclose
 from scipy import ndimage
 
 import simplexmesh as sm
-from simplexmesh.recognition import _kernels_planes as planes
-from simplexmesh.recognition import _kernels_register as kernels
+from simplexmesh.recognition import _kernels_grid_scoring as kernels
+from simplexmesh.recognition import _kernels_local_fits as planes
 from simplexmesh.recognition import register as registration
-from simplexmesh.recognition._kernels_cells import fill_nearest
-from simplexmesh.recognition.arena import arena_of, rows
-from simplexmesh.recognition.arenas import Arenas
-from simplexmesh.recognition.icp import about_zero
+from simplexmesh.recognition._kernels_distance_transform import fill_nearest
+from simplexmesh.recognition.batch_scoring import BatchScorer
+from simplexmesh.recognition.grid_scoring import grid_scorer, motion_rows
+from simplexmesh.recognition.icp import about_origin
+from simplexmesh.recognition.pose_candidates import normal_frames, pair_candidates
 from simplexmesh.recognition.rotation_vectors import rotation_matrices
-from simplexmesh.recognition.starts import frames_of, from_pairs
 from simplexmesh.recognition.surfaces import Surface, surface_of
-from simplexmesh.recognition.verify import Court
+from simplexmesh.recognition.verify import Verifier
 from tests import reference_recognition as reference
 
 
@@ -142,6 +142,12 @@ class TestMotionsAreFound:
         )
         assert_allclose(dark.T_target_source, found.T_target_source, atol=1e-3)
 
+    def test_an_array_is_a_volume_for_inside_too(self):
+        grid = np.stack(np.meshgrid(*[np.linspace(-2, 2, 20)] * 3, indexing="ij"), axis=-1)
+        values = (grid**2).sum(axis=-1)
+        points = [surface_of(data, "source", level=1.0, inside="below").points for data in (values, sm.Volume(values))]
+        assert_allclose(*points)
+
 
 class TestHowExact:
     def test_nearly_as_exact_as_noise_allows(self):
@@ -252,7 +258,7 @@ class TestWhatIsUncertain:
     def test_a_turn_about_a_point_leaves_it_where_it_is(self):
         rng = np.random.default_rng(0)
         point, turn = rng.normal(size=(2, 3))
-        x = about_zero(point) @ np.concatenate([turn, np.zeros(3)])
+        x = about_origin(point) @ np.concatenate([turn, np.zeros(3)])
         assert_allclose(np.cross(x[:3], point) + x[3:], 0, atol=1e-12)
 
 
@@ -304,24 +310,24 @@ class TestKernels:
         T = motion(rng)
         one = Surface(points, normals, 0.1, 0.0, points)
         other = Surface(moved(T, points), normals @ T[:3, :3].T, 0.1, 0.0, moved(T, points))
-        found = from_pairs(one, other, 4.0, rng).reshape(-1, 3, 4)
+        found = pair_candidates(one, other, 4.0, rng).reshape(-1, 3, 4)
         angle = [turn_between(each, T) for each in found]
         assert np.count_nonzero(np.array(angle) < 15) > 20
 
     def test_scores_are_those_of_the_plain_sum(self):
         rng = np.random.default_rng(1)
         a, b = (surface_of(lumpy(600, rng), name) for name in ("source", "target"))
-        arena, _, _ = arena_of(a, b, rng)
-        motions = rows(rotation_matrices(0.05 * rng.normal(size=(5, 3))), 0.01 * rng.normal(size=(5, 3)))
-        source, target = arena.source, arena.target
-        width, reach = arena.width(0), max(2 * arena.cell, 2 * arena.width(0))
-        for motion_, score in zip(motions.reshape(-1, 3, 4), arena.scores(motions), strict=True):
-            at = moved(np.vstack([motion_, [0, 0, 0, 1]]), source.points[arena.judging])
-            cells = ((at - arena.low) / arena.cell).astype(int)
-            near = arena.grid[tuple(cells.T)]
+        scorer, _, _ = grid_scorer(a, b, rng)
+        motions = motion_rows(rotation_matrices(0.05 * rng.normal(size=(5, 3))), 0.01 * rng.normal(size=(5, 3)))
+        source, target = scorer.source, scorer.target
+        width, reach = scorer.width(0), max(2 * scorer.cell, 2 * scorer.width(0))
+        for motion_, score in zip(motions.reshape(-1, 3, 4), scorer.scores(motions), strict=True):
+            at = moved(np.vstack([motion_, [0, 0, 0, 1]]), source.points[scorer.scoring_points])
+            cells = ((at - scorer.low) / scorer.cell).astype(int)
+            near = scorer.grid[tuple(cells.T)]
             lack = ((at - target.points[near]) * target.normals[near]).sum(axis=1)
             far = np.linalg.norm(at - target.points[near], axis=1)
-            alike = (source.normals[arena.judging] @ motion_[:, :3].T * target.normals[near]).sum(axis=1)
+            alike = (source.normals[scorer.scoring_points] @ motion_[:, :3].T * target.normals[near]).sum(axis=1)
             on = (far <= reach) & (alike > 0)
             mark = np.maximum(1 - (lack / width) ** 2, -1)
             assert score == pytest.approx(float((on * mark * alike).mean()), rel=1e-6)
@@ -331,19 +337,19 @@ class TestKernels:
         steps = np.vstack([np.zeros((1, 3)), 1.2 * np.eye(3), -1.2 * np.eye(3)])
         samples = np.hstack([1 + steps, np.tile([0, 0, 1.0], (7, 1))]).T.copy()
         target, scores = np.array([[1, 1, 1, 0, 0, 1.0]]), np.zeros(1)
-        grid, motion_ = np.zeros((2, 2, 2), np.int32), rows(np.eye(3)[None], np.zeros((1, 3)))
-        kernels.judge(motion_, samples, grid, np.zeros(3), 1.0, target, 5.0, 9.0, scores)
+        grid, motion_ = np.zeros((2, 2, 2), np.int32), motion_rows(np.eye(3)[None], np.zeros((1, 3)))
+        kernels.score_motions(motion_, samples, grid, np.zeros(3), 1.0, target, 5.0, 9.0, scores)
         assert scores[0] == pytest.approx(1 / 7)
-        kernels.follow(motion_, samples[:, [0, 3]].copy(), grid, np.zeros(3), 1.0, target, np.array([5.0]))
-        assert_allclose(motion_, rows(np.eye(3)[None], np.zeros((1, 3))), atol=1e-12)
+        kernels.refine_motions(motion_, samples[:, [0, 3]].copy(), grid, np.zeros(3), 1.0, target, np.array([5.0]))
+        assert_allclose(motion_, motion_rows(np.eye(3)[None], np.zeros((1, 3))), atol=1e-12)
 
     @given(st.integers(0, 2**32 - 1), st.integers(1, 12))
     def test_motions_that_differ_are_those_of_plain_code(self, seed, most):
         rng = np.random.default_rng(seed)
-        motions = rows(rotation_matrices(0.15 * rng.normal(size=(20, 3))), 0.1 * rng.normal(size=(20, 3)))
+        motions = motion_rows(rotation_matrices(0.15 * rng.normal(size=(20, 3))), 0.1 * rng.normal(size=(20, 3)))
         kept = np.empty(most, np.int64)
-        count = kernels.differing(motions, 1 + 2 * np.cos(0.2), 0.15, kept)
-        assert kept[:count].tolist() == reference.differing(motions, most, 0.2, 0.15)
+        count = kernels.distinct_motions(motions, 1 + 2 * np.cos(0.2), 0.15, kept)
+        assert kept[:count].tolist() == reference.distinct_motions(motions, most, 0.2, 0.15)
 
     @given(st.integers(0, 2**32 - 1), st.tuples(*[st.integers(1, 9)] * 3), st.floats(0.01, 1))
     def test_nearest_cells_are_those_scipy_finds(self, seed, shape, share):
@@ -364,32 +370,38 @@ class TestKernels:
     def test_many_models_are_judged_and_followed_as_each_alone(self, stage):
         rng = np.random.default_rng(4)
         target = surface_of(lumpy(600, rng), "target")
-        whole = arena_of(surface_of(lumpy(500, rng), "source"), target, rng)[0]
+        whole = grid_scorer(surface_of(lumpy(500, rng), "source"), target, rng)[0]
         part = whole.source.points[:, 0] > 0
         other = replace(whole.source, points=whole.source.points[part], normals=whole.source.normals[part])
-        arenas = [whole, replace(whole, source=other, judging=np.arange(40), following=np.arange(0, 150, 3), size=0.4)]
-        motions = [
-            rows(rotation_matrices(0.2 * rng.normal(size=(n, 3))), 0.02 * rng.normal(size=(n, 3))) for n in (7, 4)
+        scorers = [
+            whole,
+            replace(whole, source=other, scoring_points=np.arange(40), refining_points=np.arange(0, 150, 3), size=0.4),
         ]
-        scores = Arenas(arenas).scores(motions, stage=stage, every=2)
-        moved_ = Arenas(arenas).followed(motions, stage=stage)
-        for k, arena in enumerate(arenas):
-            assert_allclose(scores[k], arena.scores(motions[k], stage=stage, every=2), rtol=1e-12)
-            assert_allclose(moved_[k], arena.followed(motions[k], stage=stage), atol=1e-12)
+        motions = [
+            motion_rows(rotation_matrices(0.2 * rng.normal(size=(n, 3))), 0.02 * rng.normal(size=(n, 3)))
+            for n in (7, 4)
+        ]
+        scores = BatchScorer(scorers).scores(motions, stage=stage, every=2)
+        moved_ = BatchScorer(scorers).refined(motions, stage=stage)
+        for k, scorer in enumerate(scorers):
+            assert_allclose(scores[k], scorer.scores(motions[k], stage=stage, every=2), rtol=1e-12)
+            assert_allclose(moved_[k], scorer.refined(motions[k], stage=stage), atol=1e-12)
             assert np.abs(moved_[k] - motions[k]).max() > 1e-3
-        assert [len(each) for each in Arenas(arenas).scores([np.zeros((0, 12)), motions[1]])] == [0, 4]
-        assert [len(each) for each in Arenas([]).scores([])] == []
+        assert [len(each) for each in BatchScorer(scorers).scores([np.zeros((0, 12)), motions[1]])] == [0, 4]
+        assert [len(each) for each in BatchScorer([]).scores([])] == []
 
     def test_following_takes_the_steps_of_gauss_and_newton(self):
         """Each a least squares problem of its own, solved plainly."""
         rng = np.random.default_rng(2)
-        arena = arena_of(*(surface_of(lumpy(600, rng), name) for name in ("source", "target")), rng)[0]
-        motion_ = rows(rotation_matrices(0.1 * rng.normal(size=(1, 3))), 0.02 * rng.normal(size=(1, 3)))
-        samples = arena.samples(arena.following)
+        scorer = grid_scorer(*(surface_of(lumpy(600, rng), name) for name in ("source", "target")), rng)[0]
+        motion_ = motion_rows(rotation_matrices(0.1 * rng.normal(size=(1, 3))), 0.02 * rng.normal(size=(1, 3)))
+        samples = scorer.samples(scorer.refining_points)
         step, width = motion_.copy(), 0.08
-        kernels.follow(step, samples, arena.grid, arena.low, arena.cell, arena.target.planes, np.array([width]))
+        kernels.refine_motions(
+            step, samples, scorer.grid, scorer.low, scorer.cell, scorer.target.planes, np.array([width])
+        )
         plain = reference.step_to_planes(
-            motion_[0], samples.T, arena.grid, arena.low, arena.cell, arena.target.planes, width
+            motion_[0], samples.T, scorer.grid, scorer.low, scorer.cell, scorer.target.planes, width
         )
         assert_allclose(step[0], plain, atol=1e-9)
 
@@ -397,12 +409,12 @@ class TestKernels:
         rng = np.random.default_rng(0)
         A, b, x = rng.normal(size=(6, 6)), rng.normal(size=6), np.zeros(6)
         A = A @ A.T + np.eye(6)
-        kernels._solved(A.copy(), b, x)
+        kernels._solve_cholesky(A.copy(), b, x)
         assert_allclose(A @ x, b)
 
     def test_frames_take_normals_to_the_x_axis(self):
         normals = np.vstack([np.eye(3), -np.eye(3)])
-        frames = frames_of(normals)
+        frames = normal_frames(normals)
         assert_allclose(np.einsum("nij,nj->ni", frames, normals), np.tile([1.0, 0, 0], (6, 1)))
         assert_allclose(np.linalg.det(frames), 1)
 
@@ -410,10 +422,10 @@ class TestKernels:
 def test_a_verdict_is_perfect_for_the_same_surface():
     rng = np.random.default_rng(0)
     one = surface_of(lumpy(800, rng), "source")
-    verdict = Court.of(one, one, one.extent, 500, rng).judged(np.eye(4))
-    assert verdict.score == pytest.approx(1.0)
-    assert verdict.overlap == 1.0
-    assert verdict.error == pytest.approx(0.0, abs=1e-12)
+    evaluation = Verifier.of(one, one, one.extent, 500, rng).evaluated(np.eye(4))
+    assert evaluation.score == pytest.approx(1.0)
+    assert evaluation.overlap == 1.0
+    assert evaluation.error == pytest.approx(0.0, abs=1e-12)
 
 
 class TestBadInput:

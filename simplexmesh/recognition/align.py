@@ -1,4 +1,4 @@
-"""Alignment from picked pairs: the rigid motion of three points or more, then points to tangent planes."""
+"""Alignment from picked pairs: the rigid motion of at least three pairs, then point-to-plane ICP."""
 
 from __future__ import annotations
 
@@ -12,37 +12,37 @@ from scipy.spatial import cKDTree
 from simplexmesh import _check
 from simplexmesh._vec import norm
 from simplexmesh.errors import warn
-from simplexmesh.recognition.icp import paired, refined, uncertainty
-from simplexmesh.recognition.rigid import rigid_fit
+from simplexmesh.recognition.icp import find_correspondences, refined, uncertainty
+from simplexmesh.recognition.rigid import point_pairs, rigid_fit
 from simplexmesh.recognition.surfaces import Surface, surface_of
 
 Array = NDArray[np.float64]
 
 STAGES = 5
-WIDEST, CLOSEST = 3.0, 3.0
-"""Reaches at first, in root mean square distances of the pairs, and at last, in spacings of the points."""
+FIRST_REACH, LAST_REACH = 3.0, 3.0
+"""First reach, in root mean square distances of the pairs, and last reach, in spacings of the points."""
 
-THIN = 1e-6
+MINIMUM_EXTENT = 1e-6
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Alignment:
-    """Where a source lies on a target.
+    """The pose of a source on a target; made by `align`.
 
     Attributes
     ----------
     T_target_source : (4, 4) array of float
-        Brings the source to the target.
+        Maps the source to the target.
     T_pairs : (4, 4) array of float
-        That of the picked pairs alone.
+        The motion fitted to the pairs alone.
     pairs_error : float
-        Root mean square distance of the pairs after `T_pairs`, in the data's unit: how well they were picked.
+        Root mean square distance of the pairs after `T_pairs`, in the data's unit: the accuracy of picking.
     error : float
-        Root mean square distance of the source's points to the target's tangent planes, where both are seen.
+        Root mean square distance of the source's points to the target's tangent planes, where they overlap.
     overlap : float
-        Share of the source's points that lie on the target.
+        Fraction of the source's points that lie on the target.
     covariance : (6, 6) array of float
-        Of a small rotation vector and shift after the motion.
+        Of a small rotation vector and shift after `T_target_source`.
 
     Examples
     --------
@@ -68,17 +68,17 @@ class Alignment:
 def align(source: Any, target: Any, pairs: tuple[ArrayLike, ArrayLike], *, refine: bool = True) -> Alignment:
     """Return the rigid motion from pairs of picked points, refined on the surfaces (iterative closest points).
 
-    The way of clinics and workshops: three or more points picked on both by hand bring one near the other, and what is
-    seen of both does the rest. For objects that nobody picks points on see `register`.
+    Three or more points picked by hand on both give the initial pose, which is refined where both overlap. `register`
+    needs no picks.
 
     Parameters
     ----------
     source, target : SimplexMesh, TriangleMesh, PointCloud, array, PyVista or trimesh object, or path
-        In one unit; either may show only a part of the object.
+        In one unit; either may be partial.
     pairs : pair of (k, 3) arrays of float
-        Points of the source, and where the same points are on the target; at least three, not on a line.
+        Points of the source and the corresponding points of the target; at least three, not collinear.
     refine : bool
-        False: take the motion of the pairs as it is.
+        Whether to refine the motion of the pairs on the surfaces.
 
     Returns
     -------
@@ -87,17 +87,17 @@ def align(source: Any, target: Any, pairs: tuple[ArrayLike, ArrayLike], *, refin
     Raises
     ------
     ValueError, TypeError, OSError
-        Fewer than three pairs, pairs on a line, data that is not there, fewer than 50 points.
+        Fewer than three pairs, collinear pairs, data that is missing, fewer than 50 points.
 
     Warns
     -----
     SimplexMeshWarning
-        Nothing of the source is near the target then.
+        No point of the source is near the target after the motion.
 
     References
     ----------
     J. Charton, thesis, 2014, 1.3.1 (coarse alignment from three pairs, then ICP); B. Horn 1987 (the motion of pairs);
-    Y. Chen, G. Medioni 1992 (points to planes).
+    Y. Chen, G. Medioni 1992 (point to plane).
 
     Examples
     --------
@@ -108,42 +108,40 @@ def align(source: Any, target: Any, pairs: tuple[ArrayLike, ArrayLike], *, refin
     >>> bool(found.pairs_error < 1e-9)
     True
     """
-    here, there = _pairs(pairs)
-    start = rigid_fit(here, there)
-    off = norm(here @ start[:3, :3].T + start[:3, 3] - there)
-    pairs_error = float(np.sqrt((off**2).mean()))
-    one, other = surface_of(source, "source"), surface_of(target, "target")
-    tree = cKDTree(other.points)
-    grain = CLOSEST * max(one.spacing, other.spacing)
-    T = _followed(one, other, start, max(WIDEST * pairs_error, grain), grain) if refine else start
-    found = paired(one, other, tree, T, grain)
-    covariance, error = uncertainty(one, other, found, T)
-    overlap = float(found.common.mean())
+    source_points, target_points = _checked_pairs(pairs)
+    start = rigid_fit(source_points, target_points)
+    residuals = norm(source_points @ start[:3, :3].T + start[:3, 3] - target_points)
+    pairs_error = float(np.sqrt((residuals**2).mean()))
+    moving, fixed = surface_of(source, "source"), surface_of(target, "target")
+    tree = cKDTree(fixed.points)
+    last_reach = LAST_REACH * max(moving.spacing, fixed.spacing)
+    T = _refined(moving, fixed, start, max(FIRST_REACH * pairs_error, last_reach), last_reach) if refine else start
+    found = find_correspondences(moving, fixed, tree, T, last_reach)
+    covariance, error = uncertainty(moving, fixed, found, T)
+    overlap = float(found.inlier.mean())
     if refine and not overlap:
-        warn("source is nowhere near target where the pairs bring it: are they in the same order and unit?")
+        warn("source has no points near target after the motion of the pairs: check their order and unit")
     frozen = _check.frozen
     return Alignment(frozen(T), frozen(start), pairs_error, error, overlap, frozen(covariance))
 
 
-def _pairs(pairs: Any) -> tuple[Array, Array]:
-    if not isinstance(pairs, tuple | list) or len(pairs) != 2:
-        raise TypeError("pairs must be two arrays of points, of the source and of the target")
-    here = _check.array("pairs[0]", pairs[0], (None, 3))
-    there = _check.array("pairs[1]", pairs[1], (len(here), 3))
-    if len(here) < 3:
-        raise ValueError(f"pairs must be at least 3, not {len(here)}")
-    for k, points in enumerate((here, there)):
+def _checked_pairs(pairs: Any) -> tuple[Array, Array]:
+    """Return the points of source and target, at least three and not on one line."""
+    source_points, target_points = point_pairs(pairs, "of the source and of the target")
+    if len(source_points) < 3:
+        raise ValueError(f"pairs must be at least 3, not {len(source_points)}")
+    for k, points in enumerate((source_points, target_points)):
         extents = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
-        if not extents[1] > THIN * extents[0]:
+        if not extents[1] > MINIMUM_EXTENT * extents[0]:
             raise ValueError(f"pairs must not lie on one line, those of the {('source', 'target')[k]} do")
-    return here, there
+    return source_points, target_points
 
 
-def _followed(source: Surface, target: Surface, start: Array, widest: float, grain: float) -> Array:
-    """Return the motion that ever nearer points lead to."""
-    one, other = source.drawn(), target.drawn()
-    tree = cKDTree(other.points)
+def _refined(source: Surface, target: Surface, start: Array, first_reach: float, last_reach: float) -> Array:
+    """Return the motion refined with decreasing reach."""
+    moving, fixed = source.on_quadrics(), target.on_quadrics()
+    tree = cKDTree(fixed.points)
     T = start
-    for reach in np.geomspace(widest, grain, STAGES):
-        T = refined(one, other, tree, T, float(reach))
+    for reach in np.geomspace(first_reach, last_reach, STAGES):
+        T = refined(moving, fixed, tree, T, float(reach))
     return T

@@ -63,7 +63,7 @@ def bag_of(surface: Surface, octaves: range, count: int, rng: np.random.Generato
     >>> bag.at(bag.first).shape, bool(np.ptp(bag.at(bag.first), axis=0).max() < 0.2)  # all alike on a ball
     ((50, 80), True)
     """
-    chosen = surface.some(count, rng)
+    chosen = surface.sample(count, rng)
     images = np.zeros((len(octaves) + 1, len(chosen), PIXELS))
     for k, octave in enumerate(range(octaves.start, octaves.stop + 1)):
         _kernels_library.spin_images(surface.smooth, surface.normals, chosen, 2.0**octave, images[k])

@@ -1,4 +1,4 @@
-"""Points to tangent planes: the last step of a registration, on the points themselves, and what it leaves uncertain."""
+"""Point-to-plane iterative closest points, and the covariance of the result."""
 
 from __future__ import annotations
 
@@ -8,70 +8,68 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from simplexmesh._vec import cross, dot, norm
-from simplexmesh.recognition.rotation_vectors import rotation_matrices
+from simplexmesh._vec import dot, norm
+from simplexmesh.recognition.rigid import plane_jacobian, robust_weights, small_motion
 from simplexmesh.recognition.surfaces import Surface
 
 Array = NDArray[np.float64]
 
-ALIKE = 0.5
-"""Points correspond whose normals have at least this cosine."""
+MINIMUM_COSINE = 0.5
+"""Least cosine between the normals of corresponding points."""
 
-STILL = 1e-6
-LOST = 1e-10
-FEWEST = 12
+STEP_TOLERANCE = 1e-6
+RANK_TOLERANCE = 1e-10
+MINIMUM_INLIERS = 12
 
 
 @dataclass(frozen=True, eq=False)
-class Pairing:
-    """Points of the source, moved, and what they come to lie on.
+class Correspondences:
+    """Points of the source, moved, and their nearest points of the target.
 
     Attributes
     ----------
-    lack : (n,) array of float
-        Distance to the plane of the nearest point of the target, along its normal.
-    near : (n,) array of int
+    residual : (n,) array of float
+        Signed distance to the tangent plane at the nearest target point.
+    nearest : (n,) array of int
         That point.
-    common : (n,) array of bool
-        Whether there is a point near whose normal is alike.
-    alike : (n,) array of float
-        Cosine between the normals.
-    at : (n, 3) array of float
+    inlier : (n,) array of bool
+        Whether it is within reach and the normals agree.
+    cosine : (n,) array of float
+        Between the normals.
+    points : (n, 3) array of float
+        The moved points.
     """
 
-    lack: Array
-    near: NDArray[np.int64]
-    common: NDArray[np.bool_]
-    alike: Array
-    at: Array
+    residual: Array
+    nearest: NDArray[np.int64]
+    inlier: NDArray[np.bool_]
+    cosine: Array
+    points: Array
 
 
-def paired(source: Surface, target: Surface, tree: cKDTree, T: Array, reach: float,
-           chosen: NDArray[np.int64] | slice = slice(None)) -> Pairing:  # fmt: skip
-    """Return what chosen points of the source lie on after the motion T (4, 4), no farther than reach."""
-    at = source.points[chosen] @ T[:3, :3].T + T[:3, 3]
-    distance, near = tree.query(at, distance_upper_bound=reach, workers=-1)
+def find_correspondences(
+    source: Surface, target: Surface, tree: cKDTree, T: Array, reach: float,
+    chosen: NDArray[np.int64] | slice = slice(None),
+) -> Correspondences:  # fmt: skip
+    """Return the correspondences of source points, moved by T (4, 4), with target points no farther than `reach`."""
+    points = source.points[chosen] @ T[:3, :3].T + T[:3, 3]
+    distance, nearest = tree.query(points, distance_upper_bound=reach, workers=-1)
     found = np.isfinite(distance)
-    near = np.where(found, near, 0)
-    normals = target.normals[near]
-    alike = dot(source.normals[chosen] @ T[:3, :3].T, normals)
-    return Pairing(dot(at - target.points[near], normals), near, found & (alike > ALIKE), alike, at)
-
-
-def information(at: Array, normals: Array, weight: Array) -> tuple[Array, Array]:
-    """Return the rows (n, 6) by which small motions about zero change distances to planes, and their normal matrix."""
-    rows = np.hstack([cross(at, normals), normals])
-    return rows, (rows * weight[:, None]).T @ rows
+    nearest = np.where(found, nearest, 0)
+    normals = target.normals[nearest]
+    cosine = dot(source.normals[chosen] @ T[:3, :3].T, normals)
+    residual = dot(points - target.points[nearest], normals)
+    return Correspondences(residual, nearest, found & (cosine > MINIMUM_COSINE), cosine, points)
 
 
 def refined(
     source: Surface, target: Surface, tree: cKDTree, start: Array, reach: float, *,
-    chosen: NDArray[np.int64] | slice = slice(None), rounds: int = 20, still: float = 0.0,
+    chosen: NDArray[np.int64] | slice = slice(None), iterations: int = 20, tolerance: float = 0.0,
 ) -> Array:  # fmt: skip
-    """Return the motion (4, 4) that brings points to tangent planes, from a start nearby.
+    """Return the motion (4, 4) that minimizes distances to tangent planes, from a start nearby.
 
-    Gauss and Newton's method with Geman and McClure's weights, at twice the spread of the residuals. What the normals
-    leave open (equation 6.12 of the thesis: their matrix is singular) is not moved.
+    Gauss-Newton with Geman-McClure weights at twice the robust standard deviation of the residuals. Motions that the
+    normals do not determine (equation 6.12 of the thesis: the normal matrix is singular) are excluded from the step.
 
     Parameters
     ----------
@@ -80,89 +78,85 @@ def refined(
         Of the target's points.
     start : (4, 4) array of float
     reach : float
-        Points farther than this from the target have no part in it, nor those whose normals are not alike.
-    still : float
-        Done when a step is smaller than this share of what is uncertain about the motion.
+        Points farther than this from the target do not count, nor do those whose normals disagree.
+    chosen : (k,) array of int or slice
+        The source points to use.
+    tolerance : float
+        The iteration ends when a step is smaller than this fraction of its standard error.
     """
     T = start.copy()
-    for _ in range(rounds):
-        found = paired(source, target, tree, T, reach, chosen)
-        common = found.common
-        if np.count_nonzero(common) < FEWEST:
+    for _ in range(iterations):
+        found = find_correspondences(source, target, tree, T, reach, chosen)
+        inlier = found.inlier
+        if np.count_nonzero(inlier) < MINIMUM_INLIERS:
             return start
-        lack, normals = found.lack[common], target.normals[found.near[common]]
-        middle, arm, arms = _centered(found.at[common])
-        weight = _trust(lack, arm) * found.alike[common]
-        rows, matrix = information(arms, normals, weight)
+        residual, normals = found.residual[inlier], target.normals[found.nearest[inlier]]
+        center, radius, local = _centered(found.points[inlier])
+        weight = robust_weights(residual, 1e-9 * radius) * found.cosine[inlier]
+        rows = plane_jacobian(local, normals)
+        matrix = (rows * weight[:, None]).T @ rows
         values, vectors = np.linalg.eigh(matrix)
-        regular = values > LOST * values[-1]
-        x = -vectors[:, regular] @ ((vectors[:, regular].T @ (rows.T @ (weight * lack))) / values[regular])
-        step = np.eye(4)
-        step[:3, :3] = rotation_matrices(x[None, :3] / arm)[0]
-        step[:3, 3] = middle + x[3:] - step[:3, :3] @ middle
-        T = step @ T
-        if norm(x) < STILL * arm or x @ matrix @ x < still**2 * _variance(lack, weight):
+        regular = values > RANK_TOLERANCE * values[-1]
+        x = -vectors[:, regular] @ ((vectors[:, regular].T @ (rows.T @ (weight * residual))) / values[regular])
+        T = small_motion(x[:3] / radius, x[3:], center) @ T
+        if norm(x) < STEP_TOLERANCE * radius or x @ matrix @ x < tolerance**2 * _variance(residual, weight):
             break
     return T
 
 
-def uncertainty(source: Surface, target: Surface, found: Pairing, T: Array) -> tuple[Array, float]:
+def uncertainty(source: Surface, target: Surface, found: Correspondences, T: Array) -> tuple[Array, float]:
     """Return the covariance (6, 6) of a small motion after T, and the root mean square distance to planes.
 
-    A rotation vector and a shift. What the normals leave open has an enormous variance.
+    The small motion is a rotation vector and a shift. Motions that the normals do not determine get a very large
+    variance.
 
     Parameters
     ----------
     source, target : Surface
-        As they were measured.
-    found : Pairing
-        Of all points of the source.
+        With the points as measured.
+    found : Correspondences
+        Of all source points.
     T : (4, 4) array of float
     """
-    common = found.common
-    if np.count_nonzero(common) < FEWEST:
+    inlier = found.inlier
+    if np.count_nonzero(inlier) < MINIMUM_INLIERS:
         return np.full((6, 6), np.inf), float("inf")
-    near = found.near[common]
-    at, normals = source.points[common] @ T[:3, :3].T + T[:3, 3], target.normals[near]
-    lack = dot(at - target.points[near], normals)
-    middle, arm, arms = _centered(at)
-    weight = _trust(lack, arm) * found.alike[common]
-    values, vectors = np.linalg.eigh(information(arms, normals, weight)[1])
-    # Points that come to lie on the same plane of the target share its error.
-    shared = len(near) / len(np.unique(near))
-    inverse = (vectors / np.maximum(values, LOST * values[-1])) @ vectors.T * shared * _variance(lack, weight)
-    A = about_zero(middle) @ np.diag([1 / arm] * 3 + [1.0] * 3)
-    return A @ inverse @ A.T, float(np.sqrt((lack**2).mean()))
+    nearest = found.nearest[inlier]
+    points, normals = source.points[inlier] @ T[:3, :3].T + T[:3, 3], target.normals[nearest]
+    residual = dot(points - target.points[nearest], normals)
+    center, radius, local = _centered(points)
+    weight = robust_weights(residual, 1e-9 * radius) * found.cosine[inlier]
+    rows = plane_jacobian(local, normals)
+    values, vectors = np.linalg.eigh((rows * weight[:, None]).T @ rows)
+    inverse = (vectors / np.maximum(values, RANK_TOLERANCE * values[-1])) @ vectors.T
+    shared = len(nearest) / len(np.unique(nearest))  # points on one plane of the target share its error
+    inverse = inverse * shared * _variance(residual, weight)
+    A = about_origin(center) @ np.diag([1 / radius] * 3 + [1.0] * 3)
+    return A @ inverse @ A.T, float(np.sqrt((residual**2).mean()))
 
 
-def _centered(at: Array) -> tuple[Array, float, Array]:
-    """Return the middle of points, their root mean square distance to it, and the points as seen from there in it."""
-    middle = at.mean(axis=0)
-    arm = float(np.sqrt(((at - middle) ** 2).sum(axis=1).mean()))
-    return middle, arm, (at - middle) / arm
+def _centered(points: Array) -> tuple[Array, float, Array]:
+    """Return the center of points, their root mean square distance to it, and the points in this frame."""
+    center = points.mean(axis=0)
+    radius = float(np.sqrt(((points - center) ** 2).sum(axis=1).mean()))
+    return center, radius, (points - center) / radius
 
 
-def _trust(lack: Array, arm: float) -> Array:
-    """Return Geman and McClure's weights, at twice the spread of residuals."""
-    spread = max(2 * 1.4826 * float(np.median(np.abs(lack))), 1e-9 * arm)
-    return np.asarray(1 / (1 + (lack / spread) ** 2) ** 2)
+def _variance(residual: Array, weight: Array) -> float:
+    """Return the weighted variance of residuals, with 6 degrees of freedom less."""
+    return float((weight * residual**2).sum() / max(weight.sum() - 6, 1.0))
 
 
-def _variance(lack: Array, weight: Array) -> float:
-    """Return the variance of residuals."""
-    return float((weight * lack**2).sum() / max(weight.sum() - 6, 1.0))
-
-
-def about_zero(middle: Array) -> Array:
-    """Return the matrix (6, 6) that makes small motions about a point into the same motions about zero.
+def about_origin(center: Array) -> Array:
+    """Return the matrix (6, 6) that expresses small motions about a point as small motions about the origin.
 
     Examples
     --------
     >>> quarter = np.array([0, 0, 1.0, 0, 0, 0])
-    >>> about_zero(np.array([2.0, 0, 0])) @ quarter
+    >>> about_origin(np.array([2.0, 0, 0])) @ quarter
     array([ 0.,  0.,  1.,  0., -2.,  0.])
     """
-    x, y, z = middle
+    x, y, z = center
     A = np.eye(6)
     A[3:, :3] = [[0, -z, y], [z, 0, -x], [-y, x, 0]]
     return A

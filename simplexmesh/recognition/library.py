@@ -21,7 +21,7 @@ from simplexmesh.recognition.scene import Scene, without_strays
 from simplexmesh.recognition.shelf import Shelf
 from simplexmesh.recognition.store import Store
 from simplexmesh.recognition.surfaces import surface_of
-from simplexmesh.recognition.verify import Verdict
+from simplexmesh.recognition.verify import Evaluation
 
 Array = NDArray[np.float64]
 
@@ -109,7 +109,7 @@ class ModelLibrary:
             raise TypeError(f"path must be the name of a file, not {type(path).__name__}")
         self._store = Store(Path(path).expanduser())
         self._read_before = b"", Shelf()
-        if self._store.begun():
+        if self._store.exists():
             self._store.stamp()
         elif not self.path.parent.is_dir():
             raise FileNotFoundError(f"there is no folder {self.path.parent} for the library {self.path.name}")
@@ -168,7 +168,7 @@ class ModelLibrary:
         _check.choice("inside", inside, SIDES)
         if not replace and name in self:
             raise ValueError(_taken(name))
-        surface = surface_of(data, "data", level=level, label=label, inside=inside, poses=poses, most=KEPT)
+        surface = surface_of(data, "data", level=level, label=label, inside=inside, poses=poses, maximum=KEPT)
         if not self._store.put(name, model_of(without_strays(surface)).packed(), replace=replace):
             raise ValueError(_taken(name))
 
@@ -244,16 +244,16 @@ class ModelLibrary:
             if not shelf.names:
                 raise ValueError(f"the library {self.path} must hold models to recognize anything; it is empty")
             surface = surface_of(
-                data, "data", level=level, label=label, inside=inside, poses=poses, most=MOST_POINTS, fine=False
+                data, "data", level=level, label=label, inside=inside, poses=poses, maximum=MOST_POINTS, fine=False
             )
             surface = without_strays(surface)
             scene = Scene.of(surface)
             found = ranked(scene, profile_of(surface), shelf, best, report)
             report(1.0, "done")
         return [
-            _told(scene, shelf.names[number], shelf.models[number], verdict)
-            for number, verdict in found
-            if verdict.score >= minimum_score and np.isfinite(verdict.error)
+            _told(scene, shelf.names[number], shelf.models[number], evaluation)
+            for number, evaluation in found
+            if evaluation.score >= minimum_score and np.isfinite(evaluation.error)
         ]
 
     def _read(self) -> Shelf:
@@ -284,14 +284,14 @@ def _taken(name: str) -> str:
     return f"name must be new to the library, unless it is to replace the model {name!r} there is"
 
 
-def _told(scene: Scene, name: str, model: Model, verdict: Verdict) -> Recognition:
+def _told(scene: Scene, name: str, model: Model, evaluation: Evaluation) -> Recognition:
     """Return a verdict in the data's frames and unit."""
-    T = verdict.T.copy()
+    T = evaluation.T.copy()
     T[:3, 3] = scene.middle + scene.unit * T[:3, 3] - T[:3, :3] @ model.surface.points.mean(axis=0)
     return Recognition(
         name=name,
         T_scan_model=_check.frozen(T),
-        score=verdict.score,
-        overlap=float((verdict.marks[1] > 0).mean()),
-        error=verdict.error * scene.unit,
+        score=evaluation.score,
+        overlap=float((evaluation.point_scores[1] > 0).mean()),
+        error=evaluation.error * scene.unit,
     )

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from simplexmesh import _check
 from simplexmesh._vec import norm
+from simplexmesh.recognition.rigid import point_pairs
 
 Array = NDArray[np.float64]
 
@@ -52,10 +53,7 @@ def bounds_of(pairs: Any, slack: float | None) -> tuple[Array, Array, float]:
         if slack is not None:
             raise ValueError("slack must be left out without pairs")
         return none, none, np.inf
-    if not isinstance(pairs, tuple | list) or len(pairs) != 2:
-        raise TypeError("pairs must be two arrays of points, of the moving part and of the fixed one")
-    here = _check.array("pairs[0]", pairs[0], (None, 3))
-    there = _check.array("pairs[1]", pairs[1], (len(here), 3))
+    here, there = point_pairs(pairs, "of the moving part and of the fixed one")
     if len(here) < 3 and slack is None:
         raise ValueError(f"pairs must be at least 3 without a slack, not {len(here)}")
     return here, there, np.inf if slack is None else _check.number("slack", slack, 0.0, open_low=True)

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from simplexmesh._vec import norm, normalized
 from simplexmesh.recognition import _kernels_poses
 from simplexmesh.recognition.bags import PIXELS, Bag, bag_of, octaves_of_model
+from simplexmesh.recognition.pose_candidates import principal_axes
 from simplexmesh.recognition.profile import SIZES, profile_of
-from simplexmesh.recognition.starts import axes_of
 from simplexmesh.recognition.surfaces import Surface
 
 Array = NDArray[np.float64]
@@ -68,9 +68,9 @@ class Model:
     def placement(self) -> tuple[Array, Array, float]:
         """The middle (3,) of the points, their principal axes (3, 3) as rows, and the diagonal of their box."""
         points = self.places.astype(float) * (self.side / FINEST) + self.low
-        return *axes_of(points), float(norm(np.ptp(self.places, axis=0) * (self.side / FINEST)))
+        return *principal_axes(points), float(norm(np.ptp(self.places, axis=0) * (self.side / FINEST)))
 
-    def placed(self, unit: float) -> Surface:
+    def normalized_to(self, unit: float) -> Surface:
         """Return the surface with its middle for zero and a length for one."""
         points, normals = np.empty((len(self.places), 3)), np.empty((len(self.places), 3))
         corner = (self.low - self.placement[0]) / unit
@@ -125,7 +125,7 @@ def model_of(surface: Surface) -> Model:
     >>> bool(np.allclose(again.surface.points, model.surface.points, atol=1e-4))
     True
     """
-    smooth = surface.smoothed()
+    smooth = surface.on_planes()
     points = smooth.points
     low, side = points.min(axis=0), float(np.ptp(points, axis=0).max())
     return Model(

@@ -39,9 +39,9 @@ def profile_of(surface: Surface) -> Array:
     at = surface.smooth - surface.smooth.mean(axis=0)
     away = norm(at)
     size = float(np.sqrt((away**2).mean()))
-    some = surface.some(PAIRED, np.random.default_rng(0))
+    sample = surface.sample(PAIRED, np.random.default_rng(0))
     pairs = np.zeros((LENGTHS, BENDS))
-    _kernels_library.pair_profile(at[some], surface.normals[some], FARTHEST_PAIR * size, pairs)
+    _kernels_library.pair_profile(at[sample], surface.normals[sample], FARTHEST_PAIR * size, pairs)
     bins = np.minimum((away / (FARTHEST * size) * REACHES).astype(np.int64), REACHES - 1)
     reaches = np.bincount(bins, minlength=REACHES) / len(at)
     extents = np.sqrt(np.maximum(np.linalg.eigvalsh(at.T @ at / len(at))[::-1], 0.0)) / size

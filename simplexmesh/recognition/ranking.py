@@ -16,12 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh.motion.progress import Report
-from simplexmesh.recognition.arena import Arena
-from simplexmesh.recognition.arenas import Arenas
+from simplexmesh.recognition.batch_scoring import BatchScorer
+from simplexmesh.recognition.grid_scoring import GridScorer
 from simplexmesh.recognition.icp import refined
 from simplexmesh.recognition.scene import FIRST, LAST, Scene, Tree
 from simplexmesh.recognition.shelf import Shelf
-from simplexmesh.recognition.verify import Court, Verdict
+from simplexmesh.recognition.verify import Evaluation, Verifier
 
 Array = NDArray[np.float64]
 
@@ -52,14 +52,14 @@ class Placed:
     """A model in a scene: its place on the shelf, its best motions (h, 12), the best one's score on the scan's grid."""
 
     number: int
-    arena: Arena
+    scorer: GridScorer
     motions: Array
     score: float
 
 
-def _share(arena: Arena) -> float:
+def _share(scorer: GridScorer) -> float:
     """Return how much larger the model's area is than the smaller one: scores are of that, if it may explain all."""
-    model, scan = arena.source.area, arena.target.area
+    model, scan = scorer.source.area, scorer.target.area
     return explained(model, scan) * model / min(model, scan)
 
 
@@ -76,20 +76,20 @@ def explained(model: float, scan: float) -> float:
     return min(1.0, float(SWOLLEN * model / scan))
 
 
-def placed(numbers: list[int], arenas: list[Arena], motions: list[Array]) -> list[Placed]:
+def placed(numbers: list[int], scorers: list[GridScorer], motions: list[Array]) -> list[Placed]:
     """Return models with the likeliest of their motions; a few points say which of them to judge."""
-    many = Arenas(arenas)
+    many = BatchScorer(scorers)
     rough = many.scores(motions, every=EVERY)
     likely = [each[_best(scores, LIKELY)] for each, scores in zip(motions, rough, strict=True)]
-    return _with_best(numbers, arenas, likely, many.scores(likely), 3 * FIRST)
+    return _with_best(numbers, scorers, likely, many.scores(likely), 3 * FIRST)
 
 
 def followed(found: list[Placed], stage: int) -> list[Placed]:
     """Return models with their motions followed, roughly (0) or well (1), the best of them left."""
-    motions = [one.motions if stage else one.motions[one.arena.distinct(one.motions, FIRST)] for one in found]
-    many = Arenas([one.arena for one in found])
-    motions = many.followed(motions, stage=stage)
-    return _with_best([one.number for one in found], many.arenas, motions, many.scores(motions, stage=stage + 1), LAST)
+    motions = [one.motions if stage else one.motions[one.scorer.distinct(one.motions, FIRST)] for one in found]
+    many = BatchScorer([one.scorer for one in found])
+    motions = many.refined(motions, stage=stage)
+    return _with_best([one.number for one in found], many.scorers, motions, many.scores(motions, stage=stage + 1), LAST)
 
 
 def _best(scores: Array, most: int) -> NDArray[np.int64]:
@@ -97,39 +97,39 @@ def _best(scores: Array, most: int) -> NDArray[np.int64]:
 
 
 def _with_best(
-    numbers: list[int], arenas: list[Arena], motions: list[Array], scores: list[Array], most: int
+    numbers: list[int], scorers: list[GridScorer], motions: list[Array], scores: list[Array], most: int
 ) -> list[Placed]:
     """Return models with the best of their motions."""
     return [
-        Placed(number, arena, each[_best(marks, most)], _share(arena) * float(marks.max()))
-        for number, arena, each, marks in zip(numbers, arenas, motions, scores, strict=True)
+        Placed(number, scorer, each[_best(point_scores, most)], _share(scorer) * float(point_scores.max()))
+        for number, scorer, each, point_scores in zip(numbers, scorers, motions, scores, strict=True)
     ]
 
 
 def tried(scene: Scene, shelf: Shelf, which: NDArray[np.int64], most: int) -> list[Placed]:
     """Return which models of a shelf fit best on the scene's grid, best first."""
     models = [shelf.models[shelf.numbers[k]] for k in which]
-    arenas = [scene.arena(model) for model in models]
-    found = placed(which.tolist(), arenas, scene.motions(models, arenas, shelf.images(scene.octave), which))
+    scorers = [scene.scorer(model) for model in models]
+    found = placed(which.tolist(), scorers, scene.motions(models, scorers, shelf.images(scene.octave), which))
     for stage, count in enumerate((FOLLOWED, max(AGAIN, most))):
         found.sort(key=lambda one: -one.score)
         found = followed(found[:count], stage)
     return sorted(found, key=lambda one: -one.score)
 
 
-def proven(scene: Scene, one: Placed) -> Verdict:
+def proven(scene: Scene, one: Placed) -> Evaluation:
     """Return the verdict on the best motion of a model, refined on the points."""
-    arena = one.arena
-    trees = Tree(arena.source.points, balanced_tree=False, compact_nodes=False), scene.tree
-    court = Court.of(arena.source, arena.target, arena.size, ASKED, np.random.default_rng(0), trees)
+    scorer = one.scorer
+    trees = Tree(scorer.source.points, balanced_tree=False, compact_nodes=False), scene.tree
+    verifier = Verifier.of(scorer.source, scorer.target, scorer.size, ASKED, np.random.default_rng(0), trees)
     start = np.vstack([one.motions[0].reshape(3, 4), [0, 0, 0, 1]])
-    T = refined(court.source, court.target, court.trees[1], start, 2 * court.reach, chosen=court.samples[0],
-                rounds=ROUNDS)  # fmt: skip
-    verdict = court.judged(T)
-    return replace(verdict, score=verdict.score * explained(court.source.area, court.target.area))
+    T = refined(verifier.source, verifier.target, verifier.trees[1], start, 2 * verifier.reach, chosen=verifier.samples[0],
+                iterations=ROUNDS)  # fmt: skip
+    evaluation = verifier.evaluated(T)
+    return replace(evaluation, score=evaluation.score * explained(verifier.source.area, verifier.target.area))
 
 
-def ranked(scene: Scene, profile: Array, shelf: Shelf, most: int, report: Report) -> list[tuple[int, Verdict]]:
+def ranked(scene: Scene, profile: Array, shelf: Shelf, most: int, report: Report) -> list[tuple[int, Evaluation]]:
     """Return the identities of models, and the verdicts on where they lie in the scene, best first."""
     report(0.3, "comparing")
     profiles, images = shelf.by_profile(profile), shelf.by_images(scene.images, scene.octave)
@@ -147,13 +147,13 @@ def ranked(scene: Scene, profile: Array, shelf: Shelf, most: int, report: Report
         report(0.6, "comparing more")
         found += _proven(scene, shelf, more, most)
         found.sort(key=lambda one: -one[1].score)
-    return [(shelf.numbers[k], verdict) for k, verdict in found[:most]]
+    return [(shelf.numbers[k], evaluation) for k, evaluation in found[:most]]
 
 
-def _proven(scene: Scene, shelf: Shelf, which: NDArray[np.int64], most: int) -> list[tuple[int, Verdict]]:
+def _proven(scene: Scene, shelf: Shelf, which: NDArray[np.int64], most: int) -> list[tuple[int, Evaluation]]:
     """Return which of some models of a shelf fit best, and the verdicts on these, best first."""
     best = tried(scene, shelf, which, most)[:most] if len(which) else []
     with ThreadPoolExecutor(max(1, min(len(best), os.cpu_count() or 1))) as pool:  # trees are asked without the lock
-        verdicts = list(pool.map(lambda one: proven(scene, one), best))
-    found = [(one.number, verdict) for one, verdict in zip(best, verdicts, strict=True)]
+        evaluations = list(pool.map(lambda one: proven(scene, one), best))
+    found = [(one.number, evaluation) for one, evaluation in zip(best, evaluations, strict=True)]
     return sorted(found, key=lambda one: -one[1].score)

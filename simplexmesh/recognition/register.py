@@ -1,4 +1,4 @@
-"""Where one surface lies on another: the rigid motion between two objects, without a first guess."""
+"""Global rigid registration of two surfaces, without an initial guess."""
 
 from __future__ import annotations
 
@@ -11,36 +11,37 @@ from scipy.spatial import cKDTree
 
 from simplexmesh import _check
 from simplexmesh.motion.progress import Report, reporting
-from simplexmesh.recognition.arena import Arena, arena_of
-from simplexmesh.recognition.icp import FEWEST, about_zero, paired, refined, uncertainty
-from simplexmesh.recognition.starts import begun
-from simplexmesh.recognition.surfaces import Surface, comparable, surface_of
-from simplexmesh.recognition.verify import Court, Verdict
+from simplexmesh.recognition.grid_scoring import GridScorer, grid_scorer
+from simplexmesh.recognition.icp import MINIMUM_INLIERS, about_origin, find_correspondences, refined, uncertainty
+from simplexmesh.recognition.pose_candidates import pose_candidates
+from simplexmesh.recognition.rotation_vectors import rotation_angle
+from simplexmesh.recognition.surfaces import Surface, check_units, surface_of
+from simplexmesh.recognition.verify import Evaluation, Verifier
 
 Array = NDArray[np.float64]
 
-FOLLOWED, AGAIN, TRIED = 400, 100, 24
-"""So many motions are followed on the grid, so many of these more exactly, and so many on the points."""
+COARSE_CANDIDATES, FINE_CANDIDATES, EVALUATED = 400, 100, 24
+"""Numbers of candidates that are refined coarsely on the grid, finely on the grid, and on the points."""
 
-APART, FAR = np.radians(12.0), 0.1
-"""Poses nearer to each other than this, in turn and shift, are one: a valley without a clear lowest place."""
+SAME_ANGLE, SAME_SHIFT = np.radians(12.0), 0.1
+"""Poses nearer to each other than this, in angle and shift, are duplicates: one flat minimum of the error."""
 
-PROMISING = 0.6
-"""Motions are tried on the points whose score on the grid is at least so much of the best."""
+MINIMUM_RATIO = 0.6
+"""Least ratio of a candidate's score on the grid to the best one's to be refined on the points."""
 
-ASKED = 2000
-FIRST_ROUNDS = 8
+SAMPLES = 2000
+FIRST_ITERATIONS = 8
 
-LOST = 0.6
-"""The last refinement has lost its way if less than this share of the score is left; surfaces differ a little there."""
+KEPT_SCORE = 0.6
+"""The last refinement is discarded if less than this fraction of the score is left; it uses other surfaces."""
 
-SETTLED = 0.03
-"""The last refinement ends when a step is smaller than this share of the pose's own uncertainty."""
+STEP_RATIO = 0.03
+"""The last refinement ends when a step is smaller than this fraction of the pose's standard error."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Pose:
-    """One way in which a surface may lie on another.
+    """A candidate pose of a surface on another.
 
     Attributes
     ----------
@@ -48,7 +49,7 @@ class Pose:
     score : float
         At most 1, as in `Registration`.
     equivalent : bool
-        Whether the data does not tell it from the best.
+        Whether the data does not distinguish it from the best pose.
 
     Examples
     --------
@@ -65,35 +66,35 @@ class Pose:
     equivalent: bool
 
     def __repr__(self) -> str:
-        turn = np.degrees(np.arccos(np.clip((np.trace(self.T_target_source[:3, :3]) - 1) / 2, -1.0, 1.0)))
+        turn = np.degrees(rotation_angle(self.T_target_source[:3, :3]))
         return f"Pose(score {self.score:.2f}, turned by {turn:.1f} degrees{', equivalent' if self.equivalent else ''})"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Registration:
-    """Where the source lies on the target; made by `register`.
+    """The pose of the source on the target; made by `register`.
 
     Attributes
     ----------
     T_target_source : (4, 4) array of float
-        Takes coordinates of the source to the target's frame.
+        Maps coordinates of the source to the target's frame.
     error : float
         Root mean square distance of the source to the target's tangent planes, where they overlap, in the data's unit.
     overlap : float
-        The share of the source that lies on the target.
+        The fraction of the source that lies on the target.
     score : float
-        At most 1: the share of the smaller surface that agrees with the other, by distance and normals, less what
-        runs near it but not on it.
+        At most 1: the fraction of the smaller surface that agrees with the other in distance and normals, less what is
+        near but off it.
     ambiguous : bool
-        Whether other poses fit as well: the object is symmetric, or what both show of it is.
+        Whether other poses fit as well: the object, or its common part, is symmetric.
     poses : tuple of Pose
-        Other poses, best first; of those some may be `equivalent`.
+        Other poses, best first; some may be `equivalent`.
     open_motions : (k, 6) array of float
         Small motions in the target's frame, each a rotation vector and a shift, under which the surface slides along
-        itself: one of a surface of revolution, two of a cylinder, three of a sphere or a plane.
+        itself: one for a surface of revolution, two for a cylinder, three for a sphere or a plane.
     covariance : (6, 6) array of float
-        Of a small motion after `T_target_source`: a rotation vector in radians about the target's zero, and a shift.
-        It knows noise, not ambiguity, and of open motions only that they are very uncertain.
+        Of a small motion after `T_target_source`: a rotation vector in radians about the target's origin, and a shift.
+        It accounts for noise, not for ambiguity; open motions have very large variances.
 
     Examples
     --------
@@ -129,24 +130,24 @@ def register(
     minimum_overlap: float = 0.1,
     progress: bool | Report = False,
 ) -> Registration:
-    """Find the rigid motion that brings one object to another, without a first guess and without any scale.
+    """Find the rigid motion between two objects, without an initial guess and without scaling.
 
-    Pairs of points whose distance and normals are alike vote for motions (Drost and others 2010); the principal axes
-    and turns all around add theirs. The likeliest are followed to where points lie on tangent planes, judged by how
-    much of both surfaces agrees, and the best is refined on all points.
+    Candidates come from votes of point pair features (Drost and others 2010), the principal axes and a covering of all
+    rotations. They are refined by point-to-plane steps and scored by how much of both surfaces agrees; the best is
+    refined on all points.
 
     Parameters
     ----------
     source, target : SimplexMesh, TriangleMesh, PointCloud, Volume, array, pyvista or trimesh object, path, or scans
-        In one unit. Either may show only a part of the object. Points without normals get some.
+        In one unit. Either may be partial. Missing normals are estimated.
     level, label : number or pair of numbers, optional
-        The surface meant where the data are volumes, for both or for (source, target); as in `reconstruct`.
+        The surface of volumes, for both or for (source, target); as in `reconstruct`.
     inside : {"above", "below"}
-        Where a volume's object is, as in `reconstruct`; other data takes no notice.
+        Side of the level on which a volume's object is, as in `reconstruct`; other data ignores it.
     minimum_overlap : float
-        The least score, as a share of the smaller surface; poses found by chance have less than 0.1.
+        The minimum score, as a fraction of the smaller surface; random poses have less than 0.1.
     progress : bool or callable
-        True shows a bar; a function is called with the share done and a message.
+        True shows a bar; a function is called with the fraction done and a message.
 
     Returns
     -------
@@ -155,7 +156,7 @@ def register(
     Raises
     ------
     ValueError, TypeError, OSError
-        Data that is not there, fewer than 50 points, two units, no pose with the overlap asked for.
+        Data that is missing, fewer than 50 points, two units, or no pose with the minimum overlap.
 
     References
     ----------
@@ -176,77 +177,79 @@ def register(
     """
     minimum_overlap = _check.number("minimum_overlap", minimum_overlap, 0.0, 1.0)
     _check.choice("inside", inside, ("above", "below"))
-    levels, labels = _both("level", level), _both("label", label)
+    levels, labels = _pair("level", level), _pair("label", label)
     with reporting(progress) as report:
         report(0.0, "reading")
-        here, there = (
+        moving, fixed = (
             surface_of(data, name, level=levels[k], label=labels[k], inside=inside)
             for k, (name, data) in enumerate((("source", source), ("target", target)))
         )
-        comparable(here, there)
+        check_units(moving, fixed)
         report(0.4, "voting")
         rng = np.random.default_rng(0)
-        arena, middle, unit = arena_of(here, there, rng)
-        report(0.6, "following")
-        starts = followed(arena, begun(arena, rng))
-        court = Court.of(arena.source, arena.target, arena.size, ASKED, rng)
-        verdicts = tried(arena, court, starts)
-        _fits(verdicts[0] if verdicts else None, minimum_overlap)
+        scorer, center, unit = grid_scorer(moving, fixed, rng)
+        report(0.6, "refining candidates")
+        starts = refined_candidates(scorer, pose_candidates(scorer, rng))
+        verifier = Verifier.of(scorer.source, scorer.target, scorer.size, SAMPLES, rng)
+        evaluations = evaluated_candidates(scorer, verifier, starts)
+        _check_fit(evaluations[0] if evaluations else None, minimum_overlap)
         report(0.9, "refining")
-        raw = (here.placed(here.points.mean(axis=0), unit), there.placed(middle, unit))
-        found = concluded(court, verdicts, *raw)
-        _fits(found[0], minimum_overlap)
+        normalized = (moving.normalized_to(moving.points.mean(axis=0), unit), fixed.normalized_to(center, unit))
+        found = conclude(verifier, evaluations, *normalized)
+        _check_fit(found[0], minimum_overlap)
         report(1.0, "done")
-    return _told(*found, middle, here.points.mean(axis=0), unit)
+    return _as_registration(*found, center, moving.points.mean(axis=0), unit)
 
 
-def followed(arena: Arena, motions: Array) -> Array:
-    """Return the motions (h, 12), distinct and best first, that the most promising ones lead to."""
-    scores = arena.scores(motions)
-    for stage, count in enumerate((FOLLOWED, AGAIN)):
-        order = np.argsort(-scores, kind="stable")[:FOLLOWED]
-        order = order[arena.distinct(motions[order], count)] if stage else order
-        motions = arena.followed(motions[order], stage=stage)
-        scores = arena.scores(motions, stage=stage + 1)
+def refined_candidates(scorer: GridScorer, motions: Array) -> Array:
+    """Return the motions (h, 12) that the candidates converge to on the grid, distinct and best first."""
+    scores = scorer.scores(motions)
+    for stage, count in enumerate((COARSE_CANDIDATES, FINE_CANDIDATES)):
+        order = np.argsort(-scores, kind="stable")[:COARSE_CANDIDATES]
+        order = order[scorer.distinct(motions[order], count)] if stage else order
+        motions = scorer.refined(motions[order], stage=stage)
+        scores = scorer.scores(motions, stage=stage + 1)
     order = np.argsort(-scores, kind="stable")
-    motions = motions[order[scores[order] >= PROMISING * scores[order[0]]]]
-    return motions[arena.distinct(motions, TRIED)]
+    motions = motions[order[scores[order] >= MINIMUM_RATIO * scores[order[0]]]]
+    return motions[scorer.distinct(motions, EVALUATED)]
 
 
-def tried(arena: Arena, court: Court, motions: Array) -> list[Verdict]:
-    """Return verdicts on motions (h, 12) refined on some of the points, distinct and best first."""
+def evaluated_candidates(scorer: GridScorer, verifier: Verifier, motions: Array) -> list[Evaluation]:
+    """Return the evaluations of motions (h, 12), refined on a sample of the points, distinct and best first."""
     found = []
     for motion in motions:
         start = np.vstack([motion.reshape(3, 4), [0, 0, 0, 1]])
-        T = refined(court.source, court.target, court.trees[1], start, 2 * court.reach,
-                    chosen=court.samples[0], rounds=FIRST_ROUNDS)  # fmt: skip
-        found.append(court.judged(T))
-    found.sort(key=lambda verdict: -verdict.score)
-    ends = np.array([verdict.T[:3].ravel() for verdict in found]).reshape(-1, 12)
-    return [found[k] for k in arena.distinct(ends, TRIED, APART, FAR)]
+        T = refined(
+            verifier.source, verifier.target, verifier.trees[1], start, 2 * verifier.reach,
+            chosen=verifier.samples[0], iterations=FIRST_ITERATIONS,
+        )  # fmt: skip
+        found.append(verifier.evaluated(T))
+    found.sort(key=lambda evaluation: -evaluation.score)
+    ends = np.array([evaluation.T[:3].ravel() for evaluation in found]).reshape(-1, 12)
+    return [found[k] for k in scorer.distinct(ends, EVALUATED, SAME_ANGLE, SAME_SHIFT)]
 
 
-def concluded(
-    court: Court, verdicts: list[Verdict], source: Surface, target: Surface
-) -> tuple[Verdict, list[tuple[Verdict, bool]], Array, Array]:
-    """Return the best verdict, the others with whether they equal it, open motions and covariance.
+def conclude(
+    verifier: Verifier, evaluations: list[Evaluation], source: Surface, target: Surface
+) -> tuple[Evaluation, list[tuple[Evaluation, bool]], Array, Array]:
+    """Return the best evaluation, the others with whether they are equivalent, open motions and covariance.
 
-    The best is refined on all points, on surfaces through their neighbors: these know more than one point does. It
-    stays where it was if it loses the target there, as sparse data may have it. What it leaves uncertain is told from
-    the points as they were measured.
+    The best pose is refined on all points, projected to quadrics, which reduces noise. The refinement is discarded if
+    it loses the target, as can happen with sparse data. The covariance is that of the
+    points as measured.
     """
-    first, here, there = verdicts[0], source.drawn(), target.drawn()
-    tree = cKDTree(there.points)
-    best = court.judged(refined(here, there, tree, first.T, court.reach, still=SETTLED))
-    best = best if best.score > LOST * first.score else first
+    first, moving, fixed = evaluations[0], source.on_quadrics(), target.on_quadrics()
+    tree = cKDTree(fixed.points)
+    best = verifier.evaluated(refined(moving, fixed, tree, first.T, verifier.reach, tolerance=STEP_RATIO))
+    best = best if best.score > KEPT_SCORE * first.score else first
     T = best.T
-    covariance, error = uncertainty(source, target, paired(here, there, tree, T, court.reach), T)
-    others = [(each, each.equals(first)) for each in verdicts[1:]]
-    return replace(best, error=error), others, court.open_motions(T), covariance
+    covariance, error = uncertainty(source, target, find_correspondences(moving, fixed, tree, T, verifier.reach), T)
+    others = [(each, each.is_equivalent(first)) for each in evaluations[1:]]
+    return replace(best, error=error), others, verifier.open_motions(T), covariance
 
 
-def _fits(best: Verdict | None, minimum_overlap: float) -> None:
-    """Refuse what does not fit, or on so few points that it tells nothing."""
+def _check_fit(best: Evaluation | None, minimum_overlap: float) -> None:
+    """Require a minimum score, and enough points in common."""
     score = max(0.0, best.score) if best else 0.0
     if best is None or best.score < minimum_overlap:
         raise ValueError(
@@ -255,38 +258,38 @@ def _fits(best: Verdict | None, minimum_overlap: float) -> None:
         )
     if not np.isfinite(best.error):
         raise ValueError(
-            f"source and target must have at least {FEWEST} points in common; the best pose found has less"
+            f"source and target must have at least {MINIMUM_INLIERS} points in common; the best pose found has fewer"
         )
 
 
-def _told(
-    best: Verdict, others: list[tuple[Verdict, bool]], sliding: Array, covariance: Array, middle: Array, start: Array,
-    unit: float,
+def _as_registration(
+    best: Evaluation, others: list[tuple[Evaluation, bool]], open_motions: Array, covariance: Array,
+    target_center: Array, source_center: Array, unit: float,
 ) -> Registration:  # fmt: skip
-    """Return the result in the data's frames and unit."""
+    """Return the result in the frames and unit of the data."""
 
-    def back(T: Array) -> Array:
+    def in_data_frame(T: Array) -> Array:
         out = np.eye(4)
         out[:3, :3] = T[:3, :3]
-        out[:3, 3] = middle + unit * T[:3, 3] - T[:3, :3] @ start
+        out[:3, 3] = target_center + unit * T[:3, 3] - T[:3, :3] @ source_center
         return _check.frozen(out)
 
-    A = about_zero(middle) @ np.diag([1.0] * 3 + [unit] * 3)
-    poses = tuple(Pose(back(each.T), each.score, bool(same)) for each, same in others)
+    A = about_origin(target_center) @ np.diag([1.0] * 3 + [unit] * 3)
+    poses = tuple(Pose(in_data_frame(each.T), each.score, bool(same)) for each, same in others)
     return Registration(
-        T_target_source=back(best.T),
+        T_target_source=in_data_frame(best.T),
         error=best.error * unit,
         overlap=best.overlap,
         score=best.score,
-        ambiguous=bool(len(sliding)) or any(pose.equivalent for pose in poses),
+        ambiguous=bool(len(open_motions)) or any(pose.equivalent for pose in poses),
         poses=poses,
-        open_motions=_check.frozen(sliding @ A.T),
+        open_motions=_check.frozen(open_motions @ A.T),
         covariance=_check.frozen(A @ covariance @ A.T),
     )
 
 
-def _both(name: str, value: Any) -> tuple[Any, Any]:
-    """Return what is meant for source and target."""
+def _pair(name: str, value: Any) -> tuple[Any, Any]:
+    """Return the values for source and target."""
     if isinstance(value, tuple | list):
         if len(value) != 2:
             raise ValueError(f"{name} must be one number or a pair (source, target), not {len(value)} of them")

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
+from simplexmesh import _check
 from simplexmesh._vec import cross, dot
 from simplexmesh.recognition.rotation_vectors import rotation_matrices
 
@@ -14,6 +17,19 @@ ITERATIONS = 20
 
 TANGENTIAL_WEIGHT = 0.02
 """Weight of tangential residuals, small since those of neighbors are correlated."""
+
+
+def point_pairs(pairs: Any, owners: str) -> tuple[Array, Array]:
+    """Return the two arrays (k, 3) of a pair of corresponding points; `owners` names whose they are in the message.
+
+    Raises
+    ------
+    ValueError, TypeError
+    """
+    if not isinstance(pairs, tuple | list) or len(pairs) != 2:
+        raise TypeError(f"pairs must be two arrays of points, {owners}")
+    first = _check.array("pairs[0]", pairs[0], (None, 3))
+    return first, _check.array("pairs[1]", pairs[1], (len(first), 3))
 
 
 def rigid_fit(source: Array, target: Array) -> Array:
@@ -71,7 +87,7 @@ def point_to_plane_fit(source: Array, target: Array, normals: Array, start: Arra
         residual = dot(at - target, normals)
         weight = robust_weights(residual, 1e-12 * extent)
         local = (at - center) / extent
-        rows = np.hstack([cross(local, normals), normals])
+        rows = plane_jacobian(local, normals)
         tangential = at - target - residual[:, None] * normals
         variance = max(float(np.median((tangential**2).sum(axis=1))), 1e-24 * extent**2, 1e-300)
         relative_weight = TANGENTIAL_WEIGHT * float(np.median(residual**2)) / variance
@@ -79,7 +95,7 @@ def point_to_plane_fit(source: Array, target: Array, normals: Array, start: Arra
         vector = rows.T @ (weight * residual)
         for axis in np.eye(3):
             projected = axis - dot(normals, axis[None])[:, None] * normals
-            rows = np.hstack([cross(local, projected), projected])
+            rows = plane_jacobian(local, projected)
             matrix += relative_weight * rows.T @ rows
             vector += relative_weight * rows.T @ dot(tangential, axis[None])
         x = -np.linalg.pinv(matrix, rcond=1e-9, hermitian=True) @ vector
@@ -87,6 +103,11 @@ def point_to_plane_fit(source: Array, target: Array, normals: Array, start: Arra
         if np.linalg.norm(x) < 1e-9 * extent:
             break
     return T
+
+
+def plane_jacobian(points: Array, normals: Array) -> Array:
+    """Return the derivatives (n, 6) of distances to planes by a small rotation about the origin and a shift."""
+    return np.hstack([cross(points, normals), normals])
 
 
 def robust_weights(residuals: Array, floor: float) -> Array:

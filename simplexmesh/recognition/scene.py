@@ -12,11 +12,11 @@ from scipy.spatial import cKDTree
 
 from simplexmesh._vec import norm
 from simplexmesh.recognition import _kernels_poses
-from simplexmesh.recognition.arena import Arena, grid_of
 from simplexmesh.recognition.bags import bag_of, octave_of_scan
+from simplexmesh.recognition.grid_scoring import GridScorer, nearest_grid
 from simplexmesh.recognition.models import Model
+from simplexmesh.recognition.pose_candidates import axis_candidates, principal_axes
 from simplexmesh.recognition.shelf import Images
-from simplexmesh.recognition.starts import axes_of, between_axes
 from simplexmesh.recognition.surfaces import Surface
 
 Array = NDArray[np.float64]
@@ -58,14 +58,21 @@ def without_strays(surface: Surface) -> Surface:
     >>> bool(without_strays(surface_of(points, "ball")).extent < 3.5)
     True
     """
-    if surface.gaps is None:
+    if surface.neighbor_distances is None:
         return surface
-    kept = surface.gaps <= STRAY * np.median(surface.gaps)
+    kept = surface.neighbor_distances <= STRAY * np.median(surface.neighbor_distances)
     if kept.all() or kept.mean() < 1 - MANY:  # so many are no strays: the density differs from place to place
         return surface
     fine = None if surface.fine is None else surface.fine[:, kept]
     points, normals, smooth = surface.points[kept], surface.normals[kept], surface.smooth[kept]
-    return replace(surface, points=points, normals=normals, smooth=smooth, fine=fine, gaps=surface.gaps[kept])
+    return replace(
+        surface,
+        points=points,
+        normals=normals,
+        smooth=smooth,
+        fine=fine,
+        neighbor_distances=surface.neighbor_distances[kept],
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,13 +111,13 @@ class Scene:
     @staticmethod
     def of(surface: Surface) -> Scene:
         """Return the scene of a scan."""
-        smooth = surface.smoothed()
+        smooth = surface.on_planes()
         octave = octave_of_scan(smooth)
         bag = bag_of(smooth, range(octave, octave + 1), LOOKED, np.random.default_rng(0))
         middle, unit = smooth.points.mean(axis=0), smooth.extent
-        placed = smooth.placed(middle, unit)
+        normalized_to = smooth.normalized_to(middle, unit)
         return Scene(
-            placed, middle, unit, bag.chosen, bag.at(octave), octave, Tree(placed.points), *grid_of(placed.points)
+            normalized_to, middle, unit, bag.chosen, bag.at(octave), octave, Tree(normalized_to.points), *nearest_grid(normalized_to.points)
         )  # fmt: skip
 
     @cached_property
@@ -121,36 +128,36 @@ class Scene:
     @cached_property
     def axes(self) -> tuple[Array, Array]:
         """The middle and the principal axes."""
-        return axes_of(self.surface.points)
+        return principal_axes(self.surface.points)
 
-    def arena(self, model: Model) -> Arena:
+    def scorer(self, model: Model) -> GridScorer:
         """Return an arena for a model's surface, in the scene's unit and with its middle at zero."""
-        surface = model.placed(self.unit)
-        return Arena(
+        surface = model.normalized_to(self.unit)
+        return GridScorer(
             surface, self.surface, *_samples(len(surface)), self.grid, self.low, self.cell,
             min(model.placement[2] / self.unit, 1.0),
         )  # fmt: skip
 
     def motions(
-        self, models: list[Model], arenas: list[Arena], images: Images, which: NDArray[np.int64]
+        self, models: list[Model], scorers: list[GridScorer], images: Images, which: NDArray[np.int64]
     ) -> list[Array]:
         """Return motions (h, 12) of each model that are likely before trying: of axes, and of pairs that look alike.
 
         `which` of all whose `images` these are the models are.
         """
         chosen = [model.bag.chosen for model in models]
-        q = np.concatenate([arena.source.points[some] for arena, some in zip(arenas, chosen, strict=True)])
-        m = np.concatenate([arena.source.normals[some] for arena, some in zip(arenas, chosen, strict=True)])
+        q = np.concatenate([scorer.source.points[rows] for scorer, rows in zip(scorers, chosen, strict=True)])
+        m = np.concatenate([scorer.source.normals[rows] for scorer, rows in zip(scorers, chosen, strict=True)])
         starts = np.cumsum([0, *map(len, chosen[:-1])])
-        slacks = np.array([[SHORTEST * arena.size, SLACK * arena.size] for arena in arenas])
+        slacks = np.array([[SHORTEST * scorer.size, SLACK * scorer.size] for scorer in scorers])
         out, counts = np.empty((len(models), MOTIONS, 12)), np.zeros(len(models), np.int64)
         _kernels_poses.pair_motions(
             *(self.surface.points[self.chosen], self.surface.normals[self.chosen], self.rarity),
             *(images.reduced(self.images), images.rows, images.squares, images.spans(which)),
             *(q, m, starts, slacks, BEND, out, counts),
         )
-        axes = [between_axes((np.zeros(3), model.placement[1]), self.axes) for model in models]
-        return [np.concatenate([some, each[:count]]) for some, each, count in zip(axes, out, counts, strict=True)]
+        axes = [axis_candidates((np.zeros(3), model.placement[1]), self.axes) for model in models]
+        return [np.concatenate([first, each[:count]]) for first, each, count in zip(axes, out, counts, strict=True)]
 
 
 @cache

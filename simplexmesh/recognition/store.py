@@ -73,13 +73,13 @@ class Store:
             self._changed(file)
         return True
 
-    def begun(self) -> bool:
+    def exists(self) -> bool:
         """Whether there is anything; a crash while the file is made leaves it empty."""
         return self.path.exists() and (self.path.is_dir() or self.path.stat().st_size > 0)
 
     def names(self) -> list[str]:
         """Return all names, in the order in which they were added; none if there is no file, or nothing in it yet."""
-        if not self.begun():
+        if not self.exists():
             return []
         with self._opened() as file:
             return [name for (name,) in file.execute("SELECT name FROM models ORDER BY id")]

@@ -1,4 +1,4 @@
-"""What is to be registered: points on a surface, normals away from the solid, how dense and how noisy they are."""
+"""Surfaces for registration: points with outward normals, sampling density and noise."""
 
 from __future__ import annotations
 
@@ -21,50 +21,50 @@ from simplexmesh.motion.initial.planes import Planes
 from simplexmesh.motion.outward import STRAIGHT, sense
 from simplexmesh.motion.subjects import PointsSubject, TrianglesSubject, as_subject
 from simplexmesh.motion.targets.borders import border_of_points
-from simplexmesh.recognition import _kernels_planes
+from simplexmesh.recognition import _kernels_local_fits
 
 Array = NDArray[np.float64]
 
 MOST_POINTS = 40_000
-"""More are thinned out at random; the pose gains nothing that its covariance would show."""
+"""Larger data is subsampled at random; more points do not improve the pose within its covariance."""
 
 FEWEST_POINTS = 50
 THINNEST = 1e-3
-"""Points whose second extent is less than this of the largest lie on a line."""
+"""Least ratio of the second to the largest principal extent; points below it lie on a line."""
 
 FEW, MANY, NOISY = 16, 40, 0.25
 MEASURED = 2_000
-"""Spacing and noise are taken from about so many points."""
+"""Spacing and noise are estimated from about this many points."""
 
-ALIKE = 0.5
-"""Points of one surface are nearer to each other than this share of the other's extent, or they are in two units."""
+MAXIMUM_SPACING = 0.5
+"""Largest spacing of one surface relative to the extent of the other; beyond it the units differ."""
 
-AMONG = 6
-"""Points are strays or not by how far their so many-th neighbor is, they the first."""
+OUTLIER_NEIGHBOR = 6
+"""Rank of the neighbor whose distance identifies outliers; the point itself has rank 1."""
 
-SMOOTHED = 0.35
-TURNED_POINTS, BORDERING = 4_000, 2_000
+PLANE_NOISE = 0.35
+ORIENTED_POINTS, BORDER_POINTS = 4_000, 2_000
 CELLS = 32
 
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """Points of a surface.
+    """Points of a surface, with normals.
 
     Attributes
     ----------
     points, normals : (n, 3) array of float
-        Unit normals, away from the solid as well as can be told.
+        Unit normals, outward as far as the data determines that.
     spacing : float
-        The side of the square each point stands for, in the data's unit.
+        Square root of the area per point, in the data's unit.
     noise : float
-        Median distance of points to the planes of their neighbors.
+        Median distance of points to planes fitted to their neighbors.
     smooth : (n, 3) array of float
-        The points on those planes: three times less noise, and a bend that both surfaces share.
+        The points projected to these planes: a third of the noise, and a bias shared by both surfaces.
     fine : (2, n, 3) array of float, optional
-        The points and normals of surfaces of second degree through the neighbors: less noise, and hardly a bend.
+        Points and normals of quadrics fitted to the neighbors: less noise, and hardly any bias.
     gaps : (n,) array of float, optional
-        How far each point is from the neighbor `AMONG`.
+        Distance of each point to its neighbor of rank `OUTLIER_NEIGHBOR`.
     """
 
     points: Array
@@ -73,47 +73,47 @@ class Surface:
     noise: float
     smooth: Array
     fine: Array | None = None
-    gaps: Array | None = None
+    neighbor_distances: Array | None = None
 
     def __len__(self) -> int:
         return len(self.points)
 
     @property
     def extent(self) -> float:
-        """Length of the diagonal of the points' box."""
+        """Diagonal of the bounding box of the points."""
         return float(norm(np.ptp(self.points, axis=0)))
 
     @cached_property
     def planes(self) -> Array:
-        """(n, 6) points and normals side by side: what is read together lies together."""
+        """(n, 6) points and normals in one array, for locality of access."""
         return np.hstack([self.points, self.normals])
 
     @property
     def area(self) -> float:
-        """About the area of what was seen, in the data's unit squared."""
+        """Approximate area of the sampled surface, in the data's unit squared."""
         return len(self.points) * self.spacing**2
 
-    def placed(self, middle: Array, unit: float) -> Surface:
-        """Return the surface with a point for zero and a length for one."""
-        fine = None if self.fine is None else np.stack([(self.fine[0] - middle) / unit, self.fine[1]])
+    def normalized_to(self, center: Array, unit: float) -> Surface:
+        """Return the surface with its origin at `center`, scaled by 1 / `unit`."""
+        fine = None if self.fine is None else np.stack([(self.fine[0] - center) / unit, self.fine[1]])
         return Surface(
-            (self.points - middle) / unit, self.normals, self.spacing / unit, self.noise / unit,
-            (self.smooth - middle) / unit, fine,
+            (self.points - center) / unit, self.normals, self.spacing / unit, self.noise / unit,
+            (self.smooth - center) / unit, fine,
         )  # fmt: skip
 
-    def smoothed(self) -> Surface:
-        """Return the surface with its points on the planes of their neighbors."""
-        return Surface(self.smooth, self.normals, self.spacing, SMOOTHED * self.noise, self.smooth)
+    def on_planes(self) -> Surface:
+        """Return the surface with its points projected to planes fitted to their neighbors."""
+        return Surface(self.smooth, self.normals, self.spacing, PLANE_NOISE * self.noise, self.smooth)
 
-    def drawn(self) -> Surface:
-        """Return the surface with its points on surfaces of second degree through their neighbors, if these are known.
+    def on_quadrics(self) -> Surface:
+        """Return the surface with its points on quadrics fitted to their neighbors, if these are known.
 
-        Both surfaces may be smoothed so though their points are not alike dense: planes would bend them differently.
+        Unlike planes, quadrics do not bias surfaces of different density differently.
         """
         return self if self.fine is None else replace(self, points=self.fine[0], normals=self.fine[1])
 
-    def some(self, count: int, rng: np.random.Generator) -> NDArray[np.int64]:
-        """Return which points to take, at most so many, at random."""
+    def sample(self, count: int, rng: np.random.Generator) -> NDArray[np.int64]:
+        """Return the indices of at most `count` points, drawn at random."""
         if len(self.points) <= count:
             return np.arange(len(self.points))
         return np.sort(rng.choice(len(self.points), count, replace=False))
@@ -121,9 +121,9 @@ class Surface:
 
 def surface_of(
     data: Any, name: str, *, level: float | None = None, label: int | None = None, inside: str = "above",
-    poses: ArrayLike | None = None, most: int = MOST_POINTS, fine: bool = True,
+    poses: ArrayLike | None = None, maximum: int = MOST_POINTS, fine: bool = True,
 ) -> Surface:  # fmt: skip
-    """Return the surface of any data, or say what is wrong with it; without its fine points unless they are wanted.
+    """Return the surface of any data; without quadrics unless `fine`.
 
     Raises
     ------
@@ -136,103 +136,108 @@ def surface_of(
     >>> len(ball), bool((dot(ball.points, ball.normals) > 0.9).all()), bool(abs(ball.area / (4 * np.pi) - 1) < 0.1)
     (2880, True, True)
     """
+    points, known = _points_of(data, name, level=level, label=label, inside=inside, poses=poses)
+    first = distinct(points)[0]
+    points, known = points[first], None if known is None else known[first]
+    _check_extent(points, name)
+    if len(points) > maximum:
+        chosen = np.sort(np.random.default_rng(0).choice(len(points), maximum, replace=False))
+        points, known = points[chosen], None if known is None else known[chosen]
+    spacing, noise, near = neighborhoods(points)
+    normals, _, smooth = _planes_of(points, near)
+    if known is not None:
+        normals = np.where(dot(normals, known)[:, None] < 0, -normals, normals)
+    else:
+        normals = outward_normals(points, Planes(normals, spacing, noise))
+    quadrics = np.empty((2, len(points), 3)) if fine else None
+    if quadrics is not None:
+        _kernels_local_fits.fit_quadrics(points, near, normals, *quadrics)
+    neighbor_distances = norm(points[near[:, OUTLIER_NEIGHBOR - 1]] - points)
+    return Surface(points, normals, spacing, noise, smooth, quadrics, neighbor_distances)
+
+
+def _points_of(data: Any, name: str, **options: Any) -> tuple[Array, Array | None]:
+    """Return points (n, 3) on the surface of any data, and their normals where the data has them."""
     if isinstance(data, str | os.PathLike):
         data = as_data(data, name)
     try:
-        subject = as_subject(
-            data,
-            level=level,
-            label=label,
-            inside=inside if isinstance(data, Volume) else "above",
-            components="all",
-            poses=poses,
-        )
+        if not isinstance(data, list | tuple):
+            data = as_data(data)
+        if not isinstance(data, Volume):
+            options["inside"] = "above"
+        subject = as_subject(data, components="all", **options)
     except (ValueError, TypeError) as error:
         kind = type(error) if isinstance(error, TypeError | TopologyError) else ValueError
-        said = str(error).removeprefix("data ")
-        raise kind(f"{name} {said}" if said != str(error) else f"{name}: {error}") from None
-    known: Array | None = None
+        message = str(error).removeprefix("data ")
+        raise kind(f"{name} {message}" if message != str(error) else f"{name}: {error}") from None
     if isinstance(subject, PointsSubject):
-        points, known = subject.cloud.points, subject.cloud.normals
-    elif isinstance(subject, TrianglesSubject):
-        points, known = subject.sampled.points, subject.sampled.normals
-    else:
-        points = subject.points
-    first = distinct(points)[0]
-    points, known = points[first], None if known is None else known[first]
+        return subject.cloud.points, subject.cloud.normals
+    if isinstance(subject, TrianglesSubject):
+        return subject.sampled.points, subject.sampled.normals
+    return subject.points, None
+
+
+def _check_extent(points: Array, name: str) -> None:
+    """Require enough points that are not collinear."""
     if len(points) < FEWEST_POINTS:
         raise ValueError(f"{name} must hold at least {FEWEST_POINTS} points to be registered, not {len(points)}")
     extents = np.linalg.svd(points - points.mean(axis=0), full_matrices=False, compute_uv=False)
     if not extents[1] > THINNEST * extents[0]:
         raise ValueError(f"{name} must be points on a surface to be registered; they lie on a line")
-    if len(points) > most:
-        chosen = np.sort(np.random.default_rng(0).choice(len(points), most, replace=False))
-        points, known = points[chosen], None if known is None else known[chosen]
-    spacing, noise, near = neighbors_of(points)
-    normals, _, smooth = _planes_of(points, near)
-    if known is not None:
-        normals = np.where(dot(normals, known)[:, None] < 0, -normals, normals)
-    else:
-        normals = oriented(points, Planes(normals, spacing, noise))
-    drawn = np.empty((2, len(points), 3)) if fine else None
-    if drawn is not None:
-        _kernels_planes.fit_quadrics(points, near, normals, *drawn)
-    gaps = norm(points[near[:, AMONG - 1]] - points)
-    return Surface(points, normals, spacing, noise, smooth, drawn, gaps)
 
 
-def comparable(source: Surface, target: Surface) -> None:
-    """Refuse surfaces of which one is hardly larger than the gaps between the other's points.
+def check_units(source: Surface, target: Surface) -> None:
+    """Require two surfaces in one unit: neither may be smaller than about the other's point spacing.
 
     Raises
     ------
     ValueError
     """
-    apart, size = max(source.spacing, target.spacing), min(source.extent, target.extent)
-    if apart > ALIKE * size:
+    spacing, size = max(source.spacing, target.spacing), min(source.extent, target.extent)
+    if spacing > MAXIMUM_SPACING * size:
         raise ValueError(
-            f"source and target must be in one unit: points of the larger are {apart:.3g} apart, and the smaller is "
-            f"{size:.3g} long in all"
+            f"source and target must be in one unit: points of the larger are {spacing:.3g} apart, and the extent of "
+            f"the smaller is {size:.3g}"
         )
 
 
-def neighbors_of(points: Array) -> tuple[float, float, NDArray[np.int64]]:
-    """Return spacing, noise, and the neighbors (n, k) of points, each first its own.
+def neighborhoods(points: Array) -> tuple[float, float, NDArray[np.int64]]:
+    """Return spacing, noise, and the nearest neighbors (n, k) of points, each itself first.
 
-    Sixteen neighbors, or forty where the noise is more than a fourth of the spacing.
+    k is 16, or 40 if the noise exceeds a quarter of the spacing.
     """
     tree = cKDTree(points)
-    few = min(FEW, len(points))
-    some = points if len(points) <= MEASURED else points[:: len(points) // MEASURED]
-    distance, near = tree.query(some, k=few, workers=-1)
-    spacing = float(np.median(distance[:, -1])) * np.sqrt(np.pi / few)
+    small = min(FEW, len(points))
+    sample = points if len(points) <= MEASURED else points[:: len(points) // MEASURED]
+    distance, near = tree.query(sample, k=small, workers=-1)
+    spacing = float(np.median(distance[:, -1])) * np.sqrt(np.pi / small)
     noise = float(np.sqrt(np.median(_planes_of(points, near)[1])))
-    count = few if noise < NOISY * spacing else min(MANY, len(points))
-    if count > few or some is not points:
+    count = small if noise < NOISY * spacing else min(MANY, len(points))
+    if count > small or sample is not points:
         _, near = tree.query(points, k=count, workers=-1)
     return spacing, noise, near
 
 
 def _planes_of(points: Array, near: NDArray[np.int64]) -> tuple[Array, Array, Array]:
-    """Return normals (m, 3), mean squared distances (m,) of neighbors (m, k) to their planes, the first on them."""
+    """Return normals (m, 3), mean squared distances (m,) and projections (m, 3) of planes through neighbors (m, k)."""
     out = np.empty((len(near), 3)), np.empty(len(near)), np.empty((len(near), 3))
-    _kernels_planes.fit_planes(points, near, *out)
+    _kernels_local_fits.fit_planes(points, near, *out)
     return out
 
 
-def oriented(points: Array, found: Planes) -> Array:
-    """Return the normals (n, 3) of planes turned out of the body that points bound, or of the shell they are.
+def outward_normals(points: Array, found: Planes) -> Array:
+    """Return the normals (n, 3) of planes, oriented outward from the body or shell that the points sample.
 
-    Seen from the middle of a shell's border, or of a body, normals in the mean look away.
+    The mean normal points away from the center of a shell's border, or of a body.
     """
-    some, planes = points, found
-    if len(points) > TURNED_POINTS:
-        some = points[np.sort(np.random.default_rng(0).choice(len(points), TURNED_POINTS, replace=False))]
-        spacing, noise, near = neighbors_of(some)
-        planes = Planes(_planes_of(some, near)[0], spacing, noise)
+    sample, planes = points, found
+    if len(points) > ORIENTED_POINTS:
+        sample = points[np.sort(np.random.default_rng(0).choice(len(points), ORIENTED_POINTS, replace=False))]
+        spacing, noise, near = neighborhoods(sample)
+        planes = Planes(_planes_of(sample, near)[0], spacing, noise)
     cell = float(np.ptp(points, axis=0).max()) / CELLS
-    inward = oriented_indicator(some, planes, cell).at(points)[1]
+    inward = oriented_indicator(sample, planes, cell).at(points)[1]
     normals = np.where(dot(found.normals, inward)[:, None] > 0, -found.normals, found.normals)
-    border = border_of_points(some[:: max(1, len(some) // BORDERING)])
-    middle = border.points.mean(axis=0) if len(border.points) else points.mean(axis=0)
-    return normals if sense(points, normals, middle) >= -STRAIGHT else -normals
+    border = border_of_points(sample[:: max(1, len(sample) // BORDER_POINTS)])
+    center = border.points.mean(axis=0) if len(border.points) else points.mean(axis=0)
+    return normals if sense(points, normals, center) >= -STRAIGHT else -normals

@@ -22,9 +22,9 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import simplexmesh as sm
 from simplexmesh.recognition import register as registering
-from simplexmesh.recognition.arena import arena_of
+from simplexmesh.recognition.grid_scoring import grid_scorer
 from simplexmesh.recognition.surfaces import surface_of
-from simplexmesh.recognition.verify import Court
+from simplexmesh.recognition.verify import Verifier
 from tests import reference_recognition as reference
 
 DATA = Path(os.environ.get("SIMPLEXMESH_DATA", "data"))
@@ -85,19 +85,19 @@ def case(triangles: sm.TriangleMesh, views: bool, rng: np.random.Generator):
 def found(source: np.ndarray, target: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
     """Return the first rotation before refinement and the one of `register`, None when it refuses."""
     firsts = []
-    followed = registering.followed
+    refined_candidates = registering.refined_candidates
 
     def listening(*arguments):
-        firsts.append(followed(*arguments))
+        firsts.append(refined_candidates(*arguments))
         return firsts[-1]
 
-    registering.followed = listening
+    registering.refined_candidates = listening
     try:
         last = sm.register(source, target).T_target_source[:3, :3]
     except ValueError:
         last = None
     finally:
-        registering.followed = followed
+        registering.refined_candidates = refined_candidates
     return firsts[0][0].reshape(3, 4)[:, :3], last
 
 
@@ -159,17 +159,17 @@ def verified(source: np.ndarray, target: np.ndarray, motions: list[np.ndarray]) 
     """Return which motion fits the data best when refined, and its rotation."""
     here, there = surface_of(source, "source"), surface_of(target, "target")
     rng = np.random.default_rng(0)
-    arena, middle, unit = arena_of(here, there, rng)
-    court = Court.of(arena.source, arena.target, arena.size, registering.ASKED, rng)
+    scorer, middle, unit = grid_scorer(here, there, rng)
+    verifier = Verifier.of(scorer.source, scorer.target, scorer.size, registering.SAMPLES, rng)
     start = here.points.mean(axis=0)
-    rows = np.array([
+    motion_rows = np.array([
         np.hstack([T[:3, :3], ((T[:3, :3] @ start + T[:3, 3] - middle) / unit)[:, None]]).ravel() for T in motions
     ])  # fmt: skip
     for stage in (0, 1):
-        rows = arena.followed(rows, stage=stage)
-    verdicts = [registering.tried(arena, court, row[None])[0] for row in rows]
-    best = int(np.argmax([verdict.score for verdict in verdicts]))
-    return best, verdicts[best].T[:3, :3]
+        motion_rows = scorer.refined(motion_rows, stage=stage)
+    evaluations = [registering.evaluated_candidates(scorer, verifier, row[None])[0] for row in motion_rows]
+    best = int(np.argmax([evaluation.score for evaluation in evaluations]))
+    return best, evaluations[best].T[:3, :3]
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Planes through the neighbors of points. Arrays in, arrays out; no checks."""
+"""Local planes and quadrics through the neighbors of points. Arrays in, arrays out; no checks."""
 
 # mypy: allow-untyped-defs
 
@@ -14,37 +14,37 @@ from simplexmesh.motion.targets._kernels_algebra import principal_axes
 
 
 @njit(cache=True, error_model="numpy", parallel=True)
-def fit_planes(points, near, normals, spread, smooth):
-    """Fit a plane to points `near` (n, k), the nearest first.
+def fit_planes(points, near, normals, variance, projected):
+    """Fit planes to neighbors `near` (n, k), the point itself first.
 
-    `normals` (n, 3) become unit normals of either sign, `spread` (n,) the mean squared distance of the points to
-    the plane, `smooth` (n, 3) the nearest brought to it.
+    `normals` (n, 3) get unit normals of either sign, `variance` (n,) the mean squared distance of the neighbors to the
+    plane, `projected` (n, 3) the projection of the point to it.
     """
     n, count = near.shape
     for i in prange(n):
         A, V, middle = np.zeros((3, 3)), np.zeros((3, 3)), np.zeros(3)
         least = principal_axes(points, near[i, 0], near[i], middle, A, V)
-        spread[i] = max(0.0, A[least, least] / count)
-        lack = 0.0
+        variance[i] = max(0.0, A[least, least] / count)
+        offset = 0.0
         for a in range(3):
             normals[i, a] = V[a, least]
-            lack -= middle[a] * V[a, least]
+            offset -= middle[a] * V[a, least]
         for a in range(3):
-            smooth[i, a] = points[near[i, 0], a] - lack * V[a, least]
+            projected[i, a] = points[near[i, 0], a] - offset * V[a, least]
 
 
 @njit(cache=True, error_model="numpy")
-def _solved(A, x):
-    """Solve a symmetric positive system for x, in place, by elimination; whether that was possible."""
+def _solve(A, x):
+    """Solve a symmetric positive definite system for x, in place, by elimination; return whether it is regular."""
     n = len(x)
     for i in range(n):
         if A[i, i] <= 1e-9:
             return False
         for j in range(i + 1, n):
-            share = A[j, i] / A[i, i]
+            factor = A[j, i] / A[i, i]
             for k in range(i, n):
-                A[j, k] -= share * A[i, k]
-            x[j] -= share * x[i]
+                A[j, k] -= factor * A[i, k]
+            x[j] -= factor * x[i]
     for i in range(n - 1, -1, -1):
         for k in range(i + 1, n):
             x[i] -= A[i, k] * x[k]
@@ -53,11 +53,11 @@ def _solved(A, x):
 
 
 @njit(cache=True, error_model="numpy", parallel=True)
-def fit_quadrics(points, near, normals, places, tilted):
-    """Fit the height over a plane, a polynomial of second degree, to points `near` (n, k), the nearest first.
+def fit_quadrics(points, near, normals, projected, quadric_normals):
+    """Fit quadratic height functions over planes to neighbors `near` (n, k), the point itself first.
 
-    `places` (n, 3) become the nearest brought to it along `normals` (n, 3), `tilted` the unit normals there. Where the
-    points do not tell a polynomial they stay what they were.
+    `projected` (n, 3) get the projections of the points to the graphs along `normals` (n, 3), `quadric_normals` the
+    unit normals there. Where a fit is singular, point and normal are copied.
     """
     n, count = near.shape
     for i in prange(n):
@@ -73,10 +73,10 @@ def fit_quadrics(points, near, normals, places, tilted):
             frame[1, a] = frame[2, b] * frame[0, c] - frame[2, c] * frame[0, b]
         reach = 1e-300
         for k in range(count):
-            far = 0.0
+            squared = 0.0
             for a in range(3):
-                far += (points[near[i, k], a] - first[a]) ** 2
-            reach = max(reach, math.sqrt(far))
+                squared += (points[near[i, k], a] - first[a]) ** 2
+            reach = max(reach, math.sqrt(squared))
         for k in range(count):
             u = v = w = 0.0
             for a in range(3):
@@ -89,10 +89,10 @@ def fit_quadrics(points, near, normals, places, tilted):
                 x[a] += row[a] * w / count
                 for b in range(6):
                     A[a, b] += row[a] * row[b] / count
-        told = _solved(A, x)
+        solved = _solve(A, x)
         slope = math.sqrt(1 + x[1] ** 2 + x[2] ** 2)
         for a in range(3):
-            places[i, a] = first[a] + (x[0] * reach * frame[2, a] if told else 0.0)
-            tilted[i, a] = normals[i, a]
-            if told:
-                tilted[i, a] = (normals[i, a] - x[1] * frame[0, a] - x[2] * frame[1, a]) / slope
+            projected[i, a] = first[a] + (x[0] * reach * frame[2, a] if solved else 0.0)
+            quadric_normals[i, a] = normals[i, a]
+            if solved:
+                quadric_normals[i, a] = (normals[i, a] - x[1] * frame[0, a] - x[2] * frame[1, a]) / slope
