@@ -1,4 +1,4 @@
-"""Plain fits at borders written down as they are explained: one point at a time."""
+"""Fits at borders written down as they are explained: one point at a time."""
 
 from __future__ import annotations
 
@@ -35,3 +35,29 @@ def plain(rings, points, directions, center, radius, full):
         means.append(-np.trace(np.linalg.solve(first, second)) / 2 / radius)
     offset = places.mean(axis=0)
     return means, np.linalg.norm(offset - (offset @ normal) * normal), offset
+
+
+def high_degree(rings, points, directions, center, radius, known, degree, nearest):
+    """H of a degree less and of the degree, squared residuals, variance of H per variance of heights, and k1, k2."""
+    (k1, k2), d1, normal = known
+    found = reference.reached(rings, points, center, radius)
+    places = reference.on_its_side(found, points, directions, normal, radius) * radius
+    places = places[np.linalg.norm(places, axis=1).argsort()][:nearest]
+    u, v, z = places @ d1, places @ np.cross(normal, d1), places @ normal
+    u, v = u / np.sqrt(np.maximum(1 + k1 * z / 2, 0.5)), v / np.sqrt(np.maximum(1 + k2 * z / 2, 0.5))
+    scale = np.hypot(u, v).max()
+
+    def fit(degree):
+        powers = reference.exponents(degree)
+        design = np.stack([(u / scale) ** a * (v / scale) ** b for a, b in powers], axis=1)
+        inverse = np.linalg.pinv(design, rcond=1e-15)
+        units = np.array([scale ** (a + b) for a, b in powers])
+        coefficients = inverse @ z
+        second = sum(inverse[powers.index(at)] for at in ((2, 0), (0, 2))) / scale**2
+        return coefficients / units, z - design @ coefficients, second @ second
+
+    lower, (coefficients, residuals, amplification) = fit(degree - 1)[0], fit(degree)
+    shapes = [-np.linalg.solve(*reference.fundamental(one)) for one in (lower, coefficients)]
+    means = [np.trace(one) / 2 for one in shapes]
+    bends = np.sort(np.linalg.eigvals(shapes[1]).real)[::-1]
+    return [*means, residuals @ residuals, amplification], bends

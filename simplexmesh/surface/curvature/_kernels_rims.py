@@ -1,4 +1,4 @@
-"""How far every vertex is from a border, meshes without their outermost rows, and plain fits of many sizes."""
+"""Depths of vertices below a border, meshes without their outermost rows, and polynomial fits of several sizes."""
 # mypy: allow-untyped-defs
 
 from __future__ import annotations
@@ -25,16 +25,16 @@ from simplexmesh.surface.curvature._kernels_adaptive_jets import (
 )
 
 LOWEST, HIGHEST = 2, 4
-"""The degrees of plain fits."""
+"""Degrees of the fits."""
 
 MOST, TRIES = 640, 8
-"""So many points are gathered at most. A ball of more is made smaller, by `SHORTER`, so often at most: which points
-stay out would hang on how they are numbered."""
+"""Most points gathered, and how often a ball of more is shortened, by `SHORTER`: a truncated one would depend on the
+numbering."""
 
 
 @njit(cache=True)
 def depths(offsets, members, closed, most):
-    """Return how many edges each vertex is from a border, most + 1 where that is more than `most`."""
+    """Return the number of edges from each vertex to the nearest border, most + 1 where that exceeds `most`."""
     n = closed.shape[0]
     out, queue, stop = np.full(n, most + 1, np.int64), np.empty(n, np.int64), 0
     for i in range(n):
@@ -57,7 +57,7 @@ def depths(offsets, members, closed, most):
 
 @njit(cache=True)
 def peeled(offsets, members, depths, least):
-    """Return the links between vertices at least so deep; the others keep none."""
+    """Return the adjacency (CSR) of the vertices of at least this depth; the others lose all neighbors."""
     starts, kept, stop = np.zeros(offsets.shape[0], np.int64), np.empty(members.shape[0], np.int64), 0
     for i in range(depths.shape[0]):
         if depths[i] >= least:
@@ -71,7 +71,7 @@ def peeled(offsets, members, depths, least):
 
 @jit
 def plain(kept, work, radius, means):
-    """Fit polynomials of degrees 2, 3 and 4 to places, write their H, and return whether the places determine them."""
+    """Fit polynomials of degrees 2, 3 and 4, write their H, and return whether the positions determine them."""
     _, places, heights, columns, sums, matrix, vectors, frame = work
     u, v, z, y, x = heights[0], heights[1], heights[2], vectors[0], vectors[1]
     if not flattened(places, kept, frame, u, v, z, columns, sums, matrix, y, x):
@@ -90,10 +90,10 @@ def plain(kept, work, radius, means):
 
 @Both
 def plain_fits(centers, offsets, members, points, directions, oriented, radii, full, chunks, means, lean, inward):
-    """Fit polynomials of degrees 2, 3 and 4, coefficients free, at all radii: `means[row, k, d - 2]` is their H.
+    """Fit polynomials of degrees 2, 3 and 4 to the ball of each radius: `means[row, k, d - 2]` is their H.
 
-    Balls of more than `full[k]` points are made smaller. `inward` gets the mean place of the points of the last ball,
-    in its radius from the center, `lean` how far aside that is. NaN where a ball determines no fit.
+    Balls of more than `full[k]` points are shortened. `inward` gets the mean position of the last ball's points from
+    the center, in its radius, and `lean` the length of its tangential part. NaN where a fit is not determined.
     """
     for chunk in prange(chunks):
         stamps, work = np.full(points.shape[0], -1, np.int32), workspace(MOST)

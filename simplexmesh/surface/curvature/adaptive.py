@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from simplexmesh import _check
 from simplexmesh.surface.curvature.jets import Jets, fitted
-from simplexmesh.surface.curvature.rims import mended
+from simplexmesh.surface.curvature.rims import improved_at_borders
 from simplexmesh.surface.curvature.scales import Scales, scales_of
 from simplexmesh.surface.methods import Estimates
 from simplexmesh.surface.neighborhoods import Neighborhoods
@@ -59,7 +59,7 @@ def estimate(
     scales = _scales(samples, noise, detail)
     found = fitted(samples, around.centers, scales, samples.one_ring)
     if detail is None:
-        found = mended(samples, around.centers, scales, found)
+        found = improved_at_borders(samples, around.centers, scales, found)
     k1, k2 = found.shape.T.copy()
     mean, gauss = (k1 + k2) / 2, k1 * k2
     return Estimates(k1, k2, mean, gauss, found.reasons, found.d1, found.normals, found.error, found.scale)

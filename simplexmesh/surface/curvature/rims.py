@@ -1,8 +1,8 @@
-"""Borders, where half of each ball is missing: how to weigh fits is learned a few rows farther in, where it is not.
+"""Curvature at borders, where half of each ball is missing: a weighted sum of fits, with weights learned from the mesh.
 
-Without its outermost rows a mesh has a border like the one it had, but one where the whole mesh knows the answer. Fits
-of several sizes and degrees are made there and weighed so that they come nearest to it; at the true border the same
-fits are weighed in the same way.
+Without its outermost rows a mesh has an artificial border much like its own, at which the whole mesh knows the
+curvature. Fits of several sizes and degrees are regressed on it there (stacked regression), and combined with the same
+weights at the true border. Where there is hardly any noise, a single fit of high degree does better.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from scipy.spatial import cKDTree
 
 from simplexmesh.surface.curvature import _kernels_rims as kernels
 from simplexmesh.surface.curvature._kernels_adaptive import LEANING, chunks
+from simplexmesh.surface.curvature.high_degree import refitted
 from simplexmesh.surface.curvature.jets import Jets, fitted
 from simplexmesh.surface.curvature.scales import Scales, shuffling
 from simplexmesh.surface.curvature.stacked import stacked
@@ -25,75 +26,86 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 RADII = np.array([4.5, 6.5, 9.0, 11.5])
-"""Of the balls of plain fits, in spacings."""
+"""Of the balls of the fits combined, in spacings."""
 
 FULL = np.array([70, 140, 210, 280])
-"""A ball of more points than this is made smaller, as a half one rarely is; rims are often denser than they look."""
+"""Balls of more points are shortened; half-balls seldom hold so many, but borders are often sampled densely."""
 
 TAKEN_OFF = (2, 3, 4)
-"""So many rows are taken off: with fewer, what is known there is hardly better than at the border itself; farther in
-the surface is another."""
+"""Rows removed for the artificial borders. With fewer, what is known there is hardly better than at the border itself;
+with more, the surface there differs too much."""
 
 INSIDE, FAR = 8, 2.0
-"""The curvature so many rows farther in is another guess, where that is no farther than this times as many spacings."""
+"""The curvature so many rows inside the border is a predictor too, if no farther away than this factor times as many
+spacings."""
 
 TAUGHT, FEWEST = 80, 40
-"""So many vertices of each such border are learned from at most; of all together so many at least."""
+"""Most vertices of each artificial border in the training set, and fewest of all together."""
 
 DOUBT = 0.1
-"""This share of the squared error expected of what is known there is taken for noise in the lessons."""
+"""Share of the squared error expected of what is known there that counts as noise of the training set."""
 
 QUIET = 1e-5
-"""With less noise than this, in spacings, the fit alone is exact enough, and what it misses is not alike anywhere."""
+"""With less noise than this, in spacings, nothing is learned: truncation errors are not alike from row to row."""
+
+SMOOTH = 1e-3
+"""With less noise than this, in spacings, fits of high degree are tried."""
 
 MOST = 3.0
-"""No curvature is changed by more than so many expected errors."""
+"""Largest change of a curvature, in expected errors."""
 
 
 class Side(NamedTuple):
-    """A mesh without its outermost rows: links between what is left, and who is how many rows from its border."""
+    """A mesh without its outermost rows: the adjacency of what is left (CSR), and each vertex's depth in rows."""
 
     offsets: Indices
     members: Indices
     depths: Indices
 
 
-def mended(samples: Samples, rows: Indices, scales: Scales, found: Jets) -> Jets:
-    """Return what was found around the points `rows`, better where they are on a border.
-
-    Only curvature across the border changes: along it balls are whole. In clouds, where there are too few vertices to
-    learn from, and without noise nothing does.
-    """
+def improved_at_borders(samples: Samples, rows: Indices, scales: Scales, found: Jets) -> Jets:
+    """Return the jets at the points `rows`, improved at those on borders."""
     ring = samples.one_ring
     at = np.flatnonzero(~ring.closed[rows] & (found.reasons == FOUND))
-    quiet = scales.noise < QUIET * np.median(scales.spacing)
-    if quiet or not len(at) or not ring.closed.any():  # clouds have no rings
+    if not len(at) or not ring.closed.any():  # clouds have no rings
         return found
+    noise = scales.noise / np.median(scales.spacing)
+    if noise >= QUIET:
+        found = _corrected(samples, rows, at, scales, found)
+    return refitted(samples, rows, at, scales, found) if noise < SMOOTH else found
+
+
+def _corrected(samples: Samples, rows: Indices, at: Indices, scales: Scales, found: Jets) -> Jets:
+    """Return jets, those at `at` with the curvature across the border corrected by learned weights.
+
+    Along the border balls are whole, so nothing else changes. Where too few vertices can be learned from, nothing does.
+    """
+    ring = samples.one_ring
     depths = kernels.depths(ring.offsets, ring.members, ring.closed, max(TAKEN_OFF) + INSIDE)
     whole = Side(ring.offsets, ring.members, depths)
-    weights, honesty = _learned(samples, scales, whole)
-    guesses, inward = _guesses(samples, scales, whole, rows[at], found.some(at))
-    usable = np.isfinite(guesses).all(axis=1)
+    weights, scaling = _weights(samples, scales, whole)
+    predictors, inward = _predictors(samples, scales, whole, rows[at], found.some(at))
+    usable = np.isfinite(predictors).all(axis=1)
     at, error = at[usable], found.error[at[usable]]
-    wanted = guesses[usable] @ weights
+    wanted = predictors[usable] @ weights
     change = wanted.clip(-MOST * error, MOST * error)
     shape, d1, errors = found.shape.copy(), found.d1.copy(), found.error.copy()
     shape[at], d1[at] = bent(shape[at], d1[at], found.normals[at], inward[usable], 2.0 * change)
-    errors[at] = np.hypot(honesty * error, wanted)
+    errors[at] = np.hypot(scaling * error, wanted)
     return found._replace(shape=shape, d1=d1, error=errors)
 
 
 def bent(shape: Array, d1: Array, normals: Array, along: Array, more: Array) -> tuple[Array, Array]:
-    """Return (n, 2) principal curvatures and first directions of a surface whose curvature along a direction is more.
+    """Return (n, 2) principal curvatures and (n, 3) first directions after increasing the curvature in one direction.
 
     Parameters
     ----------
     shape : (n, 2) array of float
         k1, k2.
     d1, normals, along : (n, 3) array of float
-        The direction of k1, the normal, and the one along which, of which what is in the tangent plane counts.
+        The direction of k1, the normal, and the direction of the increase, which is projected to the tangent plane.
     more : (n,) array of float
-        By how much: the shape operator S becomes S + more t t^T with the unit vector t along.
+        The increase: the shape operator S becomes S + more t t^T for the projected unit direction t.
     """
     d2 = np.cross(normals, d1)
     a, b = (along * d1).sum(axis=1), (along * d2).sum(axis=1)
@@ -104,36 +116,39 @@ def bent(shape: Array, d1: Array, normals: Array, along: Array, more: Array) -> 
     return np.column_stack([half + swing, half - swing]), np.cos(turn)[:, None] * d1 + np.sin(turn)[:, None] * d2
 
 
-def _learned(samples: Samples, scales: Scales, whole: Side) -> tuple[Array, float]:
-    """Return the weights of guesses, and what to multiply expected errors with to be right about what they leave."""
-    lessons, doubts = [], []
+def _weights(samples: Samples, scales: Scales, whole: Side) -> tuple[Array, float]:
+    """Return the predictors' weights, and the factor by which expected errors are to be scaled to match residuals."""
+    training, doubts = [], []
     for off in TAKEN_OFF:
         rows = np.flatnonzero(whole.depths == off)
         rows = np.sort(rows[shuffling(scales.spacing)[rows].argsort(kind="stable")][:TAUGHT])
         offsets, members = kernels.peeled(*whole, off)
         side = Side(offsets, members, whole.depths - off)
         known = fitted(samples, rows, scales, whole)
-        half = fitted(samples, rows, scales, side)
-        guesses, _ = _guesses(samples, scales, side, rows, half)
+        one_sided = fitted(samples, rows, scales, side)
+        predictors, _ = _predictors(samples, scales, side, rows, one_sided)
         usable = (
-            (known.reasons == FOUND) & (half.reasons == FOUND) & (half.error > 0) & np.isfinite(guesses).all(axis=1)
+            (known.reasons == FOUND)
+            & (one_sided.reasons == FOUND)
+            & (one_sided.error > 0)
+            & np.isfinite(predictors).all(axis=1)
         )
-        error, wanted = half.error[usable], (known.shape - half.shape).mean(axis=1)[usable]
+        error, wanted = one_sided.error[usable], (known.shape - one_sided.shape).mean(axis=1)[usable]
         if usable.any():
-            lessons.append((guesses[usable] / error[:, None], wanted / error))
+            training.append((predictors[usable] / error[:, None], wanted / error))
             doubts.append(known.error[usable] / error)
     if sum(map(len, doubts)) < FEWEST:
         return np.zeros(1 + 3 * len(RADII)), 1.0
-    weights, rest = stacked(lessons, MOST)
-    noise, signal = (np.concatenate(part) @ np.concatenate(part) for part in (doubts, [y for _, y in lessons]))
+    weights, rest = stacked(training, MOST)
+    noise, signal = (np.concatenate(part) @ np.concatenate(part) for part in (doubts, [y for _, y in training]))
     weights *= max(0.0, 1.0 - DOUBT * noise / max(signal, 1e-300))
     return weights, max(1.0, float(np.median(np.abs(rest))) / 0.6745)
 
 
-def _guesses(samples: Samples, scales: Scales, side: Side, rows: Indices, own: Jets) -> tuple[Array, Array]:
-    """Return (n, g) guesses of H as differences from what was found, and (n, 3) ways inward; NaN where there are none.
+def _predictors(samples: Samples, scales: Scales, side: Side, rows: Indices, own: Jets) -> tuple[Array, Array]:
+    """Return (n, g) predictors of H as differences from the jets' own, NaN where undetermined, and (n, 3) ways inward.
 
-    Polynomials of degrees 2, 3 and 4 in each ball, and what is found around the vertex `INSIDE` rows farther in.
+    They are fits of degrees 2, 3 and 4 to each ball, and the jet of the nearest vertex `INSIDE` rows from the border.
     """
     n = len(rows)
     means, lean, inward = np.zeros((n, len(RADII), 3)), np.zeros(n), np.zeros((n, 3))

@@ -1,4 +1,4 @@
-"""Several guesses made one, with weights learned where the truth is known (stacked regressions, Breiman 1996)."""
+"""Stacked regression (Breiman 1996): several predictors combined by ridge weights learned where the truth is known."""
 
 from __future__ import annotations
 
@@ -8,20 +8,20 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 RIDGES = (1000.0, 10.0, 1.0, 0.1, 0.01)
-"""By so much, in shares of how much each guess varies, weights may be held back; the first leaves nearly none."""
+"""Ridge parameters tried, relative to each predictor's sum of squares; the first shrinks all weights to nearly zero."""
 
 
-def stacked(lessons: list[tuple[Array, Array]], most: float) -> tuple[Array, Array]:
-    """Return the weights of guesses that come nearest to what is wanted, and what they leave.
+def stacked(training: list[tuple[Array, Array]], most: float) -> tuple[Array, Array]:
+    """Return the weights of the predictors, and the residuals.
 
-    They are held back, towards zero, by as much as is best where each lesson in turn is left out and foretold.
+    The ridge parameter is chosen by cross-validation, each set in turn being left out.
 
     Parameters
     ----------
-    lessons : list of ((n, g) array of float, (n,) array of float)
-        Guesses and what is wanted, as differences from what is believed without them, in its expected errors.
+    training : list of ((n, g) array of float, (n,) array of float)
+        Predictors and responses of each set, in expected errors of the response's present estimate, which is zero.
     most : float
-        No sum of weighted guesses counts for more.
+        Predictions are clipped to plus and minus this.
 
     Returns
     -------
@@ -29,31 +29,31 @@ def stacked(lessons: list[tuple[Array, Array]], most: float) -> tuple[Array, Arr
 
     Examples
     --------
-    >>> guesses = np.random.default_rng(0).normal(size=(2, 50, 3))
-    >>> stacked([(one, one @ [1.0, -0.5, 0.2]) for one in guesses], 9.0)[0].round(1)
+    >>> predictors = np.random.default_rng(0).normal(size=(2, 50, 3))
+    >>> stacked([(one, one @ [1.0, -0.5, 0.2]) for one in predictors], 9.0)[0].round(1)
     array([ 1. , -0.5,  0.2])
     """
-    x, y = _together(lessons)
-    if len(lessons) < 2:
+    x, y = _together(training)
+    if len(training) < 2:
         return np.zeros(x.shape[1]), y
-    losses = [sum(_missed(lessons, i, ridge, most) for i in range(len(lessons))) for ridge in RIDGES]
+    losses = [sum(_validation_error(training, i, ridge, most) for i in range(len(training))) for ridge in RIDGES]
     weights = _solved(x, y, RIDGES[losses.index(min(losses))])
-    rest: Array = y - (x @ weights).clip(-most, most)
-    return weights, rest
+    residuals: Array = y - (x @ weights).clip(-most, most)
+    return weights, residuals
 
 
-def _together(lessons: list[tuple[Array, Array]]) -> tuple[Array, Array]:
-    return np.concatenate([x for x, _ in lessons]), np.concatenate([y for _, y in lessons])
+def _together(training: list[tuple[Array, Array]]) -> tuple[Array, Array]:
+    return np.concatenate([x for x, _ in training]), np.concatenate([y for _, y in training])
 
 
-def _missed(lessons: list[tuple[Array, Array]], left_out: int, ridge: float, most: float) -> float:
-    """Return by how much one lesson is missed by what the others teach, in all."""
-    x, y = _together(lessons[:left_out] + lessons[left_out + 1 :])
-    asked, wanted = lessons[left_out]
-    return float(np.abs(wanted - (asked @ _solved(x, y, ridge)).clip(-most, most)).sum())
+def _validation_error(training: list[tuple[Array, Array]], left_out: int, ridge: float, most: float) -> float:
+    """Return the sum of absolute errors on one set with weights learned from the others."""
+    x, y = _together(training[:left_out] + training[left_out + 1 :])
+    predictors, response = training[left_out]
+    return float(np.abs(response - (predictors @ _solved(x, y, ridge)).clip(-most, most)).sum())
 
 
 def _solved(x: Array, y: Array, ridge: float) -> Array:
     square = x.T @ x
-    held = ridge * np.diag(square) + 1e-12 * np.trace(square) + 1e-300
-    return np.asarray(np.linalg.solve(square + np.diag(held), x.T @ y), float)
+    diagonal = ridge * np.diag(square) + 1e-12 * np.trace(square) + 1e-300
+    return np.asarray(np.linalg.solve(square + np.diag(diagonal), x.T @ y), float)
