@@ -6,7 +6,9 @@ Called by public functions only, never by kernels.
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
@@ -201,7 +203,7 @@ def choice(name: str, value: Any, options: Sequence[str]) -> str:
     ...
     ValueError: init must be one of 'auto', 'sphere', not 'spere': did you mean 'sphere'?
     """
-    if value not in options:
+    if not isinstance(value, str) or value not in options:
         meant = closest_word(value, options)
         hint = f": did you mean {meant!r}?" if meant else ""
         raise ValueError(f"{name} must be one of {', '.join(map(repr, options))}, not {value!r}{hint}")
@@ -228,6 +230,21 @@ def closest_word(word: Any, words: Sequence[str]) -> str | None:
 def _plain(word: str) -> str:
     """Return a word in lower case without separators."""
     return word[:1].lower() + word[1:].lower().translate({ord(mark): None for mark in "-_ "})
+
+
+def path(name: str, value: Any) -> Path:
+    """Return `value`, a string or path, as a Path with the home directory expanded.
+
+    Examples
+    --------
+    >>> path("path", 3)
+    Traceback (most recent call last):
+    ...
+    TypeError: path must be a string or a Path, not int
+    """
+    if not isinstance(value, str | os.PathLike):
+        raise TypeError(f"{name} must be a string or a Path, not {type(value).__name__}")
+    return Path(value).expanduser()
 
 
 def instance(name: str, value: Any, kind: type[Kind]) -> Kind:

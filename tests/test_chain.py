@@ -137,6 +137,8 @@ class TestClipped:
     def test_takes_a_simplex_mesh_and_an_open_surface(self):
         assert sm.clipped(EGG, (0, 0, 0), (1, 0, 0), cap=True).volume == pytest.approx(EGG.volume / 2, rel=1e-6)
         half = sm.clipped(BALL, (0, 0, 0), (0, 0, 1))
+        for length in (1e-200, 1e200):  # whose squares are 0 and infinite
+            np.testing.assert_array_equal(sm.clipped(BALL, (0, 0, 0), (0, 0, length)).vertices, half.vertices)
         quarter = sm.clipped(half, (0, 0, 0), (1, 0, 0))
         assert quarter.area == pytest.approx(BALL.area / 4, rel=1e-3)
 
@@ -149,6 +151,7 @@ class TestClipped:
                 "surface must be within 1e-60 and 1e+60 in its unit of length, not reach to 1e+160: "
                 "choose another unit",
             ),
+            (lambda: sm.clipped(BALL, (0, 0, 0), (0, 0, 1), cap="no"), "cap must be true or false, not str 'no'"),
             (lambda: sm.clipped(BALL, (0, 0), (0, 0, 1)), "origin must have shape (3,), not (2,)"),
             (lambda: sm.clipped(BALL, (0, 0, 0), (0, 0, np.nan)), "normal must be finite; normal[2] is nan"),
             (
@@ -204,7 +207,7 @@ class TestDeviation:
             found = sm.deviation(points, inward)
         assert {each.filename for each in caught} == {__file__}
         assert found.distances == pytest.approx(-sm.deviation(points, BALL).distances, abs=1e-12)
-        with pytest.warns(sm.SimplexMeshWarning, match="turned"):
+        with pytest.warns(sm.SimplexMeshWarning, match="flipped"):
             outward = inward.oriented()
         assert sm.deviation(points, outward).distances == pytest.approx(-found.distances, abs=1e-12)
 

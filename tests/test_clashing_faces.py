@@ -57,7 +57,7 @@ def test_normals_tell(method):
 
 def test_what_is_told_mends_it():
     mixed = flipped(*range(0, len(BALL.faces), 3))
-    with pytest.warns(SimplexMeshWarning, match="^turned"):
+    with pytest.warns(SimplexMeshWarning, match="^flipped"):
         mended = mixed.oriented()
     assert told(lambda: sm.curvature(mended, "sine")) == []
     assert (sm.curvature(mended, "sine").mean > 0).all()

@@ -68,6 +68,8 @@ def test_joined_clouds_keep_normals_only_if_all_have_them():
     assert_array_equal(PointCloud.joined([bare, full]).points, np.vstack([TETRAHEDRON, TETRAHEDRON + 5]))
     assert PointCloud.joined([bare, full]).normals is None
     assert len(PointCloud.joined([full, full]).normals) == 8
+    with pytest.raises(TypeError, match=r"^clouds\[0\] must be a PointCloud, not ndarray$"):
+        PointCloud.joined([TETRAHEDRON])
     with pytest.raises(ValueError, match="clouds must be at least one"):
         PointCloud.joined([])
 
@@ -96,6 +98,7 @@ def test_a_cloud_without_duplicates_is_left_alone():
         (np.where(TETRAHEDRON > 0, np.nan, 0), None, ValueError, "points must be finite; 3 of 4 have NaN or infinite"),
         (TETRAHEDRON.astype(complex), None, TypeError, "points must be numbers"),
         ([["a"] * 3] * 4, None, TypeError, "points must be numbers"),
+        (TETRAHEDRON, "up", TypeError, r"normals must be numbers of shape \(\*, 3\), not str of <U2"),
         (TETRAHEDRON, TETRAHEDRON, ValueError, "normals must have a direction; 1 of 4 are zero"),
         (TETRAHEDRON, np.ones((3, 3)), ValueError, r"normals must have shape \(4, 3\), not \(3, 3\)"),
         (TETRAHEDRON, np.full((4, 3), np.inf), ValueError, "normals must be finite; 4 of 4"),

@@ -139,6 +139,7 @@ def test_degenerate_faces_are_removed_and_reported(box):
         (CORNERS, np.zeros((0, 3), int), ValueError, "faces must be at least one, not none"),
         (CORNERS, [[0, 1, 8]], ValueError, r"faces\[0, 2\] is 8, outside 0..7"),
         (CORNERS, [[0, 1, -1]], ValueError, r"faces\[0, 2\] is -1, outside"),
+        (CORNERS, [[0, 1, 2], [0, 1]], ValueError, "faces must be an array, but its rows have different lengths"),
         (CORNERS, [[0, 1, 2, 3]], ValueError, r"faces must have shape \(\*, 3\)"),
         (CORNERS, [[0.0, 1.5, 2.0]], TypeError, "faces must be whole numbers, not float64"),
         (CORNERS[:3], [[0, 1, 2]], ValueError, "vertices must be at least 4, not 3"),
@@ -210,7 +211,7 @@ class TestOriented:
     def test_faces_are_turned_like_their_neighbors_and_outward(self, box, share):
         faces = box.faces.copy()
         faces[::share] = faces[::share, ::-1]
-        with pytest.warns(SimplexMeshWarning, match=f"^turned {len(faces[::share])} of 12 triangles$"):
+        with pytest.warns(SimplexMeshWarning, match=f"^flipped {len(faces[::share])} of 12 triangles$"):
             turned = TriangleMesh(box.vertices, faces).oriented()
         assert turned.is_closed
         assert turned.volume == pytest.approx(6)
@@ -218,14 +219,14 @@ class TestOriented:
     def test_inside_out(self, box):
         inside_out = TriangleMesh(box.vertices, box.faces[:, ::-1])
         assert inside_out.oriented(outward=False) is inside_out
-        with pytest.warns(SimplexMeshWarning, match="^turned 12 of 12 triangles$"):
+        with pytest.warns(SimplexMeshWarning, match="^flipped 12 of 12 triangles$"):
             assert inside_out.oriented().volume == pytest.approx(6)
 
     def test_an_open_surface_goes_with_the_majority(self):
         surface = sm.cylinder(9, 4).triangulated()
         faces = surface.faces.copy()
         faces[:20] = faces[:20, ::-1]
-        with pytest.warns(SimplexMeshWarning, match="turned 20 of"):
+        with pytest.warns(SimplexMeshWarning, match="flipped 20 of"):
             turned = TriangleMesh(surface.vertices, faces).oriented()
         assert_allclose(turned.face_vectors, surface.face_vectors, atol=1e-14)
 

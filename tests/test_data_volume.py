@@ -183,6 +183,7 @@ class TestRefusals:
             ({"spacing": (1, 0, 1)}, ValueError, "spacing must be positive along every axis"),
             ({"spacing": -1}, ValueError, "spacing must be positive along every axis"),
             ({"spacing": "fine"}, TypeError, "spacing must be a number, not str"),
+            ({"spacing": (1, [1, 1])}, ValueError, "spacing must be an array, but its rows have different lengths"),
             ({"spacing": (1, 1)}, ValueError, r"spacing must have shape \(3,\), not \(2,\)"),
             ({"origin": (0, np.nan, 0)}, ValueError, "origin must be finite"),
             ({"direction": np.ones((3, 3))}, ValueError, "direction must have perpendicular columns of length one"),

@@ -221,6 +221,24 @@ class TestRefusals:
             save(tmp_path / name, value)
         assert [p.name for p in tmp_path.iterdir()] == ["folder.vtp"]
 
+    @pytest.mark.parametrize(
+        ("arrays", "error", "message"),
+        [
+            ([1], TypeError, r"arrays must be a Mapping, not list"),
+            ({"a": [[1], [2, 3]]}, ValueError, r"arrays\['a'\] must be an array, but its rows have different lengths"),
+            ({"a": ["x"] * 80}, TypeError, r"arrays\['a'\] must be numbers, not list of <U1"),
+            ({"a": np.zeros(3)}, ValueError, r"arrays\['a'\] must have 80 rows, not shape \(3,\)"),
+        ],
+    )
+    def test_of_arrays(self, arrays, error, message, tmp_path):
+        with pytest.raises(error, match=message):
+            save(tmp_path / "a.vtp", sm.PointCloud(sm.sphere(2).vertices), arrays=arrays)
+
+    @pytest.mark.parametrize("call", [lambda: save(3, sm.sphere(2)), lambda: sm.read_poses(3), lambda: sm.read(3)])
+    def test_of_paths(self, call):
+        with pytest.raises(TypeError, match=r"^path must be a string or a Path, not int$"):
+            call()
+
     @pytest.mark.parametrize("ending", [".vtp", ".ply", ".obj", ".off", ".stl", ".xyz"])
     def test_nothing_is_half_written(self, ending, tmp_path, monkeypatch):
         path = tmp_path / f"mesh{ending}"

@@ -181,6 +181,11 @@ def test_integers_say_what_is_wrong(value, error, message):
     assert str(caught.value) == message
 
 
+def test_choices_are_words():
+    with pytest.raises(ValueError, match=r"^init must be one of 'auto', 'sphere', not array\(\[0., 0., 0.\]\)$"):
+        _check.choice("init", np.zeros(3), ["auto", "sphere"])
+
+
 def test_choices_are_listed():
     with pytest.raises(ValueError, match=r"^init must be one of 'auto', 'sphere', not 'cube'$"):
         _check.choice("init", "cube", ["auto", "sphere"])

@@ -154,7 +154,7 @@ def test_triangles_are_repaired_or_refused():
     ball = sm.sphere(8).triangulated()
     turned = np.where(np.arange(len(ball.faces))[:, None] % 3 == 0, ball.faces[:, ::-1], ball.faces)
     for faces in (turned, ball.faces[:, ::-1]):
-        with pytest.warns(sm.SimplexMeshWarning, match=r"turned [\d,]+ of 3,840 triangles"):
+        with pytest.warns(sm.SimplexMeshWarning, match=r"flipped [\d,]+ of 3,840 triangles"):
             model = sm.reconstruct(sm.TriangleMesh(ball.vertices, faces), vertices=400)
         assert model.mesh.genus == 0
         assert_allclose(np.linalg.norm(model.mesh.vertices, axis=1), 1, atol=0.02)

@@ -174,5 +174,9 @@ def test_absent_label_is_refused():
     values[2:5] = 2
     with pytest.raises(ValueError, match=r"label must be present in the volume, 5 is not; present are \[0, 2\]"):
         LabelSurface(Volume(values), 5)
+    with pytest.raises(TypeError, match="label must be a number, not list"):
+        LabelSurface(Volume(values), [2])
+    with pytest.raises(ValueError, match="volume holds intensities"):
+        LabelSurface(Volume(np.arange(512.0).reshape(8, 8, 8)), 5)
     with pytest.raises(ValueError, match="nonzero"):
         LabelSurface(Volume(np.zeros((4, 4, 4))))

@@ -194,3 +194,14 @@ def test_targets_can_be_found_by_looking():
     assert dir(sm.targets) == ["Isosurface", "LabelSurface", "Points", "Triangles", "Union"]
     assert {"surface", "heat", "picture"} <= set(dir(sm.plot))
     assert "skin" not in dir(sm.plot)
+
+
+def test_orientation_is_true_or_false():
+    with pytest.raises(TypeError, match=r"^oriented must be true or false, not str 'no'$"):
+        sm.targets.Triangles(sm.sphere(2), oriented="no")
+
+
+def test_directions_must_be_known_somewhere():
+    target = sm.targets.Points(sm.sphere(4).vertices)
+    with pytest.raises(ValueError, match=r"^directions must be nonzero at 4 points or more, not 0$"):
+        target.oriented_by(np.zeros((320, 3)))

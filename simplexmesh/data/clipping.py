@@ -12,6 +12,7 @@ from vtkmodules.vtkFiltersCore import vtkClipPolyData
 from vtkmodules.vtkFiltersGeneral import vtkClipClosedSurface
 
 from simplexmesh import _check
+from simplexmesh._vec import normalized
 from simplexmesh.data import vtk
 from simplexmesh.data.convert import as_triangles
 from simplexmesh.data.triangles import TriangleMesh
@@ -54,14 +55,15 @@ def clipped(surface: Any, origin: ArrayLike, normal: ArrayLike, *, cap: bool = F
     mesh = as_triangles(surface, "surface").welded(report=False)
     _check.size("surface", mesh.bounds)
     at, direction = _check.array("origin", origin, (3,)), _check.array("normal", normal, (3,))
-    length = float(np.linalg.norm(direction))
-    if not length > 0:
+    _check.flag("cap", cap)
+    if not direction.any():
         raise ValueError("normal must not be the zero vector")
+    direction = normalized(direction / np.abs(direction).max())  # lengths whose squares overflow are legal
     if cap and not mesh.is_closed:
         raise ValueError("surface must be closed to be capped, it has a border")
     plane = vtkPlane()
     plane.SetOrigin(*at)
-    plane.SetNormal(*(direction / length))
+    plane.SetNormal(*direction)
     faces = mesh.faces
     data = vtk.polydata(mesh.vertices, np.full(len(faces), 3), faces.ravel(), {}, None)
     out = _cut(data, plane, cap=cap)

@@ -110,7 +110,7 @@ def _compressed(name: str, body: bytes, dtype: np.dtype[Any], count: int) -> dic
     packed, size = (int(n) for n in np.frombuffer(body, "<u4", 2))
     _check_length(name, len(body) - 8, packed, "compressed bytes")
     if size != count * dtype.itemsize:
-        raise OSError(f"{name} must unpack to {count * dtype.itemsize:,} bytes, it says {size:,}")
+        raise OSError(f"{name} must decompress to {count * dtype.itemsize:,} bytes, its header says {size:,}")
     flat, written = lzf_decompressed(np.frombuffer(body, np.uint8, packed, 8), size)
     if written != size:
         raise OSError(f"{name} has damaged compressed points")

@@ -103,7 +103,7 @@ class PointCloud:
         SimplexMeshWarning
             There were duplicate points; the message says how many.
         """
-        first, place = distinct(self.points)
+        first, inverse = distinct(self.points)
         duplicates = len(self) - len(first)
         if not duplicates:
             return self
@@ -112,7 +112,7 @@ class PointCloud:
         if self.normals is not None:
             normals = np.zeros((len(first), 3))
             for j in range(3):
-                normals[:, j] = np.bincount(place, self.normals[:, j])
+                normals[:, j] = np.bincount(inverse, self.normals[:, j])
             opposed = _vec.norm(normals) < 1e-6
             normals[opposed] = self.normals[first[opposed]]
         return PointCloud(self.points[first], normals)
@@ -120,6 +120,8 @@ class PointCloud:
     @staticmethod
     def joined(clouds: Sequence[PointCloud]) -> PointCloud:
         """Return the concatenation of several clouds; with normals if all have them."""
+        for k, cloud in enumerate(clouds):
+            _check.instance(f"clouds[{k}]", cloud, PointCloud)
         if not clouds:
             raise ValueError("clouds must be at least one, not none")
         normals = [cloud.normals for cloud in clouds if cloud.normals is not None]
@@ -148,8 +150,8 @@ def cloud_of_file(name: str, points: Array, normals: Array | None, *, missing: b
         keep &= np.isfinite(normals).all(axis=1) & normals.any(axis=1)
     if keep.all():
         return PointCloud(points, normals)
-    gone = int(np.count_nonzero(~keep))
-    warn(f"{name}: left out {gone:,} of {len(keep):,} points, not measured or without direction")
+    dropped = int(np.count_nonzero(~keep))
+    warn(f"{name}: left out {dropped:,} of {len(keep):,} points, not measured or without direction")
     return PointCloud(points[keep], None if normals is None else normals[keep])
 
 
@@ -158,8 +160,8 @@ def distinct(positions: Array) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
 
     Examples
     --------
-    >>> first, place = distinct(np.array([[1.0, 0, 0], [2, 0, 0], [1, -0.0, 0]]))
-    >>> first.tolist(), place.tolist()
+    >>> first, inverse = distinct(np.array([[1.0, 0, 0], [2, 0, 0], [1, -0.0, 0]]))
+    >>> first.tolist(), inverse.tolist()
     ([0, 1], [0, 1, 0])
     """
     plus_zero: Array = np.ascontiguousarray(positions + 0.0, dtype=np.float64)
@@ -187,7 +189,7 @@ def _finite_rows(name: str, value: Any) -> Array:
         bad = len(out) - int(np.count_nonzero(np.isfinite(out).all(axis=1)))
         if bad:
             raise ValueError(f"{name} must be finite; {bad} of {len(out)} have NaN or infinite coordinates")
-    return _check.array(name, out, (None, 3))
+    return _check.array(name, out if out.dtype.kind in "biuf" else value, (None, 3))
 
 
 def _frozen_points(points: Array, given: Any) -> Array:

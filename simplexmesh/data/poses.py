@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -52,7 +51,7 @@ def read_poses(path: str | os.PathLike[str]) -> dict[str, Array]:
     ...     read_poses(path)["front.ply"][:3, 3]
     array([1., 2., 3.])
     """
-    where = Path(path).expanduser()
+    where = _check.path("path", path)
     if not where.is_file():
         raise FileNotFoundError(f"path must be a file of poses, {os.fspath(path)!r} does not exist")
     text = where.read_text(encoding="utf-8", errors="replace")

@@ -8,9 +8,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from numpy.typing import ArrayLike
 
+from simplexmesh import _check
 from simplexmesh.data import formats
 from simplexmesh.data.points import PointCloud
 from simplexmesh.data.poses import read_poses
@@ -104,7 +104,7 @@ def read_volume(path: str | os.PathLike[str], *, spacing: ArrayLike | None = Non
         raise _wrong_content("a volume", path, out)
     if spacing is None:
         return out
-    return Volume(out.values, np.asarray(spacing), out.origin, out.direction)
+    return Volume(out.values, _check.any_array("spacing", spacing), out.origin, out.direction)
 
 
 def read_points(path: str | os.PathLike[str]) -> PointCloud:
@@ -237,9 +237,7 @@ def _errors_naming(path: Path) -> Iterator[None]:
 
 
 def _existing(path: str | os.PathLike[str]) -> Path:
-    if not isinstance(path, str | os.PathLike):
-        raise TypeError(f"path must be a string or a Path, not {type(path).__name__}")
-    where = Path(path).expanduser()
+    where = _check.path("path", path)
     if not where.exists():
         raise FileNotFoundError(f"path must be a file or folder, {os.fspath(path)!r} does not exist")
     return where if where.name not in ("", "..") else where.resolve()  # messages name the folder itself

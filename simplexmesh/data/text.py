@@ -97,6 +97,6 @@ def _bad_line(name: str, body: bytes, columns: int) -> str:
         if wrong is not None:
             return f"{name} must hold numbers, not {wrong.decode('latin-1')[:40]!r}"
         if words and len(words) != columns:
-            said = line.decode("latin-1")[:60]
-            return f"{name} must have {columns} numbers on every line, not {len(words)} as in {said!r}"
+            start = line.decode("latin-1")[:60]
+            return f"{name} must have {columns} numbers on every line, not {len(words)} as in {start!r}"
     return f"{name} holds no points"

@@ -61,14 +61,14 @@ class TriangleMesh:
         vertices = _check.array("vertices", self.vertices, (None, 3))
         if len(vertices) < 4:
             raise ValueError(f"vertices must be at least 4, not {len(vertices)}")
-        if np.ndim(self.faces) == 2 and not len(self.faces):
+        given = _check.any_array("faces", self.faces)
+        if given.ndim == 2 and not len(given):
             raise ValueError("faces must be at least one, not none")
         faces = _check.indices("faces", self.faces, (None, 3), len(vertices))
-        whole = are_proper(faces)
-        if not whole.all():
-            gone = int(np.count_nonzero(~whole))
-            warn(f"removed {gone:,} degenerate faces of {len(faces):,}")
-            faces = faces[whole]
+        proper = are_proper(faces)
+        if not proper.all():
+            warn(f"removed {np.count_nonzero(~proper):,} degenerate faces of {len(faces):,}")
+            faces = faces[proper]
             if not len(faces):
                 raise ValueError("faces must be at least one with three different vertices, not none")
         object.__setattr__(self, "vertices", _check.frozen(vertices))
@@ -198,20 +198,20 @@ class TriangleMesh:
         >>> import warnings
         >>> square = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
         >>> with warnings.catch_warnings():
-        ...     warnings.simplefilter("ignore")  # it says: turned 1 of 2 triangles
+        ...     warnings.simplefilter("ignore")  # flipped 1 of 2 triangles
         ...     TriangleMesh(square, [[0, 1, 2], [0, 3, 2]]).oriented().faces.tolist()
         [[0, 1, 2], [0, 2, 3]]
         """
         from simplexmesh.mesh import manifold
 
-        kept, mates, said = manifold.matched(self.faces)
+        kept, mates, repairs = manifold.matched(self.faces)
         faces, _, _ = manifold.oriented(self.vertices, kept, mates, outward=outward)
-        turned = int(np.count_nonzero((faces != kept).any(axis=1)))
-        if turned:
-            said.append(f"turned {turned:,} of {len(faces):,} triangles")
-        if not said:
+        flipped = int(np.count_nonzero((faces != kept).any(axis=1)))
+        if flipped:
+            repairs.append(f"flipped {flipped:,} of {len(faces):,} triangles")
+        if not repairs:
             return self
-        warn(", ".join(said))
+        warn(", ".join(repairs))
         return TriangleMesh(self.vertices, faces)
 
     def transformed(self, T_target_source: ArrayLike) -> TriangleMesh:
@@ -243,15 +243,15 @@ class TriangleMesh:
         SimplexMeshWarning
             Vertices were merged or faces removed.
         """
-        unique, place = distinct_positions(self.vertices, _check.number("tolerance", tolerance, 0.0))
-        faces = place[self.faces]
-        whole = are_proper(faces)
-        used, faces = np.unique(faces[whole], return_inverse=True)
+        unique, inverse = distinct_positions(self.vertices, _check.number("tolerance", tolerance, 0.0))
+        faces = inverse[self.faces]
+        proper = are_proper(faces)
+        used, faces = np.unique(faces[proper], return_inverse=True)
         if not len(used):
             raise ValueError("faces must be at least one with three different positions, not none")
         if report:
-            report_welding(len(place) - len(unique), int(np.count_nonzero(~whole)), len(unique) - len(used))
-        if len(used) == len(self.vertices) and whole.all():
+            report_welding(len(inverse) - len(unique), int(np.count_nonzero(~proper)), len(unique) - len(used))
+        if len(used) == len(self.vertices) and proper.all():
             return self
         return TriangleMesh(unique[used], faces.reshape(-1, 3))
 
@@ -275,7 +275,7 @@ class TriangleMesh:
         rng = np.random.default_rng(rng)
         cumulated = np.cumsum(_vec.norm(self.face_vectors))
         if not cumulated[-1] > 0:
-            raise ValueError("faces must have an area to draw points from, all are flat")
+            raise ValueError("faces must have a positive area to sample from, all are degenerate")
         face = np.searchsorted(cumulated, rng.random(n) * cumulated[-1], side="right")
         face = np.minimum(face, len(cumulated) - 1)
         u, v = rng.random((2, n, 1))

@@ -139,7 +139,7 @@ class Volume:
         """
         if not self.is_labels:
             raise ValueError(
-                f"volume holds intensities, not labels (whole numbers, at most {MOST_LABELS}, in patches); {self!r}"
+                f"volume holds intensities, not labels (at most {MOST_LABELS} whole numbers in regions); {self!r}"
             )
         return sorted(int(label) for label in few_whole_numbers(self.values) or ())
 
@@ -157,8 +157,8 @@ class Volume:
         inside = self.values == label
         low, high = self.range
         if low < high and not self.is_labels and not could_be_labels(self.values):
-            said = f"volume holds intensities ({low:g} to {high:g}), not labels"
-            raise ValueError(f"{said}; give level (--level), not label {label!r}")
+            found = f"volume holds intensities ({low:g} to {high:g}), not labels"
+            raise ValueError(f"{found}; give level (--level), not label {label!r}")
         if not inside.any():
             if low == high:
                 raise ValueError(f"volume has the value {low:g} everywhere, label {label!r} is not in it")
@@ -231,7 +231,8 @@ class Volume:
 
 
 def _per_axis(spacing: ArrayLike) -> Array:
-    out = np.full(3, _check.number("spacing", spacing)) if np.ndim(spacing) == 0 else spacing
+    one = _check.any_array("spacing", spacing).ndim == 0
+    out = np.full(3, _check.number("spacing", spacing)) if one else spacing
     out = _check.array("spacing", out, (3,))
     if (out <= 0).any():
         raise ValueError(f"spacing must be positive along every axis, not {tuple(out.tolist())}")

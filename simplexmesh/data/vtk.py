@@ -172,9 +172,9 @@ def polydata(
         Topology of a simplex mesh, stored as field data, so that `from_dataset` returns the identical mesh.
     """
     out = vtkPolyData()
-    places = vtkPoints()
-    places.SetData(numpy_to_vtk(np.ascontiguousarray(points), deep=True))
-    out.SetPoints(places)
+    positions = vtkPoints()
+    positions.SetData(numpy_to_vtk(np.ascontiguousarray(points), deep=True))
+    out.SetPoints(positions)
     if not len(sizes):
         out.SetVerts(_cells(np.arange(len(points) + 1), np.arange(len(points))))
     else:

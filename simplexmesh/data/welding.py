@@ -23,8 +23,8 @@ def distinct_positions(vertices: Array, tolerance: float) -> tuple[Array, Indice
     """Return the distinct positions in order of first appearance, and the index of each vertex among them."""
     if tolerance > 0:
         vertices = vertices[_representatives(vertices, tolerance)]
-    first, place = distinct(vertices)
-    return vertices[first], place
+    first, inverse = distinct(vertices)
+    return vertices[first], inverse
 
 
 def _representatives(vertices: Array, tolerance: float) -> Indices:
@@ -45,6 +45,6 @@ def report_welding(merged: int, collapsed: int, unused: int) -> None:
     """Warn about merged vertices, collapsed faces and unused vertices, if there are any."""
     parts = [(merged, "merged {:,} duplicate vertices"), (collapsed, "removed {:,} collapsed faces")]
     parts.append((unused, "removed {:,} vertices without a face"))
-    said = [text.format(count) for count, text in parts if count]
-    if said:
-        warn(", ".join(said))
+    repairs = [text.format(count) for count, text in parts if count]
+    if repairs:
+        warn(", ".join(repairs))

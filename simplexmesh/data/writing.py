@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from simplexmesh import _check
 from simplexmesh.data import vtk
 from simplexmesh.errors import warn
 
@@ -67,7 +68,7 @@ def save(path: str | os.PathLike[str], value: Any, *, arrays: Mapping[str, NDArr
     ...     sm.read_mesh(f"{folder}/ball.vtp")
     SimplexMesh(320 vertices, 162 faces, genus 0, 0 holes)
     """
-    where = Path(path).expanduser()
+    where = _check.path("path", path)
     suffix = where.suffix.lower()
     if suffix not in _WRITERS:
         raise ValueError(f"path must end with one of {', '.join(_WRITERS)}, not {suffix or 'nothing'} ({where.name})")
@@ -90,10 +91,14 @@ def _with_arrays(content: _Polygons, arrays: Mapping[str, NDArray[Any]], suffix:
     if arrays and (suffix != ".vtp" or content.topology is not None):
         where = "the arrays of a simplex mesh are its own" if content.topology is not None else f"{suffix} holds none"
         raise ValueError(f"arrays must be left out: {where}")
-    for name, values in arrays.items():
-        if np.ndim(values) not in (1, 2) or len(values) != len(content.points):
-            raise ValueError(f"arrays[{name!r}] must have {len(content.points):,} rows, not shape {np.shape(values)}")
-    return replace(content, data={**content.data, **{name: np.asarray(values) for name, values in arrays.items()}})
+    data = dict(content.data)
+    for name, values in _check.instance("arrays", arrays, Mapping).items():  # type: ignore[type-abstract]
+        data[name] = _check.any_array(f"arrays[{name!r}]", values)
+        if data[name].dtype.kind not in "biuf":
+            raise TypeError(f"arrays[{name!r}] must be numbers, not {type(values).__name__} of {data[name].dtype}")
+        if data[name].ndim not in (1, 2) or len(data[name]) != len(content.points):
+            raise ValueError(f"arrays[{name!r}] must have {len(content.points):,} rows, not shape {data[name].shape}")
+    return replace(content, data=data)
 
 
 def write_mesh(mesh: Any, path: str | os.PathLike[str]) -> None:

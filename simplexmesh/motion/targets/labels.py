@@ -35,8 +35,8 @@ class LabelSurface(SurfelTarget):
 
     Raises
     ------
-    ValueError
-        No sample has that label.
+    ValueError, TypeError
+        No sample has that label, or the volume holds intensities; the label is not a number.
 
     Examples
     --------
@@ -71,13 +71,9 @@ def _crossings(volume: Volume, label: int | None) -> tuple[Array, Array, Array]:
 
 def _cropped(volume: Volume, label: int | None) -> tuple[NDArray[np.uint8], NDArray[np.int64]]:
     """Return the mask of the region with a margin of two samples, and the index of its first sample."""
-    values = volume.values
-    inside = values != 0 if label is None else values == label
+    inside = volume.values != 0 if label is None else volume.mask(label).values.view(bool)
     box = box_around(inside)
-    if box is None and label is None:
-        raise ValueError("volume must have a nonzero sample, it has none")
     if box is None:
-        present = f"; present are {volume.labels()}" if volume.is_labels else ""
-        raise ValueError(f"label must be present in the volume, {label!r} is not{present}")
+        raise ValueError("volume must have a nonzero sample, it has none")
     padded = np.pad(inside[box_slices(*box, volume.shape)], 2)
     return np.ascontiguousarray(padded.view(np.uint8)), box[0] - 2

@@ -149,4 +149,6 @@ class Points(SurfelTarget):
         given = directions(points) if callable(directions) else directions
         outward = _check.array("directions", given, (len(points), 3))
         known = outward.any(axis=1)
+        if np.count_nonzero(known) < 4:
+            raise ValueError(f"directions must be nonzero at 4 points or more, not {np.count_nonzero(known)}")
         return Points(PointCloud(points[known], outward[known]))

@@ -55,7 +55,7 @@ class Triangles(BuiltInTarget):
     def __init__(self, triangles: Any, *, oriented: bool = True) -> None:
         mesh = as_triangles(triangles)
         _check.size("triangles", mesh.bounds)
-        self.oriented = oriented
+        self.oriented = _check.flag("oriented", oriented)
         self.vertices = np.ascontiguousarray(mesh.vertices, dtype=np.float64)
         self.faces = np.ascontiguousarray(mesh.faces, dtype=np.int64)
         a, b, c = (self.vertices[self.faces[:, k]] for k in range(3))
@@ -129,10 +129,10 @@ class Triangles(BuiltInTarget):
         at_vertices, other = np.zeros_like(self.vertices), np.roll(self.faces, -1, axis=1)
         np.add.at(at_vertices, self.faces, turns[:, :, None] * self._normals[:, None])
         keys = np.minimum(self.faces, other) * len(self.vertices) + np.maximum(self.faces, other)
-        edges, place = np.unique(keys.ravel(), return_inverse=True)
+        edges, inverse = np.unique(keys.ravel(), return_inverse=True)
         at_edges = np.zeros((len(edges), 3))
-        np.add.at(at_edges, place.ravel(), np.repeat(self._normals, 3, axis=0))
-        return at_vertices, at_edges[place.ravel()].reshape(-1, 3, 3)
+        np.add.at(at_edges, inverse.ravel(), np.repeat(self._normals, 3, axis=0))
+        return at_vertices, at_edges[inverse.ravel()].reshape(-1, 3, 3)
 
     def _normals_at(self, closest: Array, faces: NDArray[np.int64]) -> Array:
         """Return (n, 3) unit pseudonormals at surface points: of faces, sides or corners (Baerentzen, Aanaes 2005)."""
@@ -184,8 +184,8 @@ def border_sides(faces: NDArray[np.int64]) -> NDArray[np.bool_]:
         return np.asarray(mates.reshape(-1, 3) < 0)
     other = np.roll(faces, -1, axis=1)  # non-manifold: slower, for any number of triangles per edge
     edge = np.minimum(faces, other) * (int(faces.max()) + 1) + np.maximum(faces, other)
-    _, place, count = np.unique(edge.ravel(), return_inverse=True, return_counts=True)
-    return np.asarray((count[place] == 1).reshape(-1, 3))
+    _, inverse, count = np.unique(edge.ravel(), return_inverse=True, return_counts=True)
+    return np.asarray((count[inverse] == 1).reshape(-1, 3))
 
 
 def surface_distance(points: Array, vertices: Array, faces: NDArray[np.int64]) -> Array:
