@@ -9,7 +9,7 @@ import pytest
 import pyvista as pv
 
 import simplexmesh as sm
-from simplexmesh.plot import camera, scale, scenes, skin
+from simplexmesh.plot import camera, drawable, scale, scenes
 
 
 @pytest.fixture(autouse=True)
@@ -28,42 +28,42 @@ def ball_volume(radius=6.0, spacing=1.0, direction=None):
     return sm.Volume(radius - np.sqrt(x * x + y * y + z * z), spacing, (-10 * spacing,) * 3, direction)
 
 
-class TestSkin:
+class TestDrawable:
     def test_has_the_vertices_then_the_centers_of_faces(self, ball):
-        coat, lines = skin.geometry(ball, None, None)
-        assert coat.n_points == ball.n_vertices + ball.n_faces
-        np.testing.assert_array_equal(np.asarray(coat.points)[: ball.n_vertices], ball.vertices)
+        polydata, lines = drawable.geometry(ball, None, None)
+        assert polydata.n_points == ball.n_vertices + ball.n_faces
+        np.testing.assert_array_equal(np.asarray(polydata.points)[: ball.n_vertices], ball.vertices)
         assert lines.n_lines == ball.connectivity.n_edges
 
     def test_keeps_holes_open(self):
         tube = sm.cylinder()
-        coat, _ = skin.geometry(tube, None, None)
-        assert coat.n_points == tube.n_vertices + tube.n_faces
-        assert coat.n_open_edges == sum(tube.connectivity.face_sizes[tube.connectivity.face_is_hole])
+        polydata, _ = drawable.geometry(tube, None, None)
+        assert polydata.n_points == tube.n_vertices + tube.n_faces
+        assert polydata.n_open_edges == sum(tube.connectivity.face_sizes[tube.connectivity.face_is_hole])
 
     def test_normals_point_outward(self, ball):
-        coat, _ = skin.geometry(ball, None, None)
-        assert (np.einsum("ij,ij->i", coat.point_data["Normals"], coat.points) > 0).all()
+        polydata, _ = drawable.geometry(ball, None, None)
+        assert (np.einsum("ij,ij->i", polydata.point_data["Normals"], polydata.points) > 0).all()
 
     def test_a_face_takes_the_mean_of_its_vertices(self, ball):
         values = ball.vertices[:, 0]
         expected = [values[face].mean() for face in ball.faces]
-        np.testing.assert_allclose(skin.per_point(ball, values)[ball.n_vertices :], expected, atol=1e-12)
+        np.testing.assert_allclose(drawable.per_point(ball, values)[ball.n_vertices :], expected, atol=1e-12)
 
     def test_many_points_are_thinned_and_few_kept(self):
-        points = np.random.default_rng(0).normal(size=(skin.MOST_POINTS + 1000, 3))
-        coat, lines = skin.geometry(sm.PointCloud(points), None, None)
-        assert (coat.n_points, lines) == (skin.MOST_POINTS, None)
-        assert skin.geometry(sm.PointCloud(points[:10]), None, None)[0].n_points == 10
+        points = np.random.default_rng(0).normal(size=(drawable.MOST_POINTS + 1000, 3))
+        polydata, lines = drawable.geometry(sm.PointCloud(points), None, None)
+        assert (polydata.n_points, lines) == (drawable.MOST_POINTS, None)
+        assert drawable.geometry(sm.PointCloud(points[:10]), None, None)[0].n_points == 10
 
     def test_a_cube_keeps_its_edges(self):
         cube = pv.Cube().triangulate()
-        coat, _ = skin.geometry(skin.thing(cube), None, None)
-        assert np.abs(coat.point_data["Normals"]).max(axis=1) == pytest.approx(1)
+        polydata, _ = drawable.geometry(drawable.as_drawable(cube), None, None)
+        assert np.abs(polydata.point_data["Normals"]).max(axis=1) == pytest.approx(1)
 
     def test_points_with_normals_are_disks_that_face_along_them(self, ball):
-        coat, _ = skin.geometry(sm.PointCloud(ball.vertices, ball.normals), None, None)
-        rims = np.asarray(coat.points).reshape(ball.n_vertices, skin.CORNERS, 3)
+        polydata, _ = drawable.geometry(sm.PointCloud(ball.vertices, ball.normals), None, None)
+        rims = np.asarray(polydata.points).reshape(ball.n_vertices, drawable.CORNERS, 3)
         np.testing.assert_allclose(rims.mean(axis=1), ball.vertices, atol=1e-12)
         turned = np.cross(rims[:, 0] - ball.vertices, rims[:, 1] - ball.vertices)
         assert (np.einsum("ij,ij->i", turned, ball.normals) > 0).all()
@@ -71,7 +71,7 @@ class TestSkin:
     def test_normals_that_look_into_the_model_are_turned(self, ball):
         out = sm.PointCloud(1.01 * ball.vertices, ball.normals)
         for given in (out, sm.PointCloud(out.points, -out.normals)):
-            np.testing.assert_allclose(skin.faced(given, ball).normals, out.normals, atol=1e-12)
+            np.testing.assert_allclose(drawable.oriented_like(given, ball).normals, out.normals, atol=1e-12)
 
 
 class TestIsosurface:
@@ -80,14 +80,14 @@ class TestIsosurface:
         direction = np.diag([flip, 1.0, 1.0])
         volume = ball_volume(spacing=0.5, radius=3.0, direction=direction)
         center = volume.to_world([10, 10, 10])
-        surface = skin.isosurface(volume, 0.0, None)
+        surface = drawable.isosurface(volume, 0.0, None)
         np.testing.assert_allclose(np.linalg.norm(surface.vertices - center, axis=1), 3.0, atol=0.05)
         assert surface.volume == pytest.approx(4 / 3 * np.pi * 27, rel=0.02)
 
     def test_of_a_label_is_closed_even_at_the_border(self):
         labels = np.zeros((6, 6, 6), dtype=np.uint8)
         labels[0:3, 2:4, 2:4] = 3
-        surface = skin.isosurface(sm.Volume(labels), None, 3)
+        surface = drawable.isosurface(sm.Volume(labels), None, 3)
         assert surface.is_closed
         assert surface.bounds[0] == pytest.approx([-0.5, 1.5, 1.5])
         assert surface.bounds[1] == pytest.approx([2.5, 3.5, 3.5])
@@ -95,60 +95,60 @@ class TestIsosurface:
     @pytest.mark.parametrize("inside", ["above", "below"])
     def test_of_a_level_is_closed_at_the_border_and_faces_out_of_the_inside(self, inside):
         x = np.broadcast_to(np.arange(8.0)[:, None, None], (8, 8, 8))
-        surface = skin.isosurface(sm.Volume(x), 3.5, None, inside)
+        surface = drawable.isosurface(sm.Volume(x), 3.5, None, inside)
         assert surface.is_closed
         assert surface.volume > 0
 
     def test_needs_a_level(self):
         with pytest.raises(ValueError, match=r"^level must be given to show the surface of a volume$"):
-            skin.isosurface(ball_volume(), None, None)
+            drawable.isosurface(ball_volume(), None, None)
 
     def test_refuses_a_level_outside_the_range(self):
         with pytest.raises(ValueError, match=r"^level must be between .* not 99$"):
-            skin.isosurface(ball_volume(), 99, None)
+            drawable.isosurface(ball_volume(), 99, None)
 
 
 class TestScalars:
     def test_distance_to_a_surface_is_along_normals(self, ball):
         near = ball.moved(1.05 * ball.vertices)
-        values, _, power, diverging = skin.scalars_of(near, "distance", ball, None, None)
+        values, _, power, diverging = drawable.scalars_of(near, "distance", ball, None, None)
         np.testing.assert_allclose(values, 0.1, atol=0.06)
         assert (power, diverging) == (1, False)
 
     def test_distance_is_that_of_the_reconstruction(self):
         model = sm.reconstruct(ball_volume(), level=0.0, vertices=400)
-        values, *_ = skin.scalars_of(model.mesh, "distance", ball_volume(), 0.0, None)
+        values, *_ = drawable.scalars_of(model.mesh, "distance", ball_volume(), 0.0, None)
         assert np.sqrt(np.mean(values**2)) == pytest.approx(model.distance.mesh_to_data.rms, rel=1e-6)
 
     def test_distance_is_what_the_mesh_knows_of_it_without_data(self):
         model = sm.reconstruct(ball_volume(), level=0.0, vertices=400)
-        values, name, power, diverging = skin.scalars_of(model.mesh, "distance", None, None, None)
+        values, name, power, diverging = drawable.scalars_of(model.mesh, "distance", None, None, None)
         np.testing.assert_array_equal(values, model.mesh.data["distance"])
         assert (name, power, diverging) == ("distance to the data", 1, False)
 
     def test_distance_is_unknown_where_nothing_is_near(self, ball):
-        values, *_ = skin.scalars_of(ball.moved(5 * ball.vertices), "distance", ball, None, None)
+        values, *_ = drawable.scalars_of(ball.moved(5 * ball.vertices), "distance", ball, None, None)
         assert np.isnan(values).all()
 
     def test_distance_to_points_is_to_the_surface_between_them(self, ball):
         fine = sm.sphere(16, radius=2.0).vertices
-        values, *_ = skin.scalars_of(ball, "distance", fine, None, None)
+        values, *_ = drawable.scalars_of(ball, "distance", fine, None, None)
         nearest = np.linalg.norm(ball.vertices[:, None] - fine, axis=2).min(axis=1)
         assert values.max() < 0.2 * nearest.mean()
 
     def test_distance_to_a_volume(self, ball):
         near = ball.moved(ball.vertices * 2.9)  # radius 5.8 of 6
-        values, *_ = skin.scalars_of(near, "distance", ball_volume(), 0.0, None)
+        values, *_ = drawable.scalars_of(near, "distance", ball_volume(), 0.0, None)
         np.testing.assert_allclose(values, 0.2, atol=0.08)
 
     def test_curvature_is_in_inverse_lengths(self, ball):
-        values, name, power, diverging = skin.scalars_of(ball, "mean_curvature", None, None, None)
+        values, name, power, diverging = drawable.scalars_of(ball, "mean_curvature", None, None, None)
         np.testing.assert_allclose(values, 0.5)
         assert scale.titled(name, "mm", power) == "mean curvature (1/mm)"
         assert diverging
 
     def test_named_arrays(self, ball):
-        values, name, *_ = skin.scalars_of(ball.with_data(heat=ball.vertices[:, 0]), "heat", None, None, None)
+        values, name, *_ = drawable.scalars_of(ball.with_data(heat=ball.vertices[:, 0]), "heat", None, None, None)
         np.testing.assert_array_equal(values, ball.vertices[:, 0])
         assert scale.titled(name, "mm", 0) == "heat"
 
@@ -158,7 +158,7 @@ class TestScalars:
             ("heat", "scalars must be one of 'mean_curvature', 'simplex_angle', 'distance', not 'heat'"),
             (
                 "distance",
-                "scalars 'distance' needs the data to measure to: data is None, and the mesh has none",
+                "scalars 'distance' needs data to measure to: data is None, and the mesh has no such array",
             ),
             (np.zeros(3), "scalars must have shape (320,), not (3,)"),
         ],
@@ -369,9 +369,7 @@ class TestPicture:
         assert [p.name for p in tmp_path.iterdir()] == ["ball.png"]
 
     def test_says_when_its_arguments_are_swapped(self, tmp_path):
-        with pytest.raises(
-            TypeError, match=r"^path must be the name of a file, then comes the plotter; it is a Plotter$"
-        ):
+        with pytest.raises(TypeError, match=r"^path must be a file name, followed by the plotter, not Plotter$"):
             sm.plot.picture(sm.plot.stage(), tmp_path / "ball.png")
 
     def test_a_failure_names_the_file_asked_for(self, tmp_path):

@@ -1,4 +1,4 @@
-"""Hot metal, classes and marks: colors are those of the numbers, failures are off the scale."""
+"""Scalars, classes and marks: colors are those of the values, failures are off the scale."""
 
 from __future__ import annotations
 
@@ -9,8 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import simplexmesh as sm
-from simplexmesh.plot import coat as coats
-from simplexmesh.plot import hot_metal
+from simplexmesh.plot import colored, colormap
 
 
 @pytest.fixture(autouse=True)
@@ -36,7 +35,7 @@ def shade(path):
 
 class TestHotMetal:
     def test_runs_from_blue_over_green_to_red(self):
-        table = hot_metal.hot_metal(-2.0, 2.0)
+        table = colormap.blue_to_red(-2.0, 2.0)
         low, middle, high = (np.array(table.map_value(x))[:3] for x in (-2.0, 0.0, 2.0))
         assert low.argmax() == 2
         assert middle.argmax() == 1
@@ -45,11 +44,11 @@ class TestHotMetal:
         assert np.abs(np.diff(shades, axis=0)).max() < 0.15  # no steps
 
     def test_failures_are_on_no_place_of_the_scale(self):
-        table = hot_metal.hot_metal(0.0, 1.0)
-        failed = np.array(pv.Color(hot_metal.FAILED).float_rgb)
+        table = colormap.blue_to_red(0.0, 1.0)
+        failed = np.array(pv.Color(colormap.FAILED).float_rgb)
         shades = np.array([table.map_value(x)[:3] for x in np.linspace(0, 1, 200)])
         assert np.linalg.norm(shades - failed, axis=1).min() > 0.25
-        assert tuple(table.nan_color.float_rgb) == tuple(pv.Color(hot_metal.FAILED).float_rgb)
+        assert tuple(table.nan_color.float_rgb) == tuple(pv.Color(colormap.FAILED).float_rgb)
 
 
 class TestHeat:
@@ -61,9 +60,19 @@ class TestHeat:
     def test_carries_the_numbers(self, surface):
         at = surface.points if isinstance(surface, sm.PointCloud) else surface.vertices
         plotter = sm.plot.heat(surface, at[:, 2], name="height (mm)", limits=(-1.0, 1.0))
-        coat = next(each for each in drawn(plotter) if "heat" in each.point_data)
-        assert coat["heat"] == pytest.approx(coat.points[:, 2], abs=0.25)
+        polydata = next(each for each in drawn(plotter) if "heat" in each.point_data)
+        assert polydata["heat"] == pytest.approx(polydata.points[:, 2], abs=0.25)
         assert "height (mm)\n" in plotter.scalar_bars
+
+    @pytest.mark.parametrize("normals", [None, "z"])
+    def test_very_many_points_are_thinned_everywhere(self, monkeypatch, normals):
+        monkeypatch.setattr(colored.drawable, "MOST_POINTS", 500)
+        x, y = (each.ravel() for each in np.mgrid[0:1:40j, 0:1:40j])  # in rows, as scanned
+        cloud = sm.PointCloud(np.stack([x, y, 0 * x], axis=1), np.tile([0, 0, 1.0], (1600, 1)) if normals else None)
+        (shown,) = (each for each in drawn(sm.plot.heat(cloud, x)) if "heat" in each.point_data)
+        assert shown.n_cells == 500
+        assert np.abs(shown["heat"] - shown.points[:, 0]).max() < 0.05
+        assert shown["heat"].max() > 0.95
 
     def test_failed_vertices_are_gray_in_the_picture(self, tmp_path):
         values = np.full(RING.n_vertices, 1.0)
@@ -95,12 +104,12 @@ class TestHeat:
     )
     def test_limits(self, values, expected):
         even = np.ones(len(values))
-        assert hot_metal.ends(np.array(values), None, even) == pytest.approx(expected)
-        assert hot_metal.ends(np.array(values), (1, 2), even) == (1.0, 2.0)
+        assert colormap.ends(np.array(values), None, even) == pytest.approx(expected)
+        assert colormap.ends(np.array(values), (1, 2), even) == (1.0, 2.0)
 
     @given(st.floats(1e-200, 1e200))
     def test_round_ends_are_no_less_and_not_much_more(self, value):
-        found = hot_metal._rounded(value)
+        found = colormap._rounded(value)
         assert value * (1 - 1e-6) <= found <= 1.26 * value
         assert len(f"{found / 4:.4g}".replace("-", "").replace(".", "").split("e")[0].strip("0")) <= 3
 
@@ -151,7 +160,7 @@ class TestHeat:
         ("call", "words"),
         [
             (lambda: sm.plot.heat(RING, [1.0]), "values must have shape (288,), not (1,)"),
-            (lambda: sm.plot.heat(RING, VALUES, limits=(2, 1)), "limits must rise, not go from 2 to 1"),
+            (lambda: sm.plot.heat(RING, VALUES, limits=(2, 1)), "limits must increase, not go from 2 to 1"),
             (lambda: sm.plot.heat(RING, VALUES, limits=(np.nan, 1)), "limits must be finite, not nan"),
             (lambda: sm.plot.heat(RING, VALUES, marks=[0, 1]), "marks must have shape (*, 3), not (2,)"),
             (
@@ -174,13 +183,13 @@ class TestHeat:
 class TestClasses:
     def test_each_is_of_its_color_and_nothing_blends(self):
         labels = (VALUES > 0).astype(int)
-        coat = coats.cells(RING, np.array([[1.0, 0, 0], [0, 0, 1]])[labels])
-        assert {tuple(color) for color in np.asarray(coat["classes"])} == {(1.0, 0.0, 0.0), (0.0, 0.0, 1.0)}
-        assert coat.area == pytest.approx(RING.area)
-        corners = np.asarray(coat.points)[::4]  # the vertex each part belongs to
-        assert (np.asarray(coat["classes"])[::4, 2] == (corners[:, 2] > 0)).all()
-        flat = coat.compute_normals(point_normals=False, consistent_normals=False, auto_orient_normals=False)
-        lit = np.asarray(coat.point_data["Normals"]).reshape(-1, 4, 3).mean(axis=1)
+        polydata = colored.vertex_cells(RING, np.array([[1.0, 0, 0], [0, 0, 1]])[labels])
+        assert {tuple(color) for color in np.asarray(polydata["classes"])} == {(1.0, 0.0, 0.0), (0.0, 0.0, 1.0)}
+        assert polydata.area == pytest.approx(RING.area)
+        corners = np.asarray(polydata.points)[::4]  # the vertex each part belongs to
+        assert (np.asarray(polydata["classes"])[::4, 2] == (corners[:, 2] > 0)).all()
+        flat = polydata.compute_normals(point_normals=False, consistent_normals=False, auto_orient_normals=False)
+        lit = np.asarray(polydata.point_data["Normals"]).reshape(-1, 4, 3).mean(axis=1)
         assert (np.einsum("ij,ij->i", flat.cell_data["Normals"], lit) > 0).all()
 
     @pytest.mark.parametrize("surface", [RING, sm.torus(24, 12), sm.PointCloud(RING.vertices)])
@@ -231,11 +240,11 @@ class TestClasses:
         [
             (
                 lambda: sm.plot.classes(RING, np.arange(288) % 3, names=["a", "b"]),
-                "names must be one for each class, 3 at least, not 2",
+                "names must have one entry per class, at least 3, not 2",
             ),
             (
                 lambda: sm.plot.classes(RING, np.arange(288) % 3, colors=["red"]),
-                "colors must be one for each class, 3 at least, not 1",
+                "colors must have one entry per class, at least 3, not 1",
             ),
             (lambda: sm.plot.heat(RING, ["high"] * 288), "values must be numbers, not "),
             (lambda: sm.plot.heat(RING, VALUES, limits=(0, 1, 2)), "limits must be two numbers, not (0, 1, 2)"),
@@ -268,11 +277,11 @@ class TestCurvature:
         found = sm.curvature(RING, "sine")
         plotter = sm.plot.curvature(RING, curvature=found, unit="mm", title="ring", count=3)
         assert plotter.shape == (1, 4)
-        coats = [next(iter(each.actors.values())).mapper.dataset for each in plotter.renderers]
+        surfaces = [next(iter(each.actors.values())).mapper.dataset for each in plotter.renderers]
         expected = [found.mean, found.gauss, sm.saliency(RING, curvature=found)]
-        for coat, values in zip(coats, expected, strict=False):
-            assert np.sort(np.unique(coat["heat"])).max() <= np.nanmax(values) + 1e-9
-            assert np.corrcoef(coat["heat"], values[nearest(RING.vertices, coat.points)])[0, 1] > 0.95
+        for polydata, values in zip(surfaces, expected, strict=False):
+            assert np.sort(np.unique(polydata["heat"])).max() <= np.nanmax(values) + 1e-9
+            assert np.corrcoef(polydata["heat"], values[nearest(RING.vertices, polydata.points)])[0, 1] > 0.95
         assert set(plotter.scalar_bars.keys()) == {
             "mean curvature H (1/mm)\n", "Gaussian curvature K (1/mm²)\n", "saliency (rad)\n",
         }  # fmt: skip

@@ -1,6 +1,6 @@
-"""Pictures: a surface with its polygons, colored by curvature or by distance to data, or data beside its model.
+"""Plots of meshes, point clouds and volumes, of scalars and classes on them, and of shape signatures.
 
-Every function returns a `pyvista.Plotter`: `.show()` opens it in a window or a notebook, `picture` writes it to a file.
+Every function returns a `pyvista.Plotter`: `.show()` opens a window or draws in a notebook, `picture` writes a file.
 
 Examples
 --------
@@ -10,11 +10,11 @@ Examples
 """
 
 from simplexmesh.plot.attribute_image import signature
-from simplexmesh.plot.bent import curvature
 from simplexmesh.plot.camera import looked_at
+from simplexmesh.plot.coloring import classes, heat
+from simplexmesh.plot.curvature_panels import curvature
 from simplexmesh.plot.landscape import landscape
 from simplexmesh.plot.overlay import overlay
-from simplexmesh.plot.paint import classes, heat
 from simplexmesh.plot.scenes import beside, panels, surface, together
 from simplexmesh.plot.stage import has_display, picture, stage
 

@@ -1,4 +1,4 @@
-"""A signature as the thesis draws it: on the sphere, as far out as its angle is large."""
+"""Plot of a spherical attribute image: each vertex of the sphere displaced radially by its simplex angle."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ import numpy as np
 import pyvista as pv
 
 from simplexmesh.plot.camera import looked_at
+from simplexmesh.plot.drawable import SIGNED
 from simplexmesh.plot.scenes import surface
-from simplexmesh.plot.skin import SIGNED
 from simplexmesh.plot.stage import stage
 from simplexmesh.recognition.sai import SAI
 
@@ -25,16 +25,16 @@ def signature(
     title: str | None = None,
     limits: tuple[float, float] | None = None,
 ) -> pv.Plotter:
-    """Show a signature: each vertex of the sphere at the radius pi + phi, colored by phi; at pi and gray where hidden.
+    """Plot a signature: each vertex of the sphere at radius pi + phi, colored by phi; hidden ones gray, at radius pi.
 
-    On a torus, a tube or a disc vertices stand off the model, pi times its size, by phi as well.
+    On a torus, a cylinder or a disc, scaled by pi, vertices are displaced by phi along the normal.
 
     Parameters
     ----------
     sai : SAI
-        Made by `simplexmesh.sai`.
+        As returned by `simplexmesh.sai`.
     fitted : bool
-        Whether the mesh fitted to the object is shown on the left, as large as the sphere and in the same colors.
+        Also show the mesh fitted to the object, on the left, scaled to the sphere and in the same colors.
     view : str or (3,) vector, optional
         As for `looked_at`.
     up : {"x", "y", "z", "-x", "-y", "-z"}
@@ -59,7 +59,7 @@ def signature(
     >>> plotter.close()
     """
     if not isinstance(sai, SAI):
-        raise TypeError(f"sai must be an SAI, made by simplexmesh.sai, not {type(sai).__name__}")
+        raise TypeError(f"sai must be an SAI, as returned by simplexmesh.sai, not {type(sai).__name__}")
     values = np.where(sai.hidden, np.nan, sai.angles)
     if limits is None:
         most = float(np.nanpercentile(np.abs(values), 98))

@@ -1,4 +1,4 @@
-"""The camera: where it looks from, and how everything fits between the title and the scale."""
+"""Camera placement: direction of view, and a scale at which everything fits between title and color scale."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from simplexmesh import _check
 Array = NDArray[np.float64]
 
 UPS = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
-SIDES = {  # name: where the camera stands, which way is up; the first letter points right, the second up
+SIDES = {  # name: direction to the camera, up; the first letter points right, the second up
     "xy": ((0, 0, 1), (0, 1, 0)),
     "xz": ((0, -1, 0), (0, 0, 1)),
     "yz": ((1, 0, 0), (0, 0, 1)),
@@ -25,33 +25,33 @@ SIDES = {  # name: where the camera stands, which way is up; the first letter po
 CORNER = {"x": (0.6, 0.8, 1.0), "y": (0.7, 0.55, 1.0), "z": (0.7, -1.0, 0.55)}  # from the front, the right and above
 UPS |= {f"-{name}": (-x, -y, -z) for name, (x, y, z) in UPS.items()}
 CORNER |= {"-x": (-0.6, -0.8, 1.0), "-y": (-0.7, -0.55, 1.0), "-z": (-0.7, -1.0, -0.55)}  # the same fronts
-TITLE, BAR, LEGEND = 0.08, 0.17, 0.2  # shares of the picture kept free for them
+TITLE, BAR, LEGEND = 0.08, 0.17, 0.2  # shares of the picture reserved for them
 MARGIN = 0.03
 TALL, WIDE = (600, 1080), (1200, 720)
-"""Pixels: the windows of bodies much taller than wide, and much wider than tall; those between lie between."""
-LEGEND_NAME = "legend entry"  # what the names of a legend's actors begin with
-BAR_NAME = "entry below"  # the same of one that is below, where a scale would be
+"""Window sizes in pixels for bodies much taller than wide, and much wider than tall; interpolated in between."""
+LEGEND_NAME = "legend entry"  # prefix of the names of a legend's actors
+BAR_NAME = "entry below"  # the same for a legend at the bottom, in place of a color scale
 
 
 def looked_at(
     plotter: pv.Plotter, view: str | Sequence[float] | None = None, *, up: str = "z", window: bool = False
 ) -> pv.Plotter:
-    """Place the camera of every panel so that all in it is seen, below its title and above its scale.
+    """Place the camera of every panel so that its contents fit between its title and its color scale.
 
-    The projection is parallel. Panels whose contents lie in one place share one camera, and so their scale; where they
-    do not, each is fitted on its own.
+    The projection is parallel. Panels whose contents overlap in space share one camera, and so one scale; otherwise
+    each is fitted on its own.
 
     Parameters
     ----------
     plotter : pyvista.Plotter
-        With everything in it already.
+        With all its contents.
     view : str or (3,) vector, optional
         ``"xy"``, ``"-xz"`` and the like, with the first axis to the right and the second up (the minus looks from the
-        other side), or a direction to look from. By default from the front, the right and above.
+        other side), or the direction from the object to the camera. By default from the front right and above.
     up : {"x", "y", "z", "-x", "-y", "-z"}
         The axis that points up, or down with a minus, unless `view` names two axes.
     window : bool
-        Make the window of a single panel taller or wider, so that a long body fills more of it.
+        Fit the proportions of the window of a single panel to the body.
 
     Examples
     --------
@@ -83,7 +83,7 @@ def looked_at(
 
 
 def _directions(view: str | Sequence[float] | None, up: str) -> tuple[Array, Array]:
-    """Return unit vectors to the camera and upward in the picture, at a right angle."""
+    """Return orthogonal unit vectors, to the camera and upward in the picture."""
     _check.choice("up", up, tuple(UPS))
     sides: tuple[Any, Any]
     if view is None:
@@ -100,18 +100,18 @@ def _directions(view: str | Sequence[float] | None, up: str) -> tuple[Array, Arr
         raise ValueError("view must not be the zero vector")
     toward = toward / np.linalg.norm(toward)
     upward = upward - (upward @ toward) * toward
-    if np.linalg.norm(upward) < 1e-6:  # looking along the axis that should be up
+    if np.linalg.norm(upward) < 1e-6:  # looking along the up axis
         upward = np.roll(toward, 1) - (np.roll(toward, 1) @ toward) * toward
     return toward, upward / np.linalg.norm(upward)
 
 
 def _extent(renderer: Any, axes: Array) -> tuple[Array, Array] | None:
-    """Return the least and the largest coordinates along the axes of everything drawn in a panel."""
+    """Return the bounds of the contents of a panel along the given axes."""
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
     for actor in renderer.actors.values():
         mapper = getattr(actor, "mapper", None)
         if mapper is not None:
-            mapper.Update()  # normals may be waiting to be computed, and with them the points
+            mapper.Update()  # a pending filter for normals may change the points
         points = getattr(getattr(mapper, "dataset", None), "points", None)
         if points is not None and len(points):
             along = np.asarray(points, dtype=float) @ axes.T
@@ -120,7 +120,7 @@ def _extent(renderer: Any, axes: Array) -> tuple[Array, Array] | None:
 
 
 def _bands(renderer: Any) -> tuple[float, float, float]:
-    """Return the shares of a panel kept free above, below and on the left."""
+    """Return the shares of a panel reserved above, below and on the left."""
     kinds = [actor.GetClassName() for actor in renderer.GetViewProps()]
     legend, below = (any(str(name).startswith(kind) for name in renderer.actors) for kind in (LEGEND_NAME, BAR_NAME))
     return (
@@ -131,7 +131,7 @@ def _bands(renderer: Any) -> tuple[float, float, float]:
 
 
 def _window(box: tuple[Array, Array], bands: Array) -> list[int]:
-    """Return the width and height in pixels of a window that a box fills as well as may be.
+    """Return the width and height in pixels of the window for a box.
 
     Examples
     --------
@@ -148,7 +148,7 @@ def _window(box: tuple[Array, Array], bands: Array) -> list[int]:
 
 
 def _scale(box: tuple[Array, Array], renderer: Any, bands: Array) -> float:
-    """Return half the height of the picture, in the unit of length, that shows a box between the bands."""
+    """Return the parallel scale, half the height of the picture in the unit of length, at which a box fits."""
     width, height, _ = box[1] - box[0]
     top, bottom, left = bands
     across, down = 1 - left - 2 * MARGIN, 1 - top - bottom - 2 * MARGIN
@@ -164,7 +164,7 @@ def _aspect(renderer: Any) -> float:
 
 
 def _place(renderer: Any, box: tuple[Array, Array], axes: Array, scale: float, bands: Array) -> None:
-    """Put a panel's camera in front of the middle of a box, moved so that the box is between the bands."""
+    """Put a panel's camera in front of the center of a box, shifted by the reserved bands."""
     top, bottom, left = bands
     middle = 0.5 * (box[0] + box[1])
     middle = middle - np.array([left * scale * _aspect(renderer), (bottom - top) * scale, 0.0])

@@ -1,4 +1,4 @@
-"""Curves in panels side by side, logarithmic both ways, and surfaces in panels under one scale."""
+"""Log-log line plots in panels, and scalars on surfaces in panels with one color scale."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.plot.camera import looked_at
-from simplexmesh.plot.coat import colored
-from simplexmesh.plot.hot_metal import FAILED, hot_metal
+from simplexmesh.plot.colored import colored
+from simplexmesh.plot.colormap import FAILED, blue_to_red
 from simplexmesh.plot.scale import bar
 from simplexmesh.plot.scenes import COLORS_LIT
 from simplexmesh.plot.stage import INK, LIGHTS, has_display, quiet
@@ -26,7 +26,7 @@ COLORS = (
 DASHES = ("-", "--", "-.")
 MARKS = ("o", "s", "d", "x", "+")
 MARGIN = 20
-"""Pixels that charts without axes leave free around them."""
+"""Margin of charts without axes, in pixels."""
 
 
 def curves(
@@ -39,20 +39,20 @@ def curves(
     title: str = "",
     cell: tuple[int, int] = (430, 360),
 ) -> pv.Plotter:
-    """Show curves of positive numbers over positive numbers, both axes logarithmic, with one legend for all panels.
+    """Plot curves with logarithmic axes in panels, with one legend.
 
     Parameters
     ----------
     panels : mapping of title to mapping of name to (x, y)
-        A name has the same color in every panel; numbers below the y axis are drawn on it, NaN is left out.
+        A name has the same color in every panel; values below the y axis are drawn on it, NaN is left out.
     x_label, y_label : str
-        Written at the axes, with units.
+        Labels of the axes, with units.
     y_limits : (2,) tuple of float
         Ends of the y axis, the same in every panel.
     columns : int
-        Of panels; the legend takes the last cell.
+        Number of columns of panels; the legend takes the last cell.
     title : str
-        Over all of it.
+        Title over the legend.
     cell : (2,) tuple of int
         Size of a panel in pixels.
 
@@ -65,7 +65,7 @@ def curves(
     plotter = grid(len(panels) + 1, columns, cell)
     across = np.concatenate([np.asarray(x, float) for panel in panels.values() for x, _ in panel.values()])
     limits = np.log10([across.min() / 1.15, across.max() * 1.15]), np.log10(y_limits)
-    for at, (said, panel) in enumerate(panels.items()):
+    for at, (heading, panel) in enumerate(panels.items()):
         plotter.subplot(*divmod(at, columns))
         chart = pv.Chart2D()
         for name, (x, y) in panel.items():
@@ -75,7 +75,7 @@ def curves(
             if kept.any():
                 chart.line(u[kept], v[kept], color=COLORS[k % len(COLORS)], width=2.0, style=DASHES[k % len(DASHES)])
                 chart.scatter(u[kept], v[kept], color=COLORS[k % len(COLORS)], size=6, style=MARKS[k % len(MARKS)])
-        _axes(chart, limits, (x_label, y_label), said)
+        _axes(chart, limits, (x_label, y_label), heading)
         plotter.add_chart(chart)
     plotter.subplot(*divmod(len(panels), columns))
     _legend(plotter, title, names, cell[1])
@@ -91,16 +91,16 @@ def maps(
     view: str | Sequence[float] | None = None,
     cell: tuple[int, int] = (280, 225),
 ) -> pv.Plotter:
-    """Show numbers on surfaces side by side in the colors of hot metal, under one scale, in the last cell.
+    """Plot scalars on surfaces in panels, with one blue-to-red color scale in the last cell.
 
     Parameters
     ----------
     panels : sequence of (title, TriangleMesh, (n,) array of float)
-        NaN, where there is no number, is gray.
+        NaN is gray.
     name : str
-        What the numbers are, and their unit.
+        Name and unit of the quantity.
     limits : (2,) tuple of float
-        Ends of the scale; what is beyond has the color of the end.
+        Ends of the scale; values beyond have the color of the end.
     columns, cell
         As for `curves`.
     view : str or (3,) vector, optional
@@ -110,12 +110,12 @@ def maps(
     low, high = limits
     for position, strength in LIGHTS:  # each goes to every panel
         plotter.add_light(pv.Light(position=position, intensity=strength, light_type="camera light"))
-    for at, (said, mesh, values) in enumerate(panels):
+    for at, (heading, mesh, values) in enumerate(panels):
         plotter.subplot(*divmod(at, columns))
-        coat = colored(mesh, "heat", np.clip(values, low, high))
-        style = {"scalars": "heat", "cmap": hot_metal(low, high), "clim": limits, "show_scalar_bar": False}
-        plotter.add_mesh(coat, smooth_shading=True, **COLORS_LIT, **style)
-        plotter.add_text(said, position="upper_edge", font_size=8, color=INK)
+        polydata = colored(mesh, "heat", np.clip(values, low, high))
+        style = {"scalars": "heat", "cmap": blue_to_red(low, high), "clim": limits, "show_scalar_bar": False}
+        plotter.add_mesh(polydata, smooth_shading=True, **COLORS_LIT, **style)
+        plotter.add_text(heading, position="upper_edge", font_size=8, color=INK)
         looked_at(plotter, view, up="z")
     plotter.subplot(*divmod(len(panels), columns))
     _scale(plotter, name, limits)
@@ -123,7 +123,7 @@ def maps(
 
 
 def grid(count: int, columns: int, cell: tuple[int, int]) -> pv.Plotter:
-    """Return an empty white plotter with room for so many panels."""
+    """Return an empty white plotter with the given number of panels."""
     columns = min(columns, count)
     rows = -(-count // columns)
     hidden = not has_display() or None
@@ -135,7 +135,7 @@ def grid(count: int, columns: int, cell: tuple[int, int]) -> pv.Plotter:
 
 
 def _axes(chart: pv.Chart2D, limits: tuple[Array, Array], labels: tuple[str, str], title: str) -> None:
-    """Label the axes of a chart of logarithms with the numbers themselves."""
+    """Label the axes of a chart of logarithms with the original values."""
     chart.title = title
     for axis, (low, high), label in zip((chart.x_axis, chart.y_axis), limits, labels, strict=True):
         axis.range = [float(low), float(high)]
@@ -151,7 +151,7 @@ def _axes(chart: pv.Chart2D, limits: tuple[Array, Array], labels: tuple[str, str
 
 
 def ticks(low: float, high: float) -> list[float]:
-    """Return where to label an axis of decimal logarithms: about seven decades, or 1, 2, 5 where there are few.
+    """Return tick locations for an axis of decimal logarithms: up to seven decades, or 1, 2, 5 where there are few.
 
     Examples
     --------
@@ -168,7 +168,7 @@ def ticks(low: float, high: float) -> list[float]:
 
 
 def _legend(plotter: pv.Plotter, title: str, names: Sequence[str], tall: int) -> None:
-    """Write names after lines as in the charts."""
+    """Draw the legend of the charts."""
     chart = pv.Chart2D()
     chart.hide_axes()
     for axis in (chart.x_axis, chart.y_axis):
@@ -189,13 +189,13 @@ def _legend(plotter: pv.Plotter, title: str, names: Sequence[str], tall: int) ->
 
 
 def _scale(plotter: pv.Plotter, name: str, limits: tuple[float, float]) -> None:
-    """Draw the scale of colors alone, and say what gray is."""
-    nothing = pv.PolyData(np.zeros((1, 3)))
-    nothing["heat"] = np.zeros(1)
-    said = bar(name) | {"width": 0.76, "height": 0.24, "position_x": 0.12, "position_y": 0.45, "n_labels": 3}
-    said |= {"title_font_size": 15, "label_font_size": 14}
+    """Draw the color scale alone, with the meaning of gray."""
+    point = pv.PolyData(np.zeros((1, 3)))  # invisible; VTK draws no scalar bar without a mesh
+    point["heat"] = np.zeros(1)
+    style = bar(name) | {"width": 0.76, "height": 0.24, "position_x": 0.12, "position_y": 0.45, "n_labels": 3}
+    style |= {"title_font_size": 15, "label_font_size": 14}
     plotter.add_mesh(
-        nothing, scalars="heat", cmap=hot_metal(*limits), clim=limits, scalar_bar_args=said, opacity=0.0, point_size=1
+        point, scalars="heat", cmap=blue_to_red(*limits), clim=limits, scalar_bar_args=style, opacity=0.0, point_size=1
     )
     plotter.add_text("\u2022", position=(0.1, 0.17), viewport=True, font_size=24, color=FAILED)
     plotter.add_text("no estimate", position=(0.2, 0.2), viewport=True, font_size=9, color=INK)

@@ -1,4 +1,4 @@
-"""The distance of two signatures as hills over the rotations, or the shifts, that lay one on the other."""
+"""Plot of the similarity of two signatures over all rotations, or translations, as a height field."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.plot.camera import looked_at
+from simplexmesh.plot.drawable import per_point
 from simplexmesh.plot.scale import scale
-from simplexmesh.plot.skin import per_point
 from simplexmesh.plot.stage import INK, stage
 from simplexmesh.recognition.landscape import NODES, around_rotation, over_patch, over_sphere, rotation_plane
 from simplexmesh.recognition.match import check_comparable, match
@@ -25,10 +25,10 @@ Array = NDArray[np.float64]
 
 NAME = "distance of the angles (rad)"
 HIGH = 0.6
-"""How high hills are where the distance is zero, in radii."""
+"""Height where the distance is zero, in radii."""
 
 FRONT = np.array([0.98, -0.25, 0.8])
-"""Where the first hypothesis takes the pole: where its peak is seen from the side."""
+"""Direction of the pole under the first hypothesis, chosen so that its peak is seen from the side."""
 
 LIT = {"ambient": 0.45, "diffuse": 0.55, "specular": 0.05}
 
@@ -45,20 +45,20 @@ def landscape(
     view: str | Sequence[float] | None = None,
     title: str | None = None,
 ) -> pv.Plotter:
-    """Show how the distance of two signatures depends on how one is laid on the other.
+    """Plot how the distance of two signatures depends on the rotation between them.
 
-    The nearer they are, the higher and brighter. Left, at each place of the sphere: the least distance over all
-    rotations that take a pole of b there. Right: turns after the best rotation, in the plane of those that lead to the
-    second and the third hypothesis, up to half a turn at the rim. Balls mark the hypotheses, red the first. One peak
-    alone says that the match is certain, several alike that the object is symmetric. For signatures on a torus, a tube
-    or a disc: the distance under each shift, there.
+    The smaller the distance, the higher and brighter the plot. Left, at each point of the sphere: the least distance
+    over all rotations that take a pole of b there. Right: rotations relative to the best one, in the plane of rotation
+    vectors through the second and third hypothesis, up to half a turn at the edge. Balls mark the hypotheses, red the
+    first. A single peak means that the match is unambiguous, several equal ones that the object is symmetric. For
+    signatures on a torus, a cylinder or a disc: the distance under each translation.
 
     Parameters
     ----------
     sai_a, sai_b : SAI
         As for `simplexmesh.match`.
     found : sequence of Match, optional
-        What `simplexmesh.match` found; computed when not given.
+        As returned by `simplexmesh.match`; computed if not given.
     view : str or (3,) vector, optional
         As for `looked_at`.
     title : str, optional
@@ -96,12 +96,12 @@ def landscape(
     limits = (0.0, float(max(values.max(), np.nanmax(slices))))
     plotter = stage(columns=2)
     _on_mesh(plotter, ground, ground.vertices, values, limits)
-    plotter.add_text(title or "where a pole of b goes", position="upper_edge", font_size=11, color=INK)
+    plotter.add_text(title or "image of a pole of b", position="upper_edge", font_size=11, color=INK)
     for color, top, vertex in zip(COLORS, tops, at, strict=False):
         _mark(plotter, top * (1.03 + _height(values[vertex], limits)), color)
     plotter.subplot(0, 1)
     _relief(plotter, flat, slices, limits)
-    plotter.add_text("turns after the best", position="upper_edge", font_size=11, color=INK)
+    plotter.add_text("rotations relative to the best", position="upper_edge", font_size=11, color=INK)
     for color, one in zip(COLORS, shown, strict=False):
         off = axes @ rotation_vector(one.rotation @ shown[0].rotation.T) / np.pi
         _mark(plotter, np.array([*off, 0.03 + _height(one.distance, limits)]), color)
@@ -109,7 +109,7 @@ def landscape(
 
 
 def _on_patch(sai_a: SAI, sai_b: SAI, view: str | Sequence[float] | None, title: str | None) -> pv.Plotter:
-    """Show the distance under each shift on the model of the topology."""
+    """Plot the distance under each translation on the domain of the signatures."""
     values, model = over_patch(sai_a, sai_b), sai_a.domain.mesh
     plotter = stage()
     _on_mesh(plotter, model, 0.5 * model.normals, values, (0.0, float(values.max())))
@@ -121,25 +121,25 @@ def _on_patch(sai_a: SAI, sai_b: SAI, view: str | Sequence[float] | None, title:
 def _on_mesh(
     plotter: pv.Plotter, mesh: SimplexMesh, outward: Array, values: Array, limits: tuple[float, float]
 ) -> None:
-    """Draw hills on a mesh."""
+    """Draw a height field on a mesh."""
     fan = mesh.moved(mesh.vertices + _height(values, limits)[:, None] * outward).triangulated(method="fan")
     _draw(plotter, fan.vertices, fan.faces, per_point(mesh, values), limits)
 
 
 def _draw(plotter: pv.Plotter, points: Array, faces: Any, values: Array, limits: tuple[float, float]) -> None:
-    coat = pv.PolyData.from_regular_faces(np.asarray(points), np.asarray(faces))
-    coat["scalars"] = values
+    polydata = pv.PolyData.from_regular_faces(np.asarray(points), np.asarray(faces))
+    polydata["scalars"] = values
     style = scale(values, NAME, diverging=False, limits=limits) | {"cmap": "viridis_r"}
-    plotter.add_mesh(coat, smooth_shading=True, **LIT, **style)
+    plotter.add_mesh(polydata, smooth_shading=True, **LIT, **style)
 
 
 def _height(values: Any, limits: tuple[float, float]) -> Any:
-    """Return how high hills are: the nearer the higher."""
+    """Return heights, which decrease with the distance."""
     return HIGH * (1 - np.asarray(values) / max(limits[1], 1e-12))
 
 
 def _disc(axes: Array) -> tuple[Array, Array]:
-    """Return rotation vectors in a plane, in rings of spokes, the first in the middle, and where they are drawn."""
+    """Return rotation vectors in a plane on a polar grid, center first, and their positions in the plot."""
     angle = 2 * np.pi * np.arange(SPOKES) / SPOKES
     spokes = np.stack([np.cos(angle), np.sin(angle)], axis=1)
     flat = np.concatenate([np.zeros((1, 2)), *(r * spokes for r in (np.arange(RINGS) + 1) / RINGS)])
@@ -147,7 +147,7 @@ def _disc(axes: Array) -> tuple[Array, Array]:
 
 
 def _relief(plotter: pv.Plotter, flat: Array, values: Array, limits: tuple[float, float]) -> None:
-    """Draw a disc with hills."""
+    """Draw a height field on a disc."""
     k = np.arange(SPOKES)
     fan = np.stack([np.zeros_like(k), 1 + k, 1 + (k + 1) % SPOKES], axis=1)
     inner = (np.arange(RINGS - 1)[:, None] * SPOKES + 1 + k).ravel()

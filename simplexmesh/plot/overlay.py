@@ -1,4 +1,4 @@
-"""Two objects in one place, before and after one of them is moved to the other."""
+"""Plot of two objects before and after registration."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh import _check
 from simplexmesh.data.points import PointCloud
-from simplexmesh.plot import skin
+from simplexmesh.plot import drawable
 from simplexmesh.plot.camera import looked_at
 from simplexmesh.plot.scenes import upright
 from simplexmesh.plot.stage import INK, stage
@@ -33,24 +33,24 @@ def overlay(
     view: str | Sequence[float] | None = None,
     up: str = "auto",
 ) -> pv.Plotter:
-    """Show two objects together, on the left as they are, on the right with the source moved to the target.
+    """Plot two objects together, on the left as given, on the right with the source moved to the target.
 
-    Where surfaces agree the two colors, orange for the source and blue for the target, alternate in patches.
+    Where the surfaces agree, the two colors, orange for the source and blue for the target, alternate in patches.
 
     Parameters
     ----------
     source, target : anything `surface` takes
-        A source far away is drawn with the middle of its box on the target's before it is moved.
+        On the left, a source far from the target is drawn centered on it.
     T_target_source : (4, 4) array of float
         As in `Registration`, or `Match.T_a_b`.
     level, label : float, int, optional
-        The surface meant, when one is a volume.
+        Isovalue, or region, where one is a volume.
     titles : (2,) tuple of str
-        Over the two panels.
+        Titles of the two panels.
     view : str or (3,) vector, optional
         As for `looked_at`.
     up : {"auto", "x", "y", "z", "-x", "-y", "-z"}
-        As for `surface`; auto goes by the target.
+        As for `surface`; "auto" is determined by the target.
 
     Returns
     -------
@@ -63,34 +63,34 @@ def overlay(
     >>> overlay(one.moved(one.vertices + [1, 0, 0]), one, np.eye(4)).close()
     """
     T = _check.array("T_target_source", T_target_source, (4, 4))
-    things = [skin.thing(each) for each in (source, target)]
-    coats = [_coat(each, level, label) for each in things]
-    shift, size = _middle(coats[1]) - _middle(coats[0]), float(np.linalg.norm(np.ptp(coats[1].points, axis=0)))
+    things = [drawable.as_drawable(each) for each in (source, target)]
+    surfaces = [_polydata(each, level, label) for each in things]
+    shift, size = _middle(surfaces[1]) - _middle(surfaces[0]), float(np.linalg.norm(np.ptp(surfaces[1].points, axis=0)))
     away = np.eye(4)
     if np.linalg.norm(shift) > size:
         away[:3, 3] = shift
     plotter = stage(columns=2)
     for column, (motion, title) in enumerate(zip((away, T), titles, strict=True)):
         plotter.subplot(0, column)
-        for coat, thing, color, M in zip(coats, things, COLORS, (motion, np.eye(4)), strict=True):
-            _add(plotter, coat.transform(M, inplace=False), thing, color)
+        for polydata, thing, color, M in zip(surfaces, things, COLORS, (motion, np.eye(4)), strict=True):
+            _add(plotter, polydata.transform(M, inplace=False), thing, color)
         plotter.add_text(title, position="upper_edge", font_size=11, color=INK)
     return looked_at(plotter, view, up=upright(things[1], up))
 
 
-def _coat(thing: Any, level: float | None, label: int | None) -> pv.PolyData:
-    """Return what is drawn; points without normals as they are."""
-    return skin.geometry(thing, level, label)[0]
+def _polydata(thing: Any, level: float | None, label: int | None) -> pv.PolyData:
+    """Return the geometry to draw."""
+    return drawable.geometry(thing, level, label)[0]
 
 
-def _middle(coat: pv.PolyData) -> Array:
-    return np.asarray(0.5 * (coat.points.min(axis=0) + coat.points.max(axis=0)), dtype=float)
+def _middle(polydata: pv.PolyData) -> Array:
+    return np.asarray(0.5 * (polydata.points.min(axis=0) + polydata.points.max(axis=0)), dtype=float)
 
 
-def _add(plotter: pv.Plotter, coat: pv.PolyData, thing: Any, color: str) -> None:
+def _add(plotter: pv.Plotter, polydata: pv.PolyData, thing: Any, color: str) -> None:
     """Draw one of the two."""
-    if isinstance(thing, PointCloud) and coat.n_points == coat.n_cells:
-        size = float(np.clip(500 / np.sqrt(max(coat.n_points, 1)), 3.0, 10.0))
-        plotter.add_mesh(coat, color=color, point_size=size, render_points_as_spheres=True, **LIT)
+    if isinstance(thing, PointCloud) and polydata.n_points == polydata.n_cells:
+        size = float(np.clip(500 / np.sqrt(max(polydata.n_points, 1)), 3.0, 10.0))
+        plotter.add_mesh(polydata, color=color, point_size=size, render_points_as_spheres=True, **LIT)
     else:
-        plotter.add_mesh(coat, color=color, smooth_shading=True, **LIT)
+        plotter.add_mesh(polydata, color=color, smooth_shading=True, **LIT)

@@ -1,4 +1,4 @@
-"""How numbers become colors, and what the scale under the picture says."""
+"""Color scales: limits, colormap, and the scalar bar under the picture."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from simplexmesh.plot.stage import INK
 
 
 def titled(name: str, unit: str, power: int) -> str:
-    """Return the title of a scale: what is shown, and its unit, a power of the unit of length."""
+    """Return the title of a scale: the name of the quantity with its unit, a power of the unit of length."""
     spelled = {1: unit, -1: f"1/{unit}"}.get(power, "") if unit else ""
     return f"{name} ({spelled})" if spelled else name
 
@@ -19,14 +19,14 @@ def titled(name: str, unit: str, power: int) -> str:
 def scale(
     values: NDArray[np.float64], title: str, *, diverging: bool, limits: tuple[float, float] | None
 ) -> dict[str, Any]:
-    """Return how scalars are colored and what their bar says."""
+    """Return the options of `add_mesh` for scalars: colormap, limits and scalar bar."""
     known = values[np.isfinite(values)]
     if limits is None and diverging:
         most = float(np.percentile(np.abs(known), 98)) if len(known) else 1.0
         limits = (-most or -1.0, most or 1.0)
     elif limits is None and len(known):
         low, high = (float(known.min()), float(known.max()))
-        if low >= 0:  # distances: from zero, and a few far ones must not hide how the others differ
+        if low >= 0:  # distances: from zero, clipped so that a few outliers do not hide the others
             low, high = 0.0, min(high, max(4 * float(np.median(known)), float(np.percentile(known, 98))) or high)
         limits = (low, high if high > low else low + 1.0)
     return {
@@ -39,7 +39,7 @@ def scale(
 
 
 def bar(title: str, largest: float = 1.0) -> dict[str, Any]:
-    """Return how the bar under a picture looks, and what it says; labels of thousands are written out."""
+    """Return the options of the scalar bar under a picture; thousands are written without exponent."""
     return {
         "title": f"{title}\n",  # the line break keeps it clear of the labels
         "vertical": False,

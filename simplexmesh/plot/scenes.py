@@ -1,4 +1,4 @@
-"""Scenes: one surface, panels side by side, several meshes together."""
+"""Plots of one surface, of several in panels, and of several in one scene."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from simplexmesh import _check
 from simplexmesh.data.points import PointCloud
 from simplexmesh.data.volume import Volume
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-from simplexmesh.plot import skin
+from simplexmesh.plot import drawable
 from simplexmesh.plot.camera import LEGEND_NAME, UPS, looked_at
 from simplexmesh.plot.scale import scale, titled
 from simplexmesh.plot.stage import INK, stage
@@ -22,8 +22,8 @@ CLAY = "#c9d3dc"
 DATA = "#d9c3a5"
 PALETTE = ("#c8553d", "#e3a857", "#7d9d5c", "#4f8a8b", "#5d6fa3", "#9b6a97", "#b98b73", "#d98f9f", "#6f6f6f", "#88b7c9")
 SURFACE_LIT = {"ambient": 0.25, "diffuse": 0.85, "specular": 0.08, "specular_power": 25}
-COLORS_LIT = {"ambient": 0.72, "diffuse": 0.22, "specular": 0.0}  # nearly flat: colors are to be read off the scale
-MOST_EDGES = 25_000  # above so many vertices polygons are too small to be seen, and only darken the surface
+COLORS_LIT = {"ambient": 0.72, "diffuse": 0.22, "specular": 0.0}  # nearly flat, to keep the colors of the scale
+MOST_EDGES = 25_000  # with more vertices, edges of polygons would only darken the surface
 
 
 def surface(
@@ -44,43 +44,42 @@ def surface(
     up: str = "auto",
     plotter: pv.Plotter | None = None,
 ) -> pv.Plotter:
-    """Show a mesh, smooth, with its polygons drawn over it.
+    """Plot a mesh with smooth shading and the edges of its polygons.
 
     Parameters
     ----------
     mesh : SimplexMesh, Reconstruction, TriangleMesh, PointCloud, Volume or anything convertible to these
         A volume is shown as its surface at `level` or of `label`.
     scalars : {"mean_curvature", "simplex_angle", "distance"}, name of a vertex array, or (n,) array, optional
-        What to color by. "distance" is that of each vertex to the surface in `data`, along its normal, as in
-        `Reconstruction.distance`; vertices without data near are gray. Curvatures and
-        angles have a diverging map with zero in the middle, cut at the 2nd and 98th percentile; others a plain
-        one, that of quantities without sign from zero to their 98th percentile, or four times their median.
+        Quantity to color by. "distance" is that of each vertex to the surface in `data`, along its normal, as in
+        `Reconstruction.distance`; vertices without data nearby are gray. Curvatures and
+        angles have a diverging colormap centered at zero, clipped at the 98th percentile of their magnitude; others a
+        sequential one, from zero for nonnegative quantities, to the 98th percentile or four times the median.
     data : Volume, PointCloud, TriangleMesh or anything convertible to these, optional
-        What "distance" is measured to. Without it the mesh's own array of that name is shown, which `reconstruct`
-        leaves behind.
+        What "distance" is measured to; default: the mesh's array of that name, which `reconstruct` stores.
     level, label : float, int, optional
-        The surface meant, when `mesh` or `data` is a volume.
+        Isovalue, or region, where `mesh` or `data` is a volume.
     edges : bool, optional
-        Whether polygons are drawn; by default up to 25,000 vertices.
+        Whether edges are drawn; by default up to 25,000 vertices.
     color : str
         Color without scalars.
     opacity : float
-        From 0, unseen, to 1.
+        From 0, invisible, to 1.
     title : str, optional
         Text over the picture.
     unit : str
-        Unit of length, for the scale (curvatures are in its inverse).
+        Unit of length, for the color scale (curvatures are in its inverse).
     limits : (2,) tuple of float, optional
         Ends of the color scale.
     inside : {"above", "below"}
-        Whether the object is where a volume is above `level` or below.
+        Whether the object is above or below `level` in a volume.
     view : str or (3,) vector, optional
         As for `looked_at`, when the plotter is new.
     up : {"auto", "x", "y", "z", "-x", "-y", "-z"}
-        The axis that points up. Auto: z, save for surfaces and points given as data, which have y up where they are
-        taller along y than along z by a tenth; simplex meshes and volumes have z up.
+        The axis that points up. "auto": z, but y for triangle meshes and points whose extent along y exceeds that along
+        z by a tenth.
     plotter : pyvista.Plotter, optional
-        Where to add the mesh; `looked_at` then places the camera. A new one when not given.
+        Plotter to add the mesh to, without placing the camera (see `looked_at`); a new one if not given.
 
     Returns
     -------
@@ -89,8 +88,8 @@ def surface(
     Raises
     ------
     ValueError
-        An unknown name, scalars of another length than the vertices, or "distance" neither known nor to be measured;
-        a level, a label or a side of it for what has none.
+        An unknown name, a wrong number of scalars, "distance" without data or such an array; `level`, `label` or
+        `inside` without a volume.
 
     Examples
     --------
@@ -99,32 +98,32 @@ def surface(
     >>> plotter.close()
     """
     alone, plotter = plotter is None, stage() if plotter is None else plotter
-    shown = skin.thing(mesh)
+    shown = drawable.as_drawable(mesh)
     _check_choice([shown, data], level, label, inside)
     if not isinstance(shown, SimplexMesh) and scalars is not None:
         raise TypeError(f"scalars need a SimplexMesh to color, not {type(shown).__name__}")
-    coat, lines = skin.geometry(shown, level, label, inside)
+    polydata, lines = drawable.geometry(shown, level, label, inside)
     style: dict[str, Any] = {"color": DATA if isinstance(shown, PointCloud) else color, "opacity": opacity}
     if scalars is not None:
-        values, name, power, diverging = skin.scalars_of(shown, scalars, data, level, label, inside)
-        coat["scalars"] = skin.per_point(shown, values)
+        values, name, power, diverging = drawable.scalars_of(shown, scalars, data, level, label, inside)
+        polydata["scalars"] = drawable.per_point(shown, values)
         style = scale(values, titled(name, unit, power), diverging=diverging, limits=limits) | {"opacity": opacity}
-    if isinstance(shown, PointCloud) and coat.n_points == coat.n_cells:
-        plotter.add_mesh(coat, point_size=_dot(len(coat.points)), render_points_as_spheres=True, **style)
+    if isinstance(shown, PointCloud) and polydata.n_points == polydata.n_cells:
+        plotter.add_mesh(polydata, point_size=_dot(len(polydata.points)), render_points_as_spheres=True, **style)
     elif isinstance(shown, PointCloud):
-        plotter.add_mesh(coat, culling="back", smooth_shading=True, ambient=0.25, diffuse=0.85, **style)
+        plotter.add_mesh(polydata, culling="back", smooth_shading=True, ambient=0.25, diffuse=0.85, **style)
     else:
         light = COLORS_LIT if scalars is not None else SURFACE_LIT
-        actor = plotter.add_mesh(coat, smooth_shading=True, **light, **style)
-        actor.mapper.SetResolveCoincidentTopologyToPolygonOffset()  # so that lines lie on top
+        actor = plotter.add_mesh(polydata, smooth_shading=True, **light, **style)
+        actor.mapper.SetResolveCoincidentTopologyToPolygonOffset()  # so that edges are drawn in front of faces
         actor.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(2.0, 2.0)
         # The mode is global in VTK. With its default offset for points, half of those drawn as spheres would be hidden.
         actor.mapper.SetResolveCoincidentTopologyPointOffsetParameter(0.0)
     wanted = shown.n_vertices <= MOST_EDGES if isinstance(shown, SimplexMesh) and edges is None else edges
     if wanted and isinstance(shown, Volume):
-        lines = coat.extract_all_edges()
+        lines = polydata.extract_all_edges()
     if wanted and lines is not None:
-        strong = np.clip(3000 / max(1, len(coat.points)), 0.15, 0.6)
+        strong = np.clip(3000 / max(1, len(polydata.points)), 0.15, 0.6)
         plotter.add_mesh(lines, color=INK, line_width=1.0, opacity=float(strong) * opacity, lighting=False)
     if title:
         plotter.add_text(title, position="upper_edge", font_size=11, color=INK)
@@ -132,9 +131,9 @@ def surface(
 
 
 def _check_choice(things: Sequence[Any], level: float | None, label: int | None, inside: str) -> None:
-    """Refuse a level or a label where there is no volume, and a side of a level where there is no level."""
+    """Refuse `level` and `label` without a volume, and `inside` without a level."""
     _check.choice("inside", inside, ("above", "below"))
-    things = [skin.thing(one) for one in things if one is not None]
+    things = [drawable.as_drawable(one) for one in things if one is not None]
     volumes = any(isinstance(one, Volume) for one in things)
     if (level, label) != (None, None) and not volumes:
         raise ValueError(f"level and label are for volumes, not for {type(things[-1]).__name__}")
@@ -144,7 +143,7 @@ def _check_choice(things: Sequence[Any], level: float | None, label: int | None,
 
 
 def upright(shown: Any, up: str = "auto") -> str:
-    """Return the axis that points up: the one given, or what suits the thing shown."""
+    """Return the axis that points up: the given one, or for "auto" the default of the object."""
     if _check.choice("up", up, ("auto", *UPS)) != "auto":
         return up
     if isinstance(shown, Volume | SimplexMesh):
@@ -161,18 +160,18 @@ def panels(
     up: str = "auto",
     **options: Any,
 ) -> pv.Plotter:
-    """Show several things next to each other under one camera, each with its name.
+    """Plot several objects in panels with titles, under one camera.
 
     Parameters
     ----------
     things : mapping of str to anything `surface` takes
-        The title of each panel and what it shows.
+        Title and object of each panel.
     scalars : str, optional
         As for `surface`, for the simplex meshes among them.
     view : str or (3,) vector, optional
         As for `looked_at`.
     up : {"auto", "x", "y", "z", "-x", "-y", "-z"}
-        As for `surface`; auto goes by the first thing.
+        As for `surface`; "auto" is determined by the first object.
     **options
         Passed on to `surface`.
 
@@ -187,8 +186,8 @@ def panels(
     >>> plotter.close()
     """
     if not isinstance(things, Mapping) or not things:
-        raise ValueError(f"things must be a mapping of titles to what is shown, not {type(things).__name__}")
-    shown = {title: skin.thing(thing) for title, thing in things.items()}
+        raise ValueError(f"things must be a mapping of titles to objects, not {type(things).__name__}")
+    shown = {title: drawable.as_drawable(thing) for title, thing in things.items()}
     level, label, data = (options.pop(name, None) for name in ("level", "label", "data"))
     inside = options.pop("inside", "above")
     _check_choice([*shown.values(), data], level, label, inside)
@@ -214,7 +213,7 @@ def beside(
     view: str | Sequence[float] | None = None,
     up: str = "auto",
 ) -> pv.Plotter:
-    """Show data and the model made of it next to each other, under one camera.
+    """Plot data and its model in two panels, under one camera.
 
     Parameters
     ----------
@@ -232,9 +231,9 @@ def beside(
     >>> plotter = beside(ball.vertices, ball, scalars="distance")
     >>> plotter.close()
     """
-    given, model = skin.thing(data), skin.thing(mesh)
+    given, model = drawable.as_drawable(data), drawable.as_drawable(mesh)
     if isinstance(given, PointCloud) and isinstance(model, SimplexMesh):
-        given = skin.faced(given, model)
+        given = drawable.oriented_like(given, model)
     counts = f"model, {model.n_vertices:,} vertices" if isinstance(model, SimplexMesh) else "model"
     things = {"data": given, counts: model}
     options = {"level": level, "label": label, "inside": inside, "unit": unit}
@@ -251,18 +250,18 @@ def together(
     up: str = "z",
     legend: bool = True,
 ) -> pv.Plotter:
-    """Show several meshes in one scene, each in its color, with a legend.
+    """Plot several meshes in one scene, each in its color, with a legend.
 
     Parameters
     ----------
     meshes : mapping of str to anything `surface` takes
         Names and meshes.
     colors : sequence of str
-        Taken in turn.
+        Used in turn.
     opacity : float or mapping of name to float
-        From 0, unseen, to 1.
+        From 0, invisible, to 1.
     edges, legend : bool
-        Whether polygons are drawn, and names written.
+        Whether to draw the edges of polygons, and the legend.
     view : str or (3,) vector, optional
         As for `looked_at`.
     up : {"x", "y", "z", "-x", "-y", "-z"}
@@ -285,9 +284,11 @@ def together(
 
 
 def entry(plotter: pv.Plotter, place: int, name: str, color: str) -> None:
-    """Write a name at the left, dark so that it can be read, after a dot in its color."""
+    """Add an entry to the legend at the left: a dot in the given color, and the name."""
     height = 0.93 - 0.034 * place
-    narrow = 1200 * plotter.shape[1] / plotter.window_size[0]  # letters are as wide in a panel as in a whole picture
+    narrow = (
+        1200 * plotter.shape[1] / plotter.window_size[0]
+    )  # the width of letters does not depend on that of the panel
     plotter.add_text(
         "\u2022",
         position=(0.025 * narrow, height - 0.012),
@@ -302,5 +303,5 @@ def entry(plotter: pv.Plotter, place: int, name: str, color: str) -> None:
 
 
 def _dot(count: int) -> float:
-    """Return a size for points, in pixels: the fewer the larger."""
+    """Return the size of points in pixels, which decreases with their number."""
     return float(np.clip(600 / np.sqrt(max(count, 1)), 3.0, 14.0))

@@ -1,4 +1,4 @@
-"""The stage: background and light, and the picture taken."""
+"""Plotters with the background and lights of this library, and writing of image files."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ LIGHTS = [((-0.9, 0.8, 1.6), 0.8), ((1.4, 0.3, 0.9), 0.35), ((-0.2, -1.0, 1.0), 
 
 
 def stage(columns: int = 1, size: tuple[int, int] | None = None) -> pv.Plotter:
-    """Return an empty plotter with this library's background, light and shadow.
+    """Return an empty plotter with this library's background and lights.
 
     Examples
     --------
@@ -40,28 +40,28 @@ def stage(columns: int = 1, size: tuple[int, int] | None = None) -> pv.Plotter:
 
 
 def picture(path: str | Path, plotter: pv.Plotter, *, close: bool = True) -> Path:
-    """Write what a plotter shows to an image file, whole or not at all.
+    """Write the picture of a plotter to an image file, completely or not at all.
 
     Parameters
     ----------
     path : str or Path
-        Name of the file, .png, .jpg or .tif; its folder must exist.
+        File name, .png, .jpg or .tif; the folder must exist.
     plotter : pyvista.Plotter
         As returned by the other functions.
     close : bool
-        Whether the plotter is closed afterwards.
+        Close the plotter afterwards.
 
     Raises
     ------
     ValueError
-        The name ends with none of these.
+        Another suffix.
     TypeError
-        The path is no path, or the plotter is one.
+        The path is no path, or the plotter is one (arguments swapped).
     OSError
         The folder does not exist or cannot be written to.
     """
     if not isinstance(path, str | os.PathLike):
-        raise TypeError(f"path must be the name of a file, then comes the plotter; it is a {type(path).__name__}")
+        raise TypeError(f"path must be a file name, followed by the plotter, not {type(path).__name__}")
     if isinstance(plotter, str | os.PathLike):
         raise TypeError(f"plotter must be a pyvista.Plotter, not {plotter!r}")
     path = Path(path)
@@ -99,7 +99,7 @@ def has_display() -> bool:
 
 @contextmanager
 def quiet() -> Iterator[None]:
-    """Keep VTK from complaining about a missing display while it finds another way to draw."""
+    """Suppress VTK's warnings about a missing display while it falls back to off-screen rendering."""
     before = pv.vtk_verbosity()
     pv.vtk_verbosity("off")
     try:

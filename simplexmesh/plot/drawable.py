@@ -1,4 +1,4 @@
-"""What is drawn of a thing: its surface or points, the outlines of its polygons, and the numbers to color it by."""
+"""PyVista geometry of meshes, point clouds and volumes: surface, polygon edges, and scalars per vertex."""
 
 from __future__ import annotations
 
@@ -21,21 +21,21 @@ from simplexmesh.motion.subjects import as_subject
 Array = NDArray[np.float64]
 
 MOST_POINTS = 200_000
-CREASE = 30.0  # degrees; triangles that meet at more are drawn with an edge
-MOST_BENT = 60.0  # the same for surfaces of volumes, which bend in steps
-DISK, CORNERS = 0.5, 8  # radius of a point's disk, in distances to its neighbors, and how round it is
+CREASE = 30.0  # feature angle in degrees: triangles that meet at a larger one are shaded with a sharp edge
+CREASE_OF_VOLUMES = 60.0  # the same for isosurfaces, which have voxel steps
+DISK, CORNERS = 0.5, 8  # radius of a point's disk, in distances to its neighbors, and its number of corners
 DIVERGING = {"mean_curvature": ("mean curvature", -1), "simplex_angle": ("simplex angle, rad", 0)}  # name, power
-SIGNED = ("simplex angle (rad)",)  # vertex arrays that have zero in the middle even where all are positive
+SIGNED = ("simplex angle (rad)",)  # vertex arrays with a scale symmetric about zero even where all are positive
 
 
-def thing(given: Any) -> Any:
-    """Return one of this library's own objects for anything that can be shown."""
+def as_drawable(given: Any) -> Any:
+    """Return an object of this library for anything that can be plotted."""
     given = getattr(given, "mesh", given)  # a Reconstruction shows its mesh
     return given if isinstance(given, SimplexMesh) else as_data(given)
 
 
-def faced(cloud: PointCloud, mesh: SimplexMesh) -> PointCloud:
-    """Return a cloud whose normals look out of a model of it: turned when they look inwards, as some scanners' do."""
+def oriented_like(cloud: PointCloud, mesh: SimplexMesh) -> PointCloud:
+    """Return a cloud with its normals reversed where they point into a model of it, as some scanners' do."""
     if cloud.normals is None:
         return cloud
     _, nearest = cKDTree(mesh.vertices).query(cloud.points, workers=-1)
@@ -45,25 +45,25 @@ def faced(cloud: PointCloud, mesh: SimplexMesh) -> PointCloud:
 def geometry(
     shown: Any, level: float | None, label: int | None, inside: str = "above"
 ) -> tuple[pv.PolyData, pv.PolyData | None]:
-    """Return what is drawn, with the normals it is lit by, and the outlines of a mesh's polygons or triangles."""
+    """Return the geometry to draw, with normals, and the edges of a mesh's polygons or triangles."""
     if isinstance(shown, PointCloud):
         return _cloud(shown), None
     if isinstance(shown, SimplexMesh):
         fan = shown.triangulated(method="fan")
-        coat = _faces(fan.vertices, fan.faces)
-        coat.point_data["Normals"] = per_point(shown, shown.normals)
-        coat.point_data.active_normals_name = "Normals"
-        return coat, _lines(shown.vertices, shown.connectivity.edge_vertices)
+        polydata = _faces(fan.vertices, fan.faces)
+        polydata.point_data["Normals"] = per_point(shown, shown.normals)
+        polydata.point_data.active_normals_name = "Normals"
+        return polydata, _lines(shown.vertices, shown.connectivity.edge_vertices)
     if isinstance(shown, Volume):
         surface = isosurface(shown, level, label, inside)
-        return _lit(_faces(surface.vertices, surface.faces), MOST_BENT), None
-    coat = _faces(shown.vertices, shown.faces)
-    return _lit(coat, CREASE), coat.extract_all_edges()
+        return _lit(_faces(surface.vertices, surface.faces), CREASE_OF_VOLUMES), None
+    polydata = _faces(shown.vertices, shown.faces)
+    return _lit(polydata, CREASE), polydata.extract_all_edges()
 
 
-def _lit(coat: pv.PolyData, crease: float) -> pv.PolyData:
-    """Return a surface with normals at its vertices, which are split where it bends by more than so many degrees."""
-    return coat.compute_normals(
+def _lit(polydata: pv.PolyData, crease: float) -> pv.PolyData:
+    """Return a surface with vertex normals, its vertices split at edges sharper than the feature angle in degrees."""
+    return polydata.compute_normals(
         cell_normals=False,
         split_vertices=True,
         feature_angle=crease,
@@ -72,12 +72,17 @@ def _lit(coat: pv.PolyData, crease: float) -> pv.PolyData:
     )
 
 
+def kept_points(count: int) -> NDArray[np.int64]:
+    """Return the indices of the points that are drawn, a random subset of very many."""
+    if count <= MOST_POINTS:
+        return np.arange(count)
+    return np.random.default_rng(0).choice(count, MOST_POINTS, replace=False)
+
+
 def _cloud(cloud: PointCloud) -> pv.PolyData:
-    """Return points; with normals as small disks that face along them, so that they are lit and can be hidden."""
-    points, normals = cloud.points, cloud.normals
-    if len(points) > MOST_POINTS:
-        kept = np.random.default_rng(0).choice(len(points), MOST_POINTS, replace=False)
-        points, normals = points[kept], None if normals is None else normals[kept]
+    """Return points; with normals, as small disks perpendicular to them, for shading and hidden-surface removal."""
+    kept = kept_points(len(cloud.points))
+    points, normals = cloud.points[kept], None if cloud.normals is None else cloud.normals[kept]
     if normals is None or len(points) < 4:
         return pv.PolyData(points)
     spacing = cKDTree(points).query(points, k=4, workers=-1)[0][:, 3]
@@ -96,9 +101,9 @@ def _cloud(cloud: PointCloud) -> pv.PolyData:
 
 
 def isosurface(volume: Volume, level: float | None, label: int | None, inside: str = "above") -> TriangleMesh:
-    """Return the triangulated surface of a volume at a level or of a label, in physical space, to be looked at.
+    """Return the triangulated isosurface of a level or a label of a volume, in physical space, for display.
 
-    Beyond the volume there is background, so that what its border cuts is closed there, as in a model of it.
+    The volume is padded with background, so that objects cut by its border are closed there, as in a model of it.
     """
     if level is None or label is not None:
         mask = volume.mask(_label(volume, label))
@@ -128,15 +133,15 @@ def scalars_of(
     label: int | None,
     inside: str = "above",
 ) -> tuple[Array, str, int, bool]:
-    """Return numbers per vertex, their name, the power of length they are, and whether zero is their middle."""
+    """Return scalars per vertex, their name, their power of the unit of length, and whether they are diverging."""
     if not isinstance(wanted, str):
         return _check.array("scalars", wanted, (mesh.n_vertices,)), "", 0, False
     if wanted in DIVERGING:
         return getattr(mesh, wanted), *DIVERGING[wanted], True
     if wanted == "distance" and data is not None:
-        return distances(mesh, thing(data), level, label, inside), "distance to the data", 1, False
+        return distances(mesh, as_drawable(data), level, label, inside), "distance to the data", 1, False
     if wanted == "distance" and "distance" not in mesh.data:
-        raise ValueError("scalars 'distance' needs the data to measure to: data is None, and the mesh has none")
+        raise ValueError("scalars 'distance' needs data to measure to: data is None, and the mesh has no such array")
     names = list(dict.fromkeys([*DIVERGING, "distance", *mesh.data]))
     values = np.asarray(mesh.data[_check.choice("scalars", wanted, names)], dtype=float)
     if values.ndim != 1:
@@ -148,9 +153,9 @@ def scalars_of(
 
 
 def distances(mesh: SimplexMesh, data: Any, level: float | None, label: int | None, inside: str = "above") -> Array:
-    """Return how far vertices are from the surface in the data along their normals, NaN where there is none near.
+    """Return distances of vertices to the surface in the data along their normals, NaN where none is near.
 
-    This is the distance `Reconstruction.distance` has from mesh to data; near is within two samples or one edge.
+    These are the distances from mesh to data of `Reconstruction.distance`; near is within two samples or one edge.
     """
     if isinstance(data, SimplexMesh):
         data = data.triangulated(method="fan")
@@ -161,7 +166,7 @@ def distances(mesh: SimplexMesh, data: Any, level: float | None, label: int | No
 
 
 def per_point(mesh: SimplexMesh, values: Array) -> Array:
-    """Return values of vertices with their means over each face appended, as the fan has centroids."""
+    """Return values of vertices with their mean over each face appended, for the centroids of the fan."""
     topology = mesh.connectivity
     sums = np.add.reduceat(values[topology.face_vertices], topology.face_offsets[:-1], axis=0)
     sizes = topology.face_sizes if values.ndim == 1 else topology.face_sizes[:, None]
@@ -178,7 +183,7 @@ def _lines(vertices: Array, edge_vertices: NDArray[np.integer[Any]]) -> pv.PolyD
 
 
 def _label(volume: Volume, label: int | None) -> int:
-    """Return the label meant: the one given, or the only one there is."""
+    """Return the given label, or the only one of the volume."""
     if label is not None:
         return label
     if not volume.is_labels:
@@ -190,7 +195,7 @@ def _label(volume: Volume, label: int | None) -> int:
 
 
 def _cropped(values: NDArray[Any]) -> tuple[NDArray[Any], Array]:
-    """Return the part of a mask that is not empty, with a rim of zeros around, and where it begins."""
+    """Return a mask cropped to its nonzero part and padded with zeros, and the index where it begins."""
     low, high = np.zeros(3, dtype=int), np.zeros(3, dtype=int)
     for axis in range(3):
         others = tuple(other for other in range(3) if other != axis)

@@ -1,4 +1,4 @@
-"""Numbers on a surface in the colors of hot metal, classes in colors of their own, points marked."""
+"""Per-vertex scalars in a blue-to-red colormap, per-vertex classes, marked points and lines on a surface."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from simplexmesh import _check
 from simplexmesh.data.points import PointCloud
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.data.volume import Volume
-from simplexmesh.plot import skin
+from simplexmesh.plot import drawable
 from simplexmesh.plot.camera import BAR_NAME, looked_at
-from simplexmesh.plot.coat import cells, colored
-from simplexmesh.plot.hot_metal import ends, hot_metal
+from simplexmesh.plot.colored import colored, vertex_cells
+from simplexmesh.plot.colormap import blue_to_red, ends
 from simplexmesh.plot.scale import bar
 from simplexmesh.plot.scenes import COLORS_LIT, PALETTE, entry, upright
 from simplexmesh.plot.stage import INK, stage
@@ -30,7 +30,7 @@ MARK = 0.009
 """Radius of a marked point, as a share of the diagonal."""
 
 WIDE, COLUMN = 800, 138
-"""Pixels: a panel as wide as this has room for names at its side; columns of names below it are as wide as that."""
+"""Pixels: the least width of a panel with a legend at its side; the width of the columns of a legend below it."""
 
 
 def heat(
@@ -46,24 +46,24 @@ def heat(
     up: str = "auto",
     plotter: pv.Plotter | None = None,
 ) -> pv.Plotter:
-    """Show numbers on a surface in the colors of hot metal: blue, cyan, green, yellow, red.
+    """Plot per-vertex scalars on a surface, from blue over cyan, green and yellow to red.
 
     Parameters
     ----------
     surface : TriangleMesh, SimplexMesh, PointCloud or anything convertible to these
-        What carries the numbers.
+        The surface or points.
     values : (n,) array of float
-        One for each vertex or point; NaN, where there is none, is gray.
+        One per vertex or point; NaN is gray.
     name : str
-        What the numbers are, and their unit, for the scale.
+        Name and unit of the quantity, for the color scale.
     limits : (2,) tuple of float, optional
-        Ends of the scale. By default 95 % of the area is within: numbers of both signs have zero in the middle, and
-        end earlier where their tails are long, others begin at zero or at their 5th percentile, whichever spreads
-        them more.
+        Ends of the scale. By default 95 % of the area is within. With both signs the scale is symmetric about zero, and
+        ends earlier where tails are long; otherwise it begins at zero or, if that is far below the values, at their
+        5th percentile.
     marks : (m, 3) array of float or SalientPoints, optional
         Points to mark with balls, the first ones larger.
     lines : sequence of Polyline or of (k, 3) arrays of float
-        Lines to draw, as `level_lines` and `inversion_lines` find them.
+        Lines to draw, as returned by `level_lines` and `inversion_lines`.
     title : str, optional
         Text over the picture.
     view : str or (3,) vector, optional
@@ -71,7 +71,7 @@ def heat(
     up : {"auto", "x", "y", "z", "-x", "-y", "-z"}
         As for `surface`.
     plotter : pyvista.Plotter, optional
-        Where to add; a new one when not given.
+        Plotter to add to; a new one if not given.
 
     Returns
     -------
@@ -80,7 +80,7 @@ def heat(
     Raises
     ------
     ValueError, TypeError
-        Values of another length than the vertices, limits that do not rise, not a surface.
+        Wrong number of values, limits that do not increase, not a surface.
 
     Examples
     --------
@@ -92,9 +92,10 @@ def heat(
     shown = shown_of(surface)
     numbers = _values(values, shown)
     low, high = ends(numbers, limits, _areas(shown))
-    coat = colored(shown, "heat", np.clip(numbers, low, high))
+    polydata = colored(shown, "heat", np.clip(numbers, low, high))
     _draw(
-        plotter, coat, scalars="heat", cmap=hot_metal(low, high), clim=(low, high), scalar_bar_args=bar(name, high),
+        plotter, polydata, scalars="heat", cmap=blue_to_red(low, high), clim=(low, high),
+        scalar_bar_args=bar(name, high),
     )  # fmt: skip
     if marks is not None:
         mark(plotter, getattr(marks, "points", marks), size=_diagonal(shown))
@@ -117,20 +118,20 @@ def classes(
     up: str = "auto",
     plotter: pv.Plotter | None = None,
 ) -> pv.Plotter:
-    """Show classes of vertices, each in its color, with a legend of those there are.
+    """Plot classes of vertices, one color each, with a legend of those that occur.
 
     Parameters
     ----------
     surface : TriangleMesh, SimplexMesh, PointCloud or anything convertible to these
-        What is divided.
+        The surface or points.
     labels : HKClasses, Regions or (n,) array of int
-        The class of each vertex, at least 0; or true and false.
+        The class of each vertex, at least 0; or booleans.
     names, colors : sequence of str, optional
-        By class number; those of the classes given, or numbers and colors in turn.
+        By class number. Default: those of `labels`, or no names and the colors of a palette.
     title, view, up, plotter
         As for `heat`.
     legend : bool
-        Whether names are written: at the left, in a narrow panel below.
+        Whether to write the names: at the left, or below in a narrow panel.
 
     Returns
     -------
@@ -139,7 +140,7 @@ def classes(
     Raises
     ------
     ValueError, TypeError
-        Labels that are no class numbers, or of another length; fewer names or colors than classes; not a surface.
+        Labels that are no class numbers, or of wrong length; fewer names or colors than classes; not a surface.
 
     Examples
     --------
@@ -155,12 +156,12 @@ def classes(
     many = int(numbers.max(initial=-1)) + 1
     for name, given in (("names", names), ("colors", colors)):
         if given is not None and len(given) < many:
-            raise ValueError(f"{name} must be one for each class, {many} at least, not {len(given)}")
+            raise ValueError(f"{name} must have one entry per class, at least {many}, not {len(given)}")
     palette = list(colors) if colors is not None else [PALETTE[k % len(PALETTE)] for k in range(many)]
     table = np.array([pv.Color(color).float_rgb for color in palette])
     triangles = isinstance(shown, TriangleMesh)
     _draw(
-        plotter, cells(shown, table[numbers]) if triangles else colored(shown, "classes", table[numbers]),
+        plotter, vertex_cells(shown, table[numbers]) if triangles else colored(shown, "classes", table[numbers]),
         scalars="classes", rgb=True,
     )  # fmt: skip
     if legend and names is not None:
@@ -171,7 +172,7 @@ def classes(
 
 
 def _legend(plotter: pv.Plotter, entries: Sequence[tuple[str, str]]) -> None:
-    """Write names at the left, or in a narrow panel below, where the scale of its neighbors is."""
+    """Write names at the left or, in a narrow panel, below, where its neighbors have a color scale."""
     width = plotter.window_size[0] / plotter.shape[1]
     if width >= WIDE:
         for place, (name, color) in enumerate(entries):
@@ -191,7 +192,7 @@ def _legend(plotter: pv.Plotter, entries: Sequence[tuple[str, str]]) -> None:
 
 
 def mark(plotter: pv.Plotter, points: ArrayLike, *, size: float, color: str = INK) -> None:
-    """Add a ball at each point, the first ones larger; `size` is the diagonal of what they lie on."""
+    """Add a ball at each point, the first ones larger; `size` is the diagonal of the surface."""
     at = _check.array("marks", points, (None, 3))
     for place, point in enumerate(at):
         radius = size * MARK * (1.0 if place < 5 else 0.7)
@@ -201,7 +202,7 @@ def mark(plotter: pv.Plotter, points: ArrayLike, *, size: float, color: str = IN
 
 
 def trace(plotter: pv.Plotter, line: Any, *, size: float, color: str = INK) -> None:
-    """Add a line as a tube; `size` is the diagonal of what it lies on."""
+    """Add a line as a tube; `size` is the diagonal of the surface."""
     at = _check.array("lines", getattr(line, "points", line), (None, 3))
     if len(at) < 2:
         return
@@ -209,18 +210,18 @@ def trace(plotter: pv.Plotter, line: Any, *, size: float, color: str = INK) -> N
     plotter.add_mesh(drawn.strip().tube(radius=THIN * size), color=color, specular=0.2)
 
 
-def _draw(plotter: pv.Plotter, coat: pv.PolyData, **style: Any) -> None:
-    if coat.n_points == coat.n_cells:
-        plotter.add_mesh(coat, point_size=6, render_points_as_spheres=True, **style)
+def _draw(plotter: pv.Plotter, polydata: pv.PolyData, **style: Any) -> None:
+    if polydata.n_points == polydata.n_cells:
+        plotter.add_mesh(polydata, point_size=6, render_points_as_spheres=True, **style)
     else:
-        plotter.add_mesh(coat, smooth_shading=True, **COLORS_LIT, **style)
+        plotter.add_mesh(polydata, smooth_shading=True, **COLORS_LIT, **style)
 
 
 def shown_of(surface: Any) -> Any:
-    """Return the thing to be drawn; a mesh of the caller's stays as it is, with all its vertices."""
+    """Return the object to draw; meshes keep all their vertices."""
     if isinstance(surface, tuple | list) and len(surface) == 2:
         surface = TriangleMesh(surface[0], surface[1])
-    shown = surface if isinstance(surface, PointCloud) else skin.thing(surface)
+    shown = surface if isinstance(surface, PointCloud) else drawable.as_drawable(surface)
     if isinstance(shown, Volume | Mapping):
         raise TypeError(f"surface must be a mesh or points, not {type(shown).__name__}")
     return shown
@@ -252,7 +253,7 @@ def _values(values: ArrayLike, shown: Any) -> Array:
 
 
 def _areas(shown: Any) -> Array:
-    """Return how much of what is seen belongs to each vertex or point."""
+    """Return a weight per vertex proportional to its area; equal weights without triangles."""
     if not isinstance(shown, TriangleMesh):
         return np.ones(_count(shown))
     double = np.linalg.norm(shown.face_vectors, axis=1)

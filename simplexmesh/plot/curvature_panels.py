@@ -1,4 +1,4 @@
-"""How a surface bends, at one look: mean and Gaussian curvature, what stands out, and kinds of surface."""
+"""Plot of mean and Gaussian curvature, saliency and surface types in four panels."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pyvista as pv
 
 from simplexmesh import _check
 from simplexmesh.plot.camera import looked_at
-from simplexmesh.plot.paint import classes, heat, shown_of
+from simplexmesh.plot.coloring import classes, heat, shown_of
 from simplexmesh.plot.scenes import upright
 from simplexmesh.plot.stage import stage
 from simplexmesh.surface.classes import hk_classes
@@ -31,21 +31,21 @@ def curvature(
     view: str | Sequence[float] | None = None,
     up: str = "auto",
 ) -> pv.Plotter:
-    """Show how a surface bends, in four panels.
+    """Plot mean and Gaussian curvature, saliency and surface types in four panels.
 
-    Mean curvature, Gaussian curvature, saliency with the most persistent salient points, and the kinds of surface by
-    the signs of both curvatures, specks joined to what surrounds them.
+    Saliency has the most persistent salient points marked; surface types are those of the signs of both curvatures,
+    with small regions merged into their surroundings.
 
     Parameters
     ----------
     surface : TriangleMesh, SimplexMesh, PointCloud or anything convertible to these
-        What is measured.
+        The surface.
     curvature : Curvature, optional
-        When already known; otherwise it is measured.
+        Its curvature; computed if not given.
     count : int
-        How many salient points are marked at most.
+        Largest number of salient points marked.
     unit : str
-        Unit of length, for the scales.
+        Unit of length, for the color scales.
     title : str, optional
         Text over the first panel.
     view : str or (3,) vector, optional
@@ -60,7 +60,7 @@ def curvature(
     Raises
     ------
     ValueError, TypeError
-        Not a surface, a curvature of another one, a negative count.
+        Not a surface, the curvature of another surface, a negative count.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""The colors of hot metal, and between which numbers they run."""
+"""The blue-to-red colormap for scalars on surfaces, and the automatic limits of its scale."""
 
 from __future__ import annotations
 
@@ -14,32 +14,32 @@ from simplexmesh import _check
 
 Array = NDArray[np.float64]
 
-HOT_METAL = ("#2a3fd0", "#28c4e8", "#3fbf4d", "#f4e04a", "#d7281e")
+BLUE_TO_RED = ("#2a3fd0", "#28c4e8", "#3fbf4d", "#f4e04a", "#d7281e")
 """From low to high: blue, cyan, green, yellow, red."""
 
 FAILED = "#7d7d7d"
-"""Of vertices without a value: gray, which is not on the scale."""
+"""Color of vertices without a value: gray, which is not on the scale."""
 
 SHOWN = 95.0
-"""Percent of the surface whose values are within the scale, where no limits are given."""
+"""Percent of the area whose values are within the automatic limits."""
 
 OFTEN, MOST = 85.0, 4.0
-"""Of numbers of both signs less may be: so many percent, down to so many times the middle size. Curvatures have long
-tails, and on a scale that reaches to their ends all else would be green."""
+"""Values of both signs are cut at `MOST` times their median magnitude, but with at least `OFTEN` percent of the area
+within: curvatures have long tails, and limits at their ends would make everything else green."""
 
 ROUND = (1.0, 1.2, 1.4, 1.6, 1.8, 2.0, 2.4, 2.8, 3.0, 3.2, 3.6, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0)
-"""A scale that begins or is centered at zero ends at one of these, times a power of ten: its labels are short."""
+"""Limits of a scale that begins or is centered at zero are one of these times a power of ten, for short labels."""
 
 
-def hot_metal(low: float, high: float) -> pv.LookupTable:
-    """Return the color table between two numbers; what is beyond has the color of the end, NaN that of failures.
+def blue_to_red(low: float, high: float) -> pv.LookupTable:
+    """Return the lookup table between two values; values beyond have the color of the end, NaN is gray.
 
     Examples
     --------
-    >>> [hot_metal(0.0, 1.0).map_value(x)[0] for x in (0.0, 1.0)]
+    >>> [blue_to_red(0.0, 1.0).map_value(x)[0] for x in (0.0, 1.0)]
     [0.16470588235294117, 0.8431372549019608]
     """
-    stops = np.array([pv.Color(color).int_rgba for color in HOT_METAL], dtype=float)
+    stops = np.array([pv.Color(color).int_rgba for color in BLUE_TO_RED], dtype=float)
     at = np.linspace(0, len(stops) - 1, 256)
     table = pv.LookupTable()
     table.values = (
@@ -51,7 +51,7 @@ def hot_metal(low: float, high: float) -> pv.LookupTable:
 
 
 def _percentiles(values: Array, weights: Array, percents: Sequence[float]) -> list[float]:
-    """Return the values below which so many percent of the weight are."""
+    """Return the weighted percentiles of values."""
     order = np.argsort(values)
     mass = np.cumsum(weights[order])
     if not mass[-1] > 0:
@@ -61,13 +61,13 @@ def _percentiles(values: Array, weights: Array, percents: Sequence[float]) -> li
 
 
 def ends(values: Array, limits: Any, areas: Array) -> tuple[float, float]:
-    """Return the ends of the scale: those asked for, or such that most of what is seen is between them."""
+    """Return the given limits of the color scale, or automatic ones that include most of the area."""
     if limits is not None:
         if not isinstance(limits, Sequence | np.ndarray) or len(limits) != 2:
             raise ValueError(f"limits must be two numbers, not {limits}")
         low, high = (_check.number("limits", each) for each in limits)
         if not low < high:
-            raise ValueError(f"limits must rise, not go from {low:g} to {high:g}")
+            raise ValueError(f"limits must increase, not go from {low:g} to {high:g}")
         return low, high
     there = np.isfinite(values)
     known, seen = values[there], areas[there]
@@ -76,7 +76,7 @@ def ends(values: Array, limits: Any, areas: Array) -> tuple[float, float]:
     low, high = _percentiles(known, seen, [100 - SHOWN, SHOWN])
     if low < 0 < high:
         middle, often, nearly_all = _percentiles(np.abs(known), seen, [50.0, OFTEN, SHOWN])
-        high = _rounded(min(max(MOST * middle, often) or nearly_all, nearly_all))  # most may be zero
+        high = _rounded(min(max(MOST * middle, often) or nearly_all, nearly_all))  # the median may be zero
         low = -high
     elif 0 <= low < 0.5 * high:
         low, high = 0.0, _rounded(high)
@@ -84,7 +84,7 @@ def ends(values: Array, limits: Any, areas: Array) -> tuple[float, float]:
 
 
 def _rounded(value: float) -> float:
-    """Return the next round number that is no less.
+    """Return the smallest round number that is at least as large.
 
     Examples
     --------
