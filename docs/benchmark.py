@@ -6,7 +6,7 @@ from pathlib import Path
 
 os.environ["PYVISTA_OFF_SCREEN"] = "true"
 
-from simplexmesh.surface.bench import candidates, page, peers, pictures, printed, ratings, tables
+from simplexmesh.surface.bench import candidates, page, peers, pictures, published, ratings, tables
 from simplexmesh.surface.bench.run import measured
 from simplexmesh.surface.truth.graphs import ARTICLE
 
@@ -21,10 +21,10 @@ def rating_table(kind, rows):
     """Our ratings, and where the thesis has other ones, those after a slash."""
     lines = []
     for row in rows:
-        theirs = dict(zip(printed.CRITERIA, printed.THESIS[kind].get(row["method"], ("",) * 6)[1:], strict=True))
+        theirs = dict(zip(published.CRITERIA, published.THESIS[kind].get(row["method"], ("",) * 6)[1:], strict=True))
         cells = {}
         for name in RATED:
-            ours, other = tables.told(row[name]), tables.told(theirs[name])
+            ours, other = tables.formatted(row[name]), tables.formatted(theirs[name])
             cells[name] = f"{ours} (thesis {other})" if other and ours and other != ours else ours
         lines.append({"method": row["method"], **cells})
     return tables.as_markdown(lines)
@@ -40,9 +40,9 @@ def torus_table(rows, quantity):
     """Errors on tori, those of other programs below."""
     titles = {case.title: page._column(case) for case in peers.CASES}
     lines = [line | {"column": titles[line["case"]]} for line in rows if line["quantity"] == quantity]
-    table = tables.pivoted(lines, "method", "column", page.error_told)
+    table = tables.pivoted(lines, "method", "column", page.error_cell)
     if quantity == "H":
-        table += page._others(list(titles.values())[:13], list(table[0]))
+        table += page._other_programs(list(titles.values())[:13], list(table[0]))
     kept = [column for column in COLUMNS if quantity == "H" or column not in ("regular 10k",)]
     return tables.as_markdown(table, ["method", *kept])
 
@@ -69,7 +69,7 @@ def main():
         lines = [line for line in found.tilts if line["quantity"] == quantity]
         table = tables.pivoted(lines, "method", "degrees", lambda line: float(line["error"]))
         text = filled(text, f"tilts {quantity}", tables.as_markdown(table))
-    edge = tables.pivoted(found.border, "method", "noise", page.border_told)
+    edge = tables.pivoted(found.border, "method", "noise", page.border_cell)
     text = filled(text, "borders", tables.as_markdown(edge))
     text = filled(text, "rules", ratings.RULES)
     made = [*pictures.of_curves(found.curves["curvature"], ("cubic",)), *pictures.of_surfaces(found.names, few=True)]

@@ -17,16 +17,16 @@ import pytest
 from simplexmesh.surface.bench import (
     border,
     candidates,
-    noisy,
+    noise_errors,
     page,
     peers,
-    printed,
+    published,
     ratings,
+    refinement,
     report,
     run,
     tables,
     tilt,
-    whole,
 )
 from simplexmesh.surface.bench.__main__ import main
 from simplexmesh.surface.bench.curve import Curve
@@ -34,7 +34,7 @@ from simplexmesh.surface.bench.pointwise import DISTANCES, Pointwise, rows_of, s
 from simplexmesh.surface.truth.discretized import split_square, uv_sphere
 from simplexmesh.surface.truth.graphs import ARTICLE, graph
 
-THESIS_METHODS = {kind: list(named) for kind, named in printed.THESIS.items()}
+THESIS_METHODS = {kind: list(named) for kind, named in published.THESIS.items()}
 QUIET = lambda share, what: None  # noqa: E731
 
 
@@ -208,20 +208,23 @@ class TestFindings:
 class TestMeshes:
     def test_have_the_numbers_of_the_specification(self):
         names = {"curvature": ["sine", "quadric", "taubin", "discrete"], "normals": ["area", "plane", "quadric"]}
-        rows = {(r["method"], r["quantity"]): r for r in whole.scored(split_square(graph("hyperboloid"), 32), names)}
+        rows = {
+            (r["method"], r["quantity"]): r
+            for r in refinement.mesh_errors(split_square(graph("hyperboloid"), 32), names)
+        }
         for name, mean, largest in [("sine", 5.0e-5, 1.3e-4), ("quadric", 9.3e-5, 2.0e-4), ("taubin", 1.6e-2, 3.9e-2)]:
             line = rows[name, "H"]
             assert (line["mean error"], line["max error"]) == pytest.approx((mean, largest), rel=0.08)
         assert rows["area", "N"]["mean error"] < 1e-15
         assert rows["plane", "N"]["mean error"] == pytest.approx(2.6e-4, rel=0.05)
-        rows = {(r["method"], r["quantity"]): r for r in whole.scored(uv_sphere(32, 32), names)}
+        rows = {(r["method"], r["quantity"]): r for r in refinement.mesh_errors(uv_sphere(32, 32), names)}
         assert rows["taubin", "K"]["mean error"] == pytest.approx(0.11, rel=0.05)
         assert rows["sine", "H"]["max error"] < 1e-12
         assert rows["quadric", "H"]["mean error"] == pytest.approx(1.9e-3, rel=0.05)
 
     def test_what_fails_is_counted_and_left_out(self):
         made = split_square(graph("sphere"), 4)
-        (line, _) = whole.scored(made, {"curvature": ["full_quadric"], "normals": []})
+        (line, _) = refinement.mesh_errors(made, {"curvature": ["full_quadric"], "normals": []})
         assert line["failed"] + np.isfinite(line["mean error"]) * 1 >= 1
 
     def test_orders_on_meshes_are_fitted(self):
@@ -232,9 +235,9 @@ class TestMeshes:
         surfaces = [graph("hyperboloid")]
         names = {"curvature": ["sine", "taubin"], "normals": []}
         rows = []
-        for surface, kind, size, made in whole.meshes(surfaces, sizes):
+        for surface, kind, size, made in refinement.meshes(surfaces, sizes):
             if kind == "SplitSquare":
-                rows += [{"place": surface, "size": size} | line for line in whole.scored(made, names)]
+                rows += [{"place": surface, "size": size} | line for line in refinement.mesh_errors(made, names)]
         (orders,) = page._orders([line for line in rows if line["quantity"] == "H"])
         assert float(orders["sine"]) == pytest.approx(2, abs=0.15)
         assert abs(float(orders["taubin"])) < 0.15
@@ -244,7 +247,7 @@ class TestBorder:
     def test_estimators_of_rings_have_nothing_there_and_others_do(self):
         rows = {(row["method"], row["noise"]): row for row in border.border_table(["discrete", "sine"])}
         assert rows["discrete", 0.0]["failed at the border"] == 1
-        assert page.border_told(rows["discrete", 0.0]).endswith("/ none")
+        assert page.border_cell(rows["discrete", 0.0]).endswith("/ none")
         assert rows["sine", 0.0]["failed at the border"] < 0.2
         assert rows["sine", 0.0]["border"] > 0
         assert rows["sine", 0.1]["inside"] > 5 * rows["sine", 0.0]["inside"]
@@ -266,8 +269,8 @@ class TestTilt:
 class TestNoise:
     def test_without_it_the_articles_row_comes_out(self):
         names = ["discrete", "quadric", "extended_quadric"]
-        for along, quantities in printed.NOISE.items():
-            rows = list(noisy.noise_table(names, along=along, cumulative=False, amounts=[0.0], repeats=1))
+        for along, quantities in published.NOISE.items():
+            rows = list(noise_errors.noise_table(names, along=along, cumulative=False, amounts=[0.0], repeats=1))
             found = {(row["method"], row["quantity"]): row["mean"] for row in rows}
             for quantity, columns in quantities.items():
                 for name, values in columns.items():
@@ -280,39 +283,39 @@ class TestNoise:
     def test_the_first_level_is_the_articles(self, along, spreads):
         """Tables 10 and 11 at 0.0001: mean and spread of the error by all three estimators within 15 %."""
         names = ["discrete", "quadric", "extended_quadric"]
-        rows = list(noisy.noise_table(names, along=along, cumulative=False, amounts=[0.0001], repeats=2))
+        rows = list(noise_errors.noise_table(names, along=along, cumulative=False, amounts=[0.0001], repeats=2))
         found = {(row["method"], row["quantity"]): row for row in rows}
-        for quantity, columns in printed.NOISE[along].items():
+        for quantity, columns in published.NOISE[along].items():
             for name, values in columns.items():
                 assert found[name, quantity]["mean"] == pytest.approx(values[1], rel=0.1), (name, quantity)
                 assert found[name, quantity]["spread"] == pytest.approx(spreads[quantity], rel=0.15), (name, quantity)
 
     @pytest.mark.parametrize("along", ["normals", "directions"])
     def test_later_levels_are_the_articles_when_noise_adds_up(self, along):
-        amounts = noisy.AMOUNTS[:11]
-        rows = noisy.noise_table(["quadric"], along=along, cumulative=True, amounts=amounts, repeats=1)
+        amounts = noise_errors.AMOUNTS[:11]
+        rows = noise_errors.noise_table(["quadric"], along=along, cumulative=True, amounts=amounts, repeats=1)
         found = {(row["amount"], row["quantity"]): row["mean"] for row in rows}
-        for quantity, columns in printed.NOISE[along].items():
-            for amount, value in zip(printed.NOISE_AMOUNTS[1:], columns["quadric"][1:], strict=True):
+        for quantity, columns in published.NOISE[along].items():
+            for amount, value in zip(published.NOISE_AMOUNTS[1:], columns["quadric"][1:], strict=True):
                 most = 0.15 if quantity == "H" else 0.3
                 assert found[amount, quantity] == pytest.approx(value, rel=most), (amount, quantity)
 
     def test_one_axis_for_all_is_not_the_articles(self):
-        rows = list(noisy.noise_table(["quadric"], along="axis", cumulative=False, amounts=[0.0001], repeats=3))
-        assert rows[0]["mean"] < 0.85 * printed.NOISE["directions"]["H"]["quadric"][1]
+        rows = list(noise_errors.noise_table(["quadric"], along="axis", cumulative=False, amounts=[0.0001], repeats=3))
+        assert rows[0]["mean"] < 0.85 * published.NOISE["directions"]["H"]["quadric"][1]
 
 
 class TestPeers:
     def test_the_torus_comes_out_as_it_did(self):
         names = {"curvature": ["sine"], "normals": ["area"]}
-        rows = list(peers.scored(peers.Case("2.5k", irregular=False), names))
+        rows = list(peers.case_errors(peers.Case("2.5k", irregular=False), names))
         found = {(row["method"], row["quantity"]): row["error"] for row in rows}
         assert found["sine", "H"] == pytest.approx(8.5e-4, rel=0.05)
         assert found["area", "N"] == pytest.approx(0.109, rel=0.05)
         assert ("sine, 3 rings", "H") in found
 
     def test_columns_of_other_programs_are_those_of_the_cases(self):
-        assert {len(values) for values in printed.OTHERS.values()} == {13}
+        assert {len(values) for values in published.OTHERS.values()} == {13}
         assert [case.shape for case in peers.CASES[:13]] == ["torus"] * 13
         assert len({page._column(case) for case in peers.CASES}) == len(peers.CASES)
 
@@ -339,7 +342,7 @@ class TestRatings:
 
     def test_of_everything_the_thesis_rates_are_explained(self, rated):
         for kind, rows in rated.items():
-            assert {row["method"] for row in rows} == set(printed.THESIS[kind])
+            assert {row["method"] for row in rows} == set(published.THESIS[kind])
             lines = ratings.compared(kind, rows)
             assert [line for line in lines if line["why"] == ratings.UNEXPLAINED] == []
             assert all(
@@ -354,7 +357,7 @@ class TestRatings:
             (kind, row["method"], criterion, row[criterion])
             for kind, rows in rated.items()
             for row in rows
-            for criterion in printed.CRITERIA
+            for criterion in published.CRITERIA
         }
         assert set(ratings.EXPLAINED) <= given
         for (_, name, criterion, _), why in ratings.EXPLAINED.items():
@@ -406,10 +409,10 @@ class TestRatings:
 class TestPage:
     def test_shows_the_curves_in_which_methods_differ(self):
         curves = {f"pointwise_H_{name}_6": f"error on the {name}" for name in ("plane", "cubic", "sphere")}
-        rest, shown = page._shown(curves, "pointwise_")
+        rest, shown = page._images(curves, "pointwise_")
         assert shown == "![error on the cubic](pointwise_H_cubic_6.png)"
         assert rest.splitlines() == [f"- [{said}]({name}.png)" for name, said in curves.items() if "cubic" not in name]
-        assert page._shown(curves, "meshes_") == []
+        assert page._images(curves, "meshes_") == []
 
 
 class TestTables:

@@ -10,7 +10,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import simplexmesh as sm
-from simplexmesh.surface.bench import whole
+from simplexmesh.surface.bench import refinement
 from simplexmesh.surface.truth import discretized
 from simplexmesh.surface.truth.rings import article_ring
 from simplexmesh.surface.truth.rings import gs03_ring as perturbed_ring
@@ -51,8 +51,8 @@ class TestNormals:
         axes = np.cross(ball.exact.normals, rng.normal(size=ball.exact.normals.shape))
         axes /= np.linalg.norm(axes, axis=1)[:, None]
         tilted = Rotation.from_rotvec(np.radians(degrees) * np.array(axes)).apply(np.array(ball.exact.normals))
-        monkeypatch.setattr(whole, "normals_of", lambda *_, **__: tilted)
-        (line,) = whole.scored(ball, {"curvature": [], "normals": ["area"]})
+        monkeypatch.setattr(refinement, "normals_of", lambda *_, **__: tilted)
+        (line,) = refinement.mesh_errors(ball, {"curvature": [], "normals": ["area"]})
         expected = 2 * np.sin(np.radians(degrees) / 2)
         assert (line["mean error"], line["max error"]) == pytest.approx((expected, expected), abs=1e-12)
 
@@ -100,5 +100,5 @@ def test_the_surface_of_a_ball_in_a_volume_has_its_volume(spacing):
                               indexing="ij"), axis=-1)  # fmt: skip
     volume = sm.Volume(15.0 - np.linalg.norm(at, axis=-1), spacing)
     exact = 4 / 3 * np.pi * 15**3
-    assert sm.plot.skin.isosurface(volume, 0.0, None).volume == pytest.approx(exact, rel=0.01)
+    assert sm.plot.drawable.isosurface(volume, 0.0, None).volume == pytest.approx(exact, rel=0.01)
     assert sm.reconstruct(volume, level=0.0, vertices=2000).mesh.triangulated().volume == pytest.approx(exact, rel=0.01)

@@ -93,7 +93,7 @@ def fit_circle(points: ArrayLike, *, weights: ArrayLike | None = None) -> Circle
     Raises
     ------
     ValueError
-        Fewer than three points of positive weight, all on a line, or coordinates so large or small that areas overflow or underflow.
+        Fewer than three points of positive weight, all on a line, or coordinates for which areas overflow or underflow.
 
     Examples
     --------

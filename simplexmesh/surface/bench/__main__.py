@@ -1,4 +1,4 @@
-"""`python -m simplexmesh.surface.bench`: the comparison of all estimators, as a report."""
+"""`python -m simplexmesh.surface.bench`: write a report that compares all estimators."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ PRINTINGS = ("article", "thesis")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Write the report and return the exit code: 0, 2 after one sentence on bad input, 130 when interrupted."""
+    """Write the report and return the exit code: 0, 2 on bad input, 130 when interrupted."""
     parser = argparse.ArgumentParser(
         prog="python -m simplexmesh.surface.bench",
-        description="Compare all estimators of normals and curvatures on surfaces that are known.",
+        description="Compare all estimators of normals and curvatures on surfaces with known values.",
         epilog="Example: python -m simplexmesh.surface.bench --methods sine,quadric,area --quick -o report/",
     )
-    parser.add_argument("--surfaces", default="all", help="all, or names with commas between, such as cubic,sphere")
+    parser.add_argument("--surfaces", default="all", help="all, or names separated by commas, such as cubic,sphere")
     parser.add_argument("--methods", default="all", help="all, or names of sm.curvature and sm.vertex_normals")
-    parser.add_argument("--printing", default="article", choices=PRINTINGS, help="whose test functions")
-    parser.add_argument("--quick", action="store_true", help="smaller meshes, fewer pictures: some ten seconds")
+    parser.add_argument("--printing", default="article", choices=PRINTINGS, help="source of the test functions")
+    parser.add_argument("--quick", action="store_true", help="smaller meshes and fewer pictures, about ten seconds")
     parser.add_argument("--output", "-o", required=True, help="folder to write: new, empty, or an earlier report")
     given = parser.parse_args(arguments)
-    began = time.perf_counter()
-    try:  # imported here, so that an interrupt meanwhile is told like any other
+    start = time.perf_counter()
+    try:  # imported here, so that an interrupt meanwhile is reported like any other
         from simplexmesh.surface.bench import candidates, report, run
         from simplexmesh.surface.truth import graphs
 
@@ -36,26 +36,26 @@ def main(arguments: Sequence[str] | None = None) -> int:
         names = candidates.named(given.methods)
         folder = report.writable(given.output)
         with resend_lost_interrupts(), report.draft_of(folder) as draft:
-            found = run.measured(surfaces, names, told, quick=given.quick)
-            run.written(found, draft, told, quick=given.quick)
+            found = run.measured(surfaces, names, progress, quick=given.quick)
+            run.write(found, draft, progress, quick=given.quick)
     except (ValueError, OSError) as problem:
-        told.clear()
+        progress.clear()
         sys.stderr.write(f"error: {problem}\n")
         return 2
     except KeyboardInterrupt:
-        told.clear()
+        progress.clear()
         sys.stderr.write("interrupted, nothing was written\n")
         return INTERRUPTED
-    told.clear()
+    progress.clear()
     many = sum(len(methods) for methods in names.values())
     sys.stdout.write(
-        f"{given.output}: {many} methods, {time.perf_counter() - began:.0f} s; see {folder / report.INDEX}\n"
+        f"{given.output}: {many} methods, {time.perf_counter() - start:.0f} s; see {folder / report.INDEX}\n"
     )
     return 0
 
 
-class _Told:
-    """Progress on the error stream, one line that is written over, where somebody watches."""
+class _Progress:
+    """Progress on the error stream, on one line, if that is a terminal."""
 
     def __call__(self, share: float, what: str) -> None:
         if sys.stderr.isatty():
@@ -67,7 +67,7 @@ class _Told:
             sys.stderr.write("\r\x1b[K")
 
 
-told = _Told()
+progress = _Progress()
 
 if __name__ == "__main__":
     sys.exit(main())

@@ -1,4 +1,4 @@
-"""Where a mesh ends: errors at its border beside those inside, as users meet them."""
+"""Errors of curvature at the border of a mesh, and inside."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from simplexmesh.surface.truth.discretized import cut, torus
 from simplexmesh.surface.truth.noise import noisy
 
 NOISE = (0.0, 0.01, 0.1)
-"""In mean edges."""
+"""Standard deviations, in mean edges."""
 
 GRID = (168, 60)
 
 
 def border_table(names: Sequence[str], rng: int = 0) -> Iterator[dict[str, Any]]:
-    """Yield for each method and noise the error of H on half an irregular torus, inside and at the border.
+    """Yield for each method and noise the relative error of H on half an irregular torus, inside and at the border.
 
-    Roots of mean squares over those of the truth on the whole; vertices without an estimate are left out, and their
-    share at the border told.
+    Root mean squares over that of the exact H. Vertices without an estimate are left out; their share at the border is
+    given.
     """
     ring = torus(*GRID, irregular=True, rng=rng)
     half = cut(ring, ring.vertices[:, 0] > 0)

@@ -1,4 +1,4 @@
-"""Who takes part: whatever is registered, asked through the doors users have."""
+"""The methods compared: all that are registered, called through the public functions."""
 
 from __future__ import annotations
 
@@ -23,21 +23,21 @@ REGISTRIES = {"curvature": curvatures.METHODS, "normals": normal_estimates.METHO
 
 
 class RefusedError(Exception):
-    """A method does not take what it was given; says why."""
+    """A method does not accept its input; the message says why."""
 
 
 def named(wanted: str) -> dict[str, list[str]]:
-    """Return the methods of each kind among those wanted.
+    """Return the selected methods of each kind.
 
     Parameters
     ----------
     wanted : str
-        "all", or names with commas between; a name both kinds have stands for both.
+        "all", or names separated by commas; a name of both kinds selects both.
 
     Raises
     ------
     ValueError
-        There is no method of that name.
+        An unknown method.
 
     Examples
     --------
@@ -51,12 +51,12 @@ def named(wanted: str) -> dict[str, list[str]]:
 
 
 def chosen(option: str, wanted: str, known: Sequence[str] | set[str]) -> list[str]:
-    """Return the names in a list with commas, or all that are known.
+    """Return the names in a comma-separated list, or all that are known.
 
     Raises
     ------
     ValueError
-        One is not known, or there is none.
+        An unknown name, or none.
     """
     if wanted == "all":
         return list(known)
@@ -70,7 +70,7 @@ def chosen(option: str, wanted: str, known: Sequence[str] | set[str]) -> list[st
 
 
 def method(kind: str, name: str) -> Method:
-    """Return what is registered under a name."""
+    """Return a registered method."""
     return REGISTRIES[kind][name]
 
 
@@ -82,14 +82,14 @@ def curvature_of(
     around: Neighborhood | None = None,
     options: Mapping[str, Any] | None = None,
 ) -> Curvature:
-    """Return what a method says, row by row of `around` or of all vertices; nothing is warned of.
+    """Return the curvature by a method, for the rows of `around` or all vertices, without warnings.
 
-    Methods that choose their scale themselves, or need no normals, get none.
+    Normals are only passed to methods that start from them and do not choose their scale.
 
     Raises
     ------
     RefusedError
-        It does not take this.
+        The method does not accept this input.
     """
     registered = method("curvature", name)
     asked = _asked(registered, around) | dict(options or {})
@@ -101,14 +101,14 @@ def curvature_of(
 def normals_of(
     name: str, samples: Samples, *, around: Neighborhood | None = None, normals: Array | None = None
 ) -> Array:
-    """Return the normals a method finds, NaN where it finds none; nothing is warned of.
+    """Return the normals by a method, NaN where it has none, without warnings.
 
-    `normals` are where those start that start from some.
+    `normals` are the initial ones, for methods that use them.
 
     Raises
     ------
     RefusedError
-        It does not take this.
+        The method does not accept this input.
     """
     registered = method("normals", name)
     asked = _asked(registered, around)
@@ -119,7 +119,7 @@ def normals_of(
 
 
 def _asked(registered: Method, around: Neighborhood | None) -> dict[str, Any]:
-    """Return the keywords that say where to look, for a method that reads faces only at which vertices."""
+    """Return the keyword for the neighborhoods, or for the vertices if the method does not take neighborhoods."""
     if around is None:
         return {}
     if registered.own_scale or registered.needs_faces:
@@ -127,10 +127,10 @@ def _asked(registered: Method, around: Neighborhood | None) -> dict[str, Any]:
     return {"neighborhood": around}
 
 
-def _answer(door: Callable[..., Any], samples: Samples, name: str, asked: dict[str, Any]) -> Any:
+def _answer(function: Callable[..., Any], samples: Samples, name: str, asked: dict[str, Any]) -> Any:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", SimplexMeshWarning)
         try:
-            return door(samples, name, **asked)
+            return function(samples, name, **asked)
         except (ValueError, TypeError) as problem:
             raise RefusedError(str(problem)) from None

@@ -1,4 +1,4 @@
-"""The page of a report: ratings, tables, pictures."""
+"""The page of a report: ratings, tables and figures."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import simplexmesh
-from simplexmesh.surface.bench import peers, printed, ratings
+from simplexmesh.surface.bench import peers, published, ratings
 from simplexmesh.surface.bench.curve import Curve
 from simplexmesh.surface.bench.report import TITLE
-from simplexmesh.surface.bench.tables import as_markdown, bullets, pivoted, told
+from simplexmesh.surface.bench.tables import as_markdown, bullets, formatted, pivoted
 
 if TYPE_CHECKING:
     from simplexmesh.surface.bench.run import Results
@@ -21,17 +21,17 @@ SHORT = ("method", "precision", "convergence", "stability", "clouds", "complexit
 NUMBERS = ("method", "at a point", "on meshes", "worst on a mesh", "right limits", "converge", "order", "spread")
 NOTHING = 1e-12
 ROUNDED = 1e-9
-TELLING = "_cubic_"
+SHOWN = "_cubic_"
 """Of the curves those of this surface are shown: on it methods differ most; on a plane none errs."""
 WHAT = {"H": "Relative error of H", "K": "Relative error of K", "N": "Mean angle of normals in degrees"}
 
 
 def index(found: Results, pictures: Mapping[str, str], *, quick: bool) -> str:
-    """Return the text of the page, in Markdown."""
+    """Return the page in Markdown."""
     parts = [
         TITLE,
-        "Every method of `simplexmesh.curvature` and `simplexmesh.vertex_normals` on surfaces whose normals and "
-        "curvatures are known, after the comparison in Charton's thesis (2014) and the article before it (2012). "
+        "All methods of `simplexmesh.curvature` and `simplexmesh.vertex_normals` on surfaces with known normals and "
+        "curvatures, after the comparison in Charton's thesis (2014) and the article of 2012. "
         f"simplexmesh {simplexmesh.__version__}{', quick run' if quick else ''}.",
         *_ratings(found),
         *_pointwise(found, pictures),
@@ -41,7 +41,7 @@ def index(found: Results, pictures: Mapping[str, str], *, quick: bool) -> str:
         *_peers(found),
         *_border(found),
         "## Surfaces in color",
-        *_shown(pictures, "map_"),
+        *_images(pictures, "map_"),
     ]
     return "\n\n".join(parts) + "\n"
 
@@ -53,17 +53,17 @@ def _ratings(found: Results) -> list[str]:
             parts += [
                 f"### {title}",
                 as_markdown(rows, SHORT),
-                "The numbers they come from:",
+                "The numbers they are based on:",
                 as_markdown(rows, NUMBERS),
             ]
-            lines = beside(kind, rows)
+            lines = differences(kind, rows)
             if lines:
                 parts += ["The thesis's ratings, and why ours differ:", as_markdown(lines)]
     return [*parts, ratings.WORK]
 
 
-def beside(kind: str, rows: list[dict[str, Any]]) -> list[dict[str, str]]:
-    """Return the comparison with the thesis as table rows, ours before theirs."""
+def differences(kind: str, rows: list[dict[str, Any]]) -> list[dict[str, str]]:
+    """Return the comparison with the thesis's ratings, without the complexities."""
     return [line for line in ratings.compared(kind, rows) if line["why"] or line["criterion"] != "complexity"]
 
 
@@ -74,13 +74,13 @@ def _pointwise(found: Results, pictures: Mapping[str, str]) -> list[str]:
         for name, quantity in dict.fromkeys((c.method, c.quantity) for c in curves)
     ]
     return [
-        "## One point, neighbors ever nearer",
+        "## One point, neighbors at decreasing distances",
         "Five patterns of 6 and 12 neighbors around the origin, at 0.5 to 0.0005; curvatures with the exact normal. "
-        "Share of cases that are monotone, have a limit, have the right one, have no error at all; median order of "
-        "the others. All cases: [pointwise.csv](pointwise.csv); how answers differ between patterns at equal distance: "
-        "[spread.csv](spread.csv). Methods that read whole meshes are not here.",
+        "Shares of cases that are monotone, have a limit, have the correct limit, are exact; median order of "
+        "the others. All cases: [pointwise.csv](pointwise.csv); differences between patterns at equal distance: "
+        "[spread.csv](spread.csv). Methods that need whole meshes are left out.",
         as_markdown(rows),
-        *_shown(pictures, "pointwise_"),
+        *_images(pictures, "pointwise_"),
     ]
 
 
@@ -101,37 +101,39 @@ def _summary(name: str, quantity: str, curves: list[Curve]) -> dict[str, Any]:
 def _meshes(found: Results, pictures: Mapping[str, str]) -> list[str]:
     parts = [
         "## Whole meshes",
-        "Mean and largest error over inner vertices, exact normals given to estimators of curvature, at size "
+        "Mean and largest error over inner vertices, with exact initial normals for curvatures, at size "
         f"{ratings.SIZE}; all sizes: [meshes.csv](meshes.csv). H and K have units, 1 / length and its square.",
     ]
     for quantity, said in (("H", "H"), ("K", "K"), ("N", "The normal, |N - truth|")):
         every = [line for line in found.meshes if line["quantity"] == quantity]
         every = [line | {"place": f"{line['surface']} {line['mesh']}".replace("_", " ")} for line in every]
         if rows := [line for line in every if line["size"] == ratings.SIZE]:
-            parts += [f"{said}:", as_markdown(pivoted(rows, "place", "method", _both))]
-            parts += ["Order of the mean error, where it is above round-off:", as_markdown(_orders(every))]
-    return [*parts, *_shown(pictures, "meshes_")]
+            parts += [f"{said}:", as_markdown(pivoted(rows, "place", "method", _mean_and_max))]
+            parts += [
+                "Order of the mean error, where it is above rounding:",
+                as_markdown(_orders(every)),
+            ]
+    return [*parts, *_images(pictures, "meshes_")]
 
 
-def _both(line: dict[str, Any]) -> str:
+def _mean_and_max(line: dict[str, Any]) -> str:
     return " / ".join("0" if line[name] < NOTHING else f"{line[name]:.1e}" for name in ("mean error", "max error"))
 
 
 def _tilts(found: Results) -> list[str]:
     parts = [
-        "## A wrong normal to start from",
-        "Median error over surfaces and patterns, neighbors at 0.1, when the normal a method starts from is off by so "
-        "many degrees: how much curvatures inherit, and which normals recover. Of H in units of the largest curvature. "
-        "Also in [tilts.csv](tilts.csv).",
+        "## Tilted initial normals",
+        "Median error over surfaces and patterns, neighbors at 0.1, when the initial normal is tilted by an angle in "
+        "degrees. Of H in units of the largest curvature. Also in [tilts.csv](tilts.csv).",
     ]
-    for quantity, said in (("H", "H"), ("N", "The normal, as a chord")):
+    for quantity, said in (("H", "H"), ("N", "The normal, |N - truth|")):
         if rows := [line for line in found.tilts if line["quantity"] == quantity]:
             parts += [f"{said}:", as_markdown(pivoted(rows, "method", "degrees", lambda line: float(line["error"])))]
     return parts
 
 
 def _orders(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Return the power of the step that mean errors fall with, fitted to the finest four sizes, one row a mesh."""
+    """Return the order of convergence of mean errors, fitted to the finest four sizes, one row per mesh."""
     out: dict[str, dict[str, Any]] = {}
     for key in dict.fromkeys((line["place"], line["method"]) for line in rows):
         mine = [line for line in rows if (line["place"], line["method"]) == key][-4:]
@@ -149,8 +151,8 @@ def _noise(found: Results) -> list[str]:
         "Mean error of H over inner vertices of a spherical cap, z = sqrt(4 - x^2 - y^2) on 50 x 50 cut squares, with "
         "uniform noise of a total width given in diagonals of the bounding box; normals by area. All levels, and K: "
         "[noise.csv](noise.csv). The article's numbers grow as if each level's noise had been added to the level "
-        "before; both ways are here. Its tables 10 and 11 in italics: what it calls a random axis is one for each "
-        "vertex, by which vertices go both ways, so that the noise is twice as wide as along normals.",
+        "before; both variants are given. Its tables 10 and 11 are in italics: its random axis is one per vertex, in "
+        "both directions, so that the noise is twice as wide as along normals.",
     ]
     for along in ("normals", "directions"):
         for cumulative in (False, True):
@@ -158,15 +160,15 @@ def _noise(found: Results) -> list[str]:
                 line
                 for line in found.noise
                 if (line["along"], line["cumulative"], line["quantity"]) == (along, cumulative, "H")
-                and line["amount"] in printed.NOISE_AMOUNTS
+                and line["amount"] in published.NOISE_AMOUNTS
             ]
             if rows:
                 table = pivoted(rows, "method", "amount", lambda line: float(line["mean"]))
                 if cumulative:
                     table += _printed_noise(along, list(table[0]))
-                added = "each level on top of the one before" if cumulative else "each level by itself"
-                way = "normals" if along == "normals" else "a direction of each vertex's own"
-                parts += [f"Along {way}, {added}:", as_markdown(table)]
+                added = "cumulative" if cumulative else "independent levels"
+                direction = "normals" if along == "normals" else "a random direction per vertex"
+                parts += [f"Along {direction}, {added}:", as_markdown(table)]
     return parts
 
 
@@ -175,29 +177,29 @@ def _printed_noise(along: str, amounts: list[str]) -> list[dict[str, Any]]:
         {"method": f"*{name}, article*"}
         | {
             str(amount): value
-            for amount, value in zip(printed.NOISE_AMOUNTS, values, strict=True)
+            for amount, value in zip(published.NOISE_AMOUNTS, values, strict=True)
             if str(amount) in amounts
         }
-        for name, values in printed.NOISE[along]["H"].items()
+        for name, values in published.NOISE[along]["H"].items()
     ]
 
 
 def _peers(found: Results) -> list[str]:
     parts = [
-        "## Tori as other programs were measured on",
-        "Relative error (root of sums of squares), each method as it comes, those that take any neighbors also with "
-        "three rings: torus of radius 1 and tube 0.35, regular or with vertices moved on the surface and quads cut "
-        "at random; noise normal in every coordinate. In brackets the share of vertices without an estimate, which "
-        "are left out. With failures and times: [tori.csv](tori.csv).",
+        "## Tori, with other programs",
+        "Relative L2 error of each method with its defaults, and with three rings if it takes any neighborhood: torus "
+        "of radius 1 and tube 0.35, regular or with vertices moved on the surface and quads split at random; normal "
+        "noise in every coordinate. In brackets the share of vertices without an estimate, which are left out. "
+        "With failures and times: [tori.csv](tori.csv).",
     ]
     titles = {case.title: _column(case) for case in peers.CASES}
     for quantity, said in WHAT.items():
         rows = [line | {"column": titles[line["case"]]} for line in found.peers if line["quantity"] == quantity]
         if not rows:
             continue
-        table = pivoted(rows, "method", "column", error_told)
+        table = pivoted(rows, "method", "column", error_cell)
         if quantity == "H":
-            table += _others(list(titles.values())[: len(printed.OTHERS["VTK"])], list(table[0]))
+            table += _other_programs(list(titles.values())[: len(published.OTHERS["VTK"])], list(table[0]))
         parts += [f"{said}:", as_markdown(table)]
     times: list[dict[str, Any]] = pivoted(
         [
@@ -217,25 +219,25 @@ def _border(found: Results) -> list[str]:
     if not found.border:
         return []
     return [
-        "## Where a mesh ends",
+        "## Borders",
         "Relative error of H on half an irregular torus of 10k, inside / at the border, with noise in mean edges; "
         "`none` where a method has no estimate at the border. Also in [border.csv](border.csv).",
-        as_markdown(pivoted(found.border, "method", "noise", border_told)),
+        as_markdown(pivoted(found.border, "method", "noise", border_cell)),
     ]
 
 
-def border_told(line: dict[str, Any]) -> str:
-    """Return the errors inside and at the border as they stand in a table."""
+def border_cell(line: dict[str, Any]) -> str:
+    """Return the errors inside and at the border as text."""
     if line["failed at the border"] == 1:
-        return f"{told(line['inside'])} / none"
+        return f"{formatted(line['inside'])} / none"
     share = 100 * line["failed at the border"]
-    return f"{told(line['inside'])} / {told(line['border'])}" + (f" ({share:.0f} %)" if share >= 0.5 else "")
+    return f"{formatted(line['inside'])} / {formatted(line['border'])}" + (f" ({share:.0f} %)" if share >= 0.5 else "")
 
 
-def error_told(line: dict[str, Any]) -> str:
-    """Return an error as it stands in a table, with the share of vertices that have no estimate."""
+def error_cell(line: dict[str, Any]) -> str:
+    """Return an error as text, with the share of vertices without an estimate."""
     share = 100 * line["failed"] / line["vertices"]
-    return told(float(line["error"])) + (f" ({share:.0f} %)" if share >= 0.5 else "")
+    return formatted(float(line["error"])) + (f" ({share:.0f} %)" if share >= 0.5 else "")
 
 
 def _column(case: peers.Case) -> str:
@@ -244,14 +246,14 @@ def _column(case: peers.Case) -> str:
     return f"{'ellipsoid ' if case.shape == 'ellipsoid' else ''}{kind}{case.size}{noise}"
 
 
-def _others(columns: list[str], kept: list[str]) -> list[dict[str, Any]]:
+def _other_programs(columns: list[str], kept: list[str]) -> list[dict[str, Any]]:
     return [
         {"method": f"*{name}*"} | {c: float(v) for c, v in zip(columns, values, strict=True) if c in kept}
-        for name, values in printed.OTHERS.items()
+        for name, values in published.OTHERS.items()
     ]
 
 
-def _shown(pictures: Mapping[str, str], start: str) -> list[str]:
+def _images(pictures: Mapping[str, str], start: str) -> list[str]:
     names = [name for name in pictures if name.startswith(start)]
     if start == "map_":
         return [
@@ -259,6 +261,6 @@ def _shown(pictures: Mapping[str, str], start: str) -> list[str]:
         ]
     if not names:
         return []
-    telling = next((name for name in names if TELLING in name), names[0])
-    rest = bullets(f"[{pictures[name]}]({name}.png)" for name in names if name != telling)
-    return [rest, f"![{pictures[telling]}]({telling}.png)"]
+    first = next((name for name in names if SHOWN in name), names[0])
+    rest = bullets(f"[{pictures[name]}]({name}.png)" for name in names if name != first)
+    return [rest, f"![{pictures[first]}]({first}.png)"]

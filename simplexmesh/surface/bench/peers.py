@@ -1,4 +1,4 @@
-"""The fifth test: a torus and an ellipsoid, regular and not, clean and noisy, as other programs were measured."""
+"""Fifth test: tori and ellipsoids, regular and irregular, clean and noisy, on which other programs were measured."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ WIDE = 3
 
 
 class Case(NamedTuple):
-    """One column: which mesh, how much noise in which unit."""
+    """One column of the table: a mesh, and noise with its unit."""
 
     size: str
     irregular: bool = True
@@ -33,14 +33,11 @@ class Case(NamedTuple):
 
     @property
     def title(self) -> str:
-        """What the column is called."""
+        """Title of the column."""
         kind = "irregular" if self.irregular else "regular"
-        said = (
-            "clean"
-            if not self.noise
-            else f"{100 * self.noise:g} % of {'an edge' if self.unit == 'edge' else 'the diagonal'}"
-        )
-        return f"{self.shape} {kind} {self.size}, {said}"
+        unit = "an edge" if self.unit == "edge" else "the diagonal"
+        noise = f"{100 * self.noise:g} % of {unit}" if self.noise else "clean"
+        return f"{self.shape} {kind} {self.size}, {noise}"
 
 
 CASES = (
@@ -51,12 +48,12 @@ CASES = (
 )
 
 
-def scored(case: Case, names: Mapping[str, Sequence[str]], rng: int = 0) -> Iterator[dict[str, object]]:
+def case_errors(case: Case, names: Mapping[str, Sequence[str]], rng: int = 0) -> Iterator[dict[str, object]]:
     """Yield each method's relative L2 error of H and K, or mean angle of normals in degrees, and its time.
 
-    Every method runs as users get it, with no option; those that take any neighbors also with three rings.
+    Methods run with their defaults, and those that accept any neighborhood also with three rings.
     """
-    made = _made(case, rng)
+    made = _generated(case, rng)
     mesh = noisy(made.mesh, case.noise, unit=case.unit, rng=rng + 1)
     samples = Samples(mesh.vertices, mesh.faces)
     for name, spent, curved in _timed("curvature", names, curvature_of, samples):
@@ -75,20 +72,20 @@ def scored(case: Case, names: Mapping[str, Sequence[str]], rng: int = 0) -> Iter
 def _timed(
     kind: str, names: Mapping[str, Sequence[str]], call: Callable[..., Any], samples: Samples
 ) -> Iterator[tuple[str, float, Any]]:
-    """Yield the name, the microseconds a vertex and the answer of each method that takes such a surface."""
+    """Yield the name, the microseconds per vertex and the result of each method that accepts the surface."""
     for name in names[kind]:
-        for said, around in _neighborhoods(kind, name):
-            fresh = Samples(samples.points, samples.faces)  # its rings are part of what a method costs
-            began = time.perf_counter()
+        for suffix, around in _neighborhoods(kind, name):
+            fresh = Samples(samples.points, samples.faces)  # whose rings are not cached: they are part of the time
+            start = time.perf_counter()
             try:
                 found = call(name, fresh, around=around)
             except RefusedError:
                 continue
-            yield name + said, 1e6 * (time.perf_counter() - began) / len(samples.points), found
+            yield name + suffix, 1e6 * (time.perf_counter() - start) / len(samples.points), found
 
 
 def relative(found: Array, truth: Array) -> float:
-    """Return |found - truth| / |truth|, root of sums of squares, over where there is an estimate.
+    """Return the relative L2 error |found - truth| / |truth| where there is an estimate.
 
     Examples
     --------
@@ -99,7 +96,7 @@ def relative(found: Array, truth: Array) -> float:
     return float(np.linalg.norm((found - truth)[known]) / np.linalg.norm(truth[known]))
 
 
-def _made(case: Case, rng: int) -> Discretized:
+def _generated(case: Case, rng: int) -> Discretized:
     around, tube = GRIDS[case.size]
     if case.shape == "ellipsoid":
         return discretized.ellipsoid(100, 100, irregular=case.irregular, rng=rng)

@@ -1,4 +1,4 @@
-"""The bench's pictures: errors against distance and size, surfaces colored by what each method says of them."""
+"""Figures of the report: errors over distance and mesh size, surfaces colored by curvature."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from simplexmesh.surface.truth.noise import noisy
 
 Array = NDArray[np.float64]
 Picture = tuple[str, str, Callable[[], Any]]
-"""File name without ending, what it shows, and what draws it."""
+"""File name without suffix, caption, and the function that draws it."""
 
 NAMES = {"H": "error of H", "K": "error of K", "N": "error of the normal"}
 LOWEST = {"H": 1e-9, "K": 1e-9, "N": 1e-10}
@@ -30,7 +30,7 @@ SIZE = 32
 
 
 def of_curves(curves: Sequence[Curve], surfaces: Sequence[str] | None = None) -> Iterator[Picture]:
-    """Yield a picture for each surface, quantity and number of neighbors: the error over the distance, by scheme."""
+    """Yield a figure for each surface, quantity and number of neighbors: error over distance, one panel per scheme."""
     keys = dict.fromkeys((c.surface, c.quantity, c.count) for c in curves if c.quantity != "K")
     for surface, quantity, count in keys:
         if surfaces is not None and surface not in surfaces:
@@ -45,7 +45,7 @@ def of_curves(curves: Sequence[Curve], surfaces: Sequence[str] | None = None) ->
 
 
 def of_sizes(rows: Sequence[dict[str, Any]], kind: str) -> Iterator[Picture]:
-    """Yield a picture for each quantity: the mean error over the size of one kind of mesh, by surface."""
+    """Yield a figure for each quantity: mean error over the size of one kind of mesh, one panel per surface."""
     for quantity in ("H", "N"):
         panels: dict[str, dict[str, tuple[list[float], list[float]]]] = {}
         for line in rows:
@@ -69,7 +69,7 @@ def _curves(panels: Mapping[str, Any], title: str, x_label: str, quantity: str, 
 
 
 def of_surfaces(names: Mapping[str, Sequence[str]], *, few: bool = False) -> Iterator[Picture]:
-    """Yield colored surfaces: H or K as each method finds it, or the error of each normal."""
+    """Yield figures of surfaces colored by H or K of each method, or by the error of its normals."""
     curvatures, normals = names["curvature"], names["normals"]
     for surface in ("monkey_saddle",) if few else ("monkey_saddle", "hyperboloid", "cubic", "trigonometric"):
         made = discretized.split_square(ARTICLE[surface], SIZE)
@@ -90,7 +90,7 @@ def of_surfaces(names: Mapping[str, Sequence[str]], *, few: bool = False) -> Ite
 
 
 def save(path: Path, plotter: Any) -> None:
-    """Write a picture."""
+    """Write a figure to a file."""
     picture(path, plotter)
 
 
@@ -121,7 +121,7 @@ def _map(
 
 
 def _values(method: str, samples: Samples, made: discretized.Discretized, quantity: str, *, given: bool) -> Array:
-    """Return what a method says at each vertex; curvatures from exact normals where vertices are exact."""
+    """Return a method's values at the vertices, with exact initial normals if `given`."""
     if quantity == "N":
         out: Array = np.linalg.norm(normals_of(method, samples) - made.exact.normals, axis=1)
         return out

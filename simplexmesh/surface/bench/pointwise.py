@@ -1,4 +1,4 @@
-"""The first test: one point, its neighbors in five patterns, ever nearer (Charton 2014, 4.2)."""
+"""First test: one point with neighbors in five patterns at decreasing distances (Charton 2014, 4.2)."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ DISTANCES = np.geomspace(0.5, 0.0005, 13)
 
 
 class Pointwise:
-    """All rings of a comparison, stacked, so that each method is called once.
+    """All rings of the comparison, stacked, so that each method is called once.
 
     Parameters
     ----------
     surfaces : sequence of Graph
-        Analyzed at the origin.
+        Evaluated at the origin.
     counts : sequence of int
         Numbers of neighbors.
     distances : (d,) array of float
-        Falling.
+        Decreasing.
 
     Examples
     --------
@@ -53,7 +53,7 @@ class Pointwise:
             self.normals[center] = ring.exact.normals[0]
 
     def curvature(self, name: str) -> list[Curve]:
-        """Return the curves of H and K of a method, started from the exact normal; none where it wants whole meshes."""
+        """Return the curves of H and K by a method with the exact initial normal; none if it needs whole meshes."""
         if method("curvature", name).own_scale:
             return []
         try:
@@ -70,7 +70,7 @@ class Pointwise:
         return [] if all(curve.failed for curve in curves) else curves
 
     def normal(self, name: str) -> list[Curve]:
-        """Return the curves of a normal estimator."""
+        """Return the curves of N by a method; none if it needs whole meshes."""
         if method("normals", name).own_scale:
             return []
         try:
@@ -100,7 +100,7 @@ class Pointwise:
 
 
 def rows_of(curves: Sequence[Curve]) -> list[dict[str, object]]:
-    """Return one line for each curve, for tables."""
+    """Return a table with a row per curve."""
     return [
         {
             "method": c.method,
@@ -122,9 +122,9 @@ def rows_of(curves: Sequence[Curve]) -> list[dict[str, object]]:
 
 
 def spreads(curves: Sequence[Curve]) -> list[dict[str, object]]:
-    """Return how much estimates differ over the five schemes at equal distance: the third test, of stability.
+    """Return the range of estimates over the five schemes at equal distance: the third test, of stability.
 
-    Relative to the scale; of normals, the diagonal of the box around the five.
+    Relative to the scale; for normals, the diagonal of their bounding box.
     """
     groups: dict[tuple[str, str, str, int], list[Curve]] = {}
     for curve in curves:

@@ -1,4 +1,4 @@
-"""Ratings by stated rules, beside those the thesis prints, and why they differ where they do."""
+"""Ratings by explicit rules, compared with those of the thesis, with the reasons for differences."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ import numpy as np
 from simplexmesh.surface.bench.candidates import method
 from simplexmesh.surface.bench.curve import Curve
 from simplexmesh.surface.bench.pointwise import spreads
-from simplexmesh.surface.bench.printed import CRITERIA, THESIS
+from simplexmesh.surface.bench.published import CRITERIA, THESIS
 
 Rows = Sequence[dict[str, Any]]
 
 DISTANCE, SIZE = 0.1, 32
-"""Where precision and stability are read off: distance of the neighbors, size of the meshes."""
+"""Distance of the neighbors and size of the meshes at which precision and stability are evaluated."""
 
 LEAST = 1e-7
-"""Smaller errors count as this, so that exactness in some cases does not hide the others."""
+"""Smaller errors count as this, so that exact cases do not dominate geometric means."""
 
 LADDER = ("+++", "++", "+", "-", "--", "---")
 PRECISION = (1e-4, 3e-4, 1e-3, 3e-3, 1e-2)
@@ -104,16 +104,16 @@ WORK = (
 
 
 def rated(kind: str, name: str, curves: Sequence[Curve], meshes: Rows, times: Rows) -> dict[str, Any]:
-    """Return a method's ratings and the numbers behind them.
+    """Return a method's ratings and the numbers they are based on.
 
     Parameters
     ----------
     kind : {"curvature", "normals"}
     name : str
     curves : sequence of Curve
-        Its pointwise ones, of H or of N.
-    meshes : rows of `whole.scored` with "surface" and "size"
-    times : rows of `peers.scored`
+        Its pointwise curves, of H or of N.
+    meshes : rows of `refinement.mesh_errors` with "surface" and "size"
+    times : rows of `peers.case_errors`
     """
     quantity = "H" if kind == "curvature" else "N"
     mine = [curve for curve in curves if curve.quantity == quantity and curve.surface != "plane"]
@@ -149,9 +149,9 @@ def rated(kind: str, name: str, curves: Sequence[Curve], meshes: Rows, times: Ro
 
 
 def compared(kind: str, ratings: Rows) -> list[dict[str, str]]:
-    """Return a line for each rating the thesis has too: ours, theirs, and why they differ where they do.
+    """Return a row for each rating that the thesis has too: ours, the thesis's, and the reason for a difference.
 
-    Complexities differ for one reason, `WORK`.
+    Complexities differ for one common reason, `WORK`.
     """
     lines = []
     for rating in ratings:
@@ -169,13 +169,13 @@ def compared(kind: str, ratings: Rows) -> list[dict[str, str]]:
 
 
 def _typical(errors: Sequence[float]) -> float:
-    """Return the geometric mean; what is missing is left out."""
+    """Return the geometric mean, without missing values."""
     known = np.asarray(errors, float)
     return float(np.exp(np.log(np.maximum(known[np.isfinite(known)], LEAST)).mean()))
 
 
 def _step(value: float, limits: Sequence[float], finer: float) -> str:
-    """Return the rung of the ladder a number stands on."""
+    """Return the grade of a number by its limits."""
     return LADDER[int(np.searchsorted(np.asarray(limits) * finer, value))]
 
 
@@ -202,19 +202,19 @@ def _stability(kind: str, numbers: dict[str, Any]) -> str:
 
 
 def _order(curves: Sequence[Curve]) -> float:
-    """Return the median order of the errors that can be fitted; infinite where all are exact."""
+    """Return the median of the fitted orders; infinite if all are exact."""
     orders = [curve.order for curve in curves if np.isfinite(curve.order)]
     return float(np.median(orders)) if orders else float("inf")
 
 
 def _spread(curves: Sequence[Curve]) -> float:
-    """Return the mean spread over schemes at the distance where stability is read off; missing ones left out."""
+    """Return the mean spread over schemes at the distance for stability, without missing values."""
     at = curves[0].distances[np.argmin(np.abs(np.log(curves[0].distances / DISTANCE)))]
     return float(np.nanmean([line["spread"] for line in spreads(curves) if line["distance"] == at]))
 
 
 def _complexity(name: str, quantity: str, times: Rows) -> str:
-    """Return the power of the number of neighbors that the time per vertex grows with."""
+    """Return the exponent of the time per vertex in the number of neighbors."""
     spent = [
         min(
             (line["microseconds"] for line in times if line["method"] == said and line["quantity"] == quantity),

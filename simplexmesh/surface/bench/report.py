@@ -1,4 +1,4 @@
-"""The report: tables and pictures in a folder that appears complete or not at all."""
+"""The folder of a report, written atomically."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from contextlib import contextmanager
 from pathlib import Path
 
 TITLE = "# Estimators of normals and curvatures compared"
-"""First line of every report: a folder with it may be replaced by a newer one."""
+"""First line of every report, by which folders that may be replaced are recognized."""
 
 INDEX = "index.md"
 
 
 def writable(path: str | Path) -> Path:
-    """Return the folder to write, after finding out that it can be: new, empty, or an earlier report.
+    """Return the folder to write, checked: new, empty, or an earlier report.
 
     Raises
     ------
     OSError
-        It is a file, or a folder of something else, or in none that can be written to.
+        A file, a folder of something else, or no write permission.
 
     Examples
     --------
@@ -52,7 +52,7 @@ def _is_report(folder: Path) -> bool:
 
 @contextmanager
 def draft_of(folder: Path) -> Iterator[Path]:
-    """Yield an empty folder to write to, which takes the place of `folder` at the end, or vanishes on any error.
+    """Yield an empty folder that replaces `folder` at the end, or is removed on any error.
 
     Examples
     --------

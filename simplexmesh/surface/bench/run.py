@@ -1,4 +1,4 @@
-"""All tests one after the other, and the pages and tables that come of them."""
+"""Run all tests, and write their tables, figures and page."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from simplexmesh.surface.bench import border, noisy, peers, pictures, ratings, tilt, whole
+from simplexmesh.surface.bench import border, noise_errors, peers, pictures, ratings, refinement, tilt
 from simplexmesh.surface.bench.curve import Curve
 from simplexmesh.surface.bench.page import index
 from simplexmesh.surface.bench.pointwise import Pointwise, rows_of, spreads
@@ -24,7 +24,7 @@ QUICK_AMOUNTS = (0.0, 0.0001, 0.0002)
 
 @dataclass
 class Results:
-    """What the tests found."""
+    """Results of the tests."""
 
     names: Mapping[str, Sequence[str]]
     curves: dict[str, list[Curve]] = field(default_factory=dict)
@@ -39,16 +39,16 @@ class Results:
 def measured(
     surfaces: Sequence[Graph], names: Mapping[str, Sequence[str]], report: Report, *, quick: bool = False
 ) -> Results:
-    """Return what every test finds.
+    """Run all tests.
 
     Parameters
     ----------
     surfaces : sequence of Graph
     names : mapping of kind to methods
     report : function
-        Told the share done and what is being done.
+        Called with the share done and a description of the current step.
     quick : bool
-        Smaller meshes, fewer levels of noise, one size of torus; ratings come out the same.
+        Smaller meshes, fewer levels of noise, one size of torus; ratings are the same.
     """
     found = Results(names)
     report(0.0, "points")
@@ -57,23 +57,23 @@ def measured(
     found.curves["normals"] = [curve for name in names["normals"] for curve in test.normal(name)]
     report(0.04, "wrong normals")
     found.tilts += tilt.tilt_table(surfaces, names)
-    sizes = QUICK_SIZES if quick else whole.SIZES
+    sizes = QUICK_SIZES if quick else refinement.SIZES
     work = sum(size**2 for size in sizes for _ in range(2 * len(surfaces) + 2))
     done = 0
-    for surface, kind, size, made in whole.meshes(surfaces, sizes):
+    for surface, kind, size, made in refinement.meshes(surfaces, sizes):
         report(0.05 + 0.4 * done / work, f"{kind} {surface}, {size}")
         place = {"surface": surface, "mesh": kind, "size": size}
-        found.meshes += [place | line for line in whole.scored(made, names)]
+        found.meshes += [place | line for line in refinement.mesh_errors(made, names)]
         done += size**2
     for at, (along, cumulative) in enumerate([(a, c) for a in ("normals", "directions") for c in (False, True)]):
         report(0.45 + 0.02 * at, f"noise along {along}")
-        amounts, repeats = (QUICK_AMOUNTS, 1) if quick else (noisy.AMOUNTS, noisy.REPEATS)
+        amounts, repeats = (QUICK_AMOUNTS, 1) if quick else (noise_errors.AMOUNTS, noise_errors.REPEATS)
         options: dict[str, Any] = {"along": along, "cumulative": cumulative, "amounts": amounts, "repeats": repeats}
-        found.noise += noisy.noise_table(names["curvature"], **options)
+        found.noise += noise_errors.noise_table(names["curvature"], **options)
     cases = [case for case in peers.CASES if not quick or (case.size == "2.5k" and case.shape == "torus")]
     for at, case in enumerate(cases):
         report(0.53 + 0.27 * at / len(cases), case.title)
-        found.peers += peers.scored(case, names)
+        found.peers += peers.case_errors(case, names)
     report(0.79, "borders")
     found.border += border.border_table(names["curvature"])
     for kind in names:
@@ -84,8 +84,8 @@ def measured(
     return found
 
 
-def written(found: Results, folder: Path, report: Report, *, quick: bool = False) -> None:
-    """Write tables, pictures and the page that shows them to an existing folder."""
+def write(found: Results, folder: Path, report: Report, *, quick: bool = False) -> None:
+    """Write the tables, figures and page to an existing folder."""
     curves = [*found.curves["curvature"], *found.curves["normals"]]
     tables = {
         "pointwise": rows_of(curves),

@@ -1,4 +1,4 @@
-"""Rows as text: CSV for programs, Markdown for people."""
+"""Tables as CSV or Markdown."""
 
 from __future__ import annotations
 
@@ -39,12 +39,12 @@ def as_markdown(rows: Rows, columns: Sequence[str] | None = None) -> str:
     """
     names = list(columns or (rows[0] if rows else []))
     lines = ["| " + " | ".join(names) + " |", "|" + "---|" * len(names)]
-    lines += ["| " + " | ".join(told(row.get(name)) for name in names) + " |" for row in rows]
+    lines += ["| " + " | ".join(formatted(row.get(name)) for name in names) + " |" for row in rows]
     return "\n".join(lines)
 
 
 def pivoted(rows: Rows, row: str, column: str, value: Callable[[dict[str, Any]], Any]) -> list[dict[str, Any]]:
-    """Return one row for each value of `row`, one column for each value of `column`, in the order they come.
+    """Return a pivot table: one row per value of `row`, one column per value of `column`, in order of appearance.
 
     Examples
     --------
@@ -58,12 +58,12 @@ def pivoted(rows: Rows, row: str, column: str, value: Callable[[dict[str, Any]],
     return list(out.values())
 
 
-def told(value: Any) -> str:
-    """Return a value as it stands in a table.
+def formatted(value: Any) -> str:
+    """Return a value as text for a table.
 
     Examples
     --------
-    >>> [told(value) for value in (True, 0.000123456, 2.0, None, "--", float("nan"), 1234567)]
+    >>> [formatted(value) for value in (True, 0.000123456, 2.0, None, "--", float("nan"), 1234567)]
     ['yes', '0.000123', '2', '', '`--`', '–', '1,234,567']
     """
     if value is None:
@@ -83,5 +83,5 @@ def _exact(value: Any) -> Any:
 
 
 def bullets(lines: Iterable[str]) -> str:
-    """Return lines as a list."""
+    """Return lines as a Markdown list."""
     return "\n".join(f"- {line}" for line in lines)

@@ -1,4 +1,4 @@
-"""A wrong normal to start from: what it does to curvatures, which normals recover (Charton 2014, fig. 4.10, 4.38)."""
+"""Sensitivity of estimators to a tilt of the initial normal (Charton 2014, fig. 4.10, 4.38)."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from simplexmesh.surface.truth.rings import SCHEMES, scheme_ring, stacked
 Array = NDArray[np.float64]
 
 ANGLES = (0.0, 1.0, 5.0, 15.0, 45.0)
-"""Degrees the starting normal is off."""
+"""Tilts of the initial normal, in degrees."""
 
 DISTANCE, COUNTS = 0.1, (6, 12)
 
@@ -27,7 +27,7 @@ def tilt_table(
     """Yield for each method and angle the median error over surfaces, patterns and numbers of neighbors.
 
     Of H in units of the largest principal curvature, of normals |N - truth|; neighbors at distance 0.1. Each case is
-    tilted toward a direction of its own. Methods that take no normal to start from are not here.
+    tilted in a different direction. Methods without initial normals are left out.
     """
     keys = [(surface, count, scheme) for surface in surfaces for count in COUNTS for scheme in SCHEMES]
     rings = [scheme_ring(surface, scheme, count, DISTANCE) for surface, count, scheme in keys]
@@ -36,7 +36,7 @@ def tilt_table(
     mean = np.concatenate([ring.exact.mean for ring in rings])
     scale = np.concatenate([np.maximum(abs(ring.exact.k1), abs(ring.exact.k2)) for ring in rings])
     u, v = tangents(truth)
-    azimuth = 2.4 * np.arange(len(rings))  # the golden angle: every side in turn
+    azimuth = 2.4 * np.arange(len(rings))  # the golden angle, for an even distribution
     toward = np.cos(azimuth)[:, None] * u + np.sin(azimuth)[:, None] * v
     for angle in angles:
         start = np.tile([0.0, 0.0, 1.0], (len(samples.points), 1))
@@ -62,6 +62,6 @@ def tilt_table(
 
 
 def _starts(kind: str, name: str) -> bool:
-    """Whether a method starts from a normal and looks at the neighbors it is given."""
+    """Return whether a method uses initial normals and given neighbors."""
     registered = method(kind, name)
     return registered.normals is not None and not registered.own_scale

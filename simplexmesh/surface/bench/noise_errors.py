@@ -1,4 +1,4 @@
-"""The fourth test: noise of growing size (Charton, Gueorguieva, Desbarats 2012, tables 10 and 11)."""
+"""Fourth test: errors under increasing noise (Charton, Gueorguieva, Desbarats 2012, tables 10 and 11)."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ AMOUNTS = tuple(round(0.0001 * step, 4) for step in range(15))
 """Total widths of uniform noise, in diagonals of the bounding box."""
 
 SQUARES = 50
-"""Of the grid the article's zero row comes from: the sphere's cap, z = sqrt(4 - x^2 - y^2)."""
+"""Squares per side of the grid of the article's row without noise, on the cap z = sqrt(4 - x^2 - y^2)."""
 
 REPEATS = 4
 
 VORONOI = "discrete, Voronoi cells"
-"""The article divides by the whole Voronoi cell, obtuse triangles or not."""
+"""The article divides by the Voronoi cell even at obtuse triangles."""
 
 
 def noise_table(
@@ -33,19 +33,19 @@ def noise_table(
     repeats: int = REPEATS,
     rng: int = 0,
 ) -> Iterator[dict[str, object]]:
-    """Yield for each amount and method the mean and the spread of |error| over inner vertices, of H and of K.
+    """Yield for each amount and method the mean and the standard deviation of |error| of H and K at inner vertices.
 
     Parameters
     ----------
     names : sequence of str
-        Methods of `curvature`, started from area-weighted normals.
+        Methods of `curvature`, with area-weighted initial normals.
     along : {"normals", "directions"}
-        Which way vertices move: table 10, or 11.
+        Direction of the noise: table 10, or 11.
     cumulative : bool
-        Each level's noise on top of the level before, to imitate the article's numbers.
+        Whether to add each level's noise to the level before, to reproduce the article's numbers.
     amounts : sequence of float
     repeats : int
-        So many draws are averaged.
+        Number of realizations averaged.
     rng : int
         Seed.
     """
@@ -72,7 +72,7 @@ def noise_table(
 
 
 def _entries(names: Sequence[str]) -> list[tuple[str, str, dict[str, str]]]:
-    """Return what is run: every method as it comes, and the discrete one as the article had it."""
+    """Return (name, method, options): every method with its defaults, and the discrete one as in the article."""
     entries: list[tuple[str, str, dict[str, str]]] = [(name, name, {}) for name in names]
     if "discrete" in names:
         entries.append((VORONOI, "discrete", {"area": "voronoi"}))

@@ -1,8 +1,8 @@
-"""Printed elsewhere: the thesis's ratings (Charton 2014), the article's noise (2012), other programs' errors."""
+"""Published results: the thesis's ratings (Charton 2014), the article's noise (2012), other programs' errors."""
 
 from __future__ import annotations
 
-from simplexmesh.surface.bench.noisy import VORONOI
+from simplexmesh.surface.bench.noise_errors import VORONOI
 
 CRITERIA = ("precision", "convergence", "stability", "clouds", "complexity")
 
@@ -23,7 +23,7 @@ THESIS: dict[str, dict[str, tuple[str, ...]]] = {
         "extended_sine": ("ExtendedSineFitting", "+++", "+++", "+++", "yes", "k n^2"),
     },
 }
-"""By kind and name here: the name there, precision, convergence, stability, clouds, complexity in neighbors."""
+"""By kind and our name: the thesis's name, precision, convergence, stability, clouds, complexity in neighbors."""
 
 NOISE: dict[str, dict[str, dict[str, tuple[float | None, ...]]]] = {
     "normals": {
@@ -52,7 +52,7 @@ NOISE: dict[str, dict[str, dict[str, tuple[float | None, ...]]]] = {
     },
 }
 NOISE_AMOUNTS = (0.0, 0.0001, 0.0002, 0.0005, 0.001)
-"""Mean |error| of the article's tables 10 and 11 at these amounts; one entry is lost to the scan."""
+"""Amounts of the mean |error| in the article's tables 10 and 11; one entry is illegible."""
 
 OTHERS = {
     "libigl, cotangents and angle defect": (0.002, 0.0005, 0.0001, 0.79, 1.2, 2.3, 0.94, 1.5, 3.0, 4.3, 8.6, 17, 12),

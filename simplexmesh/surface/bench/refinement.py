@@ -1,4 +1,4 @@
-"""The second test: whole meshes of known surfaces, finer and finer (Charton 2014, 4.2.2)."""
+"""Second test: errors on meshes of known surfaces under refinement (Charton 2014, 4.2.2)."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ SIZES = (8, 16, 32, 64, 128)
 
 
 def meshes(surfaces: Sequence[Graph], sizes: Sequence[int]) -> Iterator[tuple[str, str, int, Discretized]]:
-    """Yield surface, kind of mesh, size, mesh."""
+    """Yield (surface, kind of mesh, size, mesh)."""
     for size in sizes:
         for surface in surfaces:
             yield surface.name, "SplitSquare", size, discretized.split_square(surface, size)
@@ -28,10 +28,10 @@ def meshes(surfaces: Sequence[Graph], sizes: Sequence[int]) -> Iterator[tuple[st
         yield "cylinder", "UV", size, discretized.uv_cylinder(size, size)
 
 
-def scored(made: Discretized, names: Mapping[str, Sequence[str]]) -> Iterator[dict[str, object]]:
-    """Yield the errors of every method on a mesh: mean and largest over inner vertices where there is an estimate.
+def mesh_errors(made: Discretized, names: Mapping[str, Sequence[str]]) -> Iterator[dict[str, object]]:
+    """Yield the mean and largest error of every method over inner vertices of a mesh, and the number without estimate.
 
-    Curvatures start from exact normals. Those of H and K are in 1 / length and its square, of normals |N - truth|.
+    Initial normals of curvatures are exact. Errors of H and K are in 1 / length and its square, of N |N - truth|.
     """
     samples = Samples(made.vertices, made.faces)
     kept = made.scored
@@ -40,17 +40,21 @@ def scored(made: Discretized, names: Mapping[str, Sequence[str]]) -> Iterator[di
             found = curvature_of(name, samples, normals=made.exact.normals)
         except RefusedError:
             continue
-        yield {"method": name, "quantity": "H", **_line(np.abs(found.mean - made.exact.mean)[kept])}
-        yield {"method": name, "quantity": "K", **_line(np.abs(found.gauss - made.exact.gauss)[kept])}
+        yield {"method": name, "quantity": "H", **_statistics(np.abs(found.mean - made.exact.mean)[kept])}
+        yield {"method": name, "quantity": "K", **_statistics(np.abs(found.gauss - made.exact.gauss)[kept])}
     for name in names["normals"]:
         try:
             directions = normals_of(name, samples)
         except RefusedError:
             continue
-        yield {"method": name, "quantity": "N", **_line(np.linalg.norm(directions - made.exact.normals, axis=1)[kept])}
+        yield {
+            "method": name,
+            "quantity": "N",
+            **_statistics(np.linalg.norm(directions - made.exact.normals, axis=1)[kept]),
+        }
 
 
-def _line(errors: Array) -> dict[str, object]:
+def _statistics(errors: Array) -> dict[str, object]:
     known = errors[np.isfinite(errors)]
     if not len(known):
         return {"mean error": np.nan, "max error": np.nan, "failed": len(errors)}
