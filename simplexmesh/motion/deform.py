@@ -16,7 +16,7 @@ from simplexmesh.motion.border_force import BorderForce
 from simplexmesh.motion.forces import CONSTRAINTS, Force, Frame, as_forces, constraint_codes, total_displacement
 from simplexmesh.motion.parameters import given_or_stored, per_vertex, references, whole_per_vertex
 from simplexmesh.motion.rim import Rim, RimShape
-from simplexmesh.motion.state import State, Target
+from simplexmesh.motion.state import State, Target, check_target
 from simplexmesh.motion.targets.protocol import checked_reach, read_only, target_gaps
 
 Array = NDArray[np.float64]
@@ -98,11 +98,10 @@ class DeformableModel:
         seeking: float = 0.8,
         forces: Force | Sequence[Force] = (),
     ) -> None:
-        if not isinstance(mesh, SimplexMesh):
-            raise TypeError(f"mesh must be a SimplexMesh, not {type(mesh).__name__}")
+        _check.instance("mesh", mesh, SimplexMesh)
         _check.size("mesh", mesh.bounds)
-        if target is not None and not callable(getattr(target, "gap", None)):
-            raise TypeError(f"target must have a method gap(vertices, normals, reach), not {type(target).__name__}")
+        if target is not None:
+            check_target(target)
         n = mesh.n_vertices
         self.target = target
         self.forces = as_forces(forces)
@@ -211,9 +210,8 @@ class DeformableModel:
 
     def _user_displacement(self) -> Array:
         """Return the displacements (n, 3) of the user's forces."""
-        n, normals, curvature = self._neighbors, read_only(self._normals), read_only(self._curvature)
-        frame = Frame(read_only(self._vertices), normals, n, curvature, self.iteration)
-        return total_displacement(self.forces, frame)
+        vertices, normals, curvature = map(read_only, (self._vertices, self._normals, self._curvature))
+        return total_displacement(self.forces, Frame(vertices, normals, self._neighbors, curvature, self.iteration))
 
     def _step_rims(self, rim: Rim, gaps: Array, extra: Array | None, out: Array) -> None:
         """Replace the next positions of rim vertices, which are under the internal force of a contour."""

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.mesh.face_geometry import face_centroids
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.tunnel_homology import TunnelHomology, independent
@@ -14,6 +15,7 @@ from simplexmesh.motion.wrap import Wrapping
 from simplexmesh.motion.zones import dilated, face_components, without_islands
 
 Indices = NDArray[np.int64]
+Mask = NDArray[np.bool_]
 
 FEWEST_LINKS = 4
 """Minimum number of vertices of two films that meet."""
@@ -53,17 +55,11 @@ class FilmPair:
     films: tuple[Indices, Indices]
     share: float
 
-    @property
-    def faces(self) -> int:
-        """Number of faces of the smaller part that meets."""
-        return min(len(self.one), len(self.other))
 
-
-def free_fraction(wrapping: Wrapping) -> NDArray[np.float64]:
-    """Return (f,) the fraction of free vertices of each face."""
-    c = wrapping.mesh.connectivity
-    of_corner = np.repeat(np.arange(len(c.face_sizes)), c.face_sizes)
-    return np.asarray(np.bincount(of_corner, wrapping.free[c.face_vertices]) / c.face_sizes)
+def face_fractions(connectivity: Connectivity, marked: Mask) -> NDArray[np.float64]:
+    """Return (f,) the fraction of the vertices of each face that are marked."""
+    c = connectivity
+    return np.asarray(np.add.reduceat(marked[c.face_vertices].astype(float), c.face_offsets[:-1]) / c.face_sizes)
 
 
 def meeting_films(wrapping: Wrapping, share: float = LEAST_SHARE) -> list[FilmPair]:
@@ -79,8 +75,7 @@ def meeting_films(wrapping: Wrapping, share: float = LEAST_SHARE) -> list[FilmPa
     """
     c = wrapping.mesh.connectivity
     sizes = c.face_sizes
-    of_corner = np.repeat(np.arange(len(sizes)), sizes)
-    free = free_fraction(wrapping)
+    free = face_fractions(c, wrapping.free)
     film, loose = np.full(len(sizes), -1), np.full(len(sizes), -1)
     for k, piece in enumerate(face_components(c, free > 0.5)):
         film[piece] = k
@@ -106,12 +101,7 @@ def meeting_films(wrapping: Wrapping, share: float = LEAST_SHARE) -> list[FilmPa
         sides, spans, isolated, surrounds = [], True, True, False
         for mine, other in ((a, b), (b, a)):
             linked = (on == mine) & (opposite == other)
-            part = np.bincount(of_corner, linked[c.face_vertices], minlength=len(sizes)) / sizes
-            inside = (film == mine) & (part >= 0.5)
-            if not inside.any():
-                inside = (film == mine) & (part == np.where(film == mine, part, 0).max())
-            piece = max(face_components(c, inside), key=np.count_nonzero)
-            inside = without_islands(c, piece, int(np.count_nonzero(~piece)) // 2)
+            inside = _faces_that_meet(c, film == mine, linked)
             surrounds |= bool(np.count_nonzero(inside & (film == -1)) > MOST_ENCLOSED)
             spans &= bool((linked & ~wrapping.near_data).any())
             around = on[dilated(on == mine, wrapping.mesh.neighbors, 3)]
@@ -121,6 +111,16 @@ def meeting_films(wrapping: Wrapping, share: float = LEAST_SHARE) -> list[FilmPa
             films = np.flatnonzero(film == a), np.flatnonzero(film == b)
             out.append(FilmPair(sides[0], sides[1], films, float(counts[k] / whole[small])))
     return out
+
+
+def _faces_that_meet(connectivity: Connectivity, film: Mask, linked: Mask) -> Mask:
+    """Return the largest component of the faces of a film with mostly linked vertices, without islands."""
+    fraction = face_fractions(connectivity, linked)
+    inside = film & (fraction >= 0.5)
+    if not inside.any():
+        inside = film & (fraction == np.where(film, fraction, 0).max())
+    piece = max(face_components(connectivity, inside), key=np.count_nonzero)
+    return without_islands(connectivity, piece, int(np.count_nonzero(~piece)) // 2)
 
 
 class JoinedFilms:

@@ -17,7 +17,7 @@ from simplexmesh.mesh.edited import Edited
 from simplexmesh.mesh.editing import EditableMesh
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.holes import refusal
-from simplexmesh.motion.state import Target
+from simplexmesh.motion.state import Target, check_target
 from simplexmesh.motion.targets.protocol import target_gaps
 
 Array = NDArray[np.float64]
@@ -145,10 +145,9 @@ def add_handles(
     >>> out.mesh.genus, out.mesh.n_holes, [proposal.accepted for proposal in out.proposals]
     (1, 0, [True])
     """
-    if not isinstance(mesh, SimplexMesh):
-        raise TypeError(f"mesh must be a SimplexMesh, not {type(mesh).__name__}")
-    if target is not None and not callable(getattr(target, "gap", None)):
-        raise TypeError(f"target must have a method gap(vertices, normals, reach), not {type(target).__name__}")
+    _check.instance("mesh", mesh, SimplexMesh)
+    if target is not None:
+        check_target(target)
     if accept is not None and not callable(accept):
         raise TypeError(f"accept must be a function of a HandleProposal, not {type(accept).__name__}")
     limits = (

@@ -18,7 +18,7 @@ from simplexmesh.mesh.face_geometry import face_areas
 from simplexmesh.mesh.joining import parts, together
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.evolve import mean_edge
-from simplexmesh.motion.state import Target
+from simplexmesh.motion.state import Target, check_target
 from simplexmesh.motion.targets.protocol import target_gaps
 from simplexmesh.motion.zones import cuttable, face_components, with_holes_beside, without_islands
 
@@ -141,12 +141,11 @@ def open_holes(
     >>> out.mesh.n_holes, out.mesh.n_components, out.proposals[0].accepted
     (1, 1, True)
     """
-    if not isinstance(mesh, SimplexMesh):
-        raise TypeError(f"mesh must be a SimplexMesh, not {type(mesh).__name__}")
+    _check.instance("mesh", mesh, SimplexMesh)
     if target is None and zones is None:
         raise TypeError("open_holes needs a target or zones")
-    if target is not None and not callable(getattr(target, "gap", None)):
-        raise TypeError(f"target must have a method gap(vertices, normals, reach), not {type(target).__name__}")
+    if target is not None:
+        check_target(target)
     if accept is not None and not callable(accept):
         raise TypeError(f"accept must be a function of a HoleProposal, not {type(accept).__name__}")
     fewest = _check.integer("fewest", fewest, 1)

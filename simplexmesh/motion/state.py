@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,20 @@ class Target(Protocol):
 
         The arrays are read-only views of the model's own; `reach` may be infinite.
         """
+
+
+def check_target(target: Any) -> None:
+    """Raise a TypeError for a target without a method `gap`.
+
+    Examples
+    --------
+    >>> check_target(3)
+    Traceback (most recent call last):
+    ...
+    TypeError: target must have a method gap(vertices, normals, reach), not int
+    """
+    if not callable(getattr(target, "gap", None)):
+        raise TypeError(f"target must have a method gap(vertices, normals, reach), not {type(target).__name__}")
 
 
 @dataclass(frozen=True)

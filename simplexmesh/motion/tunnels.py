@@ -16,7 +16,7 @@ from simplexmesh.motion.films import (
     JoinedFilms,
     boundary_loops,
     closest_faces,
-    free_fraction,
+    face_fractions,
     meeting_films,
     without_boundary,
 )
@@ -229,7 +229,7 @@ def _joined_over_known_tunnel(
         return wrapping.mesh, None
     c = wrapping.mesh.connectivity
     seen: list[tuple[Indices, Indices]] = []
-    for piece in sorted(face_components(c, free_fraction(wrapping) > 0.5), key=np.count_nonzero, reverse=True):
+    for piece in sorted(face_components(c, face_fractions(c, wrapping.free) > 0.5), key=np.count_nonzero, reverse=True):
         film = np.flatnonzero(without_islands(c, piece, int(np.count_nonzero(~piece)) // 2))
         lines = boundary_loops(wrapping.mesh, film)
         winding = homology.winding(wrapping.mesh.vertices[lines[0]], wrapping.edge) if lines else None
