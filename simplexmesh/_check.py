@@ -232,6 +232,24 @@ def _plain(word: str) -> str:
     return word[:1].lower() + word[1:].lower().translate({ord(mark): None for mark in "-_ "})
 
 
+def generator(name: str, value: Any) -> np.random.Generator:
+    """Return a random generator: `value` itself, or one seeded by it; None for an arbitrary seed.
+
+    Examples
+    --------
+    >>> generator("rng", "dice")
+    Traceback (most recent call last):
+    ...
+    TypeError: rng must be a Generator or a whole number, not str 'dice'
+    """
+    try:
+        return np.random.default_rng(value)
+    except TypeError:
+        raise TypeError(f"{name} must be a Generator or a whole number, not {type(value).__name__} {value!r}") from None
+    except ValueError:
+        raise ValueError(f"{name} must be a Generator or a whole number of at least 0, not {value!r}") from None
+
+
 def path(name: str, value: Any) -> Path:
     """Return `value`, a string or path, as a Path with the home directory expanded.
 

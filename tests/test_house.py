@@ -181,6 +181,25 @@ def test_integers_say_what_is_wrong(value, error, message):
     assert str(caught.value) == message
 
 
+@pytest.mark.parametrize(
+    ("value", "error", "message"),
+    [
+        (1.5, TypeError, "rng must be a Generator or a whole number, not float 1.5"),
+        (-1, ValueError, "rng must be a Generator or a whole number of at least 0, not -1"),
+    ],
+)
+def test_generators_say_what_is_wrong(value, error, message):
+    with pytest.raises(error) as caught:
+        _check.generator("rng", value)
+    assert str(caught.value) == message
+
+
+def test_generators_of_one_seed_are_alike_and_a_generator_is_itself():
+    rng = _check.generator("rng", 3)
+    assert _check.generator("rng", rng) is rng
+    assert rng.random() == _check.generator("rng", 3).random()
+
+
 def test_choices_are_words():
     with pytest.raises(ValueError, match=r"^init must be one of 'auto', 'sphere', not array\(\[0., 0., 0.\]\)$"):
         _check.choice("init", np.zeros(3), ["auto", "sphere"])

@@ -272,7 +272,7 @@ class TriangleMesh:
         array([0., 0., 1.])
         """
         n = _check.integer("n", n, 4)
-        rng = np.random.default_rng(rng)
+        rng = _check.generator("rng", rng)
         cumulated = np.cumsum(_vec.norm(self.face_vectors))
         if not cumulated[-1] > 0:
             raise ValueError("faces must have a positive area to sample from, all are degenerate")

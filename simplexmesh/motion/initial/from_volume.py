@@ -21,7 +21,7 @@ from simplexmesh.motion.initial.topology import pieces, without_cavities, withou
 Array = NDArray[np.float64]
 
 MIN_VERTICES = 20
-_MAX_CELL, _MIN_CELL = 1.5, 0.5
+_MAX_CELL, _MIN_CELL = 1.5, 0.5  # in voxels
 _MAX_CELLS, _MAX_CELLS_THIN = 3_000_000, 8_000_000
 _CELLS_ACROSS = 5
 _MARGIN = 3
@@ -82,7 +82,7 @@ def start_from_volume(
     body = without_cavities(native > 0)
     area = surface_area(body, volume.spacing)
     cell = _cell(volume, body, area, vertices)
-    field = _resampled(native, volume.spacing, cell, blurred=label is not None)
+    field = _resampled(native, volume.spacing, cell, binary=label is not None)
     smallest = max(30.0, MIN_VERTICES / vertices * np.count_nonzero(field > 0))
     solid, dropped = pieces(field > 0, components, smallest)
     if tunnels is None:
@@ -154,17 +154,18 @@ def _inside(volume: Volume, level: float | None, label: int | None) -> tuple[NDA
     return volume.values > level, level, min(level - low, high - level)
 
 
-def _resampled(native: NDArray[Any], spacing: Array, cell: float, *, blurred: bool) -> NDArray[np.float32]:
+def _resampled(native: NDArray[Any], spacing: Array, cell: float, *, binary: bool) -> NDArray[np.float32]:
     """Return the field resampled to cubic cells, with the same first sample, after smoothing against aliasing.
 
-    It is smoothed less if the solid is so thin that it would lose half of its volume.
+    A `binary` field is smoothed by 0.6 voxels at least. It is smoothed less if a thin solid would lose half of its
+    volume.
     """
     factor = cell / spacing
     shape = tuple(np.ceil((np.array(native.shape) - 1) / factor).astype(int) + 2)
     wanted = np.count_nonzero(native > 0) / float(np.prod(factor))
     out: NDArray[np.float32]
     for blur in (_BLUR, _BLUR / 2, 0.0):
-        sigma = blur * (factor.clip(1) if blurred else factor)
+        sigma = blur * (factor.clip(1) if binary else factor)
         smooth = ndimage.gaussian_filter(native, sigma, mode="nearest") if blur else native
         out = ndimage.affine_transform(
             smooth, factor, output_shape=shape, order=1, mode="constant", cval=float(native[0, 0, 0])

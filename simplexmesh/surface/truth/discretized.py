@@ -205,7 +205,7 @@ def torus(
     i, j = (part.ravel().astype(float) for part in np.meshgrid(np.arange(m), np.arange(b)))
     turned = None
     if irregular:
-        chance = np.random.default_rng(rng)
+        chance = _check.generator("rng", rng)
         i, j = (part + chance.uniform(-JITTER, JITTER, part.shape) for part in (i, j))
         turned = chance.random(m * b) < 0.5
     points, exact = Torus(radius, tube_radius).at(2 * np.pi * i / m, 2 * np.pi * j / b)
@@ -225,7 +225,7 @@ def ellipsoid(
     i, j = (part.ravel().astype(float) for part in np.meshgrid(np.arange(m), np.arange(1, b)))
     turned = None
     if irregular:
-        chance = np.random.default_rng(rng)
+        chance = _check.generator("rng", rng)
         i, j = (part + chance.uniform(-JITTER, JITTER, part.shape) for part in (i, j))
         turned = chance.random(m * (b - 2)) < 0.5
     u = np.concatenate([[0], 2 * np.pi * i / m, [0]])

@@ -68,7 +68,7 @@ def noisy(
     _check.choice("along", along, ALONG)
     _check.choice("distribution", distribution, DISTRIBUTIONS)
     size = _check.number("amount", amount, 0.0) * unit_of(mesh, unit)
-    chance = np.random.default_rng(rng)
+    chance = _check.generator("rng", rng)
     n = len(mesh.vertices)
     axis = np.eye(3)[chance.integers(3)] if along == "axis" else None
     shape = (n, 3) if along == "all" else (n, 1)
@@ -107,7 +107,7 @@ def noise_levels(
         Add each level's noise to the mesh of the level before, as the article's tables 10 and 11 seem to have been
         made: with amounts 1, 2, 3 ... the last mesh has the noise of sqrt(1 + 4 + 9 ...).
     """
-    chance = np.random.default_rng(rng)
+    chance = _check.generator("rng", rng)
     size = unit_of(mesh, unit)  # of the clean mesh, at every level
     way = None if normals is None and along != "normals" else mesh.vertex_normals if normals is None else normals
     current = mesh
