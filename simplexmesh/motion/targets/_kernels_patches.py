@@ -60,7 +60,7 @@ def pack_patches(table, support, neighbors, oriented, patches):
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def count_closer(patch, at, x, y, z, limit):
-    """Return how many other surfels of a patch are closer than sqrt(limit) to a point, in units of the patch."""
+    """Return how many surfels of a patch are closer than sqrt(limit) to a point, in units of the patch."""
     one, zero = np.float32(1.0), np.float32(0.0)
     count = zero
     for k in range(LANES):

@@ -139,26 +139,9 @@ def push_children(squared, within, first, stack, stack_distance, top):
 
 @njit(cache=True, error_model="numpy")
 def scan_leaf(
-    leaves,
-    at,
-    j,
-    slack,
-    x,
-    y,
-    z,
-    a,
-    b,
-    c,
-    fold,
-    min_cosine,
-    loose_cosine,
-    limit,
-    found,
-    list_limit,
-    count,
-    candidates,
-    distances,
-):
+    leaves, at, j, slack, x, y, z, a, b, c, fold, min_cosine, loose_cosine,
+    limit, found, list_limit, count, candidates, distances
+):  # fmt: skip
     """Add the surfels of a leaf, the first of which is `j`; return limit, found, list_limit and count: see `search`."""
     lanes, facing = surfel_distances(leaves, at, x, y, z), cosines(leaves, at, a, b, c, fold)
     within = less_equal(lanes, max(limit, list_limit)) & ~less_equal(facing, loose_cosine)
