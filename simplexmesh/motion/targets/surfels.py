@@ -90,7 +90,7 @@ def fitted_surfels(points: Array, normals: Array | None = None, spread: Array | 
     At some pilot points, fits at growing radii give, per scale, the variance (from residuals) and the bias (from the
     change to the next scale). Both are averaged over neighboring pilots, and the radius of the least mean squared error
     is chosen (a smoothed variant of the intersection of confidence intervals). Surfels are then fitted at these radii
-    around a subset of the points, with a density proportional to the radius.
+    around a subset of the points, with a spacing proportional to the radius.
 
     Parameters
     ----------
@@ -214,7 +214,7 @@ def _chosen_radii(data: tuple[NDArray[Any], ...], tree: Tree, pilots: NDArray[np
 
 
 def _pooled(values: Array, blurred: NDArray[np.bool_], around: NDArray[np.int64]) -> Array:
-    """Return, per pilot and scale, the mean over the neighboring pilots with a value; NaN where most have none."""
+    """Return, per pilot and scale, the mean over the neighboring pilots with a value; NaN below a quarter of them."""
     known = np.isfinite(values) & ~blurred
     count = known[around].sum(axis=1)
     total = np.where(known, values, 0.0)[around].sum(axis=1)
