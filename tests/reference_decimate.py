@@ -55,7 +55,7 @@ class Region:
 
     def energy(self, w):
         area, _, squares, vector = self.surface()
-        total = self.off_plane() + w.normals * area * (area - np.linalg.norm(vector)) + w.spread * np.trace(squares)
+        total = self.off_plane() + w.normals * area * (area - np.linalg.norm(vector)) + w.extent * np.trace(squares)
         return total + w.rim * np.sqrt(area) * self.off_line()
 
     def strays(self, flat, reach):
@@ -107,18 +107,18 @@ class Decimation:
         before = [size[left] - 6, size[right] - 6] + [size[f] - 6 for f in (near, far) if self.solid(f)]
         after = [size[left] + size[right] - 10] + [size[f] - 7 for f in (near, far) if self.solid(f)]
         uneven = sum(x * x for x in after) - sum(x * x for x in before)
-        return cost * (1 + self.w.sizes * max(uneven, 0)), one + other
+        return cost * (1 + self.w.imbalance * max(uneven, 0)), one + other
 
     def refused(self, a, b):
         left, right, near, far = self.loops.around(a, b)
         size = {f: len(loop) for f, loop in self.loops.faces.items()}
-        if any(size[f] <= self.w.least for f in (near, far) if self.solid(f)):
+        if any(size[f] <= self.w.min_size for f in (near, far) if self.solid(f)):
             return True
         if any(self.reach[f] == 0 for f in (left, right, near, far) if self.solid(f)):
             return True
-        if not self.w.least <= size[left] + size[right] - 4 <= self.w.most:
+        if not self.w.min_size <= size[left] + size[right] - 4 <= self.w.max_size:
             return True
-        if self.left[self.component[a]] - 2 < self.w.piece or self.loops.refuse_remove(a, b):
+        if self.left[self.component[a]] - 2 < self.w.min_component or self.loops.refuse_remove(a, b):
             return True
         beside = [
             [f for f in size if f not in (left, right, near, far) and self.solid(f) and self.loops.adjacent(f, g)]
@@ -158,7 +158,7 @@ class Decimation:
             new, quality = self.normal((face, one, other), (left, right), corner)
             if old @ new <= self.w.turn * np.linalg.norm(old) * np.linalg.norm(new):
                 return True
-            if quality < self.w.shape and quality < was:
+            if quality < self.w.quality and quality < was:
                 return True
             if self.creased(v, one, other, new):
                 return True
@@ -196,7 +196,7 @@ class Decimation:
                 continue
             left, right, _, _ = self.loops.around(a, b)
             region = self.merged(a, b)[1]
-            if region.strays(self.w.flat, min(self.reach[left], self.reach[right])):
+            if region.strays(self.w.max_deviation, min(self.reach[left], self.reach[right])):
                 continue
             if not self.folds(a, b, region.surface()[1]):
                 self.collapse(a, b, region)
@@ -226,7 +226,7 @@ class Decimation:
         new, old = [(left, far, near), (right, near, far)], [(near, left, right), (far, right, left)]
         normals = [[self.normal(t, (), None) for t in triangles] for triangles in (new, old)]
         worst = [min(quality for _, quality in part) for part in normals]
-        if worst[0] < self.w.shape and worst[0] < worst[1]:
+        if worst[0] < self.w.quality and worst[0] < worst[1]:
             return False
         return all(
             n @ m > self.w.turn * np.linalg.norm(n) * np.linalg.norm(m) for n, _ in normals[0] for m, _ in normals[1]

@@ -21,7 +21,7 @@ from tests.test_mesh_editing import MESHES, complete
 
 names = st.sampled_from(["sphere", "torus", "two tori", "plane", "cylinder"])
 seeds = st.integers(0, 2**16)
-ANYHOW = LAX._replace(turn=-2.0, shape=0.0)
+ANYHOW = LAX._replace(turn=-2.0, quality=0.0)
 
 
 def uneven(name, seed):
@@ -69,7 +69,7 @@ def lessened(mesh, reach, weights, steps):
     edit = EditableMesh(mesh)
     edit._reserve(4)
     corners = corners_of(edit, mesh, weights, reach)
-    left = exceptions.lessen_exceptions(edit._darts, corners, weights, steps)
+    left = exceptions.reduce_exceptions(edit._darts, corners, weights, steps)
     return edit.result().mesh, left
 
 
@@ -96,7 +96,7 @@ def test_a_path_that_leads_nowhere_is_undone(name, seed):
     mesh, _ = uneven(name, seed)
     loops = Loops(mesh.connectivity)
     reach = np.full(len(mesh.connectivity.face_sizes), np.inf)
-    big = ANYHOW._replace(piece=10**6)  # no component has room
+    big = ANYHOW._replace(min_component=10**6)  # no component has room
     assert_array_equal(lessened(mesh, reach, big, 3)[0].neighbors, mesh.neighbors)
     if not any(can_be_less(loops, loops.holes, {f}, 2, sum(excess(loops).values())) for f in loops.faces):
         assert_array_equal(lessened(mesh, reach, ANYHOW, 2)[0].neighbors, mesh.neighbors)

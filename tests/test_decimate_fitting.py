@@ -11,7 +11,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from simplexmesh.mesh import _kernels_fitting as kernels
 from simplexmesh.mesh import shapes
-from simplexmesh.mesh.fitting import Fit, Surface, faces_of, tangled_vertices
+from simplexmesh.mesh.fitting import Fit, SurfaceSamples, faces_of, tangled_vertices
 from simplexmesh.mesh.triangulation import fan
 from tests.reference_decimate import shaken
 from tests.test_mesh_editing import MESHES
@@ -35,7 +35,7 @@ def problem(mesh, seed):
     """Random samples, places and weights on a mesh."""
     rng, f, n, s = np.random.default_rng(seed), faces_of(mesh.connectivity), mesh.n_vertices, 50
     corner = rng.choice(np.flatnonzero(~f.hole[f.owner]), s).astype(np.int32)
-    places = kernels.Places(corner, rng.dirichlet((1, 1, 1), s))
+    places = kernels.Locations(corner, rng.dirichlet((1, 1, 1), s))
     direction = rng.normal(size=(s, 3))
     direction /= np.linalg.norm(direction, axis=1, keepdims=True)
     root = rng.normal(size=(n, 3, 3))
@@ -62,7 +62,7 @@ def energy(v, start, f, places, t):
     dot = (off * t.direction).sum(axis=1)
     total = (t.along * dot**2 + t.across * ((off**2).sum(axis=1) - dot**2)).sum()
     uneven = v - np.einsum("nj,njk->nk", t.share, v[t.neighbors])
-    total += np.einsum("ni,nij,nj->", uneven, t.even, uneven) + (t.stay * ((v - start) ** 2).sum(axis=1)).sum()
+    total += np.einsum("ni,nij,nj->", uneven, t.smooth, uneven) + (t.inertia * ((v - start) ** 2).sum(axis=1)).sum()
     return total + ((t.flat[f.owner] * (v[f.vertices] - middle[f.owner])).sum(axis=1) ** 2).sum()
 
 
@@ -73,22 +73,22 @@ def test_the_least_squares_are_least(name, seed):
     f, places, terms = problem(mesh, seed)
     v = np.array(mesh.vertices)
     gradient, middle = np.empty_like(v), np.empty((len(f.hole), 3))
-    kernels.pulled(v, middle, f, places, terms, 1.0, gradient)
+    kernels.half_gradient(v, middle, f, places, terms, 1.0, gradient)
     step = np.random.default_rng(seed).normal(size=v.shape)
     ends = [energy(v + sign * step, v, f, places, terms) for sign in (1, -1)]
     assert_allclose((gradient * step).sum(), (ends[0] - ends[1]) / 4, atol=1e-9 * max(ends))
-    best = kernels.solved(v, f, places, terms, 3000)
+    best = kernels.conjugate_gradients(v, f, places, terms, 3000)
     least = energy(best, v, f, places, terms)
     for size in (1e-3, 1.0):
         assert energy(best + size * step, v, f, places, terms) > least
-    assert energy(kernels.solved(v, f, places, terms, 5), v, f, places, terms) >= least * (1 - 1e-9)
+    assert energy(kernels.conjugate_gradients(v, f, places, terms, 5), v, f, places, terms) >= least * (1 - 1e-9)
 
 
 @pytest.mark.parametrize("name", ["sphere", "torus", "plane"])
 def test_samples_find_the_closest_place(name):
     mesh = MESHES[name]
     other = shaken(mesh, 0, 0.3)
-    s, c = Surface.of(other), mesh.connectivity
+    s, c = SurfaceSamples.of(other), mesh.connectivity
     free, along = np.ones(mesh.n_vertices, bool), np.zeros((len(c.face_sizes), 3))
     _, largest = Fit(s, mesh, np.arange(len(c.face_sizes), dtype=np.int32), along, free).distances()
     points, triangles = fan(mesh.vertices, c)
@@ -103,8 +103,8 @@ def test_samples_find_the_closest_place(name):
 def test_loosening_leaves_fewer_tangled_or_everything_as_it_was(seed, size):
     ball = shapes.sphere(2)
     faces, free = np.arange(ball.n_faces, dtype=np.int32), np.ones(ball.n_vertices, bool)
-    fit = Fit(Surface.of(ball), shaken(ball, seed, size), faces, np.zeros((ball.n_faces, 3)), free)
+    fit = Fit(SurfaceSamples.of(ball), shaken(ball, seed, size), faces, np.zeros((ball.n_faces, 3)), free)
     before, tangled = fit.mesh, tangled_vertices(fit.mesh)
-    left = fit.loosen(tangled)
+    left = fit.relax_tangled(tangled)
     assert_array_equal(left, tangled_vertices(fit.mesh))
     assert left.sum() < tangled.sum() or fit.mesh is before

@@ -34,7 +34,7 @@ def test_a_fan_that_goes_around_once_does_not_cross_itself(seed, size, turns, ro
     points = np.concatenate([ring, ring.mean(axis=0)[None]]) @ np.linalg.qr(rng.normal(size=(3, 3)))[0]
     vertices = np.arange(size, dtype=np.int32)
     ahead = np.roll(vertices, -1)
-    once = crossing.round_once(points, vertices, ahead, 0, size, size, np.empty((3, 3)))
+    once = crossing.winds_once(points, vertices, ahead, 0, size, size, np.empty((3, 3)))
     middle = points - points[size]
     vector = np.cross(middle[vertices], middle[ahead])
     total = vector.sum(axis=0) / np.linalg.norm(vector.sum(axis=0))
@@ -55,14 +55,14 @@ def guarded(mesh, seed=0, facing=2.0):
     along /= np.linalg.norm(along, axis=1, keepdims=True)
     along[rng.random(len(along)) < 0.5] = 0
     one = Guard(mesh, faces_of(c), along, np.ones(mesh.n_vertices, bool))
-    return one, one._guarded(mesh, facing)[0]
+    return one, one._moving(mesh, facing)[0]
 
 
 def plain_faults(mesh, along, i, bounds):
     """What is wrong around a vertex, by the mesh's own normals."""
     c, v, n = mesh.connectivity, mesh.vertices, mesh.normals
     cosine = lambda a, b: a @ b / np.linalg.norm(a) / np.linalg.norm(b)  # noqa: E731
-    wrong = lambda x: max(bounds.among - x, 0) + (x < 0)  # noqa: E731
+    wrong = lambda x: max(bounds.mutual - x, 0) + (x < 0)  # noqa: E731
     loops = np.split(c.face_vertices, c.face_offsets[1:-1])
     vectors = np.zeros((len(loops), 3))
     touched = set(c.vertex_faces[[i, *c.neighbors[i]]].ravel().tolist())
@@ -74,7 +74,7 @@ def plain_faults(mesh, along, i, bounds):
             vectors[f] += t
             total += wrong(cosine(t, n[p] + n[q]))
             if along[f].any():
-                total += max(bounds.along - cosine(t, along[f]), 0)
+                total += max(bounds.target - cosine(t, along[f]), 0)
     return total + sum(wrong(cosine(n[j], vectors[c.vertex_faces[j]].sum(axis=0))) for j in (i, *c.neighbors[i]))
 
 
@@ -87,14 +87,14 @@ def test_faults_are_those_of_the_plain_telling(name, seed, size):
     v = np.array(mesh.vertices)
     for i in rng.choice(mesh.n_vertices, 5, replace=False).tolist():
         v[i] += 0.1 * rng.normal(size=3)
-        guard.put_vertex(g, i, *v[i])
+        guard.move_vertex(g, i, *v[i])
         moved = mesh.moved(v)
         assert_allclose(g.normals, moved.normals, atol=1e-9)
-        assert_allclose(g.points, Guard._guarded(guarded(moved)[0], moved, 2.0)[0].points, atol=1e-12)
-        total = plain_faults(moved, g.along, i, BOUNDS)
-        assert_allclose(guard.faults(g, i, BOUNDS, room, np.inf), total, atol=1e-6)
+        assert_allclose(g.points, Guard._moving(guarded(moved)[0], moved, 2.0)[0].points, atol=1e-12)
+        total = plain_faults(moved, g.target_normals, i, BOUNDS)
+        assert_allclose(guard.local_penalty(g, i, BOUNDS, room, np.inf), total, atol=1e-6)
         for most in (total / 2, total + 1e-3):
-            assert (guard.faults(g, i, BOUNDS, room, most) > most) == (total > most)
+            assert (guard.local_penalty(g, i, BOUNDS, room, most) > most) == (total > most)
 
 
 @settings(max_examples=8, deadline=None)
@@ -136,7 +136,7 @@ def test_crossings_are_counted_wherever_vertices_go(name, seed, size, step):
     _, g = guarded(mesh)
     rng = np.random.default_rng(seed)
     for i in rng.choice(mesh.n_vertices, 12).tolist():
-        guard.put_vertex(g, i, *(g.points[i] + step * rng.normal(size=3)))
+        guard.move_vertex(g, i, *(g.points[i] + step * rng.normal(size=3)))
         total = plain_crossings(g, i)
         assert fans.crossings(g, i, MANY) == total
         assert all((fans.crossings(g, i, most) > most) == (total > most) for most in range(total + 2))
@@ -151,11 +151,11 @@ def test_a_vertex_that_pierces_the_wall_behind_is_seen():
     for i in np.flatnonzero((np.abs(thin.vertices[:, 0]) < 0.3) & (thin.vertices[:, 2] > 0.01)).tolist():
         x, y, z = g.points[i]
         for part in (0.5, 1.5, 2.2, 3.0):
-            guard.put_vertex(g, i, x, y, (1 - part) * z)
+            guard.move_vertex(g, i, x, y, (1 - part) * z)
             seen = fans.crossings(g, i, MANY)
             assert seen == plain_crossings(g, i)
         pierced.append(seen > 0)
-        guard.put_vertex(g, i, x, y, z)
+        guard.move_vertex(g, i, x, y, z)
     assert sum(pierced) > 10
 
 
@@ -181,15 +181,15 @@ def test_a_gap_is_no_wider_than_faces_are_apart(name, seed, size):
 @pytest.mark.parametrize("name", ["sphere", "torus", "plane"])
 def test_a_plane_is_found_between_smooth_faces(name):
     _, g = guarded(MESHES[name])
-    pairs = [(f, o) for f in range(len(g.way)) for o in g.near[g.offsets[f] : g.offsets[f + 1]].tolist() if o != f]
+    pairs = [(f, o) for f in range(len(g.travel)) for o in g.near[g.offsets[f] : g.offsets[f + 1]].tolist() if o != f]
     assert len(pairs) > 50
     assert all(fans.gap_between(g, f, other) >= 0 for f, other in pairs)
 
 
 def test_holes_are_near_nothing(monkeypatch):
-    mesh, counts, near_boxes = MESHES["torus with holes"], [], untangling.near_boxes
+    mesh, counts, overlapping_boxes = MESHES["torus with holes"], [], untangling.overlapping_boxes
     monkeypatch.setattr(
-        untangling, "near_boxes", lambda low, *rest: (counts.append(len(low)), near_boxes(low, *rest))[1]
+        untangling, "overlapping_boxes", lambda low, *rest: (counts.append(len(low)), overlapping_boxes(low, *rest))[1]
     )
     g = guarded(mesh)[1]
     hole = mesh.connectivity.face_is_hole
@@ -207,7 +207,7 @@ def test_near_boxes_are_those_that_overlap(seed, facing):
     high = low + rng.uniform(0, 0.3, (30, 3))
     along = rng.normal(size=(30, 3))
     along /= np.linalg.norm(along, axis=1, keepdims=True)
-    offsets, near = untangling.near_boxes(low, high, along, facing, np.zeros(3), 0.2, np.array([7, 7, 7]))
+    offsets, near = untangling.overlapping_boxes(low, high, along, facing, np.zeros(3), 0.2, np.array([7, 7, 7]))
     for i in range(30):
         expected = (low <= high[i]).all(axis=1) & (high >= low[i]).all(axis=1) & (along @ along[i] <= facing)
         assert set(near[offsets[i] : offsets[i + 1]]) == set(np.flatnonzero(expected))
@@ -231,16 +231,16 @@ def test_no_fold_comes_with_a_move(name, seed):
 def plainly_advanced(one, mesh, target, reach, bounds):
     """The vertices, each moved half as far again and again until nothing is worse, all of it told anew each time."""
     for i in range(mesh.n_vertices):
-        start = one._guarded(mesh, 2.0)[0]
-        wrong, crossed = plain_faults(mesh, start.along, i, bounds), plain_crossings(start, i)
+        start = one._moving(mesh, 2.0)[0]
+        wrong, crossed = plain_faults(mesh, start.target_normals, i, bounds), plain_crossings(start, i)
         way = target[i] - mesh.vertices[i]
         part = min(1.0, reach / np.linalg.norm(way))
         for _ in range(3):
             v = np.array(mesh.vertices)
             v[i] += part * way
             moved = mesh.moved(v)
-            there = one._guarded(moved, 2.0)[0]
-            worse = plain_faults(moved, there.along, i, bounds) > wrong + guard.EQUAL
+            there = one._moving(moved, 2.0)[0]
+            worse = plain_faults(moved, there.target_normals, i, bounds) > wrong + guard.TOLERANCE
             if not worse and plain_crossings(there, i) <= crossed:
                 mesh = moved
                 break

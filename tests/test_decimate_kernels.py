@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 
-from simplexmesh.mesh import _kernels_corners as evening
+from simplexmesh.mesh import _kernels_corners as swapping
 from simplexmesh.mesh import _kernels_decimate as kernels
 from simplexmesh.mesh import _kernels_heap as heaps
 from simplexmesh.mesh import _kernels_regions as regions
@@ -28,8 +28,8 @@ seeds = st.integers(0, 2**16)
 def corners_of(edit, mesh, weights, reach):
     """The faces as the kernels know them."""
     rows = regions.face_regions(edit._darts)
-    energy = regions.energies(rows, weights.normals, weights.spread, weights.rim)
-    points = np.ascontiguousarray(rows[:, regions.MIDDLE : regions.MIDDLE + 3])
+    energy = regions.energies(rows, weights.normals, weights.extent, weights.rim)
+    points = np.ascontiguousarray(rows[:, regions.CENTROID : regions.CENTROID + 3])
     components, into = mesh.connectivity.components, np.arange(len(rows), dtype=np.int32)
     return kernels.Corners(points, rows, energy, reach.copy(), into, components, np.bincount(components))
 
@@ -44,7 +44,7 @@ def assert_same_region(row, region, w):
     assert_allclose(row[10:13], vector, atol=1e-12)
     assert_allclose(row[13], length)
     assert_allclose(row[17:23], rim_squares[(0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)], atol=1e-12)
-    assert_allclose(regions.energy(row, w.normals, w.spread, w.rim), region.energy(w), atol=1e-12)
+    assert_allclose(regions.energy(row, w.normals, w.extent, w.rim), region.energy(w), atol=1e-12)
 
 
 @settings(max_examples=10, deadline=None)
@@ -52,32 +52,32 @@ def assert_same_region(row, region, w):
 def test_regions_are_integrals_and_merge(name, seed):
     mesh = shaken(MESHES[name], seed)
     rows, plain = regions.face_regions(EditableMesh(mesh)._darts), regions_of(mesh)
-    w = WEIGHTS._replace(normals=0.7, spread=0.2, rim=0.4)
+    w = WEIGHTS._replace(normals=0.7, extent=0.2, rim=0.4)
     rng = np.random.default_rng(seed)
     on_rims = [f for f, region in plain.items() if len(region.segments)] or list(plain)
     for f, g in (*rng.choice(list(plain), (4, 2)), *rng.choice(on_rims, (4, 2))):
         assert_same_region(rows[f], plain[f], w)
-        row = np.empty(regions.TERMS)
+        row = np.empty(regions.ROW_SIZE)
         regions.merge(rows[f], rows[g], row)
         both = plain[f] + plain[g]
         assert_same_region(row, both, w)
-        parts = sum(regions.energy(rows[x], w.normals, w.spread, w.rim) for x in (f, g))
-        assert regions.energy(row, w.normals, w.spread, w.rim) >= parts * (1 - 1e-9)
+        parts = sum(regions.energy(rows[x], w.normals, w.extent, w.rim) for x in (f, g))
+        assert regions.energy(row, w.normals, w.extent, w.rim) >= parts * (1 - 1e-9)
         for flat, reach in rng.uniform(0, (0.3, 1.0), (10, 2)):
-            assert regions.strays(row, flat, reach) == both.strays(flat, reach)
+            assert regions.exceeds_limits(row, flat, reach) == both.strays(flat, reach)
 
 
 STRICT = (
     {},
     {"turn": 0.99},
     {"bend": 0.5},
-    {"shape": 0.8},
-    {"sizes": 3.0},
-    {"piece": 40},
-    {"most": 7},
-    {"spread": 0.1, "normals": 0.0},
+    {"quality": 0.8},
+    {"imbalance": 3.0},
+    {"min_component": 40},
+    {"max_size": 7},
+    {"extent": 0.1, "normals": 0.0},
     {"rim": 30.0},
-    {"flat": 0.02},
+    {"max_deviation": 0.02},
 )
 
 
@@ -102,14 +102,14 @@ def test_the_order_is_that_of_the_plain_telling(strict, name, seed, count):
             dart = next(x for x in range(3 * loop[0], 3 * loop[0] + 3) if d.twin[x] // 3 == loop[1])
             assert_same_region(corners.regions[d.face[dart]], twin.regions[f], weights)
             assert_allclose(corners.points[d.face[dart]], twin.points[f], atol=1e-10)
-            assert corners.reach[d.face[dart]] == twin.reach[f]
+            assert corners.max_extent[d.face[dart]] == twin.reach[f]
 
 
 @pytest.mark.parametrize("necks", [False, True])
 def test_no_three_faces_make_a_thin_neck(necks):
     tube = shapes.cylinder(6, 16)
     tube = shaken(tube.moved(tube.vertices * (0.3, 0.3, 3.0)), 0)
-    lax = WEIGHTS._replace(turn=-1.0, bend=-1.0, shape=0.0, spread=1.0, normals=0.0, necks=necks, most=100)
+    lax = WEIGHTS._replace(turn=-1.0, bend=-1.0, quality=0.0, extent=1.0, normals=0.0, necks=necks, max_size=100)
     edit = EditableMesh(tube)
     edit._reserve(60)
     corners = corners_of(edit, tube, lax, np.full(len(tube.connectivity.face_sizes), np.inf))
@@ -144,7 +144,7 @@ def test_the_queue_is_a_sorted_list(puts):
     assert order == sorted(plain, key=lambda x: (plain[x], x))
 
 
-@pytest.mark.parametrize("strict", [{}, {"turn": 0.9}, {"shape": 0.8}], ids=str)
+@pytest.mark.parametrize("strict", [{}, {"turn": 0.9}, {"quality": 0.8}], ids=str)
 @settings(max_examples=3, deadline=None)
 @given(name=names, seed=seeds)
 def test_edges_are_swapped_that_the_plain_telling_swaps(strict, name, seed):
@@ -160,10 +160,14 @@ def test_edges_are_swapped_that_the_plain_telling_swaps(strict, name, seed):
         a, b = dart // 3, int(d.twin[dart]) // 3
         if a > b:
             continue
-        swapped = imbalance(d, dart) >= 2 and not evening.stays(d, corners, a) and not evening.stays(d, corners, b)
-        swapped = swapped and refuse_swap(d, dart)[0] == DONE and not evening.bends(d, corners, dart, weights, n)
+        swapped = (
+            imbalance(d, dart) >= 2 and not swapping.is_fixed(d, corners, a) and not swapping.is_fixed(d, corners, b)
+        )
+        swapped = (
+            swapped and refuse_swap(d, dart)[0] == DONE and not swapping.swap_degrades(d, corners, dart, weights, n)
+        )
         assert swapped == twin.flips(a, b)
-    evening.even_out_flat(d, corners, weights, 100)
+    swapping.swap_unequal(d, corners, weights, 100)
     met = Decimation(edit.result().mesh, weights, reach)
     met.points = dict(enumerate(corners.points))
     loops = {frozenset(loop): f for f, loop in met.loops.faces.items()}
@@ -182,7 +186,7 @@ def test_vertices_go_to_the_centroids_of_their_dual_triangles(name):
     reach = np.full(len(mesh.connectivity.face_sizes), np.inf)
     reach[3] = 0
     corners = corners_of(edit, mesh, WEIGHTS, reach)
-    evening.place_vertices(edit._darts, corners)
+    swapping.place_vertices(edit._darts, corners)
     c = mesh.connectivity
     stay = c.face_is_hole[c.vertex_faces].any(axis=1) | (c.vertex_faces == 3).any(axis=1)
     expected = np.where(stay[:, None], mesh.vertices, corners.points[c.vertex_faces].mean(axis=1))

@@ -12,11 +12,11 @@ from skimage.measure import marching_cubes
 
 from simplexmesh.data.reading import read_triangles, read_volume
 from simplexmesh.mesh import shapes
-from simplexmesh.mesh.balancing import centroid_shares, pulled
-from simplexmesh.mesh.comparing import Original, Pulls, fan_owners, rims
+from simplexmesh.mesh.comparison import Corrections, Original, fan_owners, rims
+from simplexmesh.mesh.correction import centroid_weights, vertex_displacements
 from simplexmesh.mesh.decimate import decimate
 from simplexmesh.mesh.duality import dual
-from simplexmesh.mesh.nearest import UNSURE, Nearest
+from simplexmesh.mesh.triangle_tree import RESOLUTION, TriangleTree
 from simplexmesh.mesh.triangulation import fan
 from tests.reference_decimate import apart, shaken
 from tests.test_decimate import box
@@ -34,19 +34,19 @@ def soup(seed, size):
     return corners.reshape(-1, 3), np.arange(3 * size).reshape(-1, 3)
 
 
-class TestNearest:
+class TestTriangleTree:
     @settings(max_examples=20)
     @given(seed=seeds, size=st.integers(1, 60))
     def test_distances_are_those_of_libigl(self, seed, size):
         there = soup(seed, size)
         points = np.random.default_rng(seed).normal(size=(50, 3)) * 2
         squared = igl.point_mesh_squared_distance(points, *there)[0]
-        nearest = Nearest(*there)
-        assert_allclose(nearest.distances(points) ** 2, squared, rtol=1e-9, atol=1e-12)
-        found, weights, distances = nearest.places(points)
+        tree = TriangleTree(*there)
+        assert_allclose(tree.distances(points) ** 2, squared, rtol=1e-9, atol=1e-12)
+        found, weights, distances = tree.closest(points)
         places = np.einsum("pi,pik->pk", weights, there[0][there[1][found]])
         assert_allclose(np.linalg.norm(places - points, axis=1), distances, atol=1e-9)
-        assert_array_equal(nearest.closest_points(points)[0], places)
+        assert_array_equal(tree.closest_points(points)[0], places)
 
     @settings(max_examples=15, deadline=None)
     @given(seed=seeds, size=st.integers(1, 30), part=st.floats(0.2, 1.1))
@@ -54,12 +54,12 @@ class TestNearest:
         one, other = soup(seed, 20), soup(seed + 1, size)
         far = apart(*one, *other)
         distance = part * float(np.quantile(far, 0.9)) + 1e-6
-        found, where = Nearest(*other).beyond(*one, distance)
+        found, where = TriangleTree(*other).beyond(*one, distance)
         inside = np.setdiff1d(np.arange(20), found)
         assert (far[inside] <= distance).all()
-        assert (far[found] > 0.5 * (1 - UNSURE) * distance).all()
+        assert (far[found] > 0.5 * (1 - RESOLUTION) * distance).all()
         squared = igl.point_mesh_squared_distance(where, *other)[0]
-        assert (np.sqrt(squared) > (1 - UNSURE) * distance).all()
+        assert (np.sqrt(squared) > (1 - RESOLUTION) * distance).all()
         for point, triangle in zip(where, found, strict=True):
             on = igl.point_mesh_squared_distance(point[None], one[0], one[1][triangle : triangle + 1])[0]
             assert on[0] < 1e-18
@@ -70,14 +70,14 @@ class TestNearest:
         hill = np.array([[0.2, 0.1, 0], [0.24, 0.1, 0], [0.22, 0.1, 0.03]]), np.array([[0, 1, 2]])
         there = np.concatenate([ground[0], hill[0]]), np.array([[0, 1, 2], [3, 4, 5]])
         for distance, expected in ((0.0299, [1]), (0.0301, [])):
-            assert_array_equal(Nearest(*ground).beyond(*there, distance)[0], expected)
+            assert_array_equal(TriangleTree(*ground).beyond(*there, distance)[0], expected)
 
     def test_the_middle_of_a_triangle_is_as_far_from_its_corners_as_the_longest_side_by_the_root_of_3(self):
         """Three specks under the corners of a regular triangle: they are near the corners, and far from its middle."""
         corners = np.array([[1, 0, 0], [-0.5, 0.75**0.5, 0], [-0.5, -(0.75**0.5), 0]])
         specks = (corners[:, None] * np.array([1, 1.001, 1.002])[:, None]).reshape(-1, 3), np.arange(9).reshape(3, 3)
         for distance, expected in ((0.9, [0]), (1.001, [])):
-            found, where = Nearest(*specks).beyond(corners, np.array([[0, 1, 2]]), distance)
+            found, where = TriangleTree(*specks).beyond(corners, np.array([[0, 1, 2]]), distance)
             assert_array_equal(found, expected)
             assert (np.linalg.norm(where, axis=1) < 0.2).all()
 
@@ -152,12 +152,12 @@ def test_faces_that_are_too_far_are_found():
     v = np.array(ball.vertices)
     loop = ball.connectivity.face_vertices[slice(*ball.connectivity.face_offsets[f : f + 2])]
     v[loop] *= 1.2
-    faces = Original(ball).compared(ball.moved(v), np.arange(ball.n_faces), 0.15).faces
+    faces = Original(ball).compare(ball.moved(v), np.arange(ball.n_faces), 0.15).faces
     assert faces[f]
     near = np.isin(ball.connectivity.vertex_faces, f).any(axis=1)
     around = np.unique(ball.connectivity.vertex_faces[near])
     assert set(np.flatnonzero(faces)) <= set(around)
-    assert not Original(ball).compared(ball.moved(v), np.arange(ball.n_faces), 0.25).faces.any()
+    assert not Original(ball).compare(ball.moved(v), np.arange(ball.n_faces), 0.25).faces.any()
 
 
 def test_a_thorn_on_either_surface_is_found():
@@ -167,9 +167,9 @@ def test_a_thorn_on_either_surface_is_found():
     v[100] *= 1.5
     thorny, faces = ball.moved(v), np.arange(ball.n_faces)
     for one, other in ((ball, thorny), (thorny, ball)):
-        there = Original(one).compared(other, faces, 0.4).faces
+        there = Original(one).compare(other, faces, 0.4).faces
         assert set(np.flatnonzero(there)) == set(ball.connectivity.vertex_faces[100].tolist())
-        assert not Original(one).compared(other, faces, 0.51).faces.any()
+        assert not Original(one).compare(other, faces, 0.51).faces.any()
 
 
 def test_rims_are_compared_with_rims():
@@ -181,32 +181,32 @@ def test_rims_are_compared_with_rims():
     v = np.array(sheet.vertices)
     v[middle, 0] -= 0.08
     dented = sheet.moved(v)
-    tip = Nearest(*rims(sheet)[0]).distances(dented.vertices[[middle]])[0]
+    tip = TriangleTree(*rims(sheet)[0]).distances(dented.vertices[[middle]])[0]
     assert_allclose(tip, 0.08)
-    gap = Nearest(*rims(dented)[0]).distances(sheet.vertices[[middle]])[0]
+    gap = TriangleTree(*rims(dented)[0]).distances(sheet.vertices[[middle]])[0]
     assert gap < 0.9 * tip
     for one, other in ((sheet, dented), (dented, sheet)):
-        compared = Original(one).compared(other, np.arange(len(c.face_sizes)), (gap + tip) / 2)
+        compared = Original(one).compare(other, np.arange(len(c.face_sizes)), (gap + tip) / 2)
         assert compared.faces.any()
         assert set(np.flatnonzero(compared.faces)) <= set(
             c.vertex_faces[[middle, *c.neighbors[middle]]].ravel().tolist()
         )
-        assert not Original(one).compared(other, np.arange(len(c.face_sizes)), 1.05 * tip).faces.any()
+        assert not Original(one).compare(other, np.arange(len(c.face_sizes)), 1.05 * tip).faces.any()
 
 
-class TestBalancing:
-    def test_centroids_are_shares_of_vertices(self):
+class TestCorrection:
+    def test_centroids_are_weighted_means_of_vertices(self):
         for mesh in (shapes.sphere(3), MESHES["torus with holes"]):
             points, _ = fan(mesh.vertices, mesh.connectivity)
-            assert_allclose(centroid_shares(mesh.connectivity) @ mesh.vertices, points[mesh.n_vertices :], atol=1e-12)
+            assert_allclose(centroid_weights(mesh.connectivity) @ mesh.vertices, points[mesh.n_vertices :], atol=1e-12)
 
     @given(seed=seeds)
-    def test_a_point_goes_as_it_is_pulled_by_the_least_move(self, seed):
+    def test_a_point_is_displaced_as_wanted_by_the_smallest_move(self, seed):
         rng, mesh = np.random.default_rng(seed), MESHES["torus with holes"]
         points, triangles = fan(mesh.vertices, mesh.connectivity)
         at = rng.integers(len(triangles), size=1)
         weights, way = rng.dirichlet((1, 1, 1), 1), rng.normal(size=(1, 3))
-        steps = pulled(Pulls(at, weights, way), mesh, 0.1)
+        steps = vertex_displacements(Corrections(at, weights, way), mesh, 0.1)
         there = fan(mesh.vertices + steps, mesh.connectivity)[0]
         moved = weights @ (there - points)[triangles[at[0]]]
         assert_allclose(moved, way * (1 + 0.1 / np.linalg.norm(way)))

@@ -1,4 +1,4 @@
-"""Kernels of the mesh room: orbits, floods and neighborhoods of the darts. Arrays in, arrays out, no checks."""
+"""Kernels of connectivity: face orbits, connected components, neighborhoods, half-edge matching."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ Indices = NDArray[np.int32]
 
 @njit(cache=True)
 def face_orbits(twin: Indices) -> tuple[Indices, Indices, Indices]:
-    """Return the face on the left of every dart, the darts face by face in walking order, and where each face starts.
+    """Return the face on the left of every dart, the darts ordered around each face, and the offsets of the faces.
 
     `twin` (3n,) must be an involution. Faces are numbered by their smallest dart.
     """
@@ -41,7 +41,7 @@ def face_orbits(twin: Indices) -> tuple[Indices, Indices, Indices]:
 
 @njit(cache=True)
 def component_labels(neighbors: Indices) -> Indices:
-    """Return the component of every row of `neighbors` (n, k), -1 being no neighbor, numbered by smallest row."""
+    """Return the connected component of every row of `neighbors` (n, k), where -1 is none, numbered by smallest row."""
     n = neighbors.shape[0]
     labels = np.full(n, -1, np.int32)
     stack = np.empty(n, np.int32)
@@ -67,7 +67,7 @@ def component_labels(neighbors: Indices) -> Indices:
 
 @njit(cache=True)
 def _ring(neighbors: Indices, vertex: int, size: int, stamp: Indices, queue: Indices) -> int:
-    """Write the vertices within `size` edges of `vertex` to `queue`, sorted, and return how many there are."""
+    """Write the vertices within `size` edges of `vertex` to `queue`, sorted, and return their number."""
     stamp[vertex] = vertex
     queue[0] = vertex
     begin, end = 0, 1
@@ -107,11 +107,11 @@ def rings(neighbors: Indices, size: int) -> tuple[NDArray[np.int64], Indices]:
 
 @njit(cache=True)
 def half_edge_mates(faces: NDArray[np.int64]) -> tuple[NDArray[np.int64], int]:
-    """Return for each half-edge of `faces` (t, 3) the other one on its edge, -1 on a border, and a crowded half-edge.
+    """Return the opposite of each half-edge of `faces` (t, 3), -1 on a border, and a non-manifold half-edge.
 
-    Half-edge `3 * t + j` runs from corner `j` to corner `j + 1`. The second answer is the first half-edge found on an
-    edge that already has two, or -1. Edges are looked up in a table of open addresses, so that a corner with a
-    million triangles costs no more than a million others.
+    Half-edge `3 * t + j` runs from corner `j` to corner `j + 1`. The second result is the first half-edge found on an
+    edge that already has two, or -1. Edges are looked up in a hash table with open addressing, so that the cost is
+    independent of the vertex degrees.
     """
     count = 3 * faces.shape[0]
     bits = 4

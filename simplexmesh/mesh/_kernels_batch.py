@@ -1,4 +1,4 @@
-"""Kernels of the editable mesh: many edits in order, their undoing, and the even sizes of faces."""
+"""Kernels of the editable mesh: batches of edits, undo, and regularization of face sizes."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ from simplexmesh.mesh._kernels_edit import (
     refuse_swap,
     relink,
     remove,
+    rotate,
+    rotate_edge,
     swap,
-    turn,
-    turn_back,
-    turn_edge,
+    undo_swap,
     unlink,
 )
 
@@ -37,20 +37,20 @@ Indices = NDArray[np.int32]
 def apply(
     d: Darts, kind: Indices, first: Indices, second: Indices, at: NDArray[np.float64], status: Indices, witness: Indices
 ) -> None:
-    """Apply edits in order; `status` says which were, and why the others were not, `witness` which face was in the way.
+    """Apply edits in order; write the status of each, and the face that made it illegal, to `status` and `witness`.
 
-    A dart means the edge it belonged to when the batch began: one that has another twin since was touched.
+    A dart names its edge at the beginning of the batch; if it has another twin by then, the edge counts as touched.
     """
     twins = np.empty((kind.size, 2), np.int32)
     for i in range(kind.size):
         twins[i, 0], twins[i, 1] = d.twin[first[i]], d.twin[second[i]]
     for i in range(kind.size):
         one, other = first[i], second[i]
-        whole = (
+        intact = (
             d.alive[one // 3] and d.alive[other // 3] and d.twin[one] == twins[i, 0] and d.twin[other] == twins[i, 1]
         )
         status[i], witness[i] = TOUCHED, -1
-        if not whole:
+        if not intact:
             continue
         if kind[i] == REMOVE:
             status[i], witness[i] = refuse_remove(d, one)
@@ -68,7 +68,7 @@ def apply(
 
 @njit(cache=True)
 def undo(d: Darts, count: int) -> int:
-    """Undo up to `count` edits, the last first, until a cut or a join; return how many were."""
+    """Undo up to `count` edits, the last first, stopping at a cut or a join; return their number."""
     for done in range(count):
         row = d.used[EDITS] - 1
         kind, dart, side = d.log[row, 0], d.log[row, 1], d.log[row, 2]
@@ -81,7 +81,7 @@ def undo(d: Darts, count: int) -> int:
             d.used[VERTICES] -= 2
             d.used[FACES] -= 1
         elif kind == SWAP:
-            turn_back(d, dart, row)
+            undo_swap(d, dart, row)
         else:
             return done
         d.used[EDITS] = row
@@ -90,7 +90,7 @@ def undo(d: Darts, count: int) -> int:
 
 @njit(cache=True)
 def incomplete_edge(twin: Indices, face: Indices, face_darts: Indices, offsets: Indices) -> int:
-    """Return a dart whose two faces are one, or share another edge too; -1 when the mesh is complete."""
+    """Return a dart whose two faces are the same or share another edge; -1 when the mesh is complete."""
     stamp = np.full(offsets.size - 1, -1, np.int32)
     for f in range(offsets.size - 1):
         stamp[f] = f
@@ -104,17 +104,17 @@ def incomplete_edge(twin: Indices, face: Indices, face_darts: Indices, offsets: 
 
 @njit(cache=True)
 def imbalance(d: Darts, dart: int) -> int:
-    """Return c, the sizes of the two faces beside an edge less those of the two at its ends; -1 beside a hole.
+    """Return c, the sizes of the two faces beside an edge minus those of the two at its ends; -1 beside a hole.
 
-    A swap lowers the sum of the squared sizes by 2 c - 4. Where c = 2 it leaves that as it is, and counts only when
-    the sum of fourth powers of the distances from 6 gets less; else c is told as 1, so that swapping ends.
+    A swap lowers the sum of the squared sizes by 2 c - 4. For c = 2, where it is unchanged, 1 is returned unless the
+    sum of the fourth powers of the deviations from 6 decreases, so that swapping terminates.
     """
     back = d.twin[dart]
     left, right = d.face[dart], d.face[back]
     if d.face_hole[left] or d.face_hole[right]:
         return -1
     beside, across = d.face_size[left], d.face_size[right]
-    near, far = d.face_size[d.face[turn(dart)]], d.face_size[d.face[turn(back)]]
+    near, far = d.face_size[d.face[rotate(dart)]], d.face_size[d.face[rotate(back)]]
     c = beside + across - near - far
     if c != 2:
         return c
@@ -124,8 +124,8 @@ def imbalance(d: Darts, dart: int) -> int:
 
 
 @njit(cache=True)
-def place(dart: int, c: int, head: Indices, after: Indices, before: Indices, queued: NDArray[np.uint8]) -> None:
-    """Move a dart to the list of imbalance `c`, to none when that is below 2."""
+def enqueue(dart: int, c: int, head: Indices, after: Indices, before: Indices, queued: NDArray[np.uint8]) -> None:
+    """Move a dart to the bucket of imbalance `c`, or out of the queue if that is below 2."""
     if queued[dart] == c:
         return
     if queued[dart] > 0:
@@ -145,25 +145,27 @@ def place(dart: int, c: int, head: Indices, after: Indices, before: Indices, que
 
 
 @njit(cache=True)
-def look(d: Darts, vertex: int, head: Indices, after: Indices, before: Indices, queued: NDArray[np.uint8]) -> int:
-    """Place the edges of a vertex, each under its smaller dart, and return the largest imbalance seen."""
-    most = 0
+def enqueue_edges(
+    d: Darts, vertex: int, head: Indices, after: Indices, before: Indices, queued: NDArray[np.uint8]
+) -> int:
+    """Enqueue the edges of a vertex, each by its smaller dart, and return their largest imbalance."""
+    largest = 0
     for dart in range(3 * vertex, 3 * vertex + 3):
         back = d.twin[dart]
         c = min(imbalance(d, dart), head.size - 1)
         c = c if c >= 2 else 0
-        most = max(most, c)
-        place(min(dart, back), c, head, after, before, queued)
-        place(max(dart, back), 0, head, after, before, queued)
-    return most
+        largest = max(largest, c)
+        enqueue(min(dart, back), c, head, after, before, queued)
+        enqueue(max(dart, back), 0, head, after, before, queued)
+    return largest
 
 
 @njit(cache=True)
 def even_out(d: Darts, limit: int) -> int:
-    """T7 on edges with an imbalance of 2 or more, the largest first, until none or `limit` were; return how many.
+    """Apply T7 to edges with an imbalance of 2 or more, the largest first, at most `limit` times; return how often.
 
-    The queue is a list of darts for each imbalance up to 255. An edge that may not be swapped leaves it until a
-    face near it changes.
+    A bucket queue has a linked list of darts for each imbalance up to 255. An edge that may not be swapped leaves it
+    until a face near it changes.
     """
     head = np.full(256, -1, np.int32)
     after, before = np.empty(d.twin.size, np.int32), np.empty(d.twin.size, np.int32)
@@ -171,7 +173,7 @@ def even_out(d: Darts, limit: int) -> int:
     top = 0
     for vertex in range(d.used[VERTICES]):
         if d.alive[vertex]:
-            top = max(top, look(d, vertex, head, after, before, queued))
+            top = max(top, enqueue_edges(d, vertex, head, after, before, queued))
     swaps = 0
     while True:
         while top >= 2 and head[top] < 0:
@@ -179,24 +181,24 @@ def even_out(d: Darts, limit: int) -> int:
         if top < 2 or swaps == limit:
             return swaps
         edge = head[top]
-        place(edge, 0, head, after, before, queued)
+        enqueue(edge, 0, head, after, before, queued)
         c = min(imbalance(d, edge), head.size - 1)
-        if c != top:  # a hole has grown at its end
-            place(edge, c if c >= 2 else 0, head, after, before, queued)
+        if c != top:  # a hole at its end has grown
+            enqueue(edge, c if c >= 2 else 0, head, after, before, queued)
             continue
         if refuse_swap(d, edge)[0] != DONE:
             continue
         back = d.twin[edge]
-        faces = (d.face[edge], d.face[back], d.face[turn(edge)], d.face[turn(back)])
-        turn_edge(d, edge)
+        faces = (d.face[edge], d.face[back], d.face[rotate(edge)], d.face[rotate(back)])
+        rotate_edge(d, edge)
         swaps += 1
         for f in faces:
-            if d.face_hole[f]:  # it has only grown, so no edge has gained, and it may be long
+            if d.face_hole[f]:  # skipped as it may be long: it has grown, which raises no imbalance
                 continue
             start = d.face_dart[f]
             walk = start
             while True:
-                top = max(top, look(d, walk // 3, head, after, before, queued))
+                top = max(top, enqueue_edges(d, walk // 3, head, after, before, queued))
                 walk = follow(d.twin, walk)
                 if walk == start:
                     break

@@ -1,4 +1,4 @@
-"""Kernels that find triangles which cross: a grid to meet the near ones, signs of determinants to judge them."""
+"""Kernels that find crossing triangles: a uniform grid for candidate pairs, orientation determinants for the test."""
 
 from __future__ import annotations
 
@@ -11,39 +11,39 @@ from simplexmesh.mesh._kernels_regions import cross
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-CERTAIN = 8e-16
-"""A determinant is nonzero for certain when above this times the sum of its absolute products (Shewchuk 1997)."""
+ROUNDING_BOUND = 8e-16
+"""The sign of a determinant is certain above this times the sum of its absolute products (Shewchuk 1997)."""
 
 
 @njit(cache=True, error_model="numpy")
 def _side(points: Array, a: int, b: int, c: int, d: int) -> int:
-    """Return on which side of the plane of a, b, c point d is: 1 below, -1 above, 0 when rounding cannot tell."""
+    """Return the side of the plane of a, b, c on which d lies: 1 below, -1 above, 0 if uncertain within rounding."""
     ax, ay, az = points[a, 0] - points[d, 0], points[a, 1] - points[d, 1], points[a, 2] - points[d, 2]
     bx, by, bz = points[b, 0] - points[d, 0], points[b, 1] - points[d, 1], points[b, 2] - points[d, 2]
     cx, cy, cz = points[c, 0] - points[d, 0], points[c, 1] - points[d, 1], points[c, 2] - points[d, 2]
     bc, cb, ca, ac, ab, ba = bx * cy, cx * by, cx * ay, ax * cy, ax * by, bx * ay
     det = az * (bc - cb) + bz * (ca - ac) + cz * (ab - ba)
-    most = (abs(bc) + abs(cb)) * abs(az) + (abs(ca) + abs(ac)) * abs(bz) + (abs(ab) + abs(ba)) * abs(cz)
-    if det > CERTAIN * most:
+    largest = (abs(bc) + abs(cb)) * abs(az) + (abs(ca) + abs(ac)) * abs(bz) + (abs(ab) + abs(ba)) * abs(cz)
+    if det > ROUNDING_BOUND * largest:
         return 1
-    if det < -CERTAIN * most:
+    if det < -ROUNDING_BOUND * largest:
         return -1
     return 0
 
 
 @njit(cache=True, error_model="numpy")
 def _pierces(points: Array, p: int, q: int, a: int, b: int, c: int) -> bool:
-    """Return whether segment p, q passes through triangle a, b, c, from one side to the other."""
+    """Return whether segment p, q crosses triangle a, b, c from one side to the other."""
     if _side(points, a, b, c, p) * _side(points, a, b, c, q) != -1:
         return False
     ab, bc, ca = _side(points, p, q, a, b), _side(points, p, q, b, c), _side(points, p, q, c, a)
-    least, most = min(ab, bc, ca), max(ab, bc, ca)
-    return least * most >= 0 and most - least + abs(most) > 0
+    least, largest = min(ab, bc, ca), max(ab, bc, ca)
+    return least * largest >= 0 and largest - least + abs(largest) > 0
 
 
 @njit(cache=True, error_model="numpy")
 def triangles_cross(points: Array, s: Indices, t: Indices) -> bool:
-    """Return whether two triangles, given by their corners, cross elsewhere than in a corner or edge they share."""
+    """Return whether two triangles, given by their corners, cross other than in a shared corner or edge."""
     shared = 0
     in_s, in_t = 0, 0
     for i in range(3):
@@ -65,7 +65,7 @@ def triangles_cross(points: Array, s: Indices, t: Indices) -> bool:
 def boxes_by_cell(
     low: Array, high: Array, origin: Array, cell: float, shape: Indices
 ) -> tuple[Indices, Indices, Indices]:
-    """Return for each cell the boxes that meet it (offsets, boxes), and the first and last cell of each box."""
+    """Return the boxes that meet each cell, as offsets and boxes (CSR), and the first and last cell of each box."""
     n = low.shape[0]
     span = np.empty((n, 2, 3), np.int64)
     offsets = np.zeros(shape[0] * shape[1] * shape[2] + 1, np.int64)
@@ -98,10 +98,10 @@ def boxes_by_cell(
 def crossing_triangles(
     points: Array, triangles: Indices, low: Array, high: Array, origin: Array, cell: float, shape: Indices
 ) -> Indices:
-    """Return the pairs (m, 2) of triangles that cross, the smaller first.
+    """Return the pairs (m, 2) of crossing triangles, the smaller index first.
 
     `low` and `high` (t, 3) are the triangles' boxes, within the grid of `shape` cells of edge `cell` from `origin`.
-    A pair that meets in several cells is judged in the first cell of the common part of its boxes.
+    A pair that shares several cells is tested only in the first cell of the intersection of its boxes.
     """
     offsets, boxes, span = boxes_by_cell(low, high, origin, cell, shape)
     out = np.empty((64, 2), np.int64)
@@ -131,14 +131,14 @@ def crossing_triangles(
 
 
 @njit(cache=True)
-def round_once(points: Array, vertices: Indices, ahead: Indices, first: int, last: int, middle: int, t: Array) -> bool:
-    """Return whether the triangles of a fan go around its middle once, all the same way: none of them cross then.
+def winds_once(points: Array, vertices: Indices, ahead: Indices, first: int, last: int, center: int, t: Array) -> bool:
+    """Return whether a fan winds around its center once in one direction, so that none of its triangles cross.
 
-    So it is where all have positive areas along the vector area of the fan, and the corners come once through a plane
-    that holds the middle and the first one. They are ``vertices[first:last]``, and ``ahead`` what follows each; `t` is
-    room for three vectors.
+    This holds if all have positive areas along the vector area of the fan, and its boundary crosses a half-plane from
+    the axis through the center once. The corners are ``vertices[first:last]``, ``ahead`` the next one of each; `t`
+    (3, 3) is a workspace.
     """
-    m = points[middle]
+    m = points[center]
     t[2] = 0.0
     for c in range(first, last):
         cross(points[vertices[c]], points[ahead[c]], m, t[0])
@@ -147,7 +147,7 @@ def round_once(points: Array, vertices: Indices, ahead: Indices, first: int, las
     for k in range(3):
         i, j = (k + 1) % 3, (k + 2) % 3
         t[1, k] = t[2, i] * (p[j] - m[j]) - t[2, j] * (p[i] - m[i])
-    came = 0
+    crossed = 0
     for c in range(first, last):
         p, q = points[vertices[c]], points[ahead[c]]
         cross(p, q, m, t[0])
@@ -158,5 +158,5 @@ def round_once(points: Array, vertices: Indices, ahead: Indices, first: int, las
             after += (q[k] - m[k]) * t[1, k]
         if not area > 0:
             return False
-        came += before <= 0 < after
-    return came == 1
+        crossed += before <= 0 < after
+    return crossed == 1

@@ -1,8 +1,8 @@
-"""Kernels of the editable mesh: the dart surgery of T1, T2 and T7, and what forbids it.
+"""Kernels of the editable mesh: the dart surgery of T1, T2 and T7, and the conditions for it.
 
-A vertex that is taken away keeps its darts, and they keep their twins; so it can be put back by telling its former
-neighbors, in the reverse order of removal. Removing and inserting an edge are therefore each other's inverse to the
-last number, and undoing needs no more than the dart.
+A removed vertex keeps its darts and their twins, so it can be restored by relinking its former neighbors to it, in the
+reverse order of removal (dancing links). Removing and inserting an edge are therefore exact inverses, and undoing
+needs no more than the dart.
 """
 
 from __future__ import annotations
@@ -23,23 +23,23 @@ VERTICES, FACES, EDITS = range(3)
 
 
 class Darts(NamedTuple):
-    """The arrays of an editable mesh, all with room to spare; `used` says how much of them is."""
+    """The arrays of an editable mesh, allocated with spare capacity; `used` has the lengths in use."""
 
     twin: Indices  # (3c,) the opposite of each dart
     face: Indices  # (3c,) the face on the left of each dart
-    alive: NDArray[np.bool_]  # (c,) whether the vertex is there
-    values: NDArray[np.float64]  # (c, k) position and other numbers that are interpolated
-    origin: Indices  # (c,) the vertex of the mesh at the start whose other data this vertex has
-    face_dart: Indices  # (g,) a dart of each face, -1 when the face is gone
+    alive: NDArray[np.bool_]  # (c,) whether each vertex exists
+    values: NDArray[np.float64]  # (c, k) position and other interpolated values
+    origin: Indices  # (c,) the original vertex from which the data that are not interpolated come
+    face_dart: Indices  # (g,) a dart of each face, -1 for removed faces
     face_size: Indices  # (g,) the number of its vertices
     face_hole: NDArray[np.bool_]  # (g,) whether it is a hole
-    log: Indices  # (l, 6) operator, dart, side, face kept, face gone or new, hole labels of these two
-    log_values: NDArray[np.float64]  # (l, 2, k) what a swap replaced
+    log: Indices  # (l, 6) operator, dart, side, face kept, face removed or new, hole labels of these two
+    log_values: NDArray[np.float64]  # (l, 2, k) the values that a swap replaced
     used: NDArray[np.int64]  # (3,) vertices, faces, edits
 
 
 @njit(cache=True)
-def turn(dart: int) -> int:
+def rotate(dart: int) -> int:
     """Return the next dart of the same vertex, counter-clockwise."""
     return dart + 1 if dart % 3 < 2 else dart - 2
 
@@ -53,7 +53,7 @@ def follow(twin: Indices, dart: int) -> int:
 
 @njit(cache=True)
 def adjacent(d: Darts, one: int, other: int) -> bool:
-    """Return whether two faces share an edge; costs the size of the smaller."""
+    """Return whether two faces share an edge, in time proportional to the size of the smaller one."""
     if d.face_size[one] > d.face_size[other]:
         one, other = other, one
     start = d.face_dart[one]
@@ -68,10 +68,10 @@ def adjacent(d: Darts, one: int, other: int) -> bool:
 
 @njit(cache=True)
 def refuse_remove(d: Darts, dart: int) -> tuple[int, int]:
-    """Return why T1 is illegal on this edge and the face in the way, or (DONE, -1)."""
+    """Return the status of T1 on an edge and the face that makes it illegal, (DONE, -1) if it is legal."""
     back = d.twin[dart]
     left, right = d.face[dart], d.face[back]
-    near, far = d.face[turn(dart)], d.face[turn(back)]
+    near, far = d.face[rotate(dart)], d.face[rotate(back)]
     if d.face_size[near] <= 3:
         return OPPOSITE_TRIANGLE, near
     if d.face_size[far] <= 3:
@@ -90,10 +90,10 @@ def refuse_remove(d: Darts, dart: int) -> tuple[int, int]:
 
 @njit(cache=True)
 def refuse_swap(d: Darts, dart: int) -> tuple[int, int]:
-    """Return why T7 is illegal on this edge and the face in the way, or (DONE, -1)."""
+    """Return the status of T7 on an edge and the face that makes it illegal, (DONE, -1) if it is legal."""
     back = d.twin[dart]
     left, right = d.face[dart], d.face[back]
-    near, far = d.face[turn(dart)], d.face[turn(back)]
+    near, far = d.face[rotate(dart)], d.face[rotate(back)]
     if d.face_size[left] <= 3:
         return BESIDE_TRIANGLE, left
     if d.face_size[right] <= 3:
@@ -107,7 +107,7 @@ def refuse_swap(d: Darts, dart: int) -> tuple[int, int]:
 
 @njit(cache=True)
 def refuse_insert(d: Darts, one: int, other: int) -> tuple[int, int]:
-    """Return why T2 is illegal on these two edges and the face in the way, or (DONE, -1)."""
+    """Return the status of T2 on two edges and the face that makes it illegal, (DONE, -1) if it is legal."""
     if one == other:
         return SAME_EDGE, d.face[one]
     if d.face[one] != d.face[other]:
@@ -117,7 +117,7 @@ def refuse_insert(d: Darts, one: int, other: int) -> tuple[int, int]:
 
 @njit(cache=True)
 def unlink(d: Darts, dart: int, side: int) -> None:
-    """Take an edge and its two ends away; the face on its left (side 0) or right (side 1) joins the other one."""
+    """Unlink an edge and its two ends; the face on its left (side 0) or right (side 1) merges into the other."""
     back = d.twin[dart]
     start = dart if side == 0 else back
     kept, gone = d.face[d.twin[start]], d.face[start]
@@ -127,10 +127,10 @@ def unlink(d: Darts, dart: int, side: int) -> None:
         walk = follow(d.twin, walk)
         if walk == start:
             break
-    near, far = d.face[turn(dart)], d.face[turn(back)]
+    near, far = d.face[rotate(dart)], d.face[rotate(back)]
     for end in (np.int64(dart), np.int64(back)):
-        one = d.twin[turn(end)]
-        other = d.twin[turn(turn(end))]
+        one = d.twin[rotate(end)]
+        other = d.twin[rotate(rotate(end))]
         d.twin[one] = other
         d.twin[other] = one
         d.alive[end // 3] = False
@@ -144,14 +144,14 @@ def unlink(d: Darts, dart: int, side: int) -> None:
 
 @njit(cache=True)
 def relink(d: Darts, dart: int, side: int, kept: int, new: int) -> int:
-    """Put an edge and its two ends, whose darts remember their twins, back into the face `kept`.
+    """Relink an edge and its two ends, whose darts still have their twins, into the face `kept`.
 
-    The part of it on the left (side 0) or right (side 1) of the edge becomes the face `new`, the smaller one when side
-    is -1. Returns the side taken.
+    The part on the left (side 0) or right (side 1) of the edge becomes the face `new`; with side -1, the smaller part.
+    Returns the side used.
     """
     back = d.twin[dart]
     for end in (np.int64(dart), np.int64(back)):
-        one, other = turn(end), turn(turn(end))
+        one, other = rotate(end), rotate(rotate(end))
         d.twin[d.twin[one]] = one
         d.twin[d.twin[other]] = other
         d.alive[end // 3] = True
@@ -183,7 +183,7 @@ def relink(d: Darts, dart: int, side: int, kept: int, new: int) -> int:
 
 @njit(cache=True)
 def record(d: Darts, kind: int, dart: int, side: int, kept: int, other: int, labels: int) -> None:
-    """Write a line of the log."""
+    """Append an edit to the log."""
     row = d.used[EDITS]
     d.log[row, 0], d.log[row, 1], d.log[row, 2] = kind, dart, side
     d.log[row, 3], d.log[row, 4], d.log[row, 5] = kept, other, labels
@@ -192,7 +192,7 @@ def record(d: Darts, kind: int, dart: int, side: int, kept: int, other: int, lab
 
 @njit(cache=True)
 def remove(d: Darts, dart: int) -> None:
-    """T1: merge the two faces of an edge into the larger; a hole and a face make a hole."""
+    """T1: merge the two faces of an edge into the larger one, which becomes a hole if either is one."""
     left, right = d.face[dart], d.face[d.twin[dart]]
     side = 0 if d.face_size[left] < d.face_size[right] else 1
     kept, gone = (right, left) if side == 0 else (left, right)
@@ -203,9 +203,9 @@ def remove(d: Darts, dart: int) -> None:
 
 @njit(cache=True)
 def insert(d: Darts, one: int, other: int, at: float, at_other: float, side: int) -> None:
-    """T2: a vertex on each of two edges of the face on their left, joined.
+    """T2: insert a vertex on each of two edges of the face on their left, and an edge between them.
 
-    The new face is the part on the left (side 0) or right (side 1) of the edge, the smaller one when side is -1.
+    The new face is the part on the left (side 0) or right (side 1) of that edge; with side -1, the smaller part.
     """
     first = d.used[VERTICES]
     new = d.used[FACES]
@@ -227,18 +227,18 @@ def insert(d: Darts, one: int, other: int, at: float, at_other: float, side: int
 
 
 @njit(cache=True)
-def turn_edge(d: Darts, dart: int) -> None:
-    """T7 without its log: a quarter turn of an edge, so that it parts the faces that were at its ends."""
+def rotate_edge(d: Darts, dart: int) -> None:
+    """T7 without logging: rotate an edge by a quarter turn, so that it separates the faces that were at its ends."""
     back = d.twin[dart]
-    a, b = turn(turn(dart)), turn(turn(back))
+    a, b = rotate(rotate(dart)), rotate(rotate(back))
     over, under = d.twin[b], d.twin[a]
     left, right = d.face[dart], d.face[back]
-    near, far = d.face[turn(dart)], d.face[turn(back)]
+    near, far = d.face[rotate(dart)], d.face[rotate(back)]
     top, bottom = dart // 3, back // 3
     for k in range(d.values.shape[1]):
         middle = (d.values[top, k] + d.values[bottom, k]) / 4
-        d.values[top, k] = middle + (d.values[d.twin[turn(dart)] // 3, k] + d.values[over // 3, k]) / 4
-        d.values[bottom, k] = middle + (d.values[d.twin[turn(back)] // 3, k] + d.values[under // 3, k]) / 4
+        d.values[top, k] = middle + (d.values[d.twin[rotate(dart)] // 3, k] + d.values[over // 3, k]) / 4
+        d.values[bottom, k] = middle + (d.values[d.twin[rotate(back)] // 3, k] + d.values[under // 3, k]) / 4
     d.twin[dart], d.twin[over] = over, dart
     d.twin[back], d.twin[under] = under, back
     d.twin[a], d.twin[b] = b, a
@@ -252,20 +252,20 @@ def turn_edge(d: Darts, dart: int) -> None:
 
 @njit(cache=True)
 def swap(d: Darts, dart: int) -> None:
-    """T7: turn an edge, and remember what was where."""
+    """T7: rotate an edge, and log the values of its ends."""
     row = d.used[EDITS]
     d.log_values[row, 0] = d.values[dart // 3]
     d.log_values[row, 1] = d.values[d.twin[dart] // 3]
     record(d, SWAP, dart, 0, 0, 0, 0)
-    turn_edge(d, dart)
+    rotate_edge(d, dart)
 
 
 @njit(cache=True)
-def turn_back(d: Darts, dart: int, row: int) -> None:
-    """Undo `swap` of this dart."""
-    a = turn(turn(dart))
+def undo_swap(d: Darts, dart: int, row: int) -> None:
+    """Undo the `swap` of a dart that is in `row` of the log."""
+    a = rotate(rotate(dart))
     b = d.twin[a]
-    back = turn(b)
+    back = rotate(b)
     over, under = d.twin[dart], d.twin[back]
     far, near = d.face[a], d.face[b]
     left, right = d.face[dart], d.face[back]
@@ -273,7 +273,7 @@ def turn_back(d: Darts, dart: int, row: int) -> None:
     d.twin[a], d.twin[under] = under, a
     d.twin[dart], d.twin[back] = back, dart
     d.face[a], d.face[b] = right, left
-    d.face_dart[near], d.face_dart[far] = turn(dart), turn(back)
+    d.face_dart[near], d.face_dart[far] = rotate(dart), rotate(back)
     d.face_size[left] += 1
     d.face_size[right] += 1
     d.face_size[near] -= 1

@@ -1,4 +1,4 @@
-"""Kernels of the editable mesh: T5 and T6, that take many faces away by T1 and refine them by T2."""
+"""Kernels of the editable mesh: batches of T5, removal of faces by T1, and of T6, their refinement by T2."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ Indices = NDArray[np.int32]
 
 @njit(cache=True)
 def refine(d: Darts, face: int) -> None:
-    """T6: cut the corners of a face off one after the other, by T2 from the last cut; the middle stays the face.
+    """T6: cut off the corners of a face one by one, each by T2 from the previous cut; the middle stays the face.
 
-    Every second vertex of the ring is the middle of an edge, the other one halfway from there to the centroid.
+    Of each pair of new vertices one is the midpoint of an edge, the other halfway from there to the centroid.
     """
     m, k = d.face_size[face], d.values.shape[1]
     centroid = np.zeros(k)
@@ -42,7 +42,7 @@ def refine(d: Darts, face: int) -> None:
     first = d.used[VERTICES]
     ahead = follow(d.twin, start)
     insert(d, last, start, 0.5, 0.5, 1)
-    inner = 3 * first + 1  # from the middle of the edge before to that of the edge after the corner just cut
+    inner = 3 * first + 1  # the cut: from the midpoint of the edge before the corner to that of the edge after it
     for step in range(1, m):
         other = ahead if step < m - 1 else 3 * first + 1
         ahead = follow(d.twin, ahead)
@@ -56,8 +56,8 @@ def refine(d: Darts, face: int) -> None:
 
 
 @njit(cache=True)
-def take_away(d: Darts, face: int, touched: NDArray[np.bool_]) -> tuple[int, int]:
-    """T5: T1 on the edges of a face in turn; nothing is done when one is illegal, and why is returned."""
+def remove_face(d: Darts, face: int, touched: NDArray[np.bool_]) -> tuple[int, int]:
+    """T5: apply T1 to the edges of a face in turn, or none if one is illegal; return the status and the witness."""
     m = d.face_size[face]
     beside = np.empty(m, np.int64)
     dart = np.int64(d.face_dart[face])
@@ -85,9 +85,9 @@ def take_away(d: Darts, face: int, touched: NDArray[np.bool_]) -> tuple[int, int
 
 @njit(cache=True)
 def apply(d: Darts, kind: int, faces: Indices, touched: NDArray[np.bool_], status: Indices, witness: Indices) -> None:
-    """T6 or T5 on faces in order; `status` and `witness` as for edges.
+    """Apply T6 or T5 to faces in order; `status` and `witness` as for edges.
 
-    A face means the one that it was when the batch began: refined, or merged with another one since, it was touched.
+    A face that was refined or merged with another since the batch began counts as touched.
     """
     for i in range(faces.size):
         face = faces[i]
@@ -101,4 +101,4 @@ def apply(d: Darts, kind: int, faces: Indices, touched: NDArray[np.bool_], statu
             touched[face] = True
             status[i] = DONE
         else:
-            status[i], witness[i] = take_away(d, face, touched)
+            status[i], witness[i] = remove_face(d, face, touched)

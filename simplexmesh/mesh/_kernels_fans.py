@@ -1,6 +1,6 @@
-"""Kernels that tell which faces of a mesh cross, as fans about their centroids, while its vertices move.
+"""Kernels that test the faces of a mesh, as fans about their centroids, for crossings while its vertices move.
 
-Most fans that are near do not cross, as a plane is between them.
+Most pairs of nearby fans are separated by a plane, which remains valid while they travel less than their gap.
 """
 
 from __future__ import annotations
@@ -11,40 +11,40 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh._kernels_njit import njit
-from simplexmesh.mesh._kernels_crossing import round_once, triangles_cross
+from simplexmesh.mesh._kernels_crossing import triangles_cross, winds_once
 from simplexmesh.mesh._kernels_fitting import Faces
 from simplexmesh.mesh._kernels_vectors import Vector, difference, dot, unit
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int32]
 
-PLANES = 8
-"""How many planes are looked at between two fans at most."""
+MAX_PLANES = 8
+"""Largest number of separating planes tried between two fans."""
 
 Box = tuple[float, float, float, float, float, float]
 
 
-class Guarded(NamedTuple):
-    """A mesh whose vertices move."""
+class MovingMesh(NamedTuple):
+    """A mesh whose vertices move, with what is needed to test its faces for crossings."""
 
     points: Array  # (n + f, 3) vertices, then the centroids of the faces
     normals: Array  # (n, 3) of the vertices
-    along: Array  # (f, 3) unit vectors that the faces should point along, zero where nothing is known
+    target_normals: Array  # (f, 3) unit normals that the faces should have, zero where unknown
     neighbors: Indices  # (n, 3)
     vertex_faces: Indices  # (n, 3)
     faces: Faces
     offsets: NDArray[np.int64]  # (f + 1,)
-    near: Indices  # the faces that each face may cross, itself among them
-    until: Array  # for each of these, the way that the two may go, added up, before a plane between them is passed
-    way: Array  # (f,) how far the vertices of a face went, added up
-    clear: float  # a distance that is nothing, but well above rounding
+    near: Indices  # the faces that each face may cross, itself included (CSR with `offsets`)
+    valid_until: Array  # for each of these, the summed travel of the two up to which a plane separates them
+    travel: Array  # (f,) upper bound on the distance that the points of a face have moved so far
+    epsilon: float  # distances below count as zero; well above rounding
     crossed: NDArray[np.bool_]  # (f,) whether a face crosses one of them
     free: NDArray[np.bool_]  # (n,) whether a vertex may move
 
 
 @njit(cache=True)
-def shared_corners(g: Guarded, f: int, other: int) -> tuple[int, int, int]:
-    """Return how many vertices two faces share, and the first and the last of them."""
+def shared_vertices(g: MovingMesh, f: int, other: int) -> tuple[int, int, int]:
+    """Return the number of vertices that two faces share, and the first and last of them."""
     count, first, last = 0, -1, -1
     for c in range(g.faces.offsets[f], g.faces.offsets[f + 1]):
         v = g.faces.vertices[c]
@@ -56,8 +56,8 @@ def shared_corners(g: Guarded, f: int, other: int) -> tuple[int, int, int]:
 
 
 @njit(cache=True, error_model="numpy")
-def span_along(g: Guarded, f: int, n: Vector, origin: int, one: int, two: int) -> tuple[float, float]:
-    """Return from where to where a fan reaches along a vector, from point `origin`, two vertices left out."""
+def extent_along(g: MovingMesh, f: int, n: Vector, origin: int, one: int, two: int) -> tuple[float, float]:
+    """Return the interval of a fan's projection on a vector, relative to point `origin`, two vertices excluded."""
     least = most = dot(n, difference(g.points, g.normals.shape[0] + f, origin))
     for c in range(g.faces.offsets[f], g.faces.offsets[f + 1]):
         v = g.faces.vertices[c]
@@ -68,8 +68,8 @@ def span_along(g: Guarded, f: int, n: Vector, origin: int, one: int, two: int) -
 
 
 @njit(cache=True, error_model="numpy")
-def first_along(g: Guarded, f: int, n: Vector, origin: int) -> int:
-    """Return the vertex or the middle of a fan that comes first along a vector."""
+def lowest_along(g: MovingMesh, f: int, n: Vector, origin: int) -> int:
+    """Return the vertex or center of a fan with the smallest projection on a vector (its support point)."""
     found = g.normals.shape[0] + f
     least = dot(n, difference(g.points, found, origin))
     for c in range(g.faces.offsets[f], g.faces.offsets[f + 1]):
@@ -81,20 +81,20 @@ def first_along(g: Guarded, f: int, n: Vector, origin: int) -> int:
 
 
 @njit(cache=True, error_model="numpy")
-def gap_apart(g: Guarded, f: int, other: int) -> float:
-    """Return how wide a gap between two fans is at least, -1 where none is found.
+def disjoint_gap(g: MovingMesh, f: int, other: int) -> float:
+    """Return a lower bound on the distance of two fans without common vertices, -1 if none is found.
 
-    E. G. Gilbert, *An iterative procedure for computing the minimum of a quadratic form on a convex set*, 1966: from a
-    difference of two points, one of each, towards the one that comes first along it, as near to 0 as it gets.
+    E. G. Gilbert, *An iterative procedure for computing the minimum of a quadratic form on a convex set*, 1966: the
+    smallest vector of the Minkowski difference, approached by steps towards its support points.
     """
     here = g.normals.shape[0] + f
     d = difference(g.points, g.normals.shape[0] + other, here)
-    for _ in range(PLANES):
-        one = first_along(g, f, (-d[0], -d[1], -d[2]), here)
-        two = first_along(g, other, d, here)
+    for _ in range(MAX_PLANES):
+        one = lowest_along(g, f, (-d[0], -d[1], -d[2]), here)
+        two = lowest_along(g, other, d, here)
         w = difference(g.points, two, one)
         ahead, size = dot(d, w), np.sqrt(dot(d, d))
-        if ahead > g.clear * size:
+        if ahead > g.epsilon * size:
             return ahead / size
         e = w[0] - d[0], w[1] - d[1], w[2] - d[2]
         part = min(-dot(d, e) / dot(e, e), 1.0)
@@ -103,26 +103,27 @@ def gap_apart(g: Guarded, f: int, other: int) -> float:
 
 
 @njit(cache=True, error_model="numpy")
-def gap_between(g: Guarded, f: int, other: int) -> float:
-    """Return how far apart two fans are at least, -1 where they may cross elsewhere than in an edge they share.
+def gap_between(g: MovingMesh, f: int, other: int) -> float:
+    """Return a lower bound on the distance of two fans, -1 if they may cross other than in a shared edge.
 
-    It is 0 where a plane is found between them that goes through the edge.
+    It is 0 if a plane through the shared edge separates them.
     """
-    count, one, two = shared_corners(g, f, other)
+    count, one, two = shared_vertices(g, f, other)
     if count == 0:
-        return gap_apart(g, f, other)
+        return disjoint_gap(g, f, other)
     if count == 2:
         d, e = difference(g.points, g.normals.shape[0] + other, g.normals.shape[0] + f), difference(g.points, two, one)
         part = dot(d, e) / dot(e, e)
         d = unit((d[0] - part * e[0], d[1] - part * e[1], d[2] - part * e[2]))
-        if span_along(g, f, d, one, one, two)[1] < -g.clear and span_along(g, other, d, one, one, two)[0] > g.clear:
+        below = extent_along(g, f, d, one, one, two)[1] < -g.epsilon
+        if below and extent_along(g, other, d, one, one, two)[0] > g.epsilon:
             return 0.0
     return -1.0
 
 
 @njit(cache=True)
-def fan_box(g: Guarded, f: int) -> Box:
-    """Return the lowest and the highest corner of the box around a fan."""
+def fan_box(g: MovingMesh, f: int) -> Box:
+    """Return the lower and upper corner of a fan's bounding box."""
     v = g.faces.vertices[g.faces.offsets[f]]
     ax, ay, az = g.points[v, 0], g.points[v, 1], g.points[v, 2]
     bx, by, bz = ax, ay, az
@@ -135,7 +136,7 @@ def fan_box(g: Guarded, f: int) -> Box:
 
 @njit(cache=True)
 def triangle_box(p: Array, t: tuple[int, int, int]) -> Box:
-    """Return the lowest and the highest corner of the box around a triangle."""
+    """Return the lower and upper corner of a triangle's bounding box."""
     return (
         min(p[t[0], 0], p[t[1], 0], p[t[2], 0]),
         min(p[t[0], 1], p[t[1], 1], p[t[2], 1]),
@@ -147,85 +148,86 @@ def triangle_box(p: Array, t: tuple[int, int, int]) -> Box:
 
 
 @njit(cache=True)
-def outside(a: Box, b: Box) -> bool:
-    """Return whether two boxes are apart."""
+def disjoint(a: Box, b: Box) -> bool:
+    """Return whether two boxes are disjoint."""
     return a[0] > b[3] or a[1] > b[4] or a[2] > b[5] or b[0] > a[3] or b[1] > a[4] or b[2] > a[5]
 
 
 @njit(cache=True)
-def fans_crossing(g: Guarded, f: int, other: int) -> int:
-    """Return how many pairs of triangles of two fans cross, or of one fan."""
+def fan_crossings(g: MovingMesh, f: int, other: int) -> int:
+    """Return the number of crossing pairs of triangles of two fans, or of one fan with itself."""
     n, found, box = g.normals.shape[0], 0, fan_box(g, f)
     for e in range(g.faces.offsets[other], g.faces.offsets[other + 1]):
         t = g.faces.vertices[e], g.faces.ahead[e], np.int32(n + other)
-        room = triangle_box(g.points, t)
-        if outside(room, box):
+        bounds = triangle_box(g.points, t)
+        if disjoint(bounds, box):
             continue
         for c in range(g.faces.offsets[f], e if f == other else g.faces.offsets[f + 1]):
             s = g.faces.vertices[c], g.faces.ahead[c], np.int32(n + f)
-            if not outside(triangle_box(g.points, s), room) and triangles_cross(g.points, s, t):
+            if not disjoint(triangle_box(g.points, s), bounds) and triangles_cross(g.points, s, t):
                 found += 1
     return found
 
 
 @njit(cache=True)
-def goes_round(g: Guarded, f: int) -> bool:
-    """Return whether a fan goes round its middle once, so that it does not cross itself."""
+def fan_winds_once(g: MovingMesh, f: int) -> bool:
+    """Return whether a fan winds around its center once, so that it does not cross itself."""
     first, last = g.faces.offsets[f], g.faces.offsets[f + 1]
-    return round_once(g.points, g.faces.vertices, g.faces.ahead, first, last, g.normals.shape[0] + f, np.empty((3, 3)))
+    return winds_once(g.points, g.faces.vertices, g.faces.ahead, first, last, g.normals.shape[0] + f, np.empty((3, 3)))
 
 
 @njit(cache=True)
-def pairs_crossing(g: Guarded, f: int, at: int) -> int:
-    """Return how many pairs of triangles cross of the fan of a face and of one near it, or of one fan.
+def pair_crossings(g: MovingMesh, f: int, at: int) -> int:
+    """Return the number of crossing pairs of triangles of a fan and its nearby fan number `at`, possibly itself.
 
-    Most of a large fan is left out by the box of a small one.
+    The smaller fan's box prunes most triangles of the larger one.
     """
     other = g.near[at]
     if f == other:
-        return 0 if goes_round(g, f) else fans_crossing(g, f, f)
+        return 0 if fan_winds_once(g, f) else fan_crossings(g, f, f)
     gap = gap_between(g, f, other)
     if gap >= 0:
-        g.until[at] = g.way[f] + g.way[other] + gap - g.clear
+        g.valid_until[at] = g.travel[f] + g.travel[other] + gap - g.epsilon
         return 0
-    size, beyond = g.faces.offsets[f + 1] - g.faces.offsets[f], g.faces.offsets[other + 1] - g.faces.offsets[other]
-    return fans_crossing(g, f, other) if size <= beyond else fans_crossing(g, other, f)
+    size = g.faces.offsets[f + 1] - g.faces.offsets[f]
+    other_size = g.faces.offsets[other + 1] - g.faces.offsets[other]
+    return fan_crossings(g, f, other) if size <= other_size else fan_crossings(g, other, f)
 
 
 @njit(cache=True)
-def crossings(g: Guarded, i: int, most: int) -> int:
-    """Return how many pairs of triangles cross where one is on a face of a vertex and the other on a face near it.
+def crossings(g: MovingMesh, i: int, most: int) -> int:
+    """Return the number of crossing pairs of triangles, one on a face of vertex `i`, the other on a face near that.
 
-    Counting ends above `most`. Where there was a gap, it is looked at again when both went as far.
+    Counting stops above `most`. Separated pairs are tested again only after they have traveled as far as their gap.
     """
     found = 0
     for j in range(3):
         f = g.vertex_faces[i, j]
         for at in range(g.offsets[f], g.offsets[f + 1]):
             other = g.near[at]
-            if g.way[f] + g.way[other] < g.until[at]:
+            if g.travel[f] + g.travel[other] < g.valid_until[at]:
                 continue
             twice = False
             for m in range(3):
                 twice |= g.vertex_faces[i, m] == other and other < f
             if not twice:
-                found += pairs_crossing(g, f, at)
+                found += pair_crossings(g, f, at)
                 if found > most:
                     return found
     return found
 
 
 @njit(cache=True)
-def mark_crossed(g: Guarded) -> None:
-    """Find the faces that cross a face near them."""
+def mark_crossed(g: MovingMesh) -> None:
+    """Mark the faces that cross a nearby face."""
     for f in range(g.crossed.size):
         for at in range(g.offsets[f], g.offsets[f + 1]):
             other = g.near[at]
-            if other >= f and pairs_crossing(g, f, at) > 0:
+            if other >= f and pair_crossings(g, f, at) > 0:
                 g.crossed[f] = g.crossed[other] = True
 
 
 @njit(cache=True)
-def touches_crossed(g: Guarded, i: int) -> bool:
-    """Return whether a face of a vertex crosses another one."""
+def touches_crossed(g: MovingMesh, i: int) -> bool:
+    """Return whether a face of vertex `i` was marked as crossing another one."""
     return g.crossed[g.vertex_faces[i, 0]] or g.crossed[g.vertex_faces[i, 1]] or g.crossed[g.vertex_faces[i, 2]]

@@ -1,7 +1,7 @@
-"""Kernels that fit a coarse mesh to samples of a surface: where each sample belongs, and the least squares of it all.
+"""Kernels that fit a coarse mesh to samples of a surface: closest points of samples, and least squares.
 
-Each face is a fan about its centroid. A sample belongs to the closest point of the fan it was told of or of fans next
-to it; that point is a weighted mean of two vertices and a centroid, so that the distance is linear in the vertices.
+Each face is a fan about its centroid. The closest point of a sample, searched for in nearby fans, is a weighted mean of
+two vertices and a centroid, so its displacement is linear in the vertices.
 """
 
 from __future__ import annotations
@@ -17,32 +17,32 @@ from simplexmesh.mesh._kernels_vectors import Vector, dot, minus, row
 Array = NDArray[np.float64]
 Indices = NDArray[np.int32]
 
-STEPS = 12
-MISSES = 32
+MAX_STEPS = 12
+MAX_MISSES = 32
 CLOSER = 1 - 1e-9
 
 
 class Faces(NamedTuple):
-    """The faces of a mesh, corner after corner, as in `Connectivity`."""
+    """The faces of a mesh as flat arrays over corners, ordered as in `Connectivity`."""
 
     vertices: Indices  # (3n,)
     offsets: Indices  # (f + 1,)
-    ahead: Indices  # (3n,) the vertex after each corner
+    ahead: Indices  # (3n,) the next vertex of each corner
     owner: Indices  # (3n,) the face of each corner
-    across: Indices  # (3n,) the corner on the other side of the edge from each corner to the next
+    across: Indices  # (3n,) the corner whose edge to its next vertex is the opposite of this corner's
     hole: NDArray[np.bool_]  # (f,)
 
 
-class Places(NamedTuple):
-    """Where samples belong."""
+class Locations(NamedTuple):
+    """Points on the fans or on the rims, those closest to samples."""
 
-    corner: Indices  # (s,) the corner whose fan triangle, or edge of a rim, it is
-    weights: Array  # (s, 3) of the corner, of the one after it, and of the centroid of the face
+    corner: Indices  # (s,) the corner of the fan triangle or rim edge
+    weights: Array  # (s, 3) barycentric: of the corner, of the next vertex, of the centroid
 
 
 @njit(cache=True, error_model="numpy")
 def centroids(vertices: Array, faces: Faces, out: Array) -> None:
-    """Put the mean of each face's vertices into `out` (f, 3)."""
+    """Write the mean of each face's vertices to `out` (f, 3)."""
     for f in range(faces.offsets.size - 1):
         first, last = faces.offsets[f], faces.offsets[f + 1]
         for k in range(3):
@@ -54,7 +54,7 @@ def centroids(vertices: Array, faces: Faces, out: Array) -> None:
 
 @njit(cache=True, error_model="numpy")
 def closest_on_triangle(p: Vector, a: Vector, b: Vector, c: Vector) -> tuple[float, float, float]:
-    """Return the squared distance of the point of a triangle closest to `p`, and its weights of `b` and `c`.
+    """Return the squared distance of `p` from a triangle, and the weights of `b` and `c` at the closest point.
 
     C. Ericson, Real-Time Collision Detection, 2005, section 5.1.5.
     """
@@ -83,13 +83,13 @@ def closest_on_triangle(p: Vector, a: Vector, b: Vector, c: Vector) -> tuple[flo
 
 @njit(cache=True, error_model="numpy")
 def closest_on_fan(
-    vertices: Array, middle: Array, faces: Faces, f: int, p: Vector, best: float
+    vertices: Array, centroid: Array, faces: Faces, f: int, p: Vector, best: float
 ) -> tuple[float, int, float, float]:
-    """Return of the point of a fan closest to `p` the squared distance, the corner, and the weights but the corner's.
+    """Return the squared distance of `p` from a fan, the corner, and the weights of the next vertex and the centroid.
 
-    Where none is closer than `best`, squared, the corner is -1.
+    The corner is -1 if the fan is not closer than the squared distance `best`.
     """
-    m, found, ahead, inside = row(middle, f), -1, 0.0, 0.0
+    m, found, ahead, inside = row(centroid, f), -1, 0.0, 0.0
     for c in range(faces.offsets[f], faces.offsets[f + 1]):
         squared, v, w = closest_on_triangle(p, row(vertices, faces.vertices[c]), row(vertices, faces.ahead[c]), m)
         if squared < best * CLOSER:
@@ -99,17 +99,21 @@ def closest_on_fan(
 
 @njit(cache=True, error_model="numpy")
 def locate(
-    vertices: Array, middle: Array, faces: Faces, samples: Array, start: Indices, places: Places, squared: Array
+    vertices: Array, centroid: Array, faces: Faces, samples: Array, start: Indices, locations: Locations, squared: Array
 ) -> None:
-    """Find where samples belong, each from a face on: to the face across an edge as long as it is closer."""
+    """Find the closest points of samples, walking from face `start` across edges while the distance decreases."""
     for s in range(samples.shape[0]):
         face, best = start[s], np.inf
-        for _ in range(STEPS):
-            best, c, ahead, inside = closest_on_fan(vertices, middle, faces, face, row(samples, s), best)
+        for _ in range(MAX_STEPS):
+            best, c, ahead, inside = closest_on_fan(vertices, centroid, faces, face, row(samples, s), best)
             if c < 0:
                 break
-            start[s], places.corner[s] = face, c
-            places.weights[s, 0], places.weights[s, 1], places.weights[s, 2] = 1 - ahead - inside, ahead, inside
+            start[s], locations.corner[s] = face, c
+            locations.weights[s, 0], locations.weights[s, 1], locations.weights[s, 2] = (
+                1 - ahead - inside,
+                ahead,
+                inside,
+            )
             if inside > 0:
                 break
             face = faces.owner[faces.across[c]]
@@ -119,17 +123,17 @@ def locate(
 
 
 @njit(cache=True, error_model="numpy")
-def settle(
+def relocate_far(
     vertices: Array,
-    middle: Array,
+    centroid: Array,
     faces: Faces,
     samples: Array,
     start: Indices,
-    places: Places,
+    locations: Locations,
     squared: Array,
     above: float,
 ) -> None:
-    """Look for something closer in all faces around, again and again, for samples farther than `above`, squared."""
+    """Descend over all neighboring faces, repeatedly, for samples whose squared distance is above `above`."""
     for s in range(samples.shape[0]):
         face, before = start[s], np.inf
         while squared[s] > above and squared[s] < before:
@@ -139,18 +143,22 @@ def settle(
                 other = faces.owner[faces.across[e]]
                 if faces.hole[other]:
                     continue
-                best, c, ahead, inside = closest_on_fan(vertices, middle, faces, other, row(samples, s), squared[s])
+                best, c, ahead, inside = closest_on_fan(vertices, centroid, faces, other, row(samples, s), squared[s])
                 if c >= 0:
-                    squared[s], face, places.corner[s] = best, other, c
-                    places.weights[s, 0], places.weights[s, 1], places.weights[s, 2] = 1 - ahead - inside, ahead, inside
+                    squared[s], face, locations.corner[s] = best, other, c
+                    locations.weights[s, 0], locations.weights[s, 1], locations.weights[s, 2] = (
+                        1 - ahead - inside,
+                        ahead,
+                        inside,
+                    )
         start[s] = face
 
 
 @njit(cache=True, error_model="numpy")
-def locate_on_rim(vertices: Array, faces: Faces, samples: Array, places: Places) -> None:
-    """Find where samples of a rim belong, each from a corner of a hole on, until it has long not been closer."""
+def locate_on_rim(vertices: Array, faces: Faces, samples: Array, locations: Locations) -> None:
+    """Find the closest points of rim samples, walking along the hole both ways until `MAX_MISSES` edges are farther."""
     for s in range(samples.shape[0]):
-        at, best = places.corner[s], np.inf
+        at, best = locations.corner[s], np.inf
         hole = faces.owner[at]
         first, size = faces.offsets[hole], faces.offsets[hole + 1] - faces.offsets[hole]
         for way in (1, -1):
@@ -167,119 +175,128 @@ def locate_on_rim(vertices: Array, faces: Faces, samples: Array, places: Places)
                     found += (samples[s, k] - a[k] - t * (b[k] - a[k])) ** 2
                 if found < best * CLOSER:
                     best = found
-                    places.corner[s] = c
-                    places.weights[s, 0], places.weights[s, 1], places.weights[s, 2] = 1 - t, t, 0.0
+                    locations.corner[s] = c
+                    locations.weights[s, 0], locations.weights[s, 1], locations.weights[s, 2] = 1 - t, t, 0.0
                     misses = 0
                 misses += 1
-                if misses > MISSES:
+                if misses > MAX_MISSES:
                     break
                 c = first + (c - first + way) % size
 
 
 @njit(cache=True, error_model="numpy")
-def interpolated(values: Array, middle: Array, faces: Faces, places: Places, s: int, out: Array) -> None:
-    """Put the weighted mean that a sample belongs to into `out`."""
-    c = places.corner[s]
-    w = places.weights[s]
-    a, b, m = values[faces.vertices[c]], values[faces.ahead[c]], middle[faces.owner[c]]
+def interpolate(values: Array, centroid: Array, faces: Faces, locations: Locations, s: int, out: Array) -> None:
+    """Write the position of location `s` to `out`."""
+    c = locations.corner[s]
+    w = locations.weights[s]
+    a, b, m = values[faces.vertices[c]], values[faces.ahead[c]], centroid[faces.owner[c]]
     for k in range(3):
         out[k] = w[0] * a[k] + w[1] * b[k] + w[2] * m[k]
 
 
 class Terms(NamedTuple):
-    """The least squares: samples pull their places along and across a direction, vertices keep to their neighbors."""
+    """The terms of the least-squares problem: distances of samples, smoothness, inertia, flatness of faces."""
 
     samples: Array  # (s, 3)
     direction: Array  # (s, 3) unit vectors
     along: Array  # (s,) weight of the squared distance along the direction
-    across: Array  # (s,) and square to it
+    across: Array  # (s,) weight of the squared distance perpendicular to it
     neighbors: Indices  # (n, 3) of each vertex; on a rim the two on it, the second one twice
-    share: Array  # (n, 3) of the mean of the neighbors
-    even: Array  # (n, 3, 3) weights of the squared distance to that mean
-    stay: Array  # (n,) weight of the squared move
-    flat: Array  # (f, 3) along the normal of each face, squared the weight of its vertices' distance from its plane
+    share: Array  # (n, 3) weights of the neighbors in their mean
+    smooth: Array  # (n, 3, 3) matrix weights of the squared distance to that mean
+    inertia: Array  # (n,) weight of the squared move
+    flat: Array  # (f, 3) face normal times the square root of the weight of squared distances to the face's plane
 
 
 @njit(cache=True, error_model="numpy")
-def pulled_by_samples(
-    v: Array, middle: Array, faces: Faces, places: Places, t: Terms, offset: float, out: Array, pull: Array
+def add_sample_gradient(
+    v: Array,
+    centroid: Array,
+    faces: Faces,
+    locations: Locations,
+    t: Terms,
+    offset: float,
+    out: Array,
+    centroid_gradient: Array,
 ) -> None:
-    """Add the part of half the gradient that the samples have: to vertices in `out`, to centroids in `pull`."""
+    """Add half the gradient of the sample terms: for vertices to `out`, for centroids to `centroid_gradient`."""
     p = np.empty(3)
     for s in range(t.samples.shape[0]):
-        interpolated(v, middle, faces, places, s, p)
+        interpolate(v, centroid, faces, locations, s, p)
         dot = 0.0
         for k in range(3):
             p[k] -= offset * t.samples[s, k]
             dot += p[k] * t.direction[s, k]
-        c = places.corner[s]
+        c = locations.corner[s]
         a, b, f = faces.vertices[c], faces.ahead[c], faces.owner[c]
         for k in range(3):
             force = t.across[s] * p[k] + (t.along[s] - t.across[s]) * dot * t.direction[s, k]
-            out[a, k] += places.weights[s, 0] * force
-            out[b, k] += places.weights[s, 1] * force
-            pull[f, k] += places.weights[s, 2] * force
+            out[a, k] += locations.weights[s, 0] * force
+            out[b, k] += locations.weights[s, 1] * force
+            centroid_gradient[f, k] += locations.weights[s, 2] * force
 
 
 @njit(cache=True, error_model="numpy")
-def pulled_by_faces(v: Array, middle: Array, faces: Faces, t: Terms, out: Array, pull: Array) -> None:
-    """Add what pulls at centroids to vertices, and what flattens faces."""
+def add_face_gradient(v: Array, centroid: Array, faces: Faces, t: Terms, out: Array, centroid_gradient: Array) -> None:
+    """Add the centroids' gradient, distributed to the vertices, and half the gradient of the flatness terms."""
     for f in range(faces.offsets.size - 1):
         size = faces.offsets[f + 1] - faces.offsets[f]
         for c in range(faces.offsets[f], faces.offsets[f + 1]):
             i = faces.vertices[c]
             dot = 0.0
             for k in range(3):
-                dot += t.flat[f, k] * (v[i, k] - middle[f, k])
+                dot += t.flat[f, k] * (v[i, k] - centroid[f, k])
             for k in range(3):
-                out[i, k] += pull[f, k] / size + dot * t.flat[f, k]
+                out[i, k] += centroid_gradient[f, k] / size + dot * t.flat[f, k]
 
 
 @njit(cache=True, error_model="numpy")
-def pulled_by_neighbors(v: Array, t: Terms, offset: float, out: Array) -> None:
-    """Add what evens out edges, and what keeps vertices where they are."""
+def add_vertex_gradient(v: Array, t: Terms, offset: float, out: Array) -> None:
+    """Add half the gradient of the smoothness and inertia terms."""
     p = np.empty(3)
     for i in range(v.shape[0]):
         one, two, three = t.neighbors[i, 0], t.neighbors[i, 1], t.neighbors[i, 2]
         for k in range(3):
             p[k] = v[i, k] - t.share[i, 0] * v[one, k] - t.share[i, 1] * v[two, k] - t.share[i, 2] * v[three, k]
         for k in range(3):
-            force = t.even[i, k, 0] * p[0] + t.even[i, k, 1] * p[1] + t.even[i, k, 2] * p[2]
-            out[i, k] += force + (1 - offset) * t.stay[i] * v[i, k]
+            force = t.smooth[i, k, 0] * p[0] + t.smooth[i, k, 1] * p[1] + t.smooth[i, k, 2] * p[2]
+            out[i, k] += force + (1 - offset) * t.inertia[i] * v[i, k]
             out[one, k] -= t.share[i, 0] * force
             out[two, k] -= t.share[i, 1] * force
             out[three, k] -= t.share[i, 2] * force
 
 
 @njit(cache=True, error_model="numpy")
-def pulled(v: Array, middle: Array, faces: Faces, places: Places, t: Terms, offset: float, out: Array) -> None:
-    """Put half the gradient at `v` into `out`: of the full quadratic with offset 1, of its homogeneous part with 0."""
+def half_gradient(
+    v: Array, centroid: Array, faces: Faces, locations: Locations, t: Terms, offset: float, out: Array
+) -> None:
+    """Write half the gradient at `v` to `out`: of the full quadratic with offset 1, of its homogeneous part with 0."""
     out[:] = 0.0
-    centroids(v, faces, middle)
-    pull = np.zeros(middle.shape)
-    pulled_by_samples(v, middle, faces, places, t, offset, out, pull)
-    pulled_by_faces(v, middle, faces, t, out, pull)
-    pulled_by_neighbors(v, t, offset, out)
+    centroids(v, faces, centroid)
+    centroid_gradient = np.zeros(centroid.shape)
+    add_sample_gradient(v, centroid, faces, locations, t, offset, out, centroid_gradient)
+    add_face_gradient(v, centroid, faces, t, out, centroid_gradient)
+    add_vertex_gradient(v, t, offset, out)
 
 
 @njit(cache=True, error_model="numpy")
-def solved(vertices: Array, faces: Faces, places: Places, t: Terms, iterations: int) -> Array:
-    """Return the vertices that are best by so many iterations of conjugate gradients."""
-    middle = np.empty((faces.offsets.size - 1, 3))
+def conjugate_gradients(vertices: Array, faces: Faces, locations: Locations, t: Terms, iterations: int) -> Array:
+    """Return the vertices after some iterations of the conjugate gradient method on the least-squares problem."""
+    centroid = np.empty((faces.offsets.size - 1, 3))
     move = np.zeros_like(vertices)
-    left, image = np.empty_like(vertices), np.empty_like(vertices)
-    pulled(vertices, middle, faces, places, t, 1.0, left)
-    left = -left
-    way = left.copy()
-    size = (left * left).sum()
+    residual, image = np.empty_like(vertices), np.empty_like(vertices)
+    half_gradient(vertices, centroid, faces, locations, t, 1.0, residual)
+    residual = -residual
+    direction = residual.copy()
+    squared = (residual * residual).sum()
     for _ in range(iterations):
-        if size == 0:
+        if squared == 0:
             break
-        pulled(way, middle, faces, places, t, 0.0, image)
-        step = size / (way * image).sum()
-        move += step * way
-        left -= step * image
-        now = (left * left).sum()
-        way = left + now / size * way
-        size = now
+        half_gradient(direction, centroid, faces, locations, t, 0.0, image)
+        step = squared / (direction * image).sum()
+        move += step * direction
+        residual -= step * image
+        now = (residual * residual).sum()
+        direction = residual + now / squared * direction
+        squared = now
     return vertices + move

@@ -1,4 +1,4 @@
-"""Kernels of a queue of numbered things by cost, each of which can be moved when its cost changes."""
+"""Kernels of an indexed binary heap: a priority queue of numbered items whose costs can change."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Indices = NDArray[np.int32]
 
 
 class Heap(NamedTuple):
-    """Numbers, the cheapest first; `place` tells where each is, -1 when it is not."""
+    """A binary heap of items, the cheapest first; `place` is the position of each item, -1 if it is not queued."""
 
     item: Indices
     place: Indices
@@ -24,13 +24,13 @@ class Heap(NamedTuple):
 
 @njit(cache=True)
 def new_heap(count: int) -> Heap:
-    """Return an empty heap for the numbers below `count`."""
+    """Return an empty heap for the items below `count`."""
     return Heap(np.empty(count, np.int32), np.full(count, -1, np.int32), np.empty(count), np.zeros(1, np.int64))
 
 
 @njit(cache=True)
 def sift(heap: Heap, at: int) -> None:
-    """Move what is in a place up or down to where it belongs; of equal costs the smaller number comes first."""
+    """Move the item at position `at` up or down to restore heap order; ties are broken by item number."""
     item = heap.item[at]
     cost = heap.cost[item]
     while at > 0:
@@ -58,7 +58,7 @@ def sift(heap: Heap, at: int) -> None:
 
 @njit(cache=True)
 def put(heap: Heap, item: int, cost: float) -> None:
-    """Put a number in, or move it; take it out when its cost is infinite."""
+    """Insert an item or change its cost; an infinite cost removes it."""
     at = heap.place[item]
     if cost == np.inf:
         if at < 0:

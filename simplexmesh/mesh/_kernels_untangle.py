@@ -1,4 +1,4 @@
-"""Kernels that look for better places of vertices on faces that fold or cross, and for faces that may cross."""
+"""Kernels that untangle: search positions of vertices that reduce folds and crossings; overlapping boxes."""
 
 from __future__ import annotations
 
@@ -7,25 +7,25 @@ from numpy.typing import NDArray
 
 from simplexmesh._kernels_njit import njit
 from simplexmesh.mesh._kernels_crossing import boxes_by_cell
-from simplexmesh.mesh._kernels_fans import Guarded, crossings, touches_crossed
-from simplexmesh.mesh._kernels_guard import EQUAL, MANY, Bounds, faults, put_vertex
+from simplexmesh.mesh._kernels_fans import MovingMesh, crossings, touches_crossed
+from simplexmesh.mesh._kernels_guard import NO_LIMIT, TOLERANCE, Bounds, local_penalty, move_vertex
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int32]
 
-CROSSING = 0.5
-"""What a pair of triangles that cross counts."""
+CROSSING_PENALTY = 0.5
+"""Penalty of a pair of crossing triangles."""
 
-PLACES = 14
+N_CANDIDATES = 14
 LARGE_STEP, SMALL_STEP = 0.3, 0.1
 
-WORTH = 0.02
-"""How much less wrong something must get somewhere for another pass."""
+MIN_GAIN = 0.02
+"""Another pass is made if the penalty of some vertex decreased by more than this."""
 
 
 @njit(cache=True, error_model="numpy")
-def place_to_try(g: Guarded, i: int, which: int, start: Array, best: Array, size: float, out: Array) -> None:
-    """Put a place for a vertex into `out`: the mean of its neighbors, half the way to it, or steps along the axes."""
+def candidate(g: MovingMesh, i: int, which: int, start: Array, best: Array, size: float, out: Array) -> None:
+    """Write a candidate position to `out`: the neighbors' mean, halfway to it, or a step along an axis from `best`."""
     if which < 2:
         part = 1.0 if which == 0 else 0.5
         a, b, c = g.neighbors[i, 0], g.neighbors[i, 1], g.neighbors[i, 2]
@@ -39,63 +39,63 @@ def place_to_try(g: Guarded, i: int, which: int, start: Array, best: Array, size
 
 
 @njit(cache=True, error_model="numpy")
-def untangle_vertex(g: Guarded, i: int, before: float, b: Bounds, room: Array) -> float:
-    """Put a vertex where least is wrong, of the places to try, and return how much is; `room` is (9, 3)."""
-    start, best, there = room[0], room[1], room[2]
+def untangle_vertex(g: MovingMesh, i: int, before: float, b: Bounds, workspace: Array) -> float:
+    """Move a vertex to the candidate of least penalty and return that; `workspace` is (9, 3)."""
+    start, best, there = workspace[0], workspace[1], workspace[2]
     squared = 0.0
     for k in range(3):
         start[k] = best[k] = g.points[i, k]
         for j in range(3):
             squared += (g.points[g.neighbors[i, j], k] - start[k]) ** 2 / 3
     least = before
-    for which in range(PLACES):
-        place_to_try(g, i, which, start, best, np.sqrt(squared), there)
-        put_vertex(g, i, there[0], there[1], there[2])
-        total = faults(g, i, b, room[3:], least)
-        if total < least - EQUAL:
-            total += CROSSING * crossings(g, i, int((least - total) / CROSSING))
-        if total < least - EQUAL:
+    for which in range(N_CANDIDATES):
+        candidate(g, i, which, start, best, np.sqrt(squared), there)
+        move_vertex(g, i, there[0], there[1], there[2])
+        total = local_penalty(g, i, b, workspace[3:], least)
+        if total < least - TOLERANCE:
+            total += CROSSING_PENALTY * crossings(g, i, int((least - total) / CROSSING_PENALTY))
+        if total < least - TOLERANCE:
             least = total
             best[:] = there
-    put_vertex(g, i, best[0], best[1], best[2])
+    move_vertex(g, i, best[0], best[1], best[2])
     return least
 
 
 @njit(cache=True)
-def untangle(g: Guarded, passes: int, b: Bounds) -> int:
-    """Put free vertices with faults around them where there are less, pass after pass; return how many have some.
+def untangle(g: MovingMesh, passes: int, b: Bounds) -> int:
+    """Move free vertices with a penalty to where it is smaller, in passes; return how many still have one.
 
-    After the first pass only those are looked at again that were moved, or whose neighbor was.
+    After the first pass only vertices that were moved and their neighbors are visited.
     """
-    room = np.empty((9, 3))
-    looked, wrong = g.free.copy(), np.zeros(g.free.size, np.bool_)
+    workspace = np.empty((9, 3))
+    active, invalid = g.free.copy(), np.zeros(g.free.size, np.bool_)
     for _ in range(passes):
         better = False
-        again = np.zeros(looked.size, np.bool_)
-        for i in range(looked.size):
-            if not looked[i]:
+        following = np.zeros(active.size, np.bool_)
+        for i in range(active.size):
+            if not active[i]:
                 continue
-            before = faults(g, i, b, room[3:], np.inf)
+            before = local_penalty(g, i, b, workspace[3:], np.inf)
             if touches_crossed(g, i):
-                before += CROSSING * crossings(g, i, MANY)
-            wrong[i] = before > 0
+                before += CROSSING_PENALTY * crossings(g, i, NO_LIMIT)
+            invalid[i] = before > 0
             if before > 0:
-                after = untangle_vertex(g, i, before, b, room)
-                better |= after < before - WORTH
-                wrong[i] = after > 0
+                after = untangle_vertex(g, i, before, b, workspace)
+                better |= after < before - MIN_GAIN
+                invalid[i] = after > 0
                 if after < before:
-                    again[i] = True
+                    following[i] = True
                     for j in range(3):
-                        again[g.neighbors[i, j]] |= g.free[g.neighbors[i, j]]
-        looked = again
+                        following[g.neighbors[i, j]] |= g.free[g.neighbors[i, j]]
+        active = following
         if not better:
             break
-    return wrong.sum()
+    return invalid.sum()
 
 
 @njit(cache=True)
 def overlap(low: Array, high: Array, one: int, other: int) -> bool:
-    """Return whether two boxes have a point in common."""
+    """Return whether two boxes intersect."""
     apart = False
     for k in range(3):
         apart |= low[one, k] > high[other, k] or low[other, k] > high[one, k]
@@ -103,12 +103,13 @@ def overlap(low: Array, high: Array, one: int, other: int) -> bool:
 
 
 @njit(cache=True, error_model="numpy")
-def near_boxes(
-    low: Array, high: Array, along: Array, facing: float, origin: Array, cell: float, shape: NDArray[np.int64]
+def overlapping_boxes(
+    low: Array, high: Array, normals: Array, max_dot: float, origin: Array, cell: float, shape: NDArray[np.int64]
 ) -> tuple[NDArray[np.int64], Indices]:
-    """Return the boxes that overlap each box, itself among them, where vectors `along` have a product up to `facing`.
+    """Return the boxes that overlap each box, as CSR, if the dot product of their normals is at most `max_dot`.
 
-    Boxes are given by their lowest and highest corners (b, 3); a grid of `shape` cells from `origin` on holds them.
+    A box overlaps itself. Boxes are given by their lower and upper corners (b, 3), inside a grid of `shape` cells from
+    `origin`.
     """
     inside, boxes, span = boxes_by_cell(low, high, origin, cell, shape)
     offsets = np.zeros(low.shape[0] + 1, np.int64)
@@ -127,8 +128,8 @@ def near_boxes(
                         seen[other] = f
                         dot = 0.0
                         for k in range(3):
-                            dot += along[f, k] * along[other, k]
-                        if dot <= facing and overlap(low, high, f, other):
+                            dot += normals[f, k] * normals[other, k]
+                        if dot <= max_dot and overlap(low, high, f, other):
                             if found == near.size:
                                 near = np.append(near, np.empty(found, np.int32))
                             near[found] = other

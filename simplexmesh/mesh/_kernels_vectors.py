@@ -1,4 +1,4 @@
-"""Kernels of vectors as three numbers: nothing is made room for, so that they cost what they compute."""
+"""Kernels on 3-vectors as tuples of floats, which need no memory allocation."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Vector = tuple[float, float, float]
 
 @njit(cache=True)
 def row(points: Array, i: int) -> Vector:
-    """Return point `i`."""
+    """Return row `i` as a vector."""
     return points[i, 0], points[i, 1], points[i, 2]
 
 
@@ -31,18 +31,18 @@ def difference(points: Array, i: int, j: int) -> Vector:
 
 @njit(cache=True, error_model="numpy")
 def dot(a: Vector, b: Vector) -> float:
-    """Return the product of two vectors."""
+    """Return the dot product of two vectors."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 @njit(cache=True, error_model="numpy")
-def crossed_with(a: Vector, b: Vector) -> Vector:
+def cross_product(a: Vector, b: Vector) -> Vector:
     """Return the cross product of two vectors."""
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
 @njit(cache=True, error_model="numpy")
 def unit(a: Vector) -> Vector:
-    """Return a vector of length 1 along a vector."""
+    """Return the unit vector along a vector; NaN for a zero vector."""
     size = np.sqrt(dot(a, a))
     return a[0] / size, a[1] / size, a[2] / size

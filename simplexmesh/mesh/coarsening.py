@@ -1,4 +1,4 @@
-"""A mesh made coarser by T1, where it costs least, and T7, and fitted to the surface it stands for."""
+"""Coarsening: greedy edge removal (T1) by least cost, edge swaps (T7), and a fit to the original surface."""
 
 from __future__ import annotations
 
@@ -7,13 +7,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from simplexmesh.mesh import _kernels_corners as evening
+from simplexmesh.mesh import _kernels_corners, _kernels_exceptions
 from simplexmesh.mesh import _kernels_decimate as kernels
-from simplexmesh.mesh import _kernels_exceptions as exceptions
 from simplexmesh.mesh import _kernels_regions as regions
 from simplexmesh.mesh.edited import Edited
 from simplexmesh.mesh.editing import EditableMesh
-from simplexmesh.mesh.fitting import Fit, Surface
+from simplexmesh.mesh.fitting import Fit, SurfaceSamples
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 
 Array = NDArray[np.float64]
@@ -21,90 +20,103 @@ Indices = NDArray[np.int32]
 
 WEIGHTS = kernels.Weights(
     normals=0.3,
-    spread=4e-3,
+    extent=4e-3,
     rim=1.0,
-    sizes=0.05,
+    imbalance=0.05,
     turn=0.1,
     bend=-0.5,
-    shape=0.1,
-    least=4,
-    most=10,
-    piece=20,
+    quality=0.1,
+    min_size=4,
+    max_size=10,
+    min_component=20,
     necks=False,
-    flat=np.inf,
+    max_deviation=np.inf,
 )
-LAST_RESORT = WEIGHTS._replace(sizes=0.0, bend=-1.0, least=3, most=2**30, piece=4, necks=True)
-LAX = WEIGHTS._replace(turn=-0.5, shape=0.05)
-"""Of the edges that are swapped last."""
+LAST_RESORT = WEIGHTS._replace(imbalance=0.0, bend=-1.0, min_size=3, max_size=2**30, min_component=4, necks=True)
+LAX = WEIGHTS._replace(turn=-0.5, quality=0.05)
+"""For the last edge swaps."""
 
-PASSES, PATH = 20, 3
-"""How often all edges are looked at, and how many are swapped at most so that a face is no exception."""
+SWAP_PASSES, MAX_SWAPS = 20, 3
+"""Passes of swaps over all edges, and the longest sequence of swaps that is tried to repair an exceptional face."""
 
-ROUNDS = 6
-STEPS = 2
-"""How often vertices go towards the places where their three regions met, before the fit."""
+FIT_ROUNDS = 6
+INITIAL_STEPS = 2
+"""Moves, before the fit, towards the points where the three regions of each vertex met."""
 
 KNOWN = 0.3
-"""A region whose vector area is a smaller part of its area points nowhere."""
+"""A region has a target normal if its vector area is at least this fraction of its area."""
 
 
-class Made(NamedTuple):
-    """A mesh with fewer vertices."""
+class Coarsened(NamedTuple):
+    """A mesh with fewer vertices, fitted to the original surface."""
 
     fit: Fit
     out: Edited
-    part_of: Indices  # of each face before, the face that it is part of
-    reach: Array  # of each face before, how far the region of that face reaches, rms
+    part_of: Indices  # (f,) for each original face, the face into which it was merged
+    extent: Array  # (f,) for each original face, the rms extent of that face's region
 
 
-def made(mesh: SimplexMesh, wanted: int, surface: Surface, flat: float = np.inf, reach: Array | None = None) -> Made:
-    """Return a mesh with fewer vertices, fitted to a surface; edges are removed at any price when nothing limits them.
+def coarsened(
+    mesh: SimplexMesh,
+    wanted: int,
+    surface: SurfaceSamples,
+    max_deviation: float = np.inf,
+    max_extent: Array | None = None,
+) -> Coarsened:
+    """Return a mesh with fewer vertices, fitted to a surface.
 
-    Limits are how far regions may be from flat, and how far each (f,) may reach; see `strays`.
+    The rms deviation of regions from a plane is limited by `max_deviation`, the rms extent of the region of each face
+    by `max_extent` (f,); see `exceeds_limits`. Without a limit on the deviation, edges are removed whatever their cost.
     """
-    reach = np.full(len(mesh.connectivity.face_sizes), np.inf) if reach is None else reach
-    weights = WEIGHTS._replace(flat=flat)
+    max_extent = np.full(len(mesh.connectivity.face_sizes), np.inf) if max_extent is None else max_extent
+    weights = WEIGHTS._replace(max_deviation=max_deviation)
     edit = EditableMesh(mesh)
     count = (mesh.n_vertices - wanted) // 2
     edit._reserve(count)
-    corners = _collapsed(mesh, edit, count, weights, reach)
-    met = edit._darts.values[: mesh.n_vertices, :3].copy()
-    evening.place_vertices(edit._darts, corners)
+    corners = _collapsed(mesh, edit, count, weights, max_extent)
+    junctions = edit._darts.values[: mesh.n_vertices, :3].copy()
+    _kernels_corners.place_vertices(edit._darts, corners)
     out = edit.result()
-    rows, c = corners.regions, out.mesh.connectivity
-    there = np.flatnonzero(out.face_map >= 0)
-    vector, area = rows[there, regions.VECTOR : regions.VECTOR + 3], rows[there, regions.AREA]
-    length = np.linalg.norm(vector, axis=1, keepdims=True)
-    along, free = np.zeros((len(c.face_sizes), 3)), np.ones(len(c.face_sizes), bool)
-    known = length > np.maximum(KNOWN * area[:, None], np.finfo(float).tiny)
-    along[out.face_map[there]] = np.where(known, vector / np.where(known, length, 1), 0)
-    free[out.face_map[there]] = corners.reach[there] > 0
-    fit = Fit(surface, out.mesh, out.face_map[corners.into], along, np.asarray(free[c.vertex_faces].all(axis=1)))
+    part_of = out.face_map[corners.merged_into]
+    fit = Fit(surface, out.mesh, part_of, *_targets(corners, out))
     fit.untangle(strictly=True)
-    for _ in range(STEPS):
-        fit.advance(met[out.vertex_map >= 0])
-    fit.improve(ROUNDS)
+    for _ in range(INITIAL_STEPS):
+        fit.advance(junctions[out.vertex_map >= 0])
+    fit.improve(FIT_ROUNDS)
     fit.untangle()
-    squared = rows[:, regions.SPREAD : regions.SPREAD + 3].sum(axis=1) / np.where(rows[:, 0] > 0, rows[:, 0], 1)
-    return Made(fit, out, out.face_map[corners.into], np.sqrt(np.maximum(squared, 0))[corners.into])
+    rows, moments = corners.regions, slice(regions.MOMENTS, regions.MOMENTS + 3)
+    squared = rows[:, moments].sum(axis=1) / np.where(rows[:, 0] > 0, rows[:, 0], 1)
+    return Coarsened(fit, out, part_of, np.sqrt(np.maximum(squared, 0))[corners.merged_into])
+
+
+def _targets(corners: kernels.Corners, out: Edited) -> tuple[Array, NDArray[np.bool_]]:
+    """Return the target normals (g, 3) of the new faces, zero where unknown, and a mask (n,) of the free vertices."""
+    c, rows, kept = out.mesh.connectivity, corners.regions, np.flatnonzero(out.face_map >= 0)
+    vector, area = rows[kept, regions.VECTOR_AREA : regions.VECTOR_AREA + 3], rows[kept, regions.AREA]
+    length = np.linalg.norm(vector, axis=1, keepdims=True)
+    normals, free = np.zeros((len(c.face_sizes), 3)), np.ones(len(c.face_sizes), bool)
+    known = length > np.maximum(KNOWN * area[:, None], np.finfo(float).tiny)
+    normals[out.face_map[kept]] = np.where(known, vector / np.where(known, length, 1), 0)
+    free[out.face_map[kept]] = corners.max_extent[kept] > 0
+    return normals, np.asarray(free[c.vertex_faces].all(axis=1))
 
 
 def _collapsed(
-    mesh: SimplexMesh, edit: EditableMesh, count: int, weights: kernels.Weights, reach: Array
+    mesh: SimplexMesh, edit: EditableMesh, count: int, weights: kernels.Weights, max_extent: Array
 ) -> kernels.Corners:
-    """T1 up to `count` times, and T7; return the faces as corners."""
+    """Apply T1 up to `count` times, then T7; return the faces as corners of the dual triangulation."""
     d, c = edit._darts, mesh.connectivity
     rows = regions.face_regions(d)
-    energy = regions.energies(rows, weights.normals, weights.spread, weights.rim)
-    points = np.ascontiguousarray(rows[:, regions.MIDDLE : regions.MIDDLE + 3])
+    energy = regions.energies(rows, weights.normals, weights.extent, weights.rim)
+    points = np.ascontiguousarray(rows[:, regions.CENTROID : regions.CENTROID + 3])
     into, left = np.arange(len(rows), dtype=np.int32), np.bincount(c.components)
-    corners = kernels.Corners(points, rows, energy, reach.copy(), into, c.components, left)
+    corners = kernels.Corners(points, rows, energy, max_extent.copy(), into, c.components, left)
     done = kernels.collapse_cheapest(d, corners, weights, count)
-    if done < count and weights.flat == np.inf:
+    if done < count and weights.max_deviation == np.inf:
         kernels.collapse_cheapest(d, corners, LAST_RESORT, count - done)
-    for swapping in (WEIGHTS, LAX):
-        evening.even_out_flat(d, corners, swapping, PASSES)
-    exceptions.lessen_exceptions(d, corners, LAX, PATH)
+    for limits in (WEIGHTS, LAX):
+        _kernels_corners.swap_unequal(d, corners, limits, SWAP_PASSES)
+    _kernels_exceptions.reduce_exceptions(d, corners, LAX, MAX_SWAPS)
     while (into[into] != into).any():
         into[:] = into[into]
     return corners

@@ -1,4 +1,4 @@
-"""Decimation: fewer vertices, the same shape and topology, by T1 where it costs least."""
+"""Decimation: fewer vertices with the same shape and topology, by greedy edge removal (T1)."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from numpy.typing import NDArray
 
 from simplexmesh import _check
 from simplexmesh.errors import warn
-from simplexmesh.mesh.coarsening import made
+from simplexmesh.mesh.coarsening import coarsened
 from simplexmesh.mesh.duality import dual
 from simplexmesh.mesh.edited import Edited
 from simplexmesh.mesh.editing import EditableMesh
-from simplexmesh.mesh.fitting import Surface, tangled_vertices
+from simplexmesh.mesh.fitting import SurfaceSamples, tangled_vertices
 from simplexmesh.mesh.regularize import exceptional_faces
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
+from simplexmesh.mesh.tolerance import decimated_within
 from simplexmesh.mesh.vertex_bound import checked_vertices
-from simplexmesh.mesh.within import made_within
 
 Indices = NDArray[np.int32]
 
@@ -31,10 +31,10 @@ class Decimated(Edited):
     Attributes
     ----------
     rms, largest : float
-        How far the vertices of the mesh before and the centroids of its faces are from the new one, in its unit; in
-        the largest one the vertices on its rims count too, and how far they are from the new rims.
+        Rms and largest distance of the given mesh's vertices and face centroids to the new mesh, in its unit; the
+        largest includes the distances of its rim vertices to the new rims.
     exceptions : (m,) array of int
-        The faces of the new mesh, holes left out, that have fewer than five or more than seven vertices.
+        The faces of the new mesh, holes excluded, that have fewer than five or more than seven vertices.
 
     Examples
     --------
@@ -52,49 +52,49 @@ class Decimated(Edited):
 def decimate(mesh: Any, *, vertices: int | None = None, tolerance: float | None = None) -> Decimated:
     """Return a mesh of the same shape and topology with fewer vertices.
 
-    Edges are removed (T1), the one that costs least first. Each face stands for a region of the surface, and what an
-    edge costs is how much less flat the region of both its faces is than the two: the squared distance to the plane
-    that fits best, how far normals differ, and how far it reaches. So faces end at creases, and are long where the
-    surface bends one way only. An edge stays when a triangle of the dual would turn over or become thin. Then sizes
-    of faces are evened out by T7, and the vertices are moved so that the faces are closest to the surface in the
-    least-squares sense, each only as far as no face folds or crosses another one more than before.
+    Edges are removed (T1), the cheapest first. Each face represents a region of the surface, and the cost of an edge is
+    the increase in energy when the regions of its two faces merge: squared distance to the best-fitting plane, spread
+    of the normals, and extent. So faces end at creases, and are elongated where the surface bends in one direction
+    only. An edge is kept if a triangle of the dual would turn over or become thin. T7 then regularizes the face sizes,
+    and a least-squares fit moves the vertices so that the faces are closest to the surface, each only as far as no
+    face folds or crosses another more than before.
 
-    Genus, components and holes stay. Faces never merge with holes, and merging two on a rim costs how far their parts
-    of it are from a line.
+    Genus, components and holes are kept. Faces never merge with holes; merging two on a rim costs the squared distance
+    of their parts of it from a line.
 
     Parameters
     ----------
     mesh : SimplexMesh, TriangleMesh, PyVista or trimesh object, or path
-        The mesh; of triangles, their dual: in `vertex_map` and distances, vertices are the triangles and their
+        The mesh; for triangles, their dual: vertices in `vertex_map` and in distances are then the triangles and their
         centroids, see `dual`.
     vertices : int, optional
-        How many to keep: even, as the number of vertices of a simplex mesh always is.
+        Number of vertices to keep: even, as it always is in a simplex mesh.
     tolerance : float, optional
-        The largest distance allowed between the two surfaces, either way, and between their rims, in the unit of the
-        mesh: everywhere on them, not only at points looked at. Where they are farther apart, vertices are pulled, and
-        if that does not do, faces are kept smaller the next time, or as they were; a mesh without folds stays so. Give
-        this or `vertices`.
+        The largest distance allowed between the two surfaces, in both directions, and between their rims, in the unit
+        of the mesh. It holds everywhere, not only at samples: where it is exceeded, vertices are displaced, and if that
+        is not enough, decimation is repeated with smaller faces there. A mesh without folds stays so. Give this or
+        `vertices`.
 
     Returns
     -------
     Decimated
-        The mesh, where everything went, and how far it is from the one given. Vertices that are kept take their data
-        along to where they are moved; at the ends of edges that T7 turned, numbers become means, as in `swap_edge`.
+        The mesh, the maps, and its distance from the given mesh. Vertices that are kept keep their data; at the ends of
+        edges swapped by T7, floating-point data are averaged as in `swap_edge`.
 
     Raises
     ------
     TypeError
-        When neither or both of `vertices` and `tolerance` are given, or no mesh.
+        When neither or both of `vertices` and `tolerance` are given, or `mesh` is no mesh.
     ValueError
-        When `vertices` is odd, or more than there are, or `tolerance` is not above 0.
+        When `vertices` is odd or larger than the number there is, or `tolerance` is not above 0.
     TopologyError
-        When the mesh is not complete, or `vertices` is less than its genus, holes and components allow.
+        When the mesh is not complete, or `vertices` is below the minimum for its genus, holes and components.
 
     Warns
     -----
     SimplexMeshWarning
-        When more vertices had to stay, or some are on faces that fold or cross: where the mesh did itself, or where
-        there are too few for its thin parts.
+        When more vertices had to be kept, or some are on faces that fold or cross: because those of the given mesh do,
+        or because there are too few vertices for its thin parts.
 
     References
     ----------
@@ -116,21 +116,21 @@ def decimate(mesh: Any, *, vertices: int | None = None, tolerance: float | None 
     """
     if (vertices is None) == (tolerance is None):
         raise TypeError("give vertices or tolerance" + ("" if vertices is None else ", not both"))
-    mesh = _given(mesh)
+    mesh = _as_simplex_mesh(mesh)
     if tolerance is not None:
-        near = made_within(mesh, _check.number("tolerance", tolerance, 0, open_low=True))
-        return _unchanged(mesh) if near is None else _result(*near)
+        found = decimated_within(mesh, _check.number("tolerance", tolerance, 0, open_low=True))
+        return _unchanged(mesh) if found is None else _result(*found)
     wanted = checked_vertices(mesh, vertices)
-    out, wrong = _decimated(mesh, wanted)
-    if wrong:
-        warn(f"{wrong} vertices of the decimated mesh are on faces that fold or cross")
+    out, n_tangled = _decimated(mesh, wanted)
+    if n_tangled:
+        warn(f"{n_tangled} vertices of the decimated mesh are on faces that fold or cross")
     if (left := out.mesh.n_vertices) > wanted:
         warn(f"{left} vertices are left, not {wanted}: no other edge can be removed without a fold")
     return out
 
 
-def _given(mesh: Any) -> SimplexMesh:
-    """Return the simplex mesh a caller gave, or the dual of the triangles, also those in a file."""
+def _as_simplex_mesh(mesh: Any) -> SimplexMesh:
+    """Return a simplex mesh as it is, or the dual of triangles given as an object or a file."""
     if isinstance(mesh, SimplexMesh):
         return mesh
     from simplexmesh.data.convert import as_data
@@ -145,21 +145,18 @@ def _given(mesh: Any) -> SimplexMesh:
 
 
 def _decimated(mesh: SimplexMesh, wanted: int) -> tuple[Decimated, int]:
-    """Return the mesh with so many vertices, or more when no more can go, and how many are on faces that fold.
-
-    With as many as there are, the mesh is returned as it is.
-    """
+    """Return the mesh with `wanted` vertices, or more when no more can be removed, and the number of tangled ones."""
     if wanted >= mesh.n_vertices:
         return _unchanged(mesh), 0
-    fit, out, *_ = made(mesh, wanted, Surface.of(mesh))
+    fit, out, *_ = coarsened(mesh, wanted, SurfaceSamples.of(mesh))
     tangled = tangled_vertices(fit.mesh)
     if tangled.any():
-        tangled = fit.loosen(tangled)
+        tangled = fit.relax_tangled(tangled)
     return _result(fit.mesh, out, fit.distances()), int(tangled.sum())
 
 
 def _unchanged(mesh: SimplexMesh) -> Decimated:
-    """Return the mesh as it is."""
+    """Return the mesh as it is, as a result of decimation."""
     return _result(mesh, EditableMesh(mesh).result(), (0.0, 0.0))
 
 

@@ -1,4 +1,4 @@
-"""A coarse mesh fitted to the surface it stands for: least squares, as far as no face folds or crosses another."""
+"""Least-squares fit of a coarse mesh to a surface, constrained to create no folds or crossings."""
 
 from __future__ import annotations
 
@@ -10,46 +10,47 @@ from numpy.typing import NDArray
 from simplexmesh.mesh import _kernels_fitting as kernels
 from simplexmesh.mesh import face_geometry
 from simplexmesh.mesh.connectivity import Connectivity
-from simplexmesh.mesh.guarding import AMONG, ANYHOW, Guard
+from simplexmesh.mesh.guarding import MUTUAL_COSINE, NO_BOUND, Guard
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int32]
 
-ITERATIONS = 12
-ACROSS = 0.02
-"""How much of the weight of a sample is that of its distance along the surface."""
+CG_ITERATIONS = 12
 
-EVEN, STAY, FLAT = 0.005, 1e-3, 0.1
-"""The weights of a vertex's distance to its neighbors' mean, of its move, and of its distance to the planes of its
-faces, in those of its samples."""
+TANGENTIAL = 0.02
+"""Weight of the tangential distance of a sample, relative to that of its normal distance."""
 
-SHARP = 0.03
-"""The part of a vertex's face normals across which it is not evened out any more: on creases, only along them."""
+SMOOTHNESS, INERTIA, FLATNESS = 0.005, 1e-3, 0.1
+"""Weights of a vertex's distance to its neighbors' mean, of its move, and of its distance to the planes of its faces,
+relative to those of its samples."""
+
+CREASE = 0.03
+"""Eigenvalue of a vertex's face-normal covariance above which it is not smoothed: on creases, only along them."""
 
 FAR = 0.01
-"""From which part of the largest squared distance on it is looked for more widely."""
+"""Samples beyond this fraction of the largest squared distance are located by a wider search."""
 
-ALONG, LOOSELY = 0.1, -0.3
-"""Least cosine between a fan triangle and what its face stands for, at the start, and while it is fitted."""
+INITIAL_COSINE, FITTING_COSINE = 0.1, -0.3
+"""Smallest cosine between a fan triangle and its face's target normal, at the start and during the fit."""
 
 
 @dataclass(frozen=True)
-class Surface:
-    """Samples of a surface: its vertices and the centroids of its faces, and again the vertices on its rims.
+class SurfaceSamples:
+    """Samples of a surface: its vertices and face centroids, and separately the vertices on its rims.
 
     Attributes
     ----------
     points, normals : (s, 3) arrays of float
-        With unit normals.
+        Positions and unit normals.
     weights : (s,) array of float
-        The area that each stands for.
+        The area that each represents.
     faces : (s,) array of int
         The face of the surface that each is on.
     rim_points : (r, 3) array of float
         The vertices on holes.
     rim_weights : (r,) array of float
-        The length that each stands for.
+        The length that each represents.
     rim_faces, rim_holes : (r,) arrays of int
         The face and the hole that each is on.
     """
@@ -64,7 +65,7 @@ class Surface:
     rim_holes: Indices
 
     @classmethod
-    def of(cls, mesh: SimplexMesh) -> Surface:
+    def of(cls, mesh: SimplexMesh) -> SurfaceSamples:
         """Return the samples of a mesh."""
         c = mesh.connectivity
         loops = c.face_vertices, c.face_offsets
@@ -87,7 +88,7 @@ class Surface:
 
 
 def faces_of(c: Connectivity) -> kernels.Faces:
-    """Return the faces as the kernels want them."""
+    """Return the faces as arrays for the kernels."""
     corner = np.empty(c.twin.size, np.int32)
     corner[c.face_darts] = np.arange(c.twin.size)
     owner = np.repeat(np.arange(len(c.face_sizes)), c.face_sizes)
@@ -98,7 +99,7 @@ def faces_of(c: Connectivity) -> kernels.Faces:
 
 
 def tangled_vertices(mesh: SimplexMesh) -> NDArray[np.bool_]:
-    """Return (n,) which vertices are wrong: inverted, or on a face that is folded, flat or crosses another."""
+    """Return a mask (n,) of the invalid vertices: inverted, or on a face that is folded, flat or crosses another."""
     c, found = mesh.connectivity, mesh.check(self_intersections=True).where
     faces = np.zeros(len(c.face_sizes), bool)
     for kind in ("folded", "flat_faces", "crossing"):
@@ -111,39 +112,43 @@ def tangled_vertices(mesh: SimplexMesh) -> NDArray[np.bool_]:
 
 
 class Fit:
-    """A mesh that is being fitted to a surface.
+    """A mesh that is fitted to a surface; `mesh` is its current state.
 
     Parameters
     ----------
-    surface : Surface
-        What it stands for.
+    surface : SurfaceSamples
+        The surface to fit.
     mesh : SimplexMesh
-        The mesh; its vertices are near the surface.
+        The coarse mesh; its vertices are near the surface.
     part_of : (f,) array of int
-        For each face of the surface the face of the mesh that it is part of; -1 where it is none.
-    along : (g, 3) array of float
-        Unit vectors that the faces of the mesh should point along, zero where nothing is known.
+        For each face of the surface, the face of the mesh into which it was merged; -1 if none.
+    target_normals : (g, 3) array of float
+        Unit normals that the faces of the mesh should have, zero where unknown.
     free : (n,) array of bool
-        Which vertices of the mesh may move.
+        Whether each vertex of the mesh may move.
     """
 
     def __init__(
-        self, surface: Surface, mesh: SimplexMesh, part_of: Indices, along: Array, free: NDArray[np.bool_]
+        self,
+        surface: SurfaceSamples,
+        mesh: SimplexMesh,
+        part_of: Indices,
+        target_normals: Array,
+        free: NDArray[np.bool_],
     ) -> None:
         self._surface = surface
         self.mesh = mesh
-        self._part_of = part_of
         self._faces = faces_of(mesh.connectivity)
-        self._guard = Guard(mesh, self._faces, along, free)
+        self._guard = Guard(mesh, self._faces, target_normals, free)
         self._start = part_of[surface.faces].astype(np.int32)
         n, r = len(surface.points), len(surface.rim_points)
-        self._places = kernels.Places(np.zeros(n, np.int32), np.zeros((n, 3)))
-        self._rim_places = kernels.Places(np.zeros(r, np.int32), np.zeros((r, 3)))
+        self._locations = kernels.Locations(np.zeros(n, np.int32), np.zeros((n, 3)))
+        self._rim_locations = kernels.Locations(np.zeros(r, np.int32), np.zeros((r, 3)))
         self._squared = np.empty(n)
-        self._find_rims(part_of)
+        self._initialize_rims(part_of)
 
-    def _find_rims(self, part_of: Indices) -> None:
-        """Start each sample of a rim on the edge between its face and its hole."""
+    def _initialize_rims(self, part_of: Indices) -> None:
+        """Locate each rim sample on the edge between its face and its hole."""
         s, f = self._surface, self._faces
         n_faces = len(f.hole)
         rims = np.flatnonzero(f.hole[f.owner])
@@ -151,18 +156,18 @@ class Fit:
         order = np.argsort(keys)
         wanted = part_of[s.rim_faces].astype(np.int64) * n_faces + part_of[s.rim_holes]
         if len(rims):
-            self._rim_places.corner[:] = rims[order[np.searchsorted(keys[order], wanted).clip(0, len(rims) - 1)]]
+            self._rim_locations.corner[:] = rims[order[np.searchsorted(keys[order], wanted).clip(0, len(rims) - 1)]]
 
     def _locate(self) -> None:
-        """Find where the samples belong."""
+        """Find the closest points of the samples on the mesh, by local search from the previous ones."""
         f, v = self._faces, self.mesh.vertices
-        self._middle = np.empty((len(f.hole), 3))
-        kernels.centroids(v, f, self._middle)
-        kernels.locate(v, self._middle, f, self._surface.points, self._start, self._places, self._squared)
-        kernels.locate_on_rim(v, f, self._surface.rim_points, self._rim_places)
+        self._centroids = np.empty((len(f.hole), 3))
+        kernels.centroids(v, f, self._centroids)
+        kernels.locate(v, self._centroids, f, self._surface.points, self._start, self._locations, self._squared)
+        kernels.locate_on_rim(v, f, self._surface.rim_points, self._rim_locations)
 
     def distances(self) -> tuple[float, float]:
-        """Return the rms and the largest distance of the samples, those on rims to the rims included in the latter."""
+        """Return the rms and the largest distance of the samples to the mesh; the largest includes rim to rim."""
         squared, on_rims = self._distances()
         weights = self._surface.weights
         largest = max(float(squared.max()), float(on_rims.max(initial=0)))
@@ -170,30 +175,31 @@ class Fit:
         return float(np.sqrt((weights * squared).sum() / area)), float(np.sqrt(largest))
 
     def _distances(self) -> tuple[Array, Array]:
-        """Return the squared distances of the samples, and of those on rims to the rims."""
+        """Return the squared distances of the samples to the mesh, and of the rim samples to its rims."""
         self._locate()
-        f, far = self._faces, FAR * float(self._squared.max())
-        kernels.settle(
-            self.mesh.vertices, self._middle, f, self._surface.points, self._start, self._places, self._squared, far
+        f, s, far = self._faces, self._surface.points, FAR * float(self._squared.max())
+        kernels.relocate_far(
+            self.mesh.vertices, self._centroids, f, s, self._start, self._locations, self._squared, far
         )
-        c, w = self._rim_places
+        c, w = self._rim_locations
         v = self.mesh.vertices
         there = w[:, :1] * v[f.vertices[c]] + w[:, 1:2] * v[f.ahead[c]]
         return self._squared, ((there - self._surface.rim_points) ** 2).sum(axis=1)
 
     def advance(self, target: Array, *, loosely: bool = False) -> None:
-        """Move the vertices towards a target, as far as faces still point along what they stand for, or roughly so."""
-        self.mesh = self.mesh.moved(self._guard.advanced(self.mesh, target, LOOSELY if loosely else 0.0))
+        """Move the vertices towards `target` (n, 3) as far as faces keep to their target normals, or loosely so."""
+        cosine = FITTING_COSINE if loosely else 0.0
+        self.mesh = self.mesh.moved(self._guard.advanced(self.mesh, target, cosine))
 
     def untangle(self, *, strictly: bool = False) -> None:
-        """Move the vertices of faces that fold or cross; strictly, of those that point elsewhere."""
-        among, along = (2 * AMONG, ALONG) if strictly else (AMONG, ANYHOW)
-        self.mesh = self.mesh.moved(self._guard.untangled(self.mesh, among, along))
+        """Move the vertices of faces that fold or cross; strictly, also of those that deviate from their normals."""
+        mutual, target = (2 * MUTUAL_COSINE, INITIAL_COSINE) if strictly else (MUTUAL_COSINE, NO_BOUND)
+        self.mesh = self.mesh.moved(self._guard.untangled(self.mesh, mutual, target))
 
-    def loosen(self, tangled: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Put tangled vertices (n,) to the mean of their neighbors and untangle again, from where fewer may be left.
+    def relax_tangled(self, tangled: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Move tangled vertices (n,) to the mean of their neighbors and untangle again; return those still tangled.
 
-        Returns which are; where they are no fewer, everything is as it was.
+        The mesh is restored if they are no fewer.
         """
         c, before, v = self.mesh.connectivity, self.mesh, np.array(self.mesh.vertices)
         inner = tangled & ~c.face_is_hole[c.vertex_faces].any(axis=1)
@@ -207,28 +213,30 @@ class Fit:
         return tangled
 
     def improve(self, rounds: int) -> None:
-        """Least squares, again and again, the samples finding their places in between."""
+        """Alternate locating the samples and solving the least-squares problem, as in iterative closest point."""
         for _ in range(rounds):
             self._locate()
-            one, other = self._places, self._rim_places
-            places = kernels.Places(
+            one, other = self._locations, self._rim_locations
+            locations = kernels.Locations(
                 np.concatenate([one.corner, other.corner]), np.concatenate([one.weights, other.weights])
             )
-            target = kernels.solved(np.array(self.mesh.vertices), self._faces, places, self._terms(), ITERATIONS)
+            start = np.array(self.mesh.vertices)
+            target = kernels.conjugate_gradients(start, self._faces, locations, self._terms(), CG_ITERATIONS)
             self.advance(target, loosely=True)
 
     def _terms(self) -> kernels.Terms:
+        """Return the terms of the least-squares problem at the current positions."""
         s, f, mesh = self._surface, self._faces, self.mesh
-        c = mesh.connectivity
-        ends = mesh.vertices[f.ahead[self._rim_places.corner]] - mesh.vertices[f.vertices[self._rim_places.corner]]
-        along = ends / np.maximum(np.linalg.norm(ends, axis=1, keepdims=True), np.finfo(float).tiny)
+        c, corner = mesh.connectivity, self._rim_locations.corner
+        edges = mesh.vertices[f.ahead[corner]] - mesh.vertices[f.vertices[corner]]
+        along = edges / np.maximum(np.linalg.norm(edges, axis=1, keepdims=True), np.finfo(float).tiny)
         rim_weight = s.rim_weights * np.sqrt(s.weights.sum() / max(mesh.n_faces, 1))
         covered = np.bincount(self._start, s.weights, len(f.hole)) / c.face_sizes
         weight = covered[c.vertex_faces].sum(axis=1)
         neighbors, share = np.array(c.neighbors), np.full((mesh.n_vertices, 3), 1 / 3)
         rims = np.flatnonzero(f.hole[f.owner])
         on_rim = f.ahead[rims]
-        behind, ahead = f.vertices[rims], f.ahead[self._next(rims)]
+        behind, ahead = f.vertices[rims], f.ahead[self._next_corners(rims)]
         neighbors[on_rim] = np.stack([behind, ahead, ahead], axis=1)
         share[on_rim] = (0.5, 0.5, 0)
         normals = face_geometry.face_normals(mesh.vertices, f.vertices, f.offsets)
@@ -236,28 +244,28 @@ class Fit:
         return kernels.Terms(
             np.concatenate([s.points, s.rim_points]),
             np.concatenate([s.normals, along]),
-            np.concatenate([s.weights, ACROSS * rim_weight]),
-            np.concatenate([ACROSS * s.weights, rim_weight]),
+            np.concatenate([s.weights, TANGENTIAL * rim_weight]),
+            np.concatenate([TANGENTIAL * s.weights, rim_weight]),
             np.ascontiguousarray(neighbors, np.int32),
             share,
-            EVEN * weight[:, None, None] * _along_surface(normals[c.vertex_faces]),
-            STAY * weight,
-            normals * np.sqrt(FLAT * covered)[:, None],
+            SMOOTHNESS * weight[:, None, None] * _tangential_projection(normals[c.vertex_faces]),
+            INERTIA * weight,
+            normals * np.sqrt(FLATNESS * covered)[:, None],
         )
 
-    def _next(self, corners: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return the corner after each one around its face."""
+    def _next_corners(self, corners: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Return the next corner of each one around its face."""
         last = self._faces.offsets[self._faces.owner[corners] + 1] - 1
         return np.asarray(np.where(corners == last, self._faces.offsets[self._faces.owner[corners]], corners + 1))
 
 
-def _along_surface(normals: Array) -> Array:
-    """Return matrices (n, 3, 3) that keep of a vector what is along the surface, of the three face normals (n, 3, 3).
+def _tangential_projection(normals: Array) -> Array:
+    """Return matrices (n, 3, 3) that approximately project onto the surface, given three face normals (n, 3, 3).
 
-    Their mean square has an eigenvalue for each direction, the part of the normals that is across it.
+    The normals' covariance has large eigenvalues in directions normal to a face; on a crease only one is small.
     """
-    squares = normals.transpose(0, 2, 1) @ normals
-    total = np.maximum(np.trace(squares, axis1=1, axis2=2), np.finfo(float).tiny)
-    part, directions = np.linalg.eigh(squares / total[:, None, None])
-    kept = 1 / (1 + (part / SHARP) ** 2)
+    covariance = normals.transpose(0, 2, 1) @ normals
+    total = np.maximum(np.trace(covariance, axis1=1, axis2=2), np.finfo(float).tiny)
+    eigenvalues, directions = np.linalg.eigh(covariance / total[:, None, None])
+    kept = 1 / (1 + (eigenvalues / CREASE) ** 2)
     return np.asarray((directions * kept[:, None, :]) @ directions.transpose(0, 2, 1))

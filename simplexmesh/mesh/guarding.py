@@ -1,4 +1,4 @@
-"""A mesh whose vertices are moved without folds: towards places wanted, or to where fewer faces fold or cross."""
+"""Vertex moves that create no folds or crossings: towards target positions, or to reduce existing ones."""
 
 from __future__ import annotations
 
@@ -15,79 +15,83 @@ from simplexmesh.mesh.simplex_mesh import SimplexMesh
 Array = NDArray[np.float64]
 Indices = NDArray[np.int32]
 
-REACH, AROUND, CELL = 0.5, 0.15, 3.0
-"""A vertex moves up to `REACH` mean edges at a time, faces are near within `AROUND`, cells of the grid have `CELL`."""
+MAX_STEP, MARGIN, CELL = 0.5, 0.15, 3.0
+"""In mean edge lengths: the largest move of a vertex, the margin of the faces' boxes, the cells of their grid."""
 
-CLEAR = 1e-9
-"""What is no distance, in edges."""
+EPSILON = 1e-9
+"""Distances below this count as zero, in mean edge lengths."""
 
-FACING = 0.0
-"""While vertices move, only faces that are not adjacent and whose normals have a product below are watched."""
+MAX_DOT = 0.0
+"""While vertices advance, crossings are tested between non-adjacent faces with at most this dot product of normals."""
 
-AMONG = 0.05
-"""Least cosine between a fan triangle and the normals of its vertices."""
+MUTUAL_COSINE = 0.05
+"""Smallest cosine between a fan triangle and the normals of its vertices."""
 
-ANYHOW = -2.0
-"""A cosine that nothing is below."""
+NO_BOUND = -2.0
+"""A cosine that none is below."""
 
-TRIES, PASSES, TIMES = 5, 6, 2
+MAX_TRIES, PASSES, ROUNDS = 5, 6, 2
 
 
 class Guard:
-    """What must not get worse when the vertices of a mesh move.
+    """Constraints on the vertex moves of a mesh: none may create or worsen a fold or a crossing.
 
     Parameters
     ----------
     mesh : SimplexMesh
-        The mesh; only its connectivity is kept.
+        The mesh; only its connectivity is used.
     faces : Faces
-        Its faces.
-    along : (f, 3) array of float
-        Unit vectors that the faces should point along, zero where nothing is known.
+        Its faces, as arrays for the kernels.
+    target_normals : (f, 3) array of float
+        Unit normals that the faces should have, zero where unknown.
     free : (n,) array of bool
-        Which vertices may move.
+        Whether each vertex may move.
     """
 
-    def __init__(self, mesh: SimplexMesh, faces: Faces, along: Array, free: NDArray[np.bool_]) -> None:
-        self._c, self._faces, self._along, self._free = mesh.connectivity, faces, along, free
+    def __init__(self, mesh: SimplexMesh, faces: Faces, target_normals: Array, free: NDArray[np.bool_]) -> None:
+        self._c, self._faces, self._target_normals, self._free = mesh.connectivity, faces, target_normals, free
         one, other = self._c.edge_faces.T.astype(np.int64)
-        self._adjacent = np.concatenate([one * len(along) + other, other * len(along) + one])
+        n_faces = len(target_normals)
+        self._adjacent = np.concatenate([one * n_faces + other, other * n_faces + one])
 
-    def advanced(self, mesh: SimplexMesh, target: Array, along: float) -> Array:
-        """Return the vertices, moved towards a target (n, 3) as far as nothing gets worse."""
-        g, edge = self._guarded(mesh, FACING)
-        kernels.advance(g, target, REACH * edge, TRIES, kernels.Bounds(AMONG, along))
-        return np.array(g.points[: len(target)])
+    def advanced(self, mesh: SimplexMesh, target: Array, target_cosine: float) -> Array:
+        """Return the vertices, moved towards `target` (n, 3) as far as the constraints allow."""
+        m, edge = self._moving(mesh, MAX_DOT)
+        kernels.advance(m, target, MAX_STEP * edge, MAX_TRIES, kernels.Bounds(MUTUAL_COSINE, target_cosine))
+        return np.array(m.points[: len(target)])
 
-    def untangled(self, mesh: SimplexMesh, among: float, along: float) -> Array:
-        """Return the vertices, those put elsewhere around which faces fold or cross."""
-        for _ in range(TIMES):
-            g, _ = self._guarded(mesh, 1.0 + AMONG)
-            left = _kernels_untangle.untangle(g, PASSES, kernels.Bounds(among, along))
-            mesh = mesh.moved(g.points[: mesh.n_vertices])
-            if not left:
+    def untangled(self, mesh: SimplexMesh, mutual: float, target_cosine: float) -> Array:
+        """Return the vertices, moved where that reduces the folds and crossings of the faces around them."""
+        for _ in range(ROUNDS):
+            m, _ = self._moving(mesh, 1.0 + MUTUAL_COSINE)
+            n_invalid = _kernels_untangle.untangle(m, PASSES, kernels.Bounds(mutual, target_cosine))
+            mesh = mesh.moved(m.points[: mesh.n_vertices])
+            if not n_invalid:
                 break
         return mesh.vertices
 
-    def _guarded(self, mesh: SimplexMesh, facing: float) -> tuple[fans.Guarded, float]:
-        """Return what the kernels work on, and the mean length of edges."""
+    def _moving(self, mesh: SimplexMesh, max_dot: float) -> tuple[fans.MovingMesh, float]:
+        """Return the mesh as arrays for the kernels, and its mean edge length.
+
+        Crossings are tested between faces whose normals have a dot product up to `max_dot`; above 1, between all.
+        """
         c, v, f = self._c, mesh.vertices, self._faces
         a, b = v[c.edge_vertices.T]
         edge = float(np.linalg.norm(a - b, axis=1).mean())
         normals = face_geometry.face_normals(v, f.vertices, f.offsets)
         corners = v[f.vertices]
-        low = np.minimum.reduceat(corners, f.offsets[:-1], axis=0) - AROUND * edge
-        high = np.maximum.reduceat(corners, f.offsets[:-1], axis=0) + AROUND * edge
+        low = np.minimum.reduceat(corners, f.offsets[:-1], axis=0) - MARGIN * edge
+        high = np.maximum.reduceat(corners, f.offsets[:-1], axis=0) + MARGIN * edge
         solid = np.flatnonzero(~f.hole)
         cell = max(CELL * edge, np.finfo(float).tiny)
-        offsets, near = _near(low[solid], high[solid], normals[solid], facing, cell)
-        left_out = np.zeros(0, np.int64) if facing > 1 else self._adjacent
-        near, offsets = _without(near, offsets, solid, len(f.hole), left_out)
+        offsets, near = _nearby(low[solid], high[solid], normals[solid], max_dot, cell)
+        excluded = np.zeros(0, np.int64) if max_dot > 1 else self._adjacent
+        near, offsets = _without(near, offsets, solid, len(f.hole), excluded)
         points = np.concatenate([v, face_geometry.face_centroids(v, f.vertices, f.offsets)])
-        g = fans.Guarded(
+        m = fans.MovingMesh(
             points,
             np.array(mesh.normals),
-            self._along,
+            self._target_normals,
             np.ascontiguousarray(c.neighbors, np.int32),
             np.ascontiguousarray(c.vertex_faces, np.int32),
             f,
@@ -95,26 +99,26 @@ class Guard:
             near,
             np.zeros(len(near)),
             np.zeros(len(f.hole)),
-            CLEAR * edge,
+            EPSILON * edge,
             np.zeros(len(f.hole), bool),
             self._free,
         )
-        fans.mark_crossed(g)
-        return g, edge
+        fans.mark_crossed(m)
+        return m, edge
 
 
-def _near(low: Array, high: Array, along: Array, facing: float, cell: float) -> tuple[NDArray[np.int64], Indices]:
-    """Return the boxes near each box; see `near_boxes`."""
+def _nearby(low: Array, high: Array, normals: Array, max_dot: float, cell: float) -> tuple[NDArray[np.int64], Indices]:
+    """Return the overlapping boxes of each box; see `overlapping_boxes`."""
     origin = low.min(axis=0)
     cell, shape = grid_cells(high.max(axis=0) - origin, cell, len(low))
-    return _kernels_untangle.near_boxes(low, high, along, facing, origin, cell, shape)
+    return _kernels_untangle.overlapping_boxes(low, high, normals, max_dot, origin, cell, shape)
 
 
 def _without(
-    near: Indices, offsets: NDArray[np.int64], solid: NDArray[np.int64], n_faces: int, left_out: NDArray[np.int64]
+    near: Indices, offsets: NDArray[np.int64], solid: NDArray[np.int64], n_faces: int, excluded: NDArray[np.int64]
 ) -> tuple[Indices, NDArray[np.int64]]:
-    """Return the lists of near faces, told by which of the solid ones they are, without pairs given as one number."""
+    """Return the lists of nearby faces, renumbered from solid faces to all, without pairs `one * n_faces + other`."""
     owner, other = np.repeat(solid, np.diff(offsets)), solid[near]
-    kept = ~np.isin(owner * n_faces + other, left_out)
+    kept = ~np.isin(owner * n_faces + other, excluded)
     counts = np.bincount(owner[kept], minlength=n_faces)
     return other[kept].astype(np.int32), np.concatenate([[0], np.cumsum(counts)])

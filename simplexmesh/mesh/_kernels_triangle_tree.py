@@ -1,7 +1,7 @@
-"""Kernels of triangles in boxes: the triangle closest to a point, past boxes that are too far to hold it.
+"""Kernels of an axis-aligned bounding-box tree of triangles: closest triangles and points.
 
-The boxes are a full binary tree in an array, children of box i at 2 i and 2 i + 1, from 1 on; its leaves hold runs of
-`LEAF` triangles, which are sorted so that near ones are near in the order.
+The boxes are a complete binary tree stored as an array with the root at 1, the children of box i at 2 i and 2 i + 1.
+Each leaf holds `LEAF` consecutive triangles of an order that keeps neighbors together.
 """
 
 from __future__ import annotations
@@ -19,20 +19,20 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 LEAF = 4
-DEEP = 64
+STACK_SIZE = 64
 
 
-class Boxes(NamedTuple):
-    """Triangles and the tree of their boxes."""
+class BoxTree(NamedTuple):
+    """Triangles and their bounding boxes."""
 
     points: Array  # (v, 3)
     triangles: Indices  # (t, 3) in the order of the leaves
-    box: Array  # (2 m, 2, 3) least and largest coordinates; of no triangles, inf and -inf
+    box: Array  # (2 m, 2, 3) lower and upper corners; inf and -inf for empty boxes
 
 
 @njit(cache=True)
-def curve_numbers(cells: Indices) -> Indices:
-    """Return the numbers (t,) of cells (t, 3) of up to 20 bits on a curve that fills space (Morton 1966)."""
+def morton_codes(cells: Indices) -> Indices:
+    """Return the Morton codes (t,) of cells (t, 3) with coordinates of up to 20 bits (G. M. Morton, 1966)."""
     out = np.zeros(cells.shape[0], np.int64)
     for i in range(out.size):
         for bit in range(20):
@@ -42,8 +42,8 @@ def curve_numbers(cells: Indices) -> Indices:
 
 
 @njit(cache=True, error_model="numpy")
-def fill_boxes(b: Boxes) -> None:
-    """Find the boxes, those of leaves first."""
+def fit_boxes(b: BoxTree) -> None:
+    """Compute all boxes, bottom up."""
     m = b.box.shape[0] // 2
     b.box[:, 0], b.box[:, 1] = np.inf, -np.inf
     for t in range(b.triangles.shape[0]):
@@ -59,7 +59,7 @@ def fill_boxes(b: Boxes) -> None:
 
 
 @njit(cache=True, error_model="numpy")
-def from_box(box: Array, p: Vector) -> float:
+def squared_to_box(box: Array, p: Vector) -> float:
     """Return the squared distance of a point from a box."""
     total = 0.0
     for k in range(3):
@@ -69,31 +69,34 @@ def from_box(box: Array, p: Vector) -> float:
 
 
 @njit(cache=True, error_model="numpy")
-def from_triangle(b: Boxes, t: int, p: Vector) -> float:
+def squared_to_triangle(b: BoxTree, t: int, p: Vector) -> float:
     """Return the squared distance of a point from a triangle."""
     i, j, k = b.triangles[t]
     return closest_on_triangle(p, row(b.points, i), row(b.points, j), row(b.points, k))[0]
 
 
 @njit(cache=True, error_model="numpy")
-def closest(b: Boxes, p: Vector, guess: int, stack: Indices) -> tuple[int, float]:
-    """Return the triangle closest to a point, and its squared distance; a guess saves time, `stack` is room."""
-    found, best = guess, from_triangle(b, guess, p)
+def closest(b: BoxTree, p: Vector, guess: int, stack: Indices) -> tuple[int, float]:
+    """Return the closest triangle of a point and its squared distance, by depth-first branch and bound.
+
+    The search starts from triangle `guess`; `stack` is a workspace of `STACK_SIZE` indices.
+    """
+    found, best = guess, squared_to_triangle(b, guess, p)
     m = b.box.shape[0] // 2
     stack[0], size = 1, 1
     while size:
         size -= 1
         i = stack[size]
-        if not from_box(b.box[i], p) < best:
+        if not squared_to_box(b.box[i], p) < best:
             continue
         if i >= m:
             for t in range((i - m) * LEAF, min((i - m + 1) * LEAF, b.triangles.shape[0])):
-                squared = from_triangle(b, t, p)
+                squared = squared_to_triangle(b, t, p)
                 if squared < best:
                     found, best = t, squared
             continue
         near, far = 2 * i, 2 * i + 1
-        if from_box(b.box[near], p) > from_box(b.box[far], p):
+        if squared_to_box(b.box[near], p) > squared_to_box(b.box[far], p):
             near, far = far, near
         stack[size], stack[size + 1] = far, near
         size += 2
@@ -101,9 +104,9 @@ def closest(b: Boxes, p: Vector, guess: int, stack: Indices) -> tuple[int, float
 
 
 @njit(cache=True, error_model="numpy")
-def closest_triangles(b: Boxes, points: Array, found: Indices, squared: Array) -> None:
-    """Find the triangle closest to each point, as the order has it, and its squared distance."""
-    stack = np.empty(DEEP, np.int64)
+def closest_triangles(b: BoxTree, points: Array, found: Indices, squared: Array) -> None:
+    """Find the closest triangle of each point, numbered as in the tree, and its squared distance."""
+    stack = np.empty(STACK_SIZE, np.int64)
     guess = np.int64(0)
     for i in range(points.shape[0]):
         guess, squared[i] = closest(b, row(points, i), guess, stack)
@@ -111,8 +114,8 @@ def closest_triangles(b: Boxes, points: Array, found: Indices, squared: Array) -
 
 
 @njit(cache=True, error_model="numpy")
-def closest_places(b: Boxes, points: Array, found: Indices, weights: Array, squared: Array) -> None:
-    """Do as `closest_triangles` does, and find the weights (p, 3) of the corners at the closest points."""
+def closest_points(b: BoxTree, points: Array, found: Indices, weights: Array, squared: Array) -> None:
+    """Find closest triangles as `closest_triangles`, and the barycentric coordinates (p, 3) of the closest points."""
     closest_triangles(b, points, found, squared)
     for i in range(points.shape[0]):
         one, two, three = b.triangles[found[i]]
