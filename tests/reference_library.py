@@ -25,29 +25,30 @@ def spin_images(points, normals, chosen, radius, shape):
     return images.reshape(len(chosen), -1)
 
 
-def pair_profile(points, normals, longest, shape):
+def pair_histogram(points, normals, longest, shape):
     """How many pairs have a distance and a cosine between normals."""
     pairs = np.zeros(shape)
     for i in range(len(points)):
         for j in range(i):
             length = np.linalg.norm(points[j] - points[i]) / longest
-            bend = (normals[i] @ normals[j] + 1) / 2
-            pairs[min(int(length * shape[0]), shape[0] - 1), min(max(int(bend * shape[1]), 0), shape[1] - 1)] += 1
+            cosine = (normals[i] @ normals[j] + 1) / 2
+            column = min(max(int(cosine * shape[1]), 0), shape[1] - 1)
+            pairs[min(int(length * shape[0]), shape[0] - 1), column] += 1
     return pairs
 
 
-def agreeing(p, n, q, m, shortest, slack, bend):
+def consistent_pairs(p, n, q, m, minimum_length, tolerance, cosine_tolerance):
     """Which two correspondences one motion may bring about."""
     pairs = []
     for i in range(len(p)):
         for j in range(i):
             d, e = p[j] - p[i], q[j] - q[i]
             here, there = np.linalg.norm(d), np.linalg.norm(e)
-            if here < shortest or there < shortest / 2 or abs(here - there) > slack:
+            if here < minimum_length or there < minimum_length / 2 or abs(here - there) > tolerance:
                 continue
             d, e = d / here, e / there
             cosines = [d @ n[i] - e @ m[i], d @ n[j] - e @ m[j], n[i] @ n[j] - m[i] @ m[j]]
-            if max(np.abs(cosines)) <= bend:
+            if max(np.abs(cosines)) <= cosine_tolerance:
                 pairs.append((i, j))
     return pairs
 
@@ -63,14 +64,14 @@ def frame(p, n, q, m):
     return np.stack([line, up, np.cross(line, up)], axis=1)
 
 
-def pair_motions(p, n, rarity, asked, rows, q, m, shortest, slack, bend, most):
+def pair_motions(p, n, distinctiveness, queries, rows, q, m, minimum_length, tolerance, cosine_tolerance, most):
     """The motions of the pairs of correspondences that agree with most others, and are rare, of one model."""
-    likest = np.argsort(squared_distances(rows, asked), axis=0)[:2].T
-    here, there = np.repeat(np.arange(len(p)), 2), likest.ravel()
-    p, n, rarity, q, m = p[here], n[here], rarity[here], q[there], m[there]
-    pairs = agreeing(p, n, q, m, shortest, slack, bend)
+    nearest = np.argsort(squared_distances(rows, queries), axis=0)[:2].T
+    here, there = np.repeat(np.arange(len(p)), 2), nearest.ravel()
+    p, n, distinctiveness, q, m = p[here], n[here], distinctiveness[here], q[there], m[there]
+    pairs = consistent_pairs(p, n, q, m, minimum_length, tolerance, cosine_tolerance)
     degree = np.bincount(np.ravel(pairs).astype(int), minlength=len(p))
-    pairs.sort(key=lambda pair: -np.prod([degree[k] * rarity[k] for k in pair]))
+    pairs.sort(key=lambda pair: -np.prod([degree[k] * distinctiveness[k] for k in pair]))
     motions = []
     for i, j in pairs[:most]:
         F, G = frame(p[i], n[i], p[j], n[j]), frame(q[i], m[i], q[j], m[j])
@@ -81,9 +82,9 @@ def pair_motions(p, n, rarity, asked, rows, q, m, shortest, slack, bend, most):
     return np.array(motions).reshape(-1, 12)
 
 
-def squared_distances(rows, asked):
-    """The squared distance of each of some rows to each asked (k, d)."""
-    return ((rows[:, None] - asked[None]) ** 2).sum(axis=2)
+def squared_distances(rows, queries):
+    """The squared distance of each of some rows to each query (k, d)."""
+    return ((rows[:, None] - queries[None]) ** 2).sum(axis=2)
 
 
 def harmonics(degree, directions):

@@ -19,13 +19,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import simplexmesh as sm
-from simplexmesh.recognition import _kernels_library as kernels
+from simplexmesh.recognition import _kernels_descriptors as kernels
 from simplexmesh.recognition import _kernels_poses as kernels_poses
 from simplexmesh.recognition import ranking
-from simplexmesh.recognition.models import HEAD, Model, model_of
-from simplexmesh.recognition.profile import profile_of
-from simplexmesh.recognition.scene import without_strays
-from simplexmesh.recognition.shelf import Images
+from simplexmesh.recognition.global_descriptor import global_descriptor
+from simplexmesh.recognition.model_index import ImageIndex
+from simplexmesh.recognition.models import HEADER, Model, model_of
+from simplexmesh.recognition.scene import without_outliers
 from simplexmesh.recognition.spectrum import power_spectrum
 from simplexmesh.recognition.sphere_domain import sphere_domain
 from simplexmesh.recognition.store import Store
@@ -119,20 +119,20 @@ class TestRecognition:
         assert [(each.name, each.score) for each in one] == [(each.name, each.score) for each in two]
 
     def test_more_are_tried_where_none_explains_the_scan(self, library, known, monkeypatch):
-        monkeypatch.setattr(ranking, "BY_PROFILE", 1)
+        monkeypatch.setattr(ranking, "BY_DESCRIPTOR", 1)
         monkeypatch.setattr(ranking, "BY_IMAGES", 0)
         rng = np.random.default_rng(3)
         for name, mesh in known.items():
             assert library.recognise(scan_of(mesh, 0.5, 0.005, rng)[0])[0].name == name
 
     def test_no_more_are_there_to_be_tried(self, known, monkeypatch, tmp_path):
-        monkeypatch.setattr(ranking, "ENOUGH", 2.0)
-        monkeypatch.setattr(ranking, "NEAR", 9.0)
+        monkeypatch.setattr(ranking, "SUFFICIENT_SCORE", 2.0)
+        monkeypatch.setattr(ranking, "NEAR_DESCRIPTOR", 9.0)
         library = sm.ModelLibrary(tmp_path / "models.sml")
         library.add("egg", known["egg"])
         assert [each.name for each in library.recognise(known["egg"])] == ["egg"]
 
-    def test_strays_do_not_matter(self, library, known):
+    def test_outliers_do_not_matter(self, library, known):
         rng = np.random.default_rng(5)
         scan, _ = scan_of(known["lumpy"], 0.7, 0.005, rng)
         before = library.recognise(scan)[0]
@@ -140,16 +140,16 @@ class TestRecognition:
         found = library.recognise(scan)[0]
         assert found.name == "lumpy"
         assert found.score > before.score - 0.1
-        kept = without_strays(surface_of(scan, "scan"))
+        kept = without_outliers(surface_of(scan, "scan"))
         assert kept.extent < 1.1 * np.linalg.norm(np.ptp(scan[60:], axis=0))
         assert len(kept.on_quadrics().points) == len(kept.normals) == len(kept.smooth) == len(kept) < len(scan)
 
-    def test_sparse_parts_are_no_strays(self, known):
+    def test_sparse_parts_are_no_outliers(self, known):
         points = known["lumpy"].sampled(40_000, rng=0).points
         left = points[:, 0] < 0
         points = np.vstack([points[left][:3000], points[~left][:500]])
         surface = surface_of(points, "scan")
-        assert len(without_strays(surface)) == len(surface)
+        assert len(without_outliers(surface)) == len(surface)
 
     def test_small_models_do_not_explain_large_scans(self, known, tmp_path):
         """A thin plate fits on any flat side, a small ball in noise: neither is what the scan is of."""
@@ -191,7 +191,7 @@ class TestKeeping:
     def test_a_name_is_taken_once_unless_it_is_replaced(self, known, tmp_path):
         library = sm.ModelLibrary(tmp_path / "models.sml")
         library.add("egg", known["lumpy"])
-        with pytest.raises(ValueError, match="replace the model 'egg'"):
+        with pytest.raises(ValueError, match="must be new to the library, not 'egg'"):
             library.add("egg", known["egg"])
         assert library.recognise(known["lumpy"])[0].score > 0.9
         library.add("egg", known["egg"], replace=True)
@@ -206,7 +206,7 @@ class TestKeeping:
         library.remove("egg")
         assert list(library) == ["ring"]
         assert "egg" not in [each.name for each in library.recognise(known["egg"], minimum_score=0.0)]
-        with pytest.raises(ValueError, match="there is none called 'egg'"):
+        with pytest.raises(ValueError, match=r"must be that of a model .*, not 'egg'"):
             library.remove("egg")
 
     def test_what_others_add_and_replace_is_seen(self, known, tmp_path):
@@ -246,7 +246,7 @@ class TestKeeping:
 
     def test_removing_nothing_changes_nothing(self, library):
         before = library.path.read_bytes()
-        with pytest.raises(ValueError, match="none called 'cow'"):
+        with pytest.raises(ValueError, match=r"must be that of a model .*, not 'cow'"):
             library.remove("cow")
         assert library.path.read_bytes() == before
 
@@ -254,7 +254,7 @@ class TestKeeping:
         cloud = library.points("ring")
         x, y, z = cloud.points.T
         assert np.abs(np.hypot(np.hypot(x, y) - 1.2, z) - 0.4).max() < 0.05
-        with pytest.raises(ValueError, match="none called 'cow'"):
+        with pytest.raises(ValueError, match=r"must be that of a model .*, not 'cow'"):
             library.points("cow")
 
     def test_a_reader_reads_while_another_writes(self, library, known):
@@ -305,7 +305,7 @@ class TestCrashes:
             import os, signal, sys
             from pathlib import Path
             from simplexmesh.recognition.store import Store
-            Store._changed = staticmethod(lambda file: os.kill(os.getpid(), signal.SIGKILL))
+            Store._commit = staticmethod(lambda file: os.kill(os.getpid(), signal.SIGKILL))
             Store(Path(sys.argv[1])).put("egg", bytes(20_000_000), replace=False)  # more than is held in memory
             """
         with python(source, path) as adding:
@@ -350,20 +350,20 @@ class TestBadInput:
         with pytest.raises(OSError, match=r"damaged.sml is (damaged: the data of|not a whole model library)"):
             sm.ModelLibrary(path).recognise(known["egg"])
 
-    @pytest.mark.parametrize("how", ["short", "long", "chosen", "side", "profile"])
+    @pytest.mark.parametrize("how", ["short", "long", "chosen", "side", "descriptor"])
     def test_a_model_that_is_none_is_refused(self, known, tmp_path, how):
         """Its checksum is right: somebody meant it, or an older version wrote it so."""
         packed = model_of(surface_of(known["brick"].sampled(800, rng=0), "data")).packed()
-        chosen = HEAD.size + 12 * 800
+        chosen = HEADER.size + 12 * 800
         wrong = {
             "short": packed[:-4],
             "long": packed + b"more",
             "chosen": packed[:chosen] + b"\xff\xff" + packed[chosen + 2 :],
             "side": packed[:32] + bytes(8) + packed[40:],
-            "profile": packed[:-4] + struct.pack("<f", np.nan),
+            "descriptor": packed[:-4] + struct.pack("<f", np.nan),
         }[how]
         Store(tmp_path / "models.sml").put("brick", wrong, replace=False)
-        with pytest.raises(OSError, match=r"models.sml is damaged: a model (is not whole|holds what no model can)"):
+        with pytest.raises(OSError, match=r"models.sml is damaged: a model (is truncated|holds invalid values)"):
             sm.ModelLibrary(tmp_path / "models.sml").recognise(known["brick"])
 
     def test_not_a_library(self, known, tmp_path):
@@ -383,7 +383,7 @@ class TestBadInput:
         later = sqlite3.connect(path)
         later.execute("PRAGMA user_version = 7")
         later.close()
-        with pytest.raises(OSError, match="laid out as version 7"):
+        with pytest.raises(OSError, match="has format version 7"):
             sm.ModelLibrary(path)
 
     def test_absent_or_elsewhere(self, known, tmp_path):
@@ -461,32 +461,32 @@ def test_kernels_do_what_plain_code_does(seed):
     rng = np.random.default_rng(seed)
     points, normals = oriented_points(rng, 40)
     chosen = rng.permutation(40)[:6]
-    images = np.zeros((6, kernels.AWAY * kernels.ALONG))
+    images = np.zeros((6, kernels.RADIAL_BINS * kernels.AXIAL_BINS))
     kernels.spin_images(points, normals, chosen, 1.3, images)
-    shape = kernels.AWAY, kernels.ALONG
+    shape = kernels.RADIAL_BINS, kernels.AXIAL_BINS
     np.testing.assert_allclose(images, plain.spin_images(points, normals, chosen, 1.3, shape), atol=1e-9)
 
-    pairs = np.zeros((kernels.LENGTHS, kernels.BENDS))
-    kernels.pair_profile(points, normals, 3.0, pairs)
-    np.testing.assert_array_equal(pairs, plain.pair_profile(points, normals, 3.0, pairs.shape))
+    pairs = np.zeros((kernels.LENGTH_BINS, kernels.COSINE_BINS))
+    kernels.pair_histogram(points, normals, 3.0, pairs)
+    np.testing.assert_array_equal(pairs, plain.pair_histogram(points, normals, 3.0, pairs.shape))
 
     moved = points + 0.1 * rng.normal(size=points.shape)
     degree, found = np.zeros(40), np.zeros((1000, 2), np.int64)
-    count = kernels.agreeing(points, normals, moved, normals, 0.5, 0.1, 0.1, degree, found)
-    expected = plain.agreeing(points, normals, moved, normals, 0.5, 0.1, 0.1)
+    count = kernels_poses.consistent_pairs(points, normals, moved, normals, 0.5, 0.1, 0.1, degree, found)
+    expected = plain.consistent_pairs(points, normals, moved, normals, 0.5, 0.1, 0.1)
     assert [tuple(pair) for pair in found[:count].tolist()] == expected
     np.testing.assert_array_equal(degree, np.bincount(np.ravel(expected).astype(int), minlength=40))
 
-    rows, asked = rng.normal(size=(30, 8)).astype(np.float32), rng.normal(size=(5, 8)).astype(np.float32)
+    rows, queries = rng.normal(size=(30, 8)).astype(np.float32), rng.normal(size=(5, 8)).astype(np.float32)
     squares, starts = (rows**2).sum(axis=1), np.array([0, 12, 13, 30])
     out = np.full((3, 5), np.inf, np.float32)
-    kernels.nearest(rows, squares, starts, np.ascontiguousarray(asked.T), out)
-    expected = plain.squared_distances(rows, asked)
+    kernels.nearest(rows, squares, starts, np.ascontiguousarray(queries.T), out)
+    expected = plain.squared_distances(rows, queries)
     least = [expected[a:b].min(axis=0) for a, b in itertools.pairwise(starts)]
-    np.testing.assert_allclose(out + (asked**2).sum(axis=1), least, atol=1e-4)
-    likest = np.zeros((5, 2), np.int64)
-    kernels.two_likest(rows, squares, asked, likest)
-    np.testing.assert_array_equal(likest, np.argsort(expected, axis=0)[:2].T)
+    np.testing.assert_allclose(out + (queries**2).sum(axis=1), least, atol=1e-4)
+    nearest = np.zeros((5, 2), np.int64)
+    kernels.two_nearest(rows, squares, queries, nearest)
+    np.testing.assert_array_equal(nearest, np.argsort(expected, axis=0)[:2].T)
 
 
 @settings(max_examples=10, deadline=None)
@@ -495,33 +495,37 @@ def test_motions_of_pairs_are_those_plain_code_finds(seed, most):
     """Of several models at once: two that have images, around one that has none."""
     rng = np.random.default_rng(seed)
     p, n = oriented_points(rng, 12)
-    rarity, asked = rng.random(12), rng.normal(size=(12, 8)).astype(np.float32)
+    distinctiveness, queries = rng.random(12), rng.normal(size=(12, 8)).astype(np.float32)
     q, m = oriented_points(rng, 33)
     q[:12], q[20:32], m[:12], m[20:32] = p + 0.05, p - 0.05, n, n
     rows = rng.normal(size=(33, 8)).astype(np.float32)
-    rows[:12], rows[20:32] = asked + 0.1, asked - 0.1
-    spans, slacks = np.array([[0, 12], [0, 0], [12, 33]]), np.array([[0.3, 0.2], [0.3, 0.2], [0.5, 0.4]])
+    rows[:12], rows[20:32] = queries + 0.1, queries - 0.1
+    spans, tolerances = np.array([[0, 12], [0, 0], [12, 33]]), np.array([[0.3, 0.2], [0.3, 0.2], [0.5, 0.4]])
     motions, counts, squares = np.zeros((3, most, 12)), np.zeros(3, np.int64), (rows**2).sum(axis=1)
     starts = np.array([0, 12, 12])
-    kernels_poses.pair_motions(p, n, rarity, asked, rows, squares, spans, q, m, starts, slacks, 0.5, motions, counts)
+    kernels_poses.pair_motions(
+        p, n, distinctiveness, queries, rows, squares, spans, q, m, starts, tolerances, 0.5, motions, counts
+    )
     assert counts[1] == 0
     for k in (0, 2):
         mine = slice(*spans[k])
-        expected = plain.pair_motions(p, n, rarity, asked, rows[mine], q[mine], m[mine], *slacks[k], 0.5, most)
+        expected = plain.pair_motions(
+            p, n, distinctiveness, queries, rows[mine], q[mine], m[mine], *tolerances[k], 0.5, most
+        )
         assert counts[k] == len(expected) > 0
         apart = np.abs(motions[k, : counts[k], None] - expected[None]).max(axis=2)
         assert max(apart.min(axis=0).max(), apart.min(axis=1).max()) < 1e-9
 
 
-def test_images_and_profiles_do_not_change_with_the_pose(known):
+def test_images_and_descriptors_do_not_change_with_the_pose(known):
     rng = np.random.default_rng(0)
     cloud = known["lumpy"].sampled(2000, rng=rng)
     R = reference.random_rotation(rng)
     moved = sm.PointCloud(cloud.points @ R.T + [3, -2, 1], cloud.normals @ R.T)
     one, other = (model_of(surface_of(each, "data")) for each in (cloud, moved))
-    np.testing.assert_allclose(one.profile, other.profile, atol=2e-2)
-    assert np.abs(one.bag.images.astype(int) - other.bag.images).mean() < 0.5
-    assert not np.allclose(one.profile, profile_of(surface_of(known["other"], "data")), atol=2e-2)
+    np.testing.assert_allclose(one.descriptor, other.descriptor, atol=2e-2)
+    assert np.abs(one.spin_images.pixels.astype(int) - other.spin_images.pixels).mean() < 0.5
+    assert not np.allclose(one.descriptor, global_descriptor(surface_of(known["other"], "data")), atol=2e-2)
 
 
 def test_a_model_packed_and_unpacked(known):
@@ -530,7 +534,7 @@ def test_a_model_packed_and_unpacked(known):
     np.testing.assert_allclose(model.surface.points, surface.smooth, atol=3e-5)
     np.testing.assert_allclose(model.surface.normals, surface.normals, atol=1e-4)
     at = model.normalized_to(2.0)
-    middle, axes, extent = model.placement
+    middle, axes, extent = model.frame
     np.testing.assert_allclose(at.points * 2 + middle, model.surface.points, atol=1e-12)
     np.testing.assert_allclose(at.normals, model.surface.normals, atol=1e-12)
     assert (at.spacing, at.noise) == (model.spacing / 2, model.noise / 2)
@@ -539,30 +543,30 @@ def test_a_model_packed_and_unpacked(known):
     spread = axes @ at.points.T @ at.points @ axes.T
     np.testing.assert_allclose(spread, np.diag(np.sort(np.diag(spread))[::-1]), atol=1e-9)
     again = Model.unpacked(model.packed())
-    for name in ("places", "directions", "low", "side", "spacing", "noise", "profile"):
+    for name in ("places", "directions", "low", "side", "spacing", "noise", "descriptor"):
         np.testing.assert_array_equal(getattr(again, name), getattr(model, name))
-    np.testing.assert_array_equal(again.bag.images, model.bag.images)
-    np.testing.assert_array_equal(again.bag.chosen, model.bag.chosen)
-    assert again.bag.first == model.bag.first
+    np.testing.assert_array_equal(again.spin_images.pixels, model.spin_images.pixels)
+    np.testing.assert_array_equal(again.spin_images.chosen, model.spin_images.chosen)
+    assert again.spin_images.first_octave == model.spin_images.first_octave
 
 
-def test_few_directions_keep_the_nearest(known):
-    """Distances in the directions that are kept are hardly less than in all."""
+def test_few_components_keep_the_nearest(known):
+    """Distances in the components that are kept are hardly less than in all."""
     models = [model_of(surface_of(mesh, name)) for name, mesh in known.items()]
-    octave = models[0].bag.first + 1
-    images = Images.of(models, octave)
-    asked = models[1].bag.at(octave)[:20]
-    found = images.nearest(asked)
-    whole = np.array([plain.squared_distances(model.bag.at(octave), asked).min(axis=0) for model in models])
+    octave = models[0].spin_images.first_octave + 1
+    images = ImageIndex.of(models, octave)
+    queries = models[1].spin_images.at(octave)[:20]
+    found = images.nearest(queries)
+    whole = np.array([plain.squared_distances(model.spin_images.at(octave), queries).min(axis=0) for model in models])
     assert (found <= whole + 1e-4).all()
     assert found[1].max() < 1e-4
     np.testing.assert_allclose(np.sqrt(np.maximum(found, 0)), np.sqrt(whole), atol=0.12)
     (low, high), none = images.spans(np.array([1, 9]))
-    likest = np.zeros((20, 2), np.int64)
-    kernels.two_likest(images.rows[low:high], images.squares[low:high], images.reduced(asked), likest)
-    assert likest[:, 0].tolist() == list(range(20))
+    nearest = np.zeros((20, 2), np.int64)
+    kernels.two_nearest(images.rows[low:high], images.squares[low:high], images.reduced(queries), nearest)
+    assert nearest[:, 0].tolist() == list(range(20))
     assert none[0] == none[1]
-    assert (Images.of(models, 99).spans(np.array([0, 1])) == 0).all()
+    assert (ImageIndex.of(models, 99).spans(np.array([0, 1])) == 0).all()
 
 
 def test_the_power_of_harmonics():

@@ -1,4 +1,4 @@
-"""Motions of many models at once, from pairs of points that look alike. Arrays in, arrays out; no checks."""
+"""Candidate motions of many models from consistent correspondences. Arrays in, arrays out; no checks."""
 
 # mypy: allow-untyped-defs
 
@@ -10,19 +10,66 @@ import numpy as np
 from numba import prange
 
 from simplexmesh._kernels_njit import njit
-from simplexmesh.recognition._kernels_library import agreeing, two_likest
+from simplexmesh.recognition._kernels_descriptors import two_nearest
 
-TOLD = 0.1
-"""Normals of a pair tell a direction whose part across its line is longer than this."""
+FLAGS = {"nsz", "arcp", "contract", "reassoc"}
+MINIMUM_ACROSS = 0.1
+"""Least component of a pair's normals across its line for which they determine a frame."""
+
+
+@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+def _consistent(i, p, n, q, m, minimum_length, tolerance, cosine_tolerance, out):
+    """Fill `out[j]`, for j < i, with whether correspondences i and j are consistent; arrays are columns (3, k).
+
+    Without branches, so that the loop is vectorized.
+    """
+    a, b, c, d, e, f = p[0, i], p[1, i], p[2, i], q[0, i], q[1, i], q[2, i]
+    g, h, k, r, s, t = n[0, i], n[1, i], n[2, i], m[0, i], m[1, i], m[2, i]
+    for j in range(i):
+        x, y, z, u, v, w = p[0, j] - a, p[1, j] - b, p[2, j] - c, q[0, j] - d, q[1, j] - e, q[2, j] - f
+        scan, model = math.sqrt(x * x + y * y + z * z), math.sqrt(u * u + v * v + w * w)
+        far = (scan >= minimum_length) & (model >= 0.5 * minimum_length) & (abs(scan - model) <= tolerance)
+        l, o = 1.0 / scan, 1.0 / model  # noqa: E741
+        one = (x * g + y * h + z * k) * l - (u * r + v * s + w * t) * o
+        other = (x * n[0, j] + y * n[1, j] + z * n[2, j]) * l - (u * m[0, j] + v * m[1, j] + w * m[2, j]) * o
+        both = g * n[0, j] + h * n[1, j] + k * n[2, j] - r * m[0, j] - s * m[1, j] - t * m[2, j]
+        out[j] = (
+            far & (abs(one) <= cosine_tolerance) & (abs(other) <= cosine_tolerance) & (abs(both) <= cosine_tolerance)
+        )
+
+
+@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+def consistent_pairs(p, n, q, m, minimum_length, tolerance, cosine_tolerance, degree, pairs):
+    """Find the pairs of correspondences (p, n) to (q, m) of oriented points that a rigid motion can explain.
+
+    Their distances exceed `minimum_length` and differ by at most `tolerance`; the cosines of their line with the
+    normals, and between the normals, differ by at most `cosine_tolerance`. `degree` gets the number of consistent
+    partners of each; `pairs` must have room for all pairs. Return the number of pairs.
+    """
+    count = 0
+    degree[:] = 0
+    columns = p.T.copy(), n.T.copy(), q.T.copy(), m.T.copy()
+    agree = np.zeros(len(p), np.uint8)
+    for i in range(len(p)):
+        _consistent(
+            i, columns[0], columns[1], columns[2], columns[3], minimum_length, tolerance, cosine_tolerance, agree
+        )
+        for j in range(i):
+            if agree[j]:
+                degree[i] += 1
+                degree[j] += 1
+                pairs[count, 0], pairs[count, 1] = i, j
+                count += 1
+    return count
 
 
 @njit(cache=True, error_model="numpy")
-def unpack(places, directions, scale, low, points, normals):
-    """Fill points, `places` times a scale from a corner, and unit normals along `directions`."""
-    for i in range(len(places)):
+def dequantize(levels, directions, scale, low, points, normals):
+    """Fill points, `levels` times a scale plus a corner, and unit normals along `directions`."""
+    for i in range(len(levels)):
         square = 0.0
         for a in range(3):
-            points[i, a] = places[i, a] * scale + low[a]
+            points[i, a] = levels[i, a] * scale + low[a]
             square += float(directions[i, a]) ** 2
         length = math.sqrt(square)
         for a in range(3):
@@ -31,9 +78,9 @@ def unpack(places, directions, scale, low, points, normals):
 
 @njit(cache=True, error_model="numpy")
 def _frame(p, n, i, j):
-    """Return the axes of a frame: along the line of two points, then toward their normals; and whether these tell it.
+    """Return the frame of an oriented pair, axes along its line and toward its normals, and whether it is determined.
 
-    The first normal counts twice, so that opposite ones tell a direction too.
+    The first normal has twice the weight, so that opposite normals determine a frame too.
     """
     x, y, z = p[j, 0] - p[i, 0], p[j, 1] - p[i, 1], p[j, 2] - p[i, 2]
     u, v, w = n[i, 0] + 0.5 * n[j, 0], n[i, 1] + 0.5 * n[j, 1], n[i, 2] + 0.5 * n[j, 2]
@@ -43,21 +90,21 @@ def _frame(p, n, i, j):
     along = x * u + y * v + z * w
     u, v, w = u - along * x, v - along * y, w - along * z
     across = math.sqrt(u * u + v * v + w * w)
-    told = far > 0.0 and across > TOLD
-    scale = 1.0 / across if told else 0.0
+    determined = far > 0.0 and across > MINIMUM_ACROSS
+    scale = 1.0 / across if determined else 0.0
     u, v, w = u * scale, v * scale, w * scale
-    return ((x, y, z), (u, v, w), (y * w - z * v, z * u - x * w, x * v - y * u)), told
+    return ((x, y, z), (u, v, w), (y * w - z * v, z * u - x * w, x * v - y * u)), determined
 
 
 @njit(cache=True, error_model="numpy")
-def _likeliest(p, n, q, m, rarity, shortest, slack, bend, motions):
-    """Fill the motions of the pairs of correspondences that agree with most others, and are rare; return how many."""
+def _best_pair_motions(p, n, q, m, distinctiveness, minimum_length, tolerance, cosine_tolerance, motions):
+    """Fill the motions of the consistent pairs with the highest degree and distinctiveness; return their number."""
     degree, pairs = np.zeros(len(p)), np.empty((len(p) * (len(p) - 1) // 2, 2), np.int64)
-    found = agreeing(p, n, q, m, shortest, slack, bend, degree, pairs)
+    found = consistent_pairs(p, n, q, m, minimum_length, tolerance, cosine_tolerance, degree, pairs)
     weight = np.empty(found)
     for k in range(found):
         i, j = pairs[k, 0], pairs[k, 1]
-        weight[k] = degree[i] * rarity[i] * degree[j] * rarity[j]
+        weight[k] = degree[i] * distinctiveness[i] * degree[j] * distinctiveness[j]
     least = -math.inf
     if found > len(motions):
         least = np.partition(weight, found - len(motions))[found - len(motions)]
@@ -66,9 +113,9 @@ def _likeliest(p, n, q, m, rarity, shortest, slack, bend, motions):
         i, j = pairs[k, 0], pairs[k, 1]
         if weight[k] < least or count == len(motions):
             continue
-        (a, b, c), here = _frame(p, n, i, j)
-        (d, e, f), there = _frame(q, m, i, j)
-        if not (here and there):
+        (a, b, c), scan_determined = _frame(p, n, i, j)
+        (d, e, f), model_determined = _frame(q, m, i, j)
+        if not (scan_determined and model_determined):
             continue
         x, y, z = 0.5 * (q[i, 0] + q[j, 0]), 0.5 * (q[i, 1] + q[j, 1]), 0.5 * (q[i, 2] + q[j, 2])
         for row in range(3):
@@ -85,28 +132,32 @@ def _likeliest(p, n, q, m, rarity, shortest, slack, bend, motions):
 
 
 @njit(cache=True, error_model="numpy", parallel=True)
-def pair_motions(p, n, rarity, asked, rows, squares, spans, q, m, starts, slacks, bend, motions, counts):
-    """Fill the likeliest motions (h, 12) of each model, and how many it has.
+def pair_motions(
+    p, n, distinctiveness, queries, rows, squares, spans, q, m, starts, tolerances, cosine_tolerance, motions, counts
+):
+    """Fill the best motions (h, 12) of each model, and their number.
 
-    Points `p` of the scan with normals `n` and images `asked` are paired with the two of each model's `q` with `m`,
-    from its place in `starts` on, that look likest: their images are those of its span of the `rows`. `rarity` says
-    how much each point of the scan tells. `slacks` (models, 2) are the shortest distance of pairs, and by how much
-    those of both may differ; `bend` by how much cosines may.
+    Scan points `p` with normals `n` and descriptors `queries` correspond to the two model points, of `q` with normals
+    `m` from ``starts`` on, with the nearest descriptors, which are the range ``spans`` of `rows`. `distinctiveness`
+    weights the scan points. `tolerances` (models, 2) are the minimum length of pairs and the tolerance of their length.
     """
     for k in prange(len(spans)):
         low, high, at = spans[k, 0], spans[k, 1], starts[k]
         counts[k] = 0
         if low == high:
             continue
-        likest = np.zeros((len(p), 2), np.int64)
-        two_likest(rows[low:high], squares[low:high], asked, likest)
-        many = 2 * len(p)
-        here, up = np.empty((many, 3)), np.empty((many, 3))
-        there, away, rare = np.empty((many, 3)), np.empty((many, 3)), np.empty(many)
-        for i in range(many):
-            rare[i] = rarity[i // 2]
-            which = at + likest[i // 2, i % 2]
+        nearest = np.zeros((len(p), 2), np.int64)
+        two_nearest(rows[low:high], squares[low:high], queries, nearest)
+        count = 2 * len(p)
+        scan_points, scan_normals = np.empty((count, 3)), np.empty((count, 3))
+        model_points, model_normals, weights = np.empty((count, 3)), np.empty((count, 3)), np.empty(count)
+        for i in range(count):
+            weights[i] = distinctiveness[i // 2]
+            row = at + nearest[i // 2, i % 2]
             for a in range(3):
-                here[i, a], up[i, a] = p[i // 2, a], n[i // 2, a]
-                there[i, a], away[i, a] = q[which, a], m[which, a]
-        counts[k] = _likeliest(here, up, there, away, rare, slacks[k, 0], slacks[k, 1], bend, motions[k])
+                scan_points[i, a], scan_normals[i, a] = p[i // 2, a], n[i // 2, a]
+                model_points[i, a], model_normals[i, a] = q[row, a], m[row, a]
+        counts[k] = _best_pair_motions(
+            scan_points, scan_normals, model_points, model_normals, weights, tolerances[k, 0], tolerances[k, 1],
+            cosine_tolerance, motions[k],
+        )  # fmt: skip

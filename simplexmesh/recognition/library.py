@@ -1,4 +1,4 @@
-"""Many models in one file, and which of them a scan shows, where, and how surely."""
+"""Recognition of scans: a library of models in one file, and the pose of the recognized ones in a scan."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from numpy.typing import ArrayLike, NDArray
 from simplexmesh import _check
 from simplexmesh.data.points import PointCloud
 from simplexmesh.motion.progress import Report, reporting
-from simplexmesh.recognition.models import KEPT, Model, model_of
-from simplexmesh.recognition.profile import profile_of
+from simplexmesh.recognition.global_descriptor import global_descriptor
+from simplexmesh.recognition.model_index import ModelIndex
+from simplexmesh.recognition.models import MODEL_POINTS, Model, model_of
 from simplexmesh.recognition.ranking import ranked
-from simplexmesh.recognition.scene import Scene, without_strays
-from simplexmesh.recognition.shelf import Shelf
+from simplexmesh.recognition.scene import Scene, without_outliers
 from simplexmesh.recognition.store import Store
 from simplexmesh.recognition.surfaces import surface_of
 from simplexmesh.recognition.verify import Evaluation
@@ -28,23 +28,23 @@ Array = NDArray[np.float64]
 SIDES = ("above", "below")
 LONGEST_NAME = 500
 MOST_POINTS = 4_000
-"""More points of a scan are thinned out at random."""
+"""Scans with more points are subsampled at random."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Recognition:
-    """A model that a scan may be of; made by `ModelLibrary.recognise`.
+    """A model recognized in a scan; made by `ModelLibrary.recognise`.
 
     Attributes
     ----------
     name : str
     T_scan_model : (4, 4) array of float
-        Takes the model's coordinates to the scan's frame.
+        Maps the model's coordinates to the scan's frame.
     score : float
-        At most 1: the share of the smaller surface that agrees with the other, by distance and normals, less what
-        runs near it but not on it; lower where the model has much less area than the scan, which it cannot explain.
+        At most 1: the fraction of the smaller surface that agrees with the other in distance and normals, less what is
+        near but off it; lowered if the model's area is too small to explain the scan.
     overlap : float
-        The share of the scan that lies on the model.
+        The fraction of the scan that lies on the model.
     error : float
         Root mean square distance of the model to the scan's tangent planes, where they overlap, in the data's unit.
 
@@ -71,23 +71,22 @@ class Recognition:
 
 
 class ModelLibrary:
-    """Models in one file, and which of them a scan shows.
+    """A library of models in one file, to recognize scans.
 
     Parameters
     ----------
     path : str or Path
-        By convention ending in .sml. Made when the first model is added.
+        By convention ending in .sml. Created when the first model is added.
 
     Raises
     ------
     OSError, TypeError
-        The file is not a library, or was cut short; the folder does not exist.
+        The file is not a library, or is truncated; the folder does not exist.
 
     Notes
     -----
     `len`, `in` and iteration are over names, in the order in which they were added. Models and scans must be in one
-    unit. What was added is on disk when `add` returns, and a crash leaves the file as it was before or after. Several
-    processes may read and add at the same time.
+    unit. Changes are atomic and on disk when a method returns. Several processes may read and add at the same time.
 
     Examples
     --------
@@ -108,7 +107,7 @@ class ModelLibrary:
         if not isinstance(path, str | os.PathLike):
             raise TypeError(f"path must be the name of a file, not {type(path).__name__}")
         self._store = Store(Path(path).expanduser())
-        self._read_before = b"", Shelf()
+        self._cached = b"", ModelIndex()
         if self._store.exists():
             self._store.stamp()
         elif not self.path.parent.is_dir():
@@ -116,7 +115,7 @@ class ModelLibrary:
 
     @property
     def path(self) -> Path:
-        """The file."""
+        """Path of the file."""
         return self._store.path
 
     def __repr__(self) -> str:
@@ -147,30 +146,30 @@ class ModelLibrary:
         inside: str = "above",
         poses: ArrayLike | None = None,
     ) -> None:
-        """Add a model. When this returns it is on disk.
+        """Add a model to the file.
 
         Parameters
         ----------
         name : str
         data : SimplexMesh, TriangleMesh, PointCloud, Volume, array, pyvista or trimesh object, path, or scans
-            The complete object. Where only a part of it is known, only scans of that part are recognized.
+            The complete object; of an incomplete one only scans of the known part are recognized.
         replace : bool
-            Whether a model of that name gives way; otherwise it is an error that there is one.
+            Whether to replace a model of that name; otherwise an existing name is an error.
         level, label, inside, poses
-            The surface meant in a volume, and the poses of several scans; as in `reconstruct`.
+            The surface of a volume, and the poses of several scans; as in `reconstruct`.
 
         Raises
         ------
         ValueError, TypeError, OSError
-            A name that is taken; data that is not there, fewer than 50 points; a file that is not a library.
+            A name that exists; data that is missing, fewer than 50 points; a file that is not a library.
         """
-        name = _named(name)
+        name = _checked_name(name)
         _check.choice("inside", inside, SIDES)
         if not replace and name in self:
-            raise ValueError(_taken(name))
-        surface = surface_of(data, "data", level=level, label=label, inside=inside, poses=poses, maximum=KEPT)
-        if not self._store.put(name, model_of(without_strays(surface)).packed(), replace=replace):
-            raise ValueError(_taken(name))
+            raise ValueError(_name_taken(name))
+        surface = surface_of(data, "data", level=level, label=label, inside=inside, poses=poses, maximum=MODEL_POINTS)
+        if not self._store.put(name, model_of(without_outliers(surface)).packed(), replace=replace):
+            raise ValueError(_name_taken(name))
 
     def remove(self, name: str) -> None:
         """Remove a model.
@@ -178,26 +177,26 @@ class ModelLibrary:
         Raises
         ------
         ValueError, TypeError, OSError
-            There is none of that name.
+            No model has that name.
         """
-        if not self._store.remove(_named(name)):
-            raise ValueError(f"name must be that of a model in {self.path}; there is none called {name!r}")
+        if not self._store.remove(_checked_name(name)):
+            raise ValueError(f"name must be that of a model in {self.path}, not {name!r}")
 
     def points(self, name: str) -> PointCloud:
-        """Return what is kept of a model: some thousand points of its surface, with normals.
+        """Return the stored points of a model's surface, at most 4,000, with normals.
 
         Raises
         ------
         ValueError, TypeError, OSError
-            There is none of that name.
+            No model has that name.
         """
-        name = _named(name)
-        shelf = self._read()
-        for number, known in shelf.names.items():
+        name = _checked_name(name)
+        index = self._read()
+        for identity, known in index.names.items():
             if known == name:
-                surface = shelf.models[number].surface
+                surface = index.models[identity].surface
                 return PointCloud(surface.points, surface.normals)
-        raise ValueError(f"name must be that of a model in {self.path}; there is none called {name!r}")
+        raise ValueError(f"name must be that of a model in {self.path}, not {name!r}")
 
     def recognise(
         self,
@@ -211,20 +210,20 @@ class ModelLibrary:
         poses: ArrayLike | None = None,
         progress: bool | Report = False,
     ) -> list[Recognition]:
-        """Return the models a scan may be of, best first, and where each lies in it.
+        """Return the models recognized in a scan, best first, and their poses.
 
         Parameters
         ----------
         data : SimplexMesh, TriangleMesh, PointCloud, Volume, array, pyvista or trimesh object, path, or scans
-            Of one object, or a part of it, in the models' unit.
+            Of one object or a part of it, in the models' unit.
         best : int
-            How many to return at most.
+            Maximum number of models.
         minimum_score : float
-            Models that fit less are left out; the list may be empty.
+            Models with lower scores are omitted; the list may be empty.
         level, label, inside, poses
-            The surface meant in a volume, and the poses of several scans; as in `reconstruct`.
+            The surface of a volume, and the poses of several scans; as in `reconstruct`.
         progress : bool or callable
-            True shows a bar; a function is called with the share done and a message.
+            True shows a bar; a function is called with the fraction done and a message.
 
         Returns
         -------
@@ -233,46 +232,45 @@ class ModelLibrary:
         Raises
         ------
         ValueError, TypeError, OSError
-            A scan of fewer than 50 points, or on a line; a library that is empty, absent, or not one.
+            A scan of fewer than 50 points, or collinear; a library that is empty, missing, or of another format.
         """
         best = _check.integer("best", best, 1)
         _check.choice("inside", inside, SIDES)
         minimum_score = _check.number("minimum_score", minimum_score, 0.0, 1.0)
         with reporting(progress) as report:
             report(0.0, "reading")
-            shelf = self._read()
-            if not shelf.names:
+            index = self._read()
+            if not index.names:
                 raise ValueError(f"the library {self.path} must hold models to recognize anything; it is empty")
             surface = surface_of(
                 data, "data", level=level, label=label, inside=inside, poses=poses, maximum=MOST_POINTS, fine=False
             )
-            surface = without_strays(surface)
+            surface = without_outliers(surface)
             scene = Scene.of(surface)
-            found = ranked(scene, profile_of(surface), shelf, best, report)
+            found = ranked(scene, global_descriptor(surface), index, best, report)
             report(1.0, "done")
         return [
-            _told(scene, shelf.names[number], shelf.models[number], evaluation)
-            for number, evaluation in found
+            _as_recognition(scene, index.names[identity], index.models[identity], evaluation)
+            for identity, evaluation in found
             if evaluation.score >= minimum_score and np.isfinite(evaluation.error)
         ]
 
-    def _read(self) -> Shelf:
-        """Return all models, in memory, as they are in the file now."""
-        before, shelf = self._read_before
-        now = self._store.stamp()
-        if now == before:
-            return shelf
-        now, names, data = self._store.read(set(shelf.models))
+    def _read(self) -> ModelIndex:
+        """Return the index of all models, updated if the file has changed."""
+        cached, index = self._cached
+        if self._store.stamp() == cached:
+            return index
+        stamp, names, data = self._store.read(set(index.models))
         try:
-            shelf = shelf.updated(names, data)
-        except ValueError as problem:
-            raise OSError(f"{self.path} is damaged: {problem}") from None
-        self._read_before = now, shelf
-        return shelf
+            index = index.updated(names, data)
+        except ValueError as error:
+            raise OSError(f"{self.path} is damaged: {error}") from None
+        self._cached = stamp, index
+        return index
 
 
-def _named(name: Any) -> str:
-    """Return a name, or say what is wrong with it."""
+def _checked_name(name: Any) -> str:
+    """Return a valid name."""
     if not isinstance(name, str):
         raise TypeError(f"name must be a string, not {type(name).__name__}")
     if not 0 < len(name) <= LONGEST_NAME or not name.isprintable():
@@ -280,14 +278,14 @@ def _named(name: Any) -> str:
     return name
 
 
-def _taken(name: str) -> str:
-    return f"name must be new to the library, unless it is to replace the model {name!r} there is"
+def _name_taken(name: str) -> str:
+    return f"name must be new to the library, not {name!r}; replace=True replaces the model of that name"
 
 
-def _told(scene: Scene, name: str, model: Model, evaluation: Evaluation) -> Recognition:
-    """Return a verdict in the data's frames and unit."""
+def _as_recognition(scene: Scene, name: str, model: Model, evaluation: Evaluation) -> Recognition:
+    """Return an evaluation in the frames and unit of the data."""
     T = evaluation.T.copy()
-    T[:3, 3] = scene.middle + scene.unit * T[:3, 3] - T[:3, :3] @ model.surface.points.mean(axis=0)
+    T[:3, 3] = scene.center + scene.unit * T[:3, 3] - T[:3, :3] @ model.frame[0]
     return Recognition(
         name=name,
         T_scan_model=_check.frozen(T),

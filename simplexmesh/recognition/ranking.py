@@ -1,9 +1,9 @@
-"""From all models of a library to the few that a scan may be of: cheap comparisons first, the data decides.
+"""Rank the models of a library for a scan: cheap comparisons select candidates, the data decides.
 
-Those models are tried whose profile is near the scan's, or in which the images of its points are found again; more of
-the latter where none of these explains it: then it shows a part. Each model is brought to the scan by its axes and by
-pairs of points that look alike. These motions are judged and followed on the scan's grid, and the best models are put
-to the proof on the points, both ways, as in `register`.
+Candidates are the models with the nearest global descriptors and those with the nearest spin images; more of the latter
+if none of these explains the scan, or if it is a part. Candidate motions of each model come from principal axes and
+consistent correspondences. They are scored and refined on the scan's grid, and the best models are evaluated on the
+points of both surfaces, as in `register`.
 """
 
 from __future__ import annotations
@@ -19,141 +19,151 @@ from simplexmesh.motion.progress import Report
 from simplexmesh.recognition.batch_scoring import BatchScorer
 from simplexmesh.recognition.grid_scoring import GridScorer
 from simplexmesh.recognition.icp import refined
-from simplexmesh.recognition.scene import FIRST, LAST, Scene, Tree
-from simplexmesh.recognition.shelf import Shelf
+from simplexmesh.recognition.model_index import ModelIndex
+from simplexmesh.recognition.scene import COARSE_MOTIONS, FINE_MOTIONS, Scene, SingleThreadTree
 from simplexmesh.recognition.verify import Evaluation, Verifier
 
 Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
 
-BY_PROFILE, BY_IMAGES, MORE = 8, 6, 40
-"""So many models are tried because of their profile and of their images, and so many more because of these if ..."""
+BY_DESCRIPTOR, BY_IMAGES, MORE_BY_IMAGES = 8, 6, 40
+"""Numbers of models that are tried for their global descriptor, for their images, and for their images if needed."""
 
-ENOUGH, NEAR = 0.5, 0.15
-"""... the best has not this score, or its profile is farther than this from the scan's, as that of a part is."""
+SUFFICIENT_SCORE, NEAR_DESCRIPTOR = 0.5, 0.15
+"""More models are tried if the best has a lower score, or a descriptor farther from the scan's, as one of a part is."""
 
-SWOLLEN = 1.5
-"""Noise makes scans seem up to so much larger; models of still less area than they cannot be what they show."""
+AREA_TOLERANCE = 1.5
+"""Factor by which noise may enlarge the apparent area of a scan; smaller models cannot explain all of it."""
 
-FOLLOWED, AGAIN = 30, 16
-"""So many models are followed on the grid, so many of these more exactly."""
+COARSE_MODELS, FINE_MODELS = 30, 16
+"""Numbers of models that are refined coarsely, then finely, on the grid."""
 
-EVERY, LIKELY = 4, 100
-"""So many-th points judge all motions, all of them the likeliest."""
+STRIDE, SCORED_MOTIONS = 4, 100
+"""All motions are scored with one point in four, and the best 100 of each model with all points."""
 
-PROVEN = 8
-"""So many of a part's models are put to the proof at least, even if fewer are asked for."""
+MINIMUM_EVALUATED = 8
+"""Least number of models that are evaluated on the points if the scan is a part."""
 
-ASKED = 600
-ROUNDS = 5
+SAMPLES = 600
+ITERATIONS = 5
 
 
 @dataclass(frozen=True, eq=False)
-class Placed:
-    """A model in a scene: its place on the shelf, its best motions (h, 12), the best one's score on the scan's grid."""
+class Candidate:
+    """A model in a scene: its row in the index, its best motions (h, 12), and the score of the first on the grid."""
 
-    number: int
+    row: int
     scorer: GridScorer
     motions: Array
     score: float
 
 
-def _share(scorer: GridScorer) -> float:
-    """Return how much larger the model's area is than the smaller one: scores are of that, if it may explain all."""
-    model, scan = scorer.source.area, scorer.target.area
-    return explained(model, scan) * model / min(model, scan)
+def explainable_fraction(model: float, scan: float) -> float:
+    """Return the largest fraction of a scan that a model can explain, from their areas.
 
-
-def explained(model: float, scan: float) -> float:
-    """Return the most a model of some area can explain of a scan, which shows nothing else.
-
-    Small models fit somewhere on large scans: a plate on any flat side.
+    It lowers the scores of small models, which fit somewhere on large scans: a plate on any flat side.
 
     Examples
     --------
-    >>> explained(2.0, 1.0), explained(1.0, 15.0)
+    >>> explainable_fraction(2.0, 1.0), explainable_fraction(1.0, 15.0)
     (1.0, 0.1)
     """
-    return min(1.0, float(SWOLLEN * model / scan))
+    return min(1.0, float(AREA_TOLERANCE * model / scan))
 
 
-def placed(numbers: list[int], scorers: list[GridScorer], motions: list[Array]) -> list[Placed]:
-    """Return models with the likeliest of their motions; a few points say which of them to judge."""
-    many = BatchScorer(scorers)
-    rough = many.scores(motions, every=EVERY)
-    likely = [each[_best(scores, LIKELY)] for each, scores in zip(motions, rough, strict=True)]
-    return _with_best(numbers, scorers, likely, many.scores(likely), 3 * FIRST)
+def _score_factor(scorer: GridScorer) -> float:
+    """Return the factor from the mean score of the model's points to the score relative to the smaller surface."""
+    model, scan = scorer.source.area, scorer.target.area
+    return explainable_fraction(model, scan) * model / min(model, scan)
 
 
-def followed(found: list[Placed], stage: int) -> list[Placed]:
-    """Return models with their motions followed, roughly (0) or well (1), the best of them left."""
-    motions = [one.motions if stage else one.motions[one.scorer.distinct(one.motions, FIRST)] for one in found]
-    many = BatchScorer([one.scorer for one in found])
-    motions = many.refined(motions, stage=stage)
-    return _with_best([one.number for one in found], many.scorers, motions, many.scores(motions, stage=stage + 1), LAST)
+def initial_candidates(rows: list[int], scorers: list[GridScorer], motions: list[Array]) -> list[Candidate]:
+    """Return models with the best of their motions, scored without refinement."""
+    batch = BatchScorer(scorers)
+    coarse = batch.scores(motions, every=STRIDE)
+    promising = [each[_best(scores, SCORED_MOTIONS)] for each, scores in zip(motions, coarse, strict=True)]
+    return _with_best(rows, scorers, promising, batch.scores(promising), 3 * COARSE_MOTIONS)
 
 
-def _best(scores: Array, most: int) -> NDArray[np.int64]:
-    return np.argsort(-scores, kind="stable")[:most]
+def refined_candidates(candidates: list[Candidate], stage: int) -> list[Candidate]:
+    """Return models with their motions refined, coarsely (stage 0) or finely (1), the best of them kept."""
+    motions = [each.motions if stage else _distinct(each) for each in candidates]
+    batch = BatchScorer([each.scorer for each in candidates])
+    motions = batch.refined(motions, stage=stage)
+    rows, scores = [each.row for each in candidates], batch.scores(motions, stage=stage + 1)
+    return _with_best(rows, batch.scorers, motions, scores, FINE_MOTIONS)
+
+
+def _distinct(candidate: Candidate) -> Array:
+    return candidate.motions[candidate.scorer.distinct(candidate.motions, COARSE_MOTIONS)]
+
+
+def _best(scores: Array, count: int) -> Indices:
+    return np.argsort(-scores, kind="stable")[:count]
 
 
 def _with_best(
-    numbers: list[int], scorers: list[GridScorer], motions: list[Array], scores: list[Array], most: int
-) -> list[Placed]:
-    """Return models with the best of their motions."""
+    rows: list[int], scorers: list[GridScorer], motions: list[Array], scores: list[Array], count: int
+) -> list[Candidate]:
+    """Return models with the best `count` of their motions."""
     return [
-        Placed(number, scorer, each[_best(point_scores, most)], _share(scorer) * float(point_scores.max()))
-        for number, scorer, each, point_scores in zip(numbers, scorers, motions, scores, strict=True)
+        Candidate(row, scorer, each[_best(values, count)], _score_factor(scorer) * float(values.max()))
+        for row, scorer, each, values in zip(rows, scorers, motions, scores, strict=True)
     ]
 
 
-def tried(scene: Scene, shelf: Shelf, which: NDArray[np.int64], most: int) -> list[Placed]:
-    """Return which models of a shelf fit best on the scene's grid, best first."""
-    models = [shelf.models[shelf.numbers[k]] for k in which]
+def best_candidates(scene: Scene, index: ModelIndex, which: Indices, count: int) -> list[Candidate]:
+    """Return at least `count` of the models `which`, if there are, with refined motions, best first."""
+    models = [index.models[index.identities[k]] for k in which]
     scorers = [scene.scorer(model) for model in models]
-    found = placed(which.tolist(), scorers, scene.motions(models, scorers, shelf.images(scene.octave), which))
-    for stage, count in enumerate((FOLLOWED, max(AGAIN, most))):
-        found.sort(key=lambda one: -one.score)
-        found = followed(found[:count], stage)
-    return sorted(found, key=lambda one: -one.score)
+    motions = scene.motions(models, scorers, index.image_index(scene.octave), which)
+    candidates = initial_candidates(which.tolist(), scorers, motions)
+    for stage, kept in enumerate((COARSE_MODELS, max(FINE_MODELS, count))):
+        candidates.sort(key=lambda each: -each.score)
+        candidates = refined_candidates(candidates[:kept], stage)
+    return sorted(candidates, key=lambda each: -each.score)
 
 
-def proven(scene: Scene, one: Placed) -> Evaluation:
-    """Return the verdict on the best motion of a model, refined on the points."""
-    scorer = one.scorer
-    trees = Tree(scorer.source.points, balanced_tree=False, compact_nodes=False), scene.tree
-    verifier = Verifier.of(scorer.source, scorer.target, scorer.size, ASKED, np.random.default_rng(0), trees)
-    start = np.vstack([one.motions[0].reshape(3, 4), [0, 0, 0, 1]])
-    T = refined(verifier.source, verifier.target, verifier.trees[1], start, 2 * verifier.reach, chosen=verifier.samples[0],
-                iterations=ROUNDS)  # fmt: skip
-    evaluation = verifier.evaluated(T)
-    return replace(evaluation, score=evaluation.score * explained(verifier.source.area, verifier.target.area))
+def evaluated(scene: Scene, candidate: Candidate) -> Evaluation:
+    """Return the evaluation of a model's best motion, refined on the points."""
+    scorer = candidate.scorer
+    trees = SingleThreadTree(scorer.source.points, balanced_tree=False, compact_nodes=False), scene.tree
+    verifier = Verifier.of(scorer.source, scorer.target, scorer.size, SAMPLES, np.random.default_rng(0), trees)
+    start = np.vstack([candidate.motions[0].reshape(3, 4), [0, 0, 0, 1]])
+    T = refined(
+        verifier.source, verifier.target, verifier.trees[1], start, 2 * verifier.reach, chosen=verifier.samples[0],
+        iterations=ITERATIONS,
+    )  # fmt: skip
+    found = verifier.evaluated(T)
+    return replace(found, score=found.score * explainable_fraction(verifier.source.area, verifier.target.area))
 
 
-def ranked(scene: Scene, profile: Array, shelf: Shelf, most: int, report: Report) -> list[tuple[int, Evaluation]]:
-    """Return the identities of models, and the verdicts on where they lie in the scene, best first."""
+def ranked(
+    scene: Scene, descriptor: Array, index: ModelIndex, count: int, report: Report
+) -> list[tuple[int, Evaluation]]:
+    """Return the identities of up to `count` models, and the evaluations of their motions in the scene, best first."""
     report(0.3, "comparing")
-    profiles, images = shelf.by_profile(profile), shelf.by_images(scene.images, scene.octave)
-    order = np.argsort(images, kind="stable")
-    order = order[np.isfinite(images[order])]
-    first = np.union1d(np.argsort(profiles, kind="stable")[:BY_PROFILE], order[:BY_IMAGES])
-    more = order[~np.isin(order, first)][:MORE]
-    part = profiles.min() >= NEAR
-    found = (
-        _proven(scene, shelf, np.concatenate([first, more]), max(PROVEN, most))
-        if part
-        else (_proven(scene, shelf, first, most))
-    )
-    if not part and not (profiles[found[0][0]] < NEAR and found[0][1].score > ENOUGH):
-        report(0.6, "comparing more")
-        found += _proven(scene, shelf, more, most)
-        found.sort(key=lambda one: -one[1].score)
-    return [(shelf.numbers[k], evaluation) for k, evaluation in found[:most]]
+    by_descriptor = index.descriptor_distances(descriptor)
+    by_images = index.image_distances(scene.images, scene.octave)
+    order = np.argsort(by_images, kind="stable")
+    order = order[np.isfinite(by_images[order])]
+    first = np.union1d(np.argsort(by_descriptor, kind="stable")[:BY_DESCRIPTOR], order[:BY_IMAGES])
+    more = order[~np.isin(order, first)][:MORE_BY_IMAGES]
+    if by_descriptor.min() >= NEAR_DESCRIPTOR:
+        found = _evaluated_best(scene, index, np.concatenate([first, more]), max(MINIMUM_EVALUATED, count))
+    else:
+        found = _evaluated_best(scene, index, first, count)
+        if by_descriptor[found[0][0]] >= NEAR_DESCRIPTOR or found[0][1].score <= SUFFICIENT_SCORE:
+            report(0.6, "comparing more")
+            found += _evaluated_best(scene, index, more, count)
+            found.sort(key=lambda each: -each[1].score)
+    return [(index.identities[k], evaluation) for k, evaluation in found[:count]]
 
 
-def _proven(scene: Scene, shelf: Shelf, which: NDArray[np.int64], most: int) -> list[tuple[int, Evaluation]]:
-    """Return which of some models of a shelf fit best, and the verdicts on these, best first."""
-    best = tried(scene, shelf, which, most)[:most] if len(which) else []
-    with ThreadPoolExecutor(max(1, min(len(best), os.cpu_count() or 1))) as pool:  # trees are asked without the lock
-        evaluations = list(pool.map(lambda one: proven(scene, one), best))
-    found = [(one.number, evaluation) for one, evaluation in zip(best, evaluations, strict=True)]
-    return sorted(found, key=lambda one: -one[1].score)
+def _evaluated_best(scene: Scene, index: ModelIndex, which: Indices, count: int) -> list[tuple[int, Evaluation]]:
+    """Return the rows of the best `count` of the models `which`, and their evaluations, best first."""
+    best = best_candidates(scene, index, which, count)[:count] if len(which) else []
+    with ThreadPoolExecutor(max(1, min(len(best), os.cpu_count() or 1))) as pool:  # trees are queried without the GIL
+        evaluations = list(pool.map(lambda each: evaluated(scene, each), best))
+    found = [(each.row, evaluation) for each, evaluation in zip(best, evaluations, strict=True)]
+    return sorted(found, key=lambda each: -each[1].score)

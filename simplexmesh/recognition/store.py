@@ -1,10 +1,9 @@
 """Models in one file: an SQLite database with a rollback journal.
 
-Why this store: it is in Python's standard library, one file, and a change is either whole or not there, whatever
-happens in the middle. Why a rollback journal and not a write-ahead log: at rest there is nothing beside the file, so
-it can be copied, sent, and read from folders that cannot be written to and from network drives; what the log would
-gain, writing while others read, matters little where a change takes milliseconds. Each operation opens the file for
-itself, so a store can be shared by threads and processes, and nothing needs to be closed.
+SQLite is in Python's standard library, uses one file and makes changes atomic. A rollback journal, unlike a write-ahead
+log, leaves no other files at rest, so that the file can be copied and read from read-only folders and network drives;
+writing while others read, which the log would allow, matters little for changes of milliseconds. Each operation opens
+its own connection, so a store can be shared by threads and processes, and need not be closed.
 """
 
 from __future__ import annotations
@@ -19,14 +18,14 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     import sqlite3
 
-KIND, VERSION = 0x534D4C31, 1
-"""What marks a file as one of ours ("SML1"), and which way it is laid out."""
+APPLICATION_ID, VERSION = 0x534D4C31, 1
+"""Application id ("SML1") and format version of the file."""
 
-PATIENCE = 60.0
-"""Seconds to wait while others write."""
+TIMEOUT = 60.0
+"""Seconds to wait for a lock."""
 
 IDENTITY = "(id << 32 | checked)"
-"""What tells data from any other: its number and its checksum, since copies of a file go on counting from the same."""
+"""Identity of an entry: id and checksum, since copies of a file reuse ids."""
 
 TABLES = (
     "CREATE TABLE library (changes INTEGER NOT NULL, made BLOB NOT NULL)",
@@ -37,19 +36,19 @@ TABLES = (
 
 
 class Store:
-    """Named pieces of data in a file.
+    """Named entries of bytes in a file.
 
     Parameters
     ----------
     path : Path
-        Made with the first piece.
+        Created with the first entry.
     """
 
     def __init__(self, path: Path) -> None:
         self.path = path
 
     def put(self, name: str, data: bytes, *, replace: bool) -> bool:
-        """Add a piece, on disk when this returns; return False, and change nothing, if the name is taken."""
+        """Add an entry, on disk when this returns; return False without a change if the name exists."""
         with self._opened(create=True) as file:
             file.execute("BEGIN IMMEDIATE")
             if replace:
@@ -58,11 +57,11 @@ class Store:
                 file.execute("ROLLBACK")
                 return False
             file.execute("INSERT INTO models (name, data, checked) VALUES (?, ?, ?)", (name, data, zlib.crc32(data)))
-            self._changed(file)
+            self._commit(file)
         return True
 
     def remove(self, name: str) -> bool:
-        """Remove a piece; return False if there is none of that name."""
+        """Remove an entry; return False if there is none of that name."""
         if not self.path.exists():
             return False
         with self._opened() as file:
@@ -70,51 +69,52 @@ class Store:
             if not file.execute("DELETE FROM models WHERE name = ?", (name,)).rowcount:
                 file.execute("ROLLBACK")
                 return False
-            self._changed(file)
+            self._commit(file)
         return True
 
     def exists(self) -> bool:
-        """Whether there is anything; a crash while the file is made leaves it empty."""
+        """Whether there is a file that is not empty, as a crash during its creation leaves it."""
         return self.path.exists() and (self.path.is_dir() or self.path.stat().st_size > 0)
 
     def names(self) -> list[str]:
-        """Return all names, in the order in which they were added; none if there is no file, or nothing in it yet."""
+        """Return all names, in the order in which they were added; none if there is no file or it is empty."""
         if not self.exists():
             return []
         with self._opened() as file:
             return [name for (name,) in file.execute("SELECT name FROM models ORDER BY id")]
 
     def stamp(self) -> bytes:
-        """Return what no other state of this file, or of another, has."""
+        """Return random bytes that identify the state of the file."""
         with self._opened() as file:
             return self._stamp(file)
 
     def read(self, known: set[int]) -> tuple[bytes, list[tuple[int, str]], dict[int, bytes]]:
-        """Return the stamp, all identities and names in the order they were added, and the data of those not known."""
+        """Return the stamp, all identities and names in the order of addition, and the data not in `known`."""
         with self._opened() as file:
             file.execute("BEGIN")
             stamp = self._stamp(file)
             names = file.execute(f"SELECT {IDENTITY}, name FROM models ORDER BY id").fetchall()
             data = {}
-            for number, name in names:
-                if number not in known:
-                    (data[number],) = file.execute("SELECT data FROM models WHERE id = ?", (number >> 32,)).fetchone()
-                    if zlib.crc32(data[number]) != number & 0xFFFFFFFF:
+            for identity, name in names:
+                if identity not in known:
+                    entry = file.execute("SELECT data FROM models WHERE id = ?", (identity >> 32,)).fetchone()
+                    (data[identity],) = entry
+                    if zlib.crc32(data[identity]) != identity & 0xFFFFFFFF:
                         raise OSError(f"{self.path} is damaged: the data of {name!r} is not what was written")
         return stamp, names, data
 
     @staticmethod
     def _stamp(file: sqlite3.Connection) -> bytes:
-        return bytes(_one(file, "SELECT CAST(made AS BLOB) FROM library"))
+        return bytes(_scalar(file, "SELECT CAST(made AS BLOB) FROM library"))
 
     @staticmethod
-    def _changed(file: sqlite3.Connection) -> None:
+    def _commit(file: sqlite3.Connection) -> None:
         file.execute("UPDATE library SET changes = changes + 1, made = randomblob(16)")
         file.execute("COMMIT")
 
     @contextmanager
     def _opened(self, *, create: bool = False) -> Iterator[sqlite3.Connection]:
-        """Lend a connection; what goes wrong with it is told in one sentence.
+        """Yield a connection; errors of SQLite become an `OSError` with one sentence.
 
         Raises
         ------
@@ -130,63 +130,63 @@ class Store:
             raise FileNotFoundError(f"there is no folder {self.path.parent} to write {self.path.name} to")
         try:
             mode = "rwc" if create else "rw" if self._writable() else "ro"
-            place = f"{address(self.path.absolute())}?mode={mode}"
-            file = sqlite3.connect(place, timeout=PATIENCE, isolation_level=None, uri=True)
+            uri = f"{file_uri(self.path.absolute())}?mode={mode}"
+            file = sqlite3.connect(uri, timeout=TIMEOUT, isolation_level=None, uri=True)
             try:
-                self._understand(file, create=create)
+                self._check_format(file, create=create)
                 yield file
             finally:
                 file.close()
-        except (sqlite3.Error, TypeError) as problem:
-            raise _told(self.path, problem) from None
+        except (sqlite3.Error, TypeError) as error:
+            raise _as_os_error(self.path, error) from None
 
     def _writable(self) -> bool:
         return os.access(self.path, os.W_OK) and os.access(self.path.parent, os.W_OK)
 
-    def _understand(self, file: sqlite3.Connection, *, create: bool) -> None:
-        """Make the tables of a new file; find out whether another is one of ours.
+    def _check_format(self, file: sqlite3.Connection, *, create: bool) -> None:
+        """Create the tables of a new file; check the format of an existing one.
 
         Raises
         ------
         OSError
         """
-        if _one(file, "PRAGMA schema_version") == 0 and create:  # which also puts right what a crash left
+        if _scalar(file, "PRAGMA schema_version") == 0 and create:  # also after a crash during creation
             file.execute("BEGIN IMMEDIATE")
-            if _one(file, "PRAGMA schema_version") == 0:  # nobody else made it in the meantime
-                for line in (f"PRAGMA application_id = {KIND}", f"PRAGMA user_version = {VERSION}", *TABLES):
+            if _scalar(file, "PRAGMA schema_version") == 0:  # not created by another process in the meantime
+                for line in (f"PRAGMA application_id = {APPLICATION_ID}", f"PRAGMA user_version = {VERSION}", *TABLES):
                     file.execute(line)
             file.execute("COMMIT")
-        if _one(file, "PRAGMA page_count") == 0:
+        if _scalar(file, "PRAGMA page_count") == 0:
             raise OSError(f"{self.path} is empty, not a model library")
-        if _one(file, "PRAGMA application_id") != KIND:
+        if _scalar(file, "PRAGMA application_id") != APPLICATION_ID:
             raise OSError(f"{self.path} is a database of another program, not a model library")
-        version = _one(file, "PRAGMA user_version")
+        version = _scalar(file, "PRAGMA user_version")
         if version != VERSION:
-            raise OSError(f"{self.path} is laid out as version {version} of model libraries; only {VERSION} is known")
+            raise OSError(f"{self.path} has format version {version} of model libraries; only {VERSION} is supported")
 
 
-def _one(file: sqlite3.Connection, question: str) -> Any:
-    return file.execute(question).fetchone()[0]
+def _scalar(file: sqlite3.Connection, query: str) -> Any:
+    return file.execute(query).fetchone()[0]
 
 
-def address(path: PurePath) -> str:
-    """Return a path as SQLite reads it: network folders of Windows go without a host.
+def file_uri(path: PurePath) -> str:
+    """Return the URI of a path for SQLite: network folders of Windows have no host part.
 
     Examples
     --------
     >>> from pathlib import PurePosixPath, PureWindowsPath
-    >>> address(PurePosixPath("/data/a b/x.sml")), address(PureWindowsPath("C:/x.sml"))
+    >>> file_uri(PurePosixPath("/data/a b/x.sml")), file_uri(PureWindowsPath("C:/x.sml"))
     ('file:///data/a%20b/x.sml', 'file:///C:/x.sml')
-    >>> address(PureWindowsPath("//server/share/x.sml"))
+    >>> file_uri(PureWindowsPath("//server/share/x.sml"))
     'file:////server/share/x.sml'
     """
-    told = path.as_uri()
-    return told if told.startswith("file:///") else told.replace("file://", "file:////", 1)
+    uri = path.as_uri()
+    return uri if uri.startswith("file:///") else uri.replace("file://", "file:////", 1)
 
 
-def _told(path: Path, problem: Exception) -> OSError:
-    """Return what went wrong with a file, as the operating system would tell it."""
-    said = str(problem)
-    if "locked" in said or "readonly" in said or "full" in said or "unable to open" in said:
-        return OSError(f"{path} cannot be used now: {said}")
-    return OSError(f"{path} is not a whole model library: {said}")
+def _as_os_error(path: Path, error: Exception) -> OSError:
+    """Return the `OSError` for an error of SQLite."""
+    message = str(error)
+    if "locked" in message or "readonly" in message or "full" in message or "unable to open" in message:
+        return OSError(f"{path} cannot be used now: {message}")
+    return OSError(f"{path} is not a whole model library: {message}")

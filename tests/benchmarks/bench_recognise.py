@@ -26,7 +26,7 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import simplexmesh as sm
 from simplexmesh._vec import norm
-from simplexmesh.recognition.profile import profile_of
+from simplexmesh.recognition.global_descriptor import global_descriptor
 from simplexmesh.recognition.scene import Scene
 from simplexmesh.recognition.spectrum import power_spectrum
 from simplexmesh.recognition.surfaces import surface_of
@@ -110,7 +110,7 @@ def asked(library: sm.ModelLibrary, queries) -> str:
     )
 
 
-HEAD = (
+HEADER = (
     "queries | first | among five | degrees | least ms | median ms | processor ms |\n|---|--:|--:|--:|--:|--:|--:|--:|"
 )
 
@@ -119,7 +119,7 @@ def by_sides(each: int, folder: Path) -> None:
     """Print how often bodies are recognised of which one side of a plane is seen."""
     known = bodies()
     library = filled(folder / "bodies.sml", known)
-    print(f"\n| 13 bodies | {HEAD}")
+    print(f"\n| 13 bodies | {HEADER}")
     for share, noise in SHARES:
         rng = np.random.default_rng([7, int(100 * share), int(1000 * noise)])
         queries = ((*turned(bench_register.side(points, share, rng), noise, rng), name)
@@ -131,7 +131,7 @@ def by_views(each: int, folder: Path) -> None:
     """Print how often bodies are recognised in single views."""
     known = bodies()
     library = filled(folder / "bodies.sml", known)
-    print(f"\n| 13 bodies | {HEAD}")
+    print(f"\n| 13 bodies | {HEADER}")
     for noise in (0.002, 0.005):
         rng = np.random.default_rng(8)
         queries = ((*turned(seen(points, rng), noise, rng), name)
@@ -190,7 +190,7 @@ def crowded(folder: Path) -> tuple[sm.ModelLibrary, dict[str, sm.TriangleMesh]]:
 def of_many(hundreds: int, folder: Path) -> None:
     """Print how often one of 510 models is recognised."""
     library, meshes = crowded(folder)
-    print(f"\n| 510 models | {HEAD}")
+    print(f"\n| 510 models | {HEADER}")
     for share, noise in SHARES[1:4]:
         rng = np.random.default_rng([9, int(100 * share)])
         names = rng.choice(list(meshes), 100 * hundreds)
@@ -202,7 +202,7 @@ def of_many(hundreds: int, folder: Path) -> None:
 def by_index(hundreds: int, folder: Path) -> None:
     """Print in which places models are before any pose is known; the signature's spectrum for whole ones only."""
     library, meshes = crowded(folder)
-    shelf, names = library._read(), list(library.names)
+    index, names = library._read(), list(library.names)
     spectra = None
     print("\n| index | seen | first | among 5 | among 20 | among 50 | processor ms |\n|---|--:|--:|--:|--:|--:|--:|")
     for share, noise in SHARES[1:4]:
@@ -215,8 +215,8 @@ def by_index(hundreds: int, folder: Path) -> None:
             surface = surface_of(points, "scan")
             scene = Scene.of(surface)
             kinds = {
-                "profile": lambda surface=surface: shelf.by_profile(profile_of(surface)),
-                "images": lambda scene=scene: shelf.by_images(scene.images, scene.octave),
+                "profile": lambda surface=surface: index.descriptor_distances(global_descriptor(surface)),
+                "images": lambda scene=scene: index.image_distances(scene.images, scene.octave),
             }
             if share == 1:
                 spectra = spectra if spectra is not None else np.array([spectrum(mesh) for mesh in meshes.values()])
