@@ -143,8 +143,8 @@ class JoinedFilms:
     ) -> tuple[Indices, list[Indices]] | None:
         """Return the class of a handle to make between films that meet, and those of the films; None to make none.
 
-        It is the class of the whole boundary of either film, as only film lies between that and where they meet, or if
-        both are unknown or dependent, of the boundary of the part that meets, if that is near data.
+        It is the class of the whole boundary of either film, which is homologous to that of the part that meets, or
+        where both are unknown or dependent, the class of the boundary of the part that meets, if that is near data.
         """
         places = wrapping.mesh.vertices
         found = [_boundary_class(wrapping, homology, film) for film in meeting.films]

@@ -36,7 +36,7 @@ angles beyond it already, of the sign of H: so a tetrahedron is at rest, and a s
 
 @dataclass(frozen=True)
 class Frame:
-    """The state of the mesh that a force sees: read-only views, valid for this iteration only.
+    """The state of the mesh passed to a force: read-only views, valid for this iteration only.
 
     Attributes
     ----------

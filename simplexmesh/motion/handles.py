@@ -116,8 +116,7 @@ def add_handles(
     pairs : iterable of pairs of int, optional
         The faces to join instead, holes or not; they are refused only where T4 is impossible.
     accept : callable, optional
-        Called with each proposal that meets the conditions; returns True to accept, False or a text with the reason to
-        refuse.
+        Called with each proposal that meets the conditions; returns True to accept, False or a reason to refuse.
 
     Returns
     -------

@@ -115,7 +115,7 @@ def open_holes(
     zones : iterable of arrays of int or of bool, optional
         Zones to cut off instead: faces by index, or masks of all faces, holes included.
     accept : callable, optional
-        Called with each proposal; returns True to accept, False or a text with the reason to refuse.
+        Called with each proposal; returns True to accept, False or a reason to refuse.
 
     Returns
     -------

@@ -34,21 +34,23 @@ def measured(mesh: SimplexMesh, subject: Subject, reach: float, *, dropped: bool
     if len(points) > MOST_POINTS:
         points = points[np.random.default_rng(0).choice(len(points), MOST_POINTS, replace=False)]
     gaps = subject.target.gap(np.ascontiguousarray(mesh.vertices), np.ascontiguousarray(mesh.normals), reach)
-    lost = np.isnan(gaps)
-    away = np.abs(gaps)
-    away[lost] = cKDTree(points).query(mesh.vertices[lost], workers=-1)[0]
+    unmatched = np.isnan(gaps)
+    vertex_distances = np.abs(gaps)
+    vertex_distances[unmatched] = cKDTree(points).query(mesh.vertices[unmatched], workers=-1)[0]
     surface = mesh.triangulated(method="fan")
-    back = surface_distance(points, surface.vertices, surface.faces)
+    point_distances = surface_distance(points, surface.vertices, surface.faces)
     enclosed = np.zeros(0, dtype=np.int64)
     if not mesh.n_holes:
-        far = np.flatnonzero(back > reach)
+        far = np.flatnonzero(point_distances > reach)
         enclosed = far[inside_surface(points[far], surface.vertices, surface.faces)]
-    distance = Distance(Summary.of(away), Summary.of(back), Summary.of(back[enclosed]))
+    distance = Distance(
+        Summary.of(vertex_distances), Summary.of(point_distances), Summary.of(point_distances[enclosed])
+    )
     diagonal = float(np.linalg.norm(np.ptp(points, axis=0)))
     limit = max(reach, FAR * diagonal)
-    missed = (np.count_nonzero(back > limit) - np.count_nonzero(back[enclosed] > limit)) / max(len(back), 1)
-    _warn_of_poor_fit(float((away > limit).mean()), missed, mesh.n_holes == 0, dropped)
-    return distance, away
+    missed = np.count_nonzero(np.delete(point_distances, enclosed) > limit) / max(len(points), 1)
+    _warn_of_poor_fit(float((vertex_distances > limit).mean()), missed, mesh.n_holes == 0, dropped)
+    return distance, vertex_distances
 
 
 def _warn_of_poor_fit(unseen: float, missed: float, closed: bool, dropped: bool) -> None:  # noqa: FBT001

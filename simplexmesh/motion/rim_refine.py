@@ -1,4 +1,4 @@
-"""Refinement of rims: long edges on holes are divided together with the face beside them."""
+"""Refinement of rims: long edges on holes are divided together with the adjacent face."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ SMALLEST, LONGER = 6, 2.0
 
 
 def divided_rims(mesh: SimplexMesh, most: int) -> Edited:
-    """Return the mesh with the longest edges of its rims divided, at most `most`, by T2 across the face beside.
+    """Return the mesh with the longest edges of its rims divided, at most `most`, by T2 across the adjacent face.
 
-    An edge is long from 1.4 times the mean length of interior edges, or 2 times beside a face of fewer than six
+    An edge is long from 1.4 times the mean length of interior edges, or 2 times next to a face of fewer than six
     vertices. Refinement of faces alone leaves rims coarse: a face beside a hole keeps one edge there when divided.
 
     Examples

@@ -35,7 +35,7 @@ def closed_samples(subject: Subject, vertices: int = 4000, tunnels: float | None
     ----------
     subject : Subject
     vertices : int
-        Number of vertices of the model: the tunnels of a volume are those that its automatic start with so many has.
+        Number of vertices of the model; the tunnels of a volume are those of its automatic start of this size.
     tunnels : float, optional
         Width below which tunnels of a volume are ignored, in its unit.
 

@@ -12,7 +12,7 @@ from simplexmesh.motion.subjects import Subject
 def stages_for(
     start: SimplexMesh, subject: Subject, iterations: int, rigidity: int, adaptation: float, *, cell: float | None
 ) -> list[Stage]:
-    """Return the stages: three for a start near the data, five for one that must reach it from afar.
+    """Return the stages: three for a start near the data, five for one far from it.
 
     Parameters
     ----------
@@ -21,7 +21,7 @@ def stages_for(
     iterations, rigidity, adaptation
         Those of the fine stage.
     cell : float, optional
-        Grid spacing of the automatic start, in the data's unit; None for a start from afar.
+        Grid spacing of the automatic start, in the data's unit; None for a start far from the data.
 
     Returns
     -------

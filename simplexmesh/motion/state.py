@@ -22,15 +22,7 @@ class Target(Protocol):
 
 
 def check_target(target: Any) -> None:
-    """Raise a TypeError for a target without a method `gap`.
-
-    Examples
-    --------
-    >>> check_target(3)
-    Traceback (most recent call last):
-    ...
-    TypeError: target must have a method gap(vertices, normals, reach), not int
-    """
+    """Raise a TypeError for a target without a method `gap`."""
     if not callable(getattr(target, "gap", None)):
         raise TypeError(f"target must have a method gap(vertices, normals, reach), not {type(target).__name__}")
 

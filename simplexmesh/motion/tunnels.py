@@ -93,7 +93,7 @@ def tunneled(
     vertices : int
         Approximate number of vertices of the result.
     accept : callable, optional
-        Called with each proposal; returns True to accept, False or a text with the reason to refuse.
+        Called with each proposal; returns True to accept, False or a reason to refuse.
     watch : callable, optional
         Called every few iterations with the mesh and the number of handles so far.
 
