@@ -1,1 +1,1 @@
-"""Surfaces whose normals and curvatures are known exactly, and ways to sample them: what estimators are judged by."""
+"""Ground truth: surfaces with exact normals and curvatures, and ways to sample them, for tests of estimators."""

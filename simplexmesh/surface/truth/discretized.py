@@ -1,4 +1,4 @@
-"""Triangulations of known surfaces, every vertex exactly on them, with what is true at each."""
+"""Triangulations of known surfaces, with vertices exactly on them and the exact values there."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ Indices = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
 JITTER = 0.35
-"""How far vertices of an irregular mesh are from where the regular one has them, at most, in steps of its grid; a few
-triangles turn over. One-ring schemes then err, and diverge, as on the meshes other programs were measured on."""
+"""Largest displacement of vertices in irregular meshes, in steps of the grid; a few triangles are inverted. One-ring
+schemes do not converge on such meshes, as on those other programs were measured on."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Discretized:
-    """A triangulated surface and the truth.
+    """A triangulated surface with exact values.
 
     Attributes
     ----------
@@ -33,11 +33,11 @@ class Discretized:
     faces : (f, 3) array of int
         Counter-clockwise seen from outside.
     exact : Exact
-        Normals and curvatures at the vertices; meaningless where `smooth` is False.
+        Normals and curvatures at the vertices; undefined where `smooth` is False.
     inner : (n,) array of bool
-        Not on a border.
+        Whether each vertex is not on a border.
     smooth : (n,) array of bool
-        Where the surface has a normal and curvatures: not at the apex of a cone, nor on rims and caps.
+        Whether the surface has a normal and curvatures: not at the apex of a cone nor on sharp rims.
 
     Examples
     --------
@@ -63,29 +63,29 @@ class Discretized:
 
     @property
     def mesh(self) -> TriangleMesh:
-        """The triangles alone."""
+        """The triangle mesh."""
         return TriangleMesh(self.vertices, self.faces)
 
     @property
     def scored(self) -> Mask:
-        """(n,) array of bool: where estimates are compared with the truth: inner and smooth."""
+        """(n,) array of bool: whether estimates are compared with exact values, inner and smooth."""
         return self.inner & self.smooth
 
 
-def _whole(vertices: Array, faces: Indices, exact: Exact, smooth: Mask | None = None) -> Discretized:
+def _with_inner(vertices: Array, faces: Indices, exact: Exact, smooth: Mask | None = None) -> Discretized:
     inner = ~grids.on_border(faces, len(vertices))
     return Discretized(vertices, faces, exact, inner, np.ones(len(vertices), bool) if smooth is None else smooth)
 
 
 def split_square(surface: Graph, squares: int) -> Discretized:
-    """Return a graph over a grid of squares, all cut along the same diagonal (Charton 2014, eq. 4.4).
+    """Return a graph over a grid of squares, all split along the same diagonal (Charton 2014, eq. 4.4).
 
     Parameters
     ----------
     surface : Graph
     squares : int
-        Along each side; vertices are 2 / squares apart in the plane. Inner vertices have six neighbors, with angles
-        45, 45, 90, 45, 45, 90 degrees.
+        Number along each side; vertices are 2 / squares apart in the plane. Inner vertices have six neighbors, with
+        angles 45, 45, 90, 45, 45, 90 degrees.
 
     Examples
     --------
@@ -108,21 +108,21 @@ def sawtooth(surface: Graph, rows: int) -> Discretized:
     even, odd = step * np.arange(n + 1) - 1, step * (np.arange(n) + 0.5) - 1
     x = np.concatenate([odd if j % 2 else even for j in range(n + 1)])
     y = np.concatenate([np.full(n if j % 2 else n + 1, step * j - 1) for j in range(n + 1)])
-    return _on_graph(surface, x, y, grids.saw(n))
+    return _on_graph(surface, x, y, grids.sawtooth(n))
 
 
 def _on_graph(surface: Graph, x: ArrayLike, y: ArrayLike, faces: Indices) -> Discretized:
-    return _whole(surface.points(x, y), faces, surface.exact(x, y))
+    return _with_inner(surface.points(x, y), faces, surface.exact(x, y))
 
 
 def uv_sphere(meridians: int, bands: int, radius: float = 2.0) -> Discretized:
-    """Return a sphere of meridians and bands between parallels, two poles."""
+    """Return a sphere of meridians and bands between parallels, with two poles."""
     m, b = _check.integer("meridians", meridians, 3), _check.integer("bands", bands, 2)
     longitude = np.tile(2 * np.pi * np.arange(m) / m, b - 1)
     latitude = np.repeat(np.pi / 2 - np.pi * np.arange(1, b) / b, m)
     u, v = np.concatenate([[0], longitude, [0]]), np.concatenate([[np.pi / 2], latitude, [-np.pi / 2]])
     points, exact = Sphere(radius).at(u, v)
-    return _whole(points, grids.globe(m, b), exact)
+    return _with_inner(points, grids.globe(m, b), exact)
 
 
 def uv_cylinder(meridians: int, bands: int, radius: float = 2.0, height: float = 4.0) -> Discretized:
@@ -130,13 +130,13 @@ def uv_cylinder(meridians: int, bands: int, radius: float = 2.0, height: float =
     m, b = _check.integer("meridians", meridians, 3), _check.integer("bands", bands, 1)
     u, z = np.tile(2 * np.pi * np.arange(m) / m, b + 1), np.repeat(height * np.arange(b + 1) / b, m)
     points, exact = Cylinder(radius).at(u, z)
-    return _whole(points, grids.tube(m, b), exact)
+    return _with_inner(points, grids.tube(m, b), exact)
 
 
 def capped_cylinder(sectors: int = 10, bands: int = 10, radius: float = 100.0, height: float = 100.0) -> Discretized:
     """Return a cylinder with two caps, each a fan; the article's has ten sectors and bands.
 
-    On caps the exact normal is theirs and curvatures are zero; at the rims there are none.
+    The centers of the caps have exact values; the rims are not smooth.
     """
     side = uv_cylinder(sectors, bands, radius, height)
     n = len(side.vertices)
@@ -144,10 +144,10 @@ def capped_cylinder(sectors: int = 10, bands: int = 10, radius: float = 100.0, h
     faces = np.concatenate(
         [side.faces, grids.fan(np.arange(sectors)[::-1], n), grids.fan(np.arange(n - sectors, n), n + 1)]
     )
-    exact = _joined(side.exact, Exact(*_flat([[0, 0, -1.0], [0, 0, 1.0]])))
+    exact = _concatenated(side.exact, Exact(*_planar([[0, 0, -1.0], [0, 0, 1.0]])))
     smooth = np.ones(n + 2, bool)
     smooth[:sectors] = smooth[n - sectors : n] = False
-    return _whole(vertices, faces, exact, smooth)
+    return _with_inner(vertices, faces, exact, smooth)
 
 
 def cone(sectors: int = 10, bands: int = 10, radius: float = 100.0, height: float = 100.0) -> Discretized:
@@ -159,18 +159,18 @@ def cone(sectors: int = 10, bands: int = 10, radius: float = 100.0, height: floa
     vertices = np.concatenate([points, [[0, 0, height], [0, 0, 0]]])
     last = np.arange(n - m, n)
     faces = np.concatenate([grids.tube(m, b - 1), grids.fan(last, n), grids.fan(np.arange(m)[::-1], n + 1)])
-    exact = _joined(exact, Exact(*_flat([[0, 0, 1.0], [0, 0, -1.0]])))
+    exact = _concatenated(exact, Exact(*_planar([[0, 0, 1.0], [0, 0, -1.0]])))
     smooth = np.ones(n + 2, bool)
     smooth[:m] = smooth[n] = False
-    return _whole(vertices, faces, exact, smooth)
+    return _with_inner(vertices, faces, exact, smooth)
 
 
 def icosphere(frequency: int = 16, radius: float = 100.0) -> Discretized:
-    """Return an icosahedron, each edge cut in `frequency`, projected once: 10 frequency^2 + 2 vertices, 12 of five."""
+    """Return a projected icosahedron, edges divided by `frequency`: 10 frequency^2 + 2 vertices, 12 of valence 5."""
     directions, faces = grids.icosahedral(_check.integer("frequency", frequency, 1))
     u, v = np.arctan2(directions[:, 1], directions[:, 0]), np.arcsin(np.clip(directions[:, 2], -1, 1))
     points, exact = Sphere(radius).at(u, v)
-    return _whole(points, faces, exact)
+    return _with_inner(points, faces, exact)
 
 
 def torus(
@@ -182,19 +182,19 @@ def torus(
     irregular: bool = False,
     rng: np.random.Generator | int | None = 0,
 ) -> Discretized:
-    """Return a torus of quads cut in two.
+    """Return a torus of split quads.
 
     Parameters
     ----------
     around, tube : int
         Vertices around the axis and around the tube.
     radius, tube_radius : float
-        Of the middle of the tube, and of the tube.
+        Major and minor radius.
     irregular : bool
-        Move vertices on the surface, by up to `JITTER` steps of the grid each way, and cut quads at random: on such
-        meshes one-ring schemes do not converge.
+        Move vertices on the surface by up to `JITTER` steps of the grid in both parameters, and split quads at random:
+        on such meshes one-ring schemes do not converge.
     rng : numpy.random.Generator or int, optional
-        For irregular ones.
+        For irregular meshes.
 
     Examples
     --------
@@ -203,13 +203,13 @@ def torus(
     """
     m, b = _check.integer("around", around, 3), _check.integer("tube", tube, 3)
     i, j = (part.ravel().astype(float) for part in np.meshgrid(np.arange(m), np.arange(b)))
-    turned = None
+    flipped = None
     if irregular:
-        chance = _check.generator("rng", rng)
-        i, j = (part + chance.uniform(-JITTER, JITTER, part.shape) for part in (i, j))
-        turned = chance.random(m * b) < 0.5
+        generator = _check.generator("rng", rng)
+        i, j = (part + generator.uniform(-JITTER, JITTER, part.shape) for part in (i, j))
+        flipped = generator.random(m * b) < 0.5
     points, exact = Torus(radius, tube_radius).at(2 * np.pi * i / m, 2 * np.pi * j / b)
-    return _whole(points, grids.wrapped(m, b, turned), exact)
+    return _with_inner(points, grids.torus(m, b, flipped), exact)
 
 
 def ellipsoid(
@@ -220,22 +220,22 @@ def ellipsoid(
     irregular: bool = False,
     rng: np.random.Generator | int | None = 0,
 ) -> Discretized:
-    """Return an ellipsoid of meridians and bands; irregular as for `torus`, the poles left where they are."""
+    """Return an ellipsoid of meridians and bands; irregular as for `torus`, except for the poles."""
     m, b = _check.integer("meridians", meridians, 3), _check.integer("bands", bands, 3)
     i, j = (part.ravel().astype(float) for part in np.meshgrid(np.arange(m), np.arange(1, b)))
-    turned = None
+    flipped = None
     if irregular:
-        chance = _check.generator("rng", rng)
-        i, j = (part + chance.uniform(-JITTER, JITTER, part.shape) for part in (i, j))
-        turned = chance.random(m * (b - 2)) < 0.5
+        generator = _check.generator("rng", rng)
+        i, j = (part + generator.uniform(-JITTER, JITTER, part.shape) for part in (i, j))
+        flipped = generator.random(m * (b - 2)) < 0.5
     u = np.concatenate([[0], 2 * np.pi * i / m, [0]])
     v = np.concatenate([[np.pi / 2], np.pi / 2 - np.pi * j / b, [-np.pi / 2]])
     points, exact = Ellipsoid(axes).at(u, v)
-    return _whole(points, grids.globe(m, b, turned), exact)
+    return _with_inner(points, grids.globe(m, b, flipped), exact)
 
 
 def cut(made: Discretized, kept: NDArray[np.bool_]) -> Discretized:
-    """Return the part of a mesh whose faces have only vertices to be kept: an open mesh with a ragged border.
+    """Return the faces whose vertices are all kept: an open mesh with a jagged border.
 
     Parameters
     ----------
@@ -254,13 +254,13 @@ def cut(made: Discretized, kept: NDArray[np.bool_]) -> Discretized:
     if not len(faces):
         raise ValueError("kept must leave at least one face")
     used, numbered = np.unique(faces, return_inverse=True)
-    return _whole(made.vertices[used], numbered.reshape(-1, 3), made.exact[used], made.smooth[used])
+    return _with_inner(made.vertices[used], numbered.reshape(-1, 3), made.exact[used], made.smooth[used])
 
 
-def _joined(a: Exact, b: Exact) -> Exact:
+def _concatenated(a: Exact, b: Exact) -> Exact:
     return Exact(*(np.concatenate([getattr(a, name), getattr(b, name)]) for name in ("normals", "k1", "k2", "d1")))
 
 
-def _flat(normals: list[list[float]]) -> tuple[Array, Array, Array, Array]:
+def _planar(normals: list[list[float]]) -> tuple[Array, Array, Array, Array]:
     n = len(normals)
     return np.array(normals), np.zeros(n), np.zeros(n), np.tile([1.0, 0.0, 0.0], (n, 1))

@@ -1,4 +1,4 @@
-"""What is true at points of a surface: normals, curvatures, principal directions; and how they follow from F = 0."""
+"""Exact normals, curvatures and principal directions at points of a surface, also of a level set F = 0."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh import _check
 from simplexmesh._vec import cross, dot, norm
@@ -25,7 +25,7 @@ class Exact:
     k1, k2 : (n,) array of float
         Principal curvatures, k1 >= k2, 1 / length.
     d1 : (n, 3) array of float
-        Unit tangent along which the surface bends by k1; where k1 = k2, any.
+        Principal direction of k1, a unit tangent; arbitrary where k1 = k2.
 
     Examples
     --------
@@ -51,13 +51,13 @@ class Exact:
         return len(self.k1)
 
     def __getitem__(self, rows: object) -> Exact:
-        """Return what is true at some of the points, or at one."""
+        """Return the values at some of the points, or at one."""
         chosen = [rows] if isinstance(rows, int | np.integer) else rows
         return Exact(*(getattr(self, name)[chosen] for name in ("normals", "k1", "k2", "d1")))
 
     @cached_property
     def d2(self) -> Array:
-        """(n, 3) array of float: unit tangent of k2, the normal times `d1`."""
+        """(n, 3) array of float: principal direction of k2, the cross product of normal and `d1`."""
         return cross(self.normals, self.d1)
 
     @cached_property
@@ -74,17 +74,17 @@ class Exact:
 
 
 def of_level_set(gradients: Array, hessians: Array) -> Exact:
-    """Return what is true of the surface F = 0 where F grows outward.
+    """Return the exact values on the surface F = 0, with F increasing outward.
 
-    The normal is the gradient's direction, and a unit tangent t bends by t . (Hess F) t / |grad F|: on
-    x^2 + y^2 + z^2 = R^2 by 1 / R. The principal curvatures are the eigenvalues of that form in the tangent plane.
+    The normal is the direction of the gradient, and the normal curvature along a unit tangent t is
+    t . (Hess F) t / |grad F|. The principal curvatures are the eigenvalues of that form in the tangent plane.
 
     Parameters
     ----------
     gradients : (n, 3) array of float
-        Of F at points of the surface; none is zero.
+        Gradients of F at points of the surface, not zero.
     hessians : (n, 3, 3) array of float
-        Symmetric second derivatives there.
+        Hessians of F there.
     """
     length = norm(gradients)
     normals = gradients / length[:, None]
@@ -93,13 +93,13 @@ def of_level_set(gradients: Array, hessians: Array) -> Exact:
     along_u = np.einsum("ni,nij,nj->n", u, hessians, u) / length
     along_v = np.einsum("ni,nij,nj->n", v, hessians, v) / length
     mean, half = (along_u + along_v) / 2, (along_u - along_v) / 2
-    swing, angle = np.hypot(half, across), np.arctan2(across, half) / 2
+    amplitude, angle = np.hypot(half, across), np.arctan2(across, half) / 2
     d1 = np.cos(angle)[:, None] * u + np.sin(angle)[:, None] * v
-    return Exact(normals, mean + swing, mean - swing, d1)
+    return Exact(normals, mean + amplitude, mean - amplitude, d1)
 
 
 def goldman(gradients: Array, hessians: Array) -> tuple[Array, Array]:
-    """Return the mean and Gaussian curvature of F = 0, F growing outward, without looking for directions.
+    """Return the mean and Gaussian curvature of F = 0, with F increasing outward.
 
     H = (|grad F|^2 trace(Hess F) - grad F . Hess F grad F) / (2 |grad F|^3), K = grad F . adj(Hess F) grad F /
     |grad F|^4 (Goldman 2005, Curvature formulas for implicit curves and surfaces, in this library's sign).
@@ -120,15 +120,21 @@ def goldman(gradients: Array, hessians: Array) -> tuple[Array, Array]:
     trace = np.trace(hessians, axis1=1, axis2=2)
     along = np.einsum("ni,nij,nj->n", gradients, hessians, gradients)
     rows = hessians[:, [1, 2, 0]], hessians[:, [2, 0, 1]]
-    adjugate = cross(*rows)  # rows of cofactors, and the matrix is symmetric
+    adjugate = cross(*rows)  # of a symmetric matrix: the matrix of cofactors
     mean = (length**2 * trace - along) / (2 * length**3)
     gauss = np.einsum("ni,nij,nj->n", gradients, adjugate, gradients) / length**4
     return mean, gauss
 
 
 def tangents(normals: Array) -> tuple[Array, Array]:
-    """Return unit tangents u, v with u x v = n: u is the x axis laid into the tangent plane, or the y axis."""
+    """Return unit tangents u, v with u x v = n; u is the projection of the x axis, or of the y axis."""
     x = np.eye(3)[np.where(np.abs(normals[:, 0]) < 0.9, 0, 1)]
     u = x - dot(x, normals)[:, None] * normals
     u /= norm(u)[:, None]
     return u, cross(normals, u)
+
+
+def paired(u: ArrayLike, v: ArrayLike) -> tuple[Array, Array]:
+    """Return two parameters as (n,) arrays of equal length, by broadcasting."""
+    a, b = np.broadcast_arrays(np.asarray(u, float), np.asarray(v, float))
+    return np.atleast_1d(a).ravel(), np.atleast_1d(b).ravel()

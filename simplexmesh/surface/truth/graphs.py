@@ -1,4 +1,4 @@
-"""The graphs z = f(x, y) of the literature's tests, with exact derivatives (Hamann 1993; Charton 2012 and 2014)."""
+"""Test surfaces z = f(x, y) of the literature, with exact derivatives (Hamann 1993; Charton 2012 and 2014)."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh import _check
-from simplexmesh.surface.truth.exact import Exact, of_level_set
+from simplexmesh.surface.truth.exact import Exact, of_level_set, paired
 
 Array = NDArray[np.float64]
 Jet = tuple[Array, Array, Array, Array, Array, Array]
@@ -17,15 +17,15 @@ Jet = tuple[Array, Array, Array, Array, Array, Array]
 
 @dataclass(frozen=True)
 class Graph:
-    """A surface z = f(x, y) over the square from -1 to 1, its outside above; analyzed at the origin unless said.
+    """A surface z = f(x, y) over the square from -1 to 1, with the outside above.
 
     Attributes
     ----------
     name : str
     formula : str
-        Of f, to be read.
+        Formula of f as text.
     jet : function
-        Of x, y: f, f_x, f_y, f_xx, f_xy, f_yy.
+        Function of x, y that returns f, f_x, f_y, f_xx, f_xy, f_yy.
 
     Examples
     --------
@@ -45,24 +45,19 @@ class Graph:
         return f"Graph({self.name}: {self.formula})"
 
     def points(self, x: ArrayLike, y: ArrayLike) -> Array:
-        """Return the points above (x, y): (n, 3) array of float."""
-        u, v = _both(x, y)
+        """Return the (n, 3) points above (x, y)."""
+        u, v = paired(x, y)
         return np.stack([u, v, self.jet(u, v)[0] + 0 * u], axis=1)
 
     def exact(self, x: ArrayLike = 0.0, y: ArrayLike = 0.0) -> Exact:
-        """Return what is true above (x, y); the normal looks up."""
-        u, v = _both(x, y)
+        """Return the exact values above (x, y), with upward normals."""
+        u, v = paired(x, y)
         _, fx, fy, fxx, fxy, fyy = (part + 0 * u for part in self.jet(u, v))
         gradients = np.stack([-fx, -fy, np.ones_like(u)], axis=1)
         hessians = np.zeros((len(u), 3, 3))
         hessians[:, 0, 0], hessians[:, 1, 1] = -fxx, -fyy
         hessians[:, 0, 1] = hessians[:, 1, 0] = -fxy
         return of_level_set(gradients, hessians)
-
-
-def _both(x: ArrayLike, y: ArrayLike) -> tuple[Array, Array]:
-    u, v = np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float))
-    return np.atleast_1d(u).ravel(), np.atleast_1d(v).ravel()
 
 
 def _plane(x: Array, y: Array) -> Jet:
@@ -138,7 +133,7 @@ def _named(*graphs: Graph) -> dict[str, Graph]:
     return {one.name: one for one in graphs}
 
 
-_BOTH = _named(
+_COMMON = _named(
     Graph("cylinder", "sqrt(2 - x^2)", _cylinder),
     Graph("sphere", "sqrt(4 - x^2 - y^2)", _sphere),
     Graph("elliptic_paraboloid", "2 x^2 + y^2", _quadratic(2.0, 1.0)),
@@ -155,13 +150,13 @@ ARTICLE = {
         Graph("exponential", "exp(-(x^2 + y^2) / 2)", _exponential),
         Graph("trigonometric", "0.1 (cos pi x + cos pi y)", _trigonometric),
     ),
-    **_BOTH,
+    **_COMMON,
 }
-"""As printed in the article of 2012, with the two surfaces only the thesis has; the thesis's findings are those of
+"""As printed in the article of 2012, with the two surfaces that only the thesis has; the thesis's results are those of
 these formulas."""
 
 THESIS = {
-    **_BOTH,
+    **_COMMON,
     **_named(
         Graph("cubic", "0.15 (x^3 + 2 x^2 y - x y + 2 y)", _cubic_thesis),
         Graph("exponential", "exp(2 x + y^2 - y)", _exponential_thesis),
@@ -182,12 +177,12 @@ def graph(name: str, printing: str = "article") -> Graph:
         One of plane, cylinder, sphere, paraboloid, elliptic_paraboloid, hyperboloid, ellipsoid, monkey_saddle, cubic,
         exponential, trigonometric; the thesis has neither plane nor paraboloid.
     printing : {"article", "thesis"}
-        Whose formula.
+        Source of the formula.
 
     Raises
     ------
     ValueError
-        There is none of that name.
+        An unknown name or printing.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Faces of regular triangulations, counter-clockwise seen from outside, and where a mesh ends."""
+"""Faces of regular triangulations, counter-clockwise seen from outside, and borders of meshes."""
 
 from __future__ import annotations
 
@@ -12,22 +12,22 @@ Indices = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
 
-def quads(a: Indices, b: Indices, c: Indices, d: Indices, turned: Mask | None = None) -> Indices:
-    """Return two triangles for each quad a, b, c, d: cut from a to c, or from b to d where turned.
+def quads(a: Indices, b: Indices, c: Indices, d: Indices, flipped: Mask | None = None) -> Indices:
+    """Return two triangles for each quad a, b, c, d, split from a to c, or from b to d if flipped.
 
     Examples
     --------
     >>> quads(*np.arange(4)[:, None]).tolist()
     [[0, 1, 2], [0, 2, 3]]
     """
-    other = np.zeros(len(a), bool) if turned is None else turned
+    other = np.zeros(len(a), bool) if flipped is None else flipped
     first = np.where(other[:, None], np.stack([a, b, d], 1), np.stack([a, b, c], 1))
     second = np.where(other[:, None], np.stack([b, c, d], 1), np.stack([a, c, d], 1))
     return np.stack([first, second], axis=1).reshape(-1, 3)
 
 
 def sheet(columns: int, rows: int) -> Indices:
-    """Return faces of a grid of columns x rows quads, vertices row by row, seen from z, y up.
+    """Return faces of a grid of columns x rows quads, vertices row by row, with normals along z.
 
     Examples
     --------
@@ -39,8 +39,8 @@ def sheet(columns: int, rows: int) -> Indices:
     return quads(corner, corner + 1, corner + columns + 2, corner + columns + 1)
 
 
-def saw(rows: int) -> Indices:
-    """Return faces of rows of rows + 1 and `rows` vertices in turn."""
+def sawtooth(rows: int) -> Indices:
+    """Return faces between rows of alternately rows + 1 and `rows` vertices."""
     faces: list[list[int]] = []
     start = 0
     for j in range(rows):
@@ -56,33 +56,33 @@ def saw(rows: int) -> Indices:
     return np.array(faces)
 
 
-def tube(around: int, bands: int, turned: Mask | None = None) -> Indices:
-    """Return faces of bands of quads around an axis, parallel by parallel from below, outside away from the axis."""
+def tube(around: int, bands: int, flipped: Mask | None = None) -> Indices:
+    """Return faces of bands of quads around an axis, parallel by parallel from below, with normals off the axis."""
     i, j = (part.ravel() for part in np.meshgrid(np.arange(around), np.arange(bands)))
     a, b = j * around + i, j * around + (i + 1) % around
-    return quads(a, b, b + around, a + around, turned)
+    return quads(a, b, b + around, a + around, flipped)
 
 
-def wrapped(around: int, rows: int, turned: Mask | None = None) -> Indices:
-    """Return faces of a torus, parallel by parallel: those of a tube whose last row is its first."""
-    return tube(around, rows, turned) % (around * rows)
+def torus(around: int, rows: int, flipped: Mask | None = None) -> Indices:
+    """Return faces of a torus, parallel by parallel: a tube whose last row is its first."""
+    return tube(around, rows, flipped) % (around * rows)
 
 
-def globe(meridians: int, bands: int, turned: Mask | None = None) -> Indices:
-    """Return faces of a sphere: vertex 0 the pole above, then parallels from above, the pole below last."""
+def globe(meridians: int, bands: int, flipped: Mask | None = None) -> Indices:
+    """Return faces of a sphere: vertex 0 is the upper pole, then parallels downward, then the lower pole."""
     last = meridians * (bands - 1) + 1
     ring = np.arange(1, meridians + 1)
-    inside = tube(meridians, bands - 2, turned)[:, ::-1] + 1
+    inside = tube(meridians, bands - 2, flipped)[:, ::-1] + 1
     return np.concatenate([fan(ring, 0), inside, fan((last - meridians + np.arange(meridians))[::-1], last)])
 
 
 def fan(ring: Indices, tip: int) -> Indices:
-    """Return triangles from the edges of a ring to a tip, on whose side the ring is counter-clockwise."""
+    """Return triangles from the edges of a ring to a tip, counter-clockwise if the ring is."""
     return np.stack([ring, np.roll(ring, -1), np.full(len(ring), tip)], axis=1)
 
 
 def icosahedral(frequency: int) -> tuple[Array, Indices]:
-    """Return unit vectors and faces of an icosahedron cut evenly (class I), then projected.
+    """Return unit vectors and faces of an icosahedron, subdivided evenly (class I) and projected.
 
     Examples
     --------
@@ -114,7 +114,7 @@ def icosahedral(frequency: int) -> tuple[Array, Indices]:
 
 
 def on_border(faces: Indices, count: int) -> Mask:
-    """Return which vertices are on an edge of one face only: (count,) array of bool.
+    """Return whether each vertex is on an edge of only one face, (count,) array of bool.
 
     Examples
     --------

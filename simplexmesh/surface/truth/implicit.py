@@ -1,4 +1,4 @@
-"""Surfaces as F(x, y, z) = 0, F growing outward: curvatures from first and second derivatives (Goldman 2005)."""
+"""Implicit surfaces F = 0, F increasing outward: curvatures from first and second derivatives (Goldman 2005)."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Implicit:
-    """A surface F = 0 with the derivatives of F; write your own by giving three functions of (n, 3) points.
+    """A surface F = 0, given by F and its derivatives as functions of (n, 3) points.
 
     Attributes
     ----------
     value : function
-        F: negative inside, (n,) array of float.
+        F, negative inside: (n,) array of float.
     gradient, hessian : functions
-        Its derivatives: (n, 3) and (n, 3, 3) arrays of float.
+        Derivatives of F: (n, 3) and (n, 3, 3) arrays of float.
 
     Examples
     --------
@@ -39,18 +39,18 @@ class Implicit:
     hessian: Callable[[Array], Array]
 
     def exact(self, points: ArrayLike) -> Exact:
-        """Return what is true at points of the surface: (n, 3) array of float."""
+        """Return the exact values at (n, 3) points of the surface."""
         at = _check.array("points", points, (None, 3))
         return of_level_set(self.gradient(at), self.hessian(at))
 
     def curvatures(self, points: ArrayLike) -> tuple[Array, Array]:
-        """Return mean and Gaussian curvature by Goldman's formulas, which need no directions."""
+        """Return mean and Gaussian curvature by Goldman's formulas."""
         at = _check.array("points", points, (None, 3))
         return goldman(self.gradient(at), self.hessian(at))
 
 
 def quadric(form: ArrayLike, constant: float) -> Implicit:
-    """Return x . form x = constant: (3, 3) symmetric array of float.
+    """Return x . form x = constant, with `form` a symmetric (3, 3) array.
 
     Examples
     --------
@@ -100,7 +100,7 @@ def torus(radius: float, tube: float) -> Implicit:
 
 
 def cone(radius: float, height: float) -> Implicit:
-    """Return the cone of apex (0, 0, height) and circle of `radius` at z = 0; its mirror image above counts too."""
+    """Return the double cone with apex (0, 0, height) and a circle of `radius` at z = 0."""
     slope = (radius / height) ** 2
 
     def shifted(p: Array) -> Array:

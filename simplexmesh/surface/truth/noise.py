@@ -1,8 +1,9 @@
-"""Noise for meshes that are exact: along normals, along one axis, along directions drawn for each vertex."""
+"""Noise on vertices: isotropic, along normals, along one axis, or along random directions."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,7 +20,7 @@ DISTRIBUTIONS = ("normal", "uniform")
 
 
 def unit_of(mesh: TriangleMesh, unit: str) -> float:
-    """Return what amounts of noise are in: the bounding box's diagonal, the mean edge, or the mesh's own unit, 1."""
+    """Return the unit of amounts of noise: the bounding box's diagonal, the mean edge, or 1."""
     if _check.choice("unit", unit, UNITS) == "diagonal":
         return float(norm(np.ptp(mesh.vertices, axis=0)))
     if unit == "length":
@@ -38,7 +39,7 @@ def noisy(
     normals: ArrayLike | None = None,
     rng: np.random.Generator | int | None = None,
 ) -> TriangleMesh:
-    """Return the mesh with its vertices moved at random.
+    """Return the mesh with random displacements of its vertices.
 
     Parameters
     ----------
@@ -48,11 +49,11 @@ def noisy(
     unit : {"edge", "diagonal", "length"}
         The mean edge, the diagonal of the bounding box, the mesh's unit of length.
     along : {"all", "normals", "axis", "directions"}
-        Which way vertices go: each coordinate by itself, along normals, along x, y or z, drawn once for all vertices,
-        or each vertex along a direction of its own.
+        Direction of the noise: all coordinates independently; normals; one coordinate axis, the same for all vertices,
+        drawn at random; a random direction per vertex.
     distribution : {"normal", "uniform"}
-        Uniform noise is centered, but along directions of their own vertices go from 0 to `amount`. In diagonals that
-        is the article's noise (2012), of table 10 along normals, of table 11 along "directions".
+        Uniform noise is centered, except along "directions", where it is from 0 to `amount`. With unit "diagonal" this
+        is the noise of the article (2012), in table 10 along normals, in table 11 along "directions".
     normals : (n, 3) array of float, optional
         Unit vectors for "normals"; the mesh's own by default.
     rng : numpy.random.Generator or int, optional
@@ -67,21 +68,21 @@ def noisy(
     """
     _check.choice("along", along, ALONG)
     _check.choice("distribution", distribution, DISTRIBUTIONS)
-    size = _check.number("amount", amount, 0.0) * unit_of(mesh, unit)
-    chance = _check.generator("rng", rng)
+    scale = _check.number("amount", amount, 0.0) * unit_of(mesh, unit)
+    generator = _check.generator("rng", rng)
     n = len(mesh.vertices)
-    axis = np.eye(3)[chance.integers(3)] if along == "axis" else None
+    axis = np.eye(3)[generator.integers(3)] if along == "axis" else None
     shape = (n, 3) if along == "all" else (n, 1)
-    shift = chance.normal(size=shape) if distribution == "normal" else chance.uniform(-0.5, 0.5, shape)
+    shift = generator.normal(size=shape) if distribution == "normal" else generator.uniform(-0.5, 0.5, shape)
     if along == "directions":
         shift = shift if distribution == "normal" else shift + 0.5
-        shift = shift * normalized(chance.normal(size=(n, 3)))
+        shift = shift * normalized(generator.normal(size=(n, 3)))
     elif along == "normals":
-        ways = mesh.vertex_normals if normals is None else _check.array("normals", normals, (n, 3))
-        shift = shift * ways
+        directions = mesh.vertex_normals if normals is None else _check.array("normals", normals, (n, 3))
+        shift = shift * directions
     elif axis is not None:
         shift = shift * axis
-    return TriangleMesh(mesh.vertices + size * shift, mesh.faces)
+    return TriangleMesh(mesh.vertices + scale * shift, mesh.faces)
 
 
 def noise_levels(
@@ -95,25 +96,24 @@ def noise_levels(
     distribution: str = "normal",
     normals: ArrayLike | None = None,
 ) -> Iterator[TriangleMesh]:
-    """Yield the mesh at each amount of noise, drawn anew each time.
+    """Yield the mesh at each amount of noise, with independent realizations.
 
     Parameters
     ----------
     mesh, rng, unit, along, distribution, normals
         As for `noisy`.
     amounts : sequence of float
-        One mesh for each.
+        Amount of noise of each mesh.
     cumulative : bool
-        Add each level's noise to the mesh of the level before, as the article's tables 10 and 11 seem to have been
-        made: with amounts 1, 2, 3 ... the last mesh has the noise of sqrt(1 + 4 + 9 ...).
+        Whether to add each level's noise to the mesh of the level before, as apparently in the article's tables 10 and
+        11: with amounts 1, 2, 3 ... the last mesh has noise of sqrt(1 + 4 + 9 ...).
     """
-    chance = _check.generator("rng", rng)
-    size = unit_of(mesh, unit)  # of the clean mesh, at every level
-    way = None if normals is None and along != "normals" else mesh.vertex_normals if normals is None else normals
+    generator = _check.generator("rng", rng)
+    unit_length = unit_of(mesh, unit)  # of the clean mesh, at every level
+    if normals is None and along == "normals":
+        normals = mesh.vertex_normals
+    options: dict[str, Any] = {"unit": "length", "along": along, "distribution": distribution, "normals": normals}
     current = mesh
     for amount in amounts:
-        base = current if cumulative else mesh
-        current = noisy(
-            base, amount * size, unit="length", along=along, distribution=distribution, normals=way, rng=chance
-        )
+        current = noisy(current if cumulative else mesh, amount * unit_length, **options, rng=generator)
         yield current

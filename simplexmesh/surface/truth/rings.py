@@ -1,4 +1,4 @@
-"""One analyzed point and its neighbors on a known surface: the patterns estimators are tried on."""
+"""Rings: a point and its neighbors on a known surface, in the patterns of the literature."""
 
 from __future__ import annotations
 
@@ -19,22 +19,22 @@ from simplexmesh.surface.truth.graphs import Graph
 Array = NDArray[np.float64]
 
 SCHEMES = ("R", "Rda", "Rdd", "Rdds", "U")
-"""Of the thesis: regular; one neighbor turned by a fifth of a step; one pushed out by a fifth; nearly half of them
-drawn in by half; four fifths of them on one side."""
+"""The thesis's: regular; one neighbor rotated by a fifth of a step; one at 1.2 times the distance; nearly half of them
+at half the distance; four fifths of them on one side."""
 
 KINDS = ("regular", "vertex", "angles")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Ring:
-    """A point P of a surface and its neighbors, counter-clockwise seen from outside, with what is true at P.
+    """A point P of a surface and its neighbors, counter-clockwise seen from outside, with exact values at P.
 
     Attributes
     ----------
     center : (3,) array of float
     neighbors : (m, 3) array of float
     exact : Exact
-        Of one point, P.
+        Exact values at P.
 
     Examples
     --------
@@ -68,12 +68,12 @@ class Ring:
 
     @property
     def samples(self) -> Samples:
-        """What an estimator takes."""
+        """The points, as input of an estimator."""
         return stacked([self])[0]
 
 
 def stacked(rings: Sequence[Ring]) -> tuple[Samples, Neighborhoods]:
-    """Return many rings as one set of points and neighborhoods with a row for each, for one call of an estimator.
+    """Combine rings into one set of points, with one neighborhood each, for one call of an estimator.
 
     The faces are the fans from each P to its neighbors in order.
 
@@ -96,8 +96,8 @@ def stacked(rings: Sequence[Ring]) -> tuple[Samples, Neighborhoods]:
 def gs03_ring(distance: float, *, perturbed: bool = False, radius: float = 2.0) -> Ring:
     """Return six points of a cylinder around the z axis at a distance from P = (radius, 0, 0).
 
-    Goldfeather's and Interrante's ring as the thesis prints it (4.1-4.3): heights r, r/2, -r/2, -r; perturbed, the
-    neighbor at y > 0, z = -r/2 goes to z = -4/5 r. There estimators that look regular meet wrong limits.
+    Goldfeather and Interrante's ring as printed in the thesis (4.1-4.3): heights r, r/2, -r/2, -r; if perturbed, the
+    neighbor at y > 0, z = -r/2 is at z = -4/5 r, where estimators that are correct on regular rings have wrong limits.
 
     Examples
     --------
@@ -112,14 +112,14 @@ def gs03_ring(distance: float, *, perturbed: bool = False, radius: float = 2.0) 
 
 
 def symmetric_ring(distance: float, count: int = 6, *, surface: str = "cylinder", radius: float = 2.0) -> Ring:
-    """Return points at a distance from P whose heights divide the diameter along z evenly: angles vary, symmetrically.
+    """Return points at a distance from P whose heights divide the diameter along z evenly: a symmetric, uneven ring.
 
     Parameters
     ----------
     distance : float
-        Of all of them from P = (radius, 0, 0), straight.
+        Euclidean distance from P = (radius, 0, 0).
     count : int
-        Of neighbors, even: count / 2 + 1 heights, one neighbor at the ends, two between.
+        Number of neighbors, even: count / 2 + 1 heights, one neighbor at the ends, two between.
     surface : {"cylinder", "sphere"}
         Around the z axis, or the origin.
     """
@@ -143,7 +143,7 @@ def article_ring(distance: float, kind: str = "regular", *, radius: float = 2.0)
     Parameters
     ----------
     distance : float
-        From P, straight.
+        Euclidean distance from P.
     kind : {"regular", "vertex", "angles"}
         Regular; one neighbor moved along its meridian to 1.6 times its latitude; heights along z a third apart.
     """
@@ -167,7 +167,7 @@ def scheme_ring(
     at: tuple[float, float] = (0.0, 0.0),
     start: float = 0.0,
 ) -> Ring:
-    """Return a ring of the thesis's five schemes, laid out in the plane and projected up to a graph.
+    """Return a ring of one of the thesis's five schemes, defined in the plane and lifted to a graph.
 
     Parameters
     ----------
@@ -175,13 +175,13 @@ def scheme_ring(
     scheme : {"R", "Rda", "Rdd", "Rdds", "U"}
         See `SCHEMES`.
     count : int
-        Of neighbors; the thesis has 6 and 12.
+        Number of neighbors; 6 and 12 in the thesis.
     distance : float
-        From P, in the plane.
+        Distance from P in the plane.
     at : (2,) tuple of float
-        Where P is.
+        Position of P in the plane.
     start : float
-        Azimuth of the first neighbor in radians; the thesis names none, and 0 reproduces its findings.
+        Azimuth of the first neighbor in radians; the thesis gives none, and 0 reproduces its results.
 
     Examples
     --------
@@ -230,28 +230,28 @@ def star(
     neighbor_moved: float = 0.0,
     neighbor_turned: float = 0.0,
 ) -> Ring:
-    """Return Gatzke's and Grimm's star (2006), each parameter of which changes one thing.
+    """Return Gatzke and Grimm's star (2006), with independent perturbations.
 
     Parameters
     ----------
     surface : Graph
     count : int
-        Of neighbors in the first ring; each further ring has twice as many. They come ring by ring, so that with more
-        than one `around` is not the cycle of the first.
+        Number of neighbors in the first ring; each further ring has twice as many. They are ordered ring by ring, so
+        that with several rings `around` is not a cycle.
     distance : float
-        Of the first ring in the plane; ring i is at i times that.
+        Distance of the first ring in the plane; ring i is at i times that.
     rings : int
-        How many.
+        Number of rings.
     at : (2,) tuple of float
-        Where the star's middle is.
+        Position of the star's center in the plane.
     center_lifted, neighbor_lifted : float
-        How far P, or the first neighbor, is off the surface, along its normal.
+        Offset of P, or of the first neighbor, from the surface along its normal.
     center_moved : float
-        How far P is moved on the surface, in the plane along x; the neighbors stay.
+        Displacement of P on the surface, in the plane along x; the neighbors stay.
     neighbor_moved : float
-        How much farther from P the first neighbor is.
+        Additional distance of the first neighbor.
     neighbor_turned : float
-        By what angle the first neighbor is turned around P, radians.
+        Rotation of the first neighbor around P, radians.
     """
     azimuths, distances = [], []
     for ring in range(1, _check.integer("rings", rings, 1) + 1):
@@ -270,13 +270,13 @@ def star(
 
 
 def _circle(distance: float, radius: float) -> tuple[float, float]:
-    """Return radius and place on the x axis of the circle of a sphere at a distance from (radius, 0, 0)."""
+    """Return the radius, and the center on the x axis, of the circle of a sphere at a distance from (radius, 0, 0)."""
     _check.number("distance", distance, 0.0, radius, open_low=True)
     return distance / radius * np.sqrt(radius**2 - distance**2 / 4), radius - distance**2 / (2 * radius)
 
 
 def _on_cylinder(heights: Array, sides: ArrayLike, distance: float, radius: float) -> Ring:
-    """Return the points of a cylinder at these heights, to these sides, at a distance from (radius, 0, 0)."""
+    """Return the ring of a cylinder at these heights and signs of y, at a distance from (radius, 0, 0)."""
     _check.number("distance", distance, 0.0, radius, open_low=True)
     x = (heights**2 + 2 * radius**2 - distance**2) / (2 * radius)
     y = np.asarray(sides) * np.sqrt(np.maximum((distance**2 - heights**2) * (1 - (radius - x) / (2 * radius)), 0))
