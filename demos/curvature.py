@@ -1,8 +1,8 @@
-"""Mean curvature, from three neighbors.
+"""Mean curvature of a simplex mesh.
 
-The sphere through a vertex and its three neighbors has the mean curvature for its inverse radius: exact on a sphere,
-wherever on it the vertices lie, and of second order in the spacing on regular hexagons, as of a tube. The picture shows
-a sphere with bumps.
+It is the inverse radius of the sphere through a vertex and its three neighbors: exact on a sphere, for any distribution
+of its vertices, and of second order in the spacing on regular hexagons, as of a cylinder. The picture shows a sphere
+with bumps.
 """
 
 import numpy as np
@@ -11,20 +11,20 @@ import simplexmesh as sm
 
 
 def main(size="large"):
-    """Measure the largest relative errors: on a sphere with its vertices anywhere, and on finer and finer tubes."""
+    """Return the largest relative errors on a sphere with irregular vertices, and on finer and finer cylinders."""
     ball = sm.sphere(20)
     scattered = ball.vertices + 0.002 * np.random.default_rng(0).normal(size=ball.vertices.shape)
     ball = ball.moved(scattered / np.linalg.norm(scattered, axis=1, keepdims=True))
     around = (12, 24, 48, 96) if size == "large" else (12, 24)
     return {
         "sphere": float(np.abs(ball.mean_curvature - 1).max()),
-        "tubes": [tube_error(n) for n in around],
+        "cylinders": [cylinder_error(n) for n in around],
         "bumpy": bumpy(24 if size == "large" else 8),
     }
 
 
-def tube_error(around):
-    """Return the largest relative error on a tube of radius 1, of regular hexagons, away from its ends."""
+def cylinder_error(around):
+    """Return the largest relative error on a cylinder of radius 1 and regular hexagons, away from its ends."""
     tube = sm.cylinder(around, 2 * around, height=2 * np.pi * np.sqrt(3))
     middle = np.abs(tube.vertices[:, 2]) < 2
     return float(np.abs(tube.mean_curvature[middle] - 0.5).max() / 0.5)
@@ -37,7 +37,7 @@ def bumpy(frequency):
 
 
 def show(out):
-    """Color the bumps by their curvature."""
+    """Color the sphere by its curvature."""
     return sm.plot.surface(out["bumpy"], scalars="mean_curvature")
 
 

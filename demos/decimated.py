@@ -1,7 +1,7 @@
-"""A surface of marching cubes, with a twentieth of its vertices, and a hundredth.
+"""Decimation of a marching-cubes surface to a twentieth and a hundredth of its vertices.
 
-Marching cubes make triangles as small where the surface is flat as where it bends. In their dual, decimated, faces grow
-where it bends little, and stay small where it bends much. This is the liver of the frog that PyVista brings.
+Triangles of marching cubes are equally small in flat and in curved regions. After decimation of their dual, faces are
+large where curvature is low and small where it is high. The surface is the liver of the frog that comes with PyVista.
 """
 
 import time
@@ -16,18 +16,18 @@ LIVER, KIDNEY = 10, 8
 
 
 def main(size="large"):
-    """Decimate the dual of an organ's isosurface, and say how far each model is from it."""
+    """Decimate the dual of an organ's isosurface, and return the models and their distances from it."""
     full = marching_cubes(LIVER if size == "large" else KIDNEY)
     models, seconds = {"marching cubes": full}, {}
-    away = {}
+    distance = {}
     for part in (20, 100) if size == "large" else (10, 40):
         began = time.perf_counter()
         out = sm.decimate(full, vertices=2 * round(full.n_vertices / (2 * part)))
         name = f"1/{part}"
         models[name], seconds[name] = out.mesh, time.perf_counter() - began
-        away[name] = {"rms": out.rms, "largest": out.largest, "exceptions": len(out.exceptions)}
+        distance[name] = {"rms": out.rms, "largest": out.largest, "exceptions": len(out.exceptions)}
     diagonal = float(np.linalg.norm(np.ptp(full.bounds, axis=0)))
-    return {"models": models, "away": away, "seconds": seconds, "diagonal": diagonal}
+    return {"models": models, "distance": distance, "seconds": seconds, "diagonal": diagonal}
 
 
 def marching_cubes(label):
@@ -44,17 +44,17 @@ def marching_cubes(label):
 
 
 def show(out):
-    """Draw the surface and the models made of it."""
+    """Draw the surface and the decimated models in panels."""
     diagonal = out["diagonal"]
     named = {}
     for name, mesh in out["models"].items():
-        away = out["away"].get(name)
-        off = f", rms {100 * away['rms'] / diagonal:.2g} % off" if away else ""
-        named[f"{name}: {mesh.n_vertices:,} vertices{off}"] = mesh
+        distance = out["distance"].get(name)
+        rms = f", rms {100 * distance['rms'] / diagonal:.2g} %" if distance else ""
+        named[f"{name}: {mesh.n_vertices:,} vertices{rms}"] = mesh
     return sm.plot.panels(named, view="yx")
 
 
 if __name__ == "__main__":
     result = main()
-    print(result["models"], result["away"], result["seconds"])
+    print(result["models"], result["distance"], result["seconds"])
     show(result).show()

@@ -1,7 +1,7 @@
-"""Two rows of teeth brought into contact, as on a planned jaw.
+"""Occlusion of two rows of teeth, as in the planning of jaw surgery.
 
-Left: the lower row where it lay, turned, behind and too low. Right: where occlusion puts it, seen from above with the
-upper row lifted off: the distance between them, small where they touch.
+Left: the lower row in its initial pose, rotated, displaced and too low. Right: the pose found by `occlude`, seen from
+above with the upper row removed, colored by the distance between them, small where they touch.
 """
 
 import numpy as np
@@ -13,16 +13,16 @@ TURNED = np.radians([3.0, -4.0, 5.0])
 
 
 def main(size="large"):
-    """Bring a lower row to an upper one; return both, the motion, and how far off it is."""
+    """Bring a lower row into occlusion with an upper one; return both, the motion, and its error."""
     count = 120 if size == "large" else 50
     upper, lower = row(count, play=0.2), row(count)
-    upper = sm.TriangleMesh(upper.vertices, upper.faces[:, ::-1])  # seen from below
-    off = lower.transformed(motion())
-    found = sm.occlude(off, upper, tolerance=0.03, reach=1.0)
-    placed = off.transformed(found.T_fixed_moving)
+    upper = sm.TriangleMesh(upper.vertices, upper.faces[:, ::-1])  # facing down
+    initial = lower.transformed(motion())
+    found = sm.occlude(initial, upper, tolerance=0.03, reach=1.0)
+    placed = initial.transformed(found.T_fixed_moving)
     return {
         "upper": upper,
-        "off": off,
+        "initial": initial,
         "placed": placed,
         "found": found,
         "touching": found.contact_area / lower.area,
@@ -31,10 +31,10 @@ def main(size="large"):
 
 
 def row(count, play=0.0):
-    """Return the chewing surfaces of a row of molars with four cusps each, lifted by some play here and there."""
+    """Return the occlusal surfaces of a row of molars with four cusps each, lifted unevenly by some play."""
     sheet = sm.plane(3 * count, count, size=(9.0, 3.0)).triangulated("dual")
     x, y, _ = sheet.vertices.T
-    tooth = (x + 4.5) % 3 - 1.5  # from the middle of its tooth
+    tooth = (x + 4.5) % 3 - 1.5  # relative to the center of the tooth
     z = np.full(len(x), -0.6)
     for k, (a, b) in enumerate([(-0.7, -0.6), (0.7, -0.65), (-0.65, 0.6), (0.7, 0.7)]):
         z += (1.0 + 0.1 * k) * np.exp(-((tooth - a) ** 2 + (y - b) ** 2) / 0.25)
@@ -45,7 +45,7 @@ def row(count, play=0.0):
 
 
 def motion():
-    """Return where the lower row lay: a small turn and a shift."""
+    """Return the initial pose of the lower row: a small rotation and a translation."""
     angle = np.linalg.norm(TURNED)
     x, y, z = TURNED / angle
     K = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
@@ -56,11 +56,11 @@ def motion():
 
 
 def show(out):
-    """Draw the rows before, and what is between them after."""
+    """Draw the rows before, and the distance between them after."""
     plotter = sm.plot.stage(columns=2)
     lifted = sm.TriangleMesh(out["upper"].vertices + np.array([0, 0, 1.2]), out["upper"].faces)
     sm.plot.surface(lifted, plotter=plotter, color="#4878a8")
-    sm.plot.surface(out["off"], plotter=plotter, color="#d9cfc0")
+    sm.plot.surface(out["initial"], plotter=plotter, color="#d9cfc0")
     plotter.subplot(0, 1)
     sm.plot.heat(
         out["placed"], out["found"].distances, name="distance to the upper row", limits=(0, 0.2), plotter=plotter

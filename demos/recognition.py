@@ -1,7 +1,7 @@
-"""A noisy scan of part of a kidney finds its place on the whole.
+"""Registration of a partial, noisy scan of a kidney to the whole.
 
-The scan is turned at random, noisy and cut off at a plane; nothing is told of its pose or of the noise. The signatures
-of the whole in two poses are compared under all rotations, too: there is one peak, so that the pose is certain.
+The scan is randomly rotated, noisy and cut off at a plane; neither pose nor noise is given. The signatures of the whole
+in two poses are also compared under all rotations: there is one peak, so the pose is unambiguous.
 """
 
 import numpy as np
@@ -14,18 +14,18 @@ BRAIN, KIDNEY = 2, 8
 
 
 def main(size="large"):
-    """Register a part of an organ with the whole of it, and compare the signatures of the whole in two poses."""
+    """Register a part of an organ to the whole, and compare the signatures of the whole in two poses."""
     rng = np.random.default_rng(5)
     whole = isosurface(KIDNEY if size == "large" else BRAIN)
     T = np.eye(4)
-    T[:3, :3], T[:3, 3] = turn(rng), 3 * whole.diagonal * rng.normal(size=3)
+    T[:3, :3], T[:3, 3] = random_rotation(rng), 3 * whole.diagonal * rng.normal(size=3)
     noise = 0.002 * whole.diagonal * rng.normal(size=whole.vertices.shape)
     noisy = sm.TriangleMesh(whole.vertices + noise, whole.faces).transformed(T)
     side = whole.vertices @ [0.5, 0.3, -1.0]
     seen = side > np.quantile(side, 0.4)
     scan = sm.TriangleMesh(noisy.vertices, noisy.faces[seen[noisy.faces].all(axis=1)])
     found = sm.register(scan, whole)
-    off = noisy.transformed(found.T_target_source).vertices - whole.vertices - noise
+    error = noisy.transformed(found.T_target_source).vertices - whole.vertices - noise
     frequency = 9 if size == "large" else 5
     one, two = sm.sai(whole, frequency), sm.sai(noisy, frequency)
     first, second, *_ = matches = sm.match(one, two)
@@ -35,14 +35,14 @@ def main(size="large"):
         "registration": found,
         "signatures": (one, two),
         "matches": matches,
-        "off": float(np.linalg.norm(off, axis=1).max() / whole.diagonal),
+        "error": float(np.linalg.norm(error, axis=1).max() / whole.diagonal),
         "degrees": angle(first.T_a_b[:3, :3], np.linalg.inv(T)[:3, :3]),
         "distances": (first.distance, second.distance),
     }
 
 
 def isosurface(label):
-    """Return the surface of an organ of the frog that PyVista brings, smoothed by two voxels."""
+    """Return the surface of an organ of the frog that comes with PyVista, smoothed by two voxels."""
     frog = examples.load_frog_tissues()
     inside = np.asarray(frog.active_scalars).reshape(frog.dimensions, order="F") == label
     low, high = (end(np.argwhere(inside), axis=0) for end in (np.min, np.max))
@@ -54,8 +54,8 @@ def isosurface(label):
     return sm.TriangleMesh(np.asarray(surface.points, dtype=float), surface.regular_faces).oriented()
 
 
-def turn(rng):
-    """Return a rotation at random."""
+def random_rotation(rng):
+    """Return a uniformly distributed random rotation."""
     q, r = np.linalg.qr(rng.normal(size=(3, 3)))
     q *= np.sign(np.diag(r))
     return q * np.linalg.det(q)
@@ -67,13 +67,13 @@ def angle(one, other):
 
 
 def show(out):
-    """Draw the scan and the whole, before and after."""
+    """Draw the scan and the whole, before and after registration."""
     found = out["registration"]
     return sm.plot.overlay(out["scan"], out["whole"], found.T_target_source, view="yx")
 
 
 def show_landscape(out):
-    """Draw the distance of the two signatures over the rotations."""
+    """Plot the similarity of the two signatures over all rotations."""
     return sm.plot.landscape(*out["signatures"], found=out["matches"])
 
 

@@ -1,9 +1,9 @@
-"""Refinement at work.
+"""Adaptive refinement.
 
-A sphere of a few hundred vertices is drawn to a bottle and stays outside of it: it has too few vertices to go in. Faces
-that are large, long, bent and far from the data are divided, round by round, until none scores above the threshold: the
-cavity is filled, and polygons are small where it bends. Run as a script it also writes the film. The bottle is that of
-`vase_ct.vti` where `SIMPLEXMESH_DATA` names a folder that has it, otherwise a made one.
+A sphere of a few hundred vertices is attracted to a bottle and stays outside of its cavity, for lack of vertices. Faces
+that are large, elongated, curved and far from the data are divided, round by round, until none scores above the
+threshold: the mesh fills the cavity, with small polygons where curvature is high. Run as a script it also writes an
+animation. The bottle is `vase_ct.vti` of the folder named by `SIMPLEXMESH_DATA` or, without it, a synthetic one.
 """
 
 import os
@@ -18,7 +18,7 @@ CLAY, INSIDE, LINES, WALL = "#c9d3dc", "#d9a273", "#4a545c", "#8a3b12"
 
 
 def main(size="large"):
-    """Fit a sphere to a bottle, coarsely, then refine it, and say how far the bottle is from the model each time."""
+    """Fit a sphere to a bottle coarsely, refine it, and return both meshes and their distances from the bottle."""
     bottle, level = scanned(size)
     target = sm.targets.Isosurface(bottle, level)
     center, radius = middle(bottle, level)
@@ -32,12 +32,13 @@ def main(size="large"):
     refined = sm.refine(coarse, target, threshold="medium", watch=lambda _, mesh: film.append(mesh))
     meshes = {"coarse": coarse, "refined": refined.mesh}
     points = surface_points(bottle, level)
-    away = {name: far_from(points, mesh) for name, mesh in meshes.items()}
-    return {"meshes": meshes, "away": away, "film": [*film, refined.mesh], "rounds": refined.rounds, "size": 2 * radius}
+    distance = {name: mean_distance(points, mesh) for name, mesh in meshes.items()}
+    film += [refined.mesh]
+    return {"meshes": meshes, "distance": distance, "film": film, "rounds": refined.rounds, "size": 2 * radius}
 
 
 def scanned(size):
-    """Return the scan of a bottle and the level on its wall."""
+    """Return the scan of a bottle and the isovalue of its wall."""
     real = Path(os.environ.get("SIMPLEXMESH_DATA", "")) / "vase_ct.vti"
     if real.is_file() and size == "large":
         return sm.read_volume(real), 25.0
@@ -51,7 +52,7 @@ def scanned(size):
 
 
 def surface_points(volume, level):
-    """Return points on the surface: where grid lines cross the level."""
+    """Return points on the isosurface: the intersections with the grid lines."""
     inside, out = volume.values > level, []
     for axis in range(3):
         ends = [np.moveaxis(volume.values, axis, 0)[cut].astype(float) for cut in (slice(-1), slice(1, None))]
@@ -69,13 +70,13 @@ def middle(volume, level):
     return (low + high) / 2, float(np.linalg.norm(high - low) / 2)
 
 
-def far_from(points, mesh):
+def mean_distance(points, mesh):
     """Return the mean distance of points to a mesh."""
     return float(np.abs(sm.targets.Triangles(mesh.triangulated(), oriented=False).closest(points)[0]).mean())
 
 
 def draw(plotter, mesh):
-    """Draw the half of a mesh behind its middle, cut by a plane, so that one looks into it."""
+    """Draw the half of a mesh behind a plane through its center, so that its inside is visible."""
     cut = {"normal": "z", "origin": mesh.bounds.mean(axis=0)}
     fan = mesh.triangulated()
     fan = pv.PolyData.from_regular_faces(fan.vertices, fan.faces)
@@ -83,7 +84,7 @@ def draw(plotter, mesh):
         np.array(mesh.vertices), lines=np.insert(mesh.connectivity.edge_vertices.astype(np.int64), 0, 2, axis=1).ravel()
     )
     half = plotter.add_mesh(fan.clip(**cut), color=CLAY, backface_params={"color": INSIDE})
-    half.mapper.SetResolveCoincidentTopologyToPolygonOffset()  # so that lines lie on top
+    half.mapper.SetResolveCoincidentTopologyToPolygonOffset()  # so that edges are drawn in front of faces
     half.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(2.0, 2.0)
     plotter.add_mesh(lines.clip(**cut), color=LINES, lighting=False)
     plotter.add_mesh(fan.slice(**cut), color=WALL, line_width=3, lighting=False)
@@ -91,19 +92,19 @@ def draw(plotter, mesh):
 
 
 def show(out):
-    """Draw the coarse mesh and the refined one next to each other, cut open."""
+    """Draw the coarse mesh and the refined one in panels, cut open."""
     plotter = sm.plot.stage(2)
     for column, (name, mesh) in enumerate(out["meshes"].items()):
         plotter.subplot(0, column)
         draw(plotter, mesh)
-        percent = 100 * out["away"][name] / out["size"]
-        title = f"{name}: {mesh.n_vertices} vertices, {percent:.2g} % off"
+        percent = 100 * out["distance"][name] / out["size"]
+        title = f"{name}: {mesh.n_vertices} vertices, mean distance {percent:.2g} %"
         plotter.add_text(title, position="upper_edge", font_size=11, color=LINES)
     return plotter
 
 
 def write_film(out, path):
-    """Write the film of the rounds as a .gif file."""
+    """Write the animation as a .gif file."""
     plotter = pv.Plotter(off_screen=True, window_size=(560, 700))
     plotter.open_gif(str(path), fps=3)
     last = out["film"][-1]
@@ -117,6 +118,6 @@ def write_film(out, path):
 
 if __name__ == "__main__":
     result = main()
-    print(result["away"], result["meshes"])
+    print(result["distance"], result["meshes"])
     write_film(result, "refinement.gif")
     show(result).show()

@@ -1,8 +1,8 @@
-"""What stands out: solids on a plate, told apart by how they bend.
+"""Saliency and surface types of solids on a plate.
 
-Hemisphere, half a ring, cylinder, cone and prism stand on a plate. The signs of mean and Gaussian curvature divide them
-into kinds of surface; tips and corners are the salient points, and rims of the cylinder are circles of high curvature.
-Left: mean curvature, with the salient points. Right: the kinds.
+Hemisphere, half ring, cylinder, cone and prism stand on a plate. The signs of mean and Gaussian curvature classify them
+by surface type; tips and corners are salient points, and the rim of the cylinder is a circle of high curvature. Left:
+mean curvature with the salient points. Right: surface types.
 """
 
 import numpy as np
@@ -15,7 +15,7 @@ HEIGHT = 1.0
 
 
 def main(size="large"):
-    """Divide the plate; return which kind each solid is, where tips and rims were found, and how far off."""
+    """Classify the plate; return the surface type of each solid, and the errors of the tips and the rim found."""
     mesh = phantom(0.035 if size == "large" else 0.06)
     curvature = sm.curvature(mesh)
     kinds = sm.hk_classes(mesh, curvature=curvature)
@@ -36,7 +36,7 @@ def main(size="large"):
 
 
 def phantom(step):
-    """Return the plate and its solids, from the distance to each."""
+    """Return the plate with its solids, from their distance functions."""
     x, y, z = np.mgrid[-3.2:2.6:step, -2:1.8:step, -0.3:1.2:step]
 
     def away(place):
@@ -64,7 +64,7 @@ def corners():
 
 
 def parts(at):
-    """Return which vertices are well within each kind of surface."""
+    """Return masks of the vertices well within each surface."""
     x, y, z = at.T
     ring, tube, cone = (np.hypot(x - place[0], y - place[1]) for place in (RING, TUBE, CONE))
     inner = np.hypot(ring - 0.6, z) < 0.3
@@ -79,13 +79,13 @@ def parts(at):
 
 
 def named(kinds, part):
-    """Return the commonest kind among some vertices, and its share."""
+    """Return the most frequent type among some vertices, and its share."""
     count = np.bincount(kinds.labels[part])
     return kinds.names[count.argmax()], float(count.max() / count.sum())
 
 
 def show(out):
-    """Color the plate by its curvature and by its kinds."""
+    """Color the plate by its curvature and by its surface types."""
     plotter = sm.plot.stage(columns=2)
     sm.plot.heat(
         out["mesh"], out["curvature"].mean, name="mean curvature", limits=(-6, 6), marks=out["salient"], plotter=plotter

@@ -1,14 +1,14 @@
-"""Shapes to start from.
+"""Built-in shapes.
 
-Every vertex has three neighbors, so faces are mostly hexagons; the sphere has twelve pentagons. Tube and sheet have
-holes, the torus a handle.
+Every vertex has three neighbors, so faces are mostly hexagons; the sphere has twelve pentagons. The cylinder and the
+plane have holes, the torus has a handle.
 """
 
 import simplexmesh as sm
 
 
 def main(size="large"):
-    """Make each shape, and say its genus, its holes and what is wrong with it."""
+    """Make each shape; return its genus and its numbers of holes and of defects."""
     vertices = 1200 if size == "large" else 200
     shapes = {
         "sphere": sm.sphere(vertices=vertices),
@@ -22,7 +22,7 @@ def main(size="large"):
 
 
 def show(out):
-    """Draw them next to each other."""
+    """Draw the shapes in panels."""
     return sm.plot.panels({f"{name}, {mesh.n_vertices:,}": mesh for name, mesh in out["shapes"].items()})
 
 

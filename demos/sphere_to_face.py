@@ -1,9 +1,9 @@
-"""From a sphere to a face.
+"""From a sphere to a face: opening a hole.
 
-A sphere comes to the scan of a face from outside. Where there is no data it is cut off, the rim that is left goes to
-where the scan ends, and faces are divided where the scan has more to say: the way of the thesis (Delingette 1994,
-figure 5.6). Run as a script it also writes the film. The scan is that of `fran_face.vtk` where `SIMPLEXMESH_DATA`
-names a folder that has it, otherwise a face made of bumps.
+A sphere is attracted to the scan of a face from outside. Where there is no data a hole is cut, its boundary moves to
+that of the scan, and faces are divided where the scan has more detail, as in Delingette 1994, figure 5.6. Run as
+a script it also writes an animation. The scan is `fran_face.vtk` of the folder named by `SIMPLEXMESH_DATA` or, without
+it, a synthetic face.
 """
 
 import os
@@ -15,7 +15,7 @@ import simplexmesh as sm
 
 
 def main(size="large"):
-    """Fit a sphere to a face step by step, and say how well each step fits."""
+    """Fit a sphere to a face step by step, and return the meshes and their distances from the scan."""
     scan = face()
     target = sm.targets.Triangles(scan)
     radius = scan.diagonal / 2
@@ -29,12 +29,12 @@ def main(size="large"):
     watch = lambda _, state: film.append(state)  # noqa: E731
     refined = sm.refine(mesh, target, vertices=most, threshold="fine", reach=0.16 * radius, watch=watch)
     mesh = shown["refined"] = moved(refined.mesh, target, film, 60, beta=0.4, reach=0.05 * radius)
-    percent = {name: 100 * off(step, scan) / scan.diagonal for name, step in shown.items()}
+    percent = {name: 100 * mean_distance(step, scan) / scan.diagonal for name, step in shown.items()}
     return {"scan": scan, "meshes": shown, "percent": percent, "film": film, "proposals": opened.proposals}
 
 
 def moved(mesh, target, film, iterations, **options):
-    """Let a mesh move, and keep every tenth state for the film."""
+    """Run the deformable model, and append every tenth state to the film."""
     model = sm.DeformableModel(mesh, target, **options)
     for state in model.run(iterations):
         if state.iteration % 10 == 0:
@@ -42,17 +42,17 @@ def moved(mesh, target, film, iterations, **options):
     return model.mesh
 
 
-def off(mesh, scan):
+def mean_distance(mesh, scan):
     """Return the mean distance from the points of the scan to the mesh."""
     return np.abs(sm.targets.Triangles(mesh.triangulated(), oriented=False).closest(scan.vertices)[0]).mean()
 
 
 def face():
-    """Return the scan of a face, looking outwards, or what passes for one."""
+    """Return the scan of a face, oriented outward, or a synthetic one."""
     real = Path(os.environ.get("SIMPLEXMESH_DATA", "")) / "fran_face.vtk"
     if real.is_file():
         scan = sm.read_triangles(real)
-        return sm.TriangleMesh(scan.vertices, scan.faces[:, ::-1])  # its triangles look inwards
+        return sm.TriangleMesh(scan.vertices, scan.faces[:, ::-1])  # its triangles are oriented inward
     across, up = np.meshgrid(np.linspace(-1.25, 1.25, 61), np.linspace(-1.3, 1.3, 81))
     depth = 1.0 + sum(
         height * np.exp(-(((across - x) / width) ** 2) - ((up - y) / tall) ** 2)
@@ -71,21 +71,21 @@ def face():
 
 
 def front(scan):
-    """Return the direction that a face is seen from."""
+    """Return the direction from the face to the camera."""
     normal = scan.face_vectors.sum(axis=0)
     return tuple(normal / np.linalg.norm(normal) + [0.0, 0.1, 0.0])
 
 
 def show(out):
-    """Draw the scan and the steps next to each other."""
+    """Draw the scan and the steps in panels."""
     percent = out["percent"]
     steps = {name: mesh for name, mesh in out["meshes"].items() if name != "start"}
-    titles = {f"{name}: {percent[name]:.2g} % off": mesh for name, mesh in steps.items()}
+    titles = {f"{name}: mean distance {percent[name]:.2g} %": mesh for name, mesh in steps.items()}
     return sm.plot.panels({"scan": out["scan"], **titles}, view=front(out["scan"]), up="y")
 
 
 def write_film(out, path):
-    """Write the film of the whole way as a .gif or .mp4 file."""
+    """Write the animation as a .gif or .mp4 file."""
     import pyvista as pv
 
     plotter = pv.Plotter(off_screen=True, window_size=(640, 640))

@@ -1,7 +1,7 @@
-"""A sphere becomes a torus: the handle appears.
+"""From a sphere to a torus: creating a handle.
 
-A thousand vertices are wrapped around points on a torus. Two films hang over the hole, are pressed into each other,
-opened and joined; nobody helps. Run as a script it also writes the film.
+A sphere is wrapped around points on a torus. Two films span the hole, are pressed against each other, cut out and
+joined, automatically. Run as a script it also writes an animation.
 """
 
 import numpy as np
@@ -19,7 +19,7 @@ CLAY, LINES = "#c9d3dc", "#4a545c"
 
 
 def points(count):
-    """Return points spread evenly over a torus, at random."""
+    """Return random points, uniformly distributed on a torus."""
     rng = np.random.default_rng(0)
     u, v = rng.uniform(0, 2 * np.pi, (2, 2 * count))
     kept = np.flatnonzero(rng.uniform(size=2 * count) < (RING + TUBE * np.cos(v)) / (RING + TUBE))[:count]
@@ -28,7 +28,7 @@ def points(count):
 
 
 def main(size="large"):
-    """Wrap a sphere, keep what it looks like on the way, fit the model, and say how good it is."""
+    """Wrap a sphere, recording the steps, fit the model, and return its error."""
     vertices, count = (3000, 20_000) if size == "large" else (900, 5000)
     cloud = points(count)
     subject = as_subject(cloud, level=None, label=None, inside="above", components="largest")
@@ -37,20 +37,20 @@ def main(size="large"):
     model = sm.reconstruct(cloud, init="sphere", vertices=vertices)
     film.append(model.mesh)
     x, y, z = model.mesh.vertices.T
-    off = np.abs(np.hypot(np.hypot(x, y) - RING, z) - TUBE)
+    error = np.abs(np.hypot(np.hypot(x, y) - RING, z) - TUBE)
     genus = [mesh.genus for mesh in film]
-    return {"film": film, "genus": genus, "off": float(off.max()), "tangled": model.tangled}
+    return {"film": film, "genus": genus, "error": float(error.max()), "tangled": model.tangled}
 
 
 def show(out):
-    """Draw the sphere, the films on their way and before they meet, the tunnel just opened, and the model."""
+    """Draw the sphere, the films on their way and in contact, the tunnel just opened, and the model."""
     film, opened = out["film"], out["genus"].index(1)
     at = {"sphere": 0, "wrapped": opened // 2, "two films": opened - 1, "joined": opened, "model": len(film) - 1}
     return sm.plot.panels({f"{name}: genus {film[k].genus}": film[k] for name, k in at.items()}, view=VIEW)
 
 
 def write_film(out, path):
-    """Write the film of the sphere that becomes a torus as a .gif or .mp4 file."""
+    """Write the animation as a .gif or .mp4 file."""
     plotter = pv.Plotter(off_screen=True, window_size=(640, 480))
     if str(path).endswith(".gif"):
         plotter.open_gif(str(path), fps=10)
@@ -68,6 +68,6 @@ def write_film(out, path):
 
 if __name__ == "__main__":
     result = main()
-    print({name: result[name] for name in ("genus", "off", "tangled")})
+    print({name: result[name] for name in ("genus", "error", "tangled")})
     write_film(result, "sphere_to_torus.gif")
     show(result).show()

@@ -1,4 +1,4 @@
-"""How the documentation is built; the gallery's pictures are drawn first, by the demos."""
+"""Sphinx configuration; before each build the demos draw the pictures of the gallery."""
 
 import importlib.util
 import os
@@ -38,11 +38,11 @@ ORDER = [
 
 
 def draw_gallery(app):
-    """Run every demo, and write its picture, its text and its numbers to the gallery folder."""
+    """Run every demo whose picture is missing or older than it, and write the gallery page."""
     folder = Path(app.srcdir) / "gallery"
     folder.mkdir(exist_ok=True)
     size = os.environ.get("SIMPLEXMESH_GALLERY", "large")
-    lines = ["# Gallery", "", "Made by the scripts in `demos/`, each of which is also a test.", ""]
+    lines = ["# Gallery", "", "Pictures by the scripts in `demos/`, which are also run as tests.", ""]
     for name in ORDER:
         script = ROOT / "demos" / f"{name}.py"
         picture = folder / f"{name}.png"
@@ -60,7 +60,7 @@ def draw_gallery(app):
 
 
 def loaded(script):
-    """Return a demo as a module."""
+    """Import a demo as a module."""
     spec = importlib.util.spec_from_file_location(script.stem, script)
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)

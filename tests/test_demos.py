@@ -79,16 +79,16 @@ def test_shapes(ran):
 
 def test_curvature_is_exact_on_spheres_and_of_second_order_on_tubes(ran):
     _, out = ran("curvature")
-    coarse, fine = out["tubes"]
+    coarse, fine = out["cylinders"]
     assert out["sphere"] < 1e-9
     assert np.log2(coarse / fine) == pytest.approx(2, abs=0.1)
 
 
 def test_the_dented_sphere_becomes_rounder_all_the_way(ran):
     _, out = ran("dented")
-    roundness = out["roundness"]
-    assert sorted(roundness) == roundness
-    assert 1 - roundness[-1] < 0.25 * (1 - roundness[0])
+    sphericity = out["sphericity"]
+    assert sorted(sphericity) == sphericity
+    assert 1 - sphericity[-1] < 0.25 * (1 - sphericity[0])
 
 
 def test_the_noisy_torus_keeps_its_handle(ran):
@@ -112,7 +112,7 @@ def test_a_handle_appears_on_the_sphere(ran, tmp_path):
     demo, out = ran("sphere_to_torus")
     assert (out["genus"][0], out["genus"][-1]) == (0, 1)
     assert sorted(out["genus"]) == out["genus"]
-    assert out["off"] < 0.02
+    assert out["error"] < 0.02
     assert out["tangled"] == 0
     demo.write_film({**out, "film": out["film"][::6]}, tmp_path / "film.gif")
     assert (tmp_path / "film.gif").stat().st_size > 20_000
@@ -120,8 +120,8 @@ def test_a_handle_appears_on_the_sphere(ran, tmp_path):
 
 def test_refinement_fills_the_bottle(ran, tmp_path):
     demo, out = ran("refinement")
-    assert out["away"]["refined"] < 0.1 * out["away"]["coarse"]
-    assert out["away"]["refined"] < 0.003 * out["size"]
+    assert out["distance"]["refined"] < 0.1 * out["distance"]["coarse"]
+    assert out["distance"]["refined"] < 0.003 * out["size"]
     assert out["meshes"]["refined"].check(self_intersections=True).ok
     counts = [mesh.n_vertices for mesh in out["film"]]
     assert sorted(counts) == counts
@@ -136,7 +136,7 @@ def test_a_tenth_of_the_vertices_is_close_to_marching_cubes(ran):
     assert 35 < full.n_vertices / few.n_vertices < 45
     assert all((mesh.genus, mesh.n_holes, mesh.n_components) == (0, 0, 1) for mesh in out["models"].values())
     assert all(mesh.check(self_intersections=True).ok for mesh in (tenth, few))
-    close, loose = out["away"].values()
+    close, loose = out["distance"].values()
     assert close["rms"] < 0.0005 * out["diagonal"]
     assert close["rms"] < loose["rms"] < 0.002 * out["diagonal"]
     assert tenth.volume == pytest.approx(full.volume, rel=0.005)
@@ -144,7 +144,7 @@ def test_a_tenth_of_the_vertices_is_close_to_marching_cubes(ran):
 
 def test_a_part_finds_its_place_and_signatures_agree(ran, tmp_path):
     demo, out = ran("recognition")
-    assert out["off"] < 0.002
+    assert out["error"] < 0.002
     assert out["registration"].score > 0.5
     assert out["degrees"] < 1.0
     near, next_one = out["distances"]
