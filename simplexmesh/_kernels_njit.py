@@ -77,6 +77,13 @@ def writable(kind):
 class CacheFile(IndexDataCacheFile):  # type: ignore[misc]
     """Index and data files of one kernel's compiled specializations."""
 
+    def _load_index(self):
+        """Return the index, empty if it was written by an older version of the package with other types."""
+        try:
+            return super()._load_index()
+        except (AttributeError, ImportError):  # its keys name a type that has been renamed or moved
+            return {}
+
     def save(self, key, data):
         """Store a compiled specialization: the data file first, then its entry in the index."""
         stem = self._index_name.removesuffix("nbi")

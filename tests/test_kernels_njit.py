@@ -9,6 +9,7 @@ from collections import namedtuple
 from functools import partial
 from itertools import combinations
 from pathlib import Path
+from types import ModuleType
 
 import numba
 import numpy as np
@@ -145,6 +146,21 @@ class TestFiles:
         assert [files(tmp_path).load(name) for name in ("one", "two", "three")] == [1, 2, None]
         assert files(tmp_path, "before").load("one") is None
         assert len(list(tmp_path.iterdir())) == 3
+
+    @pytest.mark.parametrize("lost", ["type", "module"])
+    def test_with_a_type_of_an_older_version_are_stale(self, tmp_path, monkeypatch, lost):
+        older = ModuleType("older")
+        older.Row = type("Row", (), {"__module__": "older"})
+        monkeypatch.setitem(sys.modules, "older", older)
+        files(tmp_path).save(older.Row, 1)
+        assert files(tmp_path).load(older.Row) == 1
+        if lost == "type":
+            del older.Row
+        else:
+            monkeypatch.delitem(sys.modules, "older")
+        assert files(tmp_path).load("two") is None
+        files(tmp_path).save("two", 2)
+        assert files(tmp_path).load("two") == 2
 
     def test_of_others_are_left_alone(self, tmp_path):
         other = tmp_path / "kernels-1.py311.1.nbc"
