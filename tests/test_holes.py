@@ -142,14 +142,14 @@ class TestChoosing:
 
     def test_a_zone_that_cannot_be_cut_off_is_told(self):
         out = open_holes(sm.sphere(6), zones=[[3]])
-        assert out.proposals[0].reason == "no contour around it can be cut"
+        assert out.proposals[0].reason == "it has no outline that can be cut along"
 
     def test_mean_distance_is_that_along_normals(self):
         ball = sm.sphere(8, radius=1.3)
         out = open_holes(ball, sm.targets.Triangles(FINE), distance=0.1, accept=lambda proposal: False)
         assert out.proposals == () or out.proposals[0].reason
         far = open_holes(ball, Dome(), distance=0.1).proposals
-        assert far[0].reason == "it is all of the mesh"
+        assert far[0].reason == "it is the whole mesh"
         assert far[0].mean_distance == pytest.approx(0.3, abs=1e-6)
 
 

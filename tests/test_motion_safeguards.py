@@ -193,9 +193,9 @@ def test_targets_of_the_users_own_see_the_mesh_and_cannot_change_it():
         (
             {"reference": sm.sphere(3)},
             ValueError,
-            "reference is for vertices of constraint 'shape', and there are none",
+            "reference applies to vertices of constraint 'shape', but there are none",
         ),
-        ({"curvature": 1.0}, ValueError, "curvature is for vertices of constraint 'curvature', and there are none"),
+        ({"curvature": 1.0}, ValueError, "curvature applies to vertices of constraint 'curvature', but there are none"),
         ({"reach": np.nan}, ValueError, "reach must be finite, not nan"),
         ({"reach": -np.inf}, ValueError, "reach must be finite, not -inf"),
         ({"forces": 3.0}, TypeError, "forces must be a function of a Frame or a sequence of them, not float"),

@@ -374,7 +374,7 @@ def box():
             "threshold must be one of 'coarse', 'medium', 'fine', not 'finest': did you mean 'fine'\\?",
         ),
         ((COARSE, EGG, {"threshold": 0.0}), ValueError, "threshold must be .*0"),
-        ((COARSE, EGG, {"vertices": 100}), ValueError, "vertices must be at least 160, what the mesh has, not 100"),
+        ((COARSE, EGG, {"vertices": 100}), ValueError, "vertices must be at least the 160 of the mesh, not 100"),
         ((COARSE, EGG, {"zones": [3, 82]}), ValueError, r"zones\[1\] is 82, outside 0..81"),
         (
             (COARSE, EGG, {"zones": np.ones(7, bool)}),

@@ -197,7 +197,9 @@ def _given_zones(mesh: SimplexMesh, zones: Iterable[ArrayLike]) -> list[Mask]:
         if (hole := c.face_is_hole[numbers]).any():
             raise ValueError(f"zones[{k}] must be faces; {numbers[hole.argmax()]} is a hole")
         if (twice := taken[numbers]).any():
-            raise ValueError(f"zones must not overlap; face {numbers[twice.argmax()]} is in zones[{k}] and one before")
+            raise ValueError(
+                f"zones must not overlap; face {numbers[twice.argmax()]} is in zones[{k}] and in an earlier one"
+            )
         taken[numbers] = True
         zone = np.zeros(len(taken), bool)
         zone[numbers] = True
@@ -220,7 +222,7 @@ def _proposed(mesh: SimplexMesh, zone: Mask, away: Array, areas: Array, fewest: 
         zone = without_islands(c, zone, fewest)
         valid = cuttable(c, zone)
         if valid is None:
-            reason = "no contour around it can be cut" if not zone.all() else "it is all of the mesh"
+            reason = "it has no outline that can be cut along" if not zone.all() else "it is the whole mesh"
         else:
             zone = valid
             found = Contour.of_faces(mesh, zone)
@@ -267,7 +269,7 @@ def _opened(mesh: SimplexMesh, proposals: Sequence[HoleProposal]) -> Opened:
         return Opened(unchanged.mesh, unchanged.vertex_map, unchanged.face_map, tuple(proposals))
     off = cuttable(c, gone)
     if off is None:
-        raise TopologyError("the zones accepted leave nothing of the mesh; accept fewer of them")
+        raise TopologyError("the accepted zones leave nothing of the mesh; accept fewer of them")
     edit = EditableMesh(mesh)
     for line in Contour.of_faces(mesh, off):
         edit.cut(line.darts, holes=True)

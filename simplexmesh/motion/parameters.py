@@ -61,7 +61,7 @@ def references(
         if not isinstance(reference, SimplexMesh):
             raise TypeError(f"reference must be a SimplexMesh, not {type(reference).__name__}")
         if not elastic.any():
-            raise ValueError("reference is for vertices of constraint 'shape', and there are none")
+            raise ValueError("reference applies to vertices of constraint 'shape', but there are none")
         if not np.array_equal(reference.connectivity.twin, mesh.connectivity.twin):
             raise ValueError("reference must have the same connectivity as mesh")
         angle = np.array(reference.simplex_angle)
@@ -75,5 +75,5 @@ def references(
     if prescribed and curvature is None:
         raise ValueError("constraint 'curvature' needs the argument curvature")
     if curvature is not None and not prescribed:
-        raise ValueError("curvature is for vertices of constraint 'curvature', and there are none")
+        raise ValueError("curvature applies to vertices of constraint 'curvature', but there are none")
     return parameters, angle, per_vertex("curvature", 0.0 if curvature is None else curvature, n)

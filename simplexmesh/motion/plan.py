@@ -114,7 +114,7 @@ def plan_for(
         if isinstance(given, str):
             _check.choice(name, given, ("auto", "none"))
         elif given is not None and not callable(given) and not hasattr(given, "__len__"):
-            raise TypeError(f"{name} must be a word, a function or a sequence, not {type(given).__name__}")
+            raise TypeError(f"{name} must be 'auto', 'none', a function or a sequence, not {type(given).__name__}")
     if refine is not None:
         _check.choice("refine", refine, ("none", "auto", *THRESHOLDS))
     if placement is not None:

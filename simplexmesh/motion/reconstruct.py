@@ -204,7 +204,7 @@ def reconstruct(
     placement = "even" if placement is None and not adaptation else placement
     plan = plan_for(given if isinstance(given, str) else None, vertices, holes, handles, refine, placement)
     if components == "all" and given != "auto":
-        raise ValueError("components='all' needs init='auto'; a start given by you keeps its own components")
+        raise ValueError("components='all' needs init='auto'; a given start keeps its components")
     with reporting(progress) as report:
         report(0.0, "reading")
         subject = as_subject(data, level=level, label=label, inside=inside, components=components, poses=poses)

@@ -106,7 +106,7 @@ def refine(
     limit = threshold_of(threshold)
     most = None if vertices is None else _check.integer("vertices", vertices, 4)
     if most is not None and most < mesh.n_vertices:
-        raise ValueError(f"vertices must be at least {mesh.n_vertices}, what the mesh has, not {most}")
+        raise ValueError(f"vertices must be at least the {mesh.n_vertices} of the mesh, not {most}")
     zone = None if zones is None else zone_of(mesh, zones)
     rounds = _check.integer("rounds", rounds, 0)
     if watch is not None and not callable(watch):
