@@ -17,20 +17,20 @@ Rows = Sequence[dict[str, Any]]
 DISTANCE, SIZE = 0.1, 32
 """Distance of the neighbors and size of the meshes at which precision and stability are evaluated."""
 
-LEAST = 1e-7
+MIN_ERROR = 1e-7
 """Smaller errors count as this, so that exact cases do not dominate geometric means."""
 
-LADDER = ("+++", "++", "+", "-", "--", "---")
+GRADES = ("+++", "++", "+", "-", "--", "---")
 PRECISION = (1e-4, 3e-4, 1e-3, 3e-3, 1e-2)
 STABILITY = (3e-3, 1e-2, 3e-2, 1e-1, 3e-1)
-FINER = {"curvature": 1.0, "normals": 0.1}
-RIGHT = ((0.6, "---"), (0.75, "--"), (0.9, "-"), (0.99, "+/-"))
+LIMIT_FACTOR = {"curvature": 1.0, "normals": 0.1}
+CORRECT_LIMITS = ((0.6, "---"), (0.75, "--"), (0.9, "-"), (0.99, "+/-"))
 ORDERS = ((1.5, "+"), (2.5, "++"))
-WILD = 1.0
+LARGE_ERROR = 1.0
 
 
 def _steps(limits: Sequence[float]) -> str:
-    return ", ".join(f"`{sign}` up to {limit:g}" for sign, limit in zip(LADDER, limits, strict=False))
+    return ", ".join(f"`{sign}` up to {limit:g}" for sign, limit in zip(GRADES, limits, strict=False))
 
 
 def _below(limits: Sequence[tuple[float, str]]) -> str:
@@ -38,68 +38,67 @@ def _below(limits: Sequence[tuple[float, str]]) -> str:
 
 
 RULES = f"""\
-- **Precision**: the geometric mean of two numbers, each a geometric mean over all surfaces but the plane: the error at
-  one point with neighbors at distance {DISTANCE}, over schemes and numbers of neighbors, in units of the largest
-  principal curvature; and the mean error on meshes of size {SIZE}. Of H, or of the normal. Errors below {LEAST:g}
-  count as that. {_steps(PRECISION)}, else
-  `---`. Methods that only work on whole meshes are rated by the second number.
-- **Convergence**: by the share of pointwise cases whose limit is the truth to {1e-3:g}:
-  {_below(RIGHT)}; from {RIGHT[-1][0]:g} on by the median order:
+- **Precision**, of H or of the normal: the geometric mean of two numbers, each a geometric mean over all surfaces but
+  the plane: the error at one point with neighbors at distance {DISTANCE}, over schemes and numbers of neighbors, in
+  units of the largest principal curvature; and the mean error on meshes of size {SIZE}. Smaller errors count as
+  {MIN_ERROR:g}. {_steps(PRECISION)}, else
+  `---`. Methods that need whole meshes are rated by the second number.
+- **Convergence**: by the share of pointwise cases whose limit is correct within {1e-3:g}:
+  {_below(CORRECT_LIMITS)}; from {CORRECT_LIMITS[-1][0]:g} on by the median order:
   {_below(ORDERS)}, else `+++`.
-- **Stability**: the mean over surfaces and numbers of neighbors of how much the five schemes' answers differ at
-  distance {DISTANCE}, in the same units. {_steps(STABILITY)},
-  else `---`; at most `-` where some inner vertex of a mesh of size {SIZE} is off by more than {WILD:g}.
-- For normals the limits of precision and stability are a tenth: an error of a normal comes back in curvatures about
-  2 / d times.
+- **Stability**: the range of estimates over the five schemes at distance {DISTANCE}, in the same units, averaged over
+  surfaces and numbers of neighbors. {_steps(STABILITY)},
+  else `---`; at most `-` if the error at some inner vertex of a mesh of size {SIZE} exceeds {LARGE_ERROR:g}.
+- For normals the limits of precision and stability are a tenth: an error of a normal causes one of curvatures about
+  2 / d times as large.
 - **Clouds**: whether it works without faces. **Complexity**: fitted to the times with one ring (6 neighbors) and
-  three (36), where the method takes both.
+  three (36), if the method accepts both.
 """
 
 EXPLAINED = {
-    ("curvature", "chen_schmitt", "precision", "-"): "Surfaces count alike here, and on those with one curvature in "
-    "all directions at the point it is as good as any; on whole meshes its errors are among the largest, as in the "
-    "thesis.",
-    ("curvature", "chen_schmitt", "stability", "-"): "Where the point bends alike in all directions its answer does "
-    "not depend on the pattern, which brings the mean just under the limit; on the cubic and the cylinder it is far "
-    "above.",
-    ("curvature", "discrete", "convergence", "---"): "By the thesis's definition, right or wrong, it converges nearly "
-    "always; here limits must be right, and in about half the cases they are not.",
-    ("curvature", "langer", "convergence", "++"): "With angles measured in the tangent plane, not on the faces, it is "
-    "as fast as the sine; the slow cases the thesis names are of first order for every method.",
+    ("curvature", "chen_schmitt", "precision", "-"): "All surfaces have equal weight, and on those that are umbilic "
+    "at the point it is as accurate as any; on whole meshes its errors are among the largest, as in the thesis.",
+    ("curvature", "chen_schmitt", "stability", "-"): "At umbilics its estimate does not depend on the pattern, which "
+    "brings the mean just below the limit; on the cubic and the cylinder the spread is far above it.",
+    ("curvature", "discrete", "convergence", "---"): "By the thesis's definition, to any limit, it converges in "
+    "nearly all cases; here limits must be correct, and in about half the cases they are not.",
+    ("curvature", "langer", "convergence", "++"): "With angles measured in the tangent plane, not on the faces, its "
+    "order is that of the sine; the slow cases named in the thesis are of first order for every method.",
     ("curvature", "langer", "stability", "-"): "Over the five patterns it agrees with the thesis; but two neighbors "
-    "nearly at right angles make its weights explode, on cut squares at whole lines of vertices, which the thesis "
-    "tells in its text and not in its table.",
-    ("curvature", "sine", "precision", "++"): "On meshes it is the best of the thesis's methods, at single points "
-    "quadrics are better on the surfaces that are quadrics, as the thesis says; together it is just beyond the limit.",
+    "nearly at right angles make its weights diverge, on split squares along whole lines of vertices, as stated in "
+    "the text of the thesis but not in its table.",
+    ("curvature", "sine", "precision", "++"): "On meshes it is the best of the thesis's methods; at single points "
+    "quadrics are better on the surfaces that are quadrics, as the thesis says. The mean is just above the limit.",
     ("curvature", "sine", "stability", "++"): "It depends on the pattern as much as Langer's quadrature and the "
-    "quadric do: all three have the same term of first order where a surface has a cubic one.",
-    ("curvature", "taubin", "precision", "-"): "Only H counts here; the thesis also counted K, which is worse by far.",
-    ("curvature", "taubin", "convergence", "--"): "The thesis counts limits right or wrong; a third of them are wrong.",
-    ("curvature", "taubin", "stability", "-"): "Its limits depend on the angles between neighbors, which is what "
-    "stability means; the thesis seems to have looked at how smoothly it varies.",
+    "quadric do: all three have the same first-order term where a surface has a cubic one.",
+    ("curvature", "taubin", "precision", "-"): "Only H counts here; the thesis also counted K, which is much worse.",
+    ("curvature", "taubin", "convergence", "--"): "The thesis counts correct and incorrect limits; a third of them "
+    "are incorrect.",
+    ("curvature", "taubin", "stability", "-"): "Its limits depend on the angles between neighbors, which is "
+    "instability by our rule; the thesis seems to have judged how smoothly it varies.",
     ("normals", "area", "convergence", "+"): "It converges in every case, at first order.",
     ("normals", "plane", "precision", "--"): "It is less precise than area weights by more than one step of the scale.",
-    ("normals", "plane", "stability", "--"): "It spreads hardly more than area weights do, which have the same rating "
-    "in both.",
+    ("normals", "plane", "stability", "--"): "Its spread is hardly larger than that of area weights, which have the "
+    "same rating in both.",
     ("normals", "quadric", "stability", "++"): "It is within a factor of two of the extended sine.",
     ("normals", "chen_schmitt", "precision", "-"): "The thesis's text calls it the least precise and contradicts its "
     "table.",
-    ("normals", "chen_schmitt", "convergence", "+"): "Its error falls at first order in every case, in one of seven "
-    "not monotonically: the differences of the tangents shrink although their curvatures stay wrong.",
+    ("normals", "chen_schmitt", "convergence", "+"): "Its error is of first order in every case, in one of seven not "
+    "monotone: the differences of the tangents vanish although their curvatures remain wrong.",
     ("normals", "chen_schmitt", "stability", "-"): "The thesis's text calls it unstable on nearly all graphs and "
     "contradicts its table.",
     ("normals", "extended_sine", "precision", "++"): "It is the most precise of the thesis's methods here too, but at "
-    "the fixed distance and size none of them reaches the top of the scale.",
-    ("normals", "extended_sine", "stability", "++"): "It is the most stable here too, just beyond the limit.",
+    "the given distance and size none of them reaches the top of the scale.",
+    ("normals", "extended_sine", "stability", "++"): "It is the most stable here too, just above the limit.",
 }
-"""By kind, method, criterion, and the rating all surfaces of the article give together: why the thesis has another."""
+"""By kind, method, criterion and our rating over all surfaces of the article: why the thesis's rating differs."""
 
-UNEXPLAINED = "Not explained: reasons were sought for all surfaces of the article together."
+UNEXPLAINED = "Not explained: reasons are given for all surfaces of the article together."
 
 WORK = (
-    "The thesis writes n^2 for fits with a fixed number of unknowns, which take time in proportion to n; only the "
-    "sorting of all pairs in chen_schmitt takes more. What is fitted here is the time between 6 and 36 neighbors, of "
-    "which part does not depend on them."
+    "The thesis writes n^2 for fits with a fixed number of unknowns, which take time linear in n; only the sorting of "
+    "all pairs in chen_schmitt takes more. The exponent here is fitted to the times with 6 and 36 neighbors, part of "
+    "which is constant."
 )
 
 
@@ -128,8 +127,8 @@ def rated(kind: str, name: str, curves: Sequence[Curve], meshes: Rows, times: Ro
     ]
     near = [curve.error_at(DISTANCE) / curve.scale for curve in mine]
     numbers: dict[str, Any] = {
-        "at a point": _typical(near) if near else None,
-        "on meshes": _typical([line["mean error"] for line in lines]) if lines else None,
+        "at a point": _geometric_mean(near) if near else None,
+        "on meshes": _geometric_mean([line["mean error"] for line in lines]) if lines else None,
         "worst on a mesh": max(line["max error"] for line in lines) if lines else None,
         "right limits": np.mean([curve.limit_is_correct for curve in mine]) if mine else None,
         "converge": np.mean([curve.converges for curve in mine]) if mine else None,
@@ -168,26 +167,26 @@ def compared(kind: str, ratings: Rows) -> list[dict[str, str]]:
     return lines
 
 
-def _typical(errors: Sequence[float]) -> float:
+def _geometric_mean(errors: Sequence[float]) -> float:
     """Return the geometric mean, without missing values."""
     known = np.asarray(errors, float)
-    return float(np.exp(np.log(np.maximum(known[np.isfinite(known)], LEAST)).mean()))
+    return float(np.exp(np.log(np.maximum(known[np.isfinite(known)], MIN_ERROR)).mean()))
 
 
-def _step(value: float, limits: Sequence[float], finer: float) -> str:
+def _step(value: float, limits: Sequence[float], factor: float) -> str:
     """Return the grade of a number by its limits."""
-    return LADDER[int(np.searchsorted(np.asarray(limits) * finer, value))]
+    return GRADES[int(np.searchsorted(np.asarray(limits) * factor, value))]
 
 
 def _precision(kind: str, numbers: dict[str, Any]) -> str:
     known = [numbers[name] for name in ("at a point", "on meshes") if numbers[name] is not None]
-    return _step(_typical(known), PRECISION, FINER[kind]) if known else ""
+    return _step(_geometric_mean(known), PRECISION, LIMIT_FACTOR[kind]) if known else ""
 
 
 def _convergence(numbers: dict[str, Any]) -> str:
     if numbers["right limits"] is None:
         return ""
-    for share, sign in RIGHT:
+    for share, sign in CORRECT_LIMITS:
         if numbers["right limits"] < share:
             return sign
     return next((sign for order, sign in ORDERS if numbers["order"] < order), "+++")
@@ -196,9 +195,9 @@ def _convergence(numbers: dict[str, Any]) -> str:
 def _stability(kind: str, numbers: dict[str, Any]) -> str:
     if numbers["spread"] is None:
         return ""
-    sign = _step(numbers["spread"], STABILITY, FINER[kind])
-    wild = numbers["worst on a mesh"] is not None and numbers["worst on a mesh"] > WILD
-    return LADDER[max(LADDER.index(sign), LADDER.index("-"))] if wild else sign
+    sign = _step(numbers["spread"], STABILITY, LIMIT_FACTOR[kind])
+    outlier = numbers["worst on a mesh"] is not None and numbers["worst on a mesh"] > LARGE_ERROR
+    return GRADES[max(GRADES.index(sign), GRADES.index("-"))] if outlier else sign
 
 
 def _order(curves: Sequence[Curve]) -> float:
