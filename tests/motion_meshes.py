@@ -20,7 +20,7 @@ def roundness(mesh):
 
 
 def irregular_sphere(seed=0, *, radius=1.0, frequency=8):
-    """Return a mesh on a sphere whose vertices are unevenly spread."""
+    """Return a sphere with unevenly spaced vertices."""
     ball = sm.sphere(frequency)
     rng = np.random.default_rng(seed)
     spread = ball.vertices + 0.07 / frequency * rng.normal(size=ball.vertices.shape) + [0, 0, 0.4]
@@ -81,7 +81,7 @@ def procrustes(mesh, kept):
 
 
 def hole_places(mesh):
-    """Return the places in `face_vertices` that belong to holes."""
+    """Return the positions in `face_vertices` that belong to holes."""
     topology = mesh.connectivity
     return np.repeat(topology.face_is_hole, np.diff(topology.face_offsets))
 

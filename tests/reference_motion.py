@@ -50,7 +50,7 @@ def one_ring_mean(values, neighbors):
 
 
 def one_ring_mean_angle(angles, neighbors, radii):
-    """Return the mean angle over each vertex and its neighbors, each angle seen from the vertex's own circle.
+    """Return the mean angle over each vertex and its neighbors, angles converted to the vertex's own circumradius.
 
     On one sphere of radius R an angle phi on a circle of radius r has sin(phi) = r / R, so that phi_j carried to the
     circle of vertex i has the sine sin(phi_j) r_i / r_j, on the same side of a right angle.
@@ -69,7 +69,7 @@ def one_ring_mean_angle(angles, neighbors, radii):
 
 
 def height(r, d, phi):
-    """Return L(r, d, phi) (3.7 with its two branches); a foot outside the circle has none below a right angle."""
+    """Return L(r, d, phi) (3.7 with its two branches); it has no value below pi/2 for a foot outside the circle."""
     sine, cosine = np.sin(phi), np.cos(phi)
     q = np.sqrt(np.maximum(r**2 - (d * sine) ** 2, 0.0))
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -85,7 +85,7 @@ def beyond_a_right_angle(vertices, neighbors):
 
 
 def angle_of_curvature(curvature, vertices, neighbors):
-    """Return the phi with sin(phi) = r H: above a right angle where the vertex and all three neighbors are already."""
+    """Return the phi with sin(phi) = r H, beyond pi/2 where the vertex and all three neighbors are."""
     r = frame(vertices, neighbors)[2]
     with np.errstate(invalid="ignore"):
         phi = np.arcsin(np.clip(r * curvature, -1, 1))
@@ -141,7 +141,7 @@ def step(vertices, previous, neighbors, metric, phi, gaps, *, alpha=0.4, beta=0.
 
 
 def update(vertices, previous, neighbors, metric, rigidity, gaps):
-    """Return one whole iteration under the mean curvature constraint, vectorized as far as NumPy goes."""
+    """Return one whole iteration under the mean curvature constraint, vectorized as far as possible."""
     a, b, c = (vertices[neighbors[:, k]] for k in range(3))
     area = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
     moment = mean_curvature(vertices, neighbors) * area
@@ -154,7 +154,7 @@ def update(vertices, previous, neighbors, metric, rigidity, gaps):
 
 
 def curvedness(vertices, normals, neighbors, shortest):
-    """Return the root mean square over the neighbors of the turn of the normal per length, `shortest` at least."""
+    """Return the root mean square over the neighbors of the change of normal per length, at least `shortest`."""
     turn = np.linalg.norm(normals[neighbors] - normals[:, None], axis=2)
     length = np.maximum(np.linalg.norm(vertices[neighbors] - vertices[:, None], axis=2), shortest)
     ratio = np.divide(turn, length, out=np.zeros_like(turn), where=length > 0)
@@ -162,7 +162,7 @@ def curvedness(vertices, normals, neighbors, shortest):
 
 
 def adapted_metric(metric, curvature, neighbors, strength, low, high):
-    """Return metric parameters half way to 1/3 + strength dC_j (5.5.1), strength cut to keep all in their range."""
+    """Return metric parameters half way to 1/3 + strength dC_j (5.5.1), strength reduced to keep all in range."""
     size = np.abs(curvature)
     around = size[neighbors]
     contrast = (around - around.mean(axis=1, keepdims=True)) / np.maximum(size, size.mean())[:, None]
@@ -174,7 +174,7 @@ def adapted_metric(metric, curvature, neighbors, strength, low, high):
 
 
 def rim_place(before, point, after, two_before, two_after):
-    """Return where a vertex of a rim rests: midway, as high as the mean curvature vector along the rim asks for.
+    """Return the goal of a rim vertex: midway, at the height of the mean curvature vector along the rim.
 
     The 1-simplex formula P = (A + B) / 2 + r tan(phi / 2) m, sin(phi) = r k (sections 3.2 and 4.8), with the curvature
     vectors of the neighbors carried by the smallest rotation between the tangents.

@@ -1,4 +1,4 @@
-"""Refinement told plainly: the factors of a face's score, and the best pair of edges, by trying all."""
+"""Naive twins of refinement: the factors of a face's score, the best cut by exhaustive search, disjoint groups."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def area(points):
 
 
 def bending(mesh):
-    """Per vertex, the mean over its neighbors of the squared turn of the normal per squared length."""
+    """Per vertex, the mean over its neighbors of the squared change of normal per squared length."""
     out = []
     for i, around in enumerate(mesh.neighbors):
         turn = ((mesh.normals[around] - mesh.normals[i]) ** 2).sum(axis=1)
@@ -32,7 +32,7 @@ def bending(mesh):
 
 
 def score(mesh, away, reach):
-    """Relative area x elongation x turn x relative distance, face by face."""
+    """Relative area x elongation x curvature x relative distance, face by face."""
     c, bend = mesh.connectivity, bending(mesh)
     faces = loops(c)
     areas = [0.0 if c.face_is_hole[f] else area(mesh.vertices[face]) for f, face in enumerate(faces)]
@@ -48,7 +48,7 @@ def score(mesh, away, reach):
 
 
 def cut_costs(mesh, face, may_grow, crowding):
-    """The cost of each pair of darts that halves a face, in a dict; pairs that may not be used left out."""
+    """The cost of each pair of darts that halves a face, in a dict; without pairs that may not be used."""
     c = mesh.connectivity
     darts = c.face_darts[c.face_offsets[face] : c.face_offsets[face + 1]].tolist()
     twin, beside, m = c.twin.reshape(-1), c.face.reshape(-1), len(darts)
@@ -69,7 +69,7 @@ def cut_costs(mesh, face, may_grow, crowding):
 
 
 def apart(groups, free, limit):
-    """Groups in order, none with a number that is taken."""
+    """Groups chosen greedily in order, disjoint from those before."""
     free, out = set(np.flatnonzero(free).tolist()), []
     for i, group in enumerate(groups):
         if len(out) < limit and set(group.tolist()) <= free:

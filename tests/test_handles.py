@@ -1,4 +1,4 @@
-"""Handles: which pairs of holes are joined, why others are not, and a sphere that becomes a torus."""
+"""Joining of holes to handles, reasons for refusal, and reconstruction of a torus from a sphere."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def capped(ball, *caps):
 
 
 def sound(mesh):
-    """Tell whether the topology is that of a complete mesh, whatever its shape."""
+    """Return whether the topology is that of a complete mesh."""
     return set(mesh.check().where) <= {"folded", "inverted"}
 
 
@@ -261,7 +261,7 @@ def test_contacts_against_all_pairs():
 
 
 def torus_points(count=6000, ring=1.0, tube=0.45):
-    """Return points spread over a torus at random, everywhere as dense."""
+    """Return random points on a torus of uniform density."""
     rng = np.random.default_rng(0)
     u, v = rng.uniform(0, 2 * np.pi, (2, 2 * count))
     kept = np.flatnonzero(rng.uniform(size=2 * count) < (ring + tube * np.cos(v)) / (ring + tube))[:count]
@@ -278,7 +278,7 @@ class TestWrapping:
         wrapping = Wrapping(sm.sphere(8, radius=1.2), Samples(cup.vertices, cup.normals, oriented=True), 800)
         wrapping.run(160)
         away = np.sort(np.linalg.norm(cup.vertices[:, None] - wrapping.mesh.vertices[None], axis=2).min(axis=1))
-        assert away[-20] < 2 * wrapping.edge  # data to mesh: also the bottom of the dent
+        assert away[-20] < 2 * wrapping.edge  # data to mesh, including the bottom of the dent
         assert not wrapping.free.any()
         assert wrapping.mesh.genus == 0
 

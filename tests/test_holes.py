@@ -1,4 +1,4 @@
-"""Holes: cut where there is no data, along contours that can be cut, their rims drawn to where the data ends."""
+"""Opening of holes where there is no data, and attraction of their rims to the border of the data."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ FINE = sm.sphere(20).triangulated()
 
 
 def part(keep):
-    """Return the triangles of a fine sphere whose middles fulfill a condition."""
+    """Return the triangles of a fine sphere whose centroids meet a condition."""
     middles = FINE.vertices[FINE.faces].mean(axis=1)
     return sm.TriangleMesh(FINE.vertices, FINE.faces[keep(middles)]).welded(report=False)
 
@@ -47,13 +47,13 @@ def topologically_sound(mesh):
 
 
 def with_ends(points, normals, reach):
-    """Only the upper half of the unit sphere: the whole protocol, nothing known of borders."""
+    """The upper half of the unit sphere as a minimal target without a border."""
     gaps = 1 - np.linalg.norm(points, axis=1)
     return np.where((np.abs(gaps) < reach) & (points[:, 2] > 0), gaps, np.nan)
 
 
 class Dome:
-    """A target of the user's own."""
+    """A user-defined target."""
 
     gap = staticmethod(with_ends)
 
@@ -259,7 +259,7 @@ MESHES = [sm.sphere(6), sm.torus(20, 10), sm.cylinder(20, 12)]
 
 @given(st.sampled_from(MESHES), st.integers(0, 2**32 - 1))
 def test_any_set_of_faces_can_be_cut_off_or_is_refused(mesh, seed):
-    """Fields of all roughness, levels from few faces to nearly all: what is cut is sound, what stays is told."""
+    """Fields of any roughness, thresholds from few faces to nearly all: results are valid, refusals have reasons."""
     rng = np.random.default_rng(seed)
     field = np.sin(centers(mesh) @ rng.normal(size=(3, 3)) * rng.uniform(1, 6)).sum(axis=1)
     field += rng.normal(size=len(field)) * rng.uniform(0, 1)
@@ -267,13 +267,13 @@ def test_any_set_of_faces_can_be_cut_off_or_is_refused(mesh, seed):
     try:
         out = open_holes(mesh, zones=[faces])
     except sm.TopologyError:
-        assert len(faces) > 0.3 * mesh.n_faces  # nothing is left of it
+        assert len(faces) > 0.3 * mesh.n_faces  # nothing remains of it
         return
     assert topologically_sound(out.mesh)
     assert sm.SimplexMesh(
         out.mesh.vertices, sm.Connectivity(out.mesh.connectivity.twin, out.mesh.connectivity.hole_darts)
     )
-    sm.EditableMesh(out.mesh)  # refuses what is not complete
+    sm.EditableMesh(out.mesh)  # raises for incomplete meshes
     assert (out.mesh is mesh) == (not any(proposal.accepted for proposal in out.proposals))
 
 
@@ -377,7 +377,7 @@ class TestRims:
         up = np.array([0.0, 0.0, 1.0])
         border = np.concatenate([places[places[:, 2] > 0] + 0.1 * up, [places[one] + 0.4 * up] * 3])
         pull = BorderForce(border, 1.0).displacements(tube.vertices, rim, 1.0)
-        assert pull[one] @ up == pytest.approx((0.1 + 3 * 0.4) / 4)  # the mean of those that it is nearest to
+        assert pull[one] @ up == pytest.approx((0.1 + 3 * 0.4) / 4)  # the mean of the points it is nearest to
         others = (places[:, 2] > 0) & (np.arange(len(places)) != one)
         assert np.allclose(pull[others] @ up, 0.1)
 
@@ -549,7 +549,7 @@ def test_open_scans_from_a_sphere(data_folder, name):
 
 
 def test_the_scan_of_a_face_from_a_sphere(data_folder):
-    """The thesis's own example: 720 vertices around, 1,700 in the end, one hole at the rim of the scan."""
+    """The example of the thesis: a sphere of 720 vertices, 1,700 in the end, one hole at the rim of the scan."""
     scan = sm.read(data_folder / "fran_face.vtk")
     model = sm.reconstruct(scan, init="sphere", vertices=1700)
     assert abs(model.start.n_vertices - 720) < 30

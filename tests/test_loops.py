@@ -1,4 +1,4 @@
-"""The loops of surfaces, and what a model from a sphere says of the tunnels it lacks."""
+"""Tunnel loops of surfaces, and the report of tunnels that a model lacks."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from simplexmesh.motion.tunnel_homology import TunnelHomology, independent
 
 
 def grid_torus(around=48, across=24, tube=0.4):
-    """Return a torus of triangles whose circles run along edges."""
+    """Return a triangulated torus whose circles run along edges."""
     u, v = np.meshgrid(np.arange(around), np.arange(across), indexing="ij")
     s, t = 2 * np.pi * u.ravel() / around, 2 * np.pi * v.ravel() / across
     points = np.stack(
@@ -28,7 +28,7 @@ def grid_torus(around=48, across=24, tube=0.4):
 
 
 def block(holes, size):
-    """Return the surface of a plate of cubes with some left out, as triangles: a tunnel for each."""
+    """Return the triangulated surface of a plate of cubes, with a tunnel for each one left out."""
     full = np.zeros((size[0] + 2, size[1] + 2, 3), bool)
     full[1:-1, 1:-1, 1] = True
     for x, y in holes:

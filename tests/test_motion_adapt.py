@@ -1,4 +1,4 @@
-"""Vertices gather where the surface bends; the rims of open meshes move as lines."""
+"""Adaptation of metric parameters to curvature, and the motion of rims of open meshes."""
 
 from __future__ import annotations
 
@@ -182,7 +182,7 @@ def test_folded_rim_vertices_are_not_pushed_and_rims_count_their_own_energy():
     moved = norm(evolved(folded, 1, Everywhere(0.01), alpha=0.0, beta=1.0).vertices - v)
     assert_allclose(moved[rim], np.where(upright, 0.01, 0.0)[rim], atol=1e-15)
     model = sm.DeformableModel(tube, alpha=np.isin(np.arange(tube.n_vertices), rim) * 0.5)
-    assert next(model.run(1)).energy < 1e-25  # the surface's force is not at rest there, the rim's is
+    assert next(model.run(1)).energy < 1e-25  # the rim is at rest, though not under the force of a surface
 
 
 def test_threads_that_wait_sleep():

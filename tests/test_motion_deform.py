@@ -1,4 +1,4 @@
-"""What the internal force does to a mesh, and what does not matter to it."""
+"""The internal force: effect, equilibria and invariances."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ SEEDS = st.integers(0, 10**6)
 CONSTRAINTS = ("free", "orientation", "angle", "mean_curvature", "shape", "curvature")
 
 
-# ---- the first three: the force acts, acts as the thesis says, and is missed when it is gone
+# ---- the force acts, as in the thesis, and its absence is noticed
 
 
 @pytest.mark.parametrize("rigidity", [1, 3])
@@ -132,7 +132,7 @@ def test_a_free_sphere_of_prescribed_curvature_is_a_bubble():
         ball = sm.sphere(4, radius=start)
         return norm(evolved(ball, 30, constraint="curvature", curvature=0.8, metric=ball.metric).vertices).mean()
 
-    assert_allclose(radius(1.25), 1.25, rtol=1e-12)  # at rest at 1 / H, and not stable there, as every bubble
+    assert_allclose(radius(1.25), 1.25, rtol=1e-12)  # an unstable equilibrium at 1 / H, as of any bubble
     assert radius(1.2) < 1.2
     assert radius(1.3) > 1.3
 
@@ -140,7 +140,7 @@ def test_a_free_sphere_of_prescribed_curvature_is_a_bubble():
 def test_shape_memory_restores_a_distorted_mesh_up_to_a_similarity():
     x, y, z = sm.sphere(4).vertices.T
     kept = sm.sphere(4).moved(np.stack([1.5 * x, y, 0.7 * z + 0.3 * x * x], axis=1))
-    # the middle of a large mesh relaxes slowly, as every elastic body: a moderate bend, and patience
+    # the middle of a large mesh relaxes slowly: a moderate bend and many iterations
     bent = kept.moved(kept.vertices + 0.15 * np.sin(2 * kept.vertices[:, [1, 2, 0]]))
     turned = bent.moved(3.0 * bent.vertices @ rotation(1).T + [4, 5, 6])
 
@@ -175,7 +175,7 @@ def test_a_dented_sphere_becomes_rounder_in_every_round():
     assert 1 - course[-1] < 0.5 * (1 - course[0])
 
 
-# ---- what does not matter: where, how large, in which order
+# ---- invariance under similarities and renumbering
 
 
 @pytest.mark.parametrize("constraint", CONSTRAINTS)
@@ -196,7 +196,7 @@ def test_a_step_turns_and_scales_with_the_mesh(constraint, seed, scale):
 
 
 def renumbered(mesh, order, turns):
-    """Return the mesh with vertex `order[k]` at place k, its neighbors listed from another one on."""
+    """Return the mesh with vertices permuted by `order` and the lists of neighbors rotated."""
     place = np.argsort(order)
     twin = np.zeros_like(mesh.connectivity.twin)
     dart = np.arange(twin.size).reshape(twin.shape)

@@ -1,4 +1,4 @@
-"""Forces of the user's own, and the constraints by name."""
+"""User-defined forces, and names of constraints."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ def test_repulsion_empties_the_ball_it_guards():
     once = run(ball, 1, [force], alpha=0.0)
     before, after = norm(ball.vertices - center), norm(once.vertices - center)
     cut = 0.5 * norm(ball.vertices[ball.neighbors[:, 0]] - ball.vertices).min()
-    short = before > radius - 2 * 0.9 * cut  # where half the depth is less than the longest step allowed
+    short = before > radius - 2 * 0.9 * cut  # where half the depth is below the limit of a step
     assert_allclose(after[short], (before + 0.5 * np.clip(radius - before, 0, None))[short], atol=1e-12)
     empty = run(ball, 300, [force])
     assert norm(empty.vertices - center).min() > 0.8 * radius > 2 * before.min()

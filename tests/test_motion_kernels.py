@@ -1,4 +1,4 @@
-"""The kernels of the motion are the formulas of the thesis: equal to naive twins, serial and parallel, fast or not."""
+"""Kernels of the motion equal naive twins of the thesis's formulas, serial and parallel, fast and general."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ SEEDS = st.integers(0, 10**6)
 
 
 def rough(seed, *, noise=0.2, degenerate=False, frequency=3):
-    """Return positions and neighbors of a crumpled sphere, some neighbors on a line or in a point if asked."""
+    """Return positions and neighbors of a crumpled sphere, some neighbors collinear or coincident on request."""
     rng = np.random.default_rng(seed)
     ball = sm.sphere(frequency)
     vertices = ball.vertices + noise * rng.normal(size=ball.vertices.shape)
@@ -35,7 +35,7 @@ def rough(seed, *, noise=0.2, degenerate=False, frequency=3):
 
 
 def apart(vertices, neighbors):
-    """Return which vertices are away from their neighbors: where two coincide, the angle is anything at all."""
+    """Return which vertices differ from their neighbors; where two coincide, the angle is undefined."""
     return np.linalg.norm(vertices[neighbors] - vertices[:, None], axis=2).min(axis=1) > 1e-9
 
 
@@ -53,7 +53,7 @@ def frames(vertices, neighbors, which="serial"):
 
 
 def stepped(kernel, seed, constraint, vertices, neighbors, *, fast=False, extra=0.0):
-    """Take one step with random everything by a kernel and by the twin; return both results."""
+    """Take one step with random parameters by a kernel and by its twin; return both results."""
     rng = np.random.default_rng(seed + 1)
     n = len(vertices)
     previous = vertices + 0.05 * rng.normal(size=(n, 3))
@@ -88,7 +88,7 @@ def test_frames_are_normal_circumradius_and_mean_curvature(seed, degenerate):
     assert_allclose(inverse_radius, np.where(np.isnan(r), 0, 1 / r), rtol=1e-7, atol=1e-9)
     clear = apart(vertices, neighbors)
     assert_allclose(curvature[clear], reference.mean_curvature(vertices, neighbors)[clear], rtol=1e-6, atol=1e-6)
-    assert (np.abs(curvature) <= inverse_radius * (1 + 1e-9)).all()  # the coincident too, and none is NaN
+    assert (np.abs(curvature) <= inverse_radius * (1 + 1e-9)).all()  # also for coincident points, and none is NaN
     assert not degenerate or (inverse_radius == 0).any()
 
 
@@ -213,7 +213,7 @@ def test_adaptation_kernels_are_the_formula_of_the_thesis(which, seed, strength)
 
 
 def wavy_rim(seed, count):
-    """Return a closed line in space, the rows before and after, and beyond each vertex one of the surface's."""
+    """Return a random closed line in space, the rows before and after, and an interior neighbor of each vertex."""
     rng = np.random.default_rng(seed)
     around = 2 * np.pi * (np.arange(count) + rng.uniform(-0.2, 0.2, count)) / count
     line = np.stack([np.cos(around), np.sin(around), np.sin(2 * around)], axis=1)
@@ -245,7 +245,7 @@ def test_rims_rest_where_the_contour_formula_says(seed, count):
         assert_allclose(smooth[k], reference.rim_place(before, line[k], after, before2, after2), atol=1e-9)
         middle, half = (before + after) / 2, np.linalg.norm(after - before) / 2
         assert_allclose(straight[k], middle, atol=1e-14)
-        # free: on the circle through the three, as far from both, on the vertex's side
+        # free: on the circle through the three, equidistant from both neighbors, on the vertex's side
         assert_allclose(np.linalg.norm(own[k] - before), np.linalg.norm(own[k] - after), rtol=1e-9)
         n = np.cross(before - line[k], after - line[k])
         assert abs((own[k] - middle) @ n) < 1e-9 * max(np.linalg.norm(n), 1e-9)
@@ -254,7 +254,7 @@ def test_rims_rest_where_the_contour_formula_says(seed, count):
 
 
 def inscribed(a, p, b):
-    """Return the angle under which p sees the chord from a to b: the same all along a circle."""
+    """Return the inscribed angle at p over the chord from a to b, constant along a circle."""
     u, v = a - p, b - p
     return np.arctan2(np.linalg.norm(np.cross(u, v)), u @ v)
 

@@ -1,4 +1,4 @@
-"""What keeps a motion from harm, and what its states tell."""
+"""Safeguards, invalid input, interruption, and the states of a motion."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def test_the_height_asked_for_is_capped():
     place = evolved(flat, 1, constraint="shape", reference=spiky(), alpha=0.5, metric=np.full((180, 3), 1 / 3))
     foot = flat.vertices[flat.neighbors].mean(axis=1)
     wanted = flat.vertices + 2 * (place.vertices - flat.vertices)
-    short = norm(place.vertices - flat.vertices) < 0.499 * size  # the step itself was not cut
+    short = norm(place.vertices - flat.vertices) < 0.499 * size  # the step was not limited
     assert (norm(wanted - foot)[short] <= size[short] * (1 + 1e-9)).all()
     assert short.any()
 
@@ -52,7 +52,7 @@ def test_a_folded_vertex_is_not_pushed():
     ball = sm.sphere(4)
     v = np.array(ball.vertices)
     a, b, _ = ball.neighbors[0]
-    v[[a, b]] = v[[b, a]]  # the plane of the neighbors of vertex 0 is turned over
+    v[[a, b]] = v[[b, a]]  # flips the plane of the neighbors of vertex 0
     folded = ball.moved(v)
     upright = (folded.normals * folded.normals[folded.neighbors].sum(axis=1)).sum(axis=1) > 0
     assert not upright[0]
@@ -82,7 +82,7 @@ def test_leaving_the_finite_numbers_stops_with_the_last_good_mesh(value, mesh):
     assert_array_equal(caught.value.mesh.vertices, good.vertices)
     assert_array_equal(model.mesh.vertices, good.vertices)
     assert model.iteration == 3
-    model.target = Everywhere(0.01)  # the cause gone, the model runs on as if nothing had been
+    model.target = Everywhere(0.01)  # without the cause, the model continues normally
     list(model.run(4))
     assert_array_equal(model.mesh.vertices, evolved(mesh, 7, Everywhere(0.01)).vertices)
 

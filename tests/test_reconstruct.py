@@ -1,4 +1,4 @@
-"""From data to a surface model in one call: topology, accuracy, places, budgets, interruptions, refusals."""
+"""Reconstruction in one call: topology, accuracy, coordinates, budgets, interruption, invalid input."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def torus_distance(points, ring=1.0, tube=0.35):
 
 
 def torus_points(count, rng, noise=0.0):
-    """Area-uniform points of the torus R = 1, r = 0.35; noise in shares of the diagonal of its box."""
+    """Area-uniform points of the torus R = 1, r = 0.35; noise relative to the diagonal of its box."""
     u, v = rng.uniform(0, 2 * np.pi, (2, 4 * count))
     keep = rng.uniform(0, 1.35, 4 * count) < 1 + 0.35 * np.cos(v)
     u, v = u[keep][:count], v[keep][:count]
@@ -50,7 +50,7 @@ def test_a_ball_becomes_a_ball():
     assert model.mesh.check(self_intersections=True).ok
     assert_allclose(np.linalg.norm(model.mesh.vertices, axis=1), 8.3, atol=0.06)
     assert model.distance.mesh_to_data.rms < 0.02
-    assert model.distance.data_to_mesh.rms < 0.1  # flat faces of 600 vertices: their sagitta
+    assert model.distance.data_to_mesh.rms < 0.1  # the sagitta of flat faces
     assert model.converged
     assert model.tangled == 0
     assert model.mesh.volume > 0
@@ -215,7 +215,7 @@ def test_progress_is_reported_and_an_interrupt_keeps_the_last_state():
 
 
 def test_the_distances_of_a_volume_count_all_that_the_background_reaches():
-    """A ball with a well; a sphere around it that does not move misses the well's walls, and says so."""
+    """A ball with a well: a sphere around it that does not move misses the walls of the well, with a warning."""
     axis = np.arange(-12, 13.0)
     x, y, z = np.meshgrid(axis, axis, axis, indexing="ij")
     well = np.minimum(10.3 - np.sqrt(x * x + y * y + z * z), np.maximum(np.hypot(x, y) - 4.2, -2 - z))
@@ -260,7 +260,7 @@ def test_an_interrupt_between_stages_keeps_the_last_one(monkeypatch):
 
 
 class TestPlacement:
-    """Vertices where the data asks for them, on a box: its edges and corners do."""
+    """Redistribution on a box: vertices concentrate at edges and corners."""
 
     BOX = pv.Box((-1, 1, -0.7, 0.7, -0.5, 0.5)).triangulate().subdivide(3)
     ADAPTIVE = sm.reconstruct(BOX, vertices=600)

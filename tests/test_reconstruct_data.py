@@ -1,4 +1,4 @@
-"""Reconstructions of the real volumes, scans and meshes in the data folder reach the bars set for them."""
+"""Reconstructions of the real volumes, scans and meshes in the data folder meet their bounds of error."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What reconstruct takes, repairs with a word, and refuses in one sentence."""
+"""Input that `reconstruct` accepts, repairs with a warning, or refuses."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The parts reconstruct is made of: surfaces of volumes, primitives around points, untangling."""
+"""Parts of reconstruction: surface points of volumes, primitives around points, untangling."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def test_principal_frames_are_right_handed_and_primitives_enclose():
         assert inside_surface(points, surface.vertices, surface.faces).all()
     assert np.ptp(primitive_around(points, "plane", 500).vertices @ axes.T, axis=0)[:2].max() < 10.5
     square = rng.uniform(-1, 1, (2000, 3)) * [1, 1, 0.01]
-    assert primitive_around(square, "plane", 500).area < 4.5  # and not 8, that of the square on its corner
+    assert primitive_around(square, "plane", 500).area < 4.5  # not 8, as for a square rotated by 45 degrees
     up = axes[2]
     for sign in (1, -1):
         sheet = primitive_around(points, "plane", 500, facing=sign * up)
@@ -76,7 +76,7 @@ def test_a_fold_is_smoothed_away_and_the_rest_stays():
 
 
 def test_what_resists_is_taken_back_to_the_start():
-    """Data that pulls two sides of a ball through each other wins against relaxing; the start settles it."""
+    """Data that pulls two sides of a ball through each other defeats relaxation; blending with the start helps."""
     ball = sm.sphere(8)
     vertices = np.array(ball.vertices)
     polar = np.abs(vertices[:, 2]) > 0.9
@@ -95,7 +95,7 @@ def test_what_resists_is_taken_back_to_the_start():
 
 
 def test_a_place_that_resists_stays_while_others_are_mended():
-    """Two balls with a fold each: around one the data pulls all that is let go through the other side."""
+    """Two balls with a fold each: around one, the data pulls all freed vertices through the other side."""
     ball = sm.sphere(8).triangulated()
     both = sm.dual((np.concatenate([ball.vertices, ball.vertices + np.array([9.0, 0, 0])]),
                     np.concatenate([ball.faces, ball.faces + len(ball.vertices)])))  # fmt: skip
@@ -116,7 +116,7 @@ def test_a_place_that_resists_stays_while_others_are_mended():
     assert not tangled_vertices(mended)[right].any()
     assert_array_equal(mended.vertices[~right], torn.vertices[~right])
     away = 1 - np.linalg.norm(mended.vertices[right] - [9, 0, 0], axis=1)
-    assert np.sqrt((away**2).mean()) < 0.0025  # what was mended is back on the data
+    assert np.sqrt((away**2).mean()) < 0.0025  # the untangled part is back on the data
 
 
 def test_untangling_leaves_a_sound_mesh_as_it_is():

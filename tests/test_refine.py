@@ -1,4 +1,4 @@
-"""Refinement: the score, what is divided and what is not, budgets, zones, and that it brings meshes nearer to data."""
+"""Refinement and redistribution: scores, edits, budgets, zones, and smaller distances to the data."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def data_to_mesh(mesh, points):
 
 
 def around_faces(mesh, faces):
-    """What is around each of the faces: its vertices from the smallest on."""
+    """The vertices of each face in order, from the smallest on."""
     loops = reference.loops(mesh.connectivity)
     return [tuple(np.roll(loops[f], -int(np.argmin(loops[f])))) for f in faces]
 
@@ -331,7 +331,7 @@ class TestRedistribute:
         assert out.mesh.n_vertices == out.rounds[0].n_vertices
 
     def test_faces_are_merged_for_others_where_that_pays_only(self):
-        ball = sm.sphere(6)  # all faces are alike
+        ball = sm.sphere(6)  # all faces are similar
         assert redistribute_round(ball, Sphere(), reach=0.5, vertices=ball.n_vertices).rounds[0].merged == 0
         part = sm.targets.Triangles(sm.TriangleMesh(*box()))
         even = sm.reconstruct(sm.TriangleMesh(*box()), vertices=600, adaptation=0.0).mesh
@@ -445,7 +445,7 @@ def test_the_bottom_of_a_deep_cavity_is_filled(data_folder):
     for mesh in (start, out.mesh):
         surface = mesh.triangulated(method="fan")
         away.append(surface_distance(points, surface.vertices, surface.faces))
-    assert (away[0] > 2).mean() > 0.2  # voxels: the bottom is not reached
+    assert (away[0] > 2).mean() > 0.2  # voxels: the bottom is missed
     assert away[0].max() > 8
     assert (away[1] > 2).mean() < 0.01
     assert np.sqrt((away[1] ** 2).mean()) < 0.3 * np.sqrt((away[0] ** 2).mean())

@@ -1,4 +1,4 @@
-"""Which tunnels points and volumes show, and a sphere that finds those around a cavity."""
+"""Tunnels detected in points and volumes, and starts that enclose the data."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ PLAIN = {"level": None, "label": None, "inside": "above", "components": "largest
 
 
 def frame_of_a_cube(step=0.05):
-    """Return points on the twelve bars of a cube, square and of a fifth of its side."""
+    """Return points on the frame of a cube, its twelve bars square and a fifth of its side wide."""
     grid = np.arange(-0.5 + step / 2, 0.5, step)
     cells = np.stack(np.meshgrid(grid, grid, grid, indexing="ij"), axis=-1)
     solid = (np.abs(cells) > 0.3).sum(axis=-1) >= 2
@@ -116,15 +116,15 @@ class TestWhatDataSays:
 
 
 class TestFilmsJoined:
-    """Six windows of a cavity: five of their loops are independent, all six together are none."""
+    """Six windows of a cavity: five of their loops are independent, and the sum of all six is zero."""
 
     WINDOWS = (*np.eye(5, dtype=int), -np.ones(5, int))
 
     def asked(self, joined, monkeypatch, one, other):
-        """Ask about films whose edges run around sums of windows."""
+        """Return the class of a handle between films whose boundaries are sums of windows."""
         totals = iter([np.sum([self.WINDOWS[k] for k in film], axis=0) for film in (one, other)])
         monkeypatch.setattr(films, "boundary_loops", lambda mesh, film: [np.arange(3)])
-        homology = type("Told", (), {"winding": lambda self, line, edge: next(totals)})()
+        homology = type("Homology", (), {"winding": lambda self, line, edge: next(totals)})()
         flat = type("Flat", (), {"mesh": sm.sphere(3), "near_data": np.ones(200, bool), "edge": 1.0})()
         return joined.handle_class(
             flat, homology, films.FilmPair(np.zeros(0, int), np.zeros(0, int), (one, other), 1.0)
@@ -193,7 +193,7 @@ def test_the_eight_from_its_bare_vertices(data_folder):
 
 
 class TestOpenData:
-    """A dome, triangulated with its normals inwards: what is outside is told by the start that comes from there."""
+    """A triangulated dome with inward normals: the start defines the outside."""
 
     def dome(self):
         ball = sm.sphere(16).triangulated()
@@ -220,7 +220,7 @@ class TestOpenData:
 
 
 class TestTubesCutOffAslant:
-    """Points of tubes, without normals: beyond an end that is cut off aslant there is nothing but the far side."""
+    """Points without normals of tubes with oblique ends: beyond an end there is only the far side."""
 
     def tube(self, one, other, count=3000):
         rng = np.random.default_rng(6)

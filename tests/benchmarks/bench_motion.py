@@ -1,4 +1,4 @@
-"""What the motion costs, in ratios to peers run in the same process.
+"""Cost of the motion, relative to peers run in the same process.
 
 Run with `python tests/benchmarks/bench_motion.py`; a minute or two. Tables are printed in Markdown.
 """
@@ -138,7 +138,7 @@ def isosurface() -> None:
 
 
 def crossover() -> None:
-    """Time each kernel on one thread and on all, to see from where on all pay."""
+    """Time each kernel on one thread and on all, to find the size from which on all are faster."""
     print(
         "\n| vertices | frames 1 | all | averages 1 | all | step 1 | all, microseconds |\n|--:|--:|--:|--:|--:|--:|--:|"
     )
@@ -200,7 +200,7 @@ def vertex_order() -> None:
 def million() -> None:
     """Evolve a million vertices for 100 iterations; print the peak memory beyond the mesh's own."""
     mesh = rough_sphere(224)
-    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss  # the peak of making the sphere
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss  # the peak while making the sphere
     now = int(Path("/proc/self/statm").read_text().split()[1]) * resource.getpagesize() // 1024
     model = sm.DeformableModel(mesh)
     start = time.perf_counter()
@@ -227,6 +227,8 @@ if __name__ == "__main__":
     parser.add_argument("tables", nargs="*", choices=[[], *TABLES], help="which tables; all when none is named")
     for name in parser.parse_args().tables or TABLES:
         if name == "million" and len(sys.argv) < 2:
-            subprocess.run([sys.executable, __file__, "million"], check=True)  # alone, for a clean count of memory
+            subprocess.run(
+                [sys.executable, __file__, "million"], check=True
+            )  # in its own process, to measure its memory alone
         else:
             TABLES[name]()

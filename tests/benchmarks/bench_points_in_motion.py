@@ -1,8 +1,8 @@
-"""What the data force of points costs during whole reconstructions, far first iterations included, against a kd-tree.
+"""Cost of the data force of points in whole reconstructions, including the first iterations from afar.
 
-The peer is one `scipy.spatial.cKDTree.query` of the same vertices on a tree of the same points, with all cores, asked
-right after each call of ours; both sums are over every iteration. The median is that of the ratios of single calls,
-which other work on the machine disturbs less. Run: python tests/benchmarks/bench_points_in_motion.py, with
+The peer is one `scipy.spatial.cKDTree.query` of the same vertices on a tree of the same points, with all cores, right
+after each of our calls; both are summed over all iterations. The median of the ratios of single calls is less affected
+by other load on the machine. Run: python tests/benchmarks/bench_points_in_motion.py, with
 SIMPLEXMESH_DATA set for the kitten.
 """
 

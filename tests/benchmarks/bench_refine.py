@@ -1,10 +1,10 @@
-"""What placing vertices where they are needed brings: the same number of them, evenly spaced and redistributed.
+"""Gain in accuracy by redistribution of vertices, against evenly spaced ones of the same number.
 
 Usage: SIMPLEXMESH_DATA=folder python tests/benchmarks/bench_refine.py [head | fandisk | lion | vase | speed | picture]
 
 Even: `reconstruct(..., placement="even")`. Adaptive: `reconstruct(...)`. Redistributed: `redistribute` of the even
-mesh, to no more vertices than that has. Distances are from the points of the data to the surface of the mesh. Of the
-head those points do not count that either model closes over, walls of airways more than 4 mm deep.
+mesh, to at most its number of vertices. Distances are from the points of the data to the surface of the mesh. For the
+head, points that either model closes over are excluded, walls of airways more than 4 mm deep.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ def folder() -> Path:
 
 
 def distances(mesh, points, deep=None):
-    """How far points are from a mesh, and whether it closes over them: they are inside and deeper than `deep`."""
+    """Return the distances of points to a mesh, and whether they are inside, deeper than `deep`."""
     surface = mesh.triangulated(method="fan")
     away = surface_distance(points, surface.vertices, surface.faces)
     closed = np.zeros(len(points), bool)
@@ -81,7 +81,7 @@ def table(name: str) -> None:
 
 
 def wrapped(points, target, size):
-    """A sphere laid around data and drawn to it, coarse to fine as in the thesis, its topology kept."""
+    """Fit a sphere around data, coarse to fine as in the thesis, keeping its topology."""
     mesh = primitive_around(points, "sphere", size, facing=None)
     radius = 0.5 * float(np.linalg.norm(np.ptp(points, axis=0)))
     stages = [Stage(6, 2 * radius, 100, beta=0.1), Stage(6, 0.4 * radius, 100), Stage(1, 0.16 * radius, 500, beta=0.3)]
@@ -139,7 +139,7 @@ def least(job, times=5):
 
 
 def speed() -> None:
-    """Print what scoring and a round of edits cost per vertex, beside one step of the motion."""
+    """Print the cost per vertex of scoring and of a round of edits, relative to one step of the motion."""
     print("\nnanoseconds per vertex: score without distance, round of edits with all checks, step of motion")
     ball = sm.targets.Triangles(sm.sphere(40).triangulated())
     for frequency in (10, 30, 70):
