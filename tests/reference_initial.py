@@ -1,4 +1,4 @@
-"""Readable twins of the kernels of the automatic start, written from their definitions."""
+"""Readable references of the kernels of the automatic initialization, written from their definitions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The door of every function that takes data."""
+"""Conversion of arguments to data types."""
 
 from __future__ import annotations
 

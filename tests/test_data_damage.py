@@ -1,4 +1,4 @@
-"""Files that are empty, cut short, or not what their name says: one sentence that names the file, on every format."""
+"""Empty, truncated or mislabeled files of every format: one sentence that names the file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Clouds of points and their normals."""
+"""Point clouds and their normals."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Files are read as what they hold, where they say it is."""
+"""Reading of all file formats, with physical space."""
 
 from __future__ import annotations
 

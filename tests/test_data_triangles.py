@@ -1,4 +1,4 @@
-"""Triangulated surfaces."""
+"""Triangle meshes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A volume keeps its samples and knows where they are."""
+"""Volumes: samples, physical space, labels, resampling."""
 
 from __future__ import annotations
 

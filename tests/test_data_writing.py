@@ -1,4 +1,4 @@
-"""What is written comes back, whole or not at all."""
+"""Files read back as they were written; writing is atomic."""
 
 from __future__ import annotations
 

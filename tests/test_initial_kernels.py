@@ -1,4 +1,4 @@
-"""The kernels of the automatic start equal their readable twins."""
+"""Kernels of the automatic initialization equal their references."""
 
 import itertools
 
@@ -24,7 +24,7 @@ def points(rng, count=20):
 
 
 @given(seeds)
-def test_walls_around_points(seed):
+def test_samples_near_points(seed):
     rng = np.random.default_rng(seed)
     at, reach = points(rng, 5), rng.uniform(0.5, 2.5)
     out = np.zeros(SHAPE, bool)
@@ -33,7 +33,7 @@ def test_walls_around_points(seed):
 
 
 @given(seeds, st.tuples(st.integers(1, 7), st.integers(1, 8), st.integers(1, 9)), st.floats(0.0, 0.8))
-def test_floods_reach_what_hangs_together_with_the_first_corner(seed, shape, share):
+def test_floods_fill_the_component_of_the_first_corner(seed, shape, share):
     wall = np.random.default_rng(seed).random(shape) < share
     out = np.ones(shape, bool)
     _kernels_grid.flood(wall, out)
@@ -66,7 +66,7 @@ def test_trilinear_weights_there_and_back(seed):
 
 
 @given(seeds)
-def test_carving(seed):
+def test_thinning(seed):
     rng = np.random.default_rng(seed)
     solid = np.pad(ndimage.gaussian_filter(rng.normal(size=(6, 7, 8)), 0.7) > -0.1, 1)
     keep = solid & (rng.random(solid.shape) < 0.1)
@@ -76,7 +76,7 @@ def test_carving(seed):
     assert_array_equal(out, reference.thin(solid, keep, cells, 50))
 
 
-def test_a_bridge_over_a_corner_does_not_join():
+def test_a_bridge_over_a_corner_does_not_connect():
     block = np.zeros((5, 5, 5), bool)
     for cell in ((1, 2, 2), (1, 2, 1), (1, 1, 1), (2, 1, 1), (2, 1, 2), (2, 2, 2)):
         block[cell] = True  # a ring of six cells

@@ -1,4 +1,4 @@
-"""The automatic start from points: topology over shapes, noise and seeds; inside and outside; budget."""
+"""Automatic initialization from points: topology across shapes, noise and seeds; inside and outside; vertex budget."""
 
 import numpy as np
 import pytest

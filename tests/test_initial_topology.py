@@ -1,4 +1,4 @@
-"""Pieces, cavities and tunnels of solids on grids, and surfaces that keep them."""
+"""Components, cavities and tunnels of voxel solids, and surfaces of the same topology."""
 
 import numpy as np
 import pytest
@@ -50,7 +50,7 @@ def test_cavities_are_filled_and_pits_are_not():
     assert np.array_equal(without_cavities(pitted), pitted)
 
 
-def test_largest_piece_and_all_pieces():
+def test_largest_component_and_all():
     both = np.concatenate([BALL, np.pad(BALL[14:26], ((14, 14), (0, 0), (0, 0)))])
     both[0, 0, 0] = True
     assert np.array_equal(pieces(both)[0][:40], BALL)
@@ -76,7 +76,7 @@ def test_closing_never_adds_pieces(seed):
     assert ndimage.label(closed(solid, 1.5))[1] == 1
 
 
-def test_carving_keeps_the_topology_and_what_is_to_be_kept():
+def test_thinning_keeps_the_topology_and_what_is_to_be_kept():
     out = thinned(BALL, DRILLED)
     assert genus(out) == 0
     assert out[DRILLED].all()
@@ -101,7 +101,7 @@ def test_the_surface_has_the_topology_of_the_solid_whatever_the_field(seed):
         assert (np.abs(high - cells.max(axis=0) - 0.5) <= 0.5).all()
 
 
-def test_halving_keeps_the_surface():
+def test_subdivision_keeps_the_surface():
     vertices, faces = isosurface(np.where(TORUS, 1.0, -1.0), TORUS)
     finer = subdivided(vertices, faces)
     assert len(finer[1]) == 4 * len(faces)

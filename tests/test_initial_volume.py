@@ -1,4 +1,4 @@
-"""The automatic start from volumes: topology, budget, place, bad input."""
+"""Automatic initialization from volumes: topology, vertex budget, position, bad input."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Targets: how far along its normal is the data from each vertex. Isosurfaces, triangles, and several at once."""
+"""Signed distances along normals to isosurfaces, triangles, and unions of targets."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Labeled regions: smooth, in place, at any spacing and orientation, however thin."""
+"""Boundaries of labeled regions: smooth and unbiased, at any spacing, orientation and thickness."""
 
 import numpy as np
 import pytest

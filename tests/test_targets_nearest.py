@@ -36,7 +36,7 @@ def eight_at_once(values, number, out):
 
 @given(values=st.lists(st.sampled_from([-1.0, 0.0, 0.5, 2.0, np.inf, np.nan]), min_size=16, max_size=16))
 @settings(deadline=None, max_examples=40)
-def test_lanes_are_eight_numbers(values):
+def test_vectors_are_eight_numbers(values):
     values, out = np.array(values), np.zeros((5, 8))
     one, two = values[:8], values[8:]
     mask, below, first, count = eight_at_once(values, 0.5, out)

@@ -1,4 +1,4 @@
-"""The surface behind points: exact where it can be, quiet where the points are not, the same whatever came before."""
+"""The surface behind points: exact or with little noise, and independent of earlier calls."""
 
 import numpy as np
 import pytest
