@@ -227,8 +227,7 @@ if __name__ == "__main__":
     parser.add_argument("tables", nargs="*", choices=[[], *TABLES], help="which tables; all when none is named")
     for name in parser.parse_args().tables or TABLES:
         if name == "million" and len(sys.argv) < 2:
-            subprocess.run(
-                [sys.executable, __file__, "million"], check=True
-            )  # in its own process, to measure its memory alone
+            # in a process of its own, whose memory is measured
+            subprocess.run([sys.executable, __file__, "million"], check=True)
         else:
             TABLES[name]()
