@@ -147,7 +147,7 @@ def warn_of_failures(what: str, reasons: NDArray[np.uint8], samples: Samples, ar
 
 
 def warn_of_clashing_faces(samples: Samples, reasons: NDArray[np.uint8], normals: Any) -> None:
-    """Warn if triangles disagree on which side is outward, unless the caller's normals say it or all rows failed."""
+    """Warn if triangles disagree on which side is outward, unless the caller gives normals or all rows failed."""
     if samples.faces is None or reasons.all() or not (normals is None or isinstance(normals, str)):
         return
     if count := int(clashing_edges(*samples.wedges)):

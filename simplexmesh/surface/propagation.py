@@ -1,4 +1,4 @@
-"""Normals of one orientation from normals of either sign (Hoppe et al. 1992; König, Gumhold 2009)."""
+"""Consistent orientation of normals of arbitrary sign (Hoppe et al. 1992; König, Gumhold 2009)."""
 
 from __future__ import annotations
 
@@ -13,23 +13,23 @@ from simplexmesh.surface.neighborhoods import Neighborhoods
 Array = NDArray[np.float64]
 
 TIE = 1e-6
-"""Cost of an edge whose ends agree perfectly: sparse matrices have no edges of cost zero."""
+"""Least cost of an edge: sparse matrices cannot store edges of cost zero."""
 
 SOFTENING = 0.1
-"""In units of the median squared distance of neighbors: less of it fails with noise, more of it in thin parts."""
+"""Softening in median squared distances of neighbors: less fails with noise, more in thin parts."""
 
 
 def propagated(ring: Neighborhoods, points: Array, normals: Array) -> Array:
-    """Return the normals with signs that agree between neighbors, outward as a whole.
+    """Return the normals with consistent signs, outward as a whole.
 
-    Signs spread along a minimum spanning tree of the neighbors (Hoppe et al.), so that they cross sharp edges and thin
-    parts last. Neighbors agree whose normals are each other's reflection at their bisecting plane, as on a circle
-    (König, Gumhold), not those that are parallel: around a rim of a thin plate parallel normals are opposites.
+    Signs are propagated along a minimum spanning tree of the neighbors (Hoppe et al.), so that they cross sharp edges
+    and thin parts last. Consistent normals are reflections of each other at the bisecting plane, as on a circle
+    (König, Gumhold), not parallel ones: around the rim of a thin plate parallel normals are inconsistent.
 
     Parameters
     ----------
     ring : Neighborhoods
-        Of all points.
+        Neighbors of all points.
     points : (n, 3) array of float
     normals : (n, 3) array of float
         Unit vectors of either sign; zero vectors stay.
@@ -53,7 +53,7 @@ def propagated(ring: Neighborhoods, points: Array, normals: Array) -> Array:
     softening = SOFTENING * float(np.median((steps**2).sum(axis=1))) if len(steps) else 0.0
     costs = 1 + TIE - np.abs(kernels.agreements(ring.offsets, ring.members, points, normals, softening))
     graph = csr_matrix((np.maximum(costs, TIE), ring.members, ring.offsets), (n, n))
-    tree = minimum_spanning_tree(graph)  # of edges in both directions it takes the cheaper
+    tree = minimum_spanning_tree(graph)  # takes the cheaper of both directions of an edge
     tree = (tree + tree.T).tocsr()
     links = tree.indptr.astype(np.int64), tree.indices.astype(np.int64)
     out: Array = kernels.propagated(*links, points, normals, softening)

@@ -24,7 +24,7 @@ MIN_SHARE = 0.002
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Regions:
-    """A surface divided parent connected regions, the largest first.
+    """A surface divided into connected regions, the largest first.
 
     Attributes
     ----------

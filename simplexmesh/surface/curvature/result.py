@@ -86,7 +86,7 @@ class Curvature:
 
     @cached_property
     def confidence(self) -> Array | None:
-        """(n,) array of float or None: c^2 / (c^2 + error^2), with c the curvedness; 0 where failed."""
+        """(n,) array of float or None: c^2 / (c^2 + error^2), c the curvedness; 1 if both are 0, 0 where failed."""
         if self.error is None:
             return None
         signal, noise = self.curvedness**2, self.error**2

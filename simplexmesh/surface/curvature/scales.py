@@ -61,7 +61,7 @@ class Scales(NamedTuple):
     directions : (n, 3) array of float
         Rough normals, of any length.
     oriented : bool
-        Whether their signs mean the outside of the surface.
+        Whether they point to the outside of the surface; otherwise their signs are arbitrary.
     spacing : (n,) array of float
         Edge length of a regular triangulation as dense as the points; 0 where a point has no neighbors.
     """
@@ -173,7 +173,7 @@ def _groups(positions: Array, count: int) -> Indices:
 
 
 def _directions(samples: Samples) -> tuple[Array, bool]:
-    """Return rough normals of any length, averaged over two rings, and whether their signs mean the outside."""
+    """Return rough normals of any length, averaged over two rings, and whether they point outward."""
     ring = samples.one_ring
     links = ring.offsets, ring.members
     if samples.faces is not None:
