@@ -1,4 +1,4 @@
-"""Gaps between two parts: how far each is from the other, and how a small motion of one changes that."""
+"""Gaps between two parts: signed distances and their derivatives by a small motion of one part."""
 
 from __future__ import annotations
 
@@ -7,100 +7,104 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from simplexmesh._vec import cross, dot, norm
+from simplexmesh._vec import dot, norm
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.motion.targets.triangles import Triangles
+from simplexmesh.recognition.rigid import plane_jacobian
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-OPPOSED = -0.3
-"""Surfaces meet where the cosine between their normals is less."""
+FACING_COSINE = -0.3
+"""Surfaces face each other where the cosine between their normals is less."""
 
 
 class Part:
-    """A surface, the area around each of its vertices, and distances to it.
+    """A surface with vertex areas and signed distances to it.
 
     Parameters
     ----------
     mesh : TriangleMesh
-        Its vertices keep their rows; distances are to the surface with equal positions merged.
+        Vertices keep their rows; distances are to the surface with equal positions merged.
     """
 
     def __init__(self, mesh: TriangleMesh) -> None:
         self.points, self.normals, self.diagonal = mesh.vertices, mesh.vertex_normals, mesh.diagonal
         self.areas = np.bincount(mesh.faces.ravel(), np.repeat(norm(mesh.face_vectors) / 6, 3), len(mesh.vertices))
-        whole = mesh.welded(report=False)
-        self.surface, self.closed = Triangles(whole), whole.is_closed
+        welded = mesh.welded(report=False)
+        self.surface, self.closed = Triangles(welded), welded.is_closed
 
-    def known(self, points: Array) -> tuple[Array, Array]:
-        """Return signed distances to the surface, NaN beyond its border, and the directions they grow in."""
+    def signed_distance(self, points: Array) -> tuple[Array, Array]:
+        """Return signed distances (n,) to the surface, NaN beyond its border, and their gradients (n, 3)."""
         distance, direction, beyond = self.surface.signed(points)
         return np.where(beyond, np.nan, distance), direction
 
 
 class Gaps(NamedTuple):
-    """Distances between two parts, and how they change.
+    """Signed distances between two parts and their derivatives.
 
     Attributes
     ----------
     distance : (m,) array of float
-        At vertices of either part that are near the other.
-    rows : (m, 6) array of float
-        By which a small turn about `middle`, in arms, and a shift of the moving part change them.
+        At vertices of either part near the other.
+    jacobian : (m, 6) array of float
+        Derivatives by a rotation of the moving part about `center`, in units of 1 / `radius`, and a shift.
     area : (m,) array of float
-        What each stands for where surfaces face each other, otherwise 0; the moving part's vertices only.
-    middle : (3,) array of float
-    arm : float
-        Root mean square distance of the vertices to the middle.
-    mine, its : (k,) array of int
-        Which vertices of the moving part, and of the fixed one.
+        Vertex areas of the moving part where the surfaces face each other, otherwise 0.
+    center : (3,) array of float
+    radius : float
+        Root mean square distance of the vertices to the center.
+    moving_rows, fixed_rows : (k,) array of int
+        The vertices of the moving and of the fixed part.
     """
 
     distance: Array
-    rows: Array
+    jacobian: Array
     area: Array
-    middle: Array
-    arm: float
-    mine: Indices
-    its: Indices
+    center: Array
+    radius: float
+    moving_rows: Indices
+    fixed_rows: Indices
 
 
 def gaps(
-    one: Part, other: Part, T: Array, reach: float, behind: float, among: tuple[Indices, Indices] | None = None
+    moving: Part, fixed: Part, T: Array, reach: float, behind: float, subset: tuple[Indices, Indices] | None = None
 ) -> Gaps:
-    """Return the distances between a part, moved, and another, where they are at most `reach`.
+    """Return the gaps between a moved part and a fixed one, where they are at most `reach`.
 
     Parameters
     ----------
-    one, other : Part
-        The moving one and the fixed one.
+    moving, fixed : Part
     T : (4, 4) array of float
-        Where the moving part is.
+        Pose of the moving part.
     reach : float
     behind : float
-        What is farther than this on the other side of an open surface is not inside of anything.
-    among : pair of arrays of int, optional
-        Look at these vertices of either only.
+        Largest depth behind an open surface that counts as penetration.
+    subset : pair of arrays of int, optional
+        Rows of the vertices to consider, of either part.
     """
     R, t = T[:3, :3], T[:3, 3]
-    mine, its = among or (np.arange(len(one.points)), np.arange(len(other.points)))
-    at, there = one.points[mine] @ R.T + t, other.points[its]
-    distance, away = other.known(at)
-    back, inward = one.known((there - t) @ R)
-    close = within(distance, reach, np.inf if other.closed else behind)
-    met = within(back, reach, np.inf if one.closed else behind)
-    where = np.vstack([at[close], there[met]])
-    way = np.vstack([away[close], -inward[met] @ R.T])
-    area = np.where(dot(one.normals[mine] @ R.T, away) < OPPOSED, one.areas[mine], 0.0)[close]
-    middle = where.mean(axis=0) if len(where) else t
-    arm = max(float(np.sqrt(((where - middle) ** 2).sum(axis=1).mean())) if len(where) else 1.0, 1e-300)
-    rows = np.hstack([cross((where - middle) / arm, way), way])
-    both = np.concatenate([distance[close], back[met]])
-    return Gaps(both, rows, np.append(area, np.zeros(int(met.sum()))), middle, arm, mine[close], its[met])
+    moving_rows, fixed_rows = subset or (np.arange(len(moving.points)), np.arange(len(fixed.points)))
+    points, fixed_points = moving.points[moving_rows] @ R.T + t, fixed.points[fixed_rows]
+    distance, outward = fixed.signed_distance(points)
+    back_distance, inward = moving.signed_distance((fixed_points - t) @ R)
+    near = within(distance, reach, np.inf if fixed.closed else behind)
+    near_back = within(back_distance, reach, np.inf if moving.closed else behind)
+    contact_points = np.vstack([points[near], fixed_points[near_back]])
+    directions = np.vstack([outward[near], -inward[near_back] @ R.T])
+    facing = dot(moving.normals[moving_rows] @ R.T, outward) < FACING_COSINE
+    area = np.where(facing, moving.areas[moving_rows], 0.0)[near]
+    center, radius = t, 1.0
+    if len(contact_points):
+        center = contact_points.mean(axis=0)
+        radius = max(float(np.sqrt(((contact_points - center) ** 2).sum(axis=1).mean())), 1e-300)
+    jacobian = plane_jacobian((contact_points - center) / radius, directions)
+    distances = np.concatenate([distance[near], back_distance[near_back]])
+    areas = np.append(area, np.zeros(int(near_back.sum())))
+    return Gaps(distances, jacobian, areas, center, radius, moving_rows[near], fixed_rows[near_back])
 
 
 def within(distance: Array, reach: float, behind: float) -> NDArray[np.bool_]:
-    """Return which signed distances are known, at most `reach`, and at least -`behind`."""
+    """Return a mask of the signed distances that are known, at most `reach`, and at least -`behind`."""
     with np.errstate(invalid="ignore"):
         return np.asarray((distance <= reach) & (distance >= -behind))

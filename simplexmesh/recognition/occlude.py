@@ -9,55 +9,55 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh import _check
-from simplexmesh._vec import cross, dot, norm
+from simplexmesh._vec import dot, norm
 from simplexmesh.data.convert import as_triangles
 from simplexmesh.errors import warn
-from simplexmesh.recognition.gaps import OPPOSED, Gaps, Part, gaps
-from simplexmesh.recognition.least_motion import least_motion
-from simplexmesh.recognition.limits import Limits, bounds_of
-from simplexmesh.recognition.rigid import rigid_fit
-from simplexmesh.recognition.rotation_vectors import rotation_matrices
+from simplexmesh.recognition.constrained_least_squares import constrained_least_squares
+from simplexmesh.recognition.contact_limits import ContactLimits, pair_limits
+from simplexmesh.recognition.gaps import FACING_COSINE, Gaps, Part, gaps
+from simplexmesh.recognition.rigid import plane_jacobian, rigid_fit, small_motion
+from simplexmesh.recognition.rotation_vectors import rotation_angle
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 REACH, TOLERANCE = 0.1, 0.002
-"""How far surfaces attract each other at first, and how near they touch, as shares of the moving part's diagonal."""
+"""Default reach and contact tolerance, relative to the diagonal of the moving part."""
 
 STAGES = 7
-ROUNDS = 25
-STILL = 0.02
-"""A stage ends when no point moves by more than this share of its gap."""
+ITERATIONS = 25
+STEP_TOLERANCE = 0.02
+"""A stage ends when the step is shorter than this fraction of its width."""
 
-AROUND = 8.0
-"""Vertices nearer than so many widths are followed through a stage; half of that is as far as they have a say."""
+NEIGHBORHOOD = 8.0
+"""Vertices nearer than this many widths are tracked through a stage; beyond half of that they have no weight."""
 
-MOST = 6000
-"""Of more vertices so many, drawn at random, say where a part goes; all say when it is out of the other."""
+MAXIMUM_VERTICES = 6000
+"""Number of vertices, drawn at random, that attract a part; all of them limit the penetration."""
 
-MET = 1e-3
-"""Limits are met within this share of the tolerance."""
+LIMIT_TOLERANCE = 1e-3
+"""Limits are met within this fraction of the tolerance."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Occlusion:
-    """Where a part is in contact with another.
+    """The pose of a part in contact with another; made by `occlude`.
 
     Attributes
     ----------
     T_fixed_moving : (4, 4) array of float
-        Brings the moving part to its place.
+        Maps the moving part to its pose.
     distances : (n,) array of float
-        From the moving part's vertices, in the order they were given, to the fixed one after that, in the data's unit:
-        positive outside, negative inside; NaN beyond its border.
+        Signed distances of the moved vertices to the fixed part, in the data's unit: positive outside; NaN beyond its
+        border.
     contact : (n,) array of bool
-        The vertices that touch: near enough, and facing the other surface.
+        Whether each vertex touches: within the tolerance, and facing the other surface.
     contact_area, area_before : float
-        The area these stand for, and what it was before, in the unit squared.
+        Area of the touching vertices, after and before, in the unit squared.
     penetration : float
-        How deep one surface is in the other at most, at the vertices of both; 0 when it is not.
+        Maximum penetration depth, at the vertices of both; 0 if there is none.
     slack : float
-        How far apart pairs are at most; NaN without any.
+        Maximum distance of the pairs; NaN without pairs.
 
     Examples
     --------
@@ -84,8 +84,8 @@ class Occlusion:
 
     @property
     def angle(self) -> float:
-        """By how much the part was turned, in radians."""
-        return float(np.arccos(np.clip((np.trace(self.T_fixed_moving[:3, :3]) - 1) / 2, -1.0, 1.0)))
+        """Angle of the rotation, in radians."""
+        return rotation_angle(self.T_fixed_moving[:3, :3])
 
 
 def occlude(
@@ -98,27 +98,27 @@ def occlude(
     pairs: tuple[ArrayLike, ArrayLike] | None = None,
     slack: float | None = None,
 ) -> Occlusion:
-    """Return the rigid motion, near the start, that brings most of a surface into contact with another.
+    """Return the rigid motion, near the start, that maximizes the contact area of a surface with another.
 
-    The lower teeth against the upper, a fragment to the bone it broke from, a guide onto the bone it was made for:
-    surfaces that face each other are drawn together, and neither goes into the other deeper than is allowed.
+    For lower teeth against upper ones, a fragment and the bone it broke from, a guide and the bone it was made for:
+    surfaces that face each other attract each other, and penetration is limited.
 
     Parameters
     ----------
     moving, fixed : TriangleMesh, SimplexMesh, PyVista or trimesh object, or path
         Faces counter-clockwise seen from outside; closed, or open as scans of crowns are. In one unit, and near each
-        other: the motion is a matter of small turns and shifts.
+        other: the motion is small.
     tolerance : float, optional
-        Surfaces no farther apart than this touch, in their unit; by default 0.2 % of the moving part's diagonal.
+        Largest gap of surfaces that touch, in their unit; by default 0.2 % of the moving part's diagonal.
     penetration : float
-        How deep one may go into the other, at the vertices of both.
+        Largest penetration depth allowed, at the vertices of both.
     reach : float, optional
-        How far surfaces attract each other at first; by default 10 % of the diagonal.
+        Initial range of attraction; by default 10 % of the diagonal.
     pairs : pair of (k, 3) arrays of float, optional
-        Points of the moving part, where they lie, and points of the fixed one that they belong to: cusps and the gaps
-        between teeth that they go into. Three pairs or more give the start; with `slack` any number bounds the motion.
+        Points of the moving part and corresponding points of the fixed one: cusps and the gaps between teeth that they
+        go into. Three pairs or more give the start; with `slack` any number of pairs limits the motion.
     slack : float, optional
-        How far each pair may be apart in the end.
+        Largest distance of each pair in the end.
 
     Returns
     -------
@@ -127,20 +127,20 @@ def occlude(
     Raises
     ------
     ValueError, TypeError, OSError
-        Not surfaces; numbers that are not positive; pairs of other lengths; a slack without pairs, or one that no
-        motion can meet; nothing within reach.
+        Not surfaces; numbers that are not positive; pairs of different lengths; a slack without pairs, or one that no
+        motion can meet; no vertex within reach.
 
     Warns
     -----
     SimplexMeshWarning
-        Nothing touches, or parts so deep in each other at the start that they stay deeper than is allowed.
+        No vertex touches, or the initial penetration is too deep to be resolved.
 
     Notes
     -----
-    What becomes largest is the sum of a_i / (1 + (g_i / s)^2) over vertices, a the area they stand for, g their gap,
-    s falling from the reach to the tolerance: a soft area of contact. It is raised by weighted least squares, each step
-    the least one that no vertex of either surface is made to go too deep by (a quadratic program, solved as least
-    distance by non-negative least squares). Contact is seen at vertices: divide long edges first.
+    The objective is a soft contact area, the sum of a_i / (1 + (g_i / s)^2) over vertices with areas a and gaps g; s
+    decreases from the reach to the tolerance. It is maximized by iteratively reweighted least squares under linearized
+    penetration limits at the vertices of both surfaces (a quadratic program, solved as a least distance problem by
+    non-negative least squares). Contact is evaluated at vertices: divide long edges first.
 
     References
     ----------
@@ -155,136 +155,144 @@ def occlude(
     >>> x, y, _ = lower.vertices.T
     >>> hills = np.stack([x, y, 0.1 * np.sin(5 * x) * np.cos(4 * y) + 0.05 * x * y], axis=1)
     >>> lower, upper = sm.TriangleMesh(hills, lower.faces), sm.TriangleMesh(hills, lower.faces[:, ::-1])
-    >>> off = sm.TriangleMesh(hills + [0.04, -0.03, 0.1], upper.faces)
-    >>> found = sm.occlude(off, lower)
+    >>> shifted = sm.TriangleMesh(hills + [0.04, -0.03, 0.1], upper.faces)
+    >>> found = sm.occlude(shifted, lower)
     >>> found.T_fixed_moving[:3, 3].round(2).tolist(), bool(found.contact_area > 0.9 * upper.area)
     ([-0.04, 0.03, -0.1], True)
     """
     meshes = {"moving": as_triangles(moving, "moving"), "fixed": as_triangles(fixed, "fixed")}
     for name, mesh in meshes.items():
         _check.size(name, mesh.bounds)
-    one, other = Part(meshes["moving"]), Part(meshes["fixed"])
-    near = _share("tolerance", tolerance, TOLERANCE, one.diagonal)
-    far = max(_share("reach", reach, REACH, one.diagonal), near)
-    limits = Limits(near, far, _check.number("penetration", penetration, 0.0), *bounds_of(pairs, slack))
-    start = np.eye(4) if pairs is None or len(limits.here) < 3 else rigid_fit(limits.here, limits.there)
-    before, distances = _contact(one, other, start, limits)
-    if not (np.abs(distances[np.isfinite(distances)]) <= far).any():
-        raise ValueError(f"moving must be within the reach {far:.4g} of fixed and not beyond its border, it is not")
-    T, among = start, (_some(one), _some(other))
-    for width in np.geomspace(far, near, STAGES):
-        T = _drawn(one, other, T, float(width), limits, float(width) if width > near else 0.0, among)
-    T = _freed(one, other, T, limits)
-    found = _told(one, other, T, limits, float(one.areas[before].sum()))
+    part, opposite = Part(meshes["moving"]), Part(meshes["fixed"])
+    tolerance = _length("tolerance", tolerance, TOLERANCE, part.diagonal)
+    reach = max(_length("reach", reach, REACH, part.diagonal), tolerance)
+    limits = ContactLimits(tolerance, reach, _check.number("penetration", penetration, 0.0), *pair_limits(pairs, slack))
+    start = np.eye(4)
+    if len(limits.moving_points) >= 3:
+        start = rigid_fit(limits.moving_points, limits.fixed_points)
+    before, distances = _contact(part, opposite, start, limits)
+    if not (np.abs(distances[np.isfinite(distances)]) <= reach).any():
+        raise ValueError(f"moving must be within the reach {reach:.4g} of fixed and not beyond its border, it is not")
+    T, subset = start, (_sampled_rows(part), _sampled_rows(opposite))
+    for width in np.geomspace(reach, tolerance, STAGES):
+        T = _attracted(part, opposite, T, float(width), limits, float(width) if width > tolerance else 0.0, subset)
+    T = _separated(part, opposite, T, limits)
+    found = _result(part, opposite, T, limits, float(part.areas[before].sum()))
     own = getattr(moving, "n_vertices", None) if hasattr(moving, "connectivity") else None
-    return replace(found, distances=found.distances[:own], contact=found.contact[:own])  # centers of faces come last
+    return replace(found, distances=found.distances[:own], contact=found.contact[:own])  # face centers come last
 
 
-def _some(part: Part) -> Indices:
-    """Return the vertices that say where a part goes: all, or as many as are needed for that."""
+def _sampled_rows(part: Part) -> Indices:
+    """Return the rows of the vertices that attract a part: all, or a random sample."""
     n = len(part.points)
-    return np.arange(n) if n <= MOST else np.sort(np.random.default_rng(0).choice(n, MOST, replace=False))
+    if n <= MAXIMUM_VERTICES:
+        return np.arange(n)
+    return np.sort(np.random.default_rng(0).choice(n, MAXIMUM_VERTICES, replace=False))
 
 
-def _share(name: str, value: float | None, share: float, diagonal: float) -> float:
-    return share * diagonal if value is None else _check.number(name, value, 0.0, open_low=True)
+def _length(name: str, value: float | None, fraction: float, diagonal: float) -> float:
+    """Return a positive length, by default a fraction of the diagonal."""
+    return fraction * diagonal if value is None else _check.number(name, value, 0.0, open_low=True)
 
 
-def _drawn(
-    one: Part, other: Part, T: Array, width: float, limits: Limits, give: float, among: tuple[Indices, Indices]
-) -> Array:
-    """Return the motion after surfaces were drawn together, gaps much wider than `width` hardly.
+def _attracted(
+    part: Part, opposite: Part, T: Array, width: float, limits: ContactLimits, allowance: float,
+    subset: tuple[Indices, Indices],
+) -> Array:  # fmt: skip
+    """Return the motion after a stage of attraction with the given width of the weights.
 
-    They may go deeper into each other by `give`. Steps that lose contact are halved. Only the vertices `among` all
-    those of either part are looked at.
+    Penetration is allowed `allowance` deeper. Steps that lower the objective are halved. Only the vertices in `subset`
+    are considered, of either part.
     """
-    looser = limits._replace(deep=limits.deep + give)
-    found = gaps(one, other, T, AROUND * width, limits.far, among)
-    among, most = (found.mine, found.its), width
-    for _ in range(ROUNDS):
-        gap = _gap(found, limits)
+    relaxed = limits._replace(penetration=limits.penetration + allowance)
+    found = gaps(part, opposite, T, NEIGHBORHOOD * width, limits.reach, subset)
+    subset, longest = (found.moving_rows, found.fixed_rows), width
+    value = _objective(found, T, width, relaxed, limits)
+    for _ in range(ITERATIONS):
+        gap = _contact_gaps(found, limits)
         weight = found.area / (1 + (gap / width) ** 2) ** 2
         if not weight.any():
             return T
-        further, moved = _stepped(T, found, weight, gap, looser, most)
-        ahead = gaps(one, other, further, AROUND * width, limits.far, among)
-        if _merit(ahead, further, width, looser, limits) >= _merit(found, T, width, looser, limits):
-            T, found, most = further, ahead, min(2 * most, width)
-            if moved < STILL * width:
+        candidate, moved = _step(T, found, weight, gap, relaxed, longest)
+        candidate_gaps = gaps(part, opposite, candidate, NEIGHBORHOOD * width, limits.reach, subset)
+        candidate_value = _objective(candidate_gaps, candidate, width, relaxed, limits)
+        if candidate_value >= value:
+            T, found, value, longest = candidate, candidate_gaps, candidate_value, min(2 * longest, width)
+            if moved < STEP_TOLERANCE * width:
                 break
         else:
-            most = moved / 2
-            if most < STILL * width:
+            longest = moved / 2
+            if longest < STEP_TOLERANCE * width:
                 break
     return T
 
 
-def _gap(found: Gaps, limits: Limits) -> Array:
-    """Return how far vertices are from contact: above, or deeper than is allowed."""
-    return np.asarray(np.maximum(found.distance, 0.0) + np.minimum(found.distance + limits.deep, 0.0))
+def _contact_gaps(found: Gaps, limits: ContactLimits) -> Array:
+    """Return signed distances of vertices from contact: gaps, or penetration beyond the limit."""
+    return np.asarray(np.maximum(found.distance, 0.0) + np.minimum(found.distance + limits.penetration, 0.0))
 
 
-def _merit(found: Gaps, T: Array, width: float, looser: Limits, limits: Limits) -> float:
-    """Return the soft area of contact, less what of it limits are exceeded by, in widths."""
-    soft = float((found.area / (1 + (_gap(found, limits) / width) ** 2)).sum())
-    over = max(-float(found.distance.min(initial=0.0)) - looser.deep, limits.apart(T).max(initial=0.0) - limits.slack)
-    return soft - float(found.area.sum()) * max(over - MET * limits.near, 0.0) / width
+def _objective(found: Gaps, T: Array, width: float, relaxed: ContactLimits, limits: ContactLimits) -> float:
+    """Return the soft contact area, less a penalty for exceeded limits, in widths."""
+    soft = float((found.area / (1 + (_contact_gaps(found, limits) / width) ** 2)).sum())
+    depth = -float(found.distance.min(initial=0.0)) - relaxed.penetration
+    excess = max(depth, limits.pair_distances(T).max(initial=0.0) - limits.slack)
+    return soft - float(found.area.sum()) * max(excess - LIMIT_TOLERANCE * limits.tolerance, 0.0) / width
 
 
-def _freed(one: Part, other: Part, T: Array, limits: Limits) -> Array:
-    """Return the motion after the least further one that brings parts out of each other as far as they must be."""
-    for _ in range(ROUNDS):
-        found = gaps(one, other, T, limits.near, limits.far)
-        deepest = -found.distance.min(initial=0.0) - limits.deep
-        apart = limits.apart(T).max(initial=-np.inf) - limits.slack
-        if max(deepest, apart) <= MET * limits.near:
+def _separated(part: Part, opposite: Part, T: Array, limits: ContactLimits) -> Array:
+    """Return the motion followed by the smallest ones that make it meet the limits."""
+    for _ in range(ITERATIONS):
+        found = gaps(part, opposite, T, limits.tolerance, limits.reach)
+        depth = -found.distance.min(initial=0.0) - limits.penetration
+        excess = max(depth, limits.pair_distances(T).max(initial=-np.inf) - limits.slack)
+        if excess <= LIMIT_TOLERANCE * limits.tolerance:
             break
-        T, _ = _stepped(T, found, np.zeros(len(found.area)), found.distance, limits, one.diagonal)
+        T, _ = _step(T, found, np.zeros(len(found.area)), found.distance, limits, part.diagonal)
     return T
 
 
-def _stepped(T: Array, found: Gaps, weight: Array, gap: Array, limits: Limits, most: float) -> tuple[Array, float]:
-    """Return the motion one step on, and how far its points move by that."""
-    bounds, floor = [found.rows], [-(found.distance + limits.deep)]
-    if np.isfinite(limits.slack) and len(limits.here):
-        at = limits.here @ T[:3, :3].T + T[:3, 3]
-        off = at - limits.there
-        apart = norm(off)
-        way = -off / np.maximum(apart, 1e-300)[:, None]
-        bounds.append(np.hstack([cross((at - found.middle) / found.arm, way), way]))
-        floor.append(apart - limits.slack)
-    x = least_motion(found.rows, weight, gap, np.vstack(bounds), np.concatenate(floor))
+def _step(T: Array, found: Gaps, weight: Array, gap: Array, limits: ContactLimits, most: float) -> tuple[Array, float]:
+    """Return the motion after a step no longer than `most`, and the length of the step."""
+    bounds, lower = [found.jacobian], [-(found.distance + limits.penetration)]
+    if np.isfinite(limits.slack) and len(limits.moving_points):
+        points = limits.moving_points @ T[:3, :3].T + T[:3, 3]
+        difference = points - limits.fixed_points
+        distance = norm(difference)
+        directions = -difference / np.maximum(distance, 1e-300)[:, None]
+        bounds.append(plane_jacobian((points - found.center) / found.radius, directions))
+        lower.append(distance - limits.slack)
+    x = constrained_least_squares(found.jacobian, weight, gap, np.vstack(bounds), np.concatenate(lower))
     size = float(np.linalg.norm(x[:3]) + np.linalg.norm(x[3:]))
     x *= most / max(size, most)
-    step = np.eye(4)
-    step[:3, :3] = rotation_matrices(x[None, :3] / found.arm)[0]
-    step[:3, 3] = found.middle + x[3:] - step[:3, :3] @ found.middle
+    step = small_motion(x[:3] / found.radius, x[3:], found.center)
     return step @ T, min(size, most)
 
 
-def _told(one: Part, other: Part, T: Array, limits: Limits, before: float) -> Occlusion:
-    """Return what was found, measured; say so if pairs could not be met."""
-    contact, distances = _contact(one, other, T, limits)
-    lowest = float(gaps(one, other, T, limits.near, limits.far).distance.min(initial=0.0))
-    apart = float(limits.apart(T).max()) if len(limits.here) else float("nan")
-    if np.isfinite(limits.slack) and apart > limits.slack + max(MET * limits.near, 1e-9 * one.diagonal):
+def _result(part: Part, opposite: Part, T: Array, limits: ContactLimits, before: float) -> Occlusion:
+    """Return the result, with a warning if limits are exceeded."""
+    contact, distances = _contact(part, opposite, T, limits)
+    lowest = float(gaps(part, opposite, T, limits.tolerance, limits.reach).distance.min(initial=0.0))
+    slack = float(limits.pair_distances(T).max()) if len(limits.moving_points) else float("nan")
+    margin = max(LIMIT_TOLERANCE * limits.tolerance, 1e-9 * part.diagonal)
+    if np.isfinite(limits.slack) and slack > limits.slack + margin:
         raise ValueError(
             f"slack must let the pairs be met and the parts stay out of each other, "
-            f"not be {limits.slack:g}: they are left {apart:.4g} apart"
+            f"not be {limits.slack:g}: they are left {slack:.4g} apart"
         )
-    if -lowest - limits.deep > max(MET * limits.near, 1e-9 * one.diagonal):
-        warn(f"moving is left {-lowest:.3g} deep in fixed: no small motion gets it out, begin with the parts apart")
+    if -lowest - limits.penetration > margin:
+        warn(f"moving penetrates fixed by {-lowest:.3g}: no small motion separates them, start with the parts apart")
     elif not contact.any():
-        warn("nothing of moving touches fixed: surfaces that face each other must be within the reach")
-    frozen = _check.frozen
-    area = float(one.areas[contact].sum())
-    return Occlusion(frozen(T), frozen(distances), frozen(contact), area, before, max(0.0, -lowest), apart)
+        warn("no vertex of moving touches fixed: surfaces that face each other must be within the reach")
+    arrays = (_check.frozen(each) for each in (T, distances, contact))
+    return Occlusion(*arrays, float(part.areas[contact].sum()), before, max(0.0, -lowest), slack)
 
 
-def _contact(one: Part, other: Part, T: Array, limits: Limits) -> tuple[NDArray[np.bool_], Array]:
-    """Return which vertices of the moving part touch, and how far all are."""
-    distance, away = other.known(one.points @ T[:3, :3].T + T[:3, 3])
-    facing = dot(one.normals @ T[:3, :3].T, away) < OPPOSED
+def _contact(part: Part, opposite: Part, T: Array, limits: ContactLimits) -> tuple[NDArray[np.bool_], Array]:
+    """Return a mask of the moving part's vertices that touch, and the signed distances of all."""
+    distance, outward = opposite.signed_distance(part.points @ T[:3, :3].T + T[:3, 3])
+    facing = dot(part.normals @ T[:3, :3].T, outward) < FACING_COSINE
     with np.errstate(invalid="ignore"):
-        touching = (distance <= limits.near * (1 + MET)) & (distance >= -limits.deep - limits.near)
-    return facing & touching, distance
+        near = distance <= limits.tolerance * (1 + LIMIT_TOLERANCE)
+        touching = facing & near & (distance >= -limits.penetration - limits.tolerance)
+    return touching, distance
