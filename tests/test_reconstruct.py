@@ -82,6 +82,15 @@ def test_dark_objects_are_found_below_the_level():
     assert_allclose(below.vertices, bright.vertices, atol=1e-6)
 
 
+@pytest.mark.parametrize(("inside", "init"), [("below", "auto"), ("above", "sphere")])
+def test_a_constant_added_to_values_and_level_does_not_matter(inside, init):
+    volume = ball_volume(origin=(-11, -11, -11))
+    values = volume.values if inside == "above" else -volume.values
+    high = sm.Volume(values.astype(float) + 1e8, origin=(-11, -11, -11))
+    mesh = sm.reconstruct(high, level=1e8, vertices=400, inside=inside, init=init).mesh
+    assert_allclose(np.linalg.norm(mesh.vertices, axis=1), 8.3, atol=0.05)
+
+
 def test_a_mask_gives_a_smooth_ball_of_the_right_size():
     values = (ball_volume().values > 0).astype(np.uint8)
     model = sm.reconstruct(sm.Volume(values, origin=(-11, -11, -11)), vertices=800)

@@ -84,7 +84,7 @@ def _with_tunnels_of_start(
     """Return the samples with the tunnels that the automatic start of a volume has."""
     try:
         start = subject.start(vertices, tunnels).mesh
-    except TopologyError:  # everything is too samples for so few vertices
+    except TopologyError:  # everything is too thin for so few vertices
         return samples
     if start.n_components > 1 or start.n_holes:
         return samples
@@ -132,7 +132,6 @@ def _volume_samples(subject: VolumeSubject) -> Samples:
     from scipy.ndimage import map_coordinates
 
     samples = _subsampled(Samples(subject.points, np.zeros_like(subject.points), oriented=True))
-    values = subject.volume.values.astype(np.float32, copy=False)
     step = float(np.max(subject.volume.spacing))
     slope = np.zeros_like(samples.points)
     for axis in range(3):
@@ -140,7 +139,9 @@ def _volume_samples(subject: VolumeSubject) -> Samples:
             places = samples.points.copy()
             places[:, axis] += sign * step
             index = subject.volume.to_index(places)
-            slope[:, axis] += sign * map_coordinates(values, index.T, order=1, mode="nearest")
+            slope[:, axis] += sign * map_coordinates(
+                subject.volume.values, index.T, output=np.float64, order=1, mode="nearest"
+            )
     outward = -slope if subject.inside == "above" else slope
     known = norm(outward) > 0
     return Samples(samples.points[known], normalized(outward[known]), oriented=True)

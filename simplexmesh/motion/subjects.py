@@ -99,7 +99,8 @@ class VolumeSubject:
             return start_from_volume(
                 self.volume, self.level, None, vertices, components=self.components, tunnels=tunnels
             )
-        dark = replace(self.volume, values=-self.volume.values.astype(np.float32))
+        values = self.volume.values
+        dark = replace(self.volume, values=-values.astype(np.result_type(values, np.float32)))
         return start_from_volume(dark, -self.level, None, vertices, components=self.components, tunnels=tunnels)
 
 
