@@ -81,7 +81,7 @@ def _numbers(name: str, value: ArrayLike, shape: Sequence[int | None]) -> NDArra
 
 
 def indices(name: str, value: ArrayLike, shape: Sequence[int | None], count: int) -> NDArray[np.int64]:
-    """Return `value` as int64 indices into an array of `count` rows; not booleans (see `selection`), an empty list is valid.
+    """Return `value` as int64 indices below `count`; an empty list is valid, booleans are not (see `selection`).
 
     Examples
     --------
