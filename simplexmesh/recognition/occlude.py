@@ -284,8 +284,8 @@ def _result(part: Part, opposite: Part, T: Array, limits: ContactLimits, before:
         warn(f"moving penetrates fixed by {-lowest:.3g}: no small motion separates them, start with the parts apart")
     elif not contact.any():
         warn("no vertex of moving touches fixed: surfaces that face each other must be within the reach")
-    arrays = (_check.frozen(each) for each in (T, distances, contact))
-    return Occlusion(*arrays, float(part.areas[contact].sum()), before, max(0.0, -lowest), slack)
+    frozen, area = _check.frozen, float(part.areas[contact].sum())
+    return Occlusion(frozen(T), frozen(distances), frozen(contact), area, before, max(0.0, -lowest), slack)
 
 
 def _contact(part: Part, opposite: Part, T: Array, limits: ContactLimits) -> tuple[NDArray[np.bool_], Array]:
