@@ -175,16 +175,16 @@ def rim_circle(
     known = known_curvature(samples, curvature)
     near = np.sort(np.asarray(samples.tree.query_ball_point(point, radius), np.int64))
     near = near[~known.failed[near]]
-    bend = np.maximum(known.k1[near], 0.0)
-    least = share * float(np.percentile(bend, 95)) if len(bend) else 0.0
-    sharp = bend > least
+    k1 = np.maximum(known.k1[near], 0.0)
+    least = share * float(np.percentile(k1, 95)) if len(k1) else 0.0
+    sharp = k1 > least
     if sharp.sum() < MIN_POINTS:
         raise ValueError(
             f"pick must have at least {MIN_POINTS} sharp points within {radius:g}, it has {int(sharp.sum())}"
         )
-    near, bend = near[sharp], bend[sharp]
-    top = float(np.percentile(bend, 95))
-    found = fit_circle(samples.points[near], weights=np.minimum(bend, top) - least + 1e-3 * top)
+    near, k1 = near[sharp], k1[sharp]
+    top = float(np.percentile(k1, 95))
+    found = fit_circle(samples.points[near], weights=np.minimum(k1, top) - least + 1e-3 * top)
     used = near[found.vertices]
     outward = known.normals[used].mean(axis=0)
     normal = found.normal if found.normal @ outward >= 0 else -found.normal
@@ -254,8 +254,8 @@ def _ransac(at: Array, weight: Array) -> tuple[Array, Array, float] | None:
     a, b, c, across, double = a[sound], b[sound], c[sound], across[sound], double[sound]
     normals = across / double[:, None]
     one, other = ((c - a) ** 2).sum(axis=1)[:, None], ((b - a) ** 2).sum(axis=1)[:, None]
-    arms = (one * cross(across, b - a) + other * cross(c - a, across)) / (2 * double[:, None] ** 2)
-    centers, radii = a + arms, norm(arms)
+    to_centers = (one * cross(across, b - a) + other * cross(c - a, across)) / (2 * double[:, None] ** 2)
+    centers, radii = a + to_centers, norm(to_centers)
     # the least weighted median distance, with a penalty on circles much larger than the extent of the points
     off = [
         _weighted_median(norm(_residuals(at, *circle)[0]), weight) + 0.01 * circle[2] * (circle[2] > 2)

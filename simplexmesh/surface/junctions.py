@@ -76,13 +76,13 @@ def _subsampled(samples: Samples, rows: Indices, reach: float) -> tuple[Indices,
     return some, cKDTree(samples.points[some])
 
 
-def _profile(arms: Array, strength: Array, normal: Array, reach: float) -> Array:
+def _profile(edges: Array, strength: Array, normal: Array, reach: float) -> Array:
     """Return the field's mean over distances in each direction, interpolated where there are no vertices."""
     u = np.cross(normal, np.eye(3)[np.abs(normal).argmin()])
     u /= np.linalg.norm(u)
-    azimuth = np.arctan2(arms @ np.cross(normal, u), arms @ u)
+    azimuth = np.arctan2(edges @ np.cross(normal, u), edges @ u)
     sector = np.minimum(((azimuth + np.pi) / (2 * np.pi) * SECTORS).astype(int), SECTORS - 1)
-    ring = np.minimum((norm(arms) / reach * RINGS).astype(int), RINGS - 1)
+    ring = np.minimum((norm(edges) / reach * RINGS).astype(int), RINGS - 1)
     cell = ring * SECTORS + sector
     count = np.bincount(cell, minlength=RINGS * SECTORS).reshape(RINGS, SECTORS)
     total = np.bincount(cell, strength, RINGS * SECTORS).reshape(RINGS, SECTORS)

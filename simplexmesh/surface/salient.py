@@ -219,12 +219,12 @@ def _separated(samples: Samples, maxima: Indices, field: Array, radius: float) -
         return maxima
     order = maxima[np.argsort(-field[maxima], kind="stable")]
     near = samples.around(Ball(radius, connected=True), order)
-    gone = np.zeros(len(field), bool)
+    suppressed = np.zeros(len(field), bool)
     kept = []
     for row, vertex in enumerate(order):
-        if not gone[vertex]:
+        if not suppressed[vertex]:
             kept.append(vertex)
-            gone[near[row]] = True
+            suppressed[near[row]] = True
     return np.array(kept, np.int64)
 
 

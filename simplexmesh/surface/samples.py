@@ -285,6 +285,6 @@ def _links(mesh: Any) -> Neighborhoods:
     c = mesh.connectivity
     beside_hole = c.face_is_hole[c.face]  # the face of dart j lies between neighbors j and j + 1
     first = np.where(beside_hole.any(axis=1), 1 + beside_hole.argmax(axis=1), 0)
-    turned = np.take_along_axis(c.neighbors, (np.arange(3) + first[:, None]) % 3, axis=1)
-    n = len(turned)
-    return Neighborhoods(np.arange(n), 3 * np.arange(n + 1), turned.ravel(), ~beside_hole.any(axis=1))
+    neighbors = np.take_along_axis(c.neighbors, (np.arange(3) + first[:, None]) % 3, axis=1)
+    n = len(neighbors)
+    return Neighborhoods(np.arange(n), 3 * np.arange(n + 1), neighbors.ravel(), ~beside_hole.any(axis=1))

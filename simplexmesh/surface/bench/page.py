@@ -87,8 +87,8 @@ def _pointwise(found: Results, pictures: Mapping[str, str]) -> list[str]:
 def _summary(name: str, quantity: str, curves: list[Curve]) -> dict[str, Any]:
     orders = [c.order for c in curves if np.isfinite(c.order)]
     shares = {
-        said: float(np.mean([getattr(c, flag) for c in curves]))
-        for said, flag in (
+        label: float(np.mean([getattr(c, flag) for c in curves]))
+        for label, flag in (
             ("monotone", "monotone"),
             ("has limit", "has_limit"),
             ("right limit", "limit_is_correct"),
@@ -104,11 +104,11 @@ def _meshes(found: Results, pictures: Mapping[str, str]) -> list[str]:
         "Mean and largest error over inner vertices, with exact initial normals for curvatures, at size "
         f"{ratings.SIZE}; all sizes: [meshes.csv](meshes.csv). H and K have units, 1 / length and its square.",
     ]
-    for quantity, said in (("H", "H"), ("K", "K"), ("N", "The normal, |N - truth|")):
+    for quantity, label in (("H", "H"), ("K", "K"), ("N", "The normal, |N - truth|")):
         every = [line for line in found.meshes if line["quantity"] == quantity]
         every = [line | {"place": f"{line['surface']} {line['mesh']}".replace("_", " ")} for line in every]
         if rows := [line for line in every if line["size"] == ratings.SIZE]:
-            parts += [f"{said}:", as_markdown(pivoted(rows, "place", "method", _mean_and_max))]
+            parts += [f"{label}:", as_markdown(pivoted(rows, "place", "method", _mean_and_max))]
             parts += [
                 "Order of the mean error, where it is above rounding:",
                 as_markdown(_orders(every)),
@@ -126,9 +126,9 @@ def _tilts(found: Results) -> list[str]:
         "Median error over surfaces and patterns, neighbors at 0.1, when the initial normal is tilted by an angle in "
         "degrees. Of H in units of the largest curvature. Also in [tilts.csv](tilts.csv).",
     ]
-    for quantity, said in (("H", "H"), ("N", "The normal, |N - truth|")):
+    for quantity, label in (("H", "H"), ("N", "The normal, |N - truth|")):
         if rows := [line for line in found.tilts if line["quantity"] == quantity]:
-            parts += [f"{said}:", as_markdown(pivoted(rows, "method", "degrees", lambda line: float(line["error"])))]
+            parts += [f"{label}:", as_markdown(pivoted(rows, "method", "degrees", lambda line: float(line["error"])))]
     return parts
 
 
@@ -193,14 +193,14 @@ def _peers(found: Results) -> list[str]:
         "With failures and times: [tori.csv](tori.csv).",
     ]
     titles = {case.title: _column(case) for case in peers.CASES}
-    for quantity, said in WHAT.items():
+    for quantity, label in WHAT.items():
         rows = [line | {"column": titles[line["case"]]} for line in found.peers if line["quantity"] == quantity]
         if not rows:
             continue
         table = pivoted(rows, "method", "column", error_cell)
         if quantity == "H":
             table += _other_programs(list(titles.values())[: len(published.OTHERS["VTK"])], list(table[0]))
-        parts += [f"{said}:", as_markdown(table)]
+        parts += [f"{label}:", as_markdown(table)]
     times: list[dict[str, Any]] = pivoted(
         [
             line | {"method": f"{line['method']} (normals)" if line["quantity"] == "N" else line["method"]}

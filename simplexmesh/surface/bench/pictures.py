@@ -39,9 +39,13 @@ def of_curves(curves: Sequence[Curve], surfaces: Sequence[str] | None = None) ->
         for c in curves:
             if (c.surface, c.quantity, c.count) == (surface, quantity, count):
                 panels.setdefault(f"scheme {c.scheme}", {})[c.method] = (c.distances, c.errors)
-        said = f"{surface.replace('_', ' ')}, {count} neighbors"
+        caption = f"{surface.replace('_', ' ')}, {count} neighbors"
         name = f"pointwise_{quantity}_{surface}_{count}"
-        yield name, f"{NAMES[quantity]} at the origin of the {said}", _curves(panels, said, "distance d", quantity)
+        yield (
+            name,
+            f"{NAMES[quantity]} at the origin of the {caption}",
+            _curves(panels, caption, "distance d", quantity),
+        )
 
 
 def of_sizes(rows: Sequence[dict[str, Any]], kind: str) -> Iterator[Picture]:
@@ -55,8 +59,8 @@ def of_sizes(rows: Sequence[dict[str, Any]], kind: str) -> Iterator[Picture]:
                 x.append(2 / line["size"])
                 y.append(line["mean error"])
         if panels:
-            said = f"mean {NAMES[quantity]}, {kind}"
-            yield f"meshes_{quantity}_{kind}", said, _curves(panels, kind, "step 2 / m", quantity, columns=4)
+            caption = f"mean {NAMES[quantity]}, {kind}"
+            yield f"meshes_{quantity}_{kind}", caption, _curves(panels, kind, "step 2 / m", quantity, columns=4)
 
 
 def _curves(panels: Mapping[str, Any], title: str, x_label: str, quantity: str, columns: int = 3) -> Callable[[], Any]:
@@ -96,7 +100,7 @@ def save(path: Path, plotter: Any) -> None:
 
 def _map(
     name: str,
-    said: str,
+    caption: str,
     made: discretized.Discretized,
     quantity: str,
     methods: Sequence[str],
@@ -117,7 +121,7 @@ def _map(
                 continue
         return maps(panels, name=what, limits=limits)
 
-    return f"map_{name}", f"{what} of the {said.replace('_', ' ')}, from {limits[0]:g} to {limits[1]:g}", draw
+    return f"map_{name}", f"{what} of the {caption.replace('_', ' ')}, from {limits[0]:g} to {limits[1]:g}", draw
 
 
 def _values(method: str, samples: Samples, made: discretized.Discretized, quantity: str, *, given: bool) -> Array:

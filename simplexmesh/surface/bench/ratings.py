@@ -216,9 +216,9 @@ def _complexity(name: str, quantity: str, times: Rows) -> str:
     """Return the exponent of the time per vertex in the number of neighbors."""
     spent = [
         min(
-            (line["microseconds"] for line in times if line["method"] == said and line["quantity"] == quantity),
+            (line["microseconds"] for line in times if line["method"] == label and line["quantity"] == quantity),
             default=0,
         )
-        for said in (name, f"{name}, 3 rings")
+        for label in (name, f"{name}, 3 rings")
     ]
     return f"n^{np.log(spent[1] / spent[0]) / np.log(6):.1f}" if all(spent) else ""

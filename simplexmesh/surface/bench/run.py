@@ -101,10 +101,10 @@ def write(found: Results, folder: Path, report: Report, *, quick: bool = False) 
         (folder / f"{name}.csv").write_text(as_csv(rows), encoding="utf-8")
     shown = list(_pictures(found, quick=quick))
     kept: dict[str, str] = {}
-    for at, (name, said, draw) in enumerate(shown):
+    for at, (name, caption, draw) in enumerate(shown):
         report(0.8 + 0.2 * at / len(shown), f"picture {name}")
         pictures.save(folder / f"{name}.png", draw())
-        kept[name] = said
+        kept[name] = caption
     (folder / INDEX).write_text(index(found, kept, quick=quick), encoding="utf-8")
 
 
