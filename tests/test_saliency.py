@@ -434,9 +434,9 @@ class TestClasses:
             return sm.hk_classes(mesh, curvature=told, scale=0).tolerance_mean
 
         floor = 0.3 / Diffusion(as_samples(mesh)).diagonal
-        assert tolerance(rough, 0.5) == pytest.approx(hk.CERTAIN * 0.5)
+        assert tolerance(rough, 0.5) == pytest.approx(hk.SIGNIFICANCE * 0.5)
         shown = 3.0  # three times what neighbors differ
-        assert np.median(tolerance(rough, 50.0)) == pytest.approx(hk.CERTAIN * shown, rel=0.25)
+        assert np.median(tolerance(rough, 50.0)) == pytest.approx(hk.SIGNIFICANCE * shown, rel=0.25)
         assert tolerance(np.ones(mesh.n_vertices), 50.0) == pytest.approx(floor, rel=1e-3)
         assert sm.hk_classes(mesh, curvature=plain, scale=0).counts == {"peak": mesh.n_vertices}
 
