@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -103,10 +101,7 @@ def removable_edges(connectivity: Connectivity, score: FaceScore) -> tuple[Indic
         The score of the merged face.
     """
     c = connectivity
-    twin, face = c.twin.reshape(-1), c.face.reshape(-1)
-    darts = np.flatnonzero(np.arange(twin.size) < twin)
-    back = twin[darts]
-    around = np.stack([face[darts], face[back], face[_rotated(darts)], face[_rotated(back)]], axis=1)
+    darts, around = _edges(c)
     sizes = c.face_sizes[around]
     valid = ~c.face_is_hole[around].any(axis=1) & (sizes[:, 2:] > 4).all(axis=1)
     valid &= sizes[:, :2].sum(axis=1) - 4 <= MOST_MERGED
@@ -118,9 +113,13 @@ def removable_edges(connectivity: Connectivity, score: FaceScore) -> tuple[Indic
     return darts, around, merged
 
 
-def _rotated(darts: NDArray[Any]) -> NDArray[Any]:
-    """Return the next dart around the vertex of each dart."""
-    return 3 * (darts // 3) + (darts + 1) % 3
+def _edges(connectivity: Connectivity) -> tuple[Indices, NDArray[np.int32]]:
+    """Return one dart (e,) of each edge, and the faces (e, 4) on its sides and at its ends."""
+    twin, face = connectivity.twin.reshape(-1), connectivity.face.reshape(-1)
+    darts = np.flatnonzero(np.arange(twin.size) < twin)
+    ends = np.stack([darts, twin[darts]], axis=1)
+    rotated = 3 * (ends // 3) + (ends + 1) % 3
+    return darts, face[np.concatenate([ends, rotated], axis=1)]
 
 
 def with_even_faces(mesh: SimplexMesh, zone: Mask | None) -> Edited:
@@ -139,10 +138,7 @@ def with_even_faces(mesh: SimplexMesh, zone: Mask | None) -> Edited:
     maps = np.arange(mesh.n_vertices, dtype=np.int32), np.arange(zone.size, dtype=np.int32)
     for _ in range(20):
         c = mesh.connectivity
-        twin, face = c.twin.reshape(-1), c.face.reshape(-1)
-        darts = np.flatnonzero(np.arange(twin.size) < twin)
-        back = twin[darts]
-        around = np.stack([face[darts], face[back], face[_rotated(darts)], face[_rotated(back)]], axis=1)
+        darts, around = _edges(c)
         sizes = c.face_sizes[around]
         excess = sizes[:, 0] + sizes[:, 1] - sizes[:, 2] - sizes[:, 3]
         valid = (zone & ~c.face_is_hole)[around].all(axis=1) & (excess > 2)
@@ -177,7 +173,7 @@ Maps = tuple[NDArray[np.int32], NDArray[np.int32]]
 
 
 def composed_maps(maps: Maps, step: Edited) -> Maps:
-    """Return the maps of vertices and faces, composed_maps with those of one more edit."""
+    """Return the maps of vertices and faces, composed with those of one more edit."""
     out = [
         np.where(first >= 0, then[first], -1).astype(np.int32)
         for first, then in zip(maps, (step.vertex_map, step.face_map), strict=True)

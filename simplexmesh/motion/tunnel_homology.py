@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from functools import cached_property
 
 import numpy as np
@@ -83,17 +84,15 @@ class TunnelHomology:
             All 0 for a line that bounds a part of the surface; None for one that jumps between sheets of it.
         """
         limit = MAX_STEP * max(edge, self._edge)
+        steps: list[tuple[int, int]] = []
         nearest = self._used[self._tree.query(_subdivided(line, 0.5 * max(edge, self._edge)))[1]]
         loop = nearest[nearest != np.roll(nearest, 1)]
-        out = np.zeros(len(self._cut.generators), np.int64)
         for a, b in zip(loop.tolist(), np.roll(loop, -1).tolist(), strict=True):
             path = self._path(a, b, limit)
             if path is None:
                 return None
-            for step in path:
-                k, sign = self._signed_edges[step]
-                out += sign * self._cut.forms[k]
-        return out
+            steps += path
+        return self._sum(steps)
 
     @cached_property
     def tunnels(self) -> tuple[Loop, ...]:
@@ -103,8 +102,12 @@ class TunnelHomology:
 
     def winding_of_path(self, loop: Indices) -> Indices:
         """Return the homology class of a closed path of edges, given by its vertices."""
+        return self._sum(zip(loop.tolist(), np.roll(loop, -1).tolist(), strict=True))
+
+    def _sum(self, steps: Iterable[tuple[int, int]]) -> Indices:
+        """Return the sum (2 g,) of the cohomology basis over directed edges."""
         out = np.zeros(len(self._cut.generators), np.int64)
-        for step in zip(loop.tolist(), np.roll(loop, -1).tolist(), strict=True):
+        for step in steps:
             k, sign = self._signed_edges[step]
             out += sign * self._cut.forms[k]
         return out
