@@ -418,7 +418,7 @@ def test_redistribute_tells_when_the_number_was_not_reached():
     assert out.mesh.n_vertices > 20
     assert not out.converged
     assert repr(out).endswith("rounds, not converged)")
-    assert f"{168 - out.mesh.n_vertices} vertices taken away" in repr(out)
+    assert f"{168 - out.mesh.n_vertices} vertices removed" in repr(out)
 
 
 def test_redistribute_says_what_is_wrong():
