@@ -16,8 +16,8 @@ from simplexmesh.mesh._kernels_edit import (
     TOUCHED,
     VERTICES,
     Darts,
-    follow,
     insert,
+    next_dart,
     refuse_insert,
     refuse_remove,
     refuse_swap,
@@ -199,6 +199,6 @@ def even_out(d: Darts, limit: int) -> int:
             walk = start
             while True:
                 top = max(top, enqueue_edges(d, walk // 3, head, after, before, queued))
-                walk = follow(d.twin, walk)
+                walk = next_dart(d.twin, walk)
                 if walk == start:
                     break

@@ -25,10 +25,7 @@ def is_fixed(d: Darts, c: Corners, vertex: int) -> bool:
 
 @njit(cache=True, error_model="numpy")
 def swap_degrades(d: Darts, c: Corners, dart: int, w: Weights, n: Array) -> bool:
-    """Return whether T7 rotates a dual triangle too far from the previous two, or makes one too thin.
-
-    `n` (4, 3) is a workspace.
-    """
+    """Return whether T7 rotates a dual triangle too far or makes one too thin; `n` (4, 3) is a workspace."""
     back = d.twin[dart]
     left, right = c.points[d.face[dart]], c.points[d.face[back]]
     near, far = c.points[d.face[rotate(dart)]], c.points[d.face[rotate(back)]]

@@ -17,7 +17,7 @@ from simplexmesh.mesh._kernels_edit import (
     VERTICES,
     Darts,
     adjacent,
-    follow,
+    next_dart,
     refuse_remove,
     remove,
     rotate,
@@ -87,10 +87,7 @@ def triangle_quality(a: Array, b: Array, c: Array, area: float) -> float:
 
 @njit(cache=True, error_model="numpy")
 def degrades(old: Array, new: Array, one: Array, other: Array, w: Weights, n: Array) -> bool:
-    """Return whether moving a corner from `old` to `new` rotates a triangle too far or makes it too thin.
-
-    `n` (2, 3) is a workspace.
-    """
+    """Return whether a move of a corner rotates a triangle too far or makes it too thin; `n` (2, 3) is a workspace."""
     before, after = cross(old, one, other, n[0]), cross(new, one, other, n[1])
     dot = n[0, 0] * n[1, 0] + n[0, 1] * n[1, 1] + n[0, 2] * n[1, 2]
     if not dot > w.turn * before * after:
@@ -116,7 +113,7 @@ def collapse_degrades(d: Darts, c: Corners, dart: int, p: Array, w: Weights, n: 
     back = d.twin[dart]
     for start in (np.int64(dart), np.int64(back)):
         old = c.points[d.face[start]]
-        walk = follow(d.twin, start)
+        walk = next_dart(d.twin, start)
         while walk != start:
             if walk // 3 != dart // 3 and walk // 3 != back // 3:
                 if folds_back(d, c, walk, p, w, n):
@@ -132,7 +129,7 @@ def collapse_degrades(d: Darts, c: Corners, dart: int, p: Array, w: Weights, n: 
                         dot += (there[k] - old[k]) * (there[k] - p[k])
                     if not dot > 0:
                         return True
-            walk = follow(d.twin, walk)
+            walk = next_dart(d.twin, walk)
     return False
 
 
@@ -158,16 +155,16 @@ def makes_neck(d: Darts, dart: int) -> bool:
     """Return whether T1 on an edge makes a neck: a ring of three faces around more than a vertex."""
     back = d.twin[dart]
     near, far = d.face[rotate(dart)], d.face[rotate(back)]
-    walk = follow(d.twin, dart)
+    walk = next_dart(d.twin, dart)
     while walk != dart:
         one = d.face[d.twin[walk]]
-        step = follow(d.twin, back)
+        step = next_dart(d.twin, back)
         while step != back and one != near and one != far and not d.face_hole[one]:
             other = d.face[d.twin[step]]
             if other != near and other != far and not d.face_hole[other] and adjacent(d, one, other):
                 return True
-            step = follow(d.twin, step)
-        walk = follow(d.twin, walk)
+            step = next_dart(d.twin, step)
+        walk = next_dart(d.twin, walk)
     return False
 
 
@@ -180,7 +177,7 @@ def update_costs(d: Darts, c: Corners, heap: Heap, face: int, w: Weights, m: Arr
         back = d.twin[walk]
         put(heap, max(walk, back), np.inf)
         put(heap, min(walk, back), collapse_cost(d, c, min(walk, back), w, m))
-        walk = follow(d.twin, walk)
+        walk = next_dart(d.twin, walk)
         if walk == start:
             return
 

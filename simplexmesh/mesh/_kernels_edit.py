@@ -45,7 +45,7 @@ def rotate(dart: int) -> int:
 
 
 @njit(cache=True)
-def follow(twin: Indices, dart: int) -> int:
+def next_dart(twin: Indices, dart: int) -> int:
     """Return the next dart around the face on the left."""
     back = twin[dart]
     return back - 1 if back % 3 > 0 else back + 2
@@ -61,7 +61,7 @@ def adjacent(d: Darts, one: int, other: int) -> bool:
     while True:
         if d.face[d.twin[dart]] == other:
             return True
-        dart = follow(d.twin, dart)
+        dart = next_dart(d.twin, dart)
         if dart == start:
             return False
 
@@ -79,12 +79,12 @@ def refuse_remove(d: Darts, dart: int) -> tuple[int, int]:
     start, other = dart, right
     if d.face_size[left] > d.face_size[right]:
         start, other = back, left
-    walk = follow(d.twin, start)
+    walk = next_dart(d.twin, start)
     while walk != start:
         across = d.face[d.twin[walk]]
         if across != near and across != far and adjacent(d, across, other):
             return SHARED, across
-        walk = follow(d.twin, walk)
+        walk = next_dart(d.twin, walk)
     return DONE, -1
 
 
@@ -124,7 +124,7 @@ def unlink(d: Darts, dart: int, side: int) -> None:
     walk = start
     while True:
         d.face[walk] = kept
-        walk = follow(d.twin, walk)
+        walk = next_dart(d.twin, walk)
         if walk == start:
             break
     near, far = d.face[rotate(dart)], d.face[rotate(back)]
@@ -161,9 +161,9 @@ def relink(d: Darts, dart: int, side: int, kept: int, new: int) -> int:
         d.face[end] = kept
         d.face[other] = kept
     if side < 0:
-        left, right = follow(d.twin, dart), follow(d.twin, back)
+        left, right = next_dart(d.twin, dart), next_dart(d.twin, back)
         while left != dart and right != back:
-            left, right = follow(d.twin, left), follow(d.twin, right)
+            left, right = next_dart(d.twin, left), next_dart(d.twin, right)
         side = 0 if left == dart else 1
     start = dart if side == 0 else back
     size = 0
@@ -171,7 +171,7 @@ def relink(d: Darts, dart: int, side: int, kept: int, new: int) -> int:
     while True:
         d.face[walk] = new
         size += 1
-        walk = follow(d.twin, walk)
+        walk = next_dart(d.twin, walk)
         if walk == start:
             break
     d.face_dart[new] = start

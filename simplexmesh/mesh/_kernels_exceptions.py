@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from simplexmesh._kernels_njit import njit
 from simplexmesh.mesh._kernels_corners import is_fixed, swap_degrades
 from simplexmesh.mesh._kernels_decimate import Corners, Weights
-from simplexmesh.mesh._kernels_edit import DONE, EDITS, Darts, follow, refuse_swap, rotate, swap, undo_swap
+from simplexmesh.mesh._kernels_edit import DONE, EDITS, Darts, next_dart, refuse_swap, rotate, swap, undo_swap
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int32]
@@ -78,7 +78,7 @@ def next_edge(d: Darts, s: Search, level: int) -> int:
         if excess(d, face) > 0 and cursor[1] < d.face_size[face]:
             dart = cursor[2]
             cursor[1] += 1
-            cursor[2] = follow(d.twin, dart)
+            cursor[2] = next_dart(d.twin, dart)
             return dart if d.face_size[face] > MAX_SIZE else rotate(rotate(dart))
         cursor[0] += 1
         cursor[1] = 0

@@ -16,8 +16,8 @@ from simplexmesh.mesh._kernels_edit import (
     TOUCHED,
     VERTICES,
     Darts,
-    follow,
     insert,
+    next_dart,
     refuse_remove,
     remove,
 )
@@ -37,15 +37,15 @@ def refine(d: Darts, face: int) -> None:
     dart = start
     for _ in range(m):
         centroid += d.values[dart // 3]
-        last, dart = dart, follow(d.twin, dart)
+        last, dart = dart, next_dart(d.twin, dart)
     centroid /= m
     first = d.used[VERTICES]
-    ahead = follow(d.twin, start)
+    ahead = next_dart(d.twin, start)
     insert(d, last, start, 0.5, 0.5, 1)
     inner = 3 * first + 1  # the cut: from the midpoint of the edge before the corner to that of the edge after it
     for step in range(1, m):
         other = ahead if step < m - 1 else 3 * first + 1
-        ahead = follow(d.twin, ahead)
+        ahead = next_dart(d.twin, ahead)
         insert(d, inner, other, 0.5, 0.5, 1)
         middle = first + 1 if step == 1 else first + 2 * step - 1
         for j in range(k):
@@ -65,12 +65,12 @@ def remove_face(d: Darts, face: int, touched: NDArray[np.bool_]) -> tuple[int, i
         beside[i] = d.face[d.twin[dart]]
         if d.face_hole[beside[i]]:
             return BESIDE_HOLE, beside[i]
-        dart = follow(d.twin, dart)
+        dart = next_dart(d.twin, dart)
     merged = np.int64(face)
     for i in range(m):
         dart = np.int64(d.face_dart[beside[i]])
         while d.face[d.twin[dart]] != merged:
-            dart = follow(d.twin, dart)
+            dart = next_dart(d.twin, dart)
         status, witness = refuse_remove(d, dart)
         if status != DONE:
             undo(d, i)

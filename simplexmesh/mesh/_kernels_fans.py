@@ -104,10 +104,7 @@ def disjoint_gap(g: MovingMesh, f: int, other: int) -> float:
 
 @njit(cache=True, error_model="numpy")
 def gap_between(g: MovingMesh, f: int, other: int) -> float:
-    """Return a lower bound on the distance of two fans, -1 if they may cross other than in a shared edge.
-
-    It is 0 if a plane through the shared edge separates them.
-    """
+    """Return a lower bound on the distance of two fans, 0 if a plane through a shared edge separates them, or -1."""
     count, one, two = shared_vertices(g, f, other)
     if count == 0:
         return disjoint_gap(g, f, other)
@@ -178,10 +175,7 @@ def fan_winds_once(g: MovingMesh, f: int) -> bool:
 
 @njit(cache=True)
 def pair_crossings(g: MovingMesh, f: int, at: int) -> int:
-    """Return the number of crossing pairs of triangles of a fan and its nearby fan number `at`, possibly itself.
-
-    The smaller fan's box prunes most triangles of the larger one.
-    """
+    """Return the number of crossing pairs of triangles of a fan and the fan `near[at]`, possibly itself."""
     other = g.near[at]
     if f == other:
         return 0 if fan_winds_once(g, f) else fan_crossings(g, f, f)
@@ -191,6 +185,7 @@ def pair_crossings(g: MovingMesh, f: int, at: int) -> int:
         return 0
     size = g.faces.offsets[f + 1] - g.faces.offsets[f]
     other_size = g.faces.offsets[other + 1] - g.faces.offsets[other]
+    # the box of the smaller fan excludes most triangles of the larger one
     return fan_crossings(g, f, other) if size <= other_size else fan_crossings(g, other, f)
 
 

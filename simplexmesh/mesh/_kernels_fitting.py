@@ -40,6 +40,13 @@ class Locations(NamedTuple):
     weights: Array  # (s, 3) barycentric: of the corner, of the next vertex, of the centroid
 
 
+@njit(cache=True)
+def set_location(locations: Locations, s: int, corner: int, ahead: float, inside: float) -> None:
+    """Set location `s`, given the weights of the next vertex and the centroid."""
+    locations.corner[s] = corner
+    locations.weights[s, 0], locations.weights[s, 1], locations.weights[s, 2] = 1 - ahead - inside, ahead, inside
+
+
 @njit(cache=True, error_model="numpy")
 def centroids(vertices: Array, faces: Faces, out: Array) -> None:
     """Write the mean of each face's vertices to `out` (f, 3)."""
@@ -108,12 +115,8 @@ def locate(
             best, c, ahead, inside = closest_on_fan(vertices, centroid, faces, face, row(samples, s), best)
             if c < 0:
                 break
-            start[s], locations.corner[s] = face, c
-            locations.weights[s, 0], locations.weights[s, 1], locations.weights[s, 2] = (
-                1 - ahead - inside,
-                ahead,
-                inside,
-            )
+            start[s] = face
+            set_location(locations, s, c, ahead, inside)
             if inside > 0:
                 break
             face = faces.owner[faces.across[c]]
@@ -145,12 +148,8 @@ def relocate_far(
                     continue
                 best, c, ahead, inside = closest_on_fan(vertices, centroid, faces, other, row(samples, s), squared[s])
                 if c >= 0:
-                    squared[s], face, locations.corner[s] = best, other, c
-                    locations.weights[s, 0], locations.weights[s, 1], locations.weights[s, 2] = (
-                        1 - ahead - inside,
-                        ahead,
-                        inside,
-                    )
+                    squared[s], face = best, other
+                    set_location(locations, s, c, ahead, inside)
         start[s] = face
 
 
@@ -161,7 +160,7 @@ def locate_on_rim(vertices: Array, faces: Faces, samples: Array, locations: Loca
         at, best = locations.corner[s], np.inf
         hole = faces.owner[at]
         first, size = faces.offsets[hole], faces.offsets[hole + 1] - faces.offsets[hole]
-        for way in (1, -1):
+        for step in (1, -1):
             c, misses = at, 0
             for _ in range(size):
                 a, b = vertices[faces.vertices[c]], vertices[faces.ahead[c]]
@@ -175,13 +174,12 @@ def locate_on_rim(vertices: Array, faces: Faces, samples: Array, locations: Loca
                     found += (samples[s, k] - a[k] - t * (b[k] - a[k])) ** 2
                 if found < best * CLOSER:
                     best = found
-                    locations.corner[s] = c
-                    locations.weights[s, 0], locations.weights[s, 1], locations.weights[s, 2] = 1 - t, t, 0.0
+                    set_location(locations, s, c, t, 0.0)
                     misses = 0
                 misses += 1
                 if misses > MAX_MISSES:
                     break
-                c = first + (c - first + way) % size
+                c = first + (c - first + step) % size
 
 
 @njit(cache=True, error_model="numpy")
@@ -210,16 +208,9 @@ class Terms(NamedTuple):
 
 @njit(cache=True, error_model="numpy")
 def add_sample_gradient(
-    v: Array,
-    centroid: Array,
-    faces: Faces,
-    locations: Locations,
-    t: Terms,
-    offset: float,
-    out: Array,
-    centroid_gradient: Array,
+    v: Array, centroid: Array, faces: Faces, locations: Locations, t: Terms, offset: float, out: Array, inner: Array
 ) -> None:
-    """Add half the gradient of the sample terms: for vertices to `out`, for centroids to `centroid_gradient`."""
+    """Add half the gradient of the sample terms, for vertices to `out`, for centroids to `inner`."""
     p = np.empty(3)
     for s in range(t.samples.shape[0]):
         interpolate(v, centroid, faces, locations, s, p)
@@ -233,12 +224,12 @@ def add_sample_gradient(
             force = t.across[s] * p[k] + (t.along[s] - t.across[s]) * dot * t.direction[s, k]
             out[a, k] += locations.weights[s, 0] * force
             out[b, k] += locations.weights[s, 1] * force
-            centroid_gradient[f, k] += locations.weights[s, 2] * force
+            inner[f, k] += locations.weights[s, 2] * force
 
 
 @njit(cache=True, error_model="numpy")
-def add_face_gradient(v: Array, centroid: Array, faces: Faces, t: Terms, out: Array, centroid_gradient: Array) -> None:
-    """Add the centroids' gradient, distributed to the vertices, and half the gradient of the flatness terms."""
+def add_face_gradient(v: Array, centroid: Array, faces: Faces, t: Terms, out: Array, inner: Array) -> None:
+    """Add the gradient `inner` for centroids, distributed to the vertices, and half that of the flatness terms."""
     for f in range(faces.offsets.size - 1):
         size = faces.offsets[f + 1] - faces.offsets[f]
         for c in range(faces.offsets[f], faces.offsets[f + 1]):
@@ -247,7 +238,7 @@ def add_face_gradient(v: Array, centroid: Array, faces: Faces, t: Terms, out: Ar
             for k in range(3):
                 dot += t.flat[f, k] * (v[i, k] - centroid[f, k])
             for k in range(3):
-                out[i, k] += centroid_gradient[f, k] / size + dot * t.flat[f, k]
+                out[i, k] += inner[f, k] / size + dot * t.flat[f, k]
 
 
 @njit(cache=True, error_model="numpy")
@@ -273,9 +264,9 @@ def half_gradient(
     """Write half the gradient at `v` to `out`: of the full quadratic with offset 1, of its homogeneous part with 0."""
     out[:] = 0.0
     centroids(v, faces, centroid)
-    centroid_gradient = np.zeros(centroid.shape)
-    add_sample_gradient(v, centroid, faces, locations, t, offset, out, centroid_gradient)
-    add_face_gradient(v, centroid, faces, t, out, centroid_gradient)
+    inner = np.zeros(centroid.shape)
+    add_sample_gradient(v, centroid, faces, locations, t, offset, out, inner)
+    add_face_gradient(v, centroid, faces, t, out, inner)
     add_vertex_gradient(v, t, offset, out)
 
 

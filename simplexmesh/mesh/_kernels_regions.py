@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh._kernels_njit import njit
-from simplexmesh.mesh._kernels_edit import Darts, follow
+from simplexmesh.mesh._kernels_edit import Darts, next_dart
 
 Array = NDArray[np.float64]
 
@@ -153,13 +153,13 @@ def face_regions(d: Darts) -> Array:
         for _ in range(d.face_size[f]):
             for k in range(3):
                 c[k] += d.values[walk // 3, k] / d.face_size[f]
-            walk = follow(d.twin, walk)
+            walk = next_dart(d.twin, walk)
         for _ in range(d.face_size[f]):
             a, b = d.values[walk // 3], d.values[d.twin[walk] // 3]
             add_triangle(m, a, b, c, n)
             if d.face_hole[d.face[d.twin[walk]]] and m[RIM_LENGTH] == 0:
                 add_segment(m, a, b)
-            walk = follow(d.twin, walk)
+            walk = next_dart(d.twin, walk)
         for k in range(3):
             m[CENTROID + k] /= m[AREA] if m[AREA] > 0 else 1.0
         add_outer(m, MOMENTS, -m[AREA], m[CENTROID], m[CENTROID + 1], m[CENTROID + 2])

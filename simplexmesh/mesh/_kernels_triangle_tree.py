@@ -77,10 +77,7 @@ def squared_to_triangle(b: BoxTree, t: int, p: Vector) -> float:
 
 @njit(cache=True, error_model="numpy")
 def closest(b: BoxTree, p: Vector, guess: int, stack: Indices) -> tuple[int, float]:
-    """Return the closest triangle of a point and its squared distance, by depth-first branch and bound.
-
-    The search starts from triangle `guess`; `stack` is a workspace of `STACK_SIZE` indices.
-    """
+    """Return the closest triangle of a point and its squared distance, from a guess on; `stack` is a workspace."""
     found, best = guess, squared_to_triangle(b, guess, p)
     m = b.box.shape[0] // 2
     stack[0], size = 1, 1

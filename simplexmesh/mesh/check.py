@@ -28,9 +28,8 @@ class Report:
     problems : tuple of str
         One sentence for each kind of defect, with their number and the first few indices.
     where : dict of str to array of int
-        All indices by kind: of edges for "one_sided_edges", "shared_edges" and "flat_edges", of vertices for
-        "not_finite", "collinear" and "inverted", of faces for "flat_faces" and "folded", pairs of faces for
-        "crossing". Kinds without a defect are absent.
+        All indices by kind: edges for "one_sided_edges", "shared_edges" and "flat_edges", vertices for "not_finite",
+        "collinear" and "inverted", faces for "flat_faces" and "folded", pairs of faces for "crossing".
 
     Examples
     --------

@@ -54,8 +54,7 @@ class Original:
     def compare(self, mesh: SimplexMesh, part_of: NDArray[np.integer], distance: float) -> Comparison:
         """Return the faces of a coarse mesh that are beyond a distance of this surface, in either direction.
 
-        Face f of this surface was merged into face `part_of[f]`. All other faces are certainly within the distance,
-        everywhere on their fans and on the rims.
+        Face f of this surface was merged into face `part_of[f]`. All others are certainly within it, rims included.
         """
         c = mesh.connectivity
         points, triangles = fan(mesh.vertices, c)

@@ -52,10 +52,7 @@ def correct(fit: Fit, original: Original, part_of: NDArray[np.integer], distance
 
 
 def vertex_displacements(corrections: Corrections, mesh: SimplexMesh, extra: float) -> Array:
-    """Return the vertex displacements (n, 3) that realize those of fan points, lengthened by `extra`.
-
-    Each point's is distributed over its vertices with minimum norm; vertices take the weighted mean.
-    """
+    """Return the mean of the least vertex displacements (n, 3) that realize those of fan points, longer by `extra`."""
     points, triangles = fan(mesh.vertices, mesh.connectivity)
     at = np.arange(len(corrections.triangles)).repeat(3), triangles[corrections.triangles].ravel()
     of_points = csr_matrix((corrections.weights.ravel(), at), (len(corrections.triangles), len(points)))

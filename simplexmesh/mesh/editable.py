@@ -93,10 +93,10 @@ class EditableDarts:
     def around(self, face: int) -> Indices:
         """Return the darts around a face, counter-clockwise, starting at its stored dart."""
         start = int(self._darts.face_dart[self.face(face)])
-        out, dart = [start], kernels.follow.py_func(self._darts.twin, start)
+        out, dart = [start], kernels.next_dart.py_func(self._darts.twin, start)
         while dart != start:
             out.append(int(dart))
-            dart = kernels.follow.py_func(self._darts.twin, dart)
+            dart = kernels.next_dart.py_func(self._darts.twin, dart)
         return np.array(out)
 
     def faces_beside(self, dart: int) -> tuple[int, int]:

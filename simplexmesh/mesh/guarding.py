@@ -71,10 +71,7 @@ class Guard:
         return mesh.vertices
 
     def _moving(self, mesh: SimplexMesh, max_dot: float) -> tuple[fans.MovingMesh, float]:
-        """Return the mesh as arrays for the kernels, and its mean edge length.
-
-        Crossings are tested between faces whose normals have a dot product up to `max_dot`; above 1, between all.
-        """
+        """Return the mesh as arrays for the kernels, see `MAX_DOT` for `max_dot`, and its mean edge length."""
         c, v, f = self._c, mesh.vertices, self._faces
         a, b = v[c.edge_vertices.T]
         edge = float(np.linalg.norm(a - b, axis=1).mean())

@@ -14,13 +14,7 @@ Indices = NDArray[np.int64]
 
 
 def counted(count: int, singular: str, plural: str) -> str:
-    """Return a number with its noun.
-
-    Examples
-    --------
-    >>> counted(1, "triangle", "triangles"), counted(1204, "triangle", "triangles")
-    ('1 triangle', '1,204 triangles')
-    """
+    """Return a number with its noun in singular or plural, such as "1,204 triangles"."""
     return f"{count:,} {singular if count == 1 else plural}"
 
 
@@ -124,11 +118,6 @@ def to_flip(faces: Indices, mates: Indices) -> NDArray[np.bool_]:
 
     In the orientation double cover each triangle is two nodes, as given and flipped, linked to the neighbors' nodes
     with the same orientation. A component of the surface is orientable exactly when its cover has two components.
-
-    Raises
-    ------
-    TopologyError
-        For a one-sided surface.
     """
     n = len(faces)
     inside = mates >= 0

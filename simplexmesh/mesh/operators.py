@@ -75,8 +75,7 @@ def insert_edge(
     edge, other : int or pair of int
         Two edges of one face, each by a dart or its two ends.
     at : pair of float
-        Position on each edge as a fraction of its length from the end given first, between 0 and 1; one number for
-        both.
+        Position on each edge, as a fraction of its length from the end given first; in (0, 1), one number for both.
     face : int, optional
         The face to divide, as a check: the two edges have only one in common.
 

@@ -10,15 +10,12 @@ from simplexmesh import _check
 
 DEFAULT_VERTICES = 1280
 MAX_VERTICES = 100_000_000
-_WINDOW = 16  # cells on either side of the wanted proportions that are searched
+_WINDOW = 16
 _COUNT_ERROR = 0.03  # relative error of the vertex count that costs as much as edges off by a factor of e
 
 
 def frequency(given: int | None, vertices: int | None, n_triangles: int) -> int:
-    """Return the checked frequency, or the one whose sphere comes nearest to a number of vertices.
-
-    A polyhedron of `n_triangles` triangles gives a sphere of `n_triangles * frequency**2` vertices.
-    """
+    """Return the given frequency, or the one for which `n_triangles * frequency**2` is nearest to `vertices`."""
     if given is not None and vertices is not None:
         raise TypeError("give frequency or vertices, not both")
     if given is not None:
