@@ -43,6 +43,14 @@ class TestNumbers:
         assert np.isfinite(values).all()
         assert around_rotation(whole, half, np.eye(3), np.zeros((1, 3)))[0] < 0.5 * np.median(values)
 
+    def test_nearly_complete_signatures_are_compared_as_in_match(self):
+        one, other = signature(), signature(hidden=np.arange(500) == 7)
+        found = sm.match(one, other)[0]
+        assert not found.scaled
+        assert around_rotation(one, other, found.rotation, np.zeros((1, 3)))[0] == pytest.approx(
+            found.distance, abs=1e-9
+        )
+
     def test_around_is_the_plain_distance(self):
         one, other = signature(), signature(1)
         R = reference.random_rotation(np.random.default_rng(0))

@@ -211,7 +211,7 @@ class TestUnrolling:
         off = [wrapped(flat.corners[..., 0] - s * turn) for s in (1, -1)]
         assert min(np.abs(wrapped(each - each[0, 0])).max() for each in off) < 0.01
 
-    def test_bridges_are_cut_and_nothing_else(self):
+    def test_chords_are_split_and_nothing_else(self):
         body = sm.plane(6, 5).triangulated()
         corner = np.array([[0, 1, 2]])
         vertices, faces = without_chords(np.eye(3), corner)
@@ -224,6 +224,19 @@ class TestUnrolling:
         pairs, count = np.unique(edges, axis=0, return_counts=True)
         rim = np.unique(pairs[count == 1])
         assert not (np.isin(pairs[count == 2], rim).all(axis=1)).any()
+
+    @pytest.mark.parametrize("rows", [1, 2])
+    def test_sheets_of_few_triangles_are_divided(self, rows):
+        """Two triangles, and a strip of them: without a vertex inside, all of them touch the border."""
+        x, y = (each.ravel() for each in np.meshgrid(np.arange(3 * rows - 1.0), [0.0, 1.0]))
+        n = len(x) // 2
+        strip = [[[k, k + 1, n + k + 1], [k, n + k + 1, n + k]] for k in range(n - 1)]
+        sheet = sm.TriangleMesh(np.column_stack([x, y, 0.2 * x**2 + 0.1 * x * y]), np.concatenate(strip))
+        flat = conformal_parameterization(sheet.vertices, sheet.faces, "plane")
+        one, two = flat.corners[:, 1] - flat.corners[:, 0], flat.corners[:, 2] - flat.corners[:, 0]
+        assert (one[:, 0] * two[:, 1] > one[:, 1] * two[:, 0]).mean() > 0.9
+        assert sm.TriangleMesh(flat.vertices, flat.faces).area == pytest.approx(sheet.area)
+        assert np.linalg.norm(flat.corners, axis=2).max() == pytest.approx(1)
 
     @pytest.mark.parametrize("topology", PATCHES)
     def test_vertices_of_the_patch_lie_on_the_surface(self, topology):

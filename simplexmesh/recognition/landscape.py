@@ -9,9 +9,9 @@ from scipy.spatial import cKDTree
 
 from simplexmesh.recognition import _kernels_match
 from simplexmesh.recognition.flat_domains import FlatDomain, domain
-from simplexmesh.recognition.match import rotation_differences
+from simplexmesh.recognition.match import rotation_differences, tried_scales
 from simplexmesh.recognition.matches import Match
-from simplexmesh.recognition.partial_signatures import Signature, scale_factor, signature_of
+from simplexmesh.recognition.partial_signatures import Signature, signature_of
 from simplexmesh.recognition.rotation_vectors import rotation_matrices, rotation_vector
 from simplexmesh.recognition.rotations import rotations
 from simplexmesh.recognition.sai import SAI
@@ -124,10 +124,6 @@ def rotation_plane(found: list[Match]) -> Array:
 
 def _signatures(sai_a: SAI, sai_b: SAI) -> tuple[Signature, Signature]:
     """Return the signatures that `match` compares by default, partial ones scaled by equation 6.8."""
-    part_a = sai_a.visible_fraction < sai_b.visible_fraction
-    k = scale_factor(sai_b, sai_a) if part_a else scale_factor(sai_a, sai_b)
-    whole = not (sai_a.hidden.any() or sai_b.hidden.any())
-    sizes = (1.0, 1.0) if whole else (k, 1.0) if part_a else (1.0, k)
-    return tuple(  # type: ignore[return-value]
-        signature_of(one, smoothing=2, limit=0.3, scale=size) for one, size in zip((sai_a, sai_b), sizes, strict=True)
-    )
+    ((k, which),) = tried_scales(sai_a, sai_b, 1.0)
+    a = signature_of(sai_a, smoothing=2, limit=0.3, scale=k if which == "a" else 1.0)
+    return a, signature_of(sai_b, smoothing=2, limit=0.3, scale=k if which == "b" else 1.0)

@@ -106,7 +106,7 @@ def match(
     table = rotations(sai_a.frequency, method)
     domain = sphere_domain(sai_a.frequency)
     hypotheses: list[_Hypothesis] = []
-    for factor, which in _scales(sai_a, sai_b, scale):
+    for factor, which in tried_scales(sai_a, sai_b, scale):
         a = signature_of(sai_a, smoothing=smoothing, limit=limit, scale=factor if which == "a" else 1.0)
         b = signature_of(sai_b, smoothing=smoothing, limit=limit, scale=factor if which == "b" else 1.0)
         if not (a.seen.any() and b.seen.any()):
@@ -148,8 +148,8 @@ class _Hypothesis:
     b: Signature
 
 
-def _scales(sai_a: SAI, sai_b: SAI, scale: float | str) -> list[tuple[float, str]]:
-    """Return the scales to try, and which signature each applies to ("" for none)."""
+def tried_scales(sai_a: SAI, sai_b: SAI, scale: float | str) -> list[tuple[float, str]]:
+    """Return the scales to try, and which signature they apply to: "a", "b", or "" for none."""
     seen_a, seen_b = sai_a.visible_fraction, sai_b.visible_fraction
     complete = min(seen_a, seen_b) > COMPLETE
     if isinstance(scale, str):

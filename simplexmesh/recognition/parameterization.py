@@ -15,12 +15,13 @@ from simplexmesh._vec import cross, dot, norm
 from simplexmesh.errors import TopologyError
 from simplexmesh.mesh import manifold
 from simplexmesh.mesh.homology import Cut, cut_open
+from simplexmesh.mesh.lattices import subdivided
 from simplexmesh.recognition.sphere_domain import mobius_centering, mobius_map
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-THINNEST = 1e-9
+MINIMUM_AREA = 1e-9
 """Lower bound of triangle areas in cotangent weights, in squared mean edges."""
 
 
@@ -74,9 +75,8 @@ def conformal_parameterization(vertices: Array, faces: Indices, topology: str) -
     >>> bool(abs(flat.modulus * np.sqrt(1 / 0.5**2 - 1) - 1) < 0.05)
     True
     """
-    return {"torus": parameterize_torus, "cylinder": parameterize_tube, "plane": parameterize_disc}[topology](
-        vertices, faces
-    )
+    method = {"torus": parameterize_torus, "cylinder": parameterize_tube, "plane": parameterize_disc}[topology]
+    return method(vertices, faces)
 
 
 def parameterize_torus(vertices: Array, faces: Indices) -> Parameterization:
@@ -156,9 +156,9 @@ def without_chords(vertices: Array, faces: Indices) -> tuple[Array, Indices]:
         faces, mates, _ = manifold.matched(faces)
         mates = mates.ravel()
         start, end = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
-        rim = np.zeros(len(vertices), bool)
-        rim[start[mates < 0]] = True
-        sides = np.flatnonzero(rim[start] & rim[end] & (np.arange(len(mates)) < mates))
+        on_border = np.zeros(len(vertices), bool)
+        on_border[start[mates < 0]] = True
+        sides = np.flatnonzero(on_border[start] & on_border[end] & (np.arange(len(mates)) < mates))
         pairs = np.stack([sides // 3, mates[sides] // 3], axis=1)
         _, first = np.unique(pairs.ravel(), return_index=True)
         free = np.isin(np.arange(2 * len(pairs)), first).reshape(-1, 2).all(axis=1)  # one split per triangle and pass
@@ -182,12 +182,12 @@ def harmonic_forms(cut: Cut) -> tuple[Array, Array]:
     from scipy.sparse import csr_array, diags_array
     from scipy.sparse.linalg import splu
 
-    number, _ = _side_edges(cut)
+    edge_of, _ = _side_edges(cut)
     a, b, c = (cut.vertices[cut.faces[:, j]] for j in range(3))
-    weight, least = np.zeros(len(cut.edges)), THINNEST * float(np.mean(cut.lengths)) ** 2
+    weight, least = np.zeros(len(cut.edges)), MINIMUM_AREA * float(np.mean(cut.lengths)) ** 2
     for j, (p, q, r) in enumerate(((a, b, c), (b, c, a), (c, a, b))):  # side j is pq, opposite r
         one, two = p - r, q - r
-        np.add.at(weight, number[:, j], 0.5 * dot(one, two) / np.maximum(norm(cross(one, two)), least))
+        np.add.at(weight, edge_of[:, j], 0.5 * dot(one, two) / np.maximum(norm(cross(one, two)), least))
     e, n = len(cut.edges), len(cut.vertices)
     rows = np.tile(np.arange(e), 2)
     difference = csr_array((np.repeat([-1.0, 1.0], e), (rows, cut.edges.T.ravel())), shape=(e, n))
@@ -204,18 +204,18 @@ def _side_edges(cut: Cut) -> tuple[Indices, Indices]:
     """Return the edge of each triangle's side (t, 3), and whether it has the edge's direction, 1 or -1."""
     mates = manifold.matched(cut.faces)[1].ravel()
     half = np.flatnonzero(np.arange(len(mates)) < mates)
-    number, sign = np.zeros(len(mates), np.int64), np.ones(len(mates), np.int64)
-    number[half] = number[mates[half]] = np.arange(len(half))
+    edge_of, sign = np.zeros(len(mates), np.int64), np.ones(len(mates), np.int64)
+    edge_of[half] = edge_of[mates[half]] = np.arange(len(half))
     sign[mates[half]] = -1
-    return number.reshape(-1, 3), sign.reshape(-1, 3)
+    return edge_of.reshape(-1, 3), sign.reshape(-1, 3)
 
 
 def _periods(cut: Cut, forms: Array, loop: Indices) -> Array:
     """Return the periods (k,) of forms along a loop of vertices."""
-    number = {(a, b): k for k, (a, b) in enumerate(cut.edges.tolist())}
+    edge_of = {(a, b): k for k, (a, b) in enumerate(cut.edges.tolist())}
     total = np.zeros(forms.shape[1])
     for a, b in zip(loop.tolist(), np.roll(loop, -1).tolist(), strict=True):
-        total += forms[number[a, b]] if (a, b) in number else -forms[number[b, a]]
+        total += forms[edge_of[a, b]] if (a, b) in edge_of else -forms[edge_of[b, a]]
     return total
 
 
@@ -224,8 +224,8 @@ def _integrated(cut: Cut, forms: Array, rows: Indices) -> Array:
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import breadth_first_order
 
-    number, sign = (each[rows] for each in _side_edges(cut))
-    used = np.unique(number)
+    edge_of, sign = (each[rows] for each in _side_edges(cut))
+    used = np.unique(edge_of)
     one, other = cut.edges[used].T
     n = len(cut.vertices)
     graph = csr_array((used + 1.0, (one, other)), shape=(n, n))
@@ -237,7 +237,7 @@ def _integrated(cut: Cut, forms: Array, rows: Indices) -> Array:
     for vertex in order[1:].tolist():
         k = edge[vertex]
         at[vertex] = at[before[vertex]] + (forms[k] if cut.edges[k, 1] == vertex else -forms[k])
-    steps = sign[..., None] * forms[number]
+    steps = sign[..., None] * forms[edge_of]
     first = at[cut.faces[rows, 0]]
     return np.stack([first, first + steps[:, 0], first - steps[:, 2]], axis=1)
 
@@ -248,16 +248,7 @@ def parameterize_disc(vertices: Array, faces: Indices) -> Parameterization:
     The star of a vertex far from the border is removed, and the remaining tube is parameterized. The choice of the
     vertex cancels when the area is balanced.
     """
-    from scipy.sparse import csr_array
-    from scipy.sparse.csgraph import dijkstra
-
-    vertices, faces = without_chords(vertices, faces)
-    start, end = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
-    length = norm(vertices[end] - vertices[start])
-    graph = csr_array((length, (start, end)), shape=(len(vertices),) * 2)
-    far = dijkstra(graph, directed=False, indices=_boundary_loop(faces), min_only=True)
-    middle = int(np.argmax(np.where(np.isfinite(far), far, -1.0)))
-    around = (faces == middle).any(axis=1)
+    vertices, faces, around = _with_inner_star(vertices, faces)
     ring = parameterize_tube(vertices, faces[~around])
     turns, along = ring.corners.reshape(-1, 2).T
     at = np.zeros((len(ring.vertices), 2))
@@ -269,6 +260,25 @@ def parameterize_disc(vertices: Array, faces: Indices) -> Parameterization:
     whole = np.concatenate([ring.faces, faces[around]])
     at = area_balanced(ring.vertices, whole, at)
     return Parameterization(ring.vertices, whole, _counter_clockwise(at[whole]), 0.0)
+
+
+def _with_inner_star(vertices: Array, faces: Indices) -> tuple[Array, Indices, NDArray[np.bool_]]:
+    """Return a disc, subdivided if coarse, and a mask (t,) of a vertex star that does not touch the border."""
+    from scipy.sparse import csr_array
+    from scipy.sparse.csgraph import dijkstra
+
+    while True:
+        vertices, faces = without_chords(vertices, faces)
+        border = _boundary_loop(faces)
+        start, end = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
+        length = norm(vertices[end] - vertices[start])
+        graph = csr_array((length, (start, end)), shape=(len(vertices),) * 2)
+        far = dijkstra(graph, directed=False, indices=border, min_only=True)
+        middle = int(np.argmax(np.where(np.isfinite(far), far, -1.0)))
+        star = (faces == middle).any(axis=1)
+        if not np.isin(faces[star], border).any():
+            return vertices, faces, star
+        vertices, faces = subdivided(vertices, faces, 2)
 
 
 def area_balanced(vertices: Array, faces: Indices, at: Array) -> Array:
