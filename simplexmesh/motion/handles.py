@@ -28,7 +28,7 @@ LEAST_ON_DATA = 0.5
 
 @dataclass(frozen=True, eq=False, repr=False)
 class HandleProposal:
-    """Two faces measured_pair for joining, and the decision.
+    """Two faces proposed for joining, and the decision.
 
     Attributes
     ----------
