@@ -1,4 +1,4 @@
-"""Whether two meshes are the same but for their numbering, and sequences of operators found from one to another."""
+"""Isomorphism of meshes, and search for sequences of operators from one mesh to another."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from simplexmesh.mesh.simplex_mesh import SimplexMesh
 
 
 def sizes(mesh):
-    """How many faces there are of each size, and how many holes."""
+    """The number of faces of each size, and the number of holes."""
     c = mesh.connectivity
     return tuple(sorted(zip(c.face_sizes.tolist(), c.face_is_hole.tolist(), strict=True)))
 
 
 def invariant(mesh):
-    """The topology of a connected mesh whatever the numbering: the least of the walks from which everything is told.
+    """A canonical form of the topology of a connected mesh: the lexicographically smallest of its traversals.
 
     Walks start at darts with the rarest sizes of faces around them.
     """
@@ -35,7 +35,7 @@ def invariant(mesh):
     rarest = min(number_of, key=lambda sizes: (number_of[sizes], sizes))
     twin = twin.tolist()
 
-    def told(start):
+    def traversal(start):
         number, order, out = {start // 3: 0}, [start], []
         for dart in order:
             for d in (dart, 3 * (dart // 3) + (dart + 1) % 3, 3 * (dart // 3) + (dart + 2) % 3):
@@ -47,18 +47,18 @@ def invariant(mesh):
                 out.append((number[other // 3], (other - first) % 3, holes[d]))
         return tuple(out)
 
-    return min(told(dart) for dart, sizes in enumerate(around) if sizes == rarest)
+    return min(traversal(dart) for dart, sizes in enumerate(around) if sizes == rarest)
 
 
 def mirrored(mesh):
-    """The mesh seen from inside."""
+    """The mesh with reversed orientation."""
     turned = np.array([0, 2, 1])
     twin = mesh.connectivity.twin[:, turned]
     return SimplexMesh(mesh.vertices, Connectivity(3 * (twin // 3) + turned[twin % 3]))
 
 
 def shrunk(mesh):
-    """The meshes that T1 on one edge makes, with the edge; T2 does not take back that a face opens into a hole."""
+    """The meshes from one T1, with the edge; not those where a face merges with a hole, which T2 does not undo."""
     c = mesh.connectivity
     alike = np.ptp(c.face_is_hole[c.edge_faces].astype(int), axis=1) == 0
     darts = c.edge_darts[alike, 0].tolist()
@@ -67,7 +67,7 @@ def shrunk(mesh):
 
 
 def swapped(mesh):
-    """The meshes that T7 on one edge makes, with the edge."""
+    """The meshes from one T7, with the edge."""
     out = []
     for dart in mesh.connectivity.edge_darts[:, 0].tolist():
         try:
@@ -78,21 +78,21 @@ def swapped(mesh):
 
 
 def holes_parted(mesh):
-    """The meshes that T2 makes of a hole, which is two then."""
+    """The meshes from one T2 across a hole, which divides it."""
     c = mesh.connectivity
     loops = [np.split(c.face_darts, c.face_offsets[1:-1])[hole].tolist() for hole in np.flatnonzero(c.face_is_hole)]
     return [insert_edge(mesh, *pair).mesh for darts in loops for pair in combinations(darts, 2)]
 
 
 def holes_merged(mesh):
-    """The meshes that T1 on an edge between two holes makes."""
+    """The meshes from one T1 on an edge between two holes."""
     c = mesh.connectivity
     darts = c.edge_darts[c.face_is_hole[c.edge_faces].all(axis=1), 0].tolist()
     return [remove_edge(mesh, dart).mesh for dart in darts if EditableMesh(mesh).remove_edges([dart]).done.all()]
 
 
 def grown(mesh, *, wanted=None):
-    """The meshes that T2 makes, with the two darts; only those with as many faces of each size as `wanted`."""
+    """The meshes from one T2, with the two darts; only those with the face sizes `wanted`."""
     c = mesh.connectivity
     out = []
     for begin, end in zip(c.face_offsets[:-1], c.face_offsets[1:], strict=True):
@@ -110,7 +110,7 @@ def unevenness(mesh):
 
 
 def way_down(start, goal, width=12):
-    """Meshes from `start` to one like `goal`, each by a T1 from the one before, searching the most even."""
+    """Meshes from `start` to one isomorphic to `goal` by single T1, found by best-first search for even sizes."""
     level = [[start]]
     while level[0][-1].n_vertices > goal.n_vertices:
         found = {}
@@ -124,7 +124,7 @@ def way_down(start, goal, width=12):
 
 
 def way_up(start, goals):
-    """Meshes from `start` on like `goals`, each by a T2 from the one before."""
+    """Meshes from `start` on, isomorphic to `goals`, each by one T2 from the previous one."""
     way = [start]
     for goal in goals:
         wanted = invariant(goal)
@@ -133,7 +133,7 @@ def way_up(start, goals):
 
 
 def ways_by_swaps(start):
-    """The meshes on the way to each one that T7 leads to, by its invariant; each by a T7 from the one before."""
+    """The sequence of meshes, each by one T7, to every mesh that T7 reaches, by its invariant."""
     ways, ahead = {invariant(start): [start]}, [start]
     while ahead:
         mesh = ahead.pop(0)

@@ -22,7 +22,7 @@ HOLES = {"cylinder": 2, "least cylinder": 2, "plane": 1, "least plane": 1}
 
 
 def shaken(mesh: SimplexMesh, rng: np.random.Generator, amount: float = 0.2) -> SimplexMesh:
-    """The mesh with every vertex moved by a part of the mean edge: no symmetry left, no degeneracy."""
+    """The mesh with random displacements of a fraction of the mean edge: no symmetry, no degeneracy."""
     a, b = mesh.vertices[mesh.connectivity.edge_vertices].transpose(1, 0, 2)
     edge = np.linalg.norm(a - b, axis=1).mean()
     return mesh.moved(mesh.vertices + amount * edge * rng.uniform(-1, 1, mesh.vertices.shape))
@@ -38,7 +38,7 @@ def renumbered(mesh: SimplexMesh, order: np.ndarray) -> SimplexMesh:
 
 
 def flipped(mesh: SimplexMesh) -> SimplexMesh:
-    """The mesh seen from inside: the same vertices, every triple of neighbors reversed, holes kept."""
+    """The mesh with reversed orientation: the same vertices and holes, every triple of neighbors reversed."""
     topology = mesh.connectivity
     mirror = np.array([0, 2, 1])
     old = topology.twin[:, mirror]

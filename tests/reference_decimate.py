@@ -1,4 +1,4 @@
-"""Decimation told plainly: faces as lists of the triangles they took over, the cheapest edge of all each time."""
+"""Naive reference of decimation: faces as lists of their triangles, all edges searched for the cheapest each time."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from tests.reference_operators import Loops
 
 
 def shaken(mesh, seed, size=0.15):
-    """The mesh with its vertices moved at random by a part of the edges, so that no two costs are equal."""
+    """The mesh with random displacements of a fraction of the mean edge, so that no two costs are equal."""
     rng = np.random.default_rng(seed)
     a, b = mesh.vertices[mesh.connectivity.edge_vertices.T]
     length = np.linalg.norm(a - b, axis=1).mean()
@@ -28,7 +28,7 @@ class Region:
         )
 
     def surface(self):
-        """Area, centroid, the integral of the squares of what is from there, and vector area."""
+        """Area, centroid, central second moments, and vector area."""
         a, b, c = self.triangles.transpose(1, 0, 2)
         vectors = np.cross(b - a, c - a) / 2
         areas = np.linalg.norm(vectors, axis=1)
@@ -39,7 +39,7 @@ class Region:
         return areas.sum(), middle, squares / 12, vectors.sum(axis=0)
 
     def rim(self):
-        """Length, middle, and the integral of the squares of what is from there."""
+        """Length, centroid, and central second moments."""
         lengths = np.linalg.norm(self.segments[:, 1] - self.segments[:, 0], axis=1)
         middle = lengths @ self.segments.mean(axis=1) / max(lengths.sum(), 1e-300)
         p = self.segments - middle
@@ -66,7 +66,7 @@ class Region:
 
 
 def regions_of(mesh):
-    """The region of each face, holes left out."""
+    """The region of each face, holes excluded."""
     c, v = mesh.connectivity, mesh.vertices
     out = {}
     for f, loop in enumerate(np.split(c.face_vertices, c.face_offsets[1:-1])):
@@ -179,7 +179,7 @@ class Decimation:
             self.costs[frozenset((a, b))] = self.merged(min(a, b), max(a, b))[0]
 
     def run(self, count):
-        """Remove up to `count` edges; return how many were."""
+        """Remove up to `count` edges; return the number removed."""
         done, last = 0, -1
         while done < count:
             self.costs = {edge: cost for edge, cost in self.costs.items() if cost < np.inf}
@@ -214,7 +214,7 @@ class Decimation:
         self.look(self.loops.edges(kept))
 
     def flips(self, a, b):
-        """Whether T7 on an edge is legal, evens out sizes, and bends nothing."""
+        """Whether T7 on an edge is legal, reduces the imbalance, and keeps the shape of the dual."""
         faces = left, right, near, far = self.loops.around(a, b)
         if not self.solid(*faces) or any(self.reach[f] == 0 for f in faces) or self.loops.refuse_swap(a, b):
             return False
@@ -237,13 +237,13 @@ SAME, SWAPPED = (0, 0, 0, 0), (-1, -1, 1, 1)
 
 
 def densely(points, triangles, pieces=13):
-    """Points (b, t, 3) all over triangles: b = (pieces + 1) (pieces + 2) / 2 each, corners and edges included."""
+    """Regular samples (b, t, 3) of triangles, b = (pieces + 1) (pieces + 2) / 2 each, corners and edges included."""
     parts = [(i, j, pieces - i - j) for i in range(pieces + 1) for j in range(pieces + 1 - i)]
     return np.einsum("bi,tik->btk", np.array(parts) / pieces, points[triangles])
 
 
 def apart(points, triangles, other_points, other_triangles):
-    """How far each triangle (t,) is from other triangles, at 105 of its points, by libigl."""
+    """Largest distance of 105 points of each triangle (t,) from other triangles, by libigl."""
     samples = densely(points, triangles)
     flat = np.ascontiguousarray(samples.reshape(-1, 3))
     there = np.array(other_points, float), np.array(other_triangles, np.int64)

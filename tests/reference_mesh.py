@@ -1,4 +1,4 @@
-"""Readable twins of the kernels of the mesh room, written from the definitions, and slow."""
+"""Naive references of the mesh kernels, written from the definitions."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def _pierces(p, q, a, b, c):
 
 
 def crossing_triangles(points, triangles):
-    """All pairs of triangles that cross elsewhere than in what they share: in exact arithmetic, one by one."""
+    """All pairs of triangles that cross other than in shared corners or edges, in exact arithmetic."""
     exact = [[Fraction(float(x)) for x in p] for p in points]
     out = []
     for s, t in combinations(range(len(triangles)), 2):

@@ -1,4 +1,4 @@
-"""The operators told in faces: a mesh as loops of vertices, every question answered by looking through all of them."""
+"""Naive reference of the operators: a mesh as face loops of vertices, every query by exhaustive search."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ class Loops:
             self.holes = self.holes - {right} | {left}
 
     def insert(self, u, v, w, x):
-        """A vertex on u-v and one on w-x, both seen from the face on their left."""
+        """Insert a vertex on u-v and one on w-x, edges of the face on their left."""
         f, beside, opposite = self.left_of(u, v), self.left_of(v, u), self.left_of(x, w)
         p, q = self.n, self.n + 1
         self.n += 2

@@ -1,4 +1,4 @@
-"""Contours: closed lines on a mesh, where they come from, what they divide, and what is none."""
+"""Contours: their constructors, what they separate, and invalid ones."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Decimating: what stays, how near the surface the result is, and what is refused."""
+"""Decimation: invariants, distance of the result from the surface, invalid input."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ parts = st.floats(0.2, 1.0)
 
 
 def topology(mesh):
-    """The numbers that stay."""
+    """The topological invariants."""
     return mesh.genus, mesh.n_holes, mesh.n_components
 
 
@@ -41,7 +41,7 @@ def test_topology_stays(name, part):
     assert np.isfinite(out.mesh.vertices).all()
 
 
-def test_maps_tell_where_everything_went():
+def test_maps_of_vertices_and_faces():
     ball = shapes.sphere(8)
     out = decimate(ball, vertices=300)
     kept = out.vertex_map >= 0
@@ -87,7 +87,7 @@ def test_a_surface_without_area_has_distances():
         ({"tolerance": np.nan}, ValueError, "tolerance must be finite"),
     ],
 )
-def test_bad_input_is_told(given_, error, says):
+def test_bad_input(given_, error, says):
     with pytest.raises(error, match=says):
         decimate(shapes.sphere(4), **given_)
 
@@ -134,7 +134,7 @@ def test_a_tolerance_holds_both_ways(name, tolerance):
 
 
 def box(k):
-    """The dual of a cube whose sides are grids of k by k squares, each cut in two."""
+    """The dual of a cube whose sides are grids of k by k squares of two triangles each."""
     grid = np.stack(np.meshgrid(*[np.arange(k + 1)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
     number = {tuple(p): i for i, p in enumerate(grid.tolist())}
     triangles = []
@@ -166,7 +166,7 @@ def farthest(one, other):
 
 
 def test_faces_end_at_creases():
-    """Of a box, dual of a fine grid on its sides, each face lies on one side, but for those along its edges."""
+    """Each face of a decimated box lies on one side of it, except those along its edges."""
     out = decimate(box(12), vertices=200)
     assert out.mesh.check(self_intersections=True)
     assert len(out.exceptions) == 0
@@ -208,7 +208,7 @@ def test_thin_walls_of_a_head_are_left_without_folds(data_folder, vertices):
     assert out.rms < 0.0007 * np.linalg.norm(np.ptp(head.bounds, axis=0))
 
 
-def test_what_is_left_tangled_is_told():
+def test_tangled_vertices_are_reported():
     wild = shaken(shapes.sphere(10), 0, 20.0)
     with pytest.warns(SimplexMeshWarning, match="vertices of the decimated mesh are on faces that fold or cross"):
         decimate(wild, vertices=1000)
@@ -217,9 +217,9 @@ def test_what_is_left_tangled_is_told():
 def test_no_more_is_removed_than_can_be():
     torus = MESHES["torus"]
     least = minimum_vertices(torus.connectivity)
-    with pytest.warns(SimplexMeshWarning) as told:
+    with pytest.warns(SimplexMeshWarning) as caught:
         out = decimate(torus, vertices=least)
     assert complete(out.mesh.connectivity)
     assert topology(out.mesh) == topology(torus)
     if out.mesh.n_vertices > least:
-        assert any(f"{out.mesh.n_vertices} vertices are left, not {least}" in str(w.message) for w in told)
+        assert any(f"{out.mesh.n_vertices} vertices are left, not {least}" in str(w.message) for w in caught)

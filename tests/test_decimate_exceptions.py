@@ -1,4 +1,4 @@
-"""Faces outside five to seven vertices: paths of T7 that leave fewer, against their plain telling."""
+"""Reduction of faces outside five to seven vertices by sequences of T7, against a naive reference."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ ANYHOW = LAX._replace(turn=-2.0, quality=0.0)
 
 
 def uneven(name, seed):
-    """A mesh some of whose edges were swapped at random, and how far its regions reach: some faces must stay."""
+    """A mesh with random edge swaps, and the largest extents of its regions: 0 for some faces, which are fixed."""
     edit = EditableMesh(shaken(MESHES[name], seed))
     rng = np.random.default_rng(seed)
     edit.swap_edges(rng.choice(3 * edit.n_slots, 12))
@@ -34,12 +34,12 @@ def uneven(name, seed):
 
 
 def excess(loops):
-    """How many vertices each face has too few or too many."""
+    """The number of vertices by which each face is too small or too large."""
     return {f: 0 if f in loops.holes else max(5 - len(v), len(v) - 7, 0) for f, v in loops.faces.items()}
 
 
-def can_be_less(loops, stay, touched, steps, before):
-    """Whether up to so many swaps of edges of exceptions touched leave less excess, with at most one more between."""
+def reducible(loops, stay, touched, steps, before):
+    """Whether up to `steps` swaps beside touched exceptions reduce the excess, which may grow by one in between."""
     now = excess(loops)
     for f in [f for f in touched if now[f]]:
         for a, b in sorted({tuple(sorted(e)) for e in loops.edges(f)} if len(loops.faces[f]) > 7 else ends(loops, f)):
@@ -52,7 +52,7 @@ def can_be_less(loops, stay, touched, steps, before):
             total = sum(excess(after).values())
             if total < before:
                 return True
-            if steps > 1 and total <= before + 1 and can_be_less(after, stay, touched | {*four}, steps - 1, before):
+            if steps > 1 and total <= before + 1 and reducible(after, stay, touched | {*four}, steps - 1, before):
                 return True
     return False
 
@@ -64,8 +64,8 @@ def ends(loops, f):
     return {e for e in other if len(set(e) & set(loop)) == 1}
 
 
-def lessened(mesh, reach, weights, steps):
-    """The mesh after the kernel, and what it says is left."""
+def reduced(mesh, reach, weights, steps):
+    """The mesh after the kernel, and the excess that it returns."""
     edit = EditableMesh(mesh)
     edit._reserve(4)
     corners = corners_of(edit, mesh, weights, reach)
@@ -75,9 +75,9 @@ def lessened(mesh, reach, weights, steps):
 
 @settings(max_examples=5, deadline=None)
 @given(name=names, seed=seeds, steps=st.integers(1, 2))
-def test_no_short_path_is_left_that_leaves_fewer(name, seed, steps):
+def test_no_short_sequence_is_left_that_reduces_the_excess(name, seed, steps):
     mesh, reach = uneven(name, seed)
-    out, left = lessened(mesh, reach, ANYHOW, steps)
+    out, left = reduced(mesh, reach, ANYHOW, steps)
     assert complete(out.connectivity)
     before, after = Loops(mesh.connectivity), Loops(out.connectivity)
     assert left == sum(excess(after).values()) <= sum(excess(before).values())
@@ -87,30 +87,30 @@ def test_no_short_path_is_left_that_leaves_fewer(name, seed, steps):
     stay = after.holes | {loops[frozenset(before.faces[f])] for f in kept}
     worst = [f for f, more in excess(after).items() if more]
     total = sum(excess(after).values())
-    assert not any(can_be_less(after, stay, {f}, steps, total) for f in worst)
+    assert not any(reducible(after, stay, {f}, steps, total) for f in worst)
 
 
 @settings(max_examples=10, deadline=None)
 @given(name=names, seed=seeds)
-def test_a_path_that_leads_nowhere_is_undone(name, seed):
+def test_a_sequence_that_reduces_nothing_is_undone(name, seed):
     mesh, _ = uneven(name, seed)
     loops = Loops(mesh.connectivity)
     reach = np.full(len(mesh.connectivity.face_sizes), np.inf)
     big = ANYHOW._replace(min_component=10**6)  # no component has room
-    assert_array_equal(lessened(mesh, reach, big, 3)[0].neighbors, mesh.neighbors)
-    if not any(can_be_less(loops, loops.holes, {f}, 2, sum(excess(loops).values())) for f in loops.faces):
-        assert_array_equal(lessened(mesh, reach, ANYHOW, 2)[0].neighbors, mesh.neighbors)
+    assert_array_equal(reduced(mesh, reach, big, 3)[0].neighbors, mesh.neighbors)
+    if not any(reducible(loops, loops.holes, {f}, 2, sum(excess(loops).values())) for f in loops.faces):
+        assert_array_equal(reduced(mesh, reach, ANYHOW, 2)[0].neighbors, mesh.neighbors)
 
 
-def test_short_paths_rid_a_ball_of_its_exceptions():
-    """A ball of which edges were swapped at random."""
+def test_short_sequences_eliminate_the_exceptions_of_a_ball():
+    """A ball with random edge swaps."""
     ball = shapes.sphere(6)
     edit = EditableMesh(ball)
     edit.swap_edges(np.random.default_rng(1).choice(3 * edit.n_slots, 30))
     mesh = edit.result().mesh
     sizes = mesh.connectivity.face_sizes
     assert ((sizes < 5) | (sizes > 7)).sum() > 3
-    out, left = lessened(mesh, np.full(len(sizes), np.inf), ANYHOW, 3)
+    out, left = reduced(mesh, np.full(len(sizes), np.inf), ANYHOW, 3)
     assert left == 0
     assert set(out.connectivity.face_sizes.tolist()) == {5, 6, 7}
 

@@ -1,4 +1,4 @@
-"""Fitting: least squares against their plain telling, and closest places against libigl."""
+"""Fitting: least squares against a naive reference, closest points against libigl."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def test_the_closest_point_of_a_triangle_is_that_of_libigl(seed):
 
 
 def problem(mesh, seed):
-    """Random samples, places and weights on a mesh."""
+    """Random samples, locations and weights on a mesh."""
     rng, f, n, s = np.random.default_rng(seed), faces_of(mesh.connectivity), mesh.n_vertices, 50
     corner = rng.choice(np.flatnonzero(~f.hole[f.owner]), s).astype(np.int32)
     places = kernels.Locations(corner, rng.dirichlet((1, 1, 1), s))
@@ -54,7 +54,7 @@ def problem(mesh, seed):
 
 
 def energy(v, start, f, places, t):
-    """The sum of squares, told plainly; vertices keep to where they start."""
+    """The sum of squares, written out; inertia refers to the positions `start`."""
     middle = np.array([v[f.vertices[a:b]].mean(axis=0) for a, b in zip(f.offsets, f.offsets[1:], strict=False)])
     c, w = places.corner, places.weights
     there = w[:, :1] * v[f.vertices[c]] + w[:, 1:2] * v[f.ahead[c]] + w[:, 2:] * middle[f.owner[c]]
@@ -68,7 +68,7 @@ def energy(v, start, f, places, t):
 
 @settings(max_examples=5, deadline=None)
 @given(name=names, seed=seeds)
-def test_the_least_squares_are_least(name, seed):
+def test_the_least_squares_are_minimal(name, seed):
     mesh = shaken(MESHES[name], seed)
     f, places, terms = problem(mesh, seed)
     v = np.array(mesh.vertices)
@@ -85,7 +85,7 @@ def test_the_least_squares_are_least(name, seed):
 
 
 @pytest.mark.parametrize("name", ["sphere", "torus", "plane"])
-def test_samples_find_the_closest_place(name):
+def test_samples_find_the_closest_point(name):
     mesh = MESHES[name]
     other = shaken(mesh, 0, 0.3)
     s, c = SurfaceSamples.of(other), mesh.connectivity
@@ -100,7 +100,7 @@ def test_samples_find_the_closest_place(name):
 
 @pytest.mark.parametrize("seed", range(6))
 @pytest.mark.parametrize("size", [0.9, 2.0, 20.0])
-def test_loosening_leaves_fewer_tangled_or_everything_as_it_was(seed, size):
+def test_relaxing_leaves_fewer_tangled_or_restores_the_mesh(seed, size):
     ball = shapes.sphere(2)
     faces, free = np.arange(ball.n_faces, dtype=np.int32), np.ones(ball.n_vertices, bool)
     fit = Fit(SurfaceSamples.of(ball), shaken(ball, seed, size), faces, np.zeros((ball.n_faces, 3)), free)

@@ -1,4 +1,4 @@
-"""Moves without folds: what is wrong and what crosses, against their plain telling, and that it gets no worse."""
+"""Safe vertex moves: penalties and crossings against naive references, and that neither increases."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ BOUNDS, MANY = guard.Bounds(0.05, -0.3), 2**31
 
 @settings(max_examples=200)
 @given(seed=seeds, size=st.sampled_from([3, 5, 20]), turns=st.sampled_from([1, 2]), rough=st.sampled_from([0.1, 0.7]))
-def test_a_fan_that_goes_around_once_does_not_cross_itself(seed, size, turns, rough):
+def test_a_fan_that_winds_once_does_not_cross_itself(seed, size, turns, rough):
     rng = np.random.default_rng(seed)
     angle = 2 * np.pi * turns * np.arange(size) / size
     ring = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1) + rough * rng.normal(size=(size, 3))
@@ -48,7 +48,7 @@ def test_a_fan_that_goes_around_once_does_not_cross_itself(seed, size, turns, ro
 
 
 def guarded(mesh, seed=0, facing=2.0):
-    """A guard of a mesh, and what its kernels work on; faces should point along random vectors, some along none."""
+    """A guard of a mesh and the arrays of its kernels, with random target normals, unknown for half of the faces."""
     c = mesh.connectivity
     rng = np.random.default_rng(seed)
     along = rng.normal(size=(len(c.face_sizes), 3))
@@ -58,8 +58,8 @@ def guarded(mesh, seed=0, facing=2.0):
     return one, one._moving(mesh, facing)[0]
 
 
-def plain_faults(mesh, along, i, bounds):
-    """What is wrong around a vertex, by the mesh's own normals."""
+def naive_penalty(mesh, along, i, bounds):
+    """The penalty around a vertex, from the normals of the mesh."""
     c, v, n = mesh.connectivity, mesh.vertices, mesh.normals
     cosine = lambda a, b: a @ b / np.linalg.norm(a) / np.linalg.norm(b)  # noqa: E731
     wrong = lambda x: max(bounds.mutual - x, 0) + (x < 0)  # noqa: E731
@@ -80,7 +80,7 @@ def plain_faults(mesh, along, i, bounds):
 
 @settings(max_examples=10, deadline=None)
 @given(name=names, seed=seeds, size=st.sampled_from([0.3, 1.0]))
-def test_faults_are_those_of_the_plain_telling(name, seed, size):
+def test_penalties_equal_the_naive_reference(name, seed, size):
     mesh = shaken(MESHES[name], seed, size)
     _, g = guarded(mesh, seed)
     rng, room = np.random.default_rng(seed), np.empty((6, 3))
@@ -91,7 +91,7 @@ def test_faults_are_those_of_the_plain_telling(name, seed, size):
         moved = mesh.moved(v)
         assert_allclose(g.normals, moved.normals, atol=1e-9)
         assert_allclose(g.points, Guard._moving(guarded(moved)[0], moved, 2.0)[0].points, atol=1e-12)
-        total = plain_faults(moved, g.target_normals, i, BOUNDS)
+        total = naive_penalty(moved, g.target_normals, i, BOUNDS)
         assert_allclose(guard.local_penalty(g, i, BOUNDS, room, np.inf), total, atol=1e-6)
         for most in (total / 2, total + 1e-3):
             assert (guard.local_penalty(g, i, BOUNDS, room, most) > most) == (total > most)
@@ -114,8 +114,8 @@ def triangles_of(g, f):
     return [np.array([g.faces.vertices[c], g.faces.ahead[c], len(g.normals) + f], np.int64) for c in corners]
 
 
-def plain_crossings(g, i):
-    """How many pairs of triangles cross around a vertex, all pairs of the faces near looked at."""
+def naive_crossings(g, i):
+    """The number of crossing pairs of triangles around a vertex, from all pairs of nearby faces."""
     near = {
         (min(f, other), max(f, other))
         for f in g.vertex_faces[i].tolist()
@@ -131,13 +131,13 @@ def plain_crossings(g, i):
 
 @settings(max_examples=10, deadline=None)
 @given(name=names, seed=seeds, size=st.sampled_from([0.5, 1.0]), step=st.sampled_from([0.02, 0.2]))
-def test_crossings_are_counted_wherever_vertices_go(name, seed, size, step):
+def test_crossings_are_counted_after_any_moves(name, seed, size, step):
     mesh = shaken(MESHES[name], seed, size)
     _, g = guarded(mesh)
     rng = np.random.default_rng(seed)
     for i in rng.choice(mesh.n_vertices, 12).tolist():
         guard.move_vertex(g, i, *(g.points[i] + step * rng.normal(size=3)))
-        total = plain_crossings(g, i)
+        total = naive_crossings(g, i)
         assert fans.crossings(g, i, MANY) == total
         assert all((fans.crossings(g, i, most) > most) == (total > most) for most in range(total + 2))
 
@@ -153,7 +153,7 @@ def test_a_vertex_that_pierces_the_wall_behind_is_seen():
         for part in (0.5, 1.5, 2.2, 3.0):
             guard.move_vertex(g, i, x, y, (1 - part) * z)
             seen = fans.crossings(g, i, MANY)
-            assert seen == plain_crossings(g, i)
+            assert seen == naive_crossings(g, i)
         pierced.append(seen > 0)
         guard.move_vertex(g, i, x, y, z)
     assert sum(pierced) > 10
@@ -215,7 +215,7 @@ def test_near_boxes_are_those_that_overlap(seed, facing):
 
 @settings(max_examples=8, deadline=None)
 @given(name=names, seed=seeds)
-def test_no_fold_comes_with_a_move(name, seed):
+def test_moves_create_no_folds(name, seed):
     mesh = MESHES[name]
     along = np.zeros((len(mesh.connectivity.face_sizes), 3))
     free = np.random.default_rng(seed).random(mesh.n_vertices) < 0.9
@@ -228,11 +228,11 @@ def test_no_fold_comes_with_a_move(name, seed):
     assert np.abs(moved.vertices - mesh.vertices).max() > 0
 
 
-def plainly_advanced(one, mesh, target, reach, bounds):
-    """The vertices, each moved half as far again and again until nothing is worse, all of it told anew each time."""
+def naively_advanced(one, mesh, target, reach, bounds):
+    """The vertices, each moved with repeated halving until nothing is worse, everything recomputed each time."""
     for i in range(mesh.n_vertices):
         start = one._moving(mesh, 2.0)[0]
-        wrong, crossed = plain_faults(mesh, start.target_normals, i, bounds), plain_crossings(start, i)
+        wrong, crossed = naive_penalty(mesh, start.target_normals, i, bounds), naive_crossings(start, i)
         way = target[i] - mesh.vertices[i]
         part = min(1.0, reach / np.linalg.norm(way))
         for _ in range(3):
@@ -240,8 +240,8 @@ def plainly_advanced(one, mesh, target, reach, bounds):
             v[i] += part * way
             moved = mesh.moved(v)
             there = one._moving(moved, 2.0)[0]
-            worse = plain_faults(moved, there.target_normals, i, bounds) > wrong + guard.TOLERANCE
-            if not worse and plain_crossings(there, i) <= crossed:
+            worse = naive_penalty(moved, there.target_normals, i, bounds) > wrong + guard.TOLERANCE
+            if not worse and naive_crossings(there, i) <= crossed:
                 mesh = moved
                 break
             part /= 2
@@ -250,12 +250,12 @@ def plainly_advanced(one, mesh, target, reach, bounds):
 
 @settings(max_examples=3, deadline=None)
 @given(seed=seeds, size=st.sampled_from([0.3, 0.8]))
-def test_vertices_go_as_far_as_in_the_plain_telling(seed, size):
+def test_vertices_move_as_far_as_in_the_naive_reference(seed, size):
     mesh = shaken(shapes.sphere(2), seed, size)
     one, g = guarded(mesh, seed)
     target = shaken(mesh, seed + 1, 0.5).vertices
     guard.advance(g, target, 0.1, 3, BOUNDS)
-    assert_allclose(g.points[: len(target)], plainly_advanced(one, mesh, target, 0.1, BOUNDS), atol=1e-9)
+    assert_allclose(g.points[: len(target)], naively_advanced(one, mesh, target, 0.1, BOUNDS), atol=1e-9)
 
 
 def test_walls_do_not_pass_each_other():

@@ -1,4 +1,4 @@
-"""What can be decimated, and how the answer is printed."""
+"""Inputs accepted by decimation, and how its result is printed."""
 
 from __future__ import annotations
 
@@ -41,12 +41,12 @@ def test_triangles_of_every_kind_are_decimated_by_their_dual(tmp_path):
         ("nowhere.stl", OSError, "nowhere.stl"),
     ],
 )
-def test_what_is_no_mesh_is_told(given, error, says):
+def test_what_is_no_mesh_is_refused(given, error, says):
     with pytest.raises(error, match=says):
         sm.decimate(given, vertices=200)
 
 
-def test_a_file_without_a_mesh_is_told(tmp_path):
+def test_a_file_without_a_mesh_is_refused(tmp_path):
     np.savetxt(tmp_path / "points.xyz", MESH.vertices)
     with pytest.raises(TypeError, match=r"not the PointCloud in points\.xyz: see reconstruct$"):
         sm.decimate(tmp_path / "points.xyz", vertices=200)

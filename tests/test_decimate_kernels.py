@@ -1,4 +1,4 @@
-"""Kernels of decimation against their plain telling: regions, their order, the queue, T7, and where vertices go."""
+"""Kernels of decimation against naive references: regions, order of removal, the queue, T7, vertex placement."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ seeds = st.integers(0, 2**16)
 
 
 def corners_of(edit, mesh, weights, reach):
-    """The faces as the kernels know them."""
+    """The faces as arrays for the kernels."""
     rows = regions.face_regions(edit._darts)
     energy = regions.energies(rows, weights.normals, weights.extent, weights.rim)
     points = np.ascontiguousarray(rows[:, regions.CENTROID : regions.CENTROID + 3])
@@ -35,7 +35,7 @@ def corners_of(edit, mesh, weights, reach):
 
 
 def assert_same_region(row, region, w):
-    """All numbers of a row are what the integrals over the triangles say."""
+    """Check all numbers of a row against integrals over the triangles."""
     area, middle, squares, vector = region.surface()
     length, _, rim_squares = region.rim()
     assert_allclose(row[0], area)
@@ -51,15 +51,15 @@ def assert_same_region(row, region, w):
 @given(name=names, seed=seeds)
 def test_regions_are_integrals_and_merge(name, seed):
     mesh = shaken(MESHES[name], seed)
-    rows, plain = regions.face_regions(EditableMesh(mesh)._darts), regions_of(mesh)
+    rows, expected = regions.face_regions(EditableMesh(mesh)._darts), regions_of(mesh)
     w = WEIGHTS._replace(normals=0.7, extent=0.2, rim=0.4)
     rng = np.random.default_rng(seed)
-    on_rims = [f for f, region in plain.items() if len(region.segments)] or list(plain)
-    for f, g in (*rng.choice(list(plain), (4, 2)), *rng.choice(on_rims, (4, 2))):
-        assert_same_region(rows[f], plain[f], w)
+    on_rims = [f for f, region in expected.items() if len(region.segments)] or list(expected)
+    for f, g in (*rng.choice(list(expected), (4, 2)), *rng.choice(on_rims, (4, 2))):
+        assert_same_region(rows[f], expected[f], w)
         row = np.empty(regions.ROW_SIZE)
         regions.merge(rows[f], rows[g], row)
-        both = plain[f] + plain[g]
+        both = expected[f] + expected[g]
         assert_same_region(row, both, w)
         parts = sum(regions.energy(rows[x], w.normals, w.extent, w.rim) for x in (f, g))
         assert regions.energy(row, w.normals, w.extent, w.rim) >= parts * (1 - 1e-9)
@@ -84,7 +84,7 @@ STRICT = (
 @pytest.mark.parametrize("strict", STRICT, ids=str)
 @settings(max_examples=3, deadline=None)
 @given(name=names, seed=seeds, count=st.integers(10, 20))
-def test_the_order_is_that_of_the_plain_telling(strict, name, seed, count):
+def test_the_order_of_removal_is_that_of_the_naive_reference(strict, name, seed, count):
     mesh = shaken(MESHES[name], seed)
     weights = WEIGHTS._replace(**strict)
     edit = EditableMesh(mesh)
@@ -126,28 +126,28 @@ def test_no_three_faces_make_a_thin_neck(necks):
 @settings(max_examples=50)
 @given(st.lists(st.tuples(st.integers(0, 11), st.sampled_from([0.0, 1.0, 2.0, 2.5, np.inf])), max_size=60))
 def test_the_queue_is_a_sorted_list(puts):
-    heap, plain = heaps.new_heap(12), {}
+    heap, expected = heaps.new_heap(12), {}
     for item, cost in puts:
         heaps.put(heap, item, cost)
-        plain.pop(item, None)
+        expected.pop(item, None)
         if cost < np.inf:
-            plain[item] = cost
-        assert heap.size[0] == len(plain)
-        assert set(heap.item[: len(plain)].tolist()) == set(plain)
-        assert_array_equal(heap.place[heap.item[: len(plain)]], np.arange(len(plain)))
-        if plain:
-            assert heap.item[0] == min(plain, key=lambda x: (plain[x], x))
+            expected[item] = cost
+        assert heap.size[0] == len(expected)
+        assert set(heap.item[: len(expected)].tolist()) == set(expected)
+        assert_array_equal(heap.place[heap.item[: len(expected)]], np.arange(len(expected)))
+        if expected:
+            assert heap.item[0] == min(expected, key=lambda x: (expected[x], x))
     order = []
     while heap.size[0]:
         order.append(int(heap.item[0]))
         heaps.put(heap, order[-1], np.inf)
-    assert order == sorted(plain, key=lambda x: (plain[x], x))
+    assert order == sorted(expected, key=lambda x: (expected[x], x))
 
 
 @pytest.mark.parametrize("strict", [{}, {"turn": 0.9}, {"quality": 0.8}], ids=str)
 @settings(max_examples=3, deadline=None)
 @given(name=names, seed=seeds)
-def test_edges_are_swapped_that_the_plain_telling_swaps(strict, name, seed):
+def test_edges_are_swapped_as_in_the_naive_reference(strict, name, seed):
     weights = WEIGHTS._replace(**strict)
     edit = EditableMesh(shaken(MESHES[name], seed))
     edit.swap_edges(np.random.default_rng(seed).choice(3 * edit.n_slots, 12))
@@ -180,7 +180,7 @@ def test_edges_are_swapped_that_the_plain_telling_swaps(strict, name, seed):
 
 
 @pytest.mark.parametrize("name", ["sphere", "plane"])
-def test_vertices_go_to_the_centroids_of_their_dual_triangles(name):
+def test_vertices_are_placed_at_the_centroids_of_dual_triangles(name):
     mesh = shaken(MESHES[name], 1)
     edit = EditableMesh(mesh)
     reach = np.full(len(mesh.connectivity.face_sizes), np.inf)

@@ -1,4 +1,4 @@
-"""Decimating within a tolerance: it holds everywhere, measured densely, and few vertices are left."""
+"""Decimation within a tolerance: it holds everywhere, measured densely, and few vertices are left."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ seeds = st.integers(0, 2**16)
 
 
 def soup(seed, size):
-    """Random triangles, of all shapes: long, thin, small, and some that are only a line or a point."""
+    """Random triangles of all shapes: long, thin, small, and some degenerate to a segment or a point."""
     rng = np.random.default_rng(seed)
     corners = rng.normal(size=(size, 1, 3)) + rng.normal(size=(size, 3, 3)) * 10 ** rng.uniform(-2, 0.5, (size, 3, 1))
     corners[: size // 8, 2] = corners[: size // 8, 1]
@@ -65,7 +65,7 @@ class TestTriangleTree:
             assert on[0] < 1e-18
 
     def test_a_ridge_between_check_points_is_seen(self):
-        """A wedge under a large triangle, whose corners, middles and centroid touch the ground."""
+        """A wedge under a large triangle, whose corners, midpoints and centroid touch the ground."""
         ground = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0.0]]), np.array([[0, 1, 2]])
         hill = np.array([[0.2, 0.1, 0], [0.24, 0.1, 0], [0.22, 0.1, 0.03]]), np.array([[0, 1, 2]])
         there = np.concatenate([ground[0], hill[0]]), np.array([[0, 1, 2], [3, 4, 5]])
@@ -73,7 +73,7 @@ class TestTriangleTree:
             assert_array_equal(TriangleTree(*ground).beyond(*there, distance)[0], expected)
 
     def test_the_middle_of_a_triangle_is_as_far_from_its_corners_as_the_longest_side_by_the_root_of_3(self):
-        """Three specks under the corners of a regular triangle: they are near the corners, and far from its middle."""
+        """Three tiny triangles at the corners of a regular triangle are near its corners and far from its center."""
         corners = np.array([[1, 0, 0], [-0.5, 0.75**0.5, 0], [-0.5, -(0.75**0.5), 0]])
         specks = (corners[:, None] * np.array([1, 1.001, 1.002])[:, None]).reshape(-1, 3), np.arange(9).reshape(3, 3)
         for distance, expected in ((0.9, [0]), (1.001, [])):
@@ -100,7 +100,7 @@ SURFACES = {
 
 
 def rolled(mesh):
-    """A sheet with waves that run into its rim."""
+    """A wavy sheet."""
     v = np.array(mesh.vertices)
     v[:, 2] = 0.1 * np.sin(9 * v[:, 0]) * np.cos(7 * v[:, 1])
     return mesh.moved(v)
@@ -117,7 +117,7 @@ def test_a_tolerance_holds_everywhere(name, part):
 
 
 def loaded(folder, name):
-    """A part with sharp edges, or marching cubes of a volume."""
+    """A part with sharp edges, or an isosurface of a volume."""
     if name != "tooth":
         return dual(read_triangles(folder / f"{name}.off"))
     values = np.asarray(read_volume(folder / "tooth.nhdr").values, float)[::4, ::4, ::4]
@@ -173,7 +173,7 @@ def test_a_thorn_on_either_surface_is_found():
 
 
 def test_rims_are_compared_with_rims():
-    """A vertex on a rim slides inwards along the sheet, which is in the sheet still, but not on its rim."""
+    """A rim vertex moved inwards within the sheet is still on the sheet, but no longer on its rim."""
     sheet = shapes.plane(8, 8)
     c = sheet.connectivity
     middle = np.argmin(np.abs(sheet.vertices[:, 0] - 0.5) + np.abs(sheet.vertices[:, 1]))

@@ -1,4 +1,4 @@
-"""Triangulations become simplex meshes and come back; what cannot is refused by name."""
+"""Duality: triangulations to simplex meshes and back; invalid input is refused with a reason."""
 
 from __future__ import annotations
 
@@ -114,7 +114,7 @@ class TestOrientation:
         assert mesh.volume > 0
         assert_allclose(mesh.volume, dual((points, triangles)).volume)
 
-    def test_inside_out_is_turned_unless_told_not_to(self):
+    def test_inside_out_is_flipped_unless_disabled(self):
         inside_out = (OCTAHEDRON[0], OCTAHEDRON[1][:, ::-1])
         with pytest.warns(SimplexMeshWarning, match="flipped 8 triangles of inside-out components"):
             assert dual(inside_out).volume > 0

@@ -63,7 +63,7 @@ class TestSphere:
 
     @given(seed=seeds)
     def test_cosphericity(self, seed):
-        """Seen from a fixed triple, points of one side of a sphere have one angle, of the other side pi less."""
+        """For fixed neighbors, points on one side of a sphere have one angle, on the other side pi less."""
         rng = np.random.default_rng(seed)
         points = rng.normal(size=(4, 3))
         points /= np.linalg.norm(points, axis=1)[:, None]
@@ -220,7 +220,7 @@ class TestInvariance:
 
     @given(seed=seeds)
     def test_inversion_centered_at_the_vertex_keeps_the_angle(self, seed):
-        """The circumsphere becomes a plane and the plane a sphere: the angle between them stays, up to its sign."""
+        """Inversion maps the circumsphere to a plane and the plane to a sphere: their angle is kept, up to sign."""
         points, neighbors = random_tetrahedra(np.random.default_rng(seed), 30)
         for i in range(0, 120, 4):
             A = points[neighbors[i]] - points[i]
@@ -257,7 +257,7 @@ class TestConvergence:
         assert abs(self.slope(lambda u, v: (u, v, -(u**2 + v**2) + (u**4 + v**4)), 2.0, angles, speeds) - 2) < 0.1
 
     def test_uneven_neighbors_elsewhere_have_another_limit(self):
-        """H* = H + (k1 - k2) a / b of the specification; the check on the check above."""
+        """H* = H + (k1 - k2) a / b of the specification; verifies the check above."""
         angles, v = np.array([0.2, 2.0, 4.4]), np.array([1.0, 0.6, 1.3])
         a = np.linalg.det(np.stack([np.cos(angles), np.sin(angles), v * np.cos(2 * angles)], axis=1))
         b = np.linalg.det(np.stack([np.cos(angles), np.sin(angles), v], axis=1))

@@ -1,4 +1,4 @@
-"""The check of a mesh finds what was planted, and nothing on a sound mesh."""
+"""The check of a mesh finds the defects planted, and none on a valid mesh."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ class TestPlanted:
 
 @pytest.mark.parametrize("name", ALL)
 @pytest.mark.parametrize("scale", [1e-6, 1.0, 1e6])
-def test_nothing_is_found_on_sound_meshes_of_any_size_anywhere(name, scale):
+def test_nothing_is_found_on_valid_meshes_of_any_size_anywhere(name, scale):
     mesh = ALL[name]
     report = mesh.moved(scale * (mesh.vertices + np.array([3, 5, 7]))).check(self_intersections=True)
     assert report, str(report)

@@ -1,4 +1,4 @@
-"""The editable mesh: T1 to T4 and T7, one after another, against faces told as loops; and all of it undone."""
+"""The editable mesh: sequences of T1 to T4 and T7 against a reference of face loops, and their undo."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def alive_darts(edit):
 
 
 def random_edit(edit, loops, rng):
-    """One edit on both; return what it was, whether it was done, and the reason told."""
+    """Apply one edit to both; return its kind, whether it was done, and the reason given."""
     kind = rng.choice(["remove", "insert", "swap"], p=[0.35, 0.35, 0.3])
     dart = int(rng.choice(alive_darts(edit)))
     a, b = dart // 3, int(edit._darts.twin[dart]) // 3
@@ -72,7 +72,7 @@ def random_edit(edit, loops, rng):
 
 
 def labels_hold(edit):
-    """What the copy keeps beside the twins is what follows from them."""
+    """Check that what is stored beside the twins is consistent with them."""
     d, (n, f, _) = edit._darts, edit._used
     for face in range(f):
         if d.face_dart[face] >= 0:
@@ -159,7 +159,7 @@ def test_joins_and_cuts_among_the_others_are_undone(name, seed):
 
 
 def outline(edit, faces):
-    """The darts around a set of faces, as far as they go in one line."""
+    """The darts of one boundary loop of a set of faces."""
     inside = np.isin(edit._darts.face, sorted(faces))
     dart = next((int(d) for f in faces for d in edit.around(f) if not inside[edit._darts.twin[d]]), None)
     out = []
@@ -172,7 +172,7 @@ def outline(edit, faces):
 
 
 def any_edit(edit, rng):
-    """One of the seven operators, somewhere; return by how much V - E + F is to change, None if refused."""
+    """Apply one of the seven operators somewhere; return the expected change of V - E + F, None if refused."""
     dart = int(rng.choice(alive_darts(edit)))
     face = edit.faces_beside(dart)[0]
     kind = int(rng.integers(1, 8))
@@ -224,13 +224,13 @@ def test_all_seven_in_any_order_keep_the_mesh_complete_and_are_undone(name, seed
 
 
 def k33_on_the_torus():
-    """Three hexagons, each sharing three edges with each other one."""
+    """Three hexagons, each pair sharing three edges."""
     neighbors = [[3, 4, 5], [3, 4, 5], [3, 4, 5], [0, 1, 2], [0, 1, 2], [0, 1, 2]]
     return Connectivity.from_neighbors(neighbors)
 
 
 def heawood():
-    """The least complete torus: seven hexagons, each adjacent to all others."""
+    """The smallest complete torus: seven hexagons, each adjacent to all others."""
     i = np.arange(7)
     even = np.stack([7 + i, 7 + (i + 1) % 7, 7 + (i + 3) % 7], axis=1)
     odd = np.stack([i, (i - 1) % 7, (i - 3) % 7], axis=1)

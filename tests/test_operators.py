@@ -31,7 +31,7 @@ def counts(mesh):
 
 class TestCounts:
     @given(mesh=meshes, seed=seeds)
-    def test_change_as_told(self, mesh, seed):
+    def test_change_as_documented(self, mesh, seed):
         rng = np.random.default_rng(seed)
         c = mesh.connectivity
         dart = int(rng.integers(c.twin.size))

@@ -1,4 +1,4 @@
-"""Batches: many edits are the edits one by one, in the order of memory or as given; what is left out is told."""
+"""Batches: equal to single edits, in memory order or as given, with the reasons of those skipped."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def test_batches_equal_their_edits_one_by_one(name, seed):
 
 
 @given(name=names, seed=seeds, method=st.sampled_from(["swap", "remove", "insert", "remove_faces", "refine_faces"]))
-def test_batches_are_done_from_the_first_place_in_memory_to_the_last_unless_told(name, seed, method):
+def test_batches_are_applied_in_memory_order_by_default(name, seed, method):
     mesh, rng = MESHES[name], np.random.default_rng(seed)
     loose, sorted_ = EditableMesh(mesh), EditableMesh(mesh)
     c = mesh.connectivity
@@ -80,7 +80,7 @@ def test_batches_of_faces_equal_their_edges_one_by_one(name, seed):
 
 
 def expected_of_face(edit, method, face, touched):
-    """Do T6 or T5 by the reference, and return the status wanted of the batch; `touched` is of this batch."""
+    """Apply T6 or T5 by the reference, and return the expected status; `touched` is of this batch."""
     if face in touched:
         return 1
     if edit.is_hole(face):
@@ -99,7 +99,7 @@ def expected_of_face(edit, method, face, touched):
 
 
 def test_the_order_of_memory_is_that_of_large_numbers_too():
-    """Darts beyond two to the sixteenth, some of them twice."""
+    """Darts above 2 ** 16, some of them repeated."""
     mesh = shapes.sphere(60)
     darts = np.random.default_rng(0).integers(0, 3 * mesh.n_vertices, 3000)
     darts[:50] = darts[-50:]

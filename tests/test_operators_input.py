@@ -1,4 +1,4 @@
-"""What operators, batches and contours say of bad input: one sentence that names the argument and the exact reason."""
+"""Invalid input of operators, batches and contours: one sentence that names the argument and the exact reason."""
 
 from __future__ import annotations
 
@@ -192,7 +192,7 @@ def test_masks_are_taken_as_the_numbers_that_they_mark():
         assert_array_equal(one.result().mesh.connectivity.twin, other.result().mesh.connectivity.twin)
 
 
-def test_faces_that_are_gone_are_told():
+def test_removed_faces_are_reported():
     edit = EditableMesh(BALL)
     left, right = edit.faces_beside(0)
     edit.remove_edges([0])
@@ -203,8 +203,8 @@ def test_faces_that_are_gone_are_told():
     assert edit.refine_faces([gone]).reasons == {"touched by an earlier edit": 1}
 
 
-def test_no_edge_of_a_mesh_that_is_not_complete_or_has_no_room_is_legal():
-    """K3,3 on the torus (thesis, figure 2.24), and the least complete torus: seven hexagons, all beside each other."""
+def test_no_edge_of_an_incomplete_or_smallest_mesh_is_legal():
+    """K3,3 on the torus (thesis, figure 2.24), and the smallest complete torus: seven hexagons, all adjacent."""
     for connectivity, reason in ((k33_on_the_torus(), "mesh is not complete"), (heawood(), "is adjacent to both its")):
         mesh = anywhere(connectivity)
         for dart in range(connectivity.twin.size):
@@ -212,9 +212,9 @@ def test_no_edge_of_a_mesh_that_is_not_complete_or_has_no_room_is_legal():
                 sm.remove_edge(mesh, dart)
 
 
-def test_every_reason_to_refuse_a_join_comes_up_and_is_told():
-    """On small meshes all pairs of faces: what is refused is so for its reason, what is joined stays complete."""
-    told = set()
+def test_every_reason_to_refuse_a_join_occurs():
+    """All pairs of faces on small meshes: each refusal has the right reason, each joined mesh is complete."""
+    reasons = set()
     for mesh in (sm.sphere(3), sm.torus(9, 6)):
         c = mesh.connectivity
         beside = np.eye(len(c.face_sizes), dtype=bool)
@@ -226,12 +226,12 @@ def test_every_reason_to_refuse_a_join_comes_up_and_is_told():
                     edit.join(a, b)
                 except TopologyError as error:
                     reason = re.sub(r"\d+", "#", str(error).split(": ")[1])
-                    told.add(reason)
+                    reasons.add(reason)
                     assert (reason == "they are the same") == (a == b)
                     assert (reason == "they share an edge") == (a != b and beside[a, b])
                     third = (beside[a] & beside[b]).any() and not beside[a, b]
                     assert (reason == "face # shares an edge with both") == third
-    assert told == {
+    assert reasons == {
         "they are the same",
         "they share an edge",
         "face # shares an edge with both",

@@ -1,4 +1,4 @@
-"""That the operators are enough: every mesh into every other one of the same genus, by sequences that are found."""
+"""The operators are complete: sequences are found from every mesh to every other one of the same genus."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def test_regular_meshes_are_regular():
     ],
 )
 def test_regular_meshes_of_a_genus_turn_into_each_other(large, small, width):
-    """T1 all the way down, T2 all the way up again, never through a mesh that is not complete."""
+    """T1 to the smallest mesh and T2 up again, through complete meshes only."""
     down = way_down(large, small, width)
     assert invariant(down[-1]) == invariant(small)
     up = way_up(small, down[-2::-1])
@@ -82,7 +82,7 @@ def hole_sizes(mesh):
 
 
 def test_a_sphere_turns_into_a_plane_and_back():
-    """T3 takes a cap off, so that its rim is a hole, and T4 puts it on again; between them T1 and T2."""
+    """T3 cuts off a cap, leaving a hole, and T4 joins it again; T1 and T2 in between."""
     plane, least = shapes.plane(2, 2), with_holes(TETRAHEDRON, 0)
     c = DODECAHEDRON.connectivity
     around = c.twin.reshape(-1)[c.face_darts[: c.face_sizes[0]]]

@@ -1,4 +1,4 @@
-"""T3 and T4 undo each other: handles and bridges between faces of any two sizes, holes too, to the last number."""
+"""T3 and T4 are exact inverses: handles and bridges between faces or holes of any two sizes."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def assert_same(one, other):
 
 
 def unequal_pair(mesh, rng, low=0, split=None):
-    """Two faces with different numbers of vertices, the second one from `split` on."""
+    """Two faces with different numbers of vertices, the second one numbered from `split`."""
     sizes = mesh.connectivity.face_sizes
     a = int(rng.integers(low, split or len(sizes)))
     others = np.flatnonzero((sizes != sizes[a]) & (np.arange(len(sizes)) >= (split or 0)))
@@ -74,7 +74,7 @@ def test_a_handle_between_faces_of_two_sizes_is_cut_again(name, seed):
 
 
 def alternate_evenly(vertices, face):
-    """Whether between vertices of the smaller face there are never more of the other one than the ratio asks."""
+    """Whether there are never more vertices of the larger face between those of the smaller than their ratio."""
     of_face = np.isin(vertices, face)
     few = of_face if of_face.sum() <= (~of_face).sum() else ~of_face
     at = np.flatnonzero(few)

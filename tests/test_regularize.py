@@ -1,4 +1,4 @@
-"""Regularizing: what it swaps, in which order, when it ends, and what it leaves."""
+"""Regularization: which edges are swapped, in which order, termination, and the exceptions left."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def uneven(mesh, rng, swaps=60, removals=10):
 
 
 def unequal(loops):
-    """The legal edges and how unequal they are, by their faces; those that are to be swapped."""
+    """The legal edges with their imbalance, from their faces, and those that are to be swapped."""
     out = {}
     for a, b in {edge for f in loops.faces for edge in loops.edges(f) if edge[0] < edge[1]}:
         left, right, near, far = loops.around(a, b)

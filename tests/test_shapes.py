@@ -1,4 +1,4 @@
-"""Shapes: numbers of vertices, points where they should be, outward normals, nothing wrong with them."""
+"""Shapes: numbers of vertices, positions, outward normals, validity."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ PER_SQUARE = {"tetrahedron": 4, "octahedron": 8, "icosahedron": 20}
 
 
 @pytest.mark.parametrize("name", ALL)
-def test_nothing_is_wrong_with_a_shape(name):
+def test_shapes_are_valid(name):
     report = ALL[name].check(self_intersections=True)
     assert report, str(report)
 
 
 @pytest.mark.parametrize("base", PER_SQUARE)
 @pytest.mark.parametrize("f", [1, 2, 3, 4, 9])
-def test_a_sphere_has_so_many_vertices_for_its_frequency(base, f):
+def test_number_of_vertices_of_a_sphere_by_frequency(base, f):
     ball = shapes.sphere(f, base, radius=3.0, center=(1, 2, 3))
     assert ball.n_vertices == PER_SQUARE[base] * f**2
     assert_allclose(np.linalg.norm(ball.vertices - [1, 2, 3], axis=1), 3.0, rtol=1e-14)
@@ -44,14 +44,14 @@ ROUND = {  # proportions from usual to extreme
 
 @given(n=st.integers(200, 20000))
 @pytest.mark.parametrize("name", ROUND)
-def test_about_so_many_vertices(name, n):
+def test_approximate_number_of_vertices(name, n):
     off = abs(ROUND[name](n).n_vertices / n - 1)
     assert off <= (0.13 if (name == "sphere" and n < 233) or name in ("belt", "pole") else 0.1)
 
 
 @pytest.mark.parametrize("n", [4, 20, 24, 30, 40, 60, 90, 130, 170])
 @pytest.mark.parametrize("name", ROUND)
-def test_few_vertices_come_as_near_as_such_shapes_can(name, n):
+def test_small_numbers_of_vertices_are_as_near_as_possible(name, n):
     mesh = ROUND[name](n)
     assert mesh.check() or name in ("torus", "thin torus", "belt")
     off = abs(mesh.n_vertices - n)

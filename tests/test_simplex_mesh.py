@@ -1,4 +1,4 @@
-"""The mesh itself: frozen, sharing what can be shared, refusing what does not fit."""
+"""The mesh class: immutable, with shared connectivity, checked arguments."""
 
 from __future__ import annotations
 
