@@ -22,9 +22,8 @@ they aim for, as a fraction of it."""
 def correct(fit: Fit, original: Original, part_of: NDArray[np.integer], distance: float) -> Comparison:
     """Displace the vertices of a fit where it is beyond a tolerance, and return the final comparison.
 
-    The farthest point of each triangle beyond it, on either surface, asks for the smallest displacement of the fitted
-    triangle's corners that brings it within; corners move by the mean of the displacements asked for. The best of all
-    rounds is kept.
+    For the farthest point of each triangle beyond it, on either surface, the smallest displacement of the fitted
+    triangle's corners that brings it within is computed; corners move by the mean of these. The best round is kept.
 
     Parameters
     ----------

@@ -28,7 +28,7 @@ MUTUAL_COSINE = 0.05
 """Smallest cosine between a fan triangle and the normals of its vertices."""
 
 NO_BOUND = -2.0
-"""A cosine that none is below."""
+"""A lower bound that every cosine satisfies; its negative is an upper bound."""
 
 MAX_TRIES, PASSES, ROUNDS = 5, 6, 2
 
@@ -63,7 +63,7 @@ class Guard:
     def untangled(self, mesh: SimplexMesh, mutual: float, target_cosine: float) -> Array:
         """Return the vertices, moved where that reduces the folds and crossings of the faces around them."""
         for _ in range(ROUNDS):
-            m, _ = self._moving(mesh, 1.0 + MUTUAL_COSINE)
+            m, _ = self._moving(mesh, -NO_BOUND)
             n_invalid = _kernels_untangle.untangle(m, PASSES, kernels.Bounds(mutual, target_cosine))
             mesh = mesh.moved(m.points[: mesh.n_vertices])
             if not n_invalid:

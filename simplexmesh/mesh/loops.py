@@ -46,8 +46,8 @@ class Loop:
 def tunnel_loops(vertices: Array, faces: Indices) -> tuple[Loop, ...]:
     """Return the shortest tunnel loops of a closed surface, one for each tunnel, the shortest first.
 
-    A tunnel loop bounds no part of the surface and links no curve inside it, so a disk outside spans it. That disk
-    closes the tunnel, and the length of the loop is the tunnel's girth at its narrowest place.
+    A tunnel loop bounds no part of the surface and links no curve inside it; a film that spans it outside closes the
+    tunnel. Its length is the girth of the tunnel at the narrowest place.
 
     Parameters
     ----------

@@ -64,9 +64,9 @@ def insert_edge(
 ) -> Edited:
     """T2: divide a face by an edge between a new vertex on each of two of its edges.
 
-    Two vertices, three edges and one face more; the new vertices are the last two, with data interpolated along the
-    edges. Two edges that meet in a vertex cut it off by a triangle. A hole is divided into two holes. `remove_edge` of
-    the new edge is the inverse.
+    Two vertices, three edges and one face more; the new vertices are the last two, their positions and floating-point
+    data interpolated along the edges. Two edges that meet in a vertex cut it off by a triangle. A hole is divided into
+    two holes. `remove_edge` of the new edge is the inverse.
 
     Parameters
     ----------
@@ -119,8 +119,8 @@ def insert_edge(
 def swap_edge(mesh: SimplexMesh, edge: Edge) -> Edited:
     """T7: swap an edge, the dual of an edge flip: it then separates the two faces that were at its ends.
 
-    The adjacent faces lose a vertex each, the opposite ones gain one; vertices are kept. The data of each end becomes
-    the mean of both ends and its two new neighbors.
+    The adjacent faces lose a vertex each, the opposite ones gain one; vertices are kept. Position and floating-point
+    data of each end become the mean of both ends and of its two other neighbors after the swap.
 
     Raises
     ------
