@@ -169,6 +169,12 @@ def test_lost_handles_are_told():
         sm.reconstruct(thin, vertices=200)
 
 
+def test_pairs_of_faces_may_be_an_array():
+    ball = sm.sphere(12).triangulated()
+    model = sm.reconstruct(ball, init="sphere", vertices=200, handles=np.array([[3, 60]]), iterations=5)
+    assert [proposal.accepted for proposal in model.topology.handles] == [True]
+
+
 def test_scans_may_be_arrays_and_a_mesh_may_be_fitted_to_a_mesh():
     ball = sm.sphere(12)
     front, back = ball.vertices[ball.vertices[:, 0] > -0.1], ball.vertices[ball.vertices[:, 0] < 0.1]

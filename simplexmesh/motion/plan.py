@@ -110,19 +110,27 @@ def plan_for(
     ('auto', False)
     """
     default = "none" if init in (None, "auto") else "auto"
-    for name, given in (("holes", holes), ("handles", handles)):
-        if isinstance(given, str):
-            _check.choice(name, given, ("auto", "none"))
-        elif given is not None and not callable(given) and not hasattr(given, "__len__"):
-            raise TypeError(f"{name} must be 'auto', 'none', a function or a sequence, not {type(given).__name__}")
+    choices = _choice("holes", holes, default), _choice("handles", handles, default)
     if refine is not None:
         _check.choice("refine", refine, ("none", "auto", *THRESHOLDS))
     if placement is not None:
         _check.choice("placement", placement, ("adaptive", "even"))
     return Plan(
-        default if holes is None else holes,
-        default if handles is None else handles,
+        *choices,
         refine or default,
         vertices,
         placement or ("even" if init is None else "closed"),
     )
+
+
+def _choice(name: str, given: Choice | None, default: str) -> Choice:
+    """Return the choice of holes or handles, checked; sequences as lists, since arrays do not compare with names."""
+    if given is None:
+        return default
+    if isinstance(given, str):
+        return _check.choice(name, given, ("auto", "none"))
+    if callable(given):
+        return given
+    if not hasattr(given, "__len__"):
+        raise TypeError(f"{name} must be 'auto', 'none', a function or a sequence, not {type(given).__name__}")
+    return list(given)
