@@ -69,12 +69,12 @@ def fan_penalty(g: MovingMesh, f: int, b: Bounds, vectors: Array, row: int) -> f
     Square roots are avoided for the majority of triangles, which have no penalty.
     """
     total = x = y = z = 0.0
-    middle = g.normals.shape[0] + f
+    center = g.normals.shape[0] + f
     u = g.target_normals[f, 0], g.target_normals[f, 1], g.target_normals[f, 2]
     known = dot(u, u) > 0
     for c in range(g.faces.offsets[f], g.faces.offsets[f] if g.faces.hole[f] else g.faces.offsets[f + 1]):
         p, q = g.faces.vertices[c], g.faces.ahead[c]
-        t = cross_product(difference(g.points, q, p), difference(g.points, middle, p))
+        t = cross_product(difference(g.points, q, p), difference(g.points, center, p))
         x, y, z = x + t[0], y + t[1], z + t[2]
         size = dot(t, t)
         n = g.normals[p, 0] + g.normals[q, 0], g.normals[p, 1] + g.normals[q, 1], g.normals[p, 2] + g.normals[q, 2]
@@ -125,13 +125,12 @@ def local_penalty(g: MovingMesh, i: int, b: Bounds, vectors: Array, most: float)
 
 
 @njit(cache=True, error_model="numpy")
-def advance(g: MovingMesh, target: Array, max_step: float, max_tries: int, b: Bounds) -> int:
+def advance(g: MovingMesh, target: Array, max_step: float, max_tries: int, b: Bounds) -> None:
     """Move each free vertex towards its target by at most `max_step`, halving the step until nothing gets worse.
 
-    Returns the number of vertices that could not move. The penalty before a move is computed only if there is one
-    after it.
+    The penalty before a move is computed only if there is one after it.
     """
-    vectors, n_fixed = np.empty((6, 3)), 0
+    vectors = np.empty((6, 3))
     for i in range(target.shape[0]):
         x, y, z = g.points[i, 0], g.points[i, 1], g.points[i, 2]
         dx, dy, dz = target[i, 0] - x, target[i, 1] - y, target[i, 2] - z
@@ -153,6 +152,4 @@ def advance(g: MovingMesh, target: Array, max_step: float, max_tries: int, b: Bo
                 break
             fraction /= 2
         if not moved:
-            n_fixed += 1
             move_vertex(g, i, x, y, z)
-    return n_fixed

@@ -32,7 +32,7 @@ class Decimated(Edited):
     ----------
     rms, largest : float
         Rms and largest distance of the given mesh's vertices and face centroids to the new mesh, in its unit; the
-        largest includes the distances of its rim vertices to the new rims.
+        largest includes the distances of its boundary vertices to the new boundary.
     exceptions : (m,) array of int
         The faces of the new mesh, holes excluded, that have fewer than five or more than seven vertices.
 
@@ -59,8 +59,8 @@ def decimate(mesh: Any, *, vertices: int | None = None, tolerance: float | None 
     and a least-squares fit moves the vertices so that the faces are closest to the surface, each only as far as no
     face folds or crosses another more than before.
 
-    Genus, components and holes are kept. Faces never merge with holes; merging two on a rim costs the squared distance
-    of their parts of it from a line.
+    Genus, components and holes are kept. Faces never merge with holes; merging two on a boundary costs the squared
+    distance of their parts of it from a line.
 
     Parameters
     ----------
@@ -70,9 +70,9 @@ def decimate(mesh: Any, *, vertices: int | None = None, tolerance: float | None 
     vertices : int, optional
         Number of vertices to keep: even, as it always is in a simplex mesh.
     tolerance : float, optional
-        The largest distance allowed between the two surfaces, in both directions, and between their rims, in the unit
-        of the mesh. It holds everywhere, not only at samples: where it is exceeded, vertices are displaced, and if that
-        is not enough, decimation is repeated with smaller faces there. A mesh without folds stays so. Give this or
+        The largest distance allowed between the two surfaces, in both directions, and between their boundaries, in the
+        unit of the mesh. It holds everywhere, not only at samples: where it is exceeded, vertices are displaced, and if
+        that is not enough, decimation is repeated with smaller faces there. A mesh without folds stays so. Give this or
         `vertices`.
 
     Returns

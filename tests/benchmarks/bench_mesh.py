@@ -1,4 +1,4 @@
-"""What the mesh costs: nanoseconds per vertex, against peers run in the same process.
+"""Cost of the mesh: nanoseconds per vertex, against peers run in the same process.
 
 Run with `python tests/benchmarks/bench_mesh.py`; half a minute.
 """
@@ -21,7 +21,7 @@ from simplexmesh.mesh.triangulation import dual_triangles, fan
 
 
 def best(function: Callable[[], object], rounds: int = 3) -> float:
-    """Return the least time of one call in seconds, after a warm-up."""
+    """Return the smallest time of one call in seconds, after a warm-up."""
     function()
     times = []
     for _ in range(rounds):

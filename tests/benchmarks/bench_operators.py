@@ -1,4 +1,4 @@
-"""What operators cost: nanoseconds of each in batches, at several sizes of mesh; regularizing; against a kd-tree query.
+"""Cost of the operators: nanoseconds per edit in batches at several mesh sizes, regularization, a kd-tree query.
 
 Run with `python tests/benchmarks/bench_operators.py`; half a minute.
 """
@@ -20,7 +20,7 @@ from simplexmesh.mesh.regularize import regularize
 
 
 def timed(function, rounds: int = 3) -> tuple[float, object]:
-    """Return the least time of one call in seconds, and what it returned last."""
+    """Return the smallest time of one call in seconds, and its last result."""
     times = []
     for _ in range(rounds):
         start = time.perf_counter()
@@ -45,7 +45,7 @@ def chosen(mesh: sm.SimplexMesh, count: int, rng: np.random.Generator) -> dict[s
 
 
 def batches(mesh: sm.SimplexMesh, count: int, rng: np.random.Generator, *, in_order: bool) -> dict[str, float]:
-    """Return the nanoseconds of a random edit of each kind, of undoing one, and of copying and closing up a vertex."""
+    """Return nanoseconds per random edit of each kind, per undo, and per vertex of the copy and of the result."""
     out = {}
     for name, args in chosen(mesh, count, rng).items():
         best = np.inf
@@ -62,7 +62,7 @@ def batches(mesh: sm.SimplexMesh, count: int, rng: np.random.Generator, *, in_or
 
 
 def print_rates() -> None:
-    """Print what an edit costs at four sizes of mesh, of as many edits as a quarter of the vertices."""
+    """Print the cost of an edit at four mesh sizes, in batches of a quarter of the number of vertices."""
     rng = np.random.default_rng(0)
     batches(sm.sphere(8), 100, rng, in_order=True)
     names = ("swap_edges", "remove_edges", "insert_edges", "remove_faces", "refine_faces", "undo", "copy", "result")

@@ -20,7 +20,7 @@ CHANGE = {1: -2, 2: 2, 5: -12, 6: 12, 7: 0}  # of the number of vertices, about
 
 
 def random_batch(edit, rng, wanted):
-    """Some hundred operators of a kind to keep the number of vertices near `wanted`; return both."""
+    """Apply some hundred operators of a kind that keeps the number of vertices near `wanted`; return both."""
     n, f, _ = edit._used
     alive = np.flatnonzero(edit._darts.alive[:n])
     kinds = [kind for kind, change in CHANGE.items() if change * (len(alive) - wanted) <= 0 or rng.random() < 0.3]
@@ -40,7 +40,7 @@ def random_batch(edit, rng, wanted):
 
 
 def checked(edit, euler):
-    """The topology as `result` tells it: complete, and by Euler's relation."""
+    """Check that the connectivity of `result` is complete and satisfies Euler's relation."""
     labels_hold(edit)
     mesh = edit.result().mesh
     c = mesh.connectivity
