@@ -71,18 +71,18 @@ class BorderForce:
         Its goal is the mean of the border points whose nearest rim vertex it is, which draws vertices into corners, or
         the nearest border point where there are none. The component along the rim is dropped to keep spacing even.
         """
-        places = vertices[rim.vertices]
-        ahead, back = places[rim.after], places[rim.before]
-        distance, nearest = self._tree.query(places)
-        step = self.points[nearest] - places
-        near, owner = cKDTree(places).query(self.points)
-        side = 0.5 * (norm(ahead - places) + norm(back - places))
+        positions = vertices[rim.vertices]
+        ahead, back = positions[rim.after], positions[rim.before]
+        distance, nearest = self._tree.query(positions)
+        step = self.points[nearest] - positions
+        near, owner = cKDTree(positions).query(self.points)
+        side = 0.5 * (norm(ahead - positions) + norm(back - positions))
         assigned = near < MAX_SPACING * side[owner]
-        count = np.bincount(owner[assigned], minlength=len(places))
-        total = np.zeros_like(places)
+        count = np.bincount(owner[assigned], minlength=len(positions))
+        total = np.zeros_like(positions)
         np.add.at(total, owner[assigned], self.points[assigned])
-        has = count > 0
-        step[has] = total[has] / count[has, None] - places[has]
+        matched = count > 0
+        step[matched] = total[matched] / count[matched, None] - positions[matched]
         along = normalized(ahead - back)
         step -= dot(step, along)[:, None] * along
         step[distance > reach] = 0.0

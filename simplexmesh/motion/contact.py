@@ -54,9 +54,9 @@ def contacts(
     other = np.concatenate([np.asarray(found, np.int64) for found in near])
     offset = vertices[other] - vertices[mine]
     along = -np.einsum("ij,ij->i", offset, normals[mine])
-    aside = np.sqrt(np.maximum(np.einsum("ij,ij->i", offset, offset) - along**2, 0.0))
-    turned = np.einsum("ij,ij->i", normals[other], normals[mine]) < OPPOSITE
-    good = np.flatnonzero(turned & (along > -0.4 * edges[mine]) & (aside < 0.9 * edges[mine]))
-    good = good[np.lexsort((-other[good], -along[good]))]  # the shallowest is written last, of equals the first
-    meets[mine[good]], depth[mine[good]] = other[good], along[good]
+    lateral = np.sqrt(np.maximum(np.einsum("ij,ij->i", offset, offset) - along**2, 0.0))
+    opposed = np.einsum("ij,ij->i", normals[other], normals[mine]) < OPPOSITE
+    valid = np.flatnonzero(opposed & (along > -0.4 * edges[mine]) & (lateral < 0.9 * edges[mine]))
+    valid = valid[np.lexsort((-other[valid], -along[valid]))]  # the shallowest is written last, of equals the first
+    meets[mine[valid]], depth[mine[valid]] = other[valid], along[valid]
     return meets, depth

@@ -44,15 +44,15 @@ class Rim:
         if not connectivity.n_holes:
             return None
         offsets = connectivity.face_offsets
-        rows, before, after, start = [], [], [], 0
+        vertices, before, after, start = [], [], [], 0
         for face in np.flatnonzero(connectivity.face_is_hole):
             around = connectivity.face_vertices[offsets[face] : offsets[face + 1]]
-            rows_here = np.arange(len(around), dtype=np.int32) + start
-            rows.append(around)
-            before.append(np.roll(rows_here, 1))
-            after.append(np.roll(rows_here, -1))
+            rows = np.arange(len(around), dtype=np.int32) + start
+            vertices.append(around)
+            before.append(np.roll(rows, 1))
+            after.append(np.roll(rows, -1))
             start += len(around)
-        return cls(np.concatenate(rows), np.concatenate(before), np.concatenate(after))
+        return cls(np.concatenate(vertices), np.concatenate(before), np.concatenate(after))
 
     def goals(self, vertices: Array, constraint: NDArray[np.int8], shape: RimShape) -> Array:
         """Return (m, 3) the goal of the internal force at each rim vertex: evenly spaced, at its constraint's height.
@@ -77,7 +77,7 @@ class RimShape:
 
     Parameters
     ----------
-    row : (m,) array of int
+    rim : (m,) array of int
         The rim vertices.
     vertices : (n, 3) array of float
         Of the reference mesh.
@@ -88,20 +88,20 @@ class RimShape:
     M. Müller et al., "Meshless deformations based on shape matching", ACM Transactions on Graphics 24 (3), 2005.
     """
 
-    def __init__(self, row: NDArray[np.int32], vertices: Array, neighbors: NDArray[np.int32]) -> None:
-        near = neighbors[row]
-        self._stars = np.concatenate([row[:, None], near, neighbors[near].reshape(-1, 9)], axis=1)
-        weights = np.ones(self._stars.shape)
-        weights[:, 4:][self._stars[:, 4:] == row[:, None]] = 0.0
+    def __init__(self, rim: NDArray[np.int32], vertices: Array, neighbors: NDArray[np.int32]) -> None:
+        near = neighbors[rim]
+        self._neighborhoods = np.concatenate([rim[:, None], near, neighbors[near].reshape(-1, 9)], axis=1)
+        weights = np.ones(self._neighborhoods.shape)
+        weights[:, 4:][self._neighborhoods[:, 4:] == rim[:, None]] = 0.0
         self._weights = weights / weights.sum(axis=1, keepdims=True)
         self._offsets, _ = self._centered(vertices)
         self._size2 = np.maximum((self._weights * dot(self._offsets, self._offsets)).sum(axis=1), 1e-300)
 
     def _centered(self, vertices: Array) -> tuple[Array, Array]:
         """Return each neighborhood (m, 13, 3) relative to its weighted centroid, and the centroids (m, 3)."""
-        stars = vertices[self._stars]
-        centers = np.einsum("mk,mki->mi", self._weights, stars)
-        return stars - centers[:, None], centers
+        positions = vertices[self._neighborhoods]
+        centers = np.einsum("mk,mki->mi", self._weights, positions)
+        return positions - centers[:, None], centers
 
     def positions(self, vertices: Array) -> Array:
         """Return (m, 3) the reference positions, mapped by the best similarity to each present neighborhood."""

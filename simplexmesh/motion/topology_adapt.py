@@ -110,7 +110,7 @@ def staged_fit(
     return fit
 
 
-def _open_holes(fit: Fit, plan: Plan, settle: Stage) -> None:
+def _open_holes(fit: Fit, plan: Plan, stage: Stage) -> None:
     """Open holes where the data ends and move the rims to its border, up to three times."""
     if plan.holes == "none":
         return
@@ -131,7 +131,7 @@ def _open_holes(fit: Fit, plan: Plan, settle: Stage) -> None:
         if out.mesh is mesh:
             return
         fit.mesh = out.mesh
-        fit.move(settle, share=(0.25 + 0.05 * attempt, 0.3 + 0.05 * attempt))
+        fit.move(stage, share=(0.25 + 0.05 * attempt, 0.3 + 0.05 * attempt))
 
 
 def _near_border(target: Target, edge: float) -> Callable[[HoleProposal], bool | str]:

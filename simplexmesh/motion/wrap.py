@@ -44,7 +44,7 @@ FACING = 0.4
 ROUND = 8
 """Iterations between rounds of evening face sizes."""
 
-FILM, SKIN = CONSTRAINTS.index("orientation"), CONSTRAINTS.index("mean_curvature")
+FILM, ON_DATA = CONSTRAINTS.index("orientation"), CONSTRAINTS.index("mean_curvature")
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,7 +145,7 @@ class Wrapping:
             model = DeformableModel(self.mesh, rigidity=2, damping=1.0, forces=self._push)
             for _ in range(start, min(start + ROUND, iterations)):
                 slack = self.free | self._folded | np.full(len(self.free), not press)
-                code = np.where(slack, FILM, SKIN).astype(np.int8)
+                code = np.where(slack, FILM, ON_DATA).astype(np.int8)
                 code.setflags(write=False)
                 model.constraint = code
                 model.alpha[:] = np.where(self.near_data & ~self._folded, 0.1 if press else 0.3, 0.4)
