@@ -36,7 +36,7 @@ class TestPlanted:
         i, k = BALL.connectivity.edge_vertices[77]
         report = planted(BALL, {i: BALL.vertices[k]})
         assert_array_equal(report.where["flat_edges"], [77])
-        assert "1 edges have no length: 77" in str(report)
+        assert "1 edge has no length: 77" in str(report)
 
     def test_neighbors_on_one_line(self):
         a, b, c = BALL.neighbors[50]

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from simplexmesh._vec import dot, norm
 from simplexmesh.mesh import face_geometry, geometry
 from simplexmesh.mesh.connectivity import Connectivity
+from simplexmesh.mesh.manifold import counted
 from simplexmesh.mesh.self_intersection import self_intersections
 
 Array = NDArray[np.float64]
@@ -53,7 +54,8 @@ class Report:
         return "\n".join(self.problems) or "nothing wrong"
 
 
-Finding = tuple[str, str, NDArray[Any]]
+Finding = tuple[str, str, str, str, NDArray[Any]]
+"""Kind, subject and verb in singular and in plural, the rest of the sentence, indices."""
 
 
 def _first_few(found: NDArray[Any]) -> str:
@@ -72,8 +74,14 @@ def _incomplete(connectivity: Connectivity) -> list[Finding]:
     repeated[order[1:]] = np.diff(keys[order]) == 0
     repeated[same] = False
     return [
-        ("one_sided_edges", "edges have the same face on both sides", same),
-        ("shared_edges", "edges join two faces that already share another edge", np.flatnonzero(repeated)),
+        ("one_sided_edges", "edge has", "edges have", "the same face on both sides", same),
+        (
+            "shared_edges",
+            "edge joins",
+            "edges join",
+            "two faces that already share another edge",
+            np.flatnonzero(repeated),
+        ),
     ]
 
 
@@ -86,9 +94,15 @@ def _degenerate(vertices: Array, connectivity: Connectivity) -> list[Finding]:
     area = face_geometry.face_areas(vertices, connectivity.face_vertices, connectivity.face_offsets)
     flat = ~connectivity.face_is_hole & (area <= DEGENERATE * mean**2)
     return [
-        ("flat_edges", "edges have no length", np.flatnonzero(length <= DEGENERATE * mean)),
-        ("collinear", "vertices have collinear neighbors", np.flatnonzero(~(radius * DEGENERATE < mean))),
-        ("flat_faces", "faces have no area", np.flatnonzero(flat)),
+        ("flat_edges", "edge has", "edges have", "no length", np.flatnonzero(length <= DEGENERATE * mean)),
+        (
+            "collinear",
+            "vertex has",
+            "vertices have",
+            "collinear neighbors",
+            np.flatnonzero(~(radius * DEGENERATE < mean)),
+        ),
+        ("flat_faces", "face has", "faces have", "no area", np.flatnonzero(flat)),
     ]
 
 
@@ -110,8 +124,20 @@ def _misoriented(vertices: Array, connectivity: Connectivity) -> list[Finding]:
     """Return the inverted vertices and the folded faces; see `misoriented`."""
     inverted, folded = misoriented(vertices, connectivity)
     return [
-        ("inverted", "vertices have a normal opposite to that of their faces", np.flatnonzero(inverted)),
-        ("folded", "faces have triangles that point against the normals of their vertices", np.flatnonzero(folded)),
+        (
+            "inverted",
+            "vertex has",
+            "vertices have",
+            "a normal opposite to that of the faces around",
+            np.flatnonzero(inverted),
+        ),
+        (
+            "folded",
+            "face has",
+            "faces have",
+            "triangles that point against their vertex normals",
+            np.flatnonzero(folded),
+        ),
     ]
 
 
@@ -145,7 +171,7 @@ def check(vertices: Array, connectivity: Connectivity, *, crossings: bool = Fals
     """
     findings = _incomplete(connectivity)
     wrong = np.flatnonzero(~np.isfinite(vertices).all(axis=1))
-    findings.append(("not_finite", "vertices are not finite", wrong))
+    findings.append(("not_finite", "vertex is", "vertices are", "not finite", wrong))
     problems = []
     if not len(wrong):
         volume = face_geometry.enclosed_volume(vertices, connectivity.face_vertices, connectivity.face_offsets)
@@ -153,7 +179,12 @@ def check(vertices: Array, connectivity: Connectivity, *, crossings: bool = Fals
             problems.append(f"the mesh is inside out: it encloses a volume of {volume:g}")
         findings += _degenerate(vertices, connectivity) + _misoriented(vertices, connectivity)
         if crossings:
-            findings.append(("crossing", "pairs of faces cross", self_intersections(vertices, connectivity)))
-    problems += [f"{len(found)} {what}: {_first_few(found)}" for _, what, found in findings if len(found)]
-    where = {kind: found for kind, _, found in findings if len(found)}
+            crossing = self_intersections(vertices, connectivity)
+            findings.append(("crossing", "pair of faces", "pairs of faces", "cross", crossing))
+    problems += [
+        f"{counted(len(found), one, many)} {what}: {_first_few(found)}"
+        for _, one, many, what, found in findings
+        if len(found)
+    ]
+    where = {kind: found for kind, *_, found in findings if len(found)}
     return Report(tuple(problems), where)
