@@ -103,7 +103,7 @@ def fitted(found, points, directions, radius, degree, priors, noise, slack, lean
         degree -= 1
     powers = exponents(degree)
     design = np.stack([flat[:, 0] ** a * flat[:, 1] ** b for a, b in powers], axis=1)
-    level = (noise / radius) ** 2
+    level = max((noise / radius) ** 2, kernels.ROUNDING**2 * (z @ z) / len(z))
     ridge = np.zeros(len(powers))
     normal_matrix = design.T @ design
     for t, (a, b) in enumerate(powers):

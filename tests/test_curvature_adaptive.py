@@ -104,6 +104,19 @@ class TestAccuracy:
         assert np.abs(found.k1 - made.exact.k1).max() < 1e-3
         assert np.abs(found.k2 - made.exact.k2).max() < 1e-3
 
+    @pytest.mark.parametrize(
+        ("around", "along", "step", "most"),
+        [(200, 20, 0.33, 0.2), (100, 20, 0.13, 1e-4), (40, 200, 0.016, 1e-3), (200, 20, 0.1, 1e-4)],
+    )
+    def test_long_triangles_have_no_wild_curvature(self, around, along, step, most):
+        turn, row = (part.ravel() for part in np.meshgrid(np.arange(around), np.arange(along), indexing="ij"))
+        points = np.stack([np.cos(2 * np.pi * turn / around), np.sin(2 * np.pi * turn / around), step * row], axis=1)
+        corner = np.arange(around * along).reshape(around, along)
+        a, b = corner[:, :-1].ravel(), np.roll(corner, -1, axis=0)[:, :-1].ravel()
+        tube = sm.TriangleMesh(points, np.concatenate([np.stack([a, b, b + 1], 1), np.stack([a, b + 1, a + 1], 1)]))
+        error = np.abs(sm.curvature(tube).mean - 0.5)
+        assert error[(row > 2) & (row < along - 3)].max() < most  # was up to 30
+
 
 class TestClouds:
     def test_without_faces_as_exact_as_with(self):

@@ -62,6 +62,10 @@ CUBIC_BIAS = 0.4
 BORDER_BIAS = 10.0
 """Increase of that error with the lean, at borders."""
 
+ROUNDING = 3e-8
+"""Least noise assumed, as a share of the heights. Without any, points in a few rows, as of long thin triangles, would
+determine the terms across them by rounding and by the error of chords: H of a cylinder was off by sixty times H."""
+
 TOLERATED_ERROR = 0.02
 """Tolerated error, as a share of the curvedness."""
 
@@ -206,7 +210,7 @@ def fit_jet(count, center, points, directions, oriented, settings, priors, work,
     degree = affordable(kept, degree)
     terms = (degree + 1) * (degree + 2) // 2
     squares = normal_equations(degree, u, v, z, kept, columns, sums, matrix, y)
-    level = (sigma / radius) ** 2
+    level = max((sigma / radius) ** 2, ROUNDING * ROUNDING * squares / kept)
     add_ridge(matrix, degree, level, prior_scale, radius, priors)
     if factored(matrix, y, terms) < terms:
         return DEGENERATE, 0.0, 0.0
