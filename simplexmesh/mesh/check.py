@@ -54,8 +54,20 @@ class Report:
         return "\n".join(self.problems) or "nothing wrong"
 
 
-Finding = tuple[str, str, str, str, NDArray[Any]]
-"""Kind, subject and verb in singular and in plural, the rest of the sentence, indices."""
+SENTENCES = {
+    "one_sided_edges": ("edge has", "edges have", "the same face on both sides"),
+    "shared_edges": ("edge joins", "edges join", "two faces that already share another edge"),
+    "not_finite": ("vertex is", "vertices are", "not finite"),
+    "flat_edges": ("edge has", "edges have", "no length"),
+    "collinear": ("vertex has", "vertices have", "collinear neighbors"),
+    "flat_faces": ("face has", "faces have", "no area"),
+    "inverted": ("vertex has", "vertices have", "a normal opposite to that of the faces around"),
+    "folded": ("face has", "faces have", "triangles that point against their vertex normals"),
+    "crossing": ("pair of faces", "pairs of faces", "cross"),
+}
+"""For each kind of defect, the subject in singular and in plural, and the rest of the sentence."""
+
+Defects = dict[str, NDArray[Any]]
 
 
 def _first_few(found: NDArray[Any]) -> str:
@@ -64,7 +76,7 @@ def _first_few(found: NDArray[Any]) -> str:
     return first + (", ..." if len(found) > 3 else "")
 
 
-def _incomplete(connectivity: Connectivity) -> list[Finding]:
+def _incomplete(connectivity: Connectivity) -> Defects:
     """Return the edges that violate completeness: one face on both sides, or two faces that already share an edge."""
     left, right = connectivity.edge_faces.T.astype(np.int64)
     same = np.flatnonzero(left == right)
@@ -73,19 +85,10 @@ def _incomplete(connectivity: Connectivity) -> list[Finding]:
     repeated = np.zeros(len(keys), bool)
     repeated[order[1:]] = np.diff(keys[order]) == 0
     repeated[same] = False
-    return [
-        ("one_sided_edges", "edge has", "edges have", "the same face on both sides", same),
-        (
-            "shared_edges",
-            "edge joins",
-            "edges join",
-            "two faces that already share another edge",
-            np.flatnonzero(repeated),
-        ),
-    ]
+    return {"one_sided_edges": same, "shared_edges": np.flatnonzero(repeated)}
 
 
-def _degenerate(vertices: Array, connectivity: Connectivity) -> list[Finding]:
+def _degenerate(vertices: Array, connectivity: Connectivity) -> Defects:
     """Return the edges of zero length, the vertices with collinear neighbors, and the faces of zero area."""
     a, b = vertices[connectivity.edge_vertices].transpose(1, 0, 2)
     length = norm(a - b)
@@ -93,17 +96,11 @@ def _degenerate(vertices: Array, connectivity: Connectivity) -> list[Finding]:
     _, radius = geometry.circumcircle(vertices, connectivity.neighbors)
     area = face_geometry.face_areas(vertices, connectivity.face_vertices, connectivity.face_offsets)
     flat = ~connectivity.face_is_hole & (area <= DEGENERATE * mean**2)
-    return [
-        ("flat_edges", "edge has", "edges have", "no length", np.flatnonzero(length <= DEGENERATE * mean)),
-        (
-            "collinear",
-            "vertex has",
-            "vertices have",
-            "collinear neighbors",
-            np.flatnonzero(~(radius * DEGENERATE < mean)),
-        ),
-        ("flat_faces", "face has", "faces have", "no area", np.flatnonzero(flat)),
-    ]
+    return {
+        "flat_edges": np.flatnonzero(length <= DEGENERATE * mean),
+        "collinear": np.flatnonzero(~(radius * DEGENERATE < mean)),
+        "flat_faces": np.flatnonzero(flat),
+    }
 
 
 def misoriented(vertices: Array, connectivity: Connectivity) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
@@ -118,27 +115,6 @@ def misoriented(vertices: Array, connectivity: Connectivity) -> tuple[NDArray[np
     face_sum = vectors[connectivity.face].sum(axis=1)
     folded = (face_geometry.face_inversions(vertices, normals, *loops) > 0) & ~connectivity.face_is_hole
     return np.asarray(dot(normals, face_sum) < 0), np.asarray(folded)
-
-
-def _misoriented(vertices: Array, connectivity: Connectivity) -> list[Finding]:
-    """Return the inverted vertices and the folded faces; see `misoriented`."""
-    inverted, folded = misoriented(vertices, connectivity)
-    return [
-        (
-            "inverted",
-            "vertex has",
-            "vertices have",
-            "a normal opposite to that of the faces around",
-            np.flatnonzero(inverted),
-        ),
-        (
-            "folded",
-            "face has",
-            "faces have",
-            "triangles that point against their vertex normals",
-            np.flatnonzero(folded),
-        ),
-    ]
 
 
 def check(vertices: Array, connectivity: Connectivity, *, crossings: bool = False) -> Report:
@@ -169,22 +145,19 @@ def check(vertices: Array, connectivity: Connectivity, *, crossings: bool = Fals
     >>> print(check(-ball.vertices, ball.connectivity))
     the mesh is inside out: it encloses a volume of -3.76601
     """
-    findings = _incomplete(connectivity)
-    wrong = np.flatnonzero(~np.isfinite(vertices).all(axis=1))
-    findings.append(("not_finite", "vertex is", "vertices are", "not finite", wrong))
+    found = _incomplete(connectivity) | {"not_finite": np.flatnonzero(~np.isfinite(vertices).all(axis=1))}
     problems = []
-    if not len(wrong):
+    if not len(found["not_finite"]):
         volume = face_geometry.enclosed_volume(vertices, connectivity.face_vertices, connectivity.face_offsets)
         if volume < 0 and not connectivity.n_holes:
             problems.append(f"the mesh is inside out: it encloses a volume of {volume:g}")
-        findings += _degenerate(vertices, connectivity) + _misoriented(vertices, connectivity)
+        inverted, folded = misoriented(vertices, connectivity)
+        found |= _degenerate(vertices, connectivity)
+        found |= {"inverted": np.flatnonzero(inverted), "folded": np.flatnonzero(folded)}
         if crossings:
-            crossing = self_intersections(vertices, connectivity)
-            findings.append(("crossing", "pair of faces", "pairs of faces", "cross", crossing))
-    problems += [
-        f"{counted(len(found), one, many)} {what}: {_first_few(found)}"
-        for _, one, many, what, found in findings
-        if len(found)
-    ]
-    where = {kind: found for kind, *_, found in findings if len(found)}
+            found["crossing"] = self_intersections(vertices, connectivity)
+    where = {kind: indices for kind, indices in found.items() if len(indices)}
+    for kind, indices in where.items():
+        one, several, what = SENTENCES[kind]
+        problems.append(f"{counted(len(indices), one, several)} {what}: {_first_few(indices)}")
     return Report(tuple(problems), where)
