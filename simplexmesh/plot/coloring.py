@@ -55,7 +55,7 @@ def heat(
     values : (n,) array of float
         One per vertex or point; NaN is gray.
     name : str
-        Name and unit of the quantity, for the color scale.
+        Name and unit of the quantity, for the color scale. Panels of a plotter with the same name share one scale.
     limits : (2,) tuple of float, optional
         Ends of the scale. By default 95 % of the area is within. With both signs the scale is symmetric about zero, and
         ends earlier where tails are long; otherwise it begins at zero or, if that is far below the values, at their

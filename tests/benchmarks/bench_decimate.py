@@ -1,4 +1,4 @@
-"""How fast decimation is and how close it stays, beside decimation of the dual triangles by libigl and VTK.
+"""Speed and accuracy of decimation, compared with that of the dual triangles by libigl and VTK.
 
 Usage: SIMPLEXMESH_DATA=folder python tests/benchmarks/bench_decimate.py [head | fandisk | elephant | picture]
 
@@ -40,7 +40,7 @@ def loaded(name: str) -> sm.SimplexMesh:
 
 
 def sampled(vertices, faces):
-    """Return points spread evenly over triangles."""
+    """Return points distributed uniformly over triangles."""
     rng = np.random.default_rng(0)
     a, b, c = (vertices[faces[:, k]] for k in range(3))
     area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
@@ -62,7 +62,7 @@ def rms(values):
 
 
 def timed(job, times=3):
-    """Return what a job returns, the time of its first call, and the least of the others."""
+    """Return the result of a job, the time of its first call, and the smallest of the others."""
     seconds = []
     for _ in range(times + 1):
         began = time.process_time()
@@ -72,7 +72,7 @@ def timed(job, times=3):
 
 
 def corners_and_faces(out):
-    """Return the vertices and triangles of what a peer gave."""
+    """Return the vertices and triangles of a peer's result."""
     if isinstance(out, pv.PolyData):
         return np.array(out.points, float), np.array(out.regular_faces, np.int64)
     vertices, faces = (part for part in out if isinstance(part, np.ndarray) and part.ndim == 2)
@@ -114,7 +114,7 @@ def table(name: str) -> None:
         print(f"| {title} | {row} |", flush=True)
 
 
-def picture(path: str = "decimated.png") -> None:
+def picture(path: str = "decimated.jpg") -> None:
     """Draw head, fandisk and elephant before and after."""
     views = {
         "head": ((0.6, -1, -0.2), (0, 0, -1)),
@@ -131,13 +131,12 @@ def picture(path: str = "decimated.png") -> None:
             plotter.add_text(f"{shown.n_vertices:,} vertices", position="lower_edge", font_size=9, color="#4a545c")
             plotter.view_vector(*view)
             plotter.camera.zoom(1.35)
-    plotter.screenshot(path)
+    Image.fromarray(plotter.screenshot(return_img=True)).save(path, quality=85, optimize=True)
     plotter.close()
-    Image.open(path).quantize(64).save(path, optimize=True)
 
 
 def main() -> None:
-    """Print the tables asked for, all without a name."""
+    """Print the tables given by name, by default all."""
     warnings.simplefilter("ignore", sm.SimplexMeshWarning)
     if "SIMPLEXMESH_DATA" not in os.environ:
         print("set SIMPLEXMESH_DATA to the folder of real data")

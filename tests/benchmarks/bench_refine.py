@@ -17,6 +17,7 @@ from pathlib import Path
 
 import numpy as np
 import pyvista as pv
+from PIL import Image
 
 import simplexmesh as sm
 from simplexmesh.motion.evolve import Stage, evolved
@@ -107,7 +108,7 @@ def vase() -> None:
         )
 
 
-def picture(path="redistributed.png") -> None:
+def picture(path="redistributed.jpg") -> None:
     """Draw even meshes above redistributed ones of the same size."""
     plotter = pv.Plotter(off_screen=True, shape=(2, 3), window_size=(1500, 1000), border=False)
     views = {
@@ -124,7 +125,7 @@ def picture(path="redistributed.png") -> None:
             plotter.add_mesh(mesh.to_pyvista(), color="#c9d3dc", **look)
             plotter.view_vector(*views[name])
             plotter.camera.zoom(1.15)
-    plotter.screenshot(path)
+    Image.fromarray(plotter.screenshot(return_img=True)).save(path, quality=85, optimize=True)
     plotter.close()
 
 

@@ -1,0 +1,168 @@
+"""Draw the pictures of the documentation into images/: `python docs/pictures.py [name ...]`, all without a name.
+
+`SIMPLEXMESH_DATA` names the folder of the files drawn. Those of the benchmark are drawn by `docs/benchmark.py`,
+`decimated` and `redistributed` by `bench_decimate.py picture` and `bench_refine.py picture` in `tests/benchmarks`; `occlusion`
+has no script.
+"""
+
+import importlib
+import os
+import sys
+import tempfile
+from pathlib import Path
+
+os.environ["PYVISTA_OFF_SCREEN"] = "true"
+sys.path.insert(0, str(Path(__file__).parents[1] / "demos"))
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
+import numpy as np
+from PIL import Image
+
+import simplexmesh as sm
+from tests import reference_recognition as reference
+from tests.benchmarks import bench_recognise
+
+IMAGES = Path(__file__).parent / "images"
+DATA = Path(os.environ.get("SIMPLEXMESH_DATA", "data"))
+QUALITY = 85  # of the JPEG files
+
+SCANS = {  # file: direction to the camera, and the axis that points up
+    "lion_head.off": ((0.5, 0.1, 1.0), (0.0, 1.0, 0.0)),
+    "rabbit_scan.vtk": ((-0.3, 0.2, -1.0), (0.0, 1.0, 0.0)),
+    "fandisk.off": ((-1.0, 0.8, 0.3), (0.0, 0.0, 1.0)),
+    "femur.off": ((0.7, -1.0, -0.1), (0.0, 0.0, -1.0)),
+    "fran_face.vtk": ((1.0, 0.05, -0.6), (0.0, 1.0, 0.0)),
+}
+VIEWS = {  # the single views that are recognised, in the same way
+    "elephant": ((1.0, 0.35, 0.6), (0.0, 1.0, 0.0)),
+    "spot": ((0.8, 0.35, -1.0), (0.0, 1.0, 0.0)),
+    "mannequin": ((0.8, -1.0, 0.3), (0.0, 0.0, 1.0)),
+}
+NEAR = np.cos(np.radians(35))  # the scanner is within this angle of the camera, so that its points are visible
+NOISE = 0.003  # of the views, as a share of the diagonal
+MODEL, SCAN = "#a9bac6", "#c2502e"
+
+
+def scan(file):
+    """Return a surface rotated to axes right, up and toward the camera."""
+    mesh = sm.read_triangles(DATA / file)
+    if file == "fran_face.vtk":  # its triangles are oriented inward
+        mesh = sm.TriangleMesh(mesh.vertices, mesh.faces[:, ::-1])
+    return mesh.transformed(picture_axes(*SCANS[file]))
+
+
+def adaptive():
+    """Mean curvature of two scans and a CAD model, with default parameters."""
+    titles = {"lion_head.off": "lion's head", "rabbit_scan.vtk": "toy, depth camera", "fandisk.off": "fandisk"}
+    plotter = sm.plot.stage(columns=len(titles))
+    for column, (file, title) in enumerate(titles.items()):
+        plotter.subplot(0, column)
+        mesh = scan(file)
+        name = "mean curvature H" + " " * column  # panels with the same name would share one scale
+        sm.plot.heat(mesh, sm.curvature(mesh).mean, name=name, title=title, plotter=plotter)
+    return [sm.plot.looked_at(plotter, "xy")]
+
+
+def signature():
+    """Signature of a whole object."""
+    return [sm.sai(DATA / "spot.obj").plot(fitted=True, up="y")]
+
+
+def signature_of_a_view():
+    """Signature of a single range scan, with hidden parts."""
+    return [sm.sai(DATA / "bun000.ply").plot(fitted=True, up="y")]
+
+
+def signatures_of_a_knot_and_a_face():
+    """Signatures on a torus and on a disc."""
+    knot = sm.sai(DATA / "knot1.off", 12, topology="torus").plot(fitted=True, view="xy")
+    return [knot, sm.sai(scan("fran_face.vtk"), 12, topology="plane").plot(fitted=True, view="xy")]
+
+
+def recognised():
+    """Single views on the models they are recognised as."""
+    bodies = bench_recognise.bodies()
+    plotter = sm.plot.stage(columns=len(VIEWS), size=(1500, 560))
+    with tempfile.TemporaryDirectory() as folder:
+        library = bench_recognise.filled(Path(folder) / "bodies.sml", bodies)
+        for column, (name, (toward, up)) in enumerate(VIEWS.items()):
+            points, model = bodies[name]
+            seen = bench_recognise.seen(points, np.random.default_rng(seed_of_view(toward)))
+            view, _ = bench_recognise.turned(seen, NOISE, np.random.default_rng(1))
+            best = library.recognise(view)[0]
+            if best.name != name:
+                raise RuntimeError(f"the view of {name} was recognised as {best.name}")
+            T = picture_axes(toward, up)
+            placed = sm.PointCloud(view).transformed(T @ np.linalg.inv(best.T_scan_model))
+            plotter.subplot(0, column)
+            title = f"{name}, score {best.score:.2f}"
+            sm.plot.surface(model.transformed(T), color=MODEL, edges=False, title=title, plotter=plotter)
+            plotter.add_mesh(placed.points, color=SCAN, point_size=5, render_points_as_spheres=True)
+    return [sm.plot.looked_at(plotter, "xy")]
+
+
+def seed_of_view(toward):
+    """Return the first seed with which `seen` looks from near a direction."""
+    toward = np.array(toward) / np.linalg.norm(toward)
+    rotations = (reference.random_rotation(np.random.default_rng(seed)) for seed in range(1000))
+    return next(seed for seed, rotation in enumerate(rotations) if -rotation[2] @ toward > NEAR)
+
+
+def picture_axes(toward, up):
+    """Return the (4, 4) rotation to axes right, up and toward the camera."""
+    toward = np.array(toward) / np.linalg.norm(toward)
+    right = np.cross(up, toward)
+    right /= np.linalg.norm(right)
+    T = np.eye(4)
+    T[:3, :3] = right, np.cross(toward, right), toward
+    return T
+
+
+def demo(name, show="show"):
+    """Return a function that draws what a demo shows."""
+
+    def draw():
+        module = importlib.import_module(name)
+        return [getattr(module, show)(module.main())]
+
+    return draw
+
+
+def four_panels(file):
+    """Return a function that draws the curvatures, saliency and surface types of a surface."""
+    return lambda: [sm.plot.curvature(scan(file), view="xy")]
+
+
+PICTURES = {  # name: what draws it, row by row, and its width in pixels
+    "adaptive": (adaptive, 1800),
+    "frog": (demo("frog"), 1200),
+    "landscape": (demo("recognition", "show_landscape"), 1080),
+    "recognised": (recognised, 1500),
+    "refinement": (demo("refinement"), 1080),
+    "saliency": (four_panels("lion_head.off"), 1800),
+    "saliency_of_a_face": (four_panels("fran_face.vtk"), 1800),
+    "saliency_of_a_femur": (four_panels("femur.off"), 1800),
+    "saliency_of_a_rabbit": (four_panels("rabbit_scan.vtk"), 1800),
+    "signature": (signature, 960),
+    "signature_of_a_view": (signature_of_a_view, 960),
+    "signatures_of_a_knot_and_a_face": (signatures_of_a_knot_and_a_face, 1000),
+    "sphere_to_face": (demo("sphere_to_face"), 1440),
+    "sphere_to_torus": (demo("sphere_to_torus"), 1400),
+}
+
+
+def main(names, folder=IMAGES):
+    for name in names or PICTURES:
+        draw, width = PICTURES[name]
+        rows = []
+        for plotter in draw():
+            rows.append(plotter.screenshot(return_img=True))
+            plotter.close()
+        image = Image.fromarray(np.concatenate(rows))
+        image = image.resize((width, round(width * image.height / image.width)), Image.Resampling.LANCZOS)
+        image.save(folder / f"{name}.jpg", quality=QUALITY, optimize=True)
+        print(f"{name}: {(folder / name).with_suffix('.jpg').stat().st_size / 1000:.0f} kB", flush=True)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
