@@ -1,8 +1,8 @@
 """Draw the pictures of the documentation into images/: `python docs/pictures.py [name ...]`, all without a name.
 
 `SIMPLEXMESH_DATA` names the folder of the files drawn. Those of the benchmark are drawn by `docs/benchmark.py`,
-`decimated` and `redistributed` by `bench_decimate.py picture` and `bench_refine.py picture` in `tests/benchmarks`; `occlusion`
-has no script.
+`decimated` and `redistributed` by `bench_decimate.py picture` and `bench_refine.py picture` in `tests/benchmarks`.
+`occlusion` has no script.
 """
 
 import importlib
