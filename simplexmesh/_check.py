@@ -200,19 +200,24 @@ def choice(name: str, value: Any, options: Sequence[str]) -> str:
 
 
 def closest_word(word: Any, words: Sequence[str]) -> str | None:
-    """Return the one of `words` most similar to `word`, or None; case, hyphens, underscores and spaces are ignored.
+    """Return the one of `words` that `word` begins, else the most similar, or None.
+
+    Case, hyphens, underscores and spaces are ignored.
 
     Examples
     --------
     >>> closest_word("Chen-Schmitt", ["sine", "chen_schmitt"]), closest_word("cube", ["auto", "sphere"])
     ('chen_schmitt', None)
+    >>> closest_word("sal", ["mean", "saliency", "all"])
+    'saliency'
     """
     import difflib
 
     if not isinstance(word, str):
         return None
     plain = {_plain(each): each for each in reversed(words)}
-    found = difflib.get_close_matches(_plain(word), plain, 1)
+    begun = [each for each in plain if len(_plain(word)) > 2 and each.startswith(_plain(word))]
+    found = begun if len(begun) == 1 else difflib.get_close_matches(_plain(word), plain, 1)
     return plain[found[0]] if found else None
 
 
