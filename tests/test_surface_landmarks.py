@@ -395,6 +395,16 @@ class TestCircles:
         assert found.normal @ axis > 0.999
         assert found.covered > 0.95
 
+    def test_what_is_no_rim_is_told(self):
+        sheet = sm.plane(60, 60, size=(2.0, 2.0)).triangulated("dual")
+        x, y, _ = sheet.vertices.T
+        crossing = np.stack([x, y, 0.1 * (np.exp(-((x / 0.06) ** 2)) + np.exp(-((y / 0.06) ** 2)))], axis=1)
+        ridges = sm.TriangleMesh(crossing, sheet.faces)
+        with pytest.warns(
+            sm.SimplexMeshWarning, match=r"sharp points within 0\.8 of the pick are not on a circle there"
+        ):
+            sm.rim_circle(ridges, [0.0, 0, 0], radius=0.8, curvature=curved(ridges))
+
     def test_moves_with_the_surface(self):
         mesh, center, _ = sheet_with_a_hole()
         one = sm.rim_circle(mesh, center, radius=0.8, curvature=curved(mesh))

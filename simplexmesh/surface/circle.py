@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh import _check
 from simplexmesh._vec import cross, norm
+from simplexmesh.errors import warn
 from simplexmesh.surface.curvature.result import Curvature
 from simplexmesh.surface.fields import known_curvature
 from simplexmesh.surface.samples import as_samples
@@ -26,6 +27,9 @@ MAX_SCORED = 2000
 MAX_ITERATIONS = 60
 MIN_SCALE = 1e-9
 """Least scale of the robust weights, over the extent of the points."""
+
+LOOSE = 0.25
+"""Points farther from a circle than this share of its radius, in root mean square, are no rim."""
 
 SHARP = 0.5
 """Default of the least k1 at a rim, as a share of its 95th percentile near the pick."""
@@ -153,6 +157,11 @@ def rim_circle(
     ValueError
         Fewer than six sharp points near the pick, or all on a line.
 
+    Warns
+    -----
+    SimplexMeshWarning
+        The sharp points near the pick are not on a circle there: another pick or `radius` is needed.
+
     Examples
     --------
     >>> import numpy as np, simplexmesh as sm
@@ -185,6 +194,11 @@ def rim_circle(
     near, k1 = near[sharp], k1[sharp]
     top = float(np.percentile(k1, 95))
     found = fit_circle(samples.points[near], weights=np.minimum(k1, top) - least + 1e-3 * top)
+    if found.rms > LOOSE * found.radius or found.radius > radius:
+        warn(
+            f"the {len(near):,} sharp points within {radius:g} of the pick are not on a circle there: "
+            f"the best has radius {found.radius:.4g}, and they are {found.rms:.4g} from it"
+        )
     used = near[found.vertices]
     outward = known.normals[used].mean(axis=0)
     normal = found.normal if found.normal @ outward >= 0 else -found.normal
