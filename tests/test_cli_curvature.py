@@ -13,7 +13,7 @@ import pytest
 import pyvista as pv
 
 import simplexmesh as sm
-from simplexmesh.cli import curvature
+from simplexmesh.cli import curvature_report
 from simplexmesh.data.writing import save
 
 EGG = sm.ellipsoid((3, 2, 1), 10).triangulated("dual")
@@ -193,7 +193,7 @@ class TestReport:
             "salient": [],
             "seconds": 0.1,
         }
-        curvature._print("part", facts | dict.fromkeys(names, spread), "")
+        curvature_report.print_table("part", facts | dict.fromkeys(names, spread), "")
         lines = [line.rstrip() for line in capsys.readouterr().out.splitlines()]
         assert "  Gauss K   0, 90 % between -0.29 and 0.08" in lines
 

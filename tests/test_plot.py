@@ -9,7 +9,7 @@ import pytest
 import pyvista as pv
 
 import simplexmesh as sm
-from simplexmesh.plot import camera, drawable, scale, scenes
+from simplexmesh.plot import camera, drawable, scale
 
 
 @pytest.fixture(autouse=True)
@@ -268,10 +268,10 @@ class TestCamera:
 
     def test_up_is_guessed_for_data_and_given_for_the_rest(self, ball):
         tall = ball.vertices * [1, 2, 1]
-        assert scenes.upright(sm.PointCloud(tall)) == "y"
-        assert scenes.upright(sm.PointCloud(ball.vertices)) == "z"
-        assert scenes.upright(ball.moved(tall)) == "z"
-        assert scenes.upright(sm.PointCloud(tall), "x") == "x"
+        assert camera.upright(sm.PointCloud(tall)) == "y"
+        assert camera.upright(sm.PointCloud(ball.vertices)) == "z"
+        assert camera.upright(ball.moved(tall)) == "z"
+        assert camera.upright(sm.PointCloud(tall), "x") == "x"
         plotter = sm.plot.surface(tall)
         assert np.asarray(plotter.camera.up)[1] > 0.7
 

@@ -10,6 +10,8 @@ import pyvista as pv
 from numpy.typing import NDArray
 
 from simplexmesh import _check
+from simplexmesh.data.volume import Volume
+from simplexmesh.mesh.simplex_mesh import SimplexMesh
 
 Array = NDArray[np.float64]
 
@@ -80,6 +82,16 @@ def looked_at(
     if shared:
         plotter.link_views()
     return plotter
+
+
+def upright(shown: Any, up: str = "auto") -> str:
+    """Return the axis that points up: the given one, or for "auto" the default of the object."""
+    if _check.choice("up", up, ("auto", *UPS)) != "auto":
+        return up
+    if isinstance(shown, Volume | SimplexMesh):
+        return "z"
+    _, deep, high = np.ptp(shown.bounds, axis=0)
+    return "y" if deep > 1.1 * high > 0 else "z"
 
 
 def _directions(view: str | Sequence[float] | None, up: str) -> tuple[Array, Array]:

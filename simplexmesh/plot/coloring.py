@@ -14,11 +14,11 @@ from simplexmesh.data.points import PointCloud
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.data.volume import Volume
 from simplexmesh.plot import drawable
-from simplexmesh.plot.camera import BAR_NAME, looked_at
+from simplexmesh.plot.camera import BAR_NAME, looked_at, upright
 from simplexmesh.plot.colored import colored, vertex_cells
 from simplexmesh.plot.colormap import blue_to_red, ends
 from simplexmesh.plot.scale import bar
-from simplexmesh.plot.scenes import COLORS_LIT, PALETTE, entry, upright
+from simplexmesh.plot.scenes import COLORS_LIT, PALETTE, entry
 from simplexmesh.plot.stage import INK, stage
 
 Array = NDArray[np.float64]

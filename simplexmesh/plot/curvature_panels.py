@@ -8,9 +8,8 @@ from typing import Any
 import pyvista as pv
 
 from simplexmesh import _check
-from simplexmesh.plot.camera import looked_at
+from simplexmesh.plot.camera import looked_at, upright
 from simplexmesh.plot.coloring import classes, heat, shown_of
-from simplexmesh.plot.scenes import upright
 from simplexmesh.plot.stage import stage
 from simplexmesh.surface.classes import hk_classes
 from simplexmesh.surface.curvature.result import Curvature

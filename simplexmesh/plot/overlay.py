@@ -12,8 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from simplexmesh import _check
 from simplexmesh.data.points import PointCloud
 from simplexmesh.plot import drawable
-from simplexmesh.plot.camera import looked_at
-from simplexmesh.plot.scenes import upright
+from simplexmesh.plot.camera import looked_at, upright
 from simplexmesh.plot.stage import INK, stage
 
 Array = NDArray[np.float64]

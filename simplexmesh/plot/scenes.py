@@ -14,7 +14,7 @@ from simplexmesh.data.points import PointCloud
 from simplexmesh.data.volume import Volume
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.plot import drawable
-from simplexmesh.plot.camera import LEGEND_NAME, UPS, looked_at
+from simplexmesh.plot.camera import LEGEND_NAME, looked_at, upright
 from simplexmesh.plot.scale import scale, titled
 from simplexmesh.plot.stage import INK, stage
 
@@ -140,16 +140,6 @@ def _check_choice(things: Sequence[Any], level: float | None, label: int | None,
     of = "labels" if volumes else type(things[-1]).__name__
     if inside != "above" and (level is None or label is not None):
         raise ValueError(f"inside is for a level of a volume, not for {of}")
-
-
-def upright(shown: Any, up: str = "auto") -> str:
-    """Return the axis that points up: the given one, or for "auto" the default of the object."""
-    if _check.choice("up", up, ("auto", *UPS)) != "auto":
-        return up
-    if isinstance(shown, Volume | SimplexMesh):
-        return "z"
-    _, deep, high = np.ptp(shown.bounds, axis=0)
-    return "y" if deep > 1.1 * high > 0 else "z"
 
 
 def panels(
