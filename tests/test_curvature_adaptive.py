@@ -17,7 +17,7 @@ from simplexmesh.errors import SimplexMeshWarning
 from simplexmesh.surface.curvature import _kernels_adaptive as kernels
 from simplexmesh.surface.curvature import _kernels_adaptive_scales as scale_kernels
 from simplexmesh.surface.curvature.probes import noise_level, probe_fits, risks
-from simplexmesh.surface.curvature.scales import LADDER, scales_of
+from simplexmesh.surface.curvature.scales import LADDER, _probed, scales_of, shuffling
 from simplexmesh.surface.samples import as_samples
 from simplexmesh.surface.truth import discretized
 from simplexmesh.surface.truth.graphs import graph
@@ -413,6 +413,24 @@ class TestProbes:
     def test_more_noise_wider_balls(self):
         widths = [np.median(sm.curvature(torus(noise=noise)[1]).scale) for noise in (0.0, 0.01, 0.1)]
         assert widths[0] < widths[1] < widths[2] < 1.1 * LADDER[-1] * 0.043
+
+    def test_every_component_has_one(self):
+        """Of the 300 octahedra, random probes would miss a third."""
+        one = pv.PlatonicSolid("octahedron")
+        many = pv.merge([one.translate((5.0 * i, 0.0, 0.0)) for i in range(300)])
+        samples = as_samples(many)
+        order = np.random.default_rng(0).permutation(1800)
+        rows, nearest = _probed(samples, order)
+        assert len(np.unique(rows // 6)) == 300
+        np.testing.assert_array_equal(rows[nearest] // 6, np.arange(1800) // 6)
+
+    def test_equal_spacings_are_drawn_evenly(self):
+        """Rings of a regular torus would be drawn whole."""
+        rings = np.repeat(np.random.default_rng(0).uniform(1.0, 2.0, 40), 50)
+        drawn = shuffling(rings).argsort()[:400] // 50
+        assert np.bincount(drawn, minlength=40).min() >= 8
+        apart = np.random.default_rng(1).uniform(1.0, 2.0, 1000)
+        np.testing.assert_array_equal(shuffling(apart), (1e6 * (apart / apart.mean())) % 1.0)
 
 
 class TestInput:

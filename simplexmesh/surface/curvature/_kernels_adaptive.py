@@ -14,6 +14,7 @@ from simplexmesh.surface.curvature._kernels_adaptive_jets import (
     CAPACITY,
     HIGHEST,
     TERMS,
+    complete,
     factored,
     flattened,
     framed,
@@ -212,8 +213,10 @@ def fit_jet(count, center, points, directions, oriented, settings, priors, work,
     squares = normal_equations(degree, u, v, z, kept, columns, sums, matrix, y)
     level = max((sigma / radius) ** 2, ROUNDING * ROUNDING * squares / kept)
     add_ridge(matrix, degree, level, prior_scale, radius, priors)
-    if factored(matrix, y, terms) < terms:
+    degree = complete(factored(matrix, y, terms))
+    if degree < 2:
         return DEGENERATE, 0.0, 0.0
+    terms = (degree + 1) * (degree + 2) // 2
     solved(matrix, y, terms, x)
     influence(matrix, terms, 3, 5, 1.0, w)
     variance = 0.0

@@ -5,6 +5,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from simplexmesh._kernels_both import FAST
 from simplexmesh._kernels_njit import njit
 from simplexmesh.surface._kernels_frames import tangents
@@ -27,8 +29,11 @@ MIN_SHARE = 0.5
 QUADRIC_PASSES = 2
 """Quadrics fitted before the jet."""
 
-SINGULAR = 1e-11
-"""A pivot below this share of its diagonal entry: the points do not determine the coefficient."""
+SINGULAR = np.repeat([1e-11, 1e-11, 1e-11, 3e-4, 2e-5, 1e-6, 3e-8], np.arange(1, 8))
+"""Pivots below these shares of their diagonal entries: the points do not determine the coefficients of that degree.
+
+Those of scattered points on one side of the center are at least ten times as large; on grids, with as many rows of
+points as the degree or fewer, they are near zero."""
 
 jit = njit(cache=True, error_model="numpy", fastmath=FAST)
 
@@ -230,7 +235,7 @@ def normal_equations(degree, u, v, z, count, columns, sums, matrix, right):
 
 
 @jit
-def factored(matrix, right, terms):
+def factored(matrix, right, terms, singular=SINGULAR):
     """Factor A = L L' and replace b by y = L^-1 b, in place; return how many leading terms are determined."""
     for row in range(terms):
         for column in range(row):
@@ -243,7 +248,7 @@ def factored(matrix, right, terms):
         for k in range(row):
             rest -= matrix[row, k] * matrix[row, k]
             total -= matrix[row, k] * right[k]
-        if not rest > SINGULAR * whole:
+        if not rest > singular[row] * whole:
             return row
         matrix[row, row] = math.sqrt(rest)
         right[row] = total / matrix[row, row]
@@ -303,3 +308,12 @@ def flattened(places, count, frame, u, v, z, columns, sums, matrix, y, x):
         projected(places, count, frame, u, v, z)
         chords(u, v, z, count, a, b, c)
     return True
+
+
+@jit
+def complete(terms):
+    """Return the highest degree of which all coefficients are among so many terms."""
+    degree = 0
+    while (degree + 2) * (degree + 3) // 2 <= terms:
+        degree += 1
+    return degree

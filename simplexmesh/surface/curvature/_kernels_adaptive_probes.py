@@ -11,6 +11,7 @@ from simplexmesh.surface.curvature._kernels_adaptive import affordable, workspac
 from simplexmesh.surface.curvature._kernels_adaptive_jets import (
     CAPACITY,
     HIGHEST,
+    complete,
     factored,
     flattened,
     framed,
@@ -112,8 +113,10 @@ def probes(
                 degree = affordable(kept, HIGHEST)
                 terms = (degree + 1) * (degree + 2) // 2
                 squares = normal_equations(degree, u, v, z, kept, columns, sums, matrix, y)
-                if factored(matrix, y, terms) < terms:
+                degree = complete(factored(matrix, y, terms))
+                if degree < 2:
                     continue
+                terms = (degree + 1) * (degree + 2) // 2
                 degrees[row, k] = degree
                 for part in range(3):
                     _changes(matrix, y, degree, part, radius, levels[row, k], increments[row, k], w)

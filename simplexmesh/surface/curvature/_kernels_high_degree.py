@@ -27,6 +27,9 @@ HIGHEST, TERMS = 10, 66
 CAPACITY = 300
 """Most points gathered."""
 
+SINGULAR = np.full(TERMS, 1e-7)
+"""Pivots below these shares of their diagonal entries: the points do not determine the coefficients."""
+
 SHORTER, TRIES = 0.8, 12
 """A ball of more points is shortened by this factor, so often at most."""
 
@@ -134,7 +137,7 @@ def differentiated(u, v, z, count, degree, design, matrix, right, products, func
             functionals[4, terms] = first[0, i] * second[2, j]
             terms += 1
     normal_equations(terms, design, z, count, matrix, right)
-    terms = factored(matrix, right, terms)
+    terms = factored(matrix, right, terms, SINGULAR)
     for g in range(5):
         substituted(matrix, terms, functionals[g])
     return terms

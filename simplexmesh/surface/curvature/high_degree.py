@@ -20,19 +20,20 @@ from simplexmesh.surface.samples import Samples
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-RADIUS = 8.0
+RADIUS = 10.0
 """Of the ball whose nearest points are fitted, in spacings."""
 
-TERMS_PER_POINT = (0.9, 0.7, 0.5)
+TERMS_PER_POINT, MOST_POINTS = (0.9, 0.7, 0.5, 0.33), 170
 
 FITS = np.array(
     [
         (degree, int(np.ceil((degree + 1) * (degree + 2) / 2 / share)))
-        for degree in range(5, kernels.HIGHEST + 1)
+        for degree in range(4, kernels.HIGHEST + 1)
         for share in TERMS_PER_POINT
+        if (degree + 1) * (degree + 2) / 2 / share < MOST_POINTS
     ]
 )
-"""Degrees and numbers of points."""
+"""Degrees and numbers of points; those of fewer terms per point for grids."""
 
 TRIED, COMPARED = 32, 2
 """Border vertices on which all fits are tried, and how many of the best fits are made at every border vertex."""
@@ -44,7 +45,10 @@ ROWS_PER_CHUNK = 16
 
 
 def refitted(samples: Samples, rows: Indices, at: Indices, scales: Scales, found: Jets) -> Jets:
-    """Return jets at the points `rows`, those at `at`, on borders, replaced where a high degree promises less error."""
+    """Return jets at the points `rows`, those at `at`, on borders, replaced where a high degree promises less error.
+
+    The error of what it replaces is the expected one, or the difference between the two beyond twice the new error.
+    """
     fits, noise, changes = _best(samples, scales)
     if not len(fits):
         return found
@@ -53,7 +57,8 @@ def refitted(samples: Samples, rows: Indices, at: Indices, scales: Scales, found
     errors[np.isnan(errors)] = np.inf
     each, chosen = np.arange(len(at)), errors.argmin(axis=1)
     error, jets = errors[each, chosen], tried.jets[each, chosen]
-    better = error < found.error[at]
+    apart = np.abs(jets[:, :2].mean(axis=1) - found.shape[at].mean(axis=1))
+    better = error < np.maximum(found.error[at], apart - 2.0 * error)
     at, jets = at[better], jets[better]
     shape, d1, normals, errors = (part.copy() for part in found[:4])
     shape[at], d1[at], normals[at], errors[at] = jets[:, :2], jets[:, 2:5], jets[:, 5:], error[better]

@@ -6,6 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from simplexmesh.surface.curvature import _kernels_adaptive_scales as kernels
@@ -36,6 +38,12 @@ RISK_TOLERANCE = 1.2
 
 TRUNCATION_FACTOR = 0.8
 """Factor of the truncation error, which is overestimated in the choice of radii (measured on noisy tori)."""
+
+GOLDEN = 0.6180339887498949
+"""Multiples of it, modulo 1, are spread evenly (van der Corput)."""
+
+EQUAL = 1e-10
+"""Spacings, relative to their mean, that differ by less are those of a regular grid."""
 
 SIGNED = True
 """Average rows with their signs, not up to sign."""
@@ -106,10 +114,9 @@ def scales_of(samples: Samples, *, noise: float | None = None, detail: float | N
     near = _groups(samples.points[rows], RADIUS_GROUP)
     best = _best(risks(fits.mean(near), deviation).compared(fits.increments, near).risk)
     low = min(max(int(np.median(best)) - 1, 0), len(LADDER) - RETRIED)
-    rows = np.sort(order[: max(MIN_PROBES, len(order) // PER_PROBE)])
+    rows, nearest = _probed(samples, order)
     fits = probe_fits(samples, rows, spacing[rows, None] * LADDER[low : low + RETRIED], directions, oriented=oriented)
     columns, degrees = _at_probes(samples.points[rows], fits, spacing[rows], deviation, shortest=low == 0)
-    nearest = kernels.nearest_probe(ring.offsets, ring.members, samples.points, rows)
     values = kernels.smoothed(ring.offsets, ring.members, columns[nearest], SMOOTHING_PASSES, SIGNED)
     radii = np.exp(values[:, 0]) * spacing
     smallest = np.minimum(0.7 * LADDER[0] * spacing, radii)
@@ -128,6 +135,24 @@ def scales_of(samples: Samples, *, noise: float | None = None, detail: float | N
         oriented,
         spacing,
     )
+
+
+def _probed(samples: Samples, order: Indices) -> tuple[Indices, Indices]:
+    """Return the points to probe, the first ones in an order and at least one per component, and the nearest to each.
+
+    The latter are indices of probes, -1 at points without neighbors.
+    """
+    ring = samples.one_ring
+    rows = np.sort(order[: max(MIN_PROBES, len(order) // PER_PROBE)])
+    nearest = kernels.nearest_probe(ring.offsets, ring.members, samples.points, rows)
+    missed = order[nearest[order] < 0]
+    if len(missed):
+        n = len(samples.points)
+        links = csr_array((np.ones(len(ring.members), bool), ring.members, ring.offsets), shape=(n, n))
+        components = connected_components(links, directed=False)[1]
+        rows = np.sort(np.append(rows, missed[np.unique(components[missed], return_index=True)[1]]))
+        nearest = kernels.nearest_probe(ring.offsets, ring.members, samples.points, rows)
+    return rows, nearest
 
 
 def _best(risk: Array) -> Indices:
@@ -161,8 +186,16 @@ def _at_probes(
 
 
 def shuffling(values: Array) -> Array:
-    """Return pseudo-random sorting keys that do not depend on numbering, pose or unit."""
-    out: Array = (1e6 * values / values.mean()) % 1.0
+    """Return pseudo-random sorting keys that do not depend on numbering, pose or unit.
+
+    Equal values, as on regular grids, get keys spread evenly, whatever their order.
+    """
+    relative = values / values.mean()
+    _, group, sizes = np.unique(np.round(relative / EQUAL), return_inverse=True, return_counts=True)
+    order = group.argsort(kind="stable")
+    rank = np.empty(len(values))
+    rank[order] = np.arange(len(values)) - np.repeat(sizes.cumsum() - sizes, sizes)
+    out: Array = (1e6 * relative + GOLDEN * rank) % 1.0
     return out
 
 
