@@ -122,11 +122,12 @@ class TestFollow:
     @settings(max_examples=10, deadline=None)
     @given(SEEDS)
     def test_comes_back_from_a_few_degrees_away(self, seed):
-        """A field and the same turned: the minimum is the turn itself."""
+        """A field without symmetry and the same rotated: the minimum is the rotation, but for interpolation."""
         rng = np.random.default_rng(seed)
-        at, directions, R = sphere_domain(F).vertices, rng.normal(size=(6, 3)), reference.random_rotation(rng)
-        first = np.sin(2 * at @ directions.T).sum(axis=1)
-        second = np.sin(2 * at @ R.T @ directions.T).sum(axis=1)  # second(p) = first(R p)
+        at, axes, R = sphere_domain(F).vertices, reference.random_rotation(rng), reference.random_rotation(rng)
+        first, second = (
+            (points @ axes.T) ** 2 @ [1.0, 2, 4] + (points @ axes.T) ** 3 @ np.ones(3) for points in (at, at @ R.T)
+        )  # second(p) = first(R p)
         axis = rng.normal(size=3)
         turns = reference.turned(np.radians(4) * axis / np.linalg.norm(axis), R)[None]
         here, seen, mean, common = sphere_domain(F), np.ones(500, bool), np.zeros(1), np.zeros(1)
@@ -136,5 +137,5 @@ class TestFollow:
             *(here.vertices, here.mesh.neighbors, here.mesh.connectivity.face, here.centers),
             *(1, 25, 0.1, mean, common),
         )
-        assert reference.angle(turns[0], R) < 0.5
+        assert reference.angle(turns[0], R) < 1.0
         assert common[0] == 500

@@ -543,7 +543,7 @@ def test_a_model_packed_and_unpacked(known):
     spread = axes @ at.points.T @ at.points @ axes.T
     np.testing.assert_allclose(spread, np.diag(np.sort(np.diag(spread))[::-1]), atol=1e-9)
     again = Model.unpacked(model.packed())
-    for name in ("places", "directions", "low", "side", "spacing", "noise", "descriptor"):
+    for name in ("quantized_points", "quantized_normals", "low", "side", "spacing", "noise", "descriptor"):
         np.testing.assert_array_equal(getattr(again, name), getattr(model, name))
     np.testing.assert_array_equal(again.spin_images.pixels, model.spin_images.pixels)
     np.testing.assert_array_equal(again.spin_images.chosen, model.spin_images.chosen)

@@ -16,7 +16,7 @@ MAXIMUM_WALK = 400
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def search(maps, rotated, values, out):
-    """Fill `out[j, g]` with the sum over l of (turned[maps[j, l], g] - values[l])^2.
+    """Fill `out[j, g]` with the sum over l of (rotated[maps[j, l], g] - values[l])^2.
 
     Row i of `rotated` holds the values that the 60 rotations bring to vertex i; the innermost loop runs along it.
     """

@@ -53,9 +53,9 @@ class FlatDomain:
     def cell_areas(self) -> Array:
         """(n,) area of each vertex's dual cell; sum 4 pi, as on the sphere."""
         n = len(self.coordinates)
-        share = np.ones(n)
-        share[border_mask(self.mesh)] = 0.5
-        return 4 * np.pi * share / share.sum()
+        fraction = np.ones(n)
+        fraction[border_mask(self.mesh)] = 0.5
+        return 4 * np.pi * fraction / fraction.sum()
 
     @property
     def period(self) -> Array:
@@ -73,8 +73,8 @@ class FlatDomain:
         """Return vertices (k, 3) and barycentric coordinates (k, 3) of the triangles that hold points (k, 2)."""
         triangles, rows = self._triangles
         at = np.array(coordinates, dtype=float)
-        for axis, turns in enumerate(PERIODIC[self.topology]):
-            at[:, axis] = at[:, axis] % 1.0 if turns else np.clip(at[:, axis], -1.0, 1.0)
+        for axis, periodic in enumerate(PERIODIC[self.topology]):
+            at[:, axis] = at[:, axis] % 1.0 if periodic else np.clip(at[:, axis], -1.0, 1.0)
         at *= self.period
         found = triangles.find_simplex(at)
         outside = found < 0  # between a border's chord and its arc
@@ -95,8 +95,8 @@ class FlatDomain:
         from scipy.spatial import Delaunay
 
         flat, rows = self.coordinates * self.period, np.arange(len(self.coordinates))
-        for axis, turns in enumerate(PERIODIC[self.topology]):
-            if turns:
+        for axis, periodic in enumerate(PERIODIC[self.topology]):
+            if periodic:
                 step = np.eye(2)[axis] * self.period
                 flat, rows = np.concatenate([flat - step, flat, flat + step]), np.tile(rows, 3)
         kept = (np.abs(flat - self._center) < 0.62 * self.period).all(axis=1) if self.topology != "plane" else rows >= 0
@@ -163,8 +163,8 @@ def _disc(f: int) -> FlatDomain:
     u, v = c * x + s * y, c * y - s * x  # rotated into the first of the six sectors
     along = v / np.sqrt(0.75)
     ring = u + 0.5 * along
-    share = np.divide(along, ring, out=np.zeros_like(ring), where=ring > 1e-9)
-    angle = (turn + share) * np.pi / 3
+    fraction = np.divide(along, ring, out=np.zeros_like(ring), where=ring > 1e-9)
+    angle = (turn + fraction) * np.pi / 3
     mesh = dual((np.stack([ring * np.cos(angle), ring * np.sin(angle), 0 * ring], axis=1), triangles))
     drawn = mesh.vertices.copy()
     rim = border_mask(mesh)

@@ -26,7 +26,7 @@ INVARIANTS = {"torus": (1, 0), "cylinder": (0, 2), "plane": (0, 1)}
 """Genus and number of borders of each topology."""
 
 INITIAL_SHAPES = {"torus": "auto", "cylinder": "cylinder", "plane": "plane"}
-VERTICES = 3000
+MODEL_VERTICES = 3000
 MAXIMUM_ERROR = 0.01
 """Largest root mean square distance between model and data, in diagonals."""
 
@@ -96,7 +96,7 @@ def _reconstructed(data: Any, topology: str, options: dict[str, Any]) -> Triangl
     fixed: dict[str, Any] = {} if start == "auto" else {"holes": "none", "handles": "none", "refine": "none"}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", SimplexMeshWarning)  # checked below
-        model = reconstruct(data, vertices=VERTICES, init=start, **fixed, **options)
+        model = reconstruct(data, vertices=MODEL_VERTICES, init=start, **fixed, **options)
     surface = model.mesh.triangulated(method="fan")
     error = max(model.distance.data_to_mesh.rms, model.distance.mesh_to_data.rms)
     if error > MAXIMUM_ERROR * surface.diagonal or (model.tangled or 0) > MAXIMUM_TANGLED * model.mesh.n_vertices:
@@ -109,26 +109,26 @@ def _reconstructed(data: Any, topology: str, options: dict[str, Any]) -> Triangl
 
 def sampled(parameterization: Parameterization, patch: FlatDomain) -> Array:
     """Return (n, 3) the points of a parameterized surface at the vertices of a domain."""
-    size, turns = patch.period, np.array(PERIODIC[patch.topology])
+    size, periodic = patch.period, np.array(PERIODIC[patch.topology])
     corners = parameterization.corners * size
-    middle = corners.mean(axis=1)
-    shift = np.where(turns, np.floor(middle / size) * size, 0.0)
-    shift = np.where(turns & (middle - shift >= size), shift + size, shift)  # after rounding
-    corners, middle = corners - shift[:, None], middle - shift
-    offset = np.zeros(2) if turns.all() else np.where(turns, 0.0, middle.min(axis=0))
-    box = np.where(turns, size, 0.0)
-    at = np.where(turns, (patch.coordinates % 1.0) * size, patch.coordinates * size)
-    tree = cKDTree(middle - offset, boxsize=box)
-    near = tree.query(at - offset, k=min(CANDIDATES, len(middle)), workers=-1)[1]
-    off = at[:, None] - middle[near]
-    off = np.where(turns, off - np.rint(off / size) * size, off)
-    a, b, c = (corners[near, j] - middle[near] for j in range(3))
-    weights = _barycentric(off, a, b, c)
+    centers = corners.mean(axis=1)
+    shift = np.where(periodic, np.floor(centers / size) * size, 0.0)
+    shift = np.where(periodic & (centers - shift >= size), shift + size, shift)  # after rounding
+    corners, centers = corners - shift[:, None], centers - shift
+    offset = np.zeros(2) if periodic.all() else np.where(periodic, 0.0, centers.min(axis=0))
+    box = np.where(periodic, size, 0.0)
+    at = np.where(periodic, (patch.coordinates % 1.0) * size, patch.coordinates * size)
+    tree = cKDTree(centers - offset, boxsize=box)
+    near = tree.query(at - offset, k=min(CANDIDATES, len(centers)), workers=-1)[1]
+    difference = at[:, None] - centers[near]
+    difference = np.where(periodic, difference - np.rint(difference / size) * size, difference)
+    a, b, c = (corners[near, j] - centers[near] for j in range(3))
+    weights = _barycentric(difference, a, b, c)
     best = weights.min(axis=2).argmax(axis=1)
     rows = np.arange(len(at))
-    share = np.clip(weights[rows, best], 0.0, None)
-    share /= share.sum(axis=1, keepdims=True)
-    return np.einsum("nj,njx->nx", share, parameterization.vertices[parameterization.faces[near[rows, best]]])
+    barycentric = np.clip(weights[rows, best], 0.0, None)
+    barycentric /= barycentric.sum(axis=1, keepdims=True)
+    return np.einsum("nj,njx->nx", barycentric, parameterization.vertices[parameterization.faces[near[rows, best]]])
 
 
 def _barycentric(p: Array, a: Array, b: Array, c: Array) -> Array:
@@ -137,9 +137,9 @@ def _barycentric(p: Array, a: Array, b: Array, c: Array) -> Array:
     def det(u: Array, v: Array) -> Array:
         return np.asarray(u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0])
 
-    whole = det(b - a, c - a)
-    whole = np.where(np.abs(whole) < 1e-30, np.inf, whole)
-    second, third = det(p - a, c - a) / whole, det(b - a, p - a) / whole
+    area = det(b - a, c - a)
+    area = np.where(np.abs(area) < 1e-30, np.inf, area)
+    second, third = det(p - a, c - a) / area, det(b - a, p - a) / area
     return np.stack([1 - second - third, second, third], axis=-1)
 
 

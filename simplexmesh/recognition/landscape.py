@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 NODES = 6
 """Frequency of the sphere over which rotations are binned: about 27 of the 19,800 per vertex."""
 
-LEAST_OVERLAP = 0.5
+MINIMUM_OVERLAP = 0.5
 
 
 def over_sphere(sai_a: SAI, sai_b: SAI, pole: Array) -> Array:
@@ -49,7 +49,7 @@ def over_sphere(sai_a: SAI, sai_b: SAI, pole: Array) -> Array:
     table = rotations(sai_a.frequency)
     total, common = rotation_differences(a, b, table)
     with np.errstate(divide="ignore", invalid="ignore"):
-        distance = np.where(common >= LEAST_OVERLAP * common.max(), np.sqrt(total / common), np.inf)
+        distance = np.where(common >= MINIMUM_OVERLAP * common.max(), np.sqrt(total / common), np.inf)
     at = cKDTree(sphere_domain(NODES).vertices).query(table.matrices @ pole)[1]
     out = np.full(len(sphere_domain(NODES).vertices), np.inf)
     np.minimum.at(out, at, distance)

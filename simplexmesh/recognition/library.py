@@ -26,7 +26,7 @@ from simplexmesh.recognition.verify import Evaluation
 Array = NDArray[np.float64]
 
 SIDES = ("above", "below")
-LONGEST_NAME = 500
+MAXIMUM_NAME = 500
 MOST_POINTS = 4_000
 """Scans with more points are subsampled at random."""
 
@@ -273,8 +273,8 @@ def _checked_name(name: Any) -> str:
     """Return a valid name."""
     if not isinstance(name, str):
         raise TypeError(f"name must be a string, not {type(name).__name__}")
-    if not 0 < len(name) <= LONGEST_NAME or not name.isprintable():
-        raise ValueError(f"name must be 1 to {LONGEST_NAME} printable characters, not {name[:40]!r}")
+    if not 0 < len(name) <= MAXIMUM_NAME or not name.isprintable():
+        raise ValueError(f"name must be 1 to {MAXIMUM_NAME} printable characters, not {name[:40]!r}")
     return name
 
 

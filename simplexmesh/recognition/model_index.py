@@ -138,6 +138,6 @@ class ImageIndex:
 
     def spans(self, models: NDArray[np.int64]) -> NDArray[np.int64]:
         """Return the row ranges (k, 2) of some models; empty for those without images."""
-        place = np.minimum(np.searchsorted(self.which, models), max(len(self.which) - 1, 0))
-        has = self.which[place] == models if len(self.which) else np.zeros(len(models), bool)
-        return np.where(has[:, None], np.stack([self.starts[place], self.starts[place + has]], axis=1), 0)
+        position = np.minimum(np.searchsorted(self.which, models), max(len(self.which) - 1, 0))
+        has = self.which[position] == models if len(self.which) else np.zeros(len(models), bool)
+        return np.where(has[:, None], np.stack([self.starts[position], self.starts[position + has]], axis=1), 0)

@@ -30,7 +30,7 @@ HEADER = struct.Struct("<3Ii6d")
 POSITION_LEVELS = 65535
 NORMAL_LEVELS = 32767
 DTYPES = ("<u2", "<i2", "<u2", "|u1", "<f4")
-"""Types of the arrays of a packed model: places, directions, chosen points, images, descriptor."""
+"""Types of the arrays of a packed model: points, normals, chosen points, images, descriptor."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,10 +39,10 @@ class Model:
 
     Attributes
     ----------
-    places : (n, 3) array of uint16
+    quantized_points : (n, 3) array of uint16
         Points relative to the corner `low`, in 1/65535 of `side`.
-    directions : (n, 3) array of int16
-        Their normals, in 1/32767.
+    quantized_normals : (n, 3) array of int16
+        Unit normals, in 1/32767.
     low : (3,) array of float
     side : float
         Longest side of the bounding box.
@@ -52,8 +52,8 @@ class Model:
     descriptor : (DESCRIPTOR_SIZE,) array of float32
     """
 
-    places: NDArray[np.uint16]
-    directions: NDArray[np.int16]
+    quantized_points: NDArray[np.uint16]
+    quantized_normals: NDArray[np.int16]
     low: Array
     side: float
     spacing: float
@@ -64,21 +64,22 @@ class Model:
     @property
     def surface(self) -> Surface:
         """The surface, with points projected to local planes."""
-        points = self.places * (self.side / POSITION_LEVELS) + self.low
-        return Surface(points, normalized(self.directions.astype(float)), self.spacing, self.noise, points)
+        points = self.quantized_points * (self.side / POSITION_LEVELS) + self.low
+        return Surface(points, normalized(self.quantized_normals.astype(float)), self.spacing, self.noise, points)
 
     @cached_property
     def frame(self) -> tuple[Array, Array, float]:
         """The center (3,) of the points, their principal axes (3, 3) as rows, and the diagonal of their box."""
-        points = self.places.astype(float) * (self.side / POSITION_LEVELS) + self.low
-        return *principal_axes(points), float(norm(np.ptp(self.places, axis=0) * (self.side / POSITION_LEVELS)))
+        scale = self.side / POSITION_LEVELS
+        points = self.quantized_points.astype(float) * scale + self.low
+        return *principal_axes(points), float(norm(np.ptp(self.quantized_points, axis=0) * scale))
 
     def normalized_to(self, unit: float) -> Surface:
         """Return the surface with its center at the origin, scaled by 1 / `unit`."""
-        points, normals = np.empty((len(self.places), 3)), np.empty((len(self.places), 3))
+        points, normals = np.empty((len(self.quantized_points), 3)), np.empty((len(self.quantized_points), 3))
         corner = (self.low - self.frame[0]) / unit
         _kernels_poses.dequantize(
-            self.places, self.directions, self.side / POSITION_LEVELS / unit, corner, points, normals
+            self.quantized_points, self.quantized_normals, self.side / POSITION_LEVELS / unit, corner, points, normals
         )
         return Surface(points, normals, self.spacing / unit, self.noise / unit, points)
 
@@ -86,10 +87,16 @@ class Model:
         """Return the model as bytes."""
         images = self.spin_images
         head = HEADER.pack(
-            *(len(self.places), len(images.chosen), len(images.pixels), images.first_octave),
+            *(len(self.quantized_points), len(images.chosen), len(images.pixels), images.first_octave),
             *(self.spacing, self.noise, self.side, *self.low),
         )
-        parts: list[NDArray[Any]] = [self.places, self.directions, images.chosen, images.pixels, self.descriptor]
+        parts: list[NDArray[Any]] = [
+            self.quantized_points,
+            self.quantized_normals,
+            images.chosen,
+            images.pixels,
+            self.descriptor,
+        ]
         return head + b"".join(part.astype(kind).tobytes() for part, kind in zip(parts, DTYPES, strict=True))
 
     @staticmethod
@@ -104,19 +111,19 @@ class Model:
         if len(data) < HEADER.size:
             raise ValueError("a model is truncated")
         n, k, radii, first, spacing, noise, side, *low = HEADER.unpack_from(data)
-        at, parts = HEADER.size, []
+        offset, parts = HEADER.size, []
         for kind, shape in zip(DTYPES, ((n, 3), (n, 3), (k,), (radii, k, PIXELS), (DESCRIPTOR_SIZE,)), strict=True):
             count = math.prod(shape)
-            if at + count * np.dtype(kind).itemsize > len(data):
+            if offset + count * np.dtype(kind).itemsize > len(data):
                 raise ValueError("a model is truncated")
-            parts.append(np.frombuffer(data, kind, count, at).reshape(shape))
-            at += parts[-1].nbytes
-        places, directions, chosen, images, descriptor = parts
+            parts.append(np.frombuffer(data, kind, count, offset).reshape(shape))
+            offset += parts[-1].nbytes
+        quantized_points, quantized_normals, chosen, images, descriptor = parts
         numbers = (spacing, noise, side, *low, *descriptor.tolist())
-        if at != len(data) or not 0 < k <= n or chosen.max() >= n or not side > 0 or not np.isfinite(numbers).all():
+        if offset != len(data) or not 0 < k <= n or chosen.max() >= n or not side > 0 or not np.isfinite(numbers).all():
             raise ValueError("a model holds invalid values")
         spin_images = SpinImages(chosen.astype(np.int64), first, images)
-        return Model(places, directions, np.array(low), side, spacing, noise, spin_images, descriptor)
+        return Model(quantized_points, quantized_normals, np.array(low), side, spacing, noise, spin_images, descriptor)
 
 
 def model_of(surface: Surface) -> Model:

@@ -252,11 +252,11 @@ def parameterize_disc(vertices: Array, faces: Indices) -> Parameterization:
     ring = parameterize_tube(vertices, faces[~around])
     turns, along = ring.corners.reshape(-1, 2).T
     at = np.zeros((len(ring.vertices), 2))
-    place = ring.faces.ravel()
-    if along[np.isin(place, _boundary_loop(faces))].mean() > 0.5:
+    corner_vertices = ring.faces.ravel()
+    if along[np.isin(corner_vertices, _boundary_loop(faces))].mean() > 0.5:
         along = 1 - along
     angle = 2 * np.pi * turns[:, None] + [0.0, -np.pi / 2]
-    at[place] = np.exp(-ring.modulus * along)[:, None] * np.cos(angle)
+    at[corner_vertices] = np.exp(-ring.modulus * along)[:, None] * np.cos(angle)
     whole = np.concatenate([ring.faces, faces[around]])
     at = area_balanced(ring.vertices, whole, at)
     return Parameterization(ring.vertices, whole, _counter_clockwise(at[whole]), 0.0)

@@ -267,8 +267,8 @@ def sai(
         if topology == "sphere":
             mesh = fit_sphere(points, normals, frequency)
         else:
-            told = {"level": level, "label": label, "inside": inside, "poses": poses}
-            mesh = fit_flat_domain(subject, data, topology, frequency, told)
+            options = {"level": level, "label": label, "inside": inside, "poses": poses}
+            mesh = fit_flat_domain(subject, data, topology, frequency, options)
         report(0.9, "labeling")
         tree = cKDTree(points)
         distance = tree.query(mesh.vertices, workers=-1)[0]

@@ -49,7 +49,7 @@ def read(path: str | os.PathLike[str]) -> Iterator[Mapping[str, NDArray[Any]]]:
     Raises
     ------
     OSError
-        The file is absent, not one of ours, or cut short.
+        The file is missing, of another kind or truncated.
     """
     target = _path(path)
     if not target.is_file():

@@ -136,10 +136,10 @@ def shift_differences(
         By shifts around the tube and around the axis; one row if only the axis is periodic.
     """
     grid_points = grid(topology, frequency)
-    (one, there), (other, here) = (_on_grid(grid_points, *each) for each in (a, b))
+    (values_a, weight_a), (values_b, weight_b) = (_on_grid(grid_points, *each) for each in (a, b))
     if flipped:
-        other, here = (_half_turned(each, topology) for each in (other, here))
-    here = here * grid_points.areas
+        values_b, weight_b = (_half_turned(each, topology) for each in (values_b, weight_b))
+    weight_b = weight_b * grid_points.areas
     turns = topology == "torus"
 
     def sums(first: Array, second: Array) -> Array:
@@ -148,13 +148,18 @@ def shift_differences(
         product = np.fft.rfft(first, axis=1) * np.conj(np.fft.rfft(second, axis=1))
         return np.fft.irfft(product.sum(axis=0), n=first.shape[1])[None]
 
-    total = sums(there * one**2, here) - 2 * sums(there * one, here * other) + sums(there, here * other**2)
-    return total, sums(there, here)
+    total = (
+        sums(weight_a * values_a**2, weight_b)
+        - 2 * sums(weight_a * values_a, weight_b * values_b)
+        + sums(weight_a, weight_b * values_b**2)
+    )
+    return total, sums(weight_a, weight_b)
 
 
 def _on_grid(grid_points: Grid, values: Array, seen: Mask) -> tuple[Array, Array]:
-    there = seen[grid_points.corners].all(axis=2)
-    return np.where(there, (values[grid_points.corners] * grid_points.weights).sum(axis=2), 0.0), there.astype(float)
+    """Return values at grid points, zero where a corner does not count, and weights of 0 or 1."""
+    valid = seen[grid_points.corners].all(axis=2)
+    return np.where(valid, (values[grid_points.corners] * grid_points.weights).sum(axis=2), 0.0), valid.astype(float)
 
 
 def _half_turned(values: Array, topology: str) -> Array:

@@ -16,7 +16,7 @@ from simplexmesh.recognition import _kernels_match
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-LOWEST, HIGHEST = 5, 12
+MINIMUM_FREQUENCY, MAXIMUM_FREQUENCY = 5, 12
 """Frequencies of signatures: 500 to 2,880 vertices."""
 
 
@@ -32,7 +32,7 @@ def checked_frequency(frequency: int) -> int:
     >>> checked_frequency(9)
     9
     """
-    return _check.integer("frequency", frequency, LOWEST, HIGHEST)
+    return _check.integer("frequency", frequency, MINIMUM_FREQUENCY, MAXIMUM_FREQUENCY)
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,13 +84,13 @@ class SphereDomain:
     def locate(self, directions: Array, start: Indices | None = None) -> Locations:
         """Return the locations of unit vectors (k, 3), by walks from vertices `start` (k,) or from seeds nearby."""
         k = len(directions)
-        here = np.argmax(directions @ self._seeds.T, axis=1) if start is None else start
-        begin = self._seed_vertices[here] if start is None else np.asarray(start, np.int64)
+        if start is None:
+            start = self._seed_vertices[np.argmax(directions @ self._seeds.T, axis=1)]
         vertex, faces, weights = np.zeros(k, np.int64), np.zeros((k, 2), np.int64), np.zeros((k, 3))
         topology = (self.mesh.neighbors, self.mesh.connectivity.face)
         _kernels_match.locate(
             np.ascontiguousarray(directions, dtype=np.float64),
-            *(begin, self.vertices, *topology, self.centers, vertex, faces, weights),
+            *(np.asarray(start, np.int64), self.vertices, *topology, self.centers, vertex, faces, weights),
         )
         return Locations(vertex, faces, weights)
 
@@ -149,8 +149,8 @@ def mobius_map(points: Array, center: Array) -> Array:
     True
     """
     square = float(center @ center)
-    off = points - center
-    return (1 - square) * off / np.einsum("ij,ij->i", off, off)[:, None] - center
+    difference = points - center
+    return (1 - square) * difference / np.einsum("ij,ij->i", difference, difference)[:, None] - center
 
 
 def mobius_centering(points: Array, weights: Array, *, iterations: int = 50) -> list[Array]:
@@ -180,12 +180,12 @@ def mobius_centering(points: Array, weights: Array, *, iterations: int = 50) -> 
     >>> bool(np.abs(weights @ points).max() < 1e-6)
     True
     """
-    share, steps = weights / weights.sum(), []
+    fractions, steps = weights / weights.sum(), []
     for _ in range(iterations):
-        mean = share @ points
+        mean = fractions @ points
         if np.linalg.norm(mean) < 1e-9:
             break
-        spread = 2 * (np.eye(3) - (points * share[:, None]).T @ points)
+        spread = 2 * (np.eye(3) - (points * fractions[:, None]).T @ points)
         b = np.linalg.solve(spread + 1e-9 * np.eye(3), mean)
         b *= min(1.0, 0.5 / float(np.linalg.norm(b)))
         steps.append(b)

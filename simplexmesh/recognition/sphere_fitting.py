@@ -150,7 +150,7 @@ class Box:
     center : (3,) array of float
     axes : (3, 3) array of float
         As rows.
-    sides : (3,) array of float
+    half_sides : (3,) array of float
         Half the side lengths.
     radius : float
         Half the diagonal of the axis-aligned bounding box.
@@ -194,7 +194,7 @@ def centered(mesh: SimplexMesh, frequency: int, target_frequency: int) -> Simple
     mesh : SimplexMesh
         With the connectivity of ``sphere_domain(frequency)``.
     frequency : int
-    to : int
+    target_frequency : int
         The frequency of the result.
 
     Returns
@@ -230,6 +230,6 @@ def facing_outward(points: Array, normals: Array | None) -> PointCloud:
         known = length > 0
         chosen, normals = chosen[known], normals[known] / length[known, None]
     border = border_of_points(subset)
-    middle = border.points.mean(axis=0) if len(border.points) else chosen.mean(axis=0)
-    outward = sense(chosen, normals, middle) >= -STRAIGHT
+    center = border.points.mean(axis=0) if len(border.points) else chosen.mean(axis=0)
+    outward = sense(chosen, normals, center) >= -STRAIGHT
     return PointCloud(chosen, normals if outward else -normals)

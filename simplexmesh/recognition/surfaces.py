@@ -29,11 +29,13 @@ MOST_POINTS = 40_000
 """Larger data is subsampled at random; more points do not improve the pose within its covariance."""
 
 FEWEST_POINTS = 50
-THINNEST = 1e-3
+MINIMUM_EXTENT = 1e-3
 """Least ratio of the second to the largest principal extent; points below it lie on a line."""
 
-FEW, MANY, NOISY = 16, 40, 0.25
-MEASURED = 2_000
+FEW_NEIGHBORS, MANY_NEIGHBORS, NOISE_RATIO = 16, 40, 0.25
+"""Numbers of neighbors that planes are fitted to, and the ratio of noise to spacing from which many are used."""
+
+ESTIMATE_POINTS = 2_000
 """Spacing and noise are estimated from about this many points."""
 
 MAXIMUM_SPACING = 0.5
@@ -182,7 +184,7 @@ def _check_extent(points: Array, name: str) -> None:
     if len(points) < FEWEST_POINTS:
         raise ValueError(f"{name} must hold at least {FEWEST_POINTS} points to be registered, not {len(points)}")
     extents = np.linalg.svd(points - points.mean(axis=0), full_matrices=False, compute_uv=False)
-    if not extents[1] > THINNEST * extents[0]:
+    if not extents[1] > MINIMUM_EXTENT * extents[0]:
         raise ValueError(f"{name} must be points on a surface to be registered; they lie on a line")
 
 
@@ -207,13 +209,13 @@ def neighborhoods(points: Array) -> tuple[float, float, NDArray[np.int64]]:
     k is 16, or 40 if the noise exceeds a quarter of the spacing.
     """
     tree = cKDTree(points)
-    small = min(FEW, len(points))
-    sample = points if len(points) <= MEASURED else points[:: len(points) // MEASURED]
-    distance, near = tree.query(sample, k=small, workers=-1)
-    spacing = float(np.median(distance[:, -1])) * np.sqrt(np.pi / small)
+    few = min(FEW_NEIGHBORS, len(points))
+    sample = points if len(points) <= ESTIMATE_POINTS else points[:: len(points) // ESTIMATE_POINTS]
+    distance, near = tree.query(sample, k=few, workers=-1)
+    spacing = float(np.median(distance[:, -1])) * np.sqrt(np.pi / few)
     noise = float(np.sqrt(np.median(_planes_of(points, near)[1])))
-    count = small if noise < NOISY * spacing else min(MANY, len(points))
-    if count > small or sample is not points:
+    count = few if noise < NOISE_RATIO * spacing else min(MANY_NEIGHBORS, len(points))
+    if count > few or sample is not points:
         _, near = tree.query(points, k=count, workers=-1)
     return spacing, noise, near
 
