@@ -176,3 +176,12 @@ def test_organs_are_balls(data_folder, name, level, vertices):
     margin = 2 * volume.spacing
     assert (mesh.bounds[0] > volume.bounds[0] - margin).all()
     assert (mesh.bounds[1] < volume.bounds[1] + margin).all()
+
+
+def test_a_large_offset_of_the_values_changes_nothing():
+    """Single precision would leave steps of 8 at 1e8, twenty times what the torus is thick."""
+    volume, _ = torus_field(None)
+    start = start_from_volume(volume, level=0.0, vertices=1000)
+    shifted = Volume(volume.values + 1e8, SPACING, ORIGIN)
+    moved = start_from_volume(shifted, level=1e8, vertices=1000)
+    np.testing.assert_allclose(moved.mesh.vertices, start.mesh.vertices, atol=1e-5)

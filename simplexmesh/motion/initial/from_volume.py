@@ -124,7 +124,8 @@ def _field(
     low, high = np.maximum(low, 0) + low_kept, np.maximum(low, 0) + high_kept
     cut = box_slices(low, high, volume.shape)
     values = inside[cut] if label is not None else volume.values[cut]
-    out = np.clip(values.astype(np.float32) - np.float32(middle), -contrast, contrast)
+    offset = values.astype(np.result_type(values, np.float32)) - middle  # in full precision: values may be large
+    out = np.clip(offset, -contrast, contrast).astype(np.float32)
     pad = [(max(0, -a), max(0, b - n)) for a, b, n in zip(low, high, volume.shape, strict=True)]
     return np.pad(out, pad, constant_values=-contrast), low.astype(float), dropped
 
