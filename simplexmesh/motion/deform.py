@@ -57,7 +57,8 @@ class DeformableModel:
     reference : SimplexMesh, optional
         The shape that the constraint `shape` restores: same connectivity, any position and scale.
     adaptation : float
-        Strength, 0 (never) to 1, with which metric parameters are adapted to curvature every 10 iterations; 0.25 is strong.
+        Strength with which metric parameters are adapted to curvature every 10 iterations: 0 (never) to 1; 0.25 is
+        strong.
     seeking : float
         Weight, 0 to 1, with which vertices on holes are attracted to the border of the data, if the target has one.
     forces : callable or sequence of callables
