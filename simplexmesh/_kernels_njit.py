@@ -17,7 +17,9 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable
 from contextlib import suppress
+from functools import cached_property
 from pathlib import Path
+from types import FunctionType
 from typing import Any
 
 import numba
@@ -25,6 +27,8 @@ from numba.core import types
 from numba.core.caching import IndexDataCacheFile
 from numba.core.registry import CPUDispatcher
 from numba.core.types.containers import BaseTuple
+
+from simplexmesh._kernels_lazy import LazyCompiler, passed
 
 
 def njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:
@@ -43,16 +47,48 @@ def njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:
     def compiled(function: Callable[..., Any]) -> Any:
         kernel = numba.njit(no_cfunc_wrapper=True, **options)(function)  # no kernel is called from C
         if isinstance(kernel, CPUDispatcher):  # NUMBA_DISABLE_JIT leaves functions as they are
-            kernel.__class__ = Kernel
-            if hasattr(kernel._cache, "_cache_file"):
-                kernel._cache._cache_file.__class__ = CacheFile
+            adopted(kernel, Kernel).options = options
         return kernel
 
     return compiled
 
 
+def adopted(dispatcher: Any, kind: type) -> Any:
+    """Return numba's dispatcher as one of this kind, compiled lazily and with our files in the cache."""
+    dispatcher.__class__ = kind
+    dispatcher._compiler.__class__ = LazyCompiler
+    if hasattr(dispatcher._cache, "_cache_file"):
+        dispatcher._cache._cache_file.__class__ = CacheFile
+    return dispatcher
+
+
 class Kernel(CPUDispatcher):  # type: ignore[misc]
     """A compiled function whose read-only array arguments are typed as writable."""
+
+    options: dict[str, Any]
+
+    @cached_property
+    def callee(self):
+        """The same for calls from other kernels, without a way in from Python; None if it is copied into each."""
+        if "inline" in self.options:
+            return None
+        own = self.py_func
+        twin = FunctionType(own.__code__, own.__globals__, own.__name__, own.__defaults__, own.__closure__)
+        twin.__module__ = own.__module__
+        twin.__qualname__ = f"{own.__qualname__}_callee"  # the disk cache knows kernels by name, not by flags
+        inner = numba.njit(no_cpython_wrapper=True, no_cfunc_wrapper=True, **self.options)(twin)
+        return adopted(inner, CPUDispatcher)
+
+    def get_call_template(self, args, kws):
+        """Return the signature for a call from another kernel; numba asks while it compiles that one."""
+        if self.callee is None:
+            return super().get_call_template(args, kws)
+        named = {name: passed(kind) for name, kind in kws.items()}
+        return self.callee.get_call_template(tuple(passed(kind) for kind in args), named)
+
+    def get_overload(self, sig):
+        """Return what identifies the code for a call from another kernel."""
+        return super().get_overload(sig) if self.callee is None else self.callee.get_overload(sig)
 
     def _compile_for_args(self, *args, **kws):
         """Return the machine code for these arguments; numba calls this once per combination of types."""
