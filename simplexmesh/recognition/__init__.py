@@ -1,4 +1,4 @@
-"""Chapter IV, the recognition: shape signatures on the sphere and how they are compared."""
+"""Chapter IV, the recognition: shape signatures, registration, occlusion, libraries of models."""
 
 from __future__ import annotations
 
