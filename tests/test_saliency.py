@@ -122,6 +122,13 @@ class TestAverages:
         cloud = ball(20).sampled(4000, rng=0)
         assert Diffusion(as_samples(cloud)).areas.sum() == pytest.approx(4 * np.pi, rel=0.2)
 
+    def test_without_convergence_the_system_is_solved_directly(self, monkeypatch):
+        samples = as_samples(ball(20))
+        values = np.random.default_rng(0).normal(size=len(samples.points))
+        exact = Diffusion(samples).smoothed(values, 0.3)
+        monkeypatch.setattr("simplexmesh.surface.diffusion.MAX_ITERATIONS", 2)
+        np.testing.assert_allclose(Diffusion(samples).smoothed(values, 0.3), exact, atol=1e-4)
+
 
 class TestWatersheds:
     @given(st.integers(0, 10**6), st.integers(3, 14), st.booleans())

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_matrix, csr_matrix, diags
+from scipy.sparse.linalg import spsolve
 
 from simplexmesh._vec import cross, dot, norm
 from simplexmesh.surface.samples import Samples
@@ -22,6 +23,8 @@ FIRST_STEPS = 2
 """Implicit steps to the first window."""
 
 MAX_ITERATIONS = 2000
+"""Of conjugate gradients; a system that needs more is solved directly."""
+
 UNKNOWN_MASS = 1e-9
 """Relative mass of a vertex without a value: it takes its neighbors' values and hardly affects theirs."""
 
@@ -163,6 +166,8 @@ def _diffused(mass: Array, time: float, stiffness: csr_matrix, initial: Any) -> 
         z = inverse * residual
         residual_square, previous = _inner(residual, z), residual_square
         direction = z + (residual_square / previous) * direction
+    else:
+        return spsolve(matrix, right)
     return u
 
 
