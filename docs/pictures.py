@@ -2,7 +2,6 @@
 
 `SIMPLEXMESH_DATA` names the folder of the files drawn. Those of the benchmark are drawn by `docs/benchmark.py`,
 `decimated` and `redistributed` by `bench_decimate.py picture` and `bench_refine.py picture` in `tests/benchmarks`.
-`occlusion` has no script.
 """
 
 import importlib
@@ -61,6 +60,33 @@ def adaptive():
         name = "mean curvature H" + " " * column  # panels with the same name would share one scale
         sm.plot.heat(mesh, sm.curvature(mesh).mean, name=name, title=title, plotter=plotter)
     return [sm.plot.looked_at(plotter, "xy")]
+
+
+def occlusion():
+    """A molar with its cusps, a displaced guide cut in half, and the guide in occlusion, as in guides.md."""
+    tooth = sm.reconstruct(DATA / "tooth.nhdr", level=600, vertices=6000).mesh.triangulated("dual")
+    play = sm.TriangleMesh(tooth.vertices + 0.5 * tooth.vertex_normals, tooth.faces)
+    block = sm.clipped(sm.sphere(12, radius=60, center=(52, 45, 180)), (0, 0, 141), (0, 0, 1), cap=True)
+    guide = sm.boolean(sm.clipped(block, (0, 0, 165), (0, 0, -1), cap=True), play)
+    turn = np.array([[0.996, -0.087, 0], [0.087, 0.996, 0], [0, 0, 1]])
+    displaced = sm.TriangleMesh(guide.vertices @ turn.T + [7, -6, 8], guide.faces)
+    put = displaced.transformed(sm.occlude(displaced, tooth, tolerance=1.0).T_fixed_moving)
+    gap = np.abs(sm.targets.Triangles(put, oriented=False).closest(tooth.vertices)[0])
+    curvature = sm.curvature(tooth)
+    cusps = sm.salient_points(tooth, of="mean", curvature=curvature, count=40).points
+    cusps = cusps[np.argsort(-cusps[:, 2])[:4]]
+    plotter = sm.plot.stage(columns=3, size=(1500, 700))
+    sm.plot.heat(tooth, curvature.mean, name="mean curvature (1/voxel)", marks=cusps, plotter=plotter)
+    for column, moved in enumerate((displaced, put), 1):
+        plotter.subplot(0, column)
+        half = sm.clipped(moved, moved.vertices.mean(axis=0), (0, 1, 0), cap=True)
+        sm.plot.surface(half, color="#3a5f95", edges=False, plotter=plotter)
+        if column == 1:
+            sm.plot.surface(tooth, color="#d9cfc0", edges=False, plotter=plotter)
+    sm.plot.heat(
+        tooth, np.where(gap < 1.0, gap, np.nan), name="gap to the guide (voxels)", limits=(0, 1), plotter=plotter
+    )
+    return [sm.plot.looked_at(plotter, (0.35, -1.0, 0.55))]
 
 
 def signature():
@@ -137,6 +163,7 @@ PICTURES = {  # name: what draws it, row by row, and its width in pixels
     "adaptive": (adaptive, 1800),
     "frog": (demo("frog"), 1200),
     "landscape": (demo("recognition", "show_landscape"), 1080),
+    "occlusion": (occlusion, 1500),
     "recognised": (recognised, 1500),
     "refinement": (demo("refinement"), 1080),
     "saliency": (four_panels("lion_head.off"), 1800),
