@@ -17,6 +17,8 @@ from typing import Any
 from numba.core import codegen, compiler, types
 from numba.core.codegen import JITCodeLibrary
 from numba.core.dispatcher import _FunctionCompiler
+from numba.extending import overload
+from numba.np import arrayobj
 
 PARALLEL_LOOP = "__numba_parfor"
 """How numba names the bodies of parallel loops, which are called by address from no place but their kernel."""
@@ -102,15 +104,35 @@ class Flags(compiler.Flags):  # type: ignore[misc]
         return self._values == other._values if isinstance(other, Flags) else super().__eq__(other)
 
 
+def shapes_differ(source_shape, index_shape):
+    """Raise the error of an assignment to a slice of another shape, in kernels."""
+    raise NotImplementedError
+
+
+@overload(shapes_differ)
+def _shapes_differ(source_shape, index_shape):
+    def raised(source_shape, index_shape):
+        raise ValueError("cannot assign slice from input of different shape")
+
+    return raised
+
+
+REPLACED = ((compiler, "Flags", Flags), (arrayobj, "raise_with_shape_context", shapes_differ))
+"""What numba uses meanwhile: its own error of slices prints the shapes, which takes a second and a half to compile."""
+
+
 @contextmanager
 def lazy(generator: Any) -> Iterator[None]:
     """Let all functions that are compiled within be lazy; the caller holds numba's compiler lock."""
-    before = generator._library_class, compiler.Flags
-    generator._library_class, compiler.Flags = LazyLibrary, Flags
+    replaced = [*REPLACED, (generator, "_library_class", LazyLibrary)]
+    before = [(place, name, getattr(place, name)) for place, name, _ in replaced if hasattr(place, name)]
     try:
+        for place, name, value in replaced:
+            setattr(place, name, value)
         yield
     finally:
-        generator._library_class, compiler.Flags = before
+        for place, name, value in before:
+            setattr(place, name, value)
 
 
 class LazyCompiler(_FunctionCompiler):  # type: ignore[misc]

@@ -96,6 +96,21 @@ def test_addresses_asked_for_later_are_of_machine_code():
     assert apply(inner, 2.0) == 6.0
 
 
+def test_slices_of_another_shape_are_errors_without_text_in_the_kernel():
+    @njit()
+    def assign(out, x):
+        out[1:] = x
+
+    out = np.zeros(3)
+    assign(out, np.ones(2))
+    assert out.tolist() == [0, 1, 1]
+    with pytest.raises(ValueError, match="different shape"):
+        assign(out, np.ones(3))
+    assert "unicode" not in assign.overloads[next(iter(assign.overloads))].library.get_llvm_str()
+    with pytest.raises(ValueError, match=r"cannot assign slice of shape \(2,\) from input of shape \(3,\)"):
+        numba.njit(assign.py_func)(out, np.ones(3))
+
+
 def test_flags_are_equal_where_numba_says_so():
     plain = [compiler.Flags(), compiler.Flags(), compiler.Flags()]
     plain[1].nrt = plain[2].nrt = True
