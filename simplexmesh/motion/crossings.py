@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from simplexmesh.data.box import box_around, box_slices
 from simplexmesh.data.volume import Volume
 
 Array = NDArray[np.float64]
@@ -77,10 +78,9 @@ def _axes_back(index: Array, axis: int) -> Array:
 
 
 def _cropped(values: NDArray[Any], level: float, sign: float) -> tuple[NDArray[np.int64], NDArray[Any]]:
-    """Return the first index and the samples of the object's bounding box, padded by one sample."""
-    solid = values > level if sign > 0 else values < level
-    rows = [np.flatnonzero(solid.any(axis=tuple({0, 1, 2} - {axis}))) for axis in range(3)]
-    if not len(rows[0]):
+    """Return the first index and the samples of the object's bounding box, with a margin of one sample."""
+    box = box_around(values > level if sign > 0 else values < level)
+    if box is None:
         return np.zeros(3, dtype=np.int64), values[:1, :1, :1]
-    first = np.array([max(0, row[0] - 1) for row in rows])
-    return first, values[tuple(slice(a, row[-1] + 2) for a, row in zip(first, rows, strict=True))]
+    part = box_slices(*box, values.shape, margin=1)
+    return np.array([side.start for side in part]), values[part]

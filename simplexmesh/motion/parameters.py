@@ -45,7 +45,7 @@ def references(
 
     Raises
     ------
-    ValueError
+    ValueError, TypeError
         For metric parameters that do not sum to 1, a reference of another connectivity, a constraint without its
         reference, or a reference without its constraint.
     """
@@ -58,8 +58,7 @@ def references(
         raise ValueError(f"metric must have rows that sum to 1; row {row} sums to {parameters[row].sum():g}")
     angle = np.zeros(n)
     if reference is not None:
-        if not isinstance(reference, SimplexMesh):
-            raise TypeError(f"reference must be a SimplexMesh, not {type(reference).__name__}")
+        _check.instance("reference", reference, SimplexMesh)
         if not elastic.any():
             raise ValueError("reference applies to vertices of constraint 'shape', but there are none")
         if not np.array_equal(reference.connectivity.twin, mesh.connectivity.twin):
