@@ -143,7 +143,7 @@ class TestLeftOut:
         place = np.stack([one.center, one.center])
         before = HandleProposal((3, 4), place, np.ones(2), 0.0, 0.0, reason="refused by accept")
         said = [x.reason for x in missing_tunnels(self.homology, [before], edge=0.1, vertices=1000)]
-        assert "its films met, but refused by accept" in said
+        assert "its films met, but were not joined: refused by accept" in said
 
     def test_few_are_told_one_by_one(self):
         many = [HandleProposal((-1, -1), np.zeros((2, 3)), np.ones(2), 0.0, 0.0, reason="why")] * 6

@@ -18,18 +18,18 @@ from simplexmesh.motion.tunnel_homology import TunnelHomology, independent
 from simplexmesh.motion.wrap import Samples
 
 EDGES_AROUND = 9.0
-"""Number of edges around a tunnel from which on films fit through it."""
+"""Minimum number of edges around a tunnel for films to fit through it."""
 
 MOST_LISTED = 4
 """Tunnels listed in a message; more are counted."""
 
 FAR, ASTRAY = 1.5, 0.01
-"""Distance, in edges, from which on a vertex is off the data, and the fraction of such vertices for a warning."""
+"""Distance, in edges, beyond which a vertex is off the data, and the fraction of such vertices for a warning."""
 
 WIDE = 0.2
 """In diagonals of the data: data with a wider border is clearly open."""
 
-REFUSED = "its films met, but refused by accept"
+REFUSED = "its films met, but were not joined: refused by accept"
 """Tunnels refused by the user without a reason are not reported."""
 
 
@@ -88,7 +88,7 @@ def _reason(loop: Loop, edge: float, n: int, refused: Sequence[HandleProposal]) 
     for proposal in refused:
         reach = proposal.radii.max() + proposal.distance
         if proposal.faces[0] >= 0 and norm(proposal.centers.mean(axis=0) - loop.center) < reach:
-            return f"its films met, but {proposal.reason}"
+            return f"its films met, but were not joined: {proposal.reason}"
     return "its films did not meet"
 
 
@@ -101,13 +101,13 @@ def tunnel_list(proposals: Sequence[HandleProposal]) -> str:
     >>> tunnel_list([HandleProposal((-1, -1), *loop, 0.0, 0.0, reason="its films did not meet")])
     'left out: the tunnel of girth 3.14 at (0, 0, 0): its films did not meet'
     """
-    message = []
+    clauses = []
     for proposal in proposals[:MOST_LISTED]:
         place = ", ".join(f"{x:.3g}" for x in (proposal.centers[0] + 0.0).tolist())
-        message.append(f"the tunnel of girth {2 * np.pi * proposal.radii[0]:.3g} at ({place}): {proposal.reason}")
+        clauses.append(f"the tunnel of girth {2 * np.pi * proposal.radii[0]:.3g} at ({place}): {proposal.reason}")
     if len(proposals) > MOST_LISTED:
-        message.append(f"{len(proposals) - MOST_LISTED} more, in topology.handles")
-    return "left out: " + "; ".join(message)
+        clauses.append(f"{len(proposals) - MOST_LISTED} more, in topology.handles")
+    return "left out: " + "; ".join(clauses)
 
 
 def with_missing_tunnels(

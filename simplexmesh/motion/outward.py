@@ -36,9 +36,9 @@ def turned_outward(subject: Subject, *, enclosed: bool = True) -> Subject:
     """Return the subject with normals that point away from the centroid of its border.
 
     A mesh that encloses the data must not be attracted to the inner side of a shell. Points without normals get those
-    of local planes, with signs propagated from point to point if the data has a border, else so that they bound a body.
-    For a start that does not enclose them they stay without, as it is close to them and finds more points from either
-    side. Volumes and closed surfaces have an outside and are returned unchanged.
+    of local planes, with signs propagated from point to point if the data has a border, else such that they bound a
+    solid. If the start does not enclose them they get none: it is close to them, and without orientation more of them
+    are found along its normals. Volumes and closed surfaces have an outside and are returned unchanged.
 
     Parameters
     ----------
@@ -92,8 +92,8 @@ def sense(points: Array, normals: Array, center: Any) -> float:
 def propagated(points: Array, normals: Array, center: Array) -> Array:
     """Return normals with consistent signs between neighbors, each component pointing away from a center on average.
 
-    Signs are propagated along the minimum spanning tree of the angles between neighboring normals. Unlike the bounding
-    of a body, this works for thin sheets.
+    Signs are propagated along the minimum spanning tree of the angles between neighboring normals. Unlike orientation
+    by a solid, this works for thin sheets.
 
     Parameters
     ----------
@@ -132,7 +132,7 @@ def propagated(points: Array, normals: Array, center: Array) -> Array:
 
 
 def _bounding(points: Array, normals: Array) -> Array:
-    """Return normals with signs such that together they bound a body."""
+    """Return normals with signs such that they bound a solid."""
     some = points
     if len(points) > MOST_POINTS:
         some = points[np.random.default_rng(0).choice(len(points), MOST_POINTS, replace=False)]

@@ -195,7 +195,7 @@ class PointsSubject:
             start = start_from_points(
                 PointCloud(self.cloud.points), vertices, components=self.components, tunnels=tunnels or 0.0
             )
-            warn("the points' normals bound no body and were left out")
+            warn("the points' normals bound no solid and were left out")
             self.cloud = PointCloud(self.cloud.points)
         self._indicator = start.indicator
         if self.cloud.normals is not None and start.indicator is not None:
