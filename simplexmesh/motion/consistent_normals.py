@@ -9,7 +9,7 @@ from simplexmesh.data.points import PointCloud
 from simplexmesh.errors import warn
 
 LEAST_AGREEMENT = 0.75
-"""Fraction of neighbors with normals within 90 degrees, up to which normals do not tell inside from outside."""
+"""Fraction of neighboring normals within 90 degrees that must be exceeded for normals to tell inside from outside."""
 
 
 def with_consistent_normals(cloud: PointCloud) -> PointCloud:

@@ -44,10 +44,9 @@ class DeformableModel:
     alpha, beta : float or (n,) array of float
         Weights of the internal force (0 to 0.5) and of the data force (0 to 1).
     damping : float or (n,) array of float
-        Above 0, at most 1, which is no inertia.
+        0.001 to 1; with 1 there is no inertia.
     reach : float, optional
-        Data farther than this has no effect, in the mesh's unit; infinity for no limit. Default: 20 % of the mesh's
-        diagonal.
+        Data farther than this, in the mesh's unit, has no effect; may be infinite. Default: 20 % of the diagonal.
     constraint : str or (n,) array of str, optional
         One of `simplexmesh.motion.forces.CONSTRAINTS`; default `mean_curvature`.
     metric : (n, 3) array of float, optional
@@ -57,8 +56,7 @@ class DeformableModel:
     reference : SimplexMesh, optional
         The shape that the constraint `shape` restores: same connectivity, any position and scale.
     adaptation : float
-        Strength with which metric parameters are adapted to curvature every 10 iterations: 0 (never) to 1; 0.25 is
-        strong.
+        Strength, 0 (never) to 1, of adapting metric parameters to curvature every 10 iterations; 0.25 is strong.
     seeking : float
         Weight, 0 to 1, with which vertices on holes are attracted to the border of the data, if the target has one.
     forces : callable or sequence of callables

@@ -28,7 +28,7 @@ class Summary:
 
     @classmethod
     def of(cls, distances: Array) -> Summary:
-        """Return the summary of the absolute values of (n,) distances; NaN are ignored, and if all are, it is NaN."""
+        """Return the summary of the absolute values of the finite ones of (n,) distances; NaN without any."""
         known = np.abs(distances[np.isfinite(distances)])
         if not len(known):
             return cls(float("nan"), float("nan"), float("nan"), float("nan"), 0)

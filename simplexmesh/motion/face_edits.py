@@ -19,7 +19,7 @@ Indices = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
 CROWDING = 0.1
-"""Cost of a cut per vertex beyond six on the faces across it, relative to its length, which costs 0 to 1."""
+"""Cost of a cut per vertex that the two faces across have beyond twelve; the length of the cut costs 0 to 1."""
 
 MOST_MERGED = 9
 """Maximum number of vertices of a merged face."""

@@ -41,7 +41,7 @@ class HoleProposal:
     area : float
         Area of the faces, in squared units.
     mean_distance : float
-        Mean distance to data along the normals, at any distance; NaN if no vertex has data along its normal.
+        Mean distance of its vertices to data along their normals, however far; NaN if none has data along its normal.
     accepted : bool
         Whether the zone was cut off.
     reason : str
@@ -111,7 +111,7 @@ def open_holes(
     distance : float, optional
         In the mesh's unit. Default: twice the mean edge length.
     fewest : int
-        Minimum number of faces of a zone.
+        Minimum number of faces of a zone; ignored with `zones`.
     zones : iterable of arrays of int or of bool, optional
         Zones to cut off instead: faces by index, or masks of all faces, holes included.
     accept : callable, optional

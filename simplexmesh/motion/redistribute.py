@@ -24,10 +24,10 @@ from simplexmesh.motion.state import Target
 from simplexmesh.motion.untangle import tangled_vertices
 
 GROWTH = 1.25
-"""Largest factor by which the number of vertices grows in a round."""
+"""Largest ratio of the numbers of vertices after and before a round."""
 
 SHRINKAGE = 0.88
-"""Smallest factor by which it shrinks."""
+"""Smallest such ratio."""
 
 MOST_EXCHANGED = 0.1
 """Largest fraction of the faces merged in a round in exchange for divisions."""

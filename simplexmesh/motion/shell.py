@@ -46,7 +46,7 @@ PROJECTIONS, INTERPOLATIONS = 3, 10
 """Iterations of projection to local planes, and of interpolation of the points themselves."""
 
 FEW = 600
-"""Up to so many points are taken to be exact: the surface interpolates them."""
+"""Up to this number of points are taken to be exact: the surface interpolates them."""
 
 
 @dataclass(frozen=True, eq=False)

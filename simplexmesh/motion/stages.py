@@ -31,7 +31,7 @@ def stages_for(
     edge = mean_edge(start)
     last = max(2 * subject.resolution, edge)
     if cell is not None:
-        error = max(subject.resolution, cell, min(1.2 * edge, 1.5 * subject.resolution))  # of most start vertices
+        error = max(subject.resolution, cell, min(1.2 * edge, 1.5 * subject.resolution))  # few vertices are farther off
         near = 1.25 * error if subject.encloses else max(3 * subject.resolution, 2 * edge)
         reach = min(near, 0.2 * radius)
         return [

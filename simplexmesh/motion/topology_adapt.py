@@ -35,7 +35,7 @@ FAR_FROM_BORDER = 6.0
 """In mean edges: holes are opened automatically only within this distance of the border of the data."""
 
 WRAPPED, FEWEST_FOR_TUNNELS, FEWEST = 0.5, 1200, 20
-"""Fraction of the vertices while wrapping, and its bounds: coarser meshes do not get through the holes of objects."""
+"""Fraction of the vertices while wrapping, the fewest that get through the holes of objects, and the fewest of all."""
 
 TYPICAL_UPDATES = 40
 """Typical number of progress updates while wrapping; the actual number is not known beforehand."""
@@ -135,7 +135,7 @@ def _open_holes(fit: Fit, plan: Plan, stage: Stage) -> None:
 
 
 def _near_border(target: Target, edge: float) -> Callable[[HoleProposal], bool | str]:
-    """Return a predicate that accepts zones near a border of the data; elsewhere the mesh has just not arrived yet."""
+    """Return a predicate that accepts zones near a border of the data; elsewhere the mesh has not reached it yet."""
     border = getattr(target, "border", None)
     points = np.zeros((0, 3)) if border is None else border.wider(3 * edge)
     tree = cKDTree(points) if len(points) else None

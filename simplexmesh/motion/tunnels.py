@@ -47,7 +47,7 @@ SMALL = 12
 """Maximum number of faces of a film that, when it cannot be cut off, is joined by a single face."""
 
 EDGES_AROUND, MOST_FINER = 18.0, 8.0
-"""Number of edges around a tunnel that films fit through, and the most by which vertices are multiplied to get it."""
+"""Number of edges wanted around known tunnels, for films to fit, and the largest factor on the vertices to get it."""
 
 GROWTH, ALLOWANCE = 1.3, 20
 """Limit of the number of free vertices once all handles exist, relative to the fewest so far, plus a constant."""

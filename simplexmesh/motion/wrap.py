@@ -204,7 +204,7 @@ class Wrapping:
         meeting &= ~(flap & bent)  # the edge of a flap is free to retract
         held = meeting | dilated(meeting & ~flap, frame.neighbors, 2)  # keeps films from sliding over each other
         out[self.free & ~held] += press[self.free & ~held]
-        if self.complete:  # the edge of a flap behind data: away from it
+        if self.complete:  # the edge of a flap above data, with opposed normals: away from it
             loose = self._folded & (height > MIN_CLEARANCE * self._edges) & ~meeting & dilated(flap, frame.neighbors, 3)
             out[loose] = -0.15 * self._edges[loose, None] * smooth[loose]
         apart = 0.2 * np.clip(0.6 * self._edges - self._depth, 0.0, 0.5 * self._edges)

@@ -113,9 +113,9 @@ def _cell(volume: Volume, solid: NDArray[np.bool_], area: float, vertices: int) 
 def _field(
     volume: Volume, level: float | None, label: int | None, components: str
 ) -> tuple[NDArray[np.float32], Array, int]:
-    """Return the samples around the solid, positive inside, the index of the first, and how many components drop out.
+    """Return the samples around the solid, positive inside, the index of the first, and the components dropped.
 
-    The border of the samples is outside.
+    The outermost samples are outside.
     """
     inside, middle, contrast = _inside(volume, level, label)
     low, high = _box(inside)

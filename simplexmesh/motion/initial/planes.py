@@ -43,7 +43,7 @@ def planes(points: Array, neighbors: int | None = None) -> Planes:
 
 
 def spacing_of(points: Array, most: int = 5000) -> float:
-    """Estimate the median distance between neighboring points from a subset of about `most`."""
+    """Estimate the median distance between neighboring points from a subset of `most` to twice as many."""
     some = points[:: max(1, len(points) // most)]
     count = min(FEW_NEIGHBORS, len(points))
     distance = cKDTree(points).query(some, k=[count], workers=-1)[0]

@@ -39,7 +39,7 @@ class Border:
     width: Array
 
     def wider(self, smallest: float) -> Array:
-        """Return the points on border lines at least so wide."""
+        """Return the points on border lines at least `smallest` wide."""
         return self.points[self.width >= smallest]
 
 

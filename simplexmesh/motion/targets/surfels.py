@@ -214,7 +214,7 @@ def _chosen_radii(data: tuple[NDArray[Any], ...], tree: Tree, pilots: NDArray[np
 
 
 def _pooled(values: Array, blurred: NDArray[np.bool_], around: NDArray[np.int64]) -> Array:
-    """Return, per pilot and scale, the mean over the neighboring pilots with a value; NaN below a quarter of them."""
+    """Return, per pilot and scale, the mean over neighboring pilots; NaN unless more than a quarter have a value."""
     known = np.isfinite(values) & ~blurred
     count = known[around].sum(axis=1)
     total = np.where(known, values, 0.0)[around].sum(axis=1)
