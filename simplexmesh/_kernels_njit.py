@@ -54,7 +54,7 @@ def njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:
 
 
 def adopted(dispatcher: Any, kind: type) -> Any:
-    """Return numba's dispatcher as one of this kind, compiled lazily and with our files in the cache."""
+    """Return numba's dispatcher as an instance of `kind`, compiled lazily and cached in a `CacheFile`."""
     dispatcher.__class__ = kind
     dispatcher._compiler.__class__ = LazyCompiler
     if hasattr(dispatcher._cache, "_cache_file"):
@@ -69,7 +69,7 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]
 
     @cached_property
     def callee(self):
-        """The same for calls from other kernels, without a way in from Python; None if it is copied into each."""
+        """The variant that other kernels call, without a Python wrapper; None for a kernel that is inlined."""
         if "inline" in self.options:
             return None
         own = self.py_func
@@ -113,11 +113,18 @@ def writable(kind):
 class CacheFile(IndexDataCacheFile):  # type: ignore[misc]
     """Index and data files of one kernel's compiled specializations."""
 
+    def load(self, key):
+        """Return a stored specialization; None if there is none, or if it names a type since renamed or moved."""
+        try:
+            return super().load(key)
+        except (AttributeError, ImportError):
+            return None
+
     def _load_index(self):
-        """Return the index, empty if it was written by an older version of the package with other types."""
+        """Return the index, empty if it was written for another source or names a type since renamed or moved."""
         try:
             return super()._load_index()
-        except (AttributeError, ImportError):  # its keys name a type that has been renamed or moved
+        except (AttributeError, ImportError):
             return {}
 
     def save(self, key, data):

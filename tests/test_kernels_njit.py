@@ -81,11 +81,11 @@ class TestWrites:
         assert written(fill.py_func) == {"out"}
         assert written(fill_pair.py_func) == {"pair.right"}
 
-    def test_to_what_is_read_only_are_told(self):
-        out, lent = np.zeros((1, 3)), frozen(np.zeros((1, 3)))
-        check(fill_pair.py_func, (Pair(lent, out), frozen([1.0, 2, 3])))
+    def test_to_read_only_arrays_are_reported(self):
+        out, locked = np.zeros((1, 3)), frozen(np.zeros((1, 3)))
+        check(fill_pair.py_func, (Pair(locked, out), frozen([1.0, 2, 3])))
         with pytest.raises(AssertionError, match=r"fill_pair writes to pair.right, which is read-only"):
-            check(fill_pair.py_func, (Pair(out, lent), frozen([1.0, 2, 3])))
+            check(fill_pair.py_func, (Pair(out, locked), frozen([1.0, 2, 3])))
 
     def test_the_tests_check_every_kernel(self):
         with pytest.raises(AssertionError, match="fill writes to out, which is read-only"):
@@ -161,6 +161,18 @@ class TestFiles:
         assert files(tmp_path).load("two") is None
         files(tmp_path).save("two", 2)
         assert files(tmp_path).load("two") == 2
+
+    def test_that_return_a_type_of_an_older_version_are_stale(self, tmp_path, monkeypatch):
+        older = ModuleType("older")
+        older.Row = type("Row", (), {"__module__": "older"})
+        monkeypatch.setitem(sys.modules, "older", older)
+        files(tmp_path).save("one", older.Row)
+        files(tmp_path).save("two", 2)
+        assert files(tmp_path).load("one") is older.Row
+        del older.Row
+        assert files(tmp_path).load("one") is None
+        files(tmp_path).save("one", 1)
+        assert [files(tmp_path).load(name) for name in ("one", "two")] == [1, 2]
 
     def test_of_others_are_left_alone(self, tmp_path):
         other = tmp_path / "kernels-1.py311.1.nbc"
