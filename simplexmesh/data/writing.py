@@ -72,7 +72,7 @@ def save(path: str | os.PathLike[str], value: Any, *, arrays: Mapping[str, NDArr
     suffix = where.suffix.lower()
     if suffix not in _WRITERS:
         raise ValueError(f"path must end with one of {', '.join(_WRITERS)}, not {suffix or 'nothing'} ({where.name})")
-    content = _with_arrays(_content(value), arrays or {}, suffix)
+    content = _with_arrays(_content(value), {} if arrays is None else arrays, suffix)
     if suffix in (".obj", ".off", ".stl") and not len(content.sizes):
         raise ValueError(f"path must end with .vtp, .ply or .xyz for points without faces, not {suffix}")
     if not where.parent.is_dir():
@@ -88,11 +88,12 @@ def save(path: str | os.PathLike[str], value: Any, *, arrays: Mapping[str, NDArr
 
 
 def _with_arrays(content: _Polygons, arrays: Mapping[str, NDArray[Any]], suffix: str) -> _Polygons:
+    _check.instance("arrays", arrays, Mapping)  # type: ignore[type-abstract]
     if arrays and (suffix != ".vtp" or content.topology is not None):
         where = "the arrays of a simplex mesh are its own" if content.topology is not None else f"{suffix} holds none"
         raise ValueError(f"arrays must be left out: {where}")
     data = dict(content.data)
-    for name, values in _check.instance("arrays", arrays, Mapping).items():  # type: ignore[type-abstract]
+    for name, values in arrays.items():
         data[name] = _check.any_array(f"arrays[{name!r}]", values)
         if data[name].dtype.kind not in "biuf":
             raise TypeError(f"arrays[{name!r}] must be numbers, not {type(values).__name__} of {data[name].dtype}")
