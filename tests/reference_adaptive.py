@@ -92,15 +92,8 @@ def without(design, ridge, z, least):
     return x[3] + x[5]
 
 
-def fitted(found, points, directions, radius, degree, priors, noise, slack, lean, beyond):
-    """One fit: k1 and k2, normal, d1, expected error, residuals over what is allowed; None with too few points."""
-    normal = mean_direction(found, directions, found[0])
-    places = on_its_side(found, points, directions, normal, radius)
-    if len(places) < 6:
-        return None
-    flat, z, frame = flattened(places, normal)
-    while degree > 2 and 0.65 * (degree + 1) * (degree + 2) + 4 > len(z):
-        degree -= 1
+def regularized(flat, z, radius, degree, priors, noise, slack):
+    """The design matrix, the ridge, the inverse of the normal matrix with it, and the squared noise in radii."""
     powers = exponents(degree)
     design = np.stack([flat[:, 0] ** a * flat[:, 1] ** b for a, b in powers], axis=1)
     level = max((noise / radius) ** 2, kernels.ROUNDING**2 * (z @ z) / len(z))
@@ -112,7 +105,26 @@ def fitted(found, points, directions, radius, degree, priors, noise, slack, lean
             count = float(np.prod(np.arange(a + 1, d + 1)) / np.prod(np.arange(1, b + 1)))  # d over b
             deviation = slack * priors[d - 3] * radius ** (d - 1)
             ridge[t] = min(level / max(deviation**2, 1e-30) / count, 1e6 * normal_matrix[t, t])
-    inverse = np.linalg.inv(normal_matrix + np.diag(ridge))
+    return design, ridge, np.linalg.inv(normal_matrix + np.diag(ridge)), level
+
+
+def fitted(found, points, directions, radius, degree, priors, noise, slack, lean, beyond):
+    """One fit: k1 and k2, normal, d1, expected error, residuals over what is allowed; None with too few points."""
+    normal = mean_direction(found, directions, found[0])
+    places = on_its_side(found, points, directions, normal, radius)
+    if len(places) < 6:
+        return None
+    flat, z, frame = flattened(places, normal)
+    while degree > 2 and 0.65 * (degree + 1) * (degree + 2) + 4 > len(z):
+        degree -= 1
+    while True:
+        design, ridge, inverse, level = regularized(flat, z, radius, degree, priors, noise, slack)
+        of_mean = np.zeros(len(ridge))
+        of_mean[[3, 5]] = 1
+        variance = of_mean @ inverse @ of_mean
+        if degree == 2 or variance * len(z) <= kernels.MAX_AMPLIFICATION[degree]:
+            break
+        degree -= 1
     x = inverse @ design.T @ z
     first, second = fundamental(x)
     bends, ways = np.linalg.eig(np.linalg.solve(first, -second))
@@ -122,9 +134,7 @@ def fitted(found, points, directions, radius, degree, priors, noise, slack, lean
     up = (frame[2] - p * frame[0] - q * frame[1]) / np.sqrt(1 + p * p + q * q)
     way = ways[:, order[0]]
     d1 = way @ (frame[:2] + np.outer([p, q], frame[2]))
-    of_mean = np.zeros(len(powers))
-    of_mean[[3, 5]] = 1
-    doubt = np.sqrt(level * of_mean @ inverse @ of_mean)
+    doubt = np.sqrt(level * variance)
     squares = ((z - design @ x) ** 2).sum() + (ridge * x**2).sum()
     free = max(len(z) - 6, 1)
     excess = (

@@ -41,6 +41,15 @@ def angle(found, exact):
     return np.degrees(np.arccos(np.clip((found * exact).sum(axis=1), -1, 1))).mean()
 
 
+def tube(around, along, step):
+    """A cylinder of radius 1, a regular grid around and along it."""
+    turn, row = (part.ravel() for part in np.meshgrid(np.arange(around), np.arange(along), indexing="ij"))
+    points = np.stack([np.cos(2 * np.pi * turn / around), np.sin(2 * np.pi * turn / around), step * row], axis=1)
+    corner = np.arange(around * along).reshape(around, along)
+    a, b = corner[:, :-1].ravel(), np.roll(corner, -1, axis=0)[:, :-1].ravel()
+    return sm.TriangleMesh(points, np.concatenate([np.stack([a, b, b + 1], 1), np.stack([a, b + 1, a + 1], 1)]))
+
+
 class TestAccuracy:
     """The best of other programs in each column is in the comment."""
 
@@ -106,16 +115,14 @@ class TestAccuracy:
 
     @pytest.mark.parametrize(
         ("around", "along", "step", "most"),
-        [(200, 20, 0.33, 0.2), (100, 20, 0.13, 1e-4), (40, 200, 0.016, 1e-3), (200, 20, 0.1, 1e-4)],
+        [(200, 20, 0.33, 0.03), (200, 20, 0.347, 0.03), (100, 20, 0.13, 1e-3), (40, 200, 0.016, 1e-3)],
     )
     def test_long_triangles_have_no_wild_curvature(self, around, along, step, most):
-        turn, row = (part.ravel() for part in np.meshgrid(np.arange(around), np.arange(along), indexing="ij"))
-        points = np.stack([np.cos(2 * np.pi * turn / around), np.sin(2 * np.pi * turn / around), step * row], axis=1)
-        corner = np.arange(around * along).reshape(around, along)
-        a, b = corner[:, :-1].ravel(), np.roll(corner, -1, axis=0)[:, :-1].ravel()
-        tube = sm.TriangleMesh(points, np.concatenate([np.stack([a, b, b + 1], 1), np.stack([a, b + 1, a + 1], 1)]))
-        error = np.abs(sm.curvature(tube).mean - 0.5)
-        assert error[(row > 2) & (row < along - 3)].max() < most  # was up to 30
+        """It was off by 30 inside and 1.7 on the rim, with an error told of 0.01."""
+        found = sm.curvature(tube(around, along, step))
+        error = np.abs(found.mean - 0.5)
+        assert error.max() < most
+        assert (error < 0.01 + 5.0 * found.error).all()
 
 
 class TestClouds:
@@ -325,6 +332,23 @@ class TestTwins:
             np.testing.assert_allclose(out[3][r], error, rtol=1e-3, atol=1e-6)
             np.testing.assert_allclose(out[4][r], used, rtol=1e-3)
         assert (out[5] == 0).all()
+
+    def test_fits_to_few_rows_of_a_grid(self):
+        """Those of degree 3 to three rows amplify errors too much."""
+        samples = as_samples(tube(200, 20, 0.33))
+        scales, ring = scales_of(samples), samples.one_ring
+        rows = np.array([0, 40, 1999, 2020])
+        shape, error = np.zeros((4, 2)), np.zeros(4)
+        out = shape, np.zeros((4, 3)), np.zeros((4, 3)), error, np.zeros(4), np.zeros(4, np.uint8)
+        links = ring.offsets.view(np.uint64), ring.members.view(np.uint64), samples.points
+        given = [part[rows] for part in scales[:5]]
+        kernels.adaptive_jets(rows, *links, scales.directions, True, *given, scales.noise, 1, *out)
+        lists = [ring[i].tolist() for i in range(len(samples.points))]
+        for r, i in enumerate(rows):
+            of = (lists, samples.points, scales.directions, i)
+            bends, _, told, _ = reference.estimated(*of, *(part[r] for part in given), scales.noise)
+            np.testing.assert_allclose(shape[r], bends, rtol=1e-3, atol=1e-3)
+            assert error[r] == pytest.approx(told, rel=0.01)
 
     @settings(max_examples=10)
     @given(seed=st.integers(0, 999), noise=st.sampled_from([0.01, 0.1]), cut=st.booleans())

@@ -67,6 +67,12 @@ ROUNDING = 3e-8
 """Least noise assumed, as a share of the heights. Without any, points in a few rows, as of long thin triangles, would
 determine the terms across them by rounding and by the error of chords: H of a cylinder was off by sixty times H."""
 
+MAX_AMPLIFICATION = np.array([0.0, 0.0, 0.0, 2e5, 3e6, 3e7, 5e8])
+"""Largest variance of H, times the number of points, per variance of heights in radii, by degree.
+
+It is that of points scattered over a half-disc, or ten times as large where there are few of them, times five. As many
+rows of a grid as the degree, or fewer, exceed it, and would determine the last terms by the curvature of the rows."""
+
 TOLERATED_ERROR = 0.02
 """Tolerated error, as a share of the curvedness."""
 
@@ -216,13 +222,12 @@ def fit_jet(count, center, points, directions, oriented, settings, priors, work,
     degree = complete(factored(matrix, y, terms))
     if degree < 2:
         return DEGENERATE, 0.0, 0.0
+    influence(matrix, (degree + 1) * (degree + 2) // 2, 3, 5, 1.0, w)
+    degree, variance = supported(degree, kept, w)
     terms = (degree + 1) * (degree + 2) // 2
     solved(matrix, y, terms, x)
-    influence(matrix, terms, 3, 5, 1.0, w)
-    variance = 0.0
     for t in range(terms):
         squares -= y[t] * y[t]
-        variance += w[t] * w[t]
     jet_curvatures(x, frame, jet)
     curved = math.sqrt(0.5 * (jet[0] * jet[0] + jet[1] * jet[1]))
     free = max(kept - 6, 1)  # the residuals include what the priors suppress
@@ -238,6 +243,18 @@ def fit_jet(count, center, points, directions, oriented, settings, priors, work,
     jet[8] = truncation_square(degree, w, y, squares / free)
     allowed = max(3.0 * deviation, TOLERATED_ERROR * curved, 0.5 * truncation * radius, 1e-300)
     return FOUND, math.sqrt(deviation * deviation + excess * excess) / radius, excess / allowed
+
+
+@jit
+def supported(degree, count, w):
+    """Return the highest degree that does not amplify errors too much, up to the given one, and the variance of H."""
+    while True:
+        variance = 0.0
+        for t in range((degree + 1) * (degree + 2) // 2):
+            variance += w[t] * w[t]
+        if degree == 2 or variance * count <= MAX_AMPLIFICATION[degree]:
+            return degree, variance
+        degree -= 1
 
 
 @jit
