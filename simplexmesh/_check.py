@@ -94,8 +94,7 @@ def indices(name: str, value: ArrayLike, shape: Sequence[int | None], count: int
     if given.dtype == bool:
         raise TypeError(f"{name} must be whole numbers, not bool")
     out = array(name, given, shape, np.int64) if given.size else np.zeros(given.shape, np.int64)
-    wrong = (out < 0) | (out >= count)
-    if wrong.any():
+    if (wrong := (out < 0) | (out >= count)).any():
         bad = np.argwhere(wrong)[0]
         raise ValueError(f"{name}{bad.tolist()} is {out[tuple(bad)]}, outside 0..{count - 1}")
     return out
@@ -139,10 +138,9 @@ def number(name: str, value: Any, low: float = -math.inf, high: float = math.inf
     if not math.isfinite(out):
         raise ValueError(f"{name} must be finite, not {out}")
     if not low <= out <= high or (open_low and out == low):
-        if high == math.inf:
-            wanted = f"above {low:g}" if open_low else f"at least {low:g}"
-        else:
-            wanted = f"above {low:g} and at most {high:g}" if open_low else f"between {low:g} and {high:g}"
+        above = f"above {low:g}" if open_low else f"at least {low:g}"
+        between = f"{above} and at most {high:g}" if open_low else f"between {low:g} and {high:g}"
+        wanted = above if high == math.inf else between
         raise ValueError(f"{name} must be {wanted}, not {out:g}")
     return out
 
@@ -200,16 +198,14 @@ def choice(name: str, value: Any, options: Sequence[str]) -> str:
 
 
 def closest_word(word: Any, words: Sequence[str]) -> str | None:
-    """Return the one of `words` that `word` begins, else the most similar, or None.
+    """Return the only one of `words` that starts with `word`, else the most similar one, or None.
 
-    Case, hyphens, underscores and spaces are ignored.
+    Case, hyphens, underscores and spaces are ignored; a start has at least three letters.
 
     Examples
     --------
-    >>> closest_word("Chen-Schmitt", ["sine", "chen_schmitt"]), closest_word("cube", ["auto", "sphere"])
-    ('chen_schmitt', None)
-    >>> closest_word("sal", ["mean", "saliency", "all"])
-    'saliency'
+    >>> closest_word("Sal", ["mean", "saliency", "all"]), closest_word("cube", ["auto", "sphere"])
+    ('saliency', None)
     """
     import difflib
 
@@ -286,9 +282,9 @@ def size(name: str, bounds: NDArray[np.float64]) -> None:
     """
     extent, far = float((bounds[1] / 2 - bounds[0] / 2).max()), float(np.abs(bounds).max())
     if far > LARGEST or 0.0 < extent < SMALLEST:
-        came = f"reach to {far:.3g}" if far > LARGEST else f"be {2 * extent:.3g} long"
+        found = f"reach to {far:.3g}" if far > LARGEST else f"be {2 * extent:.3g} long"
         limits = f"within {SMALLEST:g} and {LARGEST:g} in its unit of length"
-        raise ValueError(f"{name} must be {limits}, not {came}: choose another unit")
+        raise ValueError(f"{name} must be {limits}, not {found}: choose another unit")
 
 
 def frozen(values: ArrayLike, dtype: DTypeLike | None = None) -> NDArray[Any]:

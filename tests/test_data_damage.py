@@ -166,7 +166,7 @@ def test_samples_that_are_no_numbers(tmp_path):
 
 
 @pytest.mark.parametrize("name", ["a.xyz", "a.obj"])
-def test_truncated_text_that_only_misses_its_end_cannot_be_told(whole, name, tmp_path):
+def test_truncated_text_that_only_misses_its_end_cannot_be_detected(whole, name, tmp_path):
     """Documented: nothing in an XYZ file says how many points there are; an OBJ without faces is points."""
     if name == "a.obj":
         (tmp_path / name).write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n")

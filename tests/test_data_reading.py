@@ -71,16 +71,16 @@ class TestPhysicalSpace:
         with pytest.raises(OSError, match=message):
             sm.read(tmp_path)
 
-    def test_a_missing_end_cannot_be_told(self, image, tmp_path):
+    def test_a_missing_end_cannot_be_detected(self, image, tmp_path):
         write_series(image, tmp_path, "1.2.3")
         (tmp_path / "1.2.3.2.dcm").unlink()  # slice 5 of 5
         assert_lies_as(sm.read(tmp_path), image[:, :, :4])
 
-    def test_distances_that_differ_by_rounding_will_do(self, image, tmp_path):
+    def test_distances_that_differ_by_rounding_are_accepted(self, image, tmp_path):
         write_series(image, tmp_path, "1.2.3", shift=0.008)
         assert sm.read(tmp_path).shape == (7, 6, 5)
 
-    def test_doubled_slices_are_named(self, image, tmp_path):
+    def test_duplicated_slices_are_named(self, image, tmp_path):
         write_series(image, tmp_path, "1.2.3", shift=2.5)
         with pytest.raises(OSError, match="slices seem to be duplicated"):
             sm.read(tmp_path)
@@ -124,7 +124,7 @@ class TestPhysicalSpace:
         sitk.WriteImage(image * 0, str(tmp_path / "scan.nii"))
         assert_lies_as(sm.read(tmp_path / "scan.nii.gz"), image)
 
-    def test_one_volume_of_four_dimensions_will_do_but_a_series_will_not(self, image, tmp_path):
+    def test_a_single_volume_of_four_dimensions_is_read_but_a_series_is_refused(self, image, tmp_path):
         sitk.WriteImage(sitk.JoinSeries([image]), str(tmp_path / "one.nii"))
         assert_lies_as(sm.read(tmp_path / "one.nii"), image)
         sitk.WriteImage(sitk.JoinSeries([image, image]), str(tmp_path / "two.nii"))
@@ -386,7 +386,7 @@ class TestPointsWithoutDirection:
     def test_text(self, tmp_path):
         (tmp_path / "a.csv").write_text("x,y,z,nx,ny,nz\n" + rows(POINTS, self.NORMALS, separator=","))
         with pytest.warns(
-            SimplexMeshWarning, match=r"a.csv: left out 2 of 9 points, not measured or without direction"
+            SimplexMeshWarning, match=r"a.csv: left out 2 of 9 points: not measured, or without a normal"
         ):
             assert_array_equal(sm.read(tmp_path / "a.csv").points, POINTS[1:8])
 
@@ -469,7 +469,7 @@ class TestRigid:
         with pytest.raises(ValueError, match=f"^a.json: pose of front .*{complaint}"):
             sm.read_poses(tmp_path / "a.json")
 
-    def test_rounded_rotations_will_do(self):
+    def test_rounded_rotations_are_accepted(self):
         T = np.eye(4)
         T[:3, :3] = TURNED.round(4)
         assert_array_equal(rigid("pose", T), T)

@@ -86,7 +86,7 @@ class TestLabels:
         assert Volume(mask).is_labels
         assert Volume(mask.astype(float)).labels() == [0, 1]
 
-    def test_patches_are_labels_whatever_their_names(self):
+    def test_regions_are_labels_whatever_their_numbers(self):
         blocks = np.kron(np.array([0, 3, 1009, -5, 77, 2, 11, 12]).reshape(2, 2, 2), np.ones((5, 5, 5), int))
         volume = Volume(blocks)
         assert volume.is_labels
@@ -97,7 +97,7 @@ class TestLabels:
         [
             np.random.default_rng(1).integers(0, 20, (12, 12, 12)),  # few values, but noise
             np.pad(np.random.default_rng(1).integers(0, 20, (9, 9, 9)), 9),  # the same in a large background
-            np.kron(np.arange(125).reshape(5, 5, 5), np.ones((4, 4, 4), int)),  # patches, but too many
+            np.kron(np.arange(125).reshape(5, 5, 5), np.ones((4, 4, 4), int)),  # regions, but too many
             np.kron(np.arange(8).reshape(2, 2, 2), np.ones((4, 4, 4))) + 0.5,  # not whole
             np.full((3, 3, 3), 1e300) * np.array([1, 1, 2]),
         ],
@@ -117,15 +117,15 @@ class TestLabels:
         with pytest.raises(ValueError, match=r"label must be present in the volume, 9 is not; present are \[0, 1, 2"):
             volume.mask(9)
 
-    def test_patches_too_many_to_be_known_as_labels_have_masks(self):
+    def test_regions_too_many_to_be_detected_as_labels_have_masks(self):
         blocks = np.kron(np.arange(125).reshape(5, 5, 5), np.ones((4, 4, 4), int))
         assert Volume(blocks).mask(7).values.sum() == 64
 
-    def test_a_label_that_cannot_be_is_told_why(self):
+    def test_labels_of_other_volumes_are_refused_with_the_reason(self):
         noise = np.random.default_rng(0)
         for values in (noise.random((5, 5, 5)), noise.integers(0, 999, (9, 9, 9)), noise.integers(0, 9, (9, 9, 9))):
-            told = r"^volume holds intensities \(.* to .*\), not labels; give level \(--level\), not label 3$"
-            with pytest.raises(ValueError, match=told):
+            message = r"^volume holds intensities \(.* to .*\), not labels; give level \(--level\), not label 3$"
+            with pytest.raises(ValueError, match=message):
                 Volume(values).mask(3)
         with pytest.raises(ValueError, match=r"volume has the value 0 everywhere, label 3 is not in it$"):
             Volume(np.zeros((5, 5, 5))).mask(3)
@@ -220,7 +220,7 @@ class TestBox:
 
 
 @pytest.mark.parametrize(
-    ("call", "error", "said"),
+    ("call", "error", "message"),
     [
         (lambda v: v.to_world([1, 2]), ValueError, r"^ijk must have shape \(3,\), not \(2,\)$"),
         (lambda v: v.to_index(1.0), ValueError, "^xyz must have shape"),
@@ -230,8 +230,8 @@ class TestBox:
         (lambda v: v.smoothed(1e9), ValueError, "^sigma must be between 0 and "),
     ],
 )
-def test_what_is_no_place_no_label_and_no_width_is_told(call, error, said):
-    with pytest.raises(error, match=said):
+def test_invalid_positions_labels_and_widths_are_refused(call, error, message):
+    with pytest.raises(error, match=message):
         call(Volume(np.arange(24.0).reshape(2, 3, 4)))
 
 

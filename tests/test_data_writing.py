@@ -133,7 +133,7 @@ def test_other_programs_see_the_polygons(ending, mesh, tmp_path):
         assert_allclose(seen.get_cell(i).points, mesh.vertices[mesh.faces[i]], rtol=1e-6, atol=1e-6)
 
 
-def test_what_single_precision_spoils_is_told(tmp_path):
+def test_rounding_to_single_precision_is_reported(tmp_path):
     ball = sm.sphere(4)
     with pytest.warns(sm.SimplexMeshWarning, match=r"^STL has single precision, .* by up to 0\.\d+; "):
         ball.moved(ball.vertices + 4e6).save(tmp_path / "far.stl")
@@ -225,6 +225,7 @@ class TestRefusals:
         ("arrays", "error", "message"),
         [
             ([1], TypeError, r"arrays must be a Mapping, not list"),
+            (np.zeros((2, 2)), TypeError, r"arrays must be a Mapping, not ndarray"),
             ({"a": [[1], [2, 3]]}, ValueError, r"arrays\['a'\] must be an array, but its rows have different lengths"),
             ({"a": ["x"] * 80}, TypeError, r"arrays\['a'\] must be numbers, not list of <U1"),
             ({"a": np.zeros(3)}, ValueError, r"arrays\['a'\] must have 80 rows, not shape \(3,\)"),

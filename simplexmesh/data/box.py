@@ -9,7 +9,7 @@ Index = NDArray[np.int64]
 
 
 def box_around(inside: NDArray[np.bool_]) -> tuple[Index, Index] | None:
-    """Return the bounding box of the true samples, as its first index and the index after its last.
+    """Return the bounding box of the true samples: its first index, and the index after its last.
 
     Parameters
     ----------

@@ -19,7 +19,7 @@ from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.errors import SimplexMeshWarning
 
 TOLERANCE = 1e-9
-"""Positions on the cut closer than this fraction of the diagonal are merged."""
+"""Positions closer than this fraction of the diagonal are merged."""
 
 
 def clipped(surface: Any, origin: ArrayLike, normal: ArrayLike, *, cap: bool = False) -> TriangleMesh:

@@ -104,9 +104,9 @@ def _split(vertices: Array, faces: Indices, middle: Indices) -> Indices:
     for count in (1, 2, 3):
         rows = np.flatnonzero(cuts == count)
         odd = (middle[rows] >= 0) == (count == 1)  # rotate the only bisected side, or the only other one, to the front
-        turned = (odd.argmax(axis=1)[:, None] + np.arange(3)) % 3
-        a, b, c = np.take_along_axis(faces[rows], turned, axis=1).T
-        of_a, of_b, of_c = np.take_along_axis(middle[rows], turned, axis=1).T
+        order = (odd.argmax(axis=1)[:, None] + np.arange(3)) % 3
+        a, b, c = np.take_along_axis(faces[rows], order, axis=1).T
+        of_a, of_b, of_c = np.take_along_axis(middle[rows], order, axis=1).T
         if count == 1:
             parts = [(a, b, of_a), (a, of_a, c)]
         elif count == 2:

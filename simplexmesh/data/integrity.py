@@ -1,6 +1,6 @@
-"""Completeness checks that the reading libraries omit, or answer by printing.
+"""Completeness checks of volume files that ITK does not make: it reads truncated NIfTI and TIFF files silently.
 
-ITK reads truncated NIfTI and TIFF files silently, and MetaIO prints its errors.
+For MetaImage it only prints the errors.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ _META_BYTES = {"CHAR": 1, "SHORT": 2, "INT": 4, "LONG": 4, "LONG_LONG": 8, "FLOA
 
 
 def check_metaimage(path: Path) -> None:
-    """Check the header and that all samples are present; ITK would print uninformative errors."""
+    """Check that the header is complete and that all samples are present."""
     with path.open("rb") as file:
         text = file.read(1 << 16).decode("latin-1")
     fields = dict(re.findall(r"^\s*(\w+)\s*=\s*(.*?)\s*$", text.split("\0")[0], re.MULTILINE))
@@ -47,7 +47,7 @@ def check_metaimage(path: Path) -> None:
 
 
 def check_nifti(path: Path) -> None:
-    """Check that all samples are present; ITK reads truncated NIfTI files silently."""
+    """Check that all samples are present."""
     with path.open("rb") as file:
         zipped = file.read(2) == b"\x1f\x8b"
     with gzip.open(path) if zipped else path.open("rb") as stream:

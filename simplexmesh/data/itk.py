@@ -44,9 +44,9 @@ def read_image(path: Path) -> Volume:
     kind = formats.format_of(path)
     if kind in integrity.CHECKS:
         integrity.CHECKS[kind](path)
-    with _unambiguous(path) as place:
+    with _unambiguous(path) as unambiguous:
         reader = sitk.ImageFileReader()
-        reader.SetFileName(str(place))
+        reader.SetFileName(str(unambiguous))
         return _volume(path, _execute(path, reader))
 
 
@@ -57,9 +57,9 @@ def _unambiguous(path: Path) -> Iterator[Path]:
         yield path
         return
     with tempfile.TemporaryDirectory() as folder:
-        place = Path(folder, "volume.nii.gz")
-        place.symlink_to(path.absolute())
-        yield place
+        link = Path(folder, "volume.nii.gz")
+        link.symlink_to(path.absolute())
+        yield link
 
 
 def read_series(folder: Path) -> Volume:
@@ -103,7 +103,7 @@ def _check_gaps(folder: Path, slices: Sequence[str]) -> None:
     """Check that the slices are equally spaced: ITK would use the mean distance and stretch a series with a gap."""
     if len(slices) < 3:
         return
-    places = []
+    positions = []
     reader = sitk.ImageFileReader()
     reader.SetImageIO("GDCMImageIO")
     for name in slices:
@@ -113,8 +113,8 @@ def _check_gaps(folder: Path, slices: Sequence[str]) -> None:
         except RuntimeError as error:
             raise OSError(f"{folder.name}: {Path(name).name} cannot be read: {_reason(str(error))}") from None
         normal = np.reshape(reader.GetDirection(), (3, 3))[:, 2]
-        places.append(float(np.dot(reader.GetOrigin(), normal)))
-    gaps = np.abs(np.diff(places))
+        positions.append(float(np.dot(reader.GetOrigin(), normal)))
+    gaps = np.abs(np.diff(positions))
     if not gaps.any():  # no positions in the headers
         return
     usual = float(np.median(gaps[gaps > 0]))

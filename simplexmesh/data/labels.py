@@ -28,7 +28,7 @@ def looks_like_labels(values: NDArray[Any]) -> bool:
 
 
 def could_be_labels(values: NDArray[Any]) -> bool:
-    """Whether samples can be labels if the caller says so: any number of whole numbers in coherent regions.
+    """Whether samples are acceptable as labels on request: any number of whole numbers in coherent regions.
 
     Examples
     --------
@@ -41,7 +41,7 @@ def could_be_labels(values: NDArray[Any]) -> bool:
 
 
 def _form_regions(values: NDArray[Any], background: int) -> bool:
-    """Whether more than half of the adjacent pairs outside the background have equal labels."""
+    """Whether more than half of the pairs adjacent along i, those within the background excluded, are equal."""
     equal = pairs = 0
     for slab in slabs(values):
         a, b = slab[:-1], slab[1:]
@@ -52,10 +52,10 @@ def _form_regions(values: NDArray[Any], background: int) -> bool:
 
 
 def slabs(values: NDArray[Any]) -> Iterator[NDArray[Any]]:
-    """Yield slabs along the last axis that fit the cache, so that temporaries stay small."""
-    thick = max(1, _SLAB // (values.shape[0] * values.shape[1]))
-    for k in range(0, values.shape[2], thick):
-        yield values[:, :, k : k + thick]
+    """Yield slabs along the last axis, of up to 4 million samples, so that temporaries stay small."""
+    thickness = max(1, _SLAB // (values.shape[0] * values.shape[1]))
+    for k in range(0, values.shape[2], thickness):
+        yield values[:, :, k : k + thickness]
 
 
 def few_whole_numbers(values: NDArray[Any], most: int = MOST_LABELS) -> dict[int, int] | None:

@@ -25,7 +25,7 @@ class PointCloud:
     points : (n, 3) array of float
         Positions, finite, at least four.
     normals : (n, 3) array of float, optional
-        Directions away from the solid, towards the sensor; normalized. None if unknown.
+        Directions away from the solid, of any length; stored as unit vectors. None if unknown.
 
     Raises
     ------
@@ -151,7 +151,7 @@ def cloud_of_file(name: str, points: Array, normals: Array | None, *, missing: b
     if keep.all():
         return PointCloud(points, normals)
     dropped = int(np.count_nonzero(~keep))
-    warn(f"{name}: left out {dropped:,} of {len(keep):,} points, not measured or without direction")
+    warn(f"{name}: left out {dropped:,} of {len(keep):,} points: not measured, or without a normal")
     return PointCloud(points[keep], None if normals is None else normals[keep])
 
 

@@ -25,7 +25,8 @@ def read_text(path: Path) -> PointCloud:
     Raises
     ------
     OSError
-        A line holds something other than numbers or has a different number of columns; there are fewer than three.
+        A line holds something other than numbers or differs in its number of columns, or there are fewer than three
+        columns.
     """
     names, table = _table(path.name, path.read_bytes())
     if table.shape[1] < 3:

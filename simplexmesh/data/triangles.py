@@ -126,7 +126,7 @@ class TriangleMesh:
 
     @cached_property
     def is_closed(self) -> bool:
-        """Whether the surface has no boundary: every edge has as many faces in one direction as in the other."""
+        """Whether the surface has no border: every edge has as many faces in one direction as in the other."""
         ends = self.faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
         sign = np.where(ends[:, 0] < ends[:, 1], 1, -1)
         key = ends.min(axis=1) * len(self.vertices) + ends.max(axis=1)
@@ -154,7 +154,7 @@ class TriangleMesh:
 
     @property
     def n_components(self) -> int:
-        """Number of connected pieces; see `topology`."""
+        """Number of connected components; see `topology`."""
         return self.topology.n_components
 
     @property
@@ -176,7 +176,7 @@ class TriangleMesh:
         Parameters
         ----------
         outward : bool
-            Orient closed components outward; without it the wall of a cavity keeps facing the cavity.
+            Orient closed components outward. Without it the inner wall of a cavity keeps its orientation.
 
         Returns
         -------
