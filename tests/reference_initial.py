@@ -45,7 +45,7 @@ def interpolate(field, points):
 
 
 def is_simple(block):
-    """Whether the middle cell of a 3x3x3 block may be taken away from a 6-connected solid."""
+    """Whether the center cell of a 3x3x3 block may be removed from a 6-connected solid."""
     around = block.copy()
     around[1, 1, 1] = False
     label, _ = ndimage.label(around & EDGES)
@@ -147,7 +147,7 @@ def relax_round(vertices, faces, step):
 
 
 def collapse_shortest(vertices, faces, triangles, turn):
-    """The shortest edge collapsed to its middle, over and over, as `_kernels_collapse.collapse_shortest` says it."""
+    """The shortest edge collapsed to its midpoint, repeatedly, as by `_kernels_collapse.collapse_shortest`."""
     at = {v: np.array(p) for v, p in enumerate(vertices)}
     faces = {tuple(face) for face in faces.tolist()}
     refused = set()

@@ -1,4 +1,4 @@
-"""One iteration of a simplex mesh as the thesis writes it, in plain NumPy: slow, readable, and what kernels must equal.
+"""One iteration of a simplex mesh by the formulas of the thesis, in plain NumPy; the kernels must equal it.
 
 Written from H. Delingette (1994), chapters 3 to 5, with angles, circumcenters and equation numbers, not from the
 kernels, which multiply these formulas out and avoid the trigonometric functions.

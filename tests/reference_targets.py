@@ -95,7 +95,7 @@ def crossings(mask):
 
 
 def boundary_criteria(points, rows, near, normals=None):
-    """Normals of the planes through neighbors, the angle these leave free there, how far off their mean is."""
+    """Normals of the planes through the neighbors, their largest angular gap there, and the offset of their mean."""
     offsets = points[near] - points[rows][:, None]
     centered = offsets - offsets.mean(axis=1, keepdims=True)
     axes = np.linalg.eigh(np.einsum("nki,nkj->nij", centered, centered))[1]

@@ -109,7 +109,7 @@ class TestConditions:
 
 
 class TestChoice:
-    def test_accept_is_asked_about_what_fulfills_the_conditions(self):
+    def test_accept_is_called_with_pairs_that_meet_the_conditions(self):
         asked = []
         out = add_handles(OPPOSITE, distance=3.0, accept=lambda proposal: bool(asked.append(proposal)))
         assert len(asked) == 1
@@ -120,7 +120,7 @@ class TestChoice:
         add_handles(OPPOSITE, distance=0.1, accept=asked.append)
         assert not asked
 
-    def test_accept_may_say_why_not_and_nothing_else_is_an_answer(self):
+    def test_accept_returns_a_bool_or_a_reason(self):
         out = add_handles(OPPOSITE, distance=3.0, accept=lambda proposal: "it is a handle of a cup")
         assert (out.mesh.genus, out.proposals[0].reason) == (0, "it is a handle of a cup")
         with pytest.raises(TypeError, match="accept must return True, False or a text with the reason, not NoneType"):
@@ -133,7 +133,7 @@ class TestChoice:
         assert out.mesh.genus == 1
         assert out.proposals[0].faces == tuple(pair)
 
-    def test_pairs_that_the_operator_forbids_tell_why(self):
+    def test_pairs_that_the_operator_forbids_have_a_reason(self):
         c = BALL.connectivity
         a, b = c.edge_faces[0].tolist()
         out = add_handles(BALL, pairs=[[a, b]])
@@ -203,7 +203,7 @@ class TestBadInput:
             ({"angle": float("nan")}, ValueError, "angle"),
         ],
     )
-    def test_is_told_in_a_sentence(self, given, kind, said):
+    def test_is_refused_in_a_sentence(self, given, kind, said):
         with pytest.raises(kind, match=said):
             add_handles(BALL, **given)
 
@@ -334,7 +334,7 @@ def test_a_ball_gets_no_handle():
     assert out.tangled == 0
 
 
-def test_data_that_knows_its_genus_gets_no_more_handles():
+def test_data_of_known_genus_gets_no_more_handles():
     samples = Samples(torus_points(), np.zeros((6000, 3)), oriented=False)
     u = np.arctan2(samples.points[:, 1], samples.points[:, 0])
     normals = samples.points - np.stack([np.cos(u), np.sin(u), 0 * u], axis=1)
@@ -360,6 +360,6 @@ def test_a_sphere_finds_the_genus_of_what_it_encloses(data_folder, name, genus):
     assert out.distance.data_to_mesh.mean < 0.002 * diagonal
 
 
-def test_handles_too_fine_are_told(data_folder):
+def test_handles_too_fine_are_reported(data_folder):
     with pytest.warns(sm.SimplexMeshWarning, match="the surface has genus 2, the model has 0"):
         sm.reconstruct(data_folder / "femur.off", init="sphere", vertices=1000, iterations=20)

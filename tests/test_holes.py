@@ -92,7 +92,7 @@ class TestOpening:
         assert (out.mesh.n_holes, out.mesh.n_components) == (1, 1)
         assert out.mesh.n_vertices < small.n_vertices
 
-    def test_zones_that_are_small_stay_and_are_told(self):
+    def test_small_zones_stay_and_are_reported(self):
         data = sm.targets.Triangles(part(lambda p: p[:, 2] > -0.9))
         ball = sm.sphere(8)
         assert open_holes(ball, data, fewest=1).mesh.n_holes == 1
@@ -140,7 +140,7 @@ class TestChoosing:
         zones = [np.flatnonzero(centers(ball)[:, 2] > 0.8), np.flatnonzero(centers(ball)[:, 2] < -0.8)]
         assert open_holes(ball, zones=zones).mesh.n_holes == 2
 
-    def test_a_zone_that_cannot_be_cut_off_is_told(self):
+    def test_a_zone_that_cannot_be_cut_off_is_reported(self):
         out = open_holes(sm.sphere(6), zones=[[3]])
         assert out.proposals[0].reason == "it has no outline that can be cut along"
 
@@ -249,7 +249,7 @@ class TestBadInput:
             ("holes", 3, TypeError),
         ],
     )
-    def test_reconstruct_knows_its_words(self, option, value, error):
+    def test_reconstruct_refuses_unknown_options(self, option, value, error):
         with pytest.raises(error, match=option):
             sm.reconstruct(FINE, init="sphere", **{option: value})
 
@@ -309,7 +309,7 @@ class TestBorders:
         assert len(border.points) > 50
 
     @given(st.integers(0, 2**32 - 1), st.integers(4, 30), st.booleans())
-    def test_which_points_are_at_the_side_of_their_neighbors_as_plain_code_says(self, seed, count, known):
+    def test_boundary_criteria_against_the_reference(self, seed, count, known):
         rng = np.random.default_rng(seed)
         points = rng.normal(size=(60, 3)) * [1.0, 0.7, 0.1]
         rows = np.arange(9)
@@ -389,7 +389,7 @@ class TestRims:
         assert topologically_sound(out)
 
 
-def test_corners_of_rims_look_the_right_way():
+def test_inverted_corners_of_rims_are_corrected():
     flat = sm.plane(vertices=300)
     rim = flat.connectivity.face_is_hole[flat.connectivity.vertex_faces].any(axis=1)
     corner = int(np.argmax(rim))
@@ -406,7 +406,7 @@ def test_corners_of_rims_look_the_right_way():
 
 class TestOutward:
     @pytest.mark.parametrize("turn", [1, -1])
-    def test_shells_look_away_from_the_middle_of_their_border(self, turn):
+    def test_shells_face_away_from_the_centroid_of_their_border(self, turn):
         dome = part(lambda p: p[:, 2] > 0.2)
         dome = sm.TriangleMesh(dome.vertices, dome.faces[:, ::turn])
         subject = as_subject(dome, level=None, label=None, inside="above", components="largest")
@@ -484,7 +484,7 @@ class TestReconstruction:
         assert model.mesh.n_holes == 0
         assert model.topology.holes == ()
 
-    def test_the_user_is_asked_or_gives_the_zones(self):
+    def test_the_user_decides_or_gives_the_zones(self):
         half = part(lambda p: p[:, 2] > 0)
         model = sm.reconstruct(half, init="sphere", vertices=400, holes=lambda proposal: False)
         assert model.mesh.n_holes == 0
@@ -515,7 +515,7 @@ class TestReconstruction:
 
 
 class TestCommand:
-    def test_it_tells_what_was_opened_and_why_the_rest_was_not(self, tmp_path, capsys):
+    def test_it_reports_what_was_opened_and_why_the_rest_was_not(self, tmp_path, capsys):
         half = open_holes(sm.sphere(12), Dome()).mesh
         half.save(tmp_path / "half.ply")
         wanted = ["reconstruct", str(tmp_path / "half.ply"), "--init", "sphere", "--vertices", "400"]
@@ -528,7 +528,7 @@ class TestCommand:
         assert "1 hole made" in capsys.readouterr().out
 
     @pytest.mark.parametrize("option", ["--holes", "--handles", "--refine"])
-    def test_words_it_does_not_know_are_named(self, option, tmp_path, capsys):
+    def test_unknown_options_are_named(self, option, tmp_path, capsys):
         ball = tmp_path / "ball.ply"
         sm.sphere(4).save(ball)
         assert app.run(["reconstruct", str(ball), option, "some", "-o", str(tmp_path / "m.vtp")]) == 2

@@ -67,7 +67,7 @@ def test_inside_is_positive_outside_negative_and_the_gradient_points_in():
 
 
 @pytest.mark.parametrize("sign", [1, -1])
-def test_given_normals_are_used_and_turned_out_when_they_point_in(sign):
+def test_given_normals_are_used_and_flipped_when_they_point_inwards(sign):
     points, normals = torus(8000, 0)
     mesh = start_from_points(PointCloud(points, sign * normals), 3000).mesh
     assert mesh.genus == 1
@@ -108,7 +108,7 @@ def test_the_budget_is_kept(vertices):
 
 
 @pytest.mark.data
-def test_a_face_is_closed_and_said_to_be_open(data_folder):
+def test_a_face_is_closed_and_reported_as_open(data_folder):
     start = start_from_points(read_points(data_folder / "fran_face.vtk"), 2000)
     assert (start.mesh.genus, start.mesh.n_holes) == (0, 0)
     assert "open" in str(start.report)
@@ -177,7 +177,7 @@ def test_the_indicator_of_a_ball_jumps_by_one():
     assert_allclose(unknown.at(np.zeros((1, 3)))[0], values[0], atol=0.05)
 
 
-def test_normals_that_stayed_have_the_field_they_are_said_to_have():
+def test_a_fixpoint_has_the_indicator_of_its_normals():
     ball, rng = sphere(12), np.random.default_rng(0)
     problem = _Problem.of(ball.vertices, 0.1)
     fixpoint = problem.iterate(ball.normals)

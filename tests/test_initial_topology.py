@@ -76,7 +76,7 @@ def test_closing_never_adds_pieces(seed):
     assert ndimage.label(closed(solid, 1.5))[1] == 1
 
 
-def test_thinning_keeps_the_topology_and_what_is_to_be_kept():
+def test_thinning_preserves_the_topology_and_the_cells_to_keep():
     out = thinned(BALL, DRILLED)
     assert genus(out) == 0
     assert out[DRILLED].all()
@@ -155,7 +155,7 @@ def test_decimation_passes_over_triangles_without_area():
     assert dual((vertices[used], left.reshape(-1, 3))).volume > 0.9 * 4 / 3 * 5**3
 
 
-def test_thickening_widens_a_sheet_only_where_asked_and_adds_no_pieces():
+def test_thickening_widens_a_sheet_near_the_places_only_and_adds_no_components():
     sheet = np.zeros((20, 20, 12), bool)
     sheet[3:17, 3:17, 6] = True
     out = thickened(sheet, np.array([[5, 5, 6]]), 2)

@@ -26,7 +26,7 @@ def inside_torus(at):
 
 @pytest.mark.parametrize("sign", [1, -1])
 @pytest.mark.parametrize("masked", [False, True])
-def test_a_torus_lies_where_the_volume_says_with_normals_outwards(sign, masked):
+def test_a_torus_is_at_its_physical_position_with_normals_outwards(sign, masked):
     direction = np.diag([sign, 1, 1])
     volume, middle = torus_field(direction)
     if masked:
@@ -44,7 +44,7 @@ def test_a_torus_lies_where_the_volume_says_with_normals_outwards(sign, masked):
     assert np.isin(sizes, (5, 6, 7)).mean() > 0.98
 
 
-def test_turned_axes_turn_the_mesh():
+def test_rotated_axes_rotate_the_mesh():
     shape = (40, 44, 48)
     values = 15 - np.sqrt(sum((x - 20 - i) ** 2 for i, x in enumerate(np.indices(shape))))
     straight = start_from_volume(Volume(values), level=0.0, vertices=400).mesh

@@ -126,7 +126,7 @@ class TestLeftOut:
         winding = self.homology.winding_of_path(loop.vertices)
         return HandleProposal((0, 1), place, np.ones(2), 0.0, 0.0, accepted=True, winding=winding)
 
-    def test_tunnels_that_were_found_are_not_told(self):
+    def test_tunnels_that_were_found_are_not_reported(self):
         one, other = self.homology.tunnels
         (lacking,) = missing_tunnels(self.homology, [self.accepted(one)], edge=0.1, vertices=1000)
         assert lacking.centers[0] == pytest.approx(other.center)
@@ -145,11 +145,11 @@ class TestLeftOut:
         said = [x.reason for x in missing_tunnels(self.homology, [before], edge=0.1, vertices=1000)]
         assert "its films met, but were not joined: refused by accept" in said
 
-    def test_few_are_told_one_by_one(self):
+    def test_few_are_listed_one_by_one(self):
         many = [HandleProposal((-1, -1), np.zeros((2, 3)), np.ones(2), 0.0, 0.0, reason="why")] * 6
         assert tunnel_list(many).endswith("; 2 more, in topology.handles")
 
-    def test_a_line_that_jumps_between_sheets_says_nothing(self):
+    def test_a_line_that_jumps_between_sheets_has_no_class(self):
         fine = TunnelHomology(*grid_torus(200, 60, 0.4))
         across = np.array([[1.4, 0, 0], [-1.4, 0, 0], [0, 1.4, 0]])
         assert fine.winding(across, 0.01) is None

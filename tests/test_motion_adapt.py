@@ -133,7 +133,7 @@ def rough_open(mesh, seed=0, size=0.03):
 
 
 @pytest.mark.parametrize("mesh", [open_tube(), open_square(), open_square(bump=3.0)], ids=["tube", "square", "bump"])
-def test_an_open_mesh_that_remembers_its_own_shape_rests(mesh):
+def test_an_open_mesh_with_its_own_shape_as_reference_is_at_rest(mesh):
     kept = rough_open(mesh)
     still = evolved(kept, 500, constraint="shape", reference=kept)
     assert norm(still.vertices - kept.vertices).max() < 1e-9

@@ -56,7 +56,7 @@ def test_one_force_need_not_be_in_a_list():
     assert_array_equal(run(ball, 3, force).vertices, run(ball, 3, [force]).vertices)
 
 
-def test_a_force_sees_the_mesh_as_it_is_and_cannot_change_it():
+def test_a_force_gets_the_present_mesh_and_cannot_change_it():
     ball = sm.sphere(4)
     seen = []
 

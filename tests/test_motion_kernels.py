@@ -233,7 +233,7 @@ def rim_goals(vertices, rows, name, remembered=None):
 
 @given(seed=SEEDS, count=st.integers(5, 30))
 @settings(max_examples=20, deadline=None)
-def test_rims_rest_where_the_contour_formula_says(seed, count):
+def test_goals_of_rims_follow_the_contour_formula(seed, count):
     vertices, _, rows = wavy_rim(seed, count)
     smooth, straight, own = (rim_goals(vertices, rows, name) for name in ("angle", "orientation", "free"))
     assert_array_equal(rim_goals(vertices, rows, "mean_curvature"), smooth)
@@ -261,7 +261,7 @@ def inscribed(a, p, b):
 
 @given(seed=SEEDS)
 @settings(max_examples=10, deadline=None)
-def test_remembered_places_are_those_of_the_best_similarity(seed):
+def test_restored_positions_are_those_of_the_best_similarity(seed):
     rng = np.random.default_rng(seed)
     kept = open_tube(8, 5)
     row = np.unique(kept.connectivity.face_vertices[hole_places(kept)])

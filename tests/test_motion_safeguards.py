@@ -147,7 +147,7 @@ def test_an_interrupt_at_any_place_leaves_the_model_as_before_the_step(monkeypat
     assert_array_equal(model.mesh.data["metric"], whole.data["metric"])
 
 
-def test_targets_of_the_users_own_see_the_mesh_and_cannot_change_it():
+def test_user_defined_targets_get_the_mesh_and_cannot_change_it():
     class Vandal:
         def __init__(self, which):
             self.which = which
@@ -247,7 +247,7 @@ def test_wrong_answers_of_targets_and_forces_are_named():
 # ---- states
 
 
-def test_states_come_as_often_as_asked_and_at_the_end():
+def test_states_are_yielded_every_so_often_and_at_the_end():
     rough = noisy_sphere(frequency=3)
     count = [s.iteration for s in sm.DeformableModel(rough).run(10, every=4)]
     assert count == [4, 8, 10]
@@ -273,7 +273,7 @@ def test_a_run_stops_when_nothing_moves_more_than_the_tolerance():
     assert (sparse[-1].iteration, sparse[-1].move) == (states[-1].iteration, states[-1].move)
 
 
-def test_a_state_tells_energy_gap_and_move():
+def test_a_state_has_energy_gap_and_move():
     ball = sm.sphere(4)
     model = sm.DeformableModel(ball, Everywhere(0.02), beta=0.5, metric=ball.metric)
     state = next(model.run(1))

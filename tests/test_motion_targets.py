@@ -134,7 +134,7 @@ def test_objects_cut_by_the_border_are_closed_there(axis, inside):
 
 @pytest.mark.parametrize("kind", TYPES)
 @pytest.mark.parametrize("order", ["C", "F"])
-def test_all_types_and_layouts_say_the_same(kind, order):
+def test_all_types_and_layouts_give_the_same_gaps(kind, order):
     rng = np.random.default_rng(3)
     smooth = gaussian_filter(rng.normal(size=(14, 12, 10)), 1.2)
     whole = (smooth > 0).astype(float) if kind == "bool" else np.round(np.clip(60 + 200 * smooth, 0, 120))
@@ -204,7 +204,7 @@ def test_wrong_levels_are_named(level, options, error, message):
         sm.targets.Isosurface(sm.Volume(np.arange(8.0).reshape(2, 2, 2)), level, **options)
 
 
-def test_a_vertex_without_a_normal_sees_nothing():
+def test_a_vertex_without_a_normal_has_no_gap():
     gaps = sm.targets.Isosurface(ball(1.0), 0.0).gap(np.array([[6.0, 0, 0]]), np.zeros((1, 3)), 3.0)
     assert np.isnan(gaps).all()
 

@@ -56,7 +56,7 @@ def test_a_ball_becomes_a_ball():
     assert model.mesh.volume > 0
 
 
-def test_the_mesh_lies_where_the_file_says():
+def test_the_mesh_is_in_the_coordinates_of_the_file():
     turn = np.linalg.qr(np.random.default_rng(4).normal(size=(3, 3)))[0]
     for direction in (turn, -turn):  # one of the two is left-handed
         axis = np.arange(-11, 12.0)
@@ -99,7 +99,7 @@ def test_a_mask_gives_a_smooth_ball_of_the_right_size():
     assert radius.std() < 0.08  # the voxels' corners scatter by 0.3
 
 
-def test_noise_is_removed_from_points_about_which_nothing_is_told(noisy_torus):
+def test_noise_is_removed_from_points_of_which_nothing_is_known(noisy_torus):
     mesh = noisy_torus.mesh
     assert mesh.genus == 1
     assert mesh.n_holes == 0
@@ -153,7 +153,7 @@ def test_components_are_kept_or_dropped():
     assert both.genus == 0
 
 
-def test_tunnels_narrower_than_asked_are_sealed():
+def test_tunnels_below_the_given_width_are_sealed():
     axis = np.arange(-14, 15.0)
     x, y, z = np.meshgrid(axis, axis, axis, indexing="ij")
     drilled = np.minimum(11.3 - np.sqrt(x * x + y * y + z * z), np.hypot(x, y) - 3.2)
@@ -284,12 +284,12 @@ class TestPlacement:
         assert self.ADAPTIVE.mesh.n_vertices <= self.EVEN.mesh.n_vertices
         assert rms[1] < 0.75 * rms[0]
 
-    def test_keeps_the_mesh_sound(self):
+    def test_keeps_the_mesh_valid(self):
         mesh = self.ADAPTIVE.mesh
         assert mesh.check(self_intersections=True).ok
         assert (mesh.genus, mesh.n_holes, self.ADAPTIVE.tangled) == (0, 0, 0)
 
-    def test_is_told(self):
+    def test_is_reported(self):
         record = self.ADAPTIVE.topology
         sizes = self.ADAPTIVE.mesh.connectivity.face_sizes
         assert record.exchanged > 10
@@ -303,7 +303,7 @@ class TestPlacement:
         assert (model.topology.exchanged, model.topology.swapped) == (0, 0)
         assert_array_equal(sm.reconstruct(self.BOX, vertices=600, adaptation=0.0).mesh.vertices, model.mesh.vertices)
 
-    def test_faces_of_a_start_that_is_given_are_kept_unless_asked(self):
+    def test_faces_of_a_given_start_are_kept_by_default(self):
         start = self.EVEN.mesh
         assert_array_equal(sm.reconstruct(self.BOX, init=start).mesh.neighbors, start.neighbors)
         asked = sm.reconstruct(self.BOX, init=start, placement="adaptive")

@@ -125,7 +125,7 @@ def test_bad_input_gets_one_sentence(data, options, error, message):
     assert "\n" not in str(caught.value)
 
 
-def test_labels_are_asked_for_by_name():
+def test_a_label_must_be_given_and_present():
     values = np.zeros((20, 20, 20), dtype=np.uint8)
     values[4:10, 4:14, 4:14] = 1
     values[10:16, 4:14, 4:14] = 7
@@ -138,7 +138,7 @@ def test_labels_are_asked_for_by_name():
     assert_allclose(mesh.vertices.mean(axis=0), [12.5, 8.5, 8.5], atol=0.3)
 
 
-def test_data_that_faces_the_wrong_way_is_turned_and_reported():
+def test_inward_and_inconsistent_normals_are_reported():
     ball = sm.sphere(12)
     right = sm.reconstruct(sm.PointCloud(ball.vertices, ball.normals), vertices=400)
     with pytest.warns(sm.SimplexMeshWarning, match="point inwards and were flipped"):
@@ -163,7 +163,7 @@ def test_triangles_are_repaired_or_refused():
         sm.reconstruct((ball.vertices, fin), vertices=400)
 
 
-def test_lost_handles_are_told():
+def test_lost_handles_are_reported():
     thin = sm.torus(40, 8, radius=1.0, tube_radius=0.97).triangulated()
     with pytest.warns(sm.SimplexMeshWarning, match="the surface has genus 1, the model has 0"):
         sm.reconstruct(thin, vertices=200)
@@ -188,7 +188,7 @@ def test_scans_may_be_arrays_and_a_mesh_may_be_fitted_to_a_mesh():
     assert_allclose(np.linalg.norm(mesh.vertices, axis=1), 1, atol=0.02)
 
 
-def test_pieces_of_a_volume_that_are_left_out_are_told():
+def test_omitted_components_of_a_volume_are_reported():
     axis = np.arange(-10, 11.0)
     x, y, z = np.meshgrid(np.arange(-10, 33.0), axis, axis, indexing="ij")
     two = np.maximum(8 - np.sqrt(x * x + y * y + z * z), 7.4 - np.sqrt((x - 21) ** 2 + y * y + z * z))
@@ -199,7 +199,7 @@ def test_pieces_of_a_volume_that_are_left_out_are_told():
     assert sm.reconstruct(sm.Volume(two), level=0.0, vertices=400, components="all").mesh.n_components == 2
 
 
-def test_scans_whose_normals_look_opposite_ways_are_fitted_without_them():
+def test_scans_with_opposed_normals_are_fitted_without_them():
     ball = sm.sphere(16)
     upper = ball.vertices[:, 2] > -0.05
     halves = [sm.PointCloud(ball.vertices[upper], ball.normals[upper])]

@@ -75,7 +75,7 @@ def test_a_fold_is_smoothed_away_and_the_rest_stays():
     assert_array_equal(mended.vertices[far], ball.vertices[far])
 
 
-def test_what_resists_is_taken_back_to_the_start():
+def test_remaining_tangles_are_blended_with_the_start():
     """Data that pulls two sides of a ball through each other defeats relaxation; blending with the start helps."""
     ball = sm.sphere(8)
     vertices = np.array(ball.vertices)
@@ -94,7 +94,7 @@ def test_what_resists_is_taken_back_to_the_start():
     assert mended.check(self_intersections=True).ok
 
 
-def test_a_place_that_resists_stays_while_others_are_mended():
+def test_a_region_that_cannot_be_untangled_stays_while_others_are():
     """Two balls with a fold each: around one, the data pulls all freed vertices through the other side."""
     ball = sm.sphere(8).triangulated()
     both = sm.dual((np.concatenate([ball.vertices, ball.vertices + np.array([9.0, 0, 0])]),
@@ -119,7 +119,7 @@ def test_a_place_that_resists_stays_while_others_are_mended():
     assert np.sqrt((away**2).mean()) < 0.0025  # the untangled part is back on the data
 
 
-def test_untangling_leaves_a_sound_mesh_as_it_is():
+def test_untangling_leaves_an_untangled_mesh_unchanged():
     ball = sm.sphere(6)
     mended, left = untangled(ball, sm.targets.Triangles(sm.sphere(9, radius=1.1).triangulated()), reach=0.5)
     assert mended is ball

@@ -84,7 +84,7 @@ class TestScore:
         far = face_score(sheet, np.full(sheet.connectivity.face_sizes.size, 0.1), 1.0)
         assert (far.total[~sheet.connectivity.face_is_hole] > 0).all()
 
-    def test_of_holes_and_of_faces_that_see_nothing_is_zero(self):
+    def test_of_holes_and_of_faces_without_data_is_zero(self):
         sheet = sm.plane(8, 8)
         c = sheet.connectivity
         assert (face_score(sheet, np.ones(c.face_sizes.size), 1.0).total[c.face_is_hole] == 0).all()
@@ -112,7 +112,7 @@ class TestScore:
         middles = [1 - np.linalg.norm(ball.vertices[loop].mean(axis=0)) for loop in ball.faces]
         np.testing.assert_allclose(away, middles, rtol=1e-9)
 
-    def test_the_distance_of_a_face_that_sees_nothing_is_unknown(self):
+    def test_the_distance_of_a_face_without_data_is_unknown(self):
         assert np.isnan(face_distance(sm.sphere(3, radius=3.0), Sphere(), 0.5)).all()
 
 
@@ -217,7 +217,7 @@ class TestRefine:
         assert np.median(moved) < 0.1
 
     @pytest.mark.parametrize("budget", [160, 161, 200, 300])
-    def test_never_has_more_vertices_than_asked_for(self, budget):
+    def test_never_exceeds_the_number_of_vertices_requested(self, budget):
         out = sm.refine(COARSE, EGG, threshold=1e-12, vertices=budget)
         assert budget - 10 < out.mesh.n_vertices <= budget
 
@@ -301,7 +301,7 @@ class TestRedistribute:
     EVEN = sm.reconstruct(EGG, vertices=400, adaptation=0.0).mesh
 
     @pytest.mark.parametrize("wanted", [200, 400, 402, 900])
-    def test_reaches_the_number_asked_for(self, wanted):
+    def test_reaches_the_number_requested(self, wanted):
         out = sm.redistribute(self.EVEN, EGG, vertices=wanted)
         assert out.mesh.n_vertices == pytest.approx(wanted, rel=0.01)
         assert out.mesh.check(self_intersections=True).ok
@@ -388,7 +388,7 @@ def box():
         ((COARSE, EGG, {"adaptation": 2}), ValueError, "adaptation must be .*"),
     ],
 )
-def test_what_is_wrong_is_said(arguments, error, message):
+def test_bad_arguments_are_named(arguments, error, message):
     mesh, target, options = arguments
     with pytest.raises(error, match=f"^{message}$"):
         sm.refine(mesh, target, **options)
@@ -404,14 +404,14 @@ def test_only_new_vertices_get_equal_metric_parameters():
     assert (now[new] == 1 / 3).all()
 
 
-def test_a_mesh_without_size_is_told():
+def test_a_mesh_without_size_is_refused():
     point = COARSE.moved(np.ones((160, 3)))
     for action in (sm.refine, sm.redistribute, sm.open_holes):
         with pytest.raises(ValueError, match=r"^mesh must have some size, but all its vertices are at one point$"):
             action(point, sm.targets.Triangles(EGG))
 
 
-def test_redistribute_tells_when_the_number_was_not_reached():
+def test_redistribute_has_not_converged_when_the_number_was_not_reached():
     assert sm.redistribute(COARSE, EGG, vertices=170, rounds=0).converged
     ring = sm.torus(14, 6)
     out = sm.redistribute(ring, ring.triangulated(), vertices=20, rounds=1, iterations=1)
@@ -421,7 +421,7 @@ def test_redistribute_tells_when_the_number_was_not_reached():
     assert f"{168 - out.mesh.n_vertices} vertices removed" in repr(out)
 
 
-def test_redistribute_says_what_is_wrong():
+def test_redistribute_names_bad_arguments():
     with pytest.raises(TypeError, match=r"^mesh must be a SimplexMesh, not TriangleMesh$"):
         sm.redistribute(EGG, EGG)
     with pytest.raises(ValueError, match=r"^vertices must be .*20.*3$"):

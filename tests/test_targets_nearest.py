@@ -1,4 +1,4 @@
-"""The nearest surfel that faces a vertex: what a search of all would find, whatever is cached."""
+"""The nearest surfel that faces a vertex equals that of an exhaustive search, whatever is cached."""
 
 import numba
 import numpy as np
@@ -84,7 +84,7 @@ naive_facing, naive_loose = naive.FACING, naive.FACING - naive.TURN
 
 
 def check_search(s, place, normal, reach, list_limit):
-    """A search from nothing: the nearest, and what is around it, nearest first, with nothing else nearer than told."""
+    """Check a search without a known candidate: the nearest surfel, the sorted candidates, the bound of all others."""
     listed = np.zeros(NEAREST, np.int64)
     found, _, count, bound = search_from(
         tuple(place), tuple(normal), s.wide_tree, 1.0 if s.oriented else -1.0, reach**2, NONE, list_limit, listed
@@ -110,7 +110,7 @@ def check_search(s, place, normal, reach, list_limit):
     list_limit=st.sampled_from([0.0, 0.05, 1.0, 1e300]),
 )
 @settings(deadline=None, max_examples=40)
-def test_search_finds_the_nearest_and_what_is_around(seed, oriented, n, list_limit):
+def test_search_finds_the_nearest_and_the_candidates_around_it(seed, oriented, n, list_limit):
     rng = np.random.default_rng(seed)
     table = np.zeros((n, 12))
     table[:, :3], table[:, 3:6] = torus_points(n, rng)
@@ -144,7 +144,7 @@ def test_search_among_many_alike():
     reach=st.sampled_from([0.1, 0.4, np.inf]),
 )
 @settings(deadline=None, max_examples=25)
-def test_vertices_in_motion_know_what_a_search_would_find(seed, oriented, step, turn, reach):
+def test_cached_answers_for_moving_vertices_equal_those_of_a_search(seed, oriented, step, turn, reach):
     # the second sheet faces the other way, now and then it is the nearer one
     rng = np.random.default_rng(seed)
     points, normals = torus_points(600, rng)
@@ -178,7 +178,7 @@ def test_the_answer_does_not_depend_on_the_calls_before():
 
 
 @pytest.mark.parametrize("reach", [0.5, np.inf])
-def test_where_nothing_faces_a_vertex_there_is_no_gap_and_the_next_call_knows_its_way(reach):
+def test_where_nothing_faces_a_vertex_there_is_no_gap_and_the_cache_stays_valid(reach):
     points, normals = torus_points(2000, np.random.default_rng(2))
     target = Points(PointCloud(points[points[:, 2] > 0.2], normals[points[:, 2] > 0.2]))
     places, down = np.zeros((5, 3)), np.tile([0.0, 0.0, -1.0], (5, 1))
@@ -201,7 +201,7 @@ def test_right_above_data_that_faces_another_way_there_is_no_gap(reach):
 @pytest.mark.parametrize("n", [5, 9, 2000])  # one leaf, two, many: the fewer, the more places in the tree are empty
 @pytest.mark.parametrize("columns", [slice(1, 2), slice(None)], ids=["y", "xyz"])
 @pytest.mark.parametrize("broken", [np.nan, np.inf, 1e200, 1e300])
-def test_vertices_that_are_nowhere_have_no_gap_and_harm_no_others(broken, columns, n):
+def test_vertices_that_are_not_finite_have_no_gap_and_do_not_affect_others(broken, columns, n):
     rng = np.random.default_rng(2)
     target, fresh = (Points(torus_points(n, np.random.default_rng(1))[0]) for _ in range(2))
     places, normals = torus_points(50, rng)
@@ -223,7 +223,7 @@ def test_vertices_that_are_nowhere_have_no_gap_and_harm_no_others(broken, column
 
 
 @pytest.mark.parametrize("oriented", [False, True])
-def test_vertices_that_stay_when_a_mesh_is_edited_keep_what_they_know(oriented):
+def test_vertices_that_remain_when_a_mesh_is_edited_keep_their_cache(oriented):
     rng = np.random.default_rng(3)
     target = Points(PointCloud(*torus_points(3000, rng)) if oriented else torus_points(3000, rng)[0])
     places, normals = torus_points(600, rng)

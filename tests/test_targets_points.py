@@ -47,7 +47,7 @@ def grid_normals(grid):
 
 
 def drawn(target, grid, iterations=25):
-    """Let the grid be drawn by nothing but the target."""
+    """Move the grid by the target alone."""
     for _ in range(iterations):
         normals = grid_normals(grid)
         gap = target.gap(grid.reshape(-1, 3), normals.reshape(-1, 3), 0.3).reshape(grid.shape[:2])
@@ -336,7 +336,7 @@ def test_few_or_flat_points_draw_like_points(points):
     assert gap[0] == pytest.approx(nearest[2] + 0.3, abs=1e-9)
 
 
-def test_copies_of_points_change_nothing():
+def test_duplicate_points_change_nothing():
     points = noisy_torus(0.002, 5, n=3000)
     places, normals = torus_points(300, np.random.default_rng(8))
     once = Points(points).gap(places, normals, 0.3)

@@ -1,4 +1,4 @@
-"""What targets accept and refuse: arrays that fit, lists, data of all kinds, any reach."""
+"""Arguments and data that targets accept and refuse, and any reach."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def test_read_only_arrays_need_no_other_kernel():
     assert len(isosurface_gaps.serial.signatures) == before
 
 
-def test_a_pace_of_nothing_is_named():
+def test_a_pace_of_zero_is_refused():
     with pytest.raises(ValueError, match="pace must be above 0, not 0"):
         sm.targets.Isosurface(BALL, 0.0).gap(OUT, OUT, 1.0, pace=0)
 
@@ -121,7 +121,7 @@ def test_the_search_is_as_far_as_the_reach_and_no_farther_than_the_volume():
 # ---- data of all kinds
 
 
-def test_points_are_made_of_what_holds_points(tmp_path):
+def test_points_accept_all_kinds_of_point_data(tmp_path):
     import pyvista
     import trimesh
 
@@ -140,7 +140,7 @@ def test_points_are_made_of_what_holds_points(tmp_path):
         sm.targets.Points(BALL)
 
 
-def test_label_surfaces_are_made_of_what_holds_samples(tmp_path):
+def test_label_surfaces_accept_all_kinds_of_volumes(tmp_path):
     import pyvista
 
     image = pyvista.ImageData(dimensions=LABELS.shape, origin=(-8, -8, -8))
@@ -182,7 +182,7 @@ def test_border_sides_belong_to_one_triangle(crowded):
     assert border_sides(faces).any()
 
 
-def test_triangles_have_nothing_to_say_to_lost_vertices():
+def test_triangles_give_no_gap_at_vertices_that_are_not_finite():
     ball = sm.sphere(4).triangulated()
     vertices = np.array([[np.nan, 0, 0], [0.9, 0, 0], [np.inf, 0, 0]])
     normals = np.tile([1.0, 0, 0], (3, 1))
@@ -190,7 +190,7 @@ def test_triangles_have_nothing_to_say_to_lost_vertices():
     assert np.isnan(gaps).tolist() == [True, False, True]
 
 
-def test_targets_can_be_found_by_looking():
+def test_dir_lists_the_public_names():
     assert dir(sm.targets) == ["Isosurface", "LabelSurface", "Points", "Triangles", "Union"]
     assert {"surface", "heat", "picture"} <= set(dir(sm.plot))
     assert "skin" not in dir(sm.plot)
@@ -201,7 +201,7 @@ def test_orientation_is_true_or_false():
         sm.targets.Triangles(sm.sphere(2), oriented="no")
 
 
-def test_directions_must_be_known_somewhere():
+def test_directions_must_be_nonzero_at_four_points():
     target = sm.targets.Points(sm.sphere(4).vertices)
     with pytest.raises(ValueError, match=r"^directions must be nonzero at 4 points or more, not 0$"):
         target.oriented_by(np.zeros((320, 3)))

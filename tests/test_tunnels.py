@@ -69,11 +69,11 @@ class TestShell:
         points = np.stack([away * np.cos(u[kept]), away * np.sin(u[kept]), 0.45 * np.sin(v[kept])], axis=1)
         assert shell_of(points).genus == 1
 
-    def test_gaps_as_wide_as_tunnels_say_nothing(self):
+    def test_gaps_as_wide_as_tunnels_give_no_shell(self):
         assert shell_of(torus(60, 0.6)) is None
         assert shell_of(np.zeros((5, 3))) is None
 
-    def test_large_balls_without_tunnels_say_nothing(self):
+    def test_large_balls_without_tunnels_give_no_shell(self):
         assert shell_of(torus(500, 0.6)) is None
         assert shell_of(torus(500, 0.6)[:, [2, 0, 1]] * 1e3) is None
         assert shell_of(torus(4000, 0.6)).genus == 1
@@ -98,14 +98,14 @@ class TestShell:
         assert np.isfinite(gaps).mean() > 0.9
 
 
-class TestWhatDataSays:
-    def test_points_tell_their_tunnels(self):
+class TestKnownTunnels:
+    def test_of_points(self):
         samples = closed_samples(as_subject(torus(4000, 0.35), **PLAIN))
         assert (samples.genus, samples.oriented, len(samples.homology.tunnels)) == (1, True, 1)
         (loop,) = samples.homology.tunnels
         assert loop.length == pytest.approx(2 * np.pi * 0.65, rel=0.1)
 
-    def test_volumes_tell_those_that_their_start_keeps(self):
+    def test_of_volumes_are_those_of_their_start(self):
         x, y, z = np.mgrid[-1.6:1.6:33j, -1.6:1.6:33j, -0.8:0.8:17j]
         deep = 0.4 - np.hypot(np.hypot(x, y) - 1.0, z)
         level = as_subject(sm.Volume(deep, spacing=0.1), **{**PLAIN, "level": 0.0})
@@ -138,7 +138,7 @@ class TestFilmsJoined:
             joined.add(*found)
         assert np.linalg.matrix_rank(joined.windings) == 5
 
-    def test_films_that_hang_together_already_are_not(self, monkeypatch):
+    def test_films_that_are_connected_already_are_not(self, monkeypatch):
         joined = films.JoinedFilms()
         joined.add(*self.asked(joined, monkeypatch, [0], [1]))
         joined.add(*self.asked(joined, monkeypatch, [2], [3]))
@@ -177,7 +177,7 @@ def test_no_handles_where_points_show_none():
     assert not any(proposal.accepted for proposal in model.topology.handles)
 
 
-def test_tunnels_of_points_that_are_left_out_are_told():
+def test_missing_tunnels_of_points_are_reported():
     samples = closed_samples(as_subject(torus(3000, 0.35), **PLAIN))
     proposals, said = with_missing_tunnels(samples, (), sm.sphere(8))
     assert said.startswith("the points have genus 1, the model has 0; left out: the tunnel of girth ")
@@ -207,7 +207,7 @@ class TestOpenData:
             mesh = sm.reconstruct(self.dome(), init=init, vertices=200, iterations=20).mesh
         assert ((mesh.normals * mesh.vertices).sum(axis=1) > 0).mean() > 0.9
 
-    def test_a_closed_model_of_it_is_told(self):
+    def test_a_closed_model_of_it_is_reported(self):
         with warnings.catch_warnings(record=True) as said:
             warnings.simplefilter("always")
             model = sm.reconstruct(self.dome(), init="sphere", vertices=20, iterations=20)
@@ -235,7 +235,7 @@ class TestTubesCutOffAslant:
         assert (model.mesh.n_holes, model.tangled) == (2, 0)
         assert max(model.distance.mesh_to_data.rms, model.distance.data_to_mesh.rms) < 0.05
 
-    def test_their_sides_are_not_told(self):
+    def test_their_sides_are_not_reported(self):
         rng = np.random.default_rng(3)
         u, s = 2 * np.pi * rng.random(5000), rng.random(5000)
         radius = 0.5 + 0.1 * np.sin(3 * np.pi * s) + 0.08 * np.cos(u) * s
@@ -250,7 +250,7 @@ class TestTubesCutOffAslant:
         assert np.abs(rim[:, 2] - ends).max() < 0.15
 
 
-def test_a_knot_is_told(data_folder):
+def test_a_knot_is_reported(data_folder):
     surface = sm.read_triangles(data_folder / "knot1.off")
     samples = closed_samples(as_subject(surface, **PLAIN))
     assert (samples.genus, samples.homology) == (1, None)
