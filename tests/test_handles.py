@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
@@ -134,15 +136,14 @@ class TestChoice:
         assert out.proposals[0].faces == tuple(pair)
 
     def test_pairs_that_the_operator_forbids_have_a_reason(self):
-        c = BALL.connectivity
-        a, b = c.edge_faces[0].tolist()
+        pairs = BALL.connectivity.edge_faces
+        a, b = pairs[0].tolist()
         out = add_handles(BALL, pairs=[[a, b]])
         assert out.proposals[0].reason == "they share an edge"
-        near = sorted({int(f) for f in c.face[c.twin[c.face == a] // 3].ravel()} - {a, b})
-        between = [f for f in near if f not in c.edge_faces[(c.edge_faces == a).any(axis=1)]]
-        out = add_handles(BALL, pairs=[[a, between[0]]]) if between else None
-        if out is not None:
-            assert "shares an edge with both" in out.proposals[0].reason
+        beside = set(pairs[(pairs == a).any(axis=1)].ravel().tolist())
+        c = next(f for f in pairs[(pairs == b).any(axis=1)].ravel().tolist() if f not in beside)
+        out = add_handles(BALL, pairs=[[a, c]])
+        assert re.fullmatch(r"face \d+ shares an edge with both", out.proposals[0].reason)
 
     def test_two_pairs_two_handles(self):
         four = capped(BALL, *(((x, y, 0), 0.93) for x, y in ((1, 1), (-1, -1), (1, -1), (-1, 1))))
