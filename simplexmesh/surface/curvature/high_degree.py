@@ -41,7 +41,8 @@ TRIED, COMPARED = 32, 2
 USABLE = 0.8
 """Least share of those vertices at which a fit must be determined."""
 
-ROWS_PER_CHUNK = 16
+ROWS_PER_CHUNK, MOST_CHUNKS = 16, 64
+"""Border vertices fitted with one workspace, which is as large as the mesh; more of them where chunks would be more."""
 
 
 def refitted(samples: Samples, rows: Indices, at: Indices, scales: Scales, found: Jets) -> Jets:
@@ -84,7 +85,7 @@ class Tried:
 
 def _best(samples: Samples, scales: Scales) -> tuple[Indices, Array, Array]:
     """Return the fits of the least expected error on the mesh's borders, their residuals (RMS) and mean changes."""
-    rim = np.flatnonzero(~samples.one_ring.closed)
+    rim = _beside_inner(samples)
     rim = np.sort(rim[shuffling(scales.spacing)[rim].argsort(kind="stable")][:TRIED])
     found = fitted(samples, rim, scales, samples.one_ring)
     known = np.flatnonzero(found.reasons == FOUND)
@@ -101,10 +102,18 @@ def _best(samples: Samples, scales: Scales) -> tuple[Indices, Array, Array]:
     return FITS[usable[best]], noise[best], changes[best]
 
 
+def _beside_inner(samples: Samples) -> Indices:
+    """Return the border vertices with a neighbor inside: not those of isolated points and of stray triangles."""
+    ring = samples.one_ring
+    inside = np.repeat(ring.closed, ring.valence)
+    return np.unique(ring.members[inside & ~ring.closed[ring.members]])
+
+
 def _tried(samples: Samples, rows: Indices, scales: Scales, known: Jets, fits: Indices) -> Tried:
     ring, n = samples.one_ring, len(rows)
     numbers, jets = np.full((n, len(fits), 4), np.nan), np.zeros((n, len(fits), 8))
     seen = ring.offsets.view(np.uint64), ring.members.view(np.uint64), samples.points, scales.directions
     around = RADIUS * scales.spacing[rows], known.shape, known.d1, known.normals
-    kernels.high_degree_fits(rows, *seen, scales.oriented, *around, fits, 1 + n // ROWS_PER_CHUNK, numbers, jets)
+    chunks = min(1 + n // ROWS_PER_CHUNK, MOST_CHUNKS)
+    kernels.high_degree_fits(rows, *seen, scales.oriented, *around, fits, chunks, numbers, jets)
     return Tried(numbers, jets)

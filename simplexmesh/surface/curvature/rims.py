@@ -1,7 +1,7 @@
 """Curvature at borders, where half of each ball is missing: a weighted sum of fits, with weights learned from the mesh.
 
-Without its outermost rows a mesh has an artificial border much like its own, at which the whole mesh knows the
-curvature. Fits of several sizes and degrees are regressed on it there (stacked regression), and combined with the same
+Without its outermost rows a mesh has an artificial border much like its own, where the curvature is known from the
+whole mesh. Fits of several sizes and degrees are regressed on it there (stacked regression), and combined with the same
 weights at the true border. Where there is hardly any noise, a single fit of high degree does better.
 """
 
@@ -69,7 +69,7 @@ def improved_at_borders(samples: Samples, rows: Indices, scales: Scales, found: 
     at = np.flatnonzero(~ring.closed[rows] & (found.reasons == FOUND))
     if not len(at) or not ring.closed.any():  # clouds have no rings
         return found
-    noise = scales.noise / np.median(scales.spacing)
+    noise = scales.noise / np.median(scales.spacing[scales.spacing > 0])
     if noise >= QUIET:
         found = _corrected(samples, rows, at, scales, found)
     return refitted(samples, rows, at, scales, found) if noise < SMOOTH else found

@@ -42,6 +42,9 @@ TRUNCATION_FACTOR = 0.8
 GOLDEN = 0.6180339887498949
 """Multiples of it, modulo 1, are spread evenly (van der Corput)."""
 
+PROBED = 3
+"""Least number of neighbors of a probe: stray triangles, of which an unclean mesh may have many, allow no fit."""
+
 EQUAL = 1e-10
 """Spacings, relative to their mean, that differ by less are those of a regular grid."""
 
@@ -108,6 +111,8 @@ def scales_of(samples: Samples, *, noise: float | None = None, detail: float | N
             none, none, np.full(len(none), 2), np.zeros((len(none), 4)), none, 0.0, directions, oriented, none
         )
     order = connected[shuffling(raw_spacing[connected]).argsort(kind="stable")]
+    if (many := ring.valence[order] >= PROBED).any():
+        order = order[many]
     rows = np.sort(order[:FIRST_PROBES])
     fits = probe_fits(samples, rows, spacing[rows, None] * LADDER, directions, oriented=oriented)
     deviation = noise_level(fits) if noise is None else noise
