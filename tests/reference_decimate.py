@@ -32,37 +32,39 @@ class Region:
         a, b, c = self.triangles.transpose(1, 0, 2)
         vectors = np.cross(b - a, c - a) / 2
         areas = np.linalg.norm(vectors, axis=1)
-        middle = areas @ self.triangles.mean(axis=1) / areas.sum()
-        p = self.triangles - middle
+        centroid = areas @ self.triangles.mean(axis=1) / areas.sum()
+        p = self.triangles - centroid
         total = p.sum(axis=1)
         squares = np.einsum("t,tki,tkj->ij", areas, p, p) + np.einsum("t,ti,tj->ij", areas, total, total)
-        return areas.sum(), middle, squares / 12, vectors.sum(axis=0)
+        return areas.sum(), centroid, squares / 12, vectors.sum(axis=0)
 
     def rim(self):
         """Length, centroid, and central second moments."""
         lengths = np.linalg.norm(self.segments[:, 1] - self.segments[:, 0], axis=1)
-        middle = lengths @ self.segments.mean(axis=1) / max(lengths.sum(), 1e-300)
-        p = self.segments - middle
+        centroid = lengths @ self.segments.mean(axis=1) / max(lengths.sum(), 1e-300)
+        p = self.segments - centroid
         total = p.sum(axis=1)
         squares = np.einsum("s,ski,skj->ij", lengths, p, p) + np.einsum("s,si,sj->ij", lengths, total, total)
-        return lengths.sum(), middle, squares / 6
+        return lengths.sum(), centroid, squares / 6
 
-    def off_plane(self):
+    def plane_residual(self):
         return np.linalg.eigvalsh(self.surface()[2])[0]
 
-    def off_line(self):
+    def line_residual(self):
         return np.linalg.eigvalsh(self.rim()[2])[:2].sum()
 
     def energy(self, w):
         area, _, squares, vector = self.surface()
-        total = self.off_plane() + w.normals * area * (area - np.linalg.norm(vector)) + w.extent * np.trace(squares)
-        return total + w.rim * np.sqrt(area) * self.off_line()
+        total = (
+            self.plane_residual() + w.normals * area * (area - np.linalg.norm(vector)) + w.extent * np.trace(squares)
+        )
+        return total + w.rim * np.sqrt(area) * self.line_residual()
 
-    def strays(self, flat, reach):
+    def exceeds_limits(self, max_deviation, max_extent):
         area, _, squares, _ = self.surface()
-        if np.trace(squares) > reach**2 * area or self.off_plane() > flat**2 * area:
+        if np.trace(squares) > max_extent**2 * area or self.plane_residual() > max_deviation**2 * area:
             return True
-        return len(self.segments) > 0 and self.off_line() > flat**2 * self.rim()[0]
+        return len(self.segments) > 0 and self.line_residual() > max_deviation**2 * self.rim()[0]
 
 
 def regions_of(mesh):
@@ -74,23 +76,23 @@ def regions_of(mesh):
             continue
         corners = v[loop]
         ahead = np.roll(corners, -1, axis=0)
-        middle = np.broadcast_to(corners.mean(axis=0), corners.shape)
+        centroid = np.broadcast_to(corners.mean(axis=0), corners.shape)
         darts = c.face_darts[c.face_offsets[f] : c.face_offsets[f + 1]]
         open_ = np.flatnonzero(c.face_is_hole[c.face.reshape(-1)[c.twin.reshape(-1)[darts]]])[:1]
         segments = np.stack([corners, ahead], axis=1)[open_]
-        out[f] = Region(np.stack([corners, ahead, middle], axis=1), segments)
+        out[f] = Region(np.stack([corners, ahead, centroid], axis=1), segments)
     return out
 
 
 class Decimation:
     """A mesh whose edges are removed one by one, as `collapse_cheapest` does."""
 
-    def __init__(self, mesh, weights, reach):
+    def __init__(self, mesh, weights, max_extent):
         c = mesh.connectivity
         self.loops, self.w = Loops(c), weights
-        self.regions, self.reach = regions_of(mesh), dict(enumerate(reach.tolist()))
+        self.regions, self.max_extent = regions_of(mesh), dict(enumerate(max_extent.tolist()))
         self.points = {f: region.surface()[1] for f, region in self.regions.items()}
-        self.component, self.left = c.components, np.bincount(c.components)
+        self.component, self.n_left = c.components, np.bincount(c.components)
         self.costs = {}
 
     def solid(self, *faces):
@@ -106,19 +108,19 @@ class Decimation:
         size = {f: len(loop) for f, loop in self.loops.faces.items()}
         before = [size[left] - 6, size[right] - 6] + [size[f] - 6 for f in (near, far) if self.solid(f)]
         after = [size[left] + size[right] - 10] + [size[f] - 7 for f in (near, far) if self.solid(f)]
-        uneven = sum(x * x for x in after) - sum(x * x for x in before)
-        return cost * (1 + self.w.imbalance * max(uneven, 0)), one + other
+        increase = sum(x * x for x in after) - sum(x * x for x in before)
+        return cost * (1 + self.w.imbalance * max(increase, 0)), one + other
 
-    def refused(self, a, b):
+    def is_excluded(self, a, b):
         left, right, near, far = self.loops.around(a, b)
         size = {f: len(loop) for f, loop in self.loops.faces.items()}
         if any(size[f] <= self.w.min_size for f in (near, far) if self.solid(f)):
             return True
-        if any(self.reach[f] == 0 for f in (left, right, near, far) if self.solid(f)):
+        if any(self.max_extent[f] == 0 for f in (left, right, near, far) if self.solid(f)):
             return True
         if not self.w.min_size <= size[left] + size[right] - 4 <= self.w.max_size:
             return True
-        if self.left[self.component[a]] - 2 < self.w.min_component or self.loops.refuse_remove(a, b):
+        if self.n_left[self.component[a]] - 2 < self.w.min_component or self.loops.refuse_remove(a, b):
             return True
         beside = [
             [f for f in size if f not in (left, right, near, far) and self.solid(f) and self.loops.adjacent(f, g)]
@@ -141,7 +143,7 @@ class Decimation:
         sides = sum(((x - y) ** 2).sum() for x, y in ((a, b), (b, c), (c, a)))
         return n, 2 * np.sqrt(3) * np.linalg.norm(n) / sides
 
-    def folds(self, a, b, corner):
+    def degrades(self, a, b, corner):
         left, right, _, _ = self.loops.around(a, b)
         for v in {*self.loops.faces[left], *self.loops.faces[right]} - {a, b}:
             here = self.triangle(v)
@@ -160,11 +162,11 @@ class Decimation:
                 return True
             if quality < self.w.quality and quality < was:
                 return True
-            if self.creased(v, one, other, new):
+            if self.folds_back(v, one, other, new):
                 return True
         return False
 
-    def creased(self, v, one, other, new):
+    def folds_back(self, v, one, other, new):
         """Whether the triangle across the edge between two faces folds back."""
         shared = set(self.loops.faces[one]) & set(self.loops.faces[other])
         u = next(x for x in shared if x != v and {(x, v), (v, x)} & self.loops.edges(one))
@@ -174,7 +176,7 @@ class Decimation:
         n, _ = self.normal((third, other, one), (), None)
         return n @ new < self.w.bend * np.linalg.norm(n) * np.linalg.norm(new)
 
-    def look(self, edges):
+    def update_costs(self, edges):
         for a, b in edges:
             self.costs[frozenset((a, b))] = self.merged(min(a, b), max(a, b))[0]
 
@@ -187,36 +189,36 @@ class Decimation:
                 if done == last:
                     break
                 last = done
-                self.look({tuple(sorted(e)) for f in self.loops.faces for e in self.loops.edges(f)})
+                self.update_costs({tuple(sorted(e)) for f in self.loops.faces for e in self.loops.edges(f)})
                 continue
             edge = min(self.costs, key=self.costs.get)
             del self.costs[edge]
             a, b = sorted(edge)
-            if self.refused(a, b):
+            if self.is_excluded(a, b):
                 continue
             left, right, _, _ = self.loops.around(a, b)
             region = self.merged(a, b)[1]
-            if region.strays(self.w.max_deviation, min(self.reach[left], self.reach[right])):
+            if region.exceeds_limits(self.w.max_deviation, min(self.max_extent[left], self.max_extent[right])):
                 continue
-            if not self.folds(a, b, region.surface()[1]):
+            if not self.degrades(a, b, region.surface()[1]):
                 self.collapse(a, b, region)
                 done += 1
         return done
 
     def collapse(self, a, b, region):
         left, right, _, _ = self.loops.around(a, b)
-        self.left[self.component[a]] -= 2
+        self.n_left[self.component[a]] -= 2
         self.costs = {edge: cost for edge, cost in self.costs.items() if not edge & {a, b}}
         self.loops.remove(a, b)
         kept = left if left in self.loops.faces else right
         self.regions[kept], self.points[kept] = region, region.surface()[1]
-        self.reach[kept] = min(self.reach[left], self.reach[right])
-        self.look(self.loops.edges(kept))
+        self.max_extent[kept] = min(self.max_extent[left], self.max_extent[right])
+        self.update_costs(self.loops.edges(kept))
 
-    def flips(self, a, b):
+    def may_swap(self, a, b):
         """Whether T7 on an edge is legal, reduces the imbalance, and keeps the shape of the dual."""
         faces = left, right, near, far = self.loops.around(a, b)
-        if not self.solid(*faces) or any(self.reach[f] == 0 for f in faces) or self.loops.refuse_swap(a, b):
+        if not self.solid(*faces) or any(self.max_extent[f] == 0 for f in faces) or self.loops.refuse_swap(a, b):
             return False
         size = [len(self.loops.faces[f]) for f in faces]
         change = size[0] + size[1] - size[2] - size[3]

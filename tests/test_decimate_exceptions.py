@@ -21,7 +21,7 @@ from tests.test_mesh_editing import MESHES, complete
 
 names = st.sampled_from(["sphere", "torus", "two tori", "plane", "cylinder"])
 seeds = st.integers(0, 2**16)
-ANYHOW = LAX._replace(turn=-2.0, quality=0.0)
+UNLIMITED = LAX._replace(turn=-2.0, quality=0.0)
 
 
 def uneven(name, seed):
@@ -38,21 +38,21 @@ def excess(loops):
     return {f: 0 if f in loops.holes else max(5 - len(v), len(v) - 7, 0) for f, v in loops.faces.items()}
 
 
-def reducible(loops, stay, touched, steps, before):
+def reducible(loops, fixed, touched, steps, before):
     """Whether up to `steps` swaps beside touched exceptions reduce the excess, which may grow by one in between."""
     now = excess(loops)
     for f in [f for f in touched if now[f]]:
         for a, b in sorted({tuple(sorted(e)) for e in loops.edges(f)} if len(loops.faces[f]) > 7 else ends(loops, f)):
             four = loops.around(a, b)
             around = {x for x, loop in loops.faces.items() if {a, b} & set(loop)}
-            if around & stay or loops.refuse_swap(a, b):
+            if around & fixed or loops.refuse_swap(a, b):
                 continue
             after = copy.deepcopy(loops)
             after.swap(a, b)
             total = sum(excess(after).values())
             if total < before:
                 return True
-            if steps > 1 and total <= before + 1 and reducible(after, stay, touched | {*four}, steps - 1, before):
+            if steps > 1 and total <= before + 1 and reducible(after, fixed, touched | {*four}, steps - 1, before):
                 return True
     return False
 
@@ -64,11 +64,11 @@ def ends(loops, f):
     return {e for e in other if len(set(e) & set(loop)) == 1}
 
 
-def reduced(mesh, reach, weights, steps):
+def reduced(mesh, max_extent, weights, steps):
     """The mesh after the kernel, and the excess that it returns."""
     edit = EditableMesh(mesh)
     edit._reserve(4)
-    corners = corners_of(edit, mesh, weights, reach)
+    corners = corners_of(edit, mesh, weights, max_extent)
     left = exceptions.reduce_exceptions(edit._darts, corners, weights, steps)
     return edit.result().mesh, left
 
@@ -76,18 +76,18 @@ def reduced(mesh, reach, weights, steps):
 @settings(max_examples=5, deadline=None)
 @given(name=names, seed=seeds, steps=st.integers(1, 2))
 def test_no_short_sequence_is_left_that_reduces_the_excess(name, seed, steps):
-    mesh, reach = uneven(name, seed)
-    out, left = reduced(mesh, reach, ANYHOW, steps)
+    mesh, max_extent = uneven(name, seed)
+    out, left = reduced(mesh, max_extent, UNLIMITED, steps)
     assert complete(out.connectivity)
     before, after = Loops(mesh.connectivity), Loops(out.connectivity)
     assert left == sum(excess(after).values()) <= sum(excess(before).values())
     loops = {frozenset(v): f for f, v in after.faces.items()}
-    kept = {f for f in np.flatnonzero(reach == 0).tolist() if f not in before.holes}
-    assert all(frozenset(before.faces[f]) in loops for f in kept)  # faces that must stay have their vertices
-    stay = after.holes | {loops[frozenset(before.faces[f])] for f in kept}
+    kept = {f for f in np.flatnonzero(max_extent == 0).tolist() if f not in before.holes}
+    assert all(frozenset(before.faces[f]) in loops for f in kept)  # fixed faces keep their vertices
+    fixed = after.holes | {loops[frozenset(before.faces[f])] for f in kept}
     worst = [f for f, more in excess(after).items() if more]
     total = sum(excess(after).values())
-    assert not any(reducible(after, stay, {f}, steps, total) for f in worst)
+    assert not any(reducible(after, fixed, {f}, steps, total) for f in worst)
 
 
 @settings(max_examples=10, deadline=None)
@@ -95,11 +95,11 @@ def test_no_short_sequence_is_left_that_reduces_the_excess(name, seed, steps):
 def test_a_sequence_that_reduces_nothing_is_undone(name, seed):
     mesh, _ = uneven(name, seed)
     loops = Loops(mesh.connectivity)
-    reach = np.full(len(mesh.connectivity.face_sizes), np.inf)
-    big = ANYHOW._replace(min_component=10**6)  # no component has room
-    assert_array_equal(reduced(mesh, reach, big, 3)[0].neighbors, mesh.neighbors)
+    max_extent = np.full(len(mesh.connectivity.face_sizes), np.inf)
+    big = UNLIMITED._replace(min_component=10**6)  # all components are smaller
+    assert_array_equal(reduced(mesh, max_extent, big, 3)[0].neighbors, mesh.neighbors)
     if not any(reducible(loops, loops.holes, {f}, 2, sum(excess(loops).values())) for f in loops.faces):
-        assert_array_equal(reduced(mesh, reach, ANYHOW, 2)[0].neighbors, mesh.neighbors)
+        assert_array_equal(reduced(mesh, max_extent, UNLIMITED, 2)[0].neighbors, mesh.neighbors)
 
 
 def test_short_sequences_eliminate_the_exceptions_of_a_ball():
@@ -110,7 +110,7 @@ def test_short_sequences_eliminate_the_exceptions_of_a_ball():
     mesh = edit.result().mesh
     sizes = mesh.connectivity.face_sizes
     assert ((sizes < 5) | (sizes > 7)).sum() > 3
-    out, left = reduced(mesh, np.full(len(sizes), np.inf), ANYHOW, 3)
+    out, left = reduced(mesh, np.full(len(sizes), np.inf), UNLIMITED, 3)
     assert left == 0
     assert set(out.connectivity.face_sizes.tolist()) == {5, 6, 7}
 

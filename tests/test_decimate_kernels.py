@@ -25,21 +25,21 @@ names = st.sampled_from(["sphere", "torus", "two tori", "plane", "cylinder", "to
 seeds = st.integers(0, 2**16)
 
 
-def corners_of(edit, mesh, weights, reach):
+def corners_of(edit, mesh, weights, max_extent):
     """The faces as arrays for the kernels."""
     rows = regions.face_regions(edit._darts)
     energy = regions.energies(rows, weights.normals, weights.extent, weights.rim)
     points = np.ascontiguousarray(rows[:, regions.CENTROID : regions.CENTROID + 3])
     components, into = mesh.connectivity.components, np.arange(len(rows), dtype=np.int32)
-    return kernels.Corners(points, rows, energy, reach.copy(), into, components, np.bincount(components))
+    return kernels.Corners(points, rows, energy, max_extent.copy(), into, components, np.bincount(components))
 
 
 def assert_same_region(row, region, w):
     """Check all numbers of a row against integrals over the triangles."""
-    area, middle, squares, vector = region.surface()
+    area, centroid, squares, vector = region.surface()
     length, _, rim_squares = region.rim()
     assert_allclose(row[0], area)
-    assert_allclose(row[1:4], middle, atol=1e-12)
+    assert_allclose(row[1:4], centroid, atol=1e-12)
     assert_allclose(row[4:10], squares[(0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)], atol=1e-12)
     assert_allclose(row[10:13], vector, atol=1e-12)
     assert_allclose(row[13], length)
@@ -63,8 +63,8 @@ def test_regions_are_integrals_and_merge(name, seed):
         assert_same_region(row, both, w)
         parts = sum(regions.energy(rows[x], w.normals, w.extent, w.rim) for x in (f, g))
         assert regions.energy(row, w.normals, w.extent, w.rim) >= parts * (1 - 1e-9)
-        for flat, reach in rng.uniform(0, (0.3, 1.0), (10, 2)):
-            assert regions.exceeds_limits(row, flat, reach) == both.strays(flat, reach)
+        for limits in rng.uniform(0, (0.3, 1.0), (10, 2)):
+            assert regions.exceeds_limits(row, *limits) == both.exceeds_limits(*limits)
 
 
 STRICT = (
@@ -90,9 +90,9 @@ def test_the_order_of_removal_is_that_of_the_naive_reference(strict, name, seed,
     edit = EditableMesh(mesh)
     edit._reserve(count)
     rng = np.random.default_rng(seed)
-    reach = rng.choice([np.inf, 0.3, 0.0], len(mesh.connectivity.face_sizes), p=(0.7, 0.2, 0.1))
-    corners = corners_of(edit, mesh, weights, reach)
-    twin = Decimation(mesh, weights, reach)
+    max_extent = rng.choice([np.inf, 0.3, 0.0], len(mesh.connectivity.face_sizes), p=(0.7, 0.2, 0.1))
+    corners = corners_of(edit, mesh, weights, max_extent)
+    twin = Decimation(mesh, weights, max_extent)
     done = kernels.collapse_cheapest(edit._darts, corners, weights, count)
     assert done == twin.run(count)
     d, out = edit._darts, edit.result()
@@ -102,7 +102,7 @@ def test_the_order_of_removal_is_that_of_the_naive_reference(strict, name, seed,
             dart = next(x for x in range(3 * loop[0], 3 * loop[0] + 3) if d.twin[x] // 3 == loop[1])
             assert_same_region(corners.regions[d.face[dart]], twin.regions[f], weights)
             assert_allclose(corners.points[d.face[dart]], twin.points[f], atol=1e-10)
-            assert corners.max_extent[d.face[dart]] == twin.reach[f]
+            assert corners.max_extent[d.face[dart]] == twin.max_extent[f]
 
 
 @pytest.mark.parametrize("necks", [False, True])
@@ -152,9 +152,9 @@ def test_edges_are_swapped_as_in_the_naive_reference(strict, name, seed):
     edit = EditableMesh(shaken(MESHES[name], seed))
     edit.swap_edges(np.random.default_rng(seed).choice(3 * edit.n_slots, 12))
     mesh = edit.result().mesh
-    reach = np.random.default_rng(seed).choice([np.inf, 0.0], len(mesh.connectivity.face_sizes), p=(0.9, 0.1))
+    max_extent = np.random.default_rng(seed).choice([np.inf, 0.0], len(mesh.connectivity.face_sizes), p=(0.9, 0.1))
     edit = EditableMesh(mesh)
-    corners, twin, d = corners_of(edit, mesh, weights, reach), Decimation(mesh, weights, reach), edit._darts
+    corners, twin, d = corners_of(edit, mesh, weights, max_extent), Decimation(mesh, weights, max_extent), edit._darts
     n = np.empty((4, 3))
     for dart in range(d.twin.size):
         a, b = dart // 3, int(d.twin[dart]) // 3
@@ -166,28 +166,28 @@ def test_edges_are_swapped_as_in_the_naive_reference(strict, name, seed):
         swapped = (
             swapped and refuse_swap(d, dart)[0] == DONE and not swapping.swap_degrades(d, corners, dart, weights, n)
         )
-        assert swapped == twin.flips(a, b)
+        assert swapped == twin.may_swap(a, b)
     swapping.swap_unequal(d, corners, weights, 100)
-    met = Decimation(edit.result().mesh, weights, reach)
-    met.points = dict(enumerate(corners.points))
-    loops = {frozenset(loop): f for f, loop in met.loops.faces.items()}
+    after = Decimation(edit.result().mesh, weights, max_extent)
+    after.points = dict(enumerate(corners.points))
+    loops = {frozenset(loop): f for f, loop in after.loops.faces.items()}
     assert len(loops) == len(corners.points)
     rows = [[x // 3 for x in edit.around(f)] for f in range(len(corners.points))]
     number = {f: loops[frozenset(row)] for f, row in enumerate(rows)}
-    met.points = {number[f]: point for f, point in enumerate(corners.points)}
-    met.reach = {number[f]: value for f, value in enumerate(reach)}
-    assert not any(met.flips(a, b) for a, b in edit.result().mesh.connectivity.edge_vertices.tolist())
+    after.points = {number[f]: point for f, point in enumerate(corners.points)}
+    after.max_extent = {number[f]: value for f, value in enumerate(max_extent)}
+    assert not any(after.may_swap(a, b) for a, b in edit.result().mesh.connectivity.edge_vertices.tolist())
 
 
 @pytest.mark.parametrize("name", ["sphere", "plane"])
 def test_vertices_are_placed_at_the_centroids_of_dual_triangles(name):
     mesh = shaken(MESHES[name], 1)
     edit = EditableMesh(mesh)
-    reach = np.full(len(mesh.connectivity.face_sizes), np.inf)
-    reach[3] = 0
-    corners = corners_of(edit, mesh, WEIGHTS, reach)
+    max_extent = np.full(len(mesh.connectivity.face_sizes), np.inf)
+    max_extent[3] = 0
+    corners = corners_of(edit, mesh, WEIGHTS, max_extent)
     swapping.place_vertices(edit._darts, corners)
     c = mesh.connectivity
-    stay = c.face_is_hole[c.vertex_faces].any(axis=1) | (c.vertex_faces == 3).any(axis=1)
-    expected = np.where(stay[:, None], mesh.vertices, corners.points[c.vertex_faces].mean(axis=1))
+    fixed = c.face_is_hole[c.vertex_faces].any(axis=1) | (c.vertex_faces == 3).any(axis=1)
+    expected = np.where(fixed[:, None], mesh.vertices, corners.points[c.vertex_faces].mean(axis=1))
     assert_allclose(edit.result().mesh.vertices, expected, atol=1e-12)

@@ -1,4 +1,4 @@
-"""Kernels that eliminate faces outside five to seven vertices from a decimated mesh, by short sequences of T7."""
+"""Kernels that reduce the faces with fewer than five or more than seven vertices, by short sequences of T7."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.int32]
 
 MIN_SIZE, MAX_SIZE = 5, 7
-"""Sizes of faces that are no exceptions."""
+"""Smallest and largest size of a face that is not exceptional."""
 
 MAX_INCREASE = 1
 """Largest increase of the excess within a sequence of swaps."""
@@ -131,7 +131,7 @@ def reduce_excess(d: Darts, c: Corners, w: Weights, face: int, steps: int, s: Se
 def reduce_exceptions(d: Darts, c: Corners, w: Weights, steps: int) -> int:
     """Reduce the excess of all faces by sequences of up to `steps` swaps, the shortest first; return what is left.
 
-    Components of fewer than `w.min_component` vertices are skipped: they are too small for other sizes.
+    Components of fewer than `w.min_component` vertices are skipped: small meshes need faces of other sizes.
     """
     steps = min(steps, d.log.shape[0])
     n, s = np.empty((4, 3)), new_search(steps)

@@ -34,7 +34,7 @@ class MovingMesh(NamedTuple):
     vertex_faces: Indices  # (n, 3)
     faces: Faces
     offsets: NDArray[np.int64]  # (f + 1,)
-    near: Indices  # the faces that each face may cross, itself included (CSR with `offsets`)
+    near: Indices  # the faces that each face may cross, itself included while untangling (CSR with `offsets`)
     valid_until: Array  # for each of these, the summed travel of the two up to which a plane separates them
     travel: Array  # (f,) upper bound on the distance that the points of a face have moved so far
     epsilon: float  # distances below count as zero; well above rounding

@@ -88,7 +88,7 @@ def line_residual(m: Array) -> float:
 
 @njit(cache=True, error_model="numpy")
 def energy(m: Array, normals: float, extent: float, rim: float) -> float:
-    """Return the energy of a region as a flat face, a length to the fourth power that never decreases by merging.
+    """Return the energy of a region as a flat face: a length to the fourth power, which merging does not decrease.
 
     It is the weighted sum of the integrals over the region of the squared distance to the best-fitting plane (weight
     1), the deviation of the normals from their mean, the squared distance to the centroid, and, over its rim, the

@@ -1,4 +1,4 @@
-"""Kernels that untangle: search positions of vertices that reduce folds and crossings; overlapping boxes."""
+"""Kernels that untangle a mesh: search for vertex positions with fewer folds and crossings; overlapping boxes."""
 
 from __future__ import annotations
 
@@ -108,8 +108,8 @@ def overlapping_boxes(
 ) -> tuple[NDArray[np.int64], Indices]:
     """Return the boxes that overlap each box, as CSR, if the dot product of their normals is at most `max_dot`.
 
-    A box overlaps itself. Boxes are given by their lower and upper corners (b, 3), inside a grid of `shape` cells from
-    `origin`.
+    With `max_dot` above 1 each box is among its own. Boxes are given by their lower and upper corners (b, 3), inside a
+    grid of `shape` cells from `origin`.
     """
     inside, boxes, span = boxes_by_cell(low, high, origin, cell, shape)
     offsets = np.zeros(low.shape[0] + 1, np.int64)

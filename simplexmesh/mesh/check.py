@@ -61,7 +61,7 @@ SENTENCES = {
     "flat_edges": ("edge has", "edges have", "no length"),
     "collinear": ("vertex has", "vertices have", "collinear neighbors"),
     "flat_faces": ("face has", "faces have", "no area"),
-    "inverted": ("vertex has", "vertices have", "a normal opposite to that of the faces around"),
+    "inverted": ("vertex has", "vertices have", "a normal opposite to that of the adjacent faces"),
     "folded": ("face has", "faces have", "triangles that point against their vertex normals"),
     "crossing": ("pair of faces", "pairs of faces", "cross"),
 }

@@ -85,7 +85,7 @@ def coarsened(
     fit.improve(FIT_ROUNDS)
     fit.untangle()
     rows, moments = corners.regions, slice(regions.MOMENTS, regions.MOMENTS + 3)
-    squared = rows[:, moments].sum(axis=1) / np.where(rows[:, 0] > 0, rows[:, 0], 1)
+    squared = rows[:, moments].sum(axis=1) / np.where(rows[:, regions.AREA] > 0, rows[:, regions.AREA], 1)
     return Coarsened(fit, out, part_of, np.sqrt(np.maximum(squared, 0))[corners.merged_into])
 
 

@@ -28,7 +28,7 @@ def _read_only(values: NDArray[Any]) -> NDArray[Any]:
 
 
 def _checked_twin(twin: ArrayLike) -> Indices:
-    """Return `twin` as a read-only array, or raise `TopologyError` naming a vertex where it is no simplex mesh."""
+    """Return `twin` as a read-only array, or raise `TopologyError` naming a vertex where it is not a simplex mesh."""
     given = _check.array("twin", twin, (None, 3), np.int64)
     n = len(given)
     if not 4 <= n <= MAX_VERTICES:

@@ -189,7 +189,7 @@ def _face_mask(connectivity: Connectivity, faces: ArrayLike) -> NDArray[np.bool_
 
 
 def _boundary_loops(connectivity: Connectivity, inside: NDArray[np.bool_]) -> list[Indices]:
-    """Return the boundary loops of a set of faces, the set on their left; at three faces a vertex they never meet."""
+    """Return the boundary loops of a set of faces, the set on their left; disjoint, as vertices have three faces."""
     twin, face = connectivity.twin.reshape(-1), connectivity.face.reshape(-1)
     border = np.flatnonzero(inside[face] & ~inside[face[twin]])
     number = np.full(twin.size, -1)

@@ -141,7 +141,7 @@ def _dual_positions(vertices: Array, faces: Indices, mates: Indices) -> Array:
 
 
 def _split_vertices(faces: Indices, connectivity: Connectivity) -> list[str]:
-    """Return a phrase on the vertices where sheets touched, those that became several faces; none without any."""
+    """Return a phrase for the repair of vertices where sheets touch, which became several faces, if any."""
     source = np.full(len(connectivity.face_sizes), -1)
     source[connectivity.face[: len(faces)]] = np.roll(faces, -1, axis=1)
     split = np.flatnonzero(np.bincount(source[source >= 0]) > 1)

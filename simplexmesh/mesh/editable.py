@@ -70,7 +70,7 @@ class EditableDarts:
         return self._used[2]
 
     def _reserve(self, edits: int, vertices: int = 0, faces: int = 0) -> None:
-        """Ensure capacity for so many more edits, vertices and faces."""
+        """Ensure capacity for this many more edits, vertices and faces."""
         n, f, rows = self._used
         d = self._darts
         per_vertex, per_dart, per_face = n + vertices, 3 * (n + vertices), f + faces
@@ -115,7 +115,7 @@ class EditableDarts:
 
     @property
     def n_slots(self) -> int:
-        """The number of the next new vertex: vertices so far, removed ones included."""
+        """Number of vertices so far, removed ones included; the next new vertex gets this number."""
         return self._used[0]
 
     def values(self, vertices: ArrayLike) -> NDArray[np.float64]:

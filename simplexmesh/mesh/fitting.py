@@ -187,12 +187,12 @@ class Fit:
         return self._squared, ((there - self._surface.rim_points) ** 2).sum(axis=1)
 
     def advance(self, target: Array, *, loosely: bool = False) -> None:
-        """Move the vertices towards `target` (n, 3) as far as faces keep to their target normals, or loosely so."""
+        """Move the vertices towards `target` (n, 3); `loosely`, with a lower bound on cosines to target normals."""
         cosine = FITTING_COSINE if loosely else 0.0
         self.mesh = self.mesh.moved(self._guard.advanced(self.mesh, target, cosine))
 
     def untangle(self, *, strictly: bool = False) -> None:
-        """Move the vertices of faces that fold or cross; strictly, also of those that deviate from their normals."""
+        """Move the vertices of faces that fold or cross; `strictly`, also of those far from target normals."""
         mutual, target = (2 * MUTUAL_COSINE, INITIAL_COSINE) if strictly else (MUTUAL_COSINE, NO_BOUND)
         self.mesh = self.mesh.moved(self._guard.untangled(self.mesh, mutual, target))
 

@@ -22,7 +22,7 @@ EPSILON = 1e-9
 """Distances below this count as zero, in mean edge lengths."""
 
 MAX_DOT = 0.0
-"""While vertices advance, crossings are tested between non-adjacent faces with at most this dot product of normals."""
+"""While vertices advance, only non-adjacent faces whose normals have at most this dot product are tested."""
 
 MUTUAL_COSINE = 0.05
 """Smallest cosine between a fan triangle and the normals of its vertices."""

@@ -135,7 +135,7 @@ def cut_open(vertices: Array, faces: Indices) -> Cut:
     edges = np.stack([start[half], end[half]], axis=1)
     sides = np.stack([half // 3, mates[half] // 3], axis=1)
     lengths = norm(vertices[edges[:, 1]] - vertices[edges[:, 0]])
-    lengths = np.maximum(lengths, 1e-9 * lengths.max())  # a zero is no entry of a sparse matrix
+    lengths = np.maximum(lengths, 1e-9 * lengths.max())  # a sparse graph has no edges of length zero
     graph, chosen = _graph(edges, lengths, len(vertices))
     distance, parent = dijkstra(graph, indices=int(faces[0, 0]), return_predecessors=True)
     parent = np.maximum(parent.astype(np.int64), -1)

@@ -104,11 +104,12 @@ def join(mesh: SimplexMesh, *what: Any) -> Joined:
     Raises
     ------
     TopologyError
-        When a face shares an edge with both, or two faces that would share an edge along the seam already share one.
+        When the two faces are the same or adjacent, a third one is adjacent to both, or two faces that would share an
+        edge along the seam already share one.
 
     References
     ----------
-    H. Delingette, thesis, 1994, section 2.6. The second condition follows from completeness.
+    H. Delingette, thesis, 1994, section 2.6. The last condition follows from completeness.
 
     Examples
     --------

@@ -173,7 +173,7 @@ def remove_face(mesh: SimplexMesh, face: int) -> Edited:
 
 
 def refine_face(mesh: SimplexMesh, face: int) -> Edited:
-    """T6: insert a ring of pentagons between a face and its outline, by T2.
+    """T6: replace a face by a smaller one and a ring of pentagons around it, by T2.
 
     For a face of m vertices, 2 m vertices, 3 m edges and m faces more; each neighbor gains a vertex. The face map sends
     the refined face to the one in the middle, again of m vertices.

@@ -24,7 +24,7 @@ def frequency(given: int | None, vertices: int | None, n_triangles: int) -> int:
 
 
 def base_for(vertices: int | None, n_triangles: Mapping[str, int]) -> str:
-    """Return the first base if its nearest number of vertices is within 10 %, else the base that comes nearest.
+    """Return the first base if its nearest number of vertices is within 10 %, else the base with the nearest one.
 
     Examples
     --------

@@ -20,14 +20,14 @@ MAX_DEVIATION, SHRINK = 0.35, 0.85
 """Largest rms deviation of a region from a plane, in tolerances; factor on the extent of regions that exceed it."""
 
 ATTEMPTS, SHRINK_AROUND, FREEZE = 30, 12, 20
-"""After `SHRINK_AROUND` attempts neighboring regions shrink too; after `FREEZE`, faces beyond it are kept unmerged."""
+"""After `SHRINK_AROUND` attempts neighboring regions shrink too; after `FREEZE`, regions beyond it are not merged."""
 
 
 def decimated_within(mesh: SimplexMesh, tolerance: float) -> tuple[SimplexMesh, Edited, tuple[float, float]] | None:
     """Return a mesh with few vertices within a tolerance of the given one, everywhere and in both directions.
 
     It has no invalid vertices if the given mesh has none. Also returns the maps, and the rms and the largest distance
-    of the samples; None when no edge can be removed. See `Original.compare` for the test.
+    of the samples; None when no edge can be removed or all attempts fail. See `Original.compare` for the test.
     """
     original, minimum = Original(mesh), minimum_vertices(mesh.connectivity)
     valid = not tangled_vertices(mesh).any()
