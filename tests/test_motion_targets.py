@@ -328,7 +328,7 @@ def test_a_union_of_a_volume_and_a_scan():
     ("targets", "error", "message"),
     [
         ([], ValueError, "targets must be at least one, not none"),
-        ([Fixed(1.0), 3.0], TypeError, r"targets must have a method gap\(vertices, normals, reach\), not float"),
+        ([Fixed(1.0), 3.0], TypeError, r"targets\[1\] must have a method gap\(vertices, normals, reach\), not float"),
     ],
 )
 def test_wrong_unions_are_named(targets, error, message):

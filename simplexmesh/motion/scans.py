@@ -70,12 +70,12 @@ def joined_scans(scans: Sequence[Any], poses: Any = None) -> PointCloud:
         table = read_poses(poses) if isinstance(poses, str | Path) else poses
         if not isinstance(table, Mapping | Sequence | np.ndarray):
             raise TypeError(f"poses must be a path, matrices by name or one per scan, not {type(poses).__name__}")
+        if not isinstance(table, Mapping) and len(table) != len(scans):
+            raise ValueError(f"poses must be one per scan; there are {len(table)} for {len(scans)} scans")
         clouds = [
             cloud.transformed(_pose(table, scan, place))
             for place, (cloud, scan) in enumerate(zip(clouds, scans, strict=True))
         ]
-        if not isinstance(table, Mapping) and len(table) != len(scans):
-            raise ValueError(f"poses must be one per scan; there are {len(table)} for {len(scans)} scans")
     return clouds[0] if len(clouds) == 1 else PointCloud.joined(clouds)
 
 
@@ -89,6 +89,4 @@ def _pose(table: Any, scan: Any, place: int) -> Array:
             if name in table:
                 return rigid(f"poses[{name!r}]", table[name])
         raise ValueError(f"poses must have an entry for {path.name}; it has {', '.join(map(str, table))}")
-    if place >= len(table):
-        raise ValueError(f"poses must be one per scan; there are {len(table)} for scan number {place + 1}")
     return rigid(f"poses[{place}]", table[place])

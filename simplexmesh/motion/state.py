@@ -21,10 +21,10 @@ class Target(Protocol):
         """
 
 
-def check_target(target: Any) -> None:
+def check_target(target: Any, name: str = "target") -> None:
     """Raise a TypeError for a target without a method `gap`."""
     if not callable(getattr(target, "gap", None)):
-        raise TypeError(f"target must have a method gap(vertices, normals, reach), not {type(target).__name__}")
+        raise TypeError(f"{name} must have a method gap(vertices, normals, reach), not {type(target).__name__}")
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class State:
     gap : float
         Mean distance to the data along the normals, in the mesh's unit; NaN when no vertex is within reach.
     reached : float
-        Share of the vertices that have data within reach.
+        Fraction of the vertices that have data within reach.
     move : float
         Largest displacement of a vertex in this iteration, in the mesh's unit.
     """

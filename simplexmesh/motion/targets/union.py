@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from simplexmesh.motion.state import check_target
 from simplexmesh.motion.targets.protocol import BuiltInTarget, checked_arguments, target_gaps
 
 Array = NDArray[np.float64]
@@ -38,11 +39,8 @@ class Union(BuiltInTarget):
             raise TypeError(f"targets must be a sequence of targets, not {type(targets).__name__}") from None
         if not self.targets:
             raise ValueError("targets must be at least one, not none")
-        for target in self.targets:
-            if not callable(getattr(target, "gap", None)):
-                raise TypeError(
-                    f"targets must have a method gap(vertices, normals, reach), not {type(target).__name__}"
-                )
+        for k, target in enumerate(self.targets):
+            check_target(target, f"targets[{k}]")
 
     def gap(self, vertices: Array, normals: Array, reach: float) -> Array:
         """Return (n,) the gap of smallest magnitude among the targets, NaN where none has data within `reach`."""
