@@ -105,7 +105,7 @@ def _indicator(cloud: PointCloud, vertices: int, *, use_normals: bool) -> Indica
 
 
 def _cell(points: Array, spacing: float, vertices: int) -> float:
-    """Return the cell size: 128 to 256 cells to the longest side, by the vertices, but at least 0.8 point spacings."""
+    """Return the cell size: the longest side over 128 to 256, depending on the vertices, but at least 0.8 spacings."""
     longest = float(np.ptp(points, axis=0).max())
     cells = longest / cell_size(len(points) * spacing**2, vertices)
     return max(_CELL_PER_SPACING * spacing, longest / float(np.clip(cells, _MIN_CELLS, _MAX_CELLS)))

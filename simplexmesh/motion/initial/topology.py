@@ -17,7 +17,7 @@ from simplexmesh.motion.initial import _kernels_grid
 Mask = NDArray[np.bool_]
 
 _CORNERS = np.ones((3, 3, 3))
-_CLEFT = 2  # erosions a hollow survives, else it counts as a cleft
+_CLEFT = 2  # hollows that vanish within this number of erosions are clefts
 
 
 def genus(solid: Mask) -> int:
