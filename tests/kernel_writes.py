@@ -1,6 +1,6 @@
-"""Which arrays a kernel writes to, read from its source: for a check that none of them was lent read-only.
+"""The arrays that a kernel writes to, found in its source: for a check that none of them was passed read-only.
 
-Kernels take read-only arrays for writable ones (`_kernels_njit`); numba stops none that writes to them.
+Read-only arrays are typed as writable in kernels (`_kernels_njit`), so numba does not prevent writing to them.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ def written(function: FunctionType) -> frozenset[str]:
     found = {path(part, names) for part in ast.walk(tree) if isinstance(part, ast.Subscript) and stored(part)}
     for call in ast.walk(tree):
         if isinstance(call, ast.Call):
-            for field, argument in lent(call, function):
+            for field, argument in passed(call, function):
                 where = path(argument, names)
                 found.add(where and where + field)
     parameters = inspect.signature(function).parameters
@@ -47,7 +47,7 @@ def aliases(tree: ast.AST) -> dict[str, str]:
 
 
 def path(node: ast.expr, names: dict[str, str]) -> str:
-    """`x` for `x` and `x[i]`, `x.y` for `x.y[i]`, empty for what is no array that was handed in."""
+    """`x` for `x` and `x[i]`, `x.y` for `x.y[i]`, empty for anything but an array."""
     if isinstance(node, ast.Subscript):
         return path(node.value, names)
     if isinstance(node, ast.Attribute):
@@ -55,7 +55,7 @@ def path(node: ast.expr, names: dict[str, str]) -> str:
     return names.get(node.id, node.id) if isinstance(node, ast.Name) else ""
 
 
-def lent(call: ast.Call, function: FunctionType) -> Iterator[tuple[str, ast.expr]]:
+def passed(call: ast.Call, function: FunctionType) -> Iterator[tuple[str, ast.expr]]:
     """The arguments of a call to a kernel that it writes to, each with the field it is."""
     kernel = eval_name(call.func, function.__globals__)
     if isinstance(kernel, CPUDispatcher) and kernel.py_func is not function:

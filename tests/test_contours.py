@@ -41,7 +41,7 @@ class TestOfFaces:
         assert inside[face[contours[0].darts]].all()
         assert not inside[face[c.twin.reshape(-1)[contours[0].darts]]].any()
 
-    def test_a_band_has_two_outlines(self):
+    def test_a_band_has_two_boundary_contours(self):
         c = BALL.connectivity
         z = (np.add.reduceat(BALL.vertices[c.face_vertices], c.face_offsets[:-1]) / c.face_sizes[:, None])[:, 2]
         contours = Contour.of_faces(BALL, np.flatnonzero(np.abs(z) < 0.6))

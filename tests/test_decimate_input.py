@@ -54,7 +54,7 @@ def test_a_file_without_a_mesh_is_refused(tmp_path):
 
 def test_prints_in_a_line():
     out = sm.decimate(MESH, vertices=200)
-    said = repr(out)
-    assert said.startswith("Decimated(SimplexMesh(200 vertices, 100 faces, genus 1, 0 holes) of 480 vertices, rms 0.")
-    assert said.endswith(f"{len(out.exceptions)} exceptions)")
-    assert len(said) < 160
+    text = repr(out)
+    assert text.startswith("Decimated(SimplexMesh(200 vertices, 100 faces, genus 1, 0 holes) of 480 vertices, rms 0.")
+    assert text.endswith(f"{len(out.exceptions)} exceptions)")
+    assert len(text) < 160

@@ -70,7 +70,7 @@ class TestDivided:
         fine = sm.divided(BOX)
         assert BOX.diagonal / 120 < longest(fine) <= BOX.diagonal / 60
 
-    def test_slivers_are_cut_along_and_sizes_beyond_numbers_are_told(self):
+    def test_slivers_are_cut_lengthwise_and_sizes_that_overflow_are_refused(self):
         assert longest(sm.divided(SLIVER, 0.01)) <= 0.01
         with pytest.raises(ValueError, match="surface must be within 1e-60 and 1e\\+60"):
             sm.divided(sm.TriangleMesh(1e200 * CUBE, BOX.faces))
@@ -94,7 +94,7 @@ class TestDivided:
             ),
         ],
     )
-    def test_bad_lengths_are_told(self, call, words):
+    def test_bad_lengths_are_refused(self, call, words):
         with pytest.raises(ValueError, match="longest") as caught:
             call()
         assert str(caught.value) == words
@@ -115,13 +115,13 @@ class TestBareFaces:
             assert str(each.message).startswith("100% of the surface has no vertices between sharp edges to measure ")
 
     @pytest.mark.parametrize("function", [sm.hk_classes, sm.saliency, sm.salient_points, sm.vertex_normals, sm.spread])
-    def test_failures_too_are_told_at_the_line_of_the_caller(self, function):
+    def test_failures_too_are_reported_at_the_line_of_the_caller(self, function):
         mesh = sm.TriangleMesh(np.vstack([BALL.vertices, [[9.0, 9, 9]]]), BALL.faces)
         with pytest.warns(sm.SimplexMeshWarning, match="at 1 of 363 vertices") as caught:
             function(mesh)
         assert {each.filename for each in caught} == {__file__}
 
-    def test_divided_they_are_told_apart(self):
+    def test_divided_they_are_distinguished(self):
         fine = sm.divided(BOX)
         kinds = np.array(sm.hk_classes(fine).names)[sm.hk_classes(fine).labels]
         beside = np.sort(np.abs(fine.vertices), axis=1)  # the two smaller tell how near an edge is
@@ -143,11 +143,11 @@ class TestBareFaces:
         assert unsampled_share(as_samples(sm.sphere(4))) == unsampled_share(as_samples(CUBE)) == 0
 
     @pytest.mark.parametrize("noise", [0.1, 0.2, 0.4])
-    def test_rough_scans_have_sharp_edges_and_are_not_told_of(self, noise):
+    def test_rough_scans_have_sharp_edges_and_give_no_warning(self, noise):
         assert unsampled_share(as_samples(noisy(BALL, noise, rng=0))) == 0
 
     @pytest.mark.parametrize("name", ["coupling.off", "angle_block.stl", "abc8.stl", "featuretype.stl"])
-    def test_cad_files_are_told_of_and_can_be_divided(self, data_folder, name):
+    def test_cad_files_give_a_warning_and_can_be_divided(self, data_folder, name):
         mesh = sm.read(data_folder / name)
         with pytest.warns(sm.SimplexMeshWarning, match="as in files from CAD"):
             before = sm.hk_classes(mesh).counts

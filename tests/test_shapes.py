@@ -12,7 +12,7 @@ import simplexmesh as sm
 from simplexmesh.mesh import lattices, shapes
 from tests.mesh_families import ALL
 
-PER_SQUARE = {"tetrahedron": 4, "octahedron": 8, "icosahedron": 20}
+TRIANGLES = {"tetrahedron": 4, "octahedron": 8, "icosahedron": 20}
 
 
 @pytest.mark.parametrize("name", ALL)
@@ -21,11 +21,11 @@ def test_shapes_are_valid(name):
     assert report, str(report)
 
 
-@pytest.mark.parametrize("base", PER_SQUARE)
+@pytest.mark.parametrize("base", TRIANGLES)
 @pytest.mark.parametrize("f", [1, 2, 3, 4, 9])
 def test_number_of_vertices_of_a_sphere_by_frequency(base, f):
     ball = shapes.sphere(f, base, radius=3.0, center=(1, 2, 3))
-    assert ball.n_vertices == PER_SQUARE[base] * f**2
+    assert ball.n_vertices == TRIANGLES[base] * f**2
     assert_allclose(np.linalg.norm(ball.vertices - [1, 2, 3], axis=1), 3.0, rtol=1e-14)
     assert (ball.genus, ball.n_holes, ball.n_components) == (0, 0, 1)
 

@@ -1,4 +1,4 @@
-"""Triangles whose corners are stored apart, as in STL files: those who measure them are told to merge them."""
+"""Triangles that share no vertices, as in STL files: measures of them warn and advise to merge the vertices."""
 
 import warnings
 
@@ -26,7 +26,7 @@ ADVICE = r"; the triangles share no vertices, merge them with TriangleMesh\(vert
     ],
     ids=[*sorted(METHODS), "normals", "quadric normals", "saliency", "salient_points", "hk_classes"],
 )
-def test_soups_are_told(measure):
+def test_soups_are_reported(measure):
     with pytest.warns(sm.SimplexMeshWarning, match=ADVICE) as caught:
         measure(SOUP)
     assert len(caught) == 1
@@ -39,7 +39,7 @@ def test_the_advice_helps():
     assert found.mean.mean() == pytest.approx(sm.curvature(BALL, "sine").mean.mean(), rel=1e-9)
 
 
-def test_a_seam_is_told_by_the_number_of_its_vertices():
+def test_a_seam_is_reported_with_its_number_of_vertices():
     half = BALL.vertices[BALL.faces].mean(axis=1)[:, 2] > 0
     faces = np.where(half[:, None], BALL.faces, BALL.faces + BALL.n_vertices)  # two halves, each of its own vertices
     used, faces = np.unique(faces, return_inverse=True)
@@ -49,7 +49,7 @@ def test_a_seam_is_told_by_the_number_of_its_vertices():
         sm.curvature(seam, "discrete")
 
 
-def test_open_surfaces_without_copies_are_told_nothing_more():
+def test_open_surfaces_without_duplicates_give_no_advice():
     square = sm.TriangleMesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
     with pytest.warns(match="ring of faces$"):
         sm.curvature(square, "discrete")

@@ -2,9 +2,9 @@
 
 Usage: SIMPLEXMESH_DATA=folder python tests/benchmarks/bench_decimate.py [head | fandisk | elephant | picture]
 
-A simplex mesh of n vertices and its dual of n triangles are taken down to the same number. Each result is compared with
-what it was made of: rms of 60,000 points of either surface to the other, in % of the diagonal, and the larger of both
-largest distances. Seconds, of the processor, are the least of three calls after a first one, which is told as cold.
+A simplex mesh of n vertices and its dual of n triangles are decimated to the same number. Each result is compared with
+its original: rms distance of 60,000 points of either surface to the other, in % of the diagonal, and the larger of the
+two largest distances. CPU seconds are the minimum of three calls after a first one, which is reported separately.
 """
 
 from __future__ import annotations

@@ -55,18 +55,18 @@ def test_a_million_operators_keep_the_mesh_complete_and_are_undone(name):
     mesh, rng = MESHES[name], np.random.default_rng(len(name))
     edit = EditableMesh(mesh)
     edit.refine_faces(np.arange(mesh.n_faces))
-    start, euler, told = 4 * mesh.n_vertices, mesh.connectivity.euler, Counter()
+    start, euler, applied = 4 * mesh.n_vertices, mesh.connectivity.euler, Counter()
     sample = MILLION // 50
     while edit.n_edits < MILLION:
         before = edit.n_edits
         kind, batch = random_batch(edit, rng, start)
-        told[kind] += int(batch.done.sum())
+        applied[kind] += int(batch.done.sum())
         for _ in range(2):
             euler += any_edit(edit, rng) or 0
         if edit.n_edits // sample > before // sample:
             checked(edit, euler)
     logged = np.bincount(edit._darts.log[: edit.n_edits, 0], minlength=8)
-    assert min(told[5], told[6], *logged[[1, 2, 3, 4, 7]]) > 50, (told, logged)
+    assert min(applied[5], applied[6], *logged[[1, 2, 3, 4, 7]]) > 50, (applied, logged)
     edit.undo(MILLION // 2)
     labels_hold(edit)
     edit.undo()

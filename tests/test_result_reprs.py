@@ -1,4 +1,4 @@
-"""What results say of themselves when printed: in a line, without walls of numbers."""
+"""Results are printed on one line, without arrays."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ RING = sm.torus(24, 12)
 
 
 @pytest.mark.parametrize(
-    ("result", "said"),
+    ("result", "expected"),
     [
         (sm.remove_face(BALL, 3), "Edited(SimplexMesh(1268 vertices, 636 faces, genus 0, 0 holes) of 1280 vertices)"),
         (sm.regularize(BALL), f"Regularized({BALL!r} of 1280 vertices, swaps 0, 0 exceptions)"),
@@ -22,13 +22,13 @@ RING = sm.torus(24, 12)
         (sm.EditableMesh(BALL).remove_faces([3, 3]), "Batch(1 of 2 done, 1 not: touched by an earlier edit)"),
     ],
 )
-def test_an_edit_is_told_in_a_line(result, said):
-    assert said in repr(result)
+def test_edits_are_printed_on_one_line(result, expected):
+    assert expected in repr(result)
     assert "\n" not in repr(result)
     assert "array" not in repr(result)
 
 
-def test_a_match_tells_by_how_much_the_object_is_turned():
+def test_matches_are_printed_with_their_angle():
     egg = sm.sphere(12)
     egg = egg.moved(egg.vertices * [1.6, 1.3, 1.0] + 0.1 * egg.vertices**2)
     quarter = np.array([[0, -1.0, 0], [1, 0, 0], [0, 0, 1]])
@@ -37,7 +37,7 @@ def test_a_match_tells_by_how_much_the_object_is_turned():
 
 
 def test_warnings_are_at_the_line_that_called(tmp_path):
-    """However deep it is found, and through cached properties and context managers."""
+    """From any depth of calls, and through cached properties and context managers."""
     points = np.vstack([BALL.vertices, BALL.vertices[:3]])
     np.savetxt(tmp_path / "ball.xyz", points)
     two = np.vstack([BALL.vertices, 0.6 * BALL.vertices + 3.0])
@@ -48,6 +48,6 @@ def test_warnings_are_at_the_line_that_called(tmp_path):
         lambda: sm.reconstruct(two, vertices=200, iterations=10),
         lambda: sm.reconstruct(tmp_path / "ball.xyz", vertices=100, iterations=10),
     ):
-        with pytest.warns(sm.SimplexMeshWarning) as heard:
+        with pytest.warns(sm.SimplexMeshWarning) as caught:
             call()
-        assert {each.filename for each in heard} == {__file__}
+        assert {each.filename for each in caught} == {__file__}
