@@ -224,8 +224,8 @@ def wavy_rim(seed, count):
     return np.concatenate([line, inner]), neighbors, (places, np.roll(places, 1), np.roll(places, -1))
 
 
-def rim_goals(vertices, rows, name, remembered=None):
-    work, kept = np.zeros((3, len(rows[0]), 3)), np.zeros((len(rows[0]), 3)) if remembered is None else remembered
+def rim_goals(vertices, rows, name, restored=None):
+    work, kept = np.zeros((3, len(rows[0]), 3)), np.zeros((len(rows[0]), 3)) if restored is None else restored
     codes = np.full(len(vertices), reference.NAMES.index(name), np.int8)
     _kernels_rim.rim_goals(vertices, *rows, codes, kept, work[0], work[1], np.zeros(3), work[2])
     return work[2]
@@ -265,12 +265,12 @@ def test_restored_positions_are_those_of_the_best_similarity(seed):
     rng = np.random.default_rng(seed)
     kept = open_tube(8, 5)
     row = np.unique(kept.connectivity.face_vertices[hole_places(kept)])
-    memory = RimShape(row, kept.vertices, kept.neighbors)
+    shape = RimShape(row, kept.vertices, kept.neighbors)
     Q = Rotation.random(random_state=seed).as_matrix()
     moved = 2.5 * kept.vertices @ Q.T + [1, 2, 3]
-    assert_allclose(memory.positions(moved), moved[row], atol=1e-9)
+    assert_allclose(shape.positions(moved), moved[row], atol=1e-9)
     moved = moved + rng.choice([0.3, 3.0]) * rng.normal(size=moved.shape)
-    for place, i in zip(memory.positions(moved), row, strict=True):
+    for place, i in zip(shape.positions(moved), row, strict=True):
         star = sorted({int(i), *kept.neighbors[i].tolist(), *kept.neighbors[kept.neighbors[i]].ravel().tolist()})
         times = np.array([1 + (kept.neighbors[kept.neighbors[i]] == k).sum() for k in star], dtype=float)
         times[[k not in kept.neighbors[i] and k != i for k in star]] -= 1  # at two edges' distance only

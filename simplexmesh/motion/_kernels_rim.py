@@ -55,10 +55,10 @@ def _transported_mean(k, before, after, bend, tangent, wanted):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
-def rim_goals(vertices, rim, before, after, constraint, remembered, bend, tangent, wanted, out):
+def rim_goals(vertices, rim, before, after, constraint, restored, bend, tangent, wanted, out):
     """Fill the goal of the internal force at each rim vertex: midway between its neighbors, at its constraint's height.
 
-    Its present curvature under `free`, zero curvature under `orientation`, the `remembered` position under `shape`, and
+    Its present curvature under `free`, zero curvature under `orientation`, the `restored` position under `shape`, and
     curvature averaged along the rim under all others, so that circles are at rest.
     """
     rim_curvatures(vertices, rim, before, after, bend, tangent)
@@ -71,7 +71,7 @@ def rim_goals(vertices, rim, before, after, constraint, remembered, bend, tangen
         if kind == ORIENTATION:
             continue
         if kind == SHAPE:
-            out[k] = remembered[k]
+            out[k] = restored[k]
             continue
         if kind == FREE:
             wanted[:] = bend[k]
@@ -99,12 +99,12 @@ def rim_step(
     """Fill the next positions of rim vertices, by the law of motion and with the safeguards of all other vertices."""
     for k in range(rim.shape[0]):
         i = rim[k]
-        upright = star2 = force2 = 0.0
+        agreement = star2 = force2 = 0.0
         for n in range(3):
             for j in range(3):
-                upright += normals[i, j] * normals[neighbors[i, n], j]
+                agreement += normals[i, j] * normals[neighbors[i, n], j]
                 star2 += (vertices[neighbors[i, n], j] - vertices[i, j]) ** 2
-        attracted = gaps[i] == gaps[i] and upright > 0.0
+        attracted = gaps[i] == gaps[i] and agreement > 0.0
         gap = gaps[i] if attracted else 0.0
         step2 = 0.0
         for j in range(3):
