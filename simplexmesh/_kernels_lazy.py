@@ -1,9 +1,9 @@
-"""Compilation without work that nobody needs: machine code is made only for kernels that are called from Python.
+"""Lazy compilation: machine code is generated only for kernels that are called from Python.
 
-numba optimizes each function, and makes machine code of it, before another compiles it in: a kernel that calls three
-helpers, in a parallel loop, is optimized and translated eight times, of which one is run. Here a function is translated
-when its address is asked for; until then it waits, as it was written, for the callers that take it in and are optimized
-as a whole. That halves the time of the first use of everything; what is compiled is as fast as before.
+numba optimizes each function and translates it to machine code before it is linked into its callers: with a kernel that
+calls three helpers in a parallel loop this is done eight times, and one result is run. Here a function is translated
+when its address is requested; until then it is kept as LLVM code, to be linked into callers, which are optimized as a
+whole. That halves the time of the first use of everything; the machine code is as fast as before.
 """
 
 # mypy: allow-untyped-defs, disable-error-code="attr-defined"
@@ -21,26 +21,26 @@ from numba.extending import overload
 from numba.np import arrayobj
 
 PARALLEL_LOOP = "__numba_parfor"
-"""How numba names the bodies of parallel loops, which are called by address from no place but their kernel."""
+"""Prefix of the names of the bodies of parallel loops, whose addresses only their kernel uses."""
 
 
 class LazyLibrary(JITCodeLibrary):  # type: ignore[misc]
-    """The code of one function, linked with all it calls; optimized and translated when its address is asked for."""
+    """The code of one function, linked with all it calls; optimized and translated when its address is requested."""
 
     translated = False
     environment: tuple[Any, ...] = ()
 
     @property
     def codegen(self):
-        """The code generator, or what takes its place while there is no machine code that needs an environment."""
+        """The code generator; before translation this library instead, which stores the environment for later."""
         return self._codegen if self.translated else self
 
     def set_env(self, name, env):
-        """Keep the environment until there is machine code."""
+        """Store the environment until there is machine code."""
         self.environment = (name, env)
 
     def get_pointer_to_function(self, name):
-        """Return the address of machine code, zero if the library has no function of this name."""
+        """Return the address of a function, translated now at the latest; zero if it is not defined here."""
         self._ensure_finalized()
         if not self.translated:
             if self.name.startswith(PARALLEL_LOOP) or not self._defines(name):
@@ -56,14 +56,14 @@ class LazyLibrary(JITCodeLibrary):  # type: ignore[misc]
 
     def _translate(self):
         super()._optimize_final_module()
-        self._dynamic_globals.clear()  # they are found again
+        self._dynamic_globals.clear()  # finalizing collects them again
         super()._finalize_final_module()
         self.translated = True
         if self.environment:
             self._codegen.set_env(*self.environment)
 
     def _optimize_functions(self, ll_module):
-        """Optimize the functions of a module before it is linked; numba sets up the passes for declarations too."""
+        """Optimize the functions of a module before linking; numba sets up the passes even for declarations."""
         if not hasattr(codegen, "create_pass_builder"):  # before numba 0.62 one set of passes serves all functions
             super()._optimize_functions(ll_module)
             return
@@ -74,7 +74,7 @@ class LazyLibrary(JITCodeLibrary):  # type: ignore[misc]
                 passes.run(function, builder)
 
     def _optimize_final_module(self):
-        """Do nothing yet."""
+        """Postpone this to `_translate`."""
 
     def _finalize_final_module(self):
         self._finalize_dynamic_globals()
@@ -82,7 +82,7 @@ class LazyLibrary(JITCodeLibrary):  # type: ignore[misc]
         self._finalized = True
 
     def serialize_using_object_code(self):
-        """Return what the cache on disk keeps."""
+        """Return what the disk cache stores: object code, or bitcode before translation."""
         if self.translated:
             return super().serialize_using_object_code()
         self._ensure_finalized()
@@ -90,7 +90,7 @@ class LazyLibrary(JITCodeLibrary):  # type: ignore[misc]
 
 
 class Flags(compiler.Flags):  # type: ignore[misc]
-    """Compiler flags that are compared quickly: numba does so at each operator, by two dictionaries of all options."""
+    """Compiler flags with a fast comparison; numba compares two dictionaries of all options at each operator."""
 
     __slots__ = ("code",)
 
@@ -105,7 +105,7 @@ class Flags(compiler.Flags):  # type: ignore[misc]
 
 
 def shapes_differ(source_shape, index_shape):
-    """Raise the error of an assignment to a slice of another shape, in kernels."""
+    """Raise the error of an assignment to a slice of another shape; for kernels only."""
     raise NotImplementedError
 
 
@@ -118,12 +118,12 @@ def _shapes_differ(source_shape, index_shape):
 
 
 REPLACED = ((compiler, "Flags", Flags), (arrayobj, "raise_with_shape_context", shapes_differ))
-"""What numba uses meanwhile: its own error of slices prints the shapes, which takes a second and a half to compile."""
+"""Attributes of numba replaced while compiling; its own error of slices prints shapes, at 1.5 s of compilation."""
 
 
 @contextmanager
 def lazy(generator: Any) -> Iterator[None]:
-    """Let all functions that are compiled within be lazy; the caller holds numba's compiler lock."""
+    """Compile all functions within this context lazily; the caller holds numba's compiler lock."""
     replaced = [*REPLACED, (generator, "_library_class", LazyLibrary)]
     before = [(place, name, getattr(place, name)) for place, name, _ in replaced if hasattr(place, name)]
     try:
@@ -136,7 +136,7 @@ def lazy(generator: Any) -> Iterator[None]:
 
 
 class LazyCompiler(_FunctionCompiler):  # type: ignore[misc]
-    """Compiles one kernel, and what it calls, lazily."""
+    """Compiler of one kernel and of what it calls, with lazy libraries."""
 
     def _compile_core(self, args, return_type):
         with lazy(self.targetdescr.target_context.codegen()):
@@ -144,7 +144,7 @@ class LazyCompiler(_FunctionCompiler):  # type: ignore[misc]
 
 
 def passed(kind):
-    """Return the type as which a number is passed from kernel to kernel: one for all integers, literal or not.
+    """Return the type as which an argument is passed between kernels: int64 for smaller integers, also literal ones.
 
     Examples
     --------
