@@ -307,6 +307,13 @@ class TestPicture:
         assert plotter.shape == (1, 2)
         assert list(plotter.scalar_bars.keys()) == ["distance to the data (mm)\n"]
 
+    @pytest.mark.parametrize(("function", "name"), [("panels", "things"), ("together", "meshes")])
+    def test_several_objects_have_names(self, ball, function, name):
+        with pytest.raises(TypeError, match=f"{name} must be a mapping of titles to objects, not list"):
+            getattr(sm.plot, function)([ball, ball])
+        with pytest.raises(ValueError, match=f"{name} must hold at least one object, not none"):
+            getattr(sm.plot, function)({})
+
     def test_together_keeps_colors_and_opacities(self, ball):
         plotter = sm.plot.together({"a": ball, "b": sm.torus()}, colors=["red", "blue"], opacity={"b": 0.5})
         found = [

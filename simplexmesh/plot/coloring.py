@@ -14,11 +14,12 @@ from simplexmesh.data.points import PointCloud
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.data.volume import Volume
 from simplexmesh.plot import drawable
-from simplexmesh.plot.camera import BAR_NAME, looked_at, upright
+from simplexmesh.plot.camera import looked_at, upright
 from simplexmesh.plot.colored import colored, vertex_cells
 from simplexmesh.plot.colormap import blue_to_red, ends
+from simplexmesh.plot.legend import legend_of_classes
 from simplexmesh.plot.scale import bar
-from simplexmesh.plot.scenes import COLORS_LIT, PALETTE, entry
+from simplexmesh.plot.scenes import COLORS_LIT, PALETTE
 from simplexmesh.plot.stage import INK, stage
 
 Array = NDArray[np.float64]
@@ -28,9 +29,6 @@ THIN = 0.0018
 
 MARK = 0.009
 """Radius of a marked point, as a share of the diagonal."""
-
-WIDE, COLUMN = 800, 138
-"""Pixels: the least width of a panel with a legend at its side; the width of the columns of a legend below it."""
 
 
 def heat(
@@ -165,30 +163,10 @@ def classes(
         scalars="classes", rgb=True,
     )  # fmt: skip
     if legend and names is not None:
-        _legend(plotter, [(str(names[k]), palette[k]) for k in np.unique(numbers)])
+        legend_of_classes(plotter, [(str(names[k]), palette[k]) for k in np.unique(numbers)])
     if title:
         plotter.add_text(title, position="upper_edge", font_size=11, color=INK)
     return looked_at(plotter, view, up=upright(shown, up), window=True) if alone else plotter
-
-
-def _legend(plotter: pv.Plotter, entries: Sequence[tuple[str, str]]) -> None:
-    """Write names at the left or, in a narrow panel, below, where its neighbors have a color scale."""
-    width = plotter.window_size[0] / plotter.shape[1]
-    if width >= WIDE:
-        for place, (name, color) in enumerate(entries):
-            entry(plotter, place, name, color)
-        return
-    columns = int(np.clip(width // COLUMN, 1, max(len(entries), 1)))
-    rows = -(-len(entries) // columns)
-    columns = -(-len(entries) // rows)
-    begin = 0.5 * (1 - columns * COLUMN / width)
-    for place, (name, color) in enumerate(entries):
-        column, row = divmod(place, rows)
-        left, height = begin + column * COLUMN / width, 0.025 + 0.036 * (rows - 1 - row)
-        style: dict[str, Any] = {"viewport": True, "name": f"{BAR_NAME} {place}"}
-        plotter.add_text(name, position=(left + 21 / width, height), font_size=8, color=INK, **style)
-        style["name"] += " dot"
-        plotter.add_text("\u2022", position=(left, height - 0.009), font_size=18, color=color, **style)
 
 
 def mark(plotter: pv.Plotter, points: ArrayLike, *, size: float, color: str = INK) -> None:

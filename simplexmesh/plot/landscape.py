@@ -159,5 +159,5 @@ def _relief(plotter: pv.Plotter, flat: Array, values: Array, limits: tuple[float
 
 
 def _mark(plotter: pv.Plotter, at: Array, color: str) -> None:
-    ball_there = pv.Sphere(radius=0.045, center=at)
-    plotter.add_mesh(ball_there, color=color, smooth_shading=True, ambient=0.4, diffuse=0.7, specular=0.3)
+    ball = pv.Sphere(radius=0.045, center=at)
+    plotter.add_mesh(ball, color=color, smooth_shading=True, ambient=0.4, diffuse=0.7, specular=0.3)

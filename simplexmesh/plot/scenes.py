@@ -14,7 +14,8 @@ from simplexmesh.data.points import PointCloud
 from simplexmesh.data.volume import Volume
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.plot import drawable
-from simplexmesh.plot.camera import LEGEND_NAME, looked_at, upright
+from simplexmesh.plot.camera import looked_at, upright
+from simplexmesh.plot.legend import entry
 from simplexmesh.plot.scale import scale, titled
 from simplexmesh.plot.stage import INK, stage
 
@@ -142,8 +143,16 @@ def _check_choice(things: Sequence[Any], level: float | None, label: int | None,
         raise ValueError(f"inside is for a level of a volume, not for {of}")
 
 
+def _check_mapping(name: str, given: Any) -> None:
+    """Refuse anything but a mapping of names to objects that holds some."""
+    if not isinstance(given, Mapping):
+        raise TypeError(f"{name} must be a mapping of titles to objects, not {type(given).__name__}")
+    if not given:
+        raise ValueError(f"{name} must hold at least one object, not none")
+
+
 def panels(
-    things: Mapping[str, Any] | Sequence[Mapping[str, Any]],
+    things: Mapping[str, Any],
     *,
     scalars: str | None = None,
     view: str | Sequence[float] | None = None,
@@ -169,14 +178,18 @@ def panels(
     -------
     pyvista.Plotter
 
+    Raises
+    ------
+    TypeError, ValueError
+        `things` is no mapping, or an empty one; otherwise as for `surface`.
+
     Examples
     --------
     >>> from simplexmesh.mesh.shapes import sphere
     >>> plotter = panels({"coarse": sphere(3), "fine": sphere(9)})
     >>> plotter.close()
     """
-    if not isinstance(things, Mapping) or not things:
-        raise ValueError(f"things must be a mapping of titles to objects, not {type(things).__name__}")
+    _check_mapping("things", things)
     shown = {title: drawable.as_drawable(thing) for title, thing in things.items()}
     level, label, data = (options.pop(name, None) for name in ("level", "label", "data"))
     inside = options.pop("inside", "above")
@@ -257,12 +270,18 @@ def together(
     up : {"x", "y", "z", "-x", "-y", "-z"}
         The axis that points up.
 
+    Raises
+    ------
+    TypeError, ValueError
+        `meshes` is no mapping, or an empty one; otherwise as for `surface`.
+
     Examples
     --------
     >>> from simplexmesh.mesh.shapes import sphere
     >>> plotter = together({"one": sphere(4), "other": sphere(4, center=(2, 0, 0))})
     >>> plotter.close()
     """
+    _check_mapping("meshes", meshes)
     plotter = stage()
     for place, (name, mesh) in enumerate(meshes.items()):
         color = colors[place % len(colors)]
@@ -271,25 +290,6 @@ def together(
         if legend:
             entry(plotter, place, name, color)
     return looked_at(plotter, view, up=up, window=True)
-
-
-def entry(plotter: pv.Plotter, place: int, name: str, color: str) -> None:
-    """Add an entry to the legend at the left: a dot in the given color, and the name."""
-    height = 0.93 - 0.034 * place
-    narrow = (
-        1200 * plotter.shape[1] / plotter.window_size[0]
-    )  # the width of letters does not depend on that of the panel
-    plotter.add_text(
-        "\u2022",
-        position=(0.025 * narrow, height - 0.012),
-        viewport=True,
-        font_size=22,
-        color=color,
-        name=f"{LEGEND_NAME} dot {place}",
-    )
-    plotter.add_text(
-        name, position=(0.05 * narrow, height), viewport=True, font_size=10, color=INK, name=f"{LEGEND_NAME} {place}"
-    )
 
 
 def _dot(count: int) -> float:
