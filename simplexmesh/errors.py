@@ -29,6 +29,17 @@ class SimplexMeshWarning(UserWarning):
     """The input had a defect that was repaired; the message says what and how often."""
 
 
+def counted(count: int, singular: str, plural: str) -> str:
+    """Return a number with its noun in singular or plural, for messages.
+
+    Examples
+    --------
+    >>> counted(1, "triangle", "triangles"), counted(1204, "triangle", "triangles")
+    ('1 triangle', '1,204 triangles')
+    """
+    return f"{count:,} {singular if count == 1 else plural}"
+
+
 def warn(message: str) -> None:
     """Issue a SimplexMeshWarning that points at the line that called this library.
 

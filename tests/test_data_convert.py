@@ -103,7 +103,7 @@ def test_scans_of_whole_numbers_are_scans_unless_one_numbers_the_other():
 def test_duplicates_are_merged_and_reported():
     with pytest.warns(SimplexMeshWarning, match="merged 2 duplicate points of 32"):
         assert len(as_data(np.vstack([POINTS, POINTS[:2]]))) == 30
-    with pytest.warns(SimplexMeshWarning, match="merged 1 duplicate points of 31"):
+    with pytest.warns(SimplexMeshWarning, match="merged 1 duplicate point of 31"):
         assert len(as_data(sm.PointCloud(np.vstack([POINTS, POINTS[:1]])))) == 30
 
 

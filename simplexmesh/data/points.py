@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh import _check, _vec
-from simplexmesh.errors import warn
+from simplexmesh.errors import counted, warn
 
 Array = NDArray[np.float64]
 
@@ -107,7 +107,7 @@ class PointCloud:
         duplicates = len(self) - len(first)
         if not duplicates:
             return self
-        warn(f"merged {duplicates:,} duplicate points of {len(self):,}")
+        warn(f"merged {counted(duplicates, 'duplicate point', 'duplicate points')} of {len(self):,}")
         normals: Array | None = None
         if self.normals is not None:
             normals = np.zeros((len(first), 3))

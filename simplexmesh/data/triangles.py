@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from simplexmesh import _check, _vec
 from simplexmesh.data.points import PointCloud, affine
 from simplexmesh.data.welding import are_proper, distinct_positions, report_welding
-from simplexmesh.errors import warn
+from simplexmesh.errors import counted, warn
 
 if TYPE_CHECKING:
     from simplexmesh.mesh.surface_topology import Topology
@@ -67,7 +67,8 @@ class TriangleMesh:
         faces = _check.indices("faces", self.faces, (None, 3), len(vertices))
         proper = are_proper(faces)
         if not proper.all():
-            warn(f"removed {np.count_nonzero(~proper):,} degenerate faces of {len(faces):,}")
+            removed = counted(int(np.count_nonzero(~proper)), "degenerate face", "degenerate faces")
+            warn(f"removed {removed} of {len(faces):,}")
             faces = faces[proper]
             if not len(faces):
                 raise ValueError("faces must be at least one with three different vertices, not none")

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh.data.points import distinct
-from simplexmesh.errors import warn
+from simplexmesh.errors import counted, warn
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -43,8 +43,12 @@ def _representatives(vertices: Array, tolerance: float) -> Indices:
 
 def report_welding(merged: int, collapsed: int, unused: int) -> None:
     """Warn about merged vertices, collapsed faces and unused vertices, if there are any."""
-    parts = [(merged, "merged {:,} duplicate vertices"), (collapsed, "removed {:,} collapsed faces")]
-    parts.append((unused, "removed {:,} vertices without a face"))
-    repairs = [text.format(count) for count, text in parts if count]
+    repairs = []
+    if merged:
+        repairs.append(f"merged {counted(merged, 'duplicate vertex', 'duplicate vertices')}")
+    if collapsed:
+        repairs.append(f"removed {counted(collapsed, 'collapsed face', 'collapsed faces')}")
+    if unused:
+        repairs.append(f"removed {counted(unused, 'vertex', 'vertices')} without a face")
     if repairs:
         warn(", ".join(repairs))

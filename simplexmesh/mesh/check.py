@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh._vec import dot, norm
+from simplexmesh.errors import counted
 from simplexmesh.mesh import face_geometry, geometry
 from simplexmesh.mesh.connectivity import Connectivity
-from simplexmesh.mesh.manifold import counted
 from simplexmesh.mesh.self_intersection import self_intersections
 
 Array = NDArray[np.float64]

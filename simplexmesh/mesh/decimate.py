@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh import _check
-from simplexmesh.errors import warn
+from simplexmesh.errors import counted, warn
 from simplexmesh.mesh.coarsening import coarsened
 from simplexmesh.mesh.duality import dual
 from simplexmesh.mesh.edited import Edited
@@ -123,7 +123,8 @@ def decimate(mesh: Any, *, vertices: int | None = None, tolerance: float | None 
     wanted = checked_vertices(mesh, vertices)
     out, n_tangled = _decimated(mesh, wanted)
     if n_tangled:
-        warn(f"{n_tangled} vertices of the decimated mesh are on faces that fold or cross")
+        subject = counted(n_tangled, "vertex of the decimated mesh is", "vertices of the decimated mesh are")
+        warn(f"{subject} on faces that fold or cross")
     if (left := out.mesh.n_vertices) > wanted:
         warn(f"{left} vertices are left, not {wanted}: no other edge can be removed without a fold")
     return out

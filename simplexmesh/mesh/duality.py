@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh import _check
-from simplexmesh.errors import warn
+from simplexmesh.errors import counted, warn
 from simplexmesh.mesh.connectivity import Connectivity
-from simplexmesh.mesh.manifold import counted, matched, oriented
+from simplexmesh.mesh.manifold import matched, oriented
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 
 Array = NDArray[np.float64]

@@ -6,16 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh._vec import cross, dot
-from simplexmesh.errors import TopologyError
+from simplexmesh.errors import TopologyError, counted
 from simplexmesh.mesh import _kernels
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
-
-
-def counted(count: int, singular: str, plural: str) -> str:
-    """Return a number with its noun in singular or plural, such as "1,204 triangles"."""
-    return f"{count:,} {singular if count == 1 else plural}"
 
 
 def without_degenerate(faces: Indices) -> tuple[Indices, list[str]]:
