@@ -385,7 +385,7 @@ class TestBoolean:
 def test_without_the_library_it_is_told_how_to_get_it(monkeypatch):
     monkeypatch.setitem(sys.modules, "manifold3d", None)
     with pytest.raises(
-        ImportError, match=r"^booleans need the package manifold3d: pip install 'simplexmesh\[guides\]'$"
+        ImportError, match=r"^boolean needs the package manifold3d: pip install 'simplexmesh\[guides\]'$"
     ):
         sm.boolean(BALL, BALL)
 

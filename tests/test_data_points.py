@@ -115,11 +115,19 @@ def test_refusals(points, normals, error, message):
         (np.eye(3), r"T_target_source must have shape \(4, 4\)"),
         (np.ones((4, 4)), "T_target_source must have the last row"),
         (np.diag([1.0, 1, 0, 1]), "T_target_source must be invertible"),
+        (np.diag([0.0, 0, 0, 1]), "T_target_source must be invertible"),
     ],
 )
 def test_refused_transforms(T, message):
     with pytest.raises(ValueError, match=message):
         PointCloud(TETRAHEDRON).transformed(T)
+
+
+@pytest.mark.parametrize("scale", [1e-12, 1e12])
+def test_units_can_be_changed_by_any_factor(scale):
+    cloud = PointCloud(TETRAHEDRON, TETRAHEDRON - 0.3).transformed(np.diag([scale, scale, scale, 1]))
+    assert_allclose(cloud.points, scale * TETRAHEDRON)
+    assert_allclose(cloud.normals, PointCloud(TETRAHEDRON, TETRAHEDRON - 0.3).normals)
 
 
 @given(st.lists(st.tuples(*[st.sampled_from([0.0, -0.0, 1.0, 1e-300])] * 3), min_size=1, max_size=30))

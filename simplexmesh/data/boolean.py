@@ -68,7 +68,7 @@ def _library() -> Any:
     try:
         import manifold3d
     except ImportError:
-        raise ImportError("booleans need the package manifold3d: pip install 'simplexmesh[guides]'") from None
+        raise ImportError("boolean needs the package manifold3d: pip install 'simplexmesh[guides]'") from None
     return manifold3d
 
 

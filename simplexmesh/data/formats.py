@@ -101,7 +101,9 @@ def format_of(path: Path) -> str:
     if found is None and named == "text" and _is_text(head):
         return "text"
     if found is None and named == "stl" and not _is_text(head) and len(head) >= 84:
-        raise OSError(f"{path.name} must have {_stl_size(head):,} bytes as STL, it has {size:,}: truncated or no STL")
+        raise OSError(
+            f"{path.name} must have {_stl_size(head):,} bytes as STL, it has {size:,}: truncated, or not an STL file"
+        )
     if found is None and named is not None:
         raise OSError(f"{path.name} is not {with_article(NAMES[named])} file, or its beginning is damaged")
     if found is None and head.startswith(_DATABASE):

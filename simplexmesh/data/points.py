@@ -174,11 +174,12 @@ def distinct(positions: Array) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
 
 
 def affine(name: str, value: ArrayLike) -> Array:
-    """Return an invertible (4, 4) affine transform, checked."""
+    """Return an invertible (4, 4) affine transform of any scale, checked."""
     T = _check.array(name, value, (4, 4))
+    scale = np.abs(T[:3, :3]).max()
     if not np.array_equal(T[3], [0, 0, 0, 1]):
         raise ValueError(f"{name} must have the last row (0, 0, 0, 1), not {tuple(T[3].tolist())}")
-    if abs(np.linalg.det(T[:3, :3])) < 1e-30:
+    if not scale > 0 or abs(np.linalg.det(T[:3, :3] / scale)) < 1e-30:
         raise ValueError(f"{name} must be invertible, its linear part is singular")
     return T
 

@@ -207,7 +207,7 @@ def _check_single(points: Array) -> None:
     """Refuse coordinates that single precision cannot represent, and warn of rounding above NOTABLE_ROUNDING."""
     largest = float(np.abs(points).max())
     if largest > float(np.finfo(np.float32).max):
-        raise ValueError(f"path must not end with .stl, whose numbers end at 3e38, for vertices at {largest:.3g}")
+        raise ValueError(f"path must not end with .stl, whose largest number is 3e38, for vertices at {largest:.3g}")
     single = points.astype(np.float32)
     if not (np.ptp(single, axis=0) > 0).sum() >= 2 and (np.ptp(points, axis=0) > 0).sum() >= 2:
         raise ValueError("path must not end with .stl, whose single precision cannot tell these vertices apart")

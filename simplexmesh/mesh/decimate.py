@@ -84,7 +84,7 @@ def decimate(mesh: Any, *, vertices: int | None = None, tolerance: float | None 
     Raises
     ------
     TypeError
-        When neither or both of `vertices` and `tolerance` are given, or `mesh` is no mesh.
+        When neither or both of `vertices` and `tolerance` are given, or `mesh` is not a surface.
     ValueError
         When `vertices` is odd or larger than the number there is, or `tolerance` is not above 0.
     TopologyError
