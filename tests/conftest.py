@@ -1,4 +1,4 @@
-"""What all tests share: the folder of real data, hypothesis profiles, pictures without a window, the command."""
+"""Shared fixtures: the folder of real data, hypothesis profiles, off-screen rendering, the command."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ settings.register_profile(
 settings.register_profile("thorough", max_examples=1000, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "fast"))
 
-gc.disable()  # what collecting the tests makes is kept: nothing there to look for, again and again
+gc.disable()  # objects made by collecting the tests are all kept; searching them repeatedly is wasted
 
 
 def pytest_configure():
-    """Hear Ctrl-C: a shell that runs the suite in the background has it ignored, and all commands tested with it."""
+    """Enable Ctrl-C, which is ignored, by tested commands too, if a shell runs the suite in the background."""
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def pytest_collection_finish():
-    """Leave the tests themselves out of every later search for garbage."""
+    """Exclude the tests themselves from later garbage collections."""
     gc.freeze()
     gc.enable()
 
@@ -49,7 +49,7 @@ def data_folder() -> Path:
 
 @pytest.fixture
 def command(request: pytest.FixtureRequest, capsys: pytest.CaptureFixture[str]) -> Callable[..., tuple[int, str, str]]:
-    """Run the command in this process: its code, its output, its errors; a module's `COMMAND` goes first."""
+    """Run the command in this process; return its exit code, output and errors. A module's `COMMAND` goes first."""
     from simplexmesh.cli import app
 
     first = getattr(request.module, "COMMAND", "").split()

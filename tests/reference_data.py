@@ -1,4 +1,4 @@
-"""Naive twins of the data room's kernels, written from the descriptions of the formats."""
+"""Naive references of the kernels of data, written from the descriptions of the formats."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Kernels compile where nothing but the temporary folder can be written to."""
+"""Kernels are cached where only the temporary folder is writable."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ print(type(_kernels.rings._cache._impl.locator).__name__)
 """
 
 
-def said_by(folder: Path, home: Path, **more: str) -> list[str]:
-    """What a user nobody's Python prints with the package copied to `folder`."""
+def output_of(folder: Path, home: Path, **more: str) -> list[str]:
+    """The words printed by Python run as user nobody, with the package copied to `folder`."""
     environment = {k: v for k, v in os.environ.items() if not k.startswith(("NUMBA", "XDG", "PYTHON"))}
     environment |= {"HOME": str(home), "PYTHONPATH": str(folder), "TMPDIR": str(folder / "temporary"), **more}
     user = ["setpriv", f"--reuid={NOBODY}", f"--regid={NOBODY}", "--clear-groups"]
@@ -40,9 +40,9 @@ def said_by(folder: Path, home: Path, **more: str) -> list[str]:
 
 @pytest.fixture
 def closed():
-    """A copy of the package that nobody can read but not write, a closed home and an open temporary folder."""
+    """A copy of the package that user nobody can only read, a home that it cannot write, a temporary folder."""
     if shutil.which("setpriv") is None or not hasattr(os, "getuid") or os.getuid() != 0:
-        pytest.skip("needs root and setpriv to run as somebody else")
+        pytest.skip("needs root and setpriv to run as another user")
     folder = Path(tempfile.mkdtemp())
     folder.chmod(0o755)
     shutil.copytree(PACKAGE, folder / "simplexmesh", ignore=shutil.ignore_patterns("__pycache__"))
@@ -57,37 +57,37 @@ def closed():
     )
     if probe.returncode:
         shutil.rmtree(folder)
-        pytest.skip("this Python is not for everybody")
+        pytest.skip("user nobody cannot run this Python")
     yield folder
     shutil.rmtree(folder)
 
 
-class TestWithoutAHome:
-    def test_a_folder_of_the_users_own_is_taken(self, closed):
-        where, folder, _ = said_by(closed, closed / "home")
+class TestReadOnlyPackage:
+    def test_a_private_temporary_folder_is_used(self, closed):
+        where, folder, _ = output_of(closed, closed / "home")
         assert where.startswith(str(closed))
         assert folder == str(closed / "temporary" / f"simplexmesh-numba-{NOBODY}")
         assert (Path(folder).stat().st_uid, Path(folder).stat().st_mode & 0o777) == (NOBODY, 0o700)
 
-    def test_somebody_elses_folder_is_not_trusted(self, closed):
+    def test_the_folder_of_another_user_is_not_trusted(self, closed):
         planted = closed / "temporary" / f"simplexmesh-numba-{NOBODY}"
         planted.mkdir()
         planted.chmod(0o777)
-        _, folder, _ = said_by(closed, closed / "home")
+        _, folder, _ = output_of(closed, closed / "home")
         assert folder != str(planted)
         assert folder.startswith(str(closed / "temporary"))
 
-    def test_a_folder_the_user_names_stays(self, closed):
+    def test_a_folder_set_by_the_user_is_kept(self, closed):
         mine = str(closed / "temporary" / "mine")
-        assert said_by(closed, closed / "home", NUMBA_CACHE_DIR=mine)[1] == mine
+        assert output_of(closed, closed / "home", NUMBA_CACHE_DIR=mine)[1] == mine
 
-    def test_a_home_is_left_to_numba(self, closed):
+    def test_a_writable_home_is_left_to_numba(self, closed):
         (closed / "home").chmod(0o777)
-        _, folder, locator = said_by(closed, closed / "home")
+        _, folder, locator = output_of(closed, closed / "home")
         assert (folder, locator) == ("None", "UserWideCacheLocator")
 
 
-def test_nothing_is_changed_where_a_folder_is_open(monkeypatch, tmp_path):
+def test_nothing_is_changed_where_the_package_is_writable(monkeypatch, tmp_path):
     monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
     monkeypatch.setattr(_cache, "_writable", lambda folder: folder.name == "__pycache__")
     monkeypatch.setenv("TMPDIR", str(tmp_path))

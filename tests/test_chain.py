@@ -50,7 +50,7 @@ class TestAlign:
         assert found.error < 0.01
         assert 0.005 < found.pairs_error < 0.1
 
-    def test_pairs_that_lead_nowhere_are_told(self):
+    def test_pairs_that_lead_nowhere_are_reported(self):
         body = potato()
         picks = body.vertices[[0, 300, 700]]
         with pytest.warns(
@@ -94,12 +94,12 @@ class TestAlign:
             ((np.eye(3), np.full((3, 3), np.nan)), "pairs[1] must be finite; pairs[1][0, 0] is nan"),
         ],
     )
-    def test_bad_pairs_are_told(self, pairs, words):
+    def test_bad_pairs_are_refused(self, pairs, words):
         with pytest.raises((ValueError, TypeError)) as caught:
             sm.align(EGG, EGG, pairs)
         assert str(caught.value) == words
 
-    def test_too_few_points_are_told(self):
+    def test_too_few_points_are_refused(self):
         with pytest.raises(ValueError, match=r"^target must hold at least 50 points"):
             sm.align(EGG, EGG.vertices[:20], (np.eye(3), np.eye(3)))
 
@@ -164,7 +164,7 @@ class TestClipped:
             ),
         ],
     )
-    def test_bad_input_is_told(self, call, words):
+    def test_bad_input_is_refused(self, call, words):
         with pytest.raises((ValueError, TypeError)) as caught:
             call()
         assert str(caught.value) == words
@@ -200,7 +200,7 @@ class TestDeviation:
         points = np.random.default_rng(0).normal(size=(50, 3))
         assert sm.deviation(points, soup).distances == pytest.approx(sm.deviation(points, BALL).distances, abs=1e-12)
 
-    def test_a_reference_that_looks_inward_is_told(self):
+    def test_a_reference_with_inward_normals_is_reported(self):
         inward = sm.TriangleMesh(BALL.vertices, BALL.faces[:, ::-1])
         points = np.random.default_rng(0).normal(size=(50, 3))
         with pytest.warns(sm.SimplexMeshWarning, match="the reference has inward normals") as caught:
@@ -247,12 +247,12 @@ class TestDeviation:
             (lambda: sm.deviation(sm.Volume(np.ones((4, 4, 4))), BALL), "surface must be a mesh or points, not Volume"),
         ],
     )
-    def test_bad_input_is_told(self, call, words):
+    def test_bad_input_is_refused(self, call, words):
         with pytest.raises((ValueError, TypeError)) as caught:
             call()
         assert str(caught.value) == words
 
-    def test_sizes_that_a_tree_of_boxes_cannot_hold_are_told(self):
+    def test_sizes_that_a_box_tree_cannot_hold_are_refused(self):
         with pytest.raises(ValueError, match=r"^reference must be within 1e-60 and 1e\+60 in its unit of length, not"):
             sm.deviation(BALL, sm.sphere(3, radius=1e160))
         with pytest.raises(ValueError, match=r"^surface must be within 1e-60 and 1e\+60 in its unit of length, not"):
@@ -290,7 +290,7 @@ class TestMorphed:
         slope = np.abs(np.gradient(morph._wendland(lines, 1.0), lines)).max()
         assert 0.999 * morph.MAX_SLOPE < slope <= morph.MAX_SLOPE
 
-    def test_says_where_space_folds_all_the_same(self):
+    def test_reports_where_space_folds_nevertheless(self):
         tip = int(BALL.vertices[:, 0].argmax())
         beside = int(np.argsort(np.linalg.norm(BALL.vertices - BALL.vertices[tip], axis=1))[1])
         way = BALL.vertices[beside] - BALL.vertices[tip]
@@ -335,7 +335,7 @@ class TestMorphed:
             ([0], [[0, 0, 1.0]], {"kernel": "thin_plate", "radius": 1.0}, "radius must be left out with a thin plate"),
         ],
     )
-    def test_bad_input_is_told(self, landmarks, targets, options, words):
+    def test_bad_input_is_refused(self, landmarks, targets, options, words):
         with pytest.raises((ValueError, TypeError)) as caught:
             sm.morphed(BALL, landmarks, targets, **options)
         assert str(caught.value).startswith(words)
@@ -376,13 +376,13 @@ class TestBoolean:
             ),
         ],
     )
-    def test_bad_input_is_told(self, call, words):
+    def test_bad_input_is_refused(self, call, words):
         with pytest.raises((ValueError, TypeError)) as caught:
             call()
         assert str(caught.value).startswith(words)
 
 
-def test_without_the_library_it_is_told_how_to_get_it(monkeypatch):
+def test_without_the_library_the_error_says_how_to_install_it(monkeypatch):
     monkeypatch.setitem(sys.modules, "manifold3d", None)
     with pytest.raises(
         ImportError, match=r"^boolean needs the package manifold3d: pip install 'simplexmesh\[guides\]'$"

@@ -1,4 +1,4 @@
-"""Reduction of faces outside five to seven vertices by sequences of T7, against a naive reference."""
+"""Reduction of faces with fewer than five or more than seven vertices by T7, against a naive reference."""
 
 from __future__ import annotations
 

@@ -10,7 +10,7 @@ import simplexmesh as sm
 
 
 def teeth(*, upper):
-    """A row of teeth on a gum, closed; the upper row bites into the lower with a gap of nothing."""
+    """A row of teeth on a gum, closed; the upper row occludes with the lower without a gap."""
     flat = sm.plane(60, 30, size=(4.0, 2.0)).triangulated("dual")
     x, y, _ = flat.vertices.T
     z = 0.25 * np.cos(3.1 * x + 0.3 * y) * np.exp(-((y / 0.7) ** 2)) + 0.12 * np.sin(5 * y) + 0.05 * x * y
@@ -44,7 +44,7 @@ def moved(degrees, shift):
 
 @pytest.fixture(scope="module")
 def plan():
-    """The steps in order; what comes out of each."""
+    """The results of all steps, in order."""
     upper, lower = teeth(upper=True), teeth(upper=False)
     ramus = sm.clipped(lower, (1.2, 0, 0), (1, 0, 0), cap=True)  # what stays with the joint
     body = sm.clipped(lower, (1.2, 0, 0), (-1, 0, 0), cap=True)

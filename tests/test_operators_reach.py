@@ -109,7 +109,7 @@ def test_swaps_lead_from_any_simple_polyhedron_to_any_other_of_as_many_vertices(
 
 
 @pytest.mark.parametrize("name", ["icosahedron-2", "torus", "plane", "cylinder"])
-def test_the_invariant_does_not_see_the_numbering_and_sees_one_edit(name):
+def test_the_invariant_depends_on_one_edit_and_not_on_the_numbering(name):
     mesh, rng = ALL[name], np.random.default_rng(5)
     assert invariant(renumbered(mesh, rng.permutation(mesh.n_vertices))) == invariant(mesh)
     edit = EditableMesh(mesh)

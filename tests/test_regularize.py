@@ -90,7 +90,7 @@ def test_all_but_rare_faces_of_a_large_surface_come_within_five_to_seven():
 
 
 @pytest.mark.parametrize("name", sorted(ALL))
-def test_regular_shapes_stay_or_tell_their_exceptions(name):
+def test_regular_shapes_stay_or_report_their_exceptions(name):
     out = regularize(ALL[name])
     sizes = out.mesh.connectivity.face_sizes[out.exceptions]
     assert ((sizes < 5) | (sizes > 7)).all()
