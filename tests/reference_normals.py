@@ -46,7 +46,7 @@ def plane(P, Q, side, variant="pca"):
 
 
 def frame(N):
-    """Rows: the x axis, or the y axis, laid into the tangent plane; the other tangent; N."""
+    """Rows: the x axis, or the y axis, projected to the tangent plane; the other tangent; N."""
     i = np.eye(3)[0] if abs(N[0]) < 0.9 else np.eye(3)[1]
     first = unit(i - N * (N @ i))
     return np.array([first, np.cross(N, first), N])

@@ -1,4 +1,4 @@
-"""Fits at borders written down as they are explained: one point at a time."""
+"""Naive twins of the fits at borders, one point at a time."""
 
 from __future__ import annotations
 

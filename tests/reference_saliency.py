@@ -1,4 +1,4 @@
-"""Naive twins of what saliency is made of, written from the definitions."""
+"""Naive twins of the parts of saliency, written from the definitions."""
 
 from __future__ import annotations
 

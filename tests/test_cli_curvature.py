@@ -112,7 +112,7 @@ class TestFile:
         assert written["failed"].tolist() == [0] * EGG.n_vertices + [1] * 3
         assert np.isnan(written["mean"][-1])
 
-    def test_without_one_the_report_is_all(self, command, files, tmp_path, monkeypatch):
+    def test_without_one_there_is_only_the_report(self, command, files, tmp_path, monkeypatch):
         monkeypatch.chdir(tmp_path)
         assert command(files / "egg.off", "--method", "sine")[0] == 0
         assert list(tmp_path.iterdir()) == []
@@ -123,7 +123,7 @@ class TestFile:
         assert code == 0
         assert facts["mean"]["median"] == pytest.approx(0.5, rel=0.3)
 
-    def test_an_older_one_is_replaced_and_that_is_said(self, command, files, tmp_path):
+    def test_an_older_one_is_replaced_with_a_note(self, command, files, tmp_path):
         (tmp_path / "egg.vtp").write_text("old")
         _, _, err = command(files / "egg.off", "--method", "sine", "-o", tmp_path / "egg.vtp")
         assert err == f"note: the surface {tmp_path / 'egg.vtp'} was replaced\n"
@@ -131,7 +131,7 @@ class TestFile:
 
 class TestWhichSideIsOutside:
     @pytest.mark.parametrize("name", ["egg.off", "half.off", "points.xyz"])
-    def test_can_be_turned(self, command, turned, name):
+    def test_can_be_reversed(self, command, turned, name):
         as_it_is, flipped = (
             json.loads(command(turned / name, "--method", "sine", "--json", *more)[1]) for more in ([], ["--flip"])
         )
@@ -139,25 +139,25 @@ class TestWhichSideIsOutside:
         assert as_it_is["mean"]["median"] == pytest.approx(-flipped["mean"]["median"], rel=1e-6)
 
     @pytest.mark.parametrize("name", ["egg.off", "half.off"])
-    def test_is_told_where_faces_look_inward(self, command, turned, name):
-        told = "note: the faces are oriented inward, so that a bump has negative curvature; --flip reverses them\n"
-        assert command(turned / name, "--method", "sine")[2] == told
+    def test_a_note_where_faces_point_inward(self, command, turned, name):
+        note = "note: the faces are oriented inward, so that a bump has negative curvature; --flip reverses them\n"
+        assert command(turned / name, "--method", "sine")[2] == note
         assert command(turned / name, "--method", "sine", "--flip")[2] == ""
 
-    def test_is_not_told_of_a_sheet_that_bends_both_ways(self, command, tmp_path):
+    def test_no_note_for_a_sheet_that_bends_both_ways(self, command, tmp_path):
         x, y = np.meshgrid(np.linspace(-1, 1, 15), np.linspace(-1, 1, 15))
         sheet = pv.StructuredGrid(x, y, 0.1 * (x**2 - y**2) - 0.02 * x**2).extract_surface(algorithm="dataset_surface")
         sheet.triangulate().save(tmp_path / "sheet.ply")
         assert command(tmp_path / "sheet.ply", "--method", "sine")[2] == ""
 
-    def test_of_what_has_none_cannot_be_turned(self, command, files):
+    def test_without_faces_nothing_can_be_reversed(self, command, files):
         code, _, err = command(files / "model.vtp", "--flip")
         assert code == 2
         assert err == "error: --flip reverses triangles and the normals of points, INPUT has neither\n"
 
 
 class TestReport:
-    def test_json_tells_all(self, command, files):
+    def test_json_has_everything(self, command, files):
         code, out, err = command(files / "egg.off", "--method", "sine", "--rings", 2, "--json", "--points", 2)
         facts = json.loads(out)
         assert (code, err) == (0, "")
@@ -259,7 +259,7 @@ class TestBadInput:
             ),
         ],
     )
-    def test_is_told_in_one_sentence(self, command, files, tmp_path, monkeypatch, name, options, words):
+    def test_is_one_sentence(self, command, files, tmp_path, monkeypatch, name, options, words):
         monkeypatch.chdir(tmp_path)
         code, out, err = command(files / name, "--method", "sine", *options)
         errors = [line for line in err.splitlines() if not line.startswith("note: ")]
@@ -291,7 +291,7 @@ class TestBadInput:
         assert "must not be the input" in err
         assert (files / "model.vtp").read_bytes() == before
 
-    def test_is_told_in_json_too(self, command, files):
+    def test_is_in_json_too(self, command, files):
         code, out, err = command(files / "egg.off", "--show", "heat", "--json")
         assert code == 2
         assert f"error: {json.loads(out)['error']}\n" in err

@@ -1,4 +1,4 @@
-"""Curvature and normals at no options: how exact, everywhere; twins, symmetries, borders, honest errors, bad input."""
+"""Curvature and normals without options: accuracy, twins, symmetries, borders, estimated errors, bad input."""
 
 from __future__ import annotations
 
@@ -107,7 +107,7 @@ class TestAccuracy:
         assert np.abs(found.mean - 0.5).max() < most
         assert np.abs(found.gauss - 0.25).max() < most
 
-    def test_cylinders_are_quadrics(self):
+    def test_cylinders_are_exact(self):
         made = discretized.uv_cylinder(48, 24)
         found = sm.curvature(made.mesh)
         assert np.abs(found.k1 - made.exact.k1).max() < 1e-3
@@ -117,8 +117,8 @@ class TestAccuracy:
         ("around", "along", "step", "most"),
         [(200, 20, 0.33, 0.03), (200, 20, 0.347, 0.03), (100, 20, 0.13, 1e-3), (40, 200, 0.016, 1e-3)],
     )
-    def test_long_triangles_have_no_wild_curvature(self, around, along, step, most):
-        """It was off by 30 inside and 1.7 on the rim, with an error told of 0.01."""
+    def test_long_triangles(self, around, along, step, most):
+        """H was off by 30 inside and by 1.7 on the rim, with an estimated error of 0.01."""
         found = sm.curvature(tube(around, along, step))
         error = np.abs(found.mean - 0.5)
         assert error.max() < most
@@ -126,12 +126,12 @@ class TestAccuracy:
 
 
 class TestClouds:
-    def test_without_faces_as_exact_as_with(self):
+    def test_without_faces_as_accurate_as_with(self):
         exact, mesh = torus()
         assert off(sm.curvature(mesh).mean, exact.mean) < 1e-3
         assert off(sm.curvature(sm.PointCloud(mesh.vertices, exact.normals)).mean, exact.mean) < 1e-3
 
-    def test_find_their_own_side(self):
+    def test_without_normals_are_oriented(self):
         exact, mesh = torus("2.5k", 0.01)
         found = sm.curvature(mesh.vertices)
         assert off(found.mean, exact.mean) < 0.05
@@ -141,7 +141,7 @@ class TestClouds:
 class TestError:
     @pytest.mark.parametrize("noise", [0.01, 0.1])
     @pytest.mark.parametrize("size", ["2.5k", "10k"])
-    def test_is_what_is_to_be_expected(self, size, noise):
+    def test_matches_the_actual_one(self, size, noise):
         exact, mesh = torus(size, noise)
         found = sm.curvature(mesh)
         ratio = np.abs(found.mean - exact.mean) / found.error
@@ -154,7 +154,7 @@ class TestError:
             found = sm.curvature(mesh)
             assert (np.abs(found.mean - exact.mean) > 4 * found.error).mean() < 0.02
 
-    def test_beside_detail_is_that_of_the_place(self):
+    def test_is_local_beside_detail(self):
         """Between creases, and past where they end at x = -0.3, a surface is calm and found well."""
 
         def height(x, y):
@@ -172,7 +172,7 @@ class TestError:
         for low, high in ((-0.9, -0.35), (-0.35, -0.05)):
             assert 0.2 < np.median(apart[part & (low < x) & (x < high)]) < 1.5  # 0.01, 0.05 where probes alone speak
 
-    def test_makes_confidence(self):
+    def test_gives_confidence(self):
         _, clean = torus("2.5k")
         _, rough = torus("2.5k", 0.01, "diagonal")
         assert sm.curvature(clean).confidence.min() > 0.99
@@ -221,13 +221,13 @@ class TestBorder:
         apart = (sm.curvature(noisy(made.mesh, noise, rng=1)).mean - made.exact.mean)[~made.inner]
         assert np.sqrt((apart**2).mean() / (made.exact.mean**2).mean()) < most
 
-    def test_knows_that_it_sees_less(self):
+    def test_has_larger_errors(self):
         mesh, _, rim = half_torus(0.01)
         error = sm.curvature(mesh).error
         assert np.median(error[rim]) > 1.5 * np.median(error[~rim])
 
 
-def test_faces_that_are_exactly_flat_have_an_answer_everywhere():
+def test_exactly_flat_faces_have_estimates_everywhere():
     block = pv.Cube(x_length=3.0).triangulate()
     fine = block.subdivide_adaptive(max_edge_len=block.length / 60).clean()
     found = sm.curvature((fine.points.astype(float), fine.regular_faces))
@@ -245,7 +245,7 @@ class TestSymmetry:
         shift=st.tuples(*[st.floats(-50, 50)] * 3),
         turn=st.integers(0),
     )
-    def test_turns_and_scales_with_the_surface(self, seed, power, shift, turn):
+    def test_rotates_and_scales_with_the_surface(self, seed, power, shift, turn):
         made = discretized.torus(40, 16, irregular=True, rng=seed)
         mesh = noisy(made.mesh, 0.02, rng=seed)
         R, scale = Rotation.random(random_state=turn % 2**32).as_matrix(), 2.0**power
@@ -264,7 +264,7 @@ class TestSymmetry:
         assert np.abs(found.normals + other.normals).max() < 1e-9
 
     @pytest.mark.parametrize(("noise", "most"), [(0.0, 1e-9), (0.01, 1e-9), (0.1, 5e-3)])
-    def test_whatever_the_order_of_vertices(self, noise, most):
+    def test_renumbered_vertices(self, noise, most):
         """In heavy noise crumpled balls hold more points than are gathered, and the order says which."""
         _, mesh = torus("10k", noise)
         order = np.random.default_rng(0).permutation(len(mesh.vertices))
@@ -346,9 +346,9 @@ class TestTwins:
         lists = [ring[i].tolist() for i in range(len(samples.points))]
         for r, i in enumerate(rows):
             of = (lists, samples.points, scales.directions, i)
-            bends, _, told, _ = reference.estimated(*of, *(part[r] for part in given), scales.noise)
+            bends, _, expected, _ = reference.estimated(*of, *(part[r] for part in given), scales.noise)
             np.testing.assert_allclose(shape[r], bends, rtol=1e-3, atol=1e-3)
-            assert error[r] == pytest.approx(told, rel=0.01)
+            assert error[r] == pytest.approx(expected, rel=0.01)
 
     @settings(max_examples=10)
     @given(seed=st.integers(0, 999), noise=st.sampled_from([0.01, 0.1]), cut=st.booleans())
@@ -358,22 +358,22 @@ class TestTwins:
         rows = np.sort(chance.choice(n, 6, replace=False))
         directions = scales_of(samples).directions
         radii = np.full((6, 1), 0.17) * np.array([0.8, 1.2, 1.7])
-        told = probe_fits(samples, rows, radii, directions, oriented=True)
+        found = probe_fits(samples, rows, radii, directions, oriented=True)
         lists = [ring[i].tolist() for i in range(n)]
         for r, i in enumerate(rows):
             for k in range(3):
                 of = (lists, samples.points, directions, i, radii[r, k], radii[r, 2])
-                told_plainly = reference.probed(*of)
-                assert (told.degrees[r, k] == 0) == (told_plainly is None)
-                if told_plainly is None:
+                plain = reference.probed(*of)
+                assert (found.degrees[r, k] == 0) == (plain is None)
+                if plain is None:
                     continue
-                levels, energies, weights, misfit, degree, steps = told_plainly
-                np.testing.assert_allclose(told.levels[r, k], levels, rtol=1e-5, atol=1e-7)
-                np.testing.assert_allclose(told.energies[r, k], energies, rtol=1e-5, atol=1e-9)
-                np.testing.assert_allclose(told.weights[r, k], weights, rtol=1e-5, atol=1e-9)
-                np.testing.assert_allclose(told.residuals[r, k], misfit, rtol=1e-5, atol=1e-9)
-                np.testing.assert_allclose(told.increments[r, k], steps, rtol=1e-5, atol=1e-6)
-                assert told.degrees[r, k] == degree
+                levels, energies, weights, misfit, degree, steps = plain
+                np.testing.assert_allclose(found.levels[r, k], levels, rtol=1e-5, atol=1e-7)
+                np.testing.assert_allclose(found.energies[r, k], energies, rtol=1e-5, atol=1e-9)
+                np.testing.assert_allclose(found.weights[r, k], weights, rtol=1e-5, atol=1e-9)
+                np.testing.assert_allclose(found.residuals[r, k], misfit, rtol=1e-5, atol=1e-9)
+                np.testing.assert_allclose(found.increments[r, k], steps, rtol=1e-5, atol=1e-6)
+                assert found.degrees[r, k] == degree
 
     @staticmethod
     def drawn(seed, noise, cut):
@@ -426,10 +426,10 @@ class TestProbes:
         samples = as_samples(sm.PointCloud(points, np.tile([0.0, 0, 1], (4000, 1))))
         rows = np.flatnonzero((np.abs(points[:, :2]) < 0.6).all(axis=1))[:300]
         directions = np.tile([0.0, 0, 1], (4000, 1))
-        told = probe_fits(samples, rows, np.full((len(rows), 1), 0.3), directions, oriented=True)
-        assert noise_level(told) == pytest.approx(sigma, rel=0.03)
-        assert told.increments.sum(axis=2)[:, 0].mean() == pytest.approx(bend / 2, abs=0.02)
-        found = risks(told.mean(np.arange(len(rows))[None]), sigma)
+        fits = probe_fits(samples, rows, np.full((len(rows), 1), 0.3), directions, oriented=True)
+        assert noise_level(fits) == pytest.approx(sigma, rel=0.03)
+        assert fits.increments.sum(axis=2)[:, 0].mean() == pytest.approx(bend / 2, abs=0.02)
+        found = risks(fits.mean(np.arange(len(rows))[None]), sigma)
         assert (found.priors[0, 0] * 0.3 < 3 * sigma).all()
         assert found.degrees[0, 0] <= 3
         assert found.variance[0, 0] < found.risk[0, 0] < 1e-2
@@ -483,7 +483,7 @@ class TestInput:
         assert np.abs(found.mean[:n].mean() - 1) < 0.02
         assert np.abs(found.mean[n:].mean() + 1 / 0.95) < 0.02
 
-    def test_isolated_and_few_are_masked_and_told_once(self):
+    def test_isolated_and_few_are_masked_with_one_warning(self):
         _, mesh = torus("2.5k")
         vertices = np.vstack([mesh.vertices, [[9, 9, 9.0], [9, 9, 8], [9, 8, 9], [8, 9, 9]]])
         faces = np.vstack([mesh.faces, len(mesh.vertices) + np.array([[1, 2, 3]])])
@@ -537,7 +537,7 @@ class TestInput:
         with pytest.raises(error, match=said):
             of(discretized.icosphere(4).mesh, **options)
 
-    def test_detail_is_a_lower_bound_and_noise_is_believed(self):
+    def test_detail_is_a_lower_bound_and_noise_is_used(self):
         exact, mesh = torus("10k", 0.01)
         edge = unit_of(mesh, "edge")
         assert sm.curvature(mesh, detail=8 * edge).scale.min() >= 5 * edge
@@ -547,11 +547,11 @@ class TestInput:
 
 class TestScans:
     @pytest.mark.parametrize("name", ["lion_head.off", "femur.off", "fran_face.vtk", "rabbit_scan.vtk"])
-    def test_everywhere_an_answer(self, data_folder, name):
+    def test_has_estimates_everywhere(self, data_folder, name):
         found = sm.curvature(sm.read(data_folder / name))
         assert not found.failed.any()
 
-    def test_a_calm_skull_beside_a_face_is_trusted(self, data_folder):
+    def test_confidence_of_a_smooth_skull_beside_a_face(self, data_folder):
         mesh = sm.read(data_folder / "mannequin.off")
         with pytest.warns(SimplexMeshWarning, match="at 2 of 12,977 vertices"):
             found = sm.curvature(mesh)

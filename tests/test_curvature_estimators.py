@@ -56,7 +56,7 @@ TWINS = {
 
 
 def estimated(method, samples, around, normals, **options):
-    """What an estimator finds on rings, less the door."""
+    """What an estimator finds on rings, without the checks of `curvature`."""
     kind = estimate.METHODS[method]
     return kind.estimate(samples, around, np.ascontiguousarray(normals), **{**kind.fixed, **kind.options, **options})
 
@@ -288,7 +288,7 @@ class TestClosedForms:
 
     @pytest.mark.parametrize("method", ["sine", "langer_exact"])
     @pytest.mark.parametrize("count", [3, 5, 6, 17])
-    def test_eulers_formula_is_found_in_any_directions(self, method, count):
+    def test_eulers_formula_in_any_directions(self, method, count):
         rng = np.random.default_rng(count)
         angles = np.sort(rng.uniform(0, 2 * np.pi, count))
         k1, k2, turn = 1.3, -0.4, 0.6
@@ -336,7 +336,7 @@ class TestClosedForms:
         assert errors.max() == pytest.approx(0.4, abs=0.01)
 
     @pytest.mark.parametrize("method", ["chen_schmitt"])
-    def test_a_straight_circle_brings_weighted_fits_to_zero(self, method):
+    def test_a_straight_circle_makes_weighted_fits_zero(self, method):
         rings = [scheme_ring(graph("cylinder"), "R", 12, d) for d in (0.1, 0.0005)]
         assert on_rings(method, rings).mean.tolist() == [0.0, 0.0]
         assert (on_rings(method, rings, weighted=False).mean > 0.2).all()
@@ -459,7 +459,7 @@ def close_to(expected, scale=1.0):
 
 @pytest.mark.parametrize("method", TWINS)
 @given(ring=neighborhoods())
-def test_kernels_are_their_twins(method, ring):
+def test_kernels_equal_their_twins(method, ring):
     P, Q, N = ring
     if len(Q) < LEAST.get(method, 3):
         return
@@ -476,7 +476,7 @@ def test_kernels_are_their_twins(method, ring):
 
 
 @given(ring=neighborhoods(), area=st.sampled_from(["mixed", "voronoi", "barycentric"]), projected=st.booleans())
-def test_options_of_the_discrete_operator_are_their_twins(ring, area, projected):
+def test_options_of_the_discrete_operator_equal_their_twins(ring, area, projected):
     expected = reference.discrete(*ring, area=area, projected=projected)
     found = one_ring("discrete", *ring, area=area, projected=projected)
     if found.reasons[0] == 0:  # Voronoi cells of obtuse triangles can vanish
@@ -487,13 +487,13 @@ def test_options_of_the_discrete_operator_are_their_twins(ring, area, projected)
 
 
 @given(ring=neighborhoods(), weighted=st.booleans(), normalized=st.booleans())
-def test_options_of_chen_and_schmitt_are_their_twins(ring, weighted, normalized):
+def test_options_of_chen_and_schmitt_equal_their_twins(ring, weighted, normalized):
     expected = reference.chen_schmitt(*ring, weighted=weighted, normalized=normalized)
     found = one_ring("chen_schmitt", *ring, weighted=weighted, normalized=normalized)
     assert (found.k1[0], found.k2[0]) == close_to((expected["k1"], expected["k2"]), abs(expected["k1"]) + 1)
 
 
-def test_taubin_weights_all_alike_without_a_ring():
+def test_taubin_has_equal_weights_without_a_ring():
     ring = scheme_ring(graph("cubic"), "U", 12, 0.2)
     P, Q, N = ring.center, ring.neighbors, ring.exact.normals[0]
     expected = reference.taubin(P, Q, N, np.ones(12))
@@ -502,7 +502,7 @@ def test_taubin_weights_all_alike_without_a_ring():
     assert found.k1[0] != pytest.approx(reference.taubin(P, Q, N)["k1"], abs=1e-3)
 
 
-def test_the_simplex_angle_of_triangles_is_its_twin():
+def test_the_simplex_angle_of_triangles_equals_its_twin():
     mesh = discretized.torus(14, 8, irregular=True).mesh
     faces = np.delete(mesh.faces, [3, 50, 51], axis=0)
     with pytest.warns(SimplexMeshWarning, match="on a border"):
@@ -525,7 +525,7 @@ def test_faces_across_edges():
 
 @pytest.mark.parametrize("method", TWINS)
 @given(ring=neighborhoods(), seed=st.integers(0, 2**32 - 1), scale=st.floats(-6, 6))
-def test_turned_moved_and_scaled(method, ring, seed, scale):
+def test_rotated_moved_and_scaled(method, ring, seed, scale):
     P, Q, N = ring
     if len(Q) < LEAST.get(method, 3):
         return
@@ -548,7 +548,7 @@ def test_turned_moved_and_scaled(method, ring, seed, scale):
 
 
 @pytest.mark.parametrize("method", ["principal", "simplex_angle"])
-def test_methods_of_whole_meshes_turned_moved_and_scaled(method):
+def test_methods_of_whole_meshes_rotated_moved_and_scaled(method):
     mesh = discretized.torus(20, 12, irregular=True).mesh
     turn = rotation(np.random.default_rng(3))
     moved = sm.TriangleMesh(1e-3 * (mesh.vertices @ turn.T + [5.0, -2, 1]), mesh.faces)
@@ -573,7 +573,7 @@ def test_inward_normals_reverse_signs(method):
 
 @pytest.mark.parametrize("method", REGRESSIONS)
 @given(ring=neighborhoods(), seed=st.integers(0, 2**32 - 1))
-def test_the_order_of_neighbors_means_nothing(method, ring, seed):
+def test_does_not_depend_on_the_order_of_neighbors(method, ring, seed):
     P, Q, N = ring
     if len(Q) < LEAST.get(method, 3):
         return
@@ -631,7 +631,7 @@ class TestRates:
         else:
             assert order_of(errors) > 1.8
 
-    def test_a_normal_that_is_off_stays_in_the_fit_unless_it_has_a_gradient(self):
+    def test_a_wrong_normal_biases_fits_without_a_gradient(self):
         rings = [article_ring(d, "vertex") for d in (0.1, 0.001, 0.0005)]
         assert on_rings("quadric", rings, reference.area_normal).mean[-1] == pytest.approx(0.496446, abs=1e-6)
         assert on_rings("extended_quadric", rings, reference.area_normal).mean[-1] == pytest.approx(0.5, abs=1e-6)
@@ -641,7 +641,7 @@ class TestRates:
 
 
 def quietly(surface, method, **options):
-    """The answer, and the texts of the warnings."""
+    """The result, and the texts of the warnings."""
     with warnings.catch_warnings(record=True) as heard:
         warnings.simplefilter("always")
         found = sm.curvature(surface, method, **options)
@@ -704,7 +704,7 @@ class TestBadInput:
         assert found.failed.all()
         assert len(heard) == 1
 
-    def test_nothing_is_said_where_nothing_failed(self, method):
+    def test_no_warning_where_nothing_failed(self, method):
         found, heard = quietly(discretized.torus(20, 12, irregular=True).mesh, method)
         assert heard == ([] if not found.failed.any() else heard)
         if method not in ("langer_exact", "extended_quadric", "full_quadric"):
@@ -718,7 +718,7 @@ class TestBadInput:
         assert some.gauss == pytest.approx(whole.gauss[[7, 3, 100]], nan_ok=True, abs=0)
 
     @pytest.mark.parametrize("size", [1e-59, 1e-20, 1e20, 1e59])
-    def test_sizes_near_the_ends_of_what_is_taken(self, method, size):
+    def test_coordinates_near_the_limits(self, method, size):
         mesh = discretized.torus(12, 8).mesh
         found, _ = quietly(sm.TriangleMesh(mesh.vertices * size, mesh.faces), method)
         assert masked_exactly(found)
@@ -783,7 +783,7 @@ class TestDegenerateNeighbors:
         ring = scheme_ring(graph("sphere"), "R", 6, 0.1)
         assert self.reasons(method, ring.neighbors - ring.center, (0, 0, 0)) == [2]
 
-    def test_two_of_each_do_no_harm(self, method):
+    def test_duplicate_neighbors_change_nothing(self, method):
         ring = scheme_ring(graph("cubic"), "Rda", 12, 0.2)
         P, Q, N = ring.center, ring.neighbors, ring.exact.normals[0]
         once = one_ring(method, P, Q, N, closed=False)
@@ -792,7 +792,7 @@ class TestDegenerateNeighbors:
         if method not in ("chen_schmitt", "langer_exact"):
             assert twice.mean[0] == pytest.approx(once.mean[0], abs=1e-9)
 
-    def test_a_neighbor_where_the_point_is_does_no_harm(self, method):
+    def test_a_neighbor_at_the_point_changes_nothing(self, method):
         ring = scheme_ring(graph("cubic"), "Rda", 12, 0.2)
         P, Q, N = ring.center, ring.neighbors, ring.exact.normals[0]
         once = one_ring(method, P, Q, N, closed=False)
@@ -801,11 +801,11 @@ class TestDegenerateNeighbors:
 
 
 class TestTheCross:
-    """Four neighbors at right angles know the mean curvature and not the Gaussian."""
+    """Four neighbors at right angles determine the mean curvature but not the Gaussian."""
 
     Q = np.array([[0.1, 0, -0.01], [0, 0.1, -0.002], [-0.1, 0, -0.01], [0, -0.1, -0.002]])
 
-    def test_sine_fails_there_unless_the_least_swing_will_do(self):
+    def test_sine_fails_there_without_least_swing(self):
         assert one_ring("sine", np.zeros(3), self.Q, [0, 0, 1.0]).reasons.tolist() == [2]
         found = one_ring("sine", np.zeros(3), self.Q, [0, 0, 1.0], least_swing=True)
         k = reference.normal_curvatures(np.zeros(3), self.Q, np.array([0, 0, 1.0]))
@@ -814,7 +814,7 @@ class TestTheCross:
         again = one_ring("sine", np.zeros(3), self.Q @ turned.T, turned[:, 2], least_swing=True)
         assert (again.k1[0], again.k2[0]) == pytest.approx((found.k1[0], found.k2[0]), abs=1e-9)
 
-    def test_one_direction_is_too_few_for_that(self):
+    def test_one_direction_is_too_few_for_least_swing(self):
         Q = np.array([[0.1, 0, -0.01], [-0.1, 0, -0.01], [0.2, 0, -0.04]])
         assert one_ring("sine", np.zeros(3), Q, [0, 0, 1.0], least_swing=True).reasons.tolist() == [2]
 
@@ -849,7 +849,7 @@ class TestOptions:
             (["sine"], {}, ValueError, "method must be one of 'adaptive', "),
         ],
     )
-    def test_the_sentence_names_what_is_wrong(self, method, options, error, message):
+    def test_the_message_names_what_is_wrong(self, method, options, error, message):
         with pytest.raises(error, match="^" + re.escape(message)):
             sm.curvature(discretized.torus(8, 6).mesh, method, **options)
 
@@ -858,7 +858,7 @@ class TestOptions:
         with pytest.raises(ValueError, match=r"^normals must be one of .* for points without faces, not 'area'$"):
             sm.curvature(cloud, "sine", normals="area")
 
-    def test_other_neighbors_are_not_exchanged_for_the_faces(self):
+    def test_other_neighbors_are_not_replaced_by_the_faces(self):
         mesh = discretized.torus(20, 12).mesh
         ring = as_samples(mesh).one_ring
         same = Neighborhoods(ring.centers[:1], [0, 6], ring[0][::-1], [False])
@@ -868,7 +868,7 @@ class TestOptions:
         with pytest.raises(ValueError, match=r"^neighborhood must be rings\(1\) for method 'discrete'"):
             sm.curvature(mesh, "discrete", neighborhood=others)
 
-    def test_the_simplex_angle_looks_at_no_other_neighbors(self):
+    def test_the_simplex_angle_refuses_other_neighbors(self):
         mesh = discretized.torus(20, 12).mesh
         ring = as_samples(mesh).one_ring
         found = sm.curvature(mesh, "simplex_angle", neighborhood=ring.taken([7, 3]))
@@ -876,7 +876,7 @@ class TestOptions:
         with pytest.raises(ValueError, match=r"^neighborhood must be rings\(1\) for method 'simplex_angle'"):
             sm.curvature(mesh, "simplex_angle", neighborhood=as_samples(mesh).around(sm.rings(2)))
 
-    def test_cycles_that_are_not_the_faces_are_not_exchanged_for_them(self):
+    def test_cycles_other_than_the_faces_are_not_replaced_by_them(self):
         mesh = discretized.torus(20, 12).mesh
         far = Neighborhoods([0], [0, 6], 100 + np.arange(6), [True])
         assert sm.curvature(mesh, "discrete", neighborhood=far).mean[0] != sm.curvature(mesh, "discrete").mean[0]
@@ -926,24 +926,24 @@ class TestOptions:
         found, heard = quietly(mesh, "simplex_angle")
         assert found.failed.tolist() == rim.tolist()
         assert found.mean[~rim] == pytest.approx(mesh.mean_curvature[~rim], rel=1e-9)
-        told = (
+        expected = (
             f"curvature could not be estimated at {rim.sum()} of {len(rim)} vertices: {rim.sum()} {EXPLANATIONS[OPEN]}"
         )
-        assert heard == [told]
+        assert heard == [expected]
 
     @pytest.mark.parametrize("method", REGRESSIONS)
-    def test_wider_rings_are_taken(self, method):
+    def test_wider_rings_are_accepted(self, method):
         mesh = discretized.torus(60, 32)
         found, _ = quietly(mesh.mesh, method, neighborhood=sm.rings(2))
         assert np.median(np.abs(found.mean - mesh.exact.mean)[~found.failed]) < 0.5
 
     @pytest.mark.parametrize("method", REGRESSIONS)
-    def test_simplex_meshes_are_taken(self, method):
+    def test_simplex_meshes_are_accepted(self, method):
         mesh = sm.sphere(14, radius=2.0)
         found, _ = quietly(mesh, method, neighborhood=sm.rings(2))
         assert np.median(np.abs(found.mean - 0.5)) < 0.01
 
-    def test_cycles_handed_over_are_enough_for_cotangents(self):
+    def test_given_cycles_are_enough_for_cotangents(self):
         ring = article_ring(0.1)
         around = Neighborhoods(np.array([0]), np.array([0, 6]), np.arange(1, 7), np.array([True]))
         found = sm.curvature(sm.PointCloud(ring.points), "discrete", neighborhood=around)
@@ -953,7 +953,7 @@ class TestOptions:
                 sm.PointCloud(ring.points), "discrete", neighborhood=Neighborhoods.of([[1, 2, 3], *[[0, 1, 2]] * 6])
             )
 
-    def test_principal_refuses_what_would_end_the_process(self):
+    def test_principal_refuses_input_that_crashes_libigl(self):
         """Bodies whose normals cancel within the rings, triangles in a line: libigl recurses without end on NaN."""
         octahedron = np.vstack([np.eye(3), -np.eye(3)])
         faces = np.array([[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2], [1, 0, 5], [3, 1, 5], [4, 3, 5], [0, 4, 5]])
@@ -1039,8 +1039,8 @@ class TestResult:
         assert sm.curvature(discretized.torus(8, 6).mesh, "sine").confidence is None
 
 
-def test_an_offset_that_neighbors_hardly_tell_is_left_out():
-    """Six neighbors nearly in pairs tell it so badly that it would spoil all else, on a mesh as regular as this."""
+def test_an_ill_determined_offset_is_left_out():
+    """Six neighbors nearly in opposite pairs determine it so badly that it would spoil all else."""
     mesh = discretized.torus(40, 24)
     found, extended = (sm.curvature(mesh.mesh, name).mean for name in ("full_quadric", "extended_quadric"))
     assert np.abs(found - mesh.exact.mean).max() < 1.01 * np.abs(extended - mesh.exact.mean).max() < 0.03
@@ -1060,12 +1060,12 @@ def test_cylinders_have_no_gaussian_curvature():
         assert np.abs(found.gauss).max() < 2e-3, method
 
 
-class TestDoor:
-    """What estimators answer that is no number is a failure, whichever part of the answer it is in."""
+class TestNotFinite:
+    """A row with a value that is not finite is a failure, whichever value it is."""
 
     @pytest.mark.parametrize("part", ["k1", "gauss", "d1", "normals", "error", "scale"])
     @pytest.mark.parametrize("bad", [np.nan, np.inf])
-    def test_nothing_wild_passes(self, monkeypatch, part, bad):
+    def test_estimates_are_failures(self, monkeypatch, part, bad):
         def wild(samples, around, normals, **options):
             one, three = np.ones(len(around)), np.ones((len(around), 3))
             reasons = np.zeros(len(around), np.uint8)
@@ -1080,7 +1080,7 @@ class TestDoor:
         assert masked_exactly(found)
         assert len(heard) == 1
 
-    def test_nor_into_normals(self, monkeypatch):
+    def test_normals_are_failures(self, monkeypatch):
         def wild(samples, around, normals, **options):
             spoiled = np.tile([0, 0, 1.0], (len(around), 1))
             spoiled[4] = np.nan

@@ -151,7 +151,7 @@ class TestAccuracy:
         assert rms(off[rim]) < 2.0 * rms(off[~rim])  # 2.4 where nothing is learned
 
     @pytest.mark.parametrize("name", ["lion_head.off", "elephant.off"])
-    def test_a_cut_through_a_scan_is_seen_as_before_the_cut(self, data_folder, name):
+    def test_a_cut_through_a_scan_agrees_with_the_whole(self, data_folder, name):
         mesh = sm.read(data_folder / name)
         whole = sm.curvature(mesh)
         kept = ((mesh.vertices - np.median(mesh.vertices, axis=0))[:, 0] > 0)[mesh.faces].all(axis=1)
@@ -194,7 +194,7 @@ class TestUnchanged:
         np.testing.assert_allclose(part.mean, found.mean[some], rtol=1e-12)
         np.testing.assert_allclose(part.error, found.error[some], rtol=1e-12)
 
-    def test_turns_scales_and_is_renumbered(self):
+    def test_rotated_scaled_and_renumbered(self):
         mesh = noisy(half_torus().mesh, 0.01, rng=1)
         order = np.random.default_rng(0).permutation(len(mesh.vertices))
         turn = np.array([[0.6, 0.0, 0.8], [0.0, 1.0, 0.0], [-0.8, 0.0, 0.6]])

@@ -65,7 +65,7 @@ class TestGonion:
         assert len({each.vertex for each in found}) == 1
         assert np.linalg.norm(found[0].point - self.ANGLE) < 0.05
 
-    def test_where_it_is_thinner_is_not_where_it_bends(self, jaw):
+    def test_other_criteria_find_where_the_border_is_sharpest(self, jaw):
         """By the larger bend the landmark goes to where the border is sharpest."""
         curvature = sm.curvature(jaw)
         for criterion in ("ridge", "curvedness"):
@@ -87,7 +87,7 @@ class TestPterion:
         pit = sm.snap_landmark(mesh, self.PICKS[0], "pit", radius=0.6, curvature=curvature)
         assert np.linalg.norm(pit.point[:2] - MEETING) > 0.3
 
-    def test_of_many_vertices_some_are_looked_at_and_lead_to_the_same_place(self, monkeypatch):
+    def test_a_sample_of_many_vertices_leads_to_the_same_place(self, monkeypatch):
         mesh = vault(140)
         curvature, samples = sm.curvature(mesh), as_samples(mesh)
         middle = np.flatnonzero(np.linalg.norm(mesh.vertices[:, :2] - MEETING, axis=1) < 0.1)
@@ -105,7 +105,7 @@ class TestPterion:
         with pytest.raises(ValueError, match=r"^pick must have a junction of three grooves within 0\.5, it has none"):
             sm.snap_landmark(mesh, [0.2, -0.1, 0.0], "junction", radius=0.5)
 
-    def test_turns_and_scales_with_the_surface(self):
+    def test_rotates_and_scales_with_the_surface(self):
         mesh = vault()
         q, _ = np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))
         q *= np.sign(np.linalg.det(q))
@@ -140,7 +140,7 @@ class TestJunctions:
         assert self.of_arms(0.1) == 0
         assert self.of_arms() == 0
 
-    def test_heed_nothing_on_the_other_side_of_a_wall(self):
+    def test_ignore_the_other_side_of_a_wall(self):
         sheet = sm.plane(40, 40).triangulated("dual").vertices
         x, y, _ = sheet.T
         away = np.min(
@@ -155,7 +155,7 @@ class TestJunctions:
         assert junctions(samples, strength, normals, middle, 0.3)[0] == 0
         assert junctions(samples, strength, np.abs(normals), middle, 0.3)[0] > 0.1  # on one side they meet
 
-    def test_are_none_where_all_is_alike(self):
+    def test_a_uniform_field_has_none(self):
         sheet = as_samples(sm.plane(20, 20).triangulated("dual"))
         n = len(sheet.points)
         assert junctions(sheet, np.ones(n), np.tile([0, 0, 1.0], (n, 1)), np.arange(n), 0.3).max() == 0

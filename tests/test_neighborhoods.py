@@ -1,4 +1,4 @@
-"""Neighborhoods: who is next to whom, on meshes that are open, pinched or branched, in clouds, around some vertices."""
+"""Neighborhoods on meshes that are open, pinched or branched, in clouds, and around some vertices."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def edges(faces, n):
 
 
 def breadth_first(near, center, count):
-    """Every vertex within so many edges, ring by ring."""
+    """Every vertex within a number of edges, ring by ring."""
     seen, front = {center}, {center}
     for _ in range(count):
         front = set().union(*(near[i] for i in front)) - seen if front else set()
@@ -193,7 +193,7 @@ class TestOneRing:
             to = points[ring[i]] - points[i]
             assert (np.cross(to, np.roll(to, -1, axis=0)) @ points[i] > 0).all()
 
-    def test_does_not_care_in_which_order_faces_come(self):
+    def test_does_not_depend_on_the_order_of_faces(self):
         points, faces = door_parts(sm.torus(8, 6))
         mixed = np.random.default_rng(0).permutation(faces)
         one, other = Samples(points, faces).one_ring, Samples(points, mixed).one_ring
@@ -252,7 +252,7 @@ class TestWedges:
 
 class TestRings:
     @pytest.mark.parametrize("count", [1, 2, 3, 7])
-    def test_are_those_of_a_search_by_breadth(self, surface, count):
+    def test_equal_a_breadth_first_search(self, surface, count):
         near = edges(surface.faces, len(surface.points))
         found = surface.around(sm.rings(count))
         assert sets(found) == [breadth_first(near, i, count) for i in range(len(near))]
@@ -342,7 +342,7 @@ def test_a_shell_of_some_points_around_the_radius():
             sm.ball(2.0, inner=inner)
 
 
-def test_the_other_side_of_a_thin_wall_stays_out():
+def test_the_other_side_of_a_thin_wall_is_excluded():
     points, faces = strip()
     points[:, 2] = 0
     lower = points - [0, 0, 0.1]
@@ -376,7 +376,7 @@ def test_copies_of_a_point_are_neighbors_and_the_point_itself_never_is():
     assert all((points[found[i]] == 0).all() for i in range(9))
 
 
-def test_a_cloud_takes_its_nearest_points_for_a_ring():
+def test_the_one_ring_of_a_cloud_is_its_nearest_points():
     cloud = sm.PointCloud(np.random.default_rng(0).normal(size=(40, 3)))
     samples = as_samples(cloud)
     assert (samples.around(sm.rings(1)).valence == door.CLOUD_NEIGHBORS).all()
@@ -411,7 +411,7 @@ class TestSimplexMeshes:
             )
             assert {ring[i][0], ring[i][-1]} <= hole  # the gap lies between the last and the first
 
-    def test_normals_are_known_beforehand(self):
+    def test_own_normals_are_kept(self):
         mesh = sm.plane(6, 6)
         assert (as_samples(mesh).outward == mesh.normals).all()
         cloud = sm.PointCloud(mesh.vertices, mesh.normals)
@@ -428,7 +428,7 @@ class TestSimplexMeshes:
 
 
 class TestGiven:
-    def test_neighborhoods_are_taken_as_they_are(self):
+    def test_neighborhoods_are_used_unchanged(self):
         samples = Samples(np.eye(4)[:, :3])
         made = Neighborhoods.of([[1, 2], [0, -1], [3, 0], [-1, -1]])
         assert samples.around(made) is made
@@ -471,7 +471,7 @@ class TestGiven:
             ((["a"], [0, 1], [1], [True]), TypeError, r"centers must be numbers of shape \(\*,\), not ndarray of <U1"),
         ],
     )
-    def test_what_are_no_indices_is_told(self, parts, error, message):
+    def test_other_than_indices_are_refused(self, parts, error, message):
         with pytest.raises(error, match=f"^{message}$"):
             Neighborhoods(*parts)
 
@@ -487,7 +487,7 @@ class TestGiven:
         with pytest.raises(TypeError, match=r"^connected must be true or false, not str 'no'$"):
             sm.ball(1.0, connected="no")
 
-    def test_links_of_some_points_leave_the_others_alone(self):
+    def test_links_of_some_points_leave_the_others_without(self):
         some = Neighborhoods(np.array([3, 1]), np.array([0, 3, 5]), np.array([0, 1, 2, 0, 2]), np.array([True, False]))
         samples = Samples(np.eye(4)[:, :3], links=some)
         assert [samples.one_ring[i].tolist() for i in range(4)] == [[], [0, 2], [], [0, 1, 2]]
@@ -507,7 +507,7 @@ class TestGiven:
         with pytest.raises(ValueError, match=r"^rows\[0\] is 3, outside 0..2$"):
             made.taken([3])
 
-    def test_vertices_without_neighborhoods_are_told(self):
+    def test_vertices_without_neighborhoods_are_refused(self):
         made = Neighborhoods(np.array([1]), np.array([0, 1]), np.array([2]), np.array([False]))
         with pytest.raises(ValueError, match=r"^vertices must have neighborhoods; vertex 3 has none$"):
             Samples(np.eye(4)[:, :3]).around(made, [1, 3])
@@ -524,19 +524,19 @@ class TestGiven:
         assert len(Samples(points, faces).around(asked, [])) == 0
 
     @pytest.mark.parametrize("asked", [sm.rings(9), sm.ball(9), sm.ball(9, connected=False)])
-    def test_what_would_fill_the_memory_is_refused(self, asked, monkeypatch):
+    def test_too_many_members_are_refused(self, asked, monkeypatch):
         monkeypatch.setattr(door, "MAX_MEMBERS", 100)
         points, faces = strip()
         with pytest.raises(ValueError, match=r"^neighborhood must hold at most 100 neighbors in all, not those of \w+"):
             Samples(points, faces).around(asked)
 
     @pytest.mark.parametrize("make", [sm.rings, sm.nearest, sm.ball])
-    def test_nothing_is_asked_for_by_zero(self, make):
+    def test_zero_is_refused(self, make):
         with pytest.raises(ValueError, match="must be"):
             make(0)
 
 
-def test_every_point_that_was_given_has_its_row():
+def test_every_given_point_has_its_row():
     import pyvista
     import trimesh
 

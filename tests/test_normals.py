@@ -124,7 +124,7 @@ def drawn(ring):
     return worth[m] - worth[m - 1] < 1e-6 * np.ptp(worth)
 
 
-def test_some_pairs_of_chen_and_schmitt_are_told_apart():
+def test_some_pairs_of_chen_and_schmitt_are_distinguished():
     rings = [truth.scheme_ring(graph(s), scheme, n, 0.1) for n, s, scheme, _ in normal_errors.rows()]
     assert sum(map(drawn, rings)) < 65
 
@@ -218,7 +218,7 @@ def fitted(ring, start, *, newton, tolerance=1e-9):
 
 
 @pytest.mark.parametrize("off", [1, 15, 45, 60])
-def test_extended_sine_forgets_where_it_began(off):
+def test_extended_sine_does_not_depend_on_the_initial_normal(off):
     rng = np.random.default_rng(off)
     for name in ("sphere", "cylinder", "cubic", "exponential", "trigonometric"):
         for scheme in truth.SCHEMES:
@@ -254,7 +254,7 @@ def test_both_solvers_and_both_twins_find_the_same_normal(seed):
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_the_search_is_the_mended_algorithm(seed):
+def test_the_search_equals_the_corrected_algorithm(seed):
     points = rough_ring(seed, 7)
     start = reference_normals.plane(points[0], points[1:], points[0] - points[1:].mean(axis=0) + 1e-9)
     ours = one(points, "extended_sine", start=start, solver="ternary", tolerance=1e-12)
@@ -325,14 +325,14 @@ OPTIONS = [
 
 @given(seed=st.integers(0, 2**31 - 1))
 @pytest.mark.parametrize(("method", "options", "twin"), OPTIONS, ids=lambda v: v if isinstance(v, str) else "")
-def test_kernels_are_their_twins(method, options, twin, seed):
+def test_kernels_equal_their_twins(method, options, twin, seed):
     points = rough_ring(seed)
     side = reference_normals.of_faces(points[0], reference_normals.around(points[1:]), "area")
     start = {} if method in OF_FACES else {"start": side}
     assert_allclose(one(points, method, **start, **options), twin(points[0], points[1:], side), atol=1e-9)
 
 
-def test_means_of_faces_are_of_the_triangles_there_are():
+def test_means_of_faces_use_the_existing_triangles():
     """On borders, and where two bodies meet in a point, which no ring of neighbors tells."""
     points = np.random.default_rng(0).normal(size=(7, 3))
     body = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])
@@ -355,7 +355,7 @@ def test_means_of_faces_are_of_the_triangles_there_are():
     turn=st.integers(0, 2**31 - 1),
 )
 @pytest.mark.parametrize("method", NAMES)
-def test_turns_with_the_surface_and_heeds_neither_place_nor_size(method, seed, scale, shift, turn):
+def test_rotates_with_the_surface_whatever_its_place_and_size(method, seed, scale, shift, turn):
     points = rough_ring(seed)
     R = Rotation.random(random_state=turn).as_matrix()
     moved = scale * points @ R.T + np.array(shift)
@@ -364,7 +364,7 @@ def test_turns_with_the_surface_and_heeds_neither_place_nor_size(method, seed, s
 
 
 @given(turn=st.integers(0, 2**31 - 1), surface=st.sampled_from(["elliptic_paraboloid", "hyperboloid", "cylinder"]))
-def test_rounding_does_not_choose_among_equally_opposite_pairs(turn, surface):
+def test_ties_of_opposite_pairs_are_not_broken_by_rounding(turn, surface):
     ring = truth.scheme_ring(graph(surface), "R", 12, 0.1)
     R = Rotation.random(random_state=turn).as_matrix()
     assert_allclose(one(ring.points @ R.T, "chen_schmitt"), R @ one(ring.points, "chen_schmitt"), atol=1e-9)
@@ -372,7 +372,7 @@ def test_rounding_does_not_choose_among_equally_opposite_pairs(turn, surface):
 
 @given(seed=st.integers(0, 2**31 - 1))
 @pytest.mark.parametrize("method", ["plane", "quadric", "extended_sine", "chen_schmitt"])
-def test_does_not_heed_the_order_of_the_neighbors(method, seed):
+def test_does_not_depend_on_the_order_of_the_neighbors(method, seed):
     points = rough_ring(seed)
     mixed = np.concatenate([points[:1], np.random.default_rng(seed).permutation(points[1:])])
     start = reference_normals.of_faces(points[0], reference_normals.around(points[1:]), "area")
@@ -395,7 +395,7 @@ def test_of_some_vertices_are_rows_of_all(method):
 
 
 @pytest.mark.parametrize("method", NAMES)
-def test_threads_change_nothing_but_rounding(method):
+def test_one_thread_and_all_agree(method):
     mesh = sm.torus(100, 80).triangulated("dual")
     assert mesh.n_vertices > 6000
     few = np.arange(500)

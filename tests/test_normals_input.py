@@ -1,4 +1,4 @@
-"""Normals of clouds and of damaged surfaces: which side they look to, where there are none, and what is said of it."""
+"""Normals of clouds and of damaged surfaces: orientation, failures and their warnings, options."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ OF_NEIGHBORS = [name for name in NAMES if not METHODS[name].needs_faces]
 
 @pytest.fixture(scope="module")
 def ring():
-    """A torus with what is true of it."""
+    """A torus with its exact values."""
     return torus(60, 30)
 
 
@@ -34,7 +34,7 @@ def degrees(normals, truth):
 
 class TestClouds:
     @pytest.mark.parametrize("method", OF_NEIGHBORS)
-    def test_own_normals_tell_the_side(self, ring, method):
+    def test_own_normals_give_the_orientation(self, ring, method):
         for side in (1, -1):
             cloud = sm.PointCloud(ring.vertices, side * ring.exact.normals)
             normals = sm.vertex_normals(cloud, method, neighborhood=sm.nearest(8))
@@ -61,7 +61,7 @@ class TestClouds:
         expected = sm.curvature(sm.PointCloud(ring.vertices, ring.exact.normals), method, neighborhood=around).mean
         assert_allclose(sm.curvature(ring.vertices, method, neighborhood=around).mean, expected, atol=0.3)
 
-    def test_directions_given_tell_the_side_and_where_to_begin(self, ring):
+    def test_given_directions_are_orientation_and_initial_normals(self, ring):
         given_ = -7 * ring.exact.normals
         for method in OF_NEIGHBORS:
             normals = sm.vertex_normals(ring.vertices, method, neighborhood=sm.nearest(8), normals=given_)
@@ -96,7 +96,7 @@ class TestMeshes:
         assert np.abs(sm.vertex_normals(mesh, method) - mesh.normals).max() < near
 
     @pytest.mark.parametrize("method", NAMES)
-    def test_at_a_border_are_one_sided_but_there(self, method):
+    def test_at_a_border_are_one_sided_but_found(self, method):
         x, y = (part.ravel() for part in np.meshgrid(np.linspace(-1, 1, 21), np.linspace(-1, 1, 21)))
         corner = (np.arange(20)[:, None] * 21 + np.arange(20)).ravel()
         faces = np.concatenate(
@@ -116,21 +116,21 @@ class TestMeshes:
 
 
 class TestFailures:
-    def test_too_few_neighbors_are_zero_and_told_once(self):
+    def test_too_few_neighbors_are_zero_with_one_warning(self):
         faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]
         points = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [5, 5, 5]]
         for method in NAMES:
-            told = 5 if method in ("quadric", "extended_sine") else 1
-            text = f"a normal could not be estimated at {told} of 5 vertices: {told} with too few neighbors"
+            failed = 5 if method in ("quadric", "extended_sine") else 1
+            text = f"a normal could not be estimated at {failed} of 5 vertices: {failed} with too few neighbors"
             with pytest.warns(sm.SimplexMeshWarning, match=f"^{text}$") as seen:
                 normals = sm.vertex_normals((points, faces), method)
             assert len(seen) == 1
             assert seen[0].filename == __file__
-            assert_array_equal(normals.any(axis=1), [told == 1] * 4 + [False])
+            assert_array_equal(normals.any(axis=1), [failed == 1] * 4 + [False])
 
     @pytest.mark.parametrize("line", [[1, 0, 0], [0.3, 0.7, -0.2]])
     @pytest.mark.parametrize("method", NAMES)
-    def test_neighbors_on_a_line_are_told(self, method, line):
+    def test_collinear_neighbors_are_reported(self, method, line):
         points = np.zeros((9, 3))
         points[1:] = np.outer([1, 2, 3, 4, -1, -2, -3, -4], line)
         around = Neighborhoods(np.array([0]), np.array([0, 8]), np.arange(1, 9), np.array([True]))
@@ -140,7 +140,7 @@ class TestFailures:
         assert not found.normals.any()
 
     @pytest.mark.parametrize("method", NAMES)
-    def test_copies_of_the_point_are_told(self, method):
+    def test_copies_of_the_point_are_reported(self, method):
         around = Neighborhoods(np.array([0]), np.array([0, 8]), np.arange(1, 9), np.array([True]))
         start = None if method in OF_FACES else np.tile([0, 0, 1.0], (9, 1))
         found = found_normals(Samples(np.ones((9, 3)), links=around), around, method, normals=start)
@@ -149,7 +149,7 @@ class TestFailures:
 
     @pytest.mark.parametrize("method", NAMES)
     @pytest.mark.parametrize("extra", ["copy of a neighbor", "copy of the center"])
-    def test_one_copy_spoils_nothing(self, method, extra):
+    def test_one_copy_changes_nothing(self, method, extra):
         t = 2 * np.pi * np.arange(8) / 8
         points = np.concatenate([np.zeros((1, 3)), np.stack([np.cos(t), np.sin(t), 0.2 * np.cos(2 * t)], 1)])
         points = np.concatenate([points, points[[8 if extra == "copy of a neighbor" else 0]]])
@@ -159,7 +159,7 @@ class TestFailures:
         assert found.reasons.tolist() == [0]
         assert found.normals[0, 2] > 0.95
 
-    def test_slivers_have_no_say(self):
+    def test_slivers_have_no_weight(self):
         points, faces = (
             np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [-1, -1, 0], [0.5, 1e-13, 1e-12]]),
             [
@@ -172,7 +172,7 @@ class TestFailures:
         for method in OF_FACES:
             assert_allclose(sm.vertex_normals((points, faces), method, vertices=[0])[0], [0, 0, 1], atol=1e-12)
 
-    def test_where_faces_cancel_planes_look_away_from_the_middle(self):
+    def test_where_faces_cancel_planes_point_away_from_the_center(self):
         ball = sm.sphere(6).triangulated("dual")
         both = np.concatenate([ball.faces, ball.faces[:, ::-1]])
         normals = sm.vertex_normals((ball.vertices, both), "plane")
@@ -215,12 +215,12 @@ class TestOptions:
             ("plane", {"vertices": [240]}, ValueError, "vertices[0] is 240, outside 0..239"),
         ],
     )
-    def test_wrong_ones_are_told(self, method, options, error, message):
+    def test_wrong_ones_are_refused(self, method, options, error, message):
         with pytest.raises(error, match="^" + re.escape(message)):
             sm.vertex_normals(sm.torus(20, 12).triangulated("dual"), method, **options)
 
     @pytest.mark.parametrize("solver", ["newton", "ternary"])
-    def test_whoever_tolerates_all_keeps_the_normal_it_began_from(self, solver):
+    def test_a_huge_tolerance_keeps_the_initial_normal(self, solver):
         mesh = sm.torus(20, 12).triangulated("dual")
         start = sm.vertex_normals(mesh, "area")
         kept = sm.vertex_normals(mesh, "extended_sine", solver=solver, tolerance=1e3)
@@ -228,7 +228,7 @@ class TestOptions:
         assert np.abs(sm.vertex_normals(mesh, "extended_sine", solver=solver) - start).max() > 1e-4
 
     @pytest.mark.parametrize("solver", ["newton", "ternary"])
-    def test_whoever_gives_up_at_once_has_the_quadric(self, solver):
+    def test_without_convergence_it_is_the_quadric(self, solver):
         mesh = sm.torus(20, 12).triangulated("dual")
         given_up = sm.vertex_normals(mesh, "extended_sine", solver=solver, iterations=1)
         assert_allclose(given_up, sm.vertex_normals(mesh, "quadric"), atol=1e-12)
@@ -241,7 +241,7 @@ class TestOptions:
         assert_allclose(named, given_, atol=1e-14)
         assert np.abs(named - sm.vertex_normals(mesh, "quadric")).max() > 1e-6
 
-    def test_names_are_looked_at_before_anything_is_read(self):
+    def test_names_are_checked_before_anything_is_read(self):
         with pytest.raises(ValueError, match=r"^method must be one of"):
             sm.vertex_normals("no such file.ply", "planes")
         with pytest.raises(FileNotFoundError, match=r"no such file.ply"):
@@ -271,7 +271,7 @@ class TestOptions:
         ],
         ids=lambda v: None if isinstance(v, str | type) else type(v).__name__,
     )
-    def test_something_else_is_no_surface(self, surface, error, message):
+    def test_other_objects_are_no_surface(self, surface, error, message):
         with pytest.raises(error, match="^" + re.escape(message)):
             sm.vertex_normals(surface)
         with pytest.raises(error, match="^" + re.escape(message)):

@@ -1,4 +1,4 @@
-"""Pictures: what they show is what was given, and they are written whole or not at all."""
+"""Plots show what was given, and image files are written whole or not at all."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ class TestDrawable:
         turned = np.cross(rims[:, 0] - ball.vertices, rims[:, 1] - ball.vertices)
         assert (np.einsum("ij,ij->i", turned, ball.normals) > 0).all()
 
-    def test_normals_that_look_into_the_model_are_turned(self, ball):
+    def test_normals_that_point_into_the_model_are_reversed(self, ball):
         out = sm.PointCloud(1.01 * ball.vertices, ball.normals)
         for given in (out, sm.PointCloud(out.points, -out.normals)):
             np.testing.assert_allclose(drawable.oriented_like(given, ball).normals, out.normals, atol=1e-12)
@@ -76,7 +76,7 @@ class TestDrawable:
 
 class TestIsosurface:
     @pytest.mark.parametrize("flip", [1.0, -1.0])
-    def test_lies_where_the_volume_says_and_faces_outward(self, flip):
+    def test_is_at_the_level_and_faces_outward(self, flip):
         direction = np.diag([flip, 1.0, 1.0])
         volume = ball_volume(spacing=0.5, radius=3.0, direction=direction)
         center = volume.to_world([10, 10, 10])
@@ -120,7 +120,7 @@ class TestScalars:
         values, *_ = drawable.scalars_of(model.mesh, "distance", ball_volume(), 0.0, None)
         assert np.sqrt(np.mean(values**2)) == pytest.approx(model.distance.mesh_to_data.rms, rel=1e-6)
 
-    def test_distance_is_what_the_mesh_knows_of_it_without_data(self):
+    def test_distance_without_data_is_the_array_of_the_mesh(self):
         model = sm.reconstruct(ball_volume(), level=0.0, vertices=400)
         values, name, power, diverging = drawable.scalars_of(model.mesh, "distance", None, None, None)
         np.testing.assert_array_equal(values, model.mesh.data["distance"])
@@ -163,7 +163,7 @@ class TestScalars:
             (np.zeros(3), "scalars must have shape (320,), not (3,)"),
         ],
     )
-    def test_say_what_is_wrong(self, ball, wanted, message):
+    def test_messages_name_what_is_wrong(self, ball, wanted, message):
         with pytest.raises(ValueError, match=r".") as caught:
             sm.plot.surface(ball, scalars=wanted)
         assert str(caught.value) == message
@@ -180,7 +180,7 @@ class TestScale:
     def test_a_diverging_scale_has_zero_in_its_middle(self):
         assert self.limits([-1, 0, 3, 3, 3], diverging=True) == (-3, 3)
 
-    def test_one_wild_value_does_not_hide_the_others(self):
+    def test_an_outlier_does_not_hide_the_others(self):
         assert self.limits([0.1] * 99 + [1000], diverging=False) == pytest.approx((0, 0.4))
         assert self.limits([-0.1, 0.1] * 500 + [1000], diverging=True) == pytest.approx((-0.1, 0.1))
 
@@ -266,7 +266,7 @@ class TestCamera:
         assert down_toward[front] == pytest.approx(toward[front])
         assert down_toward == pytest.approx(np.where(np.arange(3) == front, toward, -toward))
 
-    def test_up_is_guessed_for_data_and_given_for_the_rest(self, ball):
+    def test_up_by_default(self, ball):
         tall = ball.vertices * [1, 2, 1]
         assert camera.upright(sm.PointCloud(tall)) == "y"
         assert camera.upright(sm.PointCloud(ball.vertices)) == "z"
@@ -286,7 +286,7 @@ class TestPicture:
         assert (np.abs(bare - empty).max(axis=1) > 20).mean() > 0.1
         assert (np.abs(drawn - bare).max(axis=1) > 20).mean() > 0.005
 
-    def test_has_every_kind_of_thing(self, ball, tmp_path):
+    def test_has_every_kind_of_object(self, ball, tmp_path):
         things = {
             "points": ball.vertices,
             "triangles": ball.triangulated(),
@@ -375,7 +375,7 @@ class TestPicture:
         assert path.read_text() == "old"
         assert [p.name for p in tmp_path.iterdir()] == ["ball.png"]
 
-    def test_says_when_its_arguments_are_swapped(self, tmp_path):
+    def test_swapped_arguments_are_reported(self, tmp_path):
         with pytest.raises(TypeError, match=r"^path must be a file name, followed by the plotter, not Plotter$"):
             sm.plot.picture(sm.plot.stage(), tmp_path / "ball.png")
 
@@ -397,7 +397,7 @@ class TestPicture:
         with pytest.raises(ValueError, match=r"^level and label are for volumes, not for PointCloud$"):
             sm.plot.beside(ball.vertices, ball, label=5)
 
-    def test_refuses_a_side_of_no_level(self, ball):
+    def test_refuses_inside_without_a_level(self, ball):
         labels = sm.Volume(np.pad(np.ones((4, 4, 4), int), 2))
         for shown, of in ((ball, "SimplexMesh"), (ball.vertices, "PointCloud"), (labels, "labels")):
             with pytest.raises(ValueError, match=f"^inside is for a level of a volume, not for {of}$"):

@@ -33,7 +33,7 @@ def shade(path):
     return np.asarray(pv.read(path).active_scalars).reshape(-1, 3)
 
 
-class TestHotMetal:
+class TestColormap:
     def test_runs_from_blue_over_green_to_red(self):
         table = colormap.blue_to_red(-2.0, 2.0)
         low, middle, high = (np.array(table.map_value(x))[:3] for x in (-2.0, 0.0, 2.0))
@@ -43,7 +43,7 @@ class TestHotMetal:
         shades = np.array([table.map_value(x)[:3] for x in np.linspace(-2, 2, 50)])
         assert np.abs(np.diff(shades, axis=0)).max() < 0.15  # no steps
 
-    def test_failures_are_on_no_place_of_the_scale(self):
+    def test_failures_have_a_color_off_the_scale(self):
         table = colormap.blue_to_red(0.0, 1.0)
         failed = np.array(pv.Color(colormap.FAILED).float_rgb)
         shades = np.array([table.map_value(x)[:3] for x in np.linspace(0, 1, 200)])
@@ -118,7 +118,7 @@ class TestHeat:
             plotter = sm.plot.heat(RING, VALUES, limits=(-high, high))
             assert next(iter(plotter.scalar_bars.values())).GetLabelFormat() % high == written
 
-    def test_limits_go_by_what_is_seen(self):
+    def test_limits_are_weighted_by_area(self):
         """Half of the vertices are in a corner of a hundredth of the area."""
         small = sm.TriangleMesh(
             np.vstack([RING.vertices, 0.1 * RING.vertices]), np.vstack([RING.faces, RING.faces + 288])
@@ -174,7 +174,7 @@ class TestHeat:
             (lambda: sm.plot.classes(RING, [-1] * 288), "labels must be (288,) class numbers of at least 0"),
         ],
     )
-    def test_bad_input_is_told(self, call, words):
+    def test_bad_input_is_refused(self, call, words):
         with pytest.raises((ValueError, TypeError)) as caught:
             call()
         assert str(caught.value).startswith(words)
@@ -193,7 +193,7 @@ class TestClasses:
         assert (np.einsum("ij,ij->i", flat.cell_data["Normals"], lit) > 0).all()
 
     @pytest.mark.parametrize("surface", [RING, sm.torus(24, 12), sm.PointCloud(RING.vertices)])
-    def test_legend_names_those_there_are(self, surface):
+    def test_legend_names_the_classes_that_occur(self, surface):
         at = surface.points if isinstance(surface, sm.PointCloud) else surface.vertices
         plotter = sm.plot.classes(surface, (at[:, 2] > 0).astype(int) * 2, names=["low", "none", "high"])
         names = [name for name in plotter.actors if name.startswith("legend entry") and "dot" not in name]
@@ -251,16 +251,16 @@ class TestClasses:
             (lambda: sm.plot.heat(RING, VALUES, limits=3), "limits must be two numbers, not 3"),
         ],
     )
-    def test_wrong_lengths_are_told(self, call, words):
+    def test_wrong_lengths_are_refused(self, call, words):
         with pytest.raises((ValueError, TypeError)) as caught:
             call()
         assert str(caught.value).startswith(words)
 
-    def test_parts_may_be_given_as_true_and_false(self):
+    def test_labels_may_be_booleans(self):
         plotter = sm.plot.classes(RING, VALUES > 0, names=["below", "above"])
         assert sum("entry" in name for name in plotter.actors) == 4
 
-    def test_takes_what_the_functions_return(self):
+    def test_accepts_what_the_functions_return(self):
         curvature = sm.curvature(RING, "sine")
         kinds = sm.hk_classes(RING, curvature=curvature)
         plotter = sm.plot.classes(RING, kinds)
@@ -294,7 +294,7 @@ class TestCurvature:
         cameras = {tuple(np.round(each.camera.position, 9)) for each in plotter.renderers}
         assert len(cameras) == 1
 
-    def test_marks_no_more_points_than_asked_for(self):
+    def test_marks_at_most_count_points(self):
         egg = sm.ellipsoid((3, 1, 1), 12).triangulated("dual")
         balls = []
         for count in (0, 1, 2):
@@ -317,7 +317,7 @@ class TestCurvature:
             ),
         ],
     )
-    def test_bad_input_is_told(self, call, words):
+    def test_bad_input_is_refused(self, call, words):
         with pytest.raises((ValueError, TypeError)) as caught:
             call()
         assert str(caught.value).startswith(words)

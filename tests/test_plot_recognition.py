@@ -1,4 +1,4 @@
-"""Pictures of recognition: peaks where signatures agree, and what lies where after a motion."""
+"""Plots of recognition: peaks where signatures agree, positions after a motion."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class TestNumbers:
         assert values.shape == (len(sphere_domain(NODES).vertices),)
         assert sphere_domain(NODES).vertices[values.argmin()] @ (table.group[g] @ pole) > np.cos(np.radians(8))
 
-    def test_of_parts_only_what_both_show_counts(self):
+    def test_of_parts_only_what_both_show_is_compared(self):
         whole, half = signature(), signature(hidden=sphere_domain(5).vertices[:, 0] > 0.2)
         values = over_sphere(whole, half, np.array([0, 0, 1.0]))
         assert np.isfinite(values).all()
@@ -61,7 +61,7 @@ class TestNumbers:
             assert value**2 == pytest.approx(reference.distance(5, a, b, turn @ R), rel=1e-6)
 
     @pytest.mark.parametrize("angle", [0.0, 1e-7, 0.5, 3.0, np.pi])
-    def test_rotation_vectors_come_back(self, angle):
+    def test_rotation_vectors_round_trip(self, angle):
         w = angle * np.array([2.0, -1, 2]) / 3
         assert np.allclose(
             rotation_matrices(rotation_vector(rotation_matrices(w[None])[0])[None]),

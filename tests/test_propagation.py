@@ -1,4 +1,4 @@
-"""Signs of normals that spread from neighbor to neighbor: outward on bodies of any shape, also thin ones."""
+"""Signs of normals propagated from neighbor to neighbor: outward on bodies of any shape, also thin ones."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from tests import reference_normals
 
 
 def inward(points, outside):
-    """Share of the normals of bare points that look inward."""
+    """Share of the normals of points without normals that point inward."""
     return float(((consistent_normals(as_samples(points)) * outside).sum(axis=1) < 0).mean())
 
 
 @given(st.integers(0, 2**31 - 1), st.integers(4, 40))
-def test_is_its_twin(seed, n):
+def test_equals_its_twin(seed, n):
     rng = np.random.default_rng(seed)
     points, normals = rng.normal(size=(2, n, 3))
     normals /= np.linalg.norm(normals, axis=1)[:, None]
@@ -34,7 +34,7 @@ def test_is_its_twin(seed, n):
 
 
 @pytest.mark.parametrize("noise", [0.0, 0.2])
-def test_a_torus_looks_outward(noise):
+def test_a_torus_points_outward(noise):
     ring = discretized.torus(84, 30, irregular=True)
     edge = np.linalg.norm(ring.vertices[1] - ring.vertices[0])
     points = ring.vertices + noise * edge * np.random.default_rng(0).normal(size=ring.vertices.shape)
@@ -42,7 +42,7 @@ def test_a_torus_looks_outward(noise):
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_the_order_of_the_points_means_nothing(seed):
+def test_does_not_depend_on_the_order_of_the_points(seed):
     ring = discretized.torus(60, 24, irregular=True)
     order = np.random.default_rng(seed).permutation(len(ring.vertices))
     assert inward(ring.vertices[order], ring.exact.normals[order]) == 0
@@ -60,7 +60,7 @@ def test_a_thin_plate_has_two_sides():
     assert ((found * outside).sum(axis=1)[faces] > 0).all()
 
 
-def test_each_part_looks_outward():
+def test_each_component_points_outward():
     ball = sm.sphere(8).vertices
     points = np.concatenate([ball, 0.2 * ball + [9, 0, 0]])
     assert inward(points, np.concatenate([ball, ball])) == 0
@@ -76,6 +76,6 @@ def test_points_without_neighbors_or_normals_stay():
 
 
 @pytest.mark.parametrize(("name", "wrong"), [("lion_head.off", 0.015), ("elephant.off", 0.01), ("fandisk.off", 0.0)])
-def test_of_real_bodies_hardly_any_look_inward(data_folder, name, wrong):
+def test_of_scans_hardly_any_point_inward(data_folder, name, wrong):
     mesh = sm.read_triangles(data_folder / name)
     assert inward(mesh.vertices, mesh.vertex_normals) <= wrong  # spread breadth first 15, 14, 5 %

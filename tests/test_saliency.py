@@ -62,7 +62,7 @@ def body():
     return mesh, curved(mesh)
 
 
-class TestAverages:
+class TestDiffusion:
     @pytest.mark.parametrize("kind", ["triangles", "simplex mesh", "cloud"])
     def test_of_a_harmonic_decays_as_heat_does(self, kind):
         mesh = ball(24)
@@ -96,12 +96,12 @@ class TestAverages:
             3.0, abs=1e-5
         )
 
-    def test_what_is_unknown_is_filled_from_around_and_adds_nothing(self):
+    def test_unknown_values_are_filled_in_and_have_no_weight(self):
         mesh = ball(16)
         values = np.where(np.arange(mesh.n_vertices) % 7 == 0, np.nan, 2.0)
         assert Diffusion(as_samples(mesh)).smoothed(values, 0.1) == pytest.approx(2.0, abs=1e-4)
 
-    def test_what_is_unknown_takes_after_its_neighbors(self):
+    def test_unknown_values_are_like_their_neighbors(self):
         mesh = ball(16)
         z = mesh.vertices[:, 2]
         values = np.where(z > 0.8, np.nan, np.where(z > 0, 1.0, 3.0))
@@ -132,7 +132,7 @@ class TestAverages:
 
 class TestWatersheds:
     @given(st.integers(0, 10**6), st.integers(3, 14), st.booleans())
-    def test_are_those_of_the_definition(self, seed, n, ties):
+    def test_equal_the_definition(self, seed, n, ties):
         rng = np.random.default_rng(seed)
         links = rng.random((n, n)) < 0.3
         links = (links | links.T) & ~np.eye(n, dtype=bool)
@@ -161,7 +161,7 @@ class TestSaliency:
         assert found[far].max() < 0.1 * near[0]
         assert bump_of(mesh.vertices[[found.argmax()]]) == [0]
 
-    def test_of_a_sphere_is_nothing(self):
+    def test_of_a_sphere_is_zero(self):
         mesh = ball(20)
         assert sm.saliency(mesh, curvature=curved(mesh)).max() < 1e-3
 
@@ -199,7 +199,7 @@ class TestSaliency:
             found = sm.saliency(surface, curvature=curvature)
             assert np.linalg.norm(points[found.argmax()] / 1.15 - [0, 0, 1]) < 0.15
 
-    def test_of_numbers_given(self, body):
+    def test_of_a_given_field(self, body):
         mesh, _ = body
         spot = np.exp(-((mesh.vertices - [0, 0, 1.16]) ** 2).sum(axis=1) / 0.02)
         assert bump_of(mesh.vertices[[sm.saliency(mesh, of=spot).argmax()]]) == [0]
@@ -234,7 +234,7 @@ class TestSaliency:
         assert found == pytest.approx(expected)
         assert weights[0] != pytest.approx(weights[1], rel=1e-3)
 
-    def test_a_spike_counts_for_what_edges_can_tell(self, body):
+    def test_a_spike_is_bounded_by_the_edge_length(self, body):
         mesh, curvature = body
         mean = curvature.mean.copy()
         mean[7] = 1e6
@@ -246,7 +246,7 @@ class TestSaliency:
         assert found[far] == pytest.approx(plain[far], abs=0.3 * plain.max())
 
     @pytest.mark.filterwarnings("ignore::simplexmesh.SimplexMeshWarning")
-    def test_is_not_known_on_a_piece_without_curvature(self):
+    def test_is_unknown_on_a_component_without_curvature(self):
         mesh = ball(8)
         extra = [[5.0, 0, 0], [6, 0, 0], [5, 1, 0]]
         n = mesh.n_vertices
@@ -257,7 +257,7 @@ class TestSaliency:
 
 
 class TestSalientPoints:
-    def test_of_saliency_begin_at_the_scale_asked_for(self, body):
+    def test_of_saliency_begin_at_the_given_scale(self, body):
         mesh, curvature = body
         found = sm.salient_points(mesh, of="saliency", curvature=curvature, scale=0.15)
         expected = sm.saliency(mesh, curvature=curvature, scales=0.15 * np.array([1, 1.5, 2, 2.5, 3]))
@@ -296,7 +296,7 @@ class TestSalientPoints:
 
     @pytest.mark.parametrize("of", ["magnitude", "curvedness", "saliency"])
     @pytest.mark.parametrize("noise", [0.01, 0.1, 0.3])
-    def test_of_a_noisy_ball_are_few_however_far_estimates_see(self, of, noise):
+    def test_of_a_noisy_ball_are_few_with_wide_neighborhoods(self, of, noise):
         """Neighbors that see far err alike: their means err hardly less. The highest may be there, no other."""
         found = [len(sm.salient_points(noisy(ball(24), noise, rng=seed), of=of)) for seed in range(2)]
         assert sum(found) <= 3
@@ -337,7 +337,7 @@ class TestSalientPoints:
         near = np.linalg.norm(mesh.vertices - 1.1 * BUMPS[2], axis=1) < 0.12
         assert set(found.basin[near]) == {bump_of(found.points).index(2)}
 
-    def test_of_a_border_are_left_out_unless_wanted(self):
+    def test_of_a_border_are_left_out_by_default(self):
         mesh = ball(16)
         kept = (mesh.vertices[mesh.faces][:, :, 2] > 0).all(axis=1)
         part = sm.TriangleMesh(mesh.vertices, mesh.faces[kept])
@@ -345,18 +345,18 @@ class TestSalientPoints:
         assert len(sm.salient_points(part, of=field, border=True)) > 0
         assert len(sm.salient_points(part, of=field)) == 0
 
-    def test_of_an_even_body_are_none(self):
+    def test_a_uniform_body_has_none(self):
         """The dual of an icosahedron's subdivision is a ball but for a third of a percent at its twelve pentagons."""
         mesh = sm.sphere(10).triangulated("dual")
         assert len(sm.salient_points(mesh)) == 0
 
-    def test_take_the_error_of_what_they_measure_themselves(self, body):
+    def test_use_the_error_of_the_curvature_they_measure(self, body):
         mesh, _ = body
         own, given_ = sm.salient_points(mesh), sm.salient_points(mesh, curvature=sm.curvature(mesh))
         assert own.threshold == given_.threshold
         assert own.vertices.tolist() == given_.vertices.tolist()
 
-    def test_of_a_flat_field_are_none(self):
+    def test_a_constant_field_has_none(self):
         mesh = ball(8)
         assert len(sm.salient_points(mesh, of=np.ones(mesh.n_vertices))) == 0
 
@@ -429,7 +429,7 @@ class TestClasses:
         inner = sm.hk_classes(ring, curvature=curvature, scale=0.1).labels[out < 0.72]
         assert set(inner) <= {hk.SADDLE_RIDGE, hk.SADDLE_VALLEY, hk.MINIMAL}
 
-    def test_tolerances_come_from_the_error_as_far_as_it_shows(self):
+    def test_tolerances_come_from_the_visible_error(self):
         mesh = ball(20)
         plain = curved(mesh)
         rough = plain.mean + np.random.default_rng(0).normal(size=mesh.n_vertices)
@@ -437,8 +437,8 @@ class TestClasses:
         kept = {name: getattr(plain, name) for name in names}
 
         def tolerance(mean, error):
-            told = sm.Curvature(**kept, mean=mean, error=np.full(mesh.n_vertices, error), method="told")
-            return sm.hk_classes(mesh, curvature=told, scale=0).tolerance_mean
+            known = sm.Curvature(**kept, mean=mean, error=np.full(mesh.n_vertices, error), method="given")
+            return sm.hk_classes(mesh, curvature=known, scale=0).tolerance_mean
 
         floor = 0.3 / Diffusion(as_samples(mesh)).diagonal
         assert tolerance(rough, 0.5) == pytest.approx(hk.SIGNIFICANCE * 0.5)
@@ -463,12 +463,12 @@ class TestClasses:
         found = sm.hk_classes(tube)
         assert (found.labels == hk.RIDGE)[middle].mean() > 0.95
 
-    def test_what_bends_is_not_flat_though_neither_sign_is_certain(self):
+    def test_bent_surfaces_of_uncertain_signs_are_not_flat(self):
         k1, k2 = np.array([[3.0, -3.0], [3, 0.1], [-0.1, -3], [1, -1], [3, -2], [3, -0.8]]).T
         found = hk.bent_class((k1 + k2) / 2, k1 * k2, np.full(6, 1.0))
         assert [hk.NAMES[k] for k in found] == ["minimal", "ridge", "valley", "flat", "minimal", "ridge"]
 
-    def test_within_tolerances_that_are_given_all_is_flat(self):
+    def test_within_given_tolerances_all_is_flat(self):
         sheet = sm.plane(30, 30, size=(0.4, 0.4)).triangulated("dual")
         x, y, _ = sheet.vertices.T
         saddle = sm.TriangleMesh(np.stack([x, y, x * y], axis=1), sheet.faces)  # H 0, K -1
@@ -476,14 +476,14 @@ class TestClasses:
         assert set(hk.hk_classes(saddle).labels) == {hk.MINIMAL}
 
     @pytest.mark.parametrize("noise", [0.0, 0.1])
-    def test_a_monkey_saddle_is_flat_in_its_middle_alone(self, noise):
+    def test_a_monkey_saddle_is_flat_only_at_its_center(self, noise):
         made = split_square(graph("monkey_saddle"), 22)
         found = sm.hk_classes(noisy(made.mesh, noise, rng=0)).labels[made.scored]
         curvedness = np.sqrt(2 * made.exact.mean**2 - made.exact.gauss)[made.scored]
         assert 0 < curvedness[found == hk.FLAT].max() < 0.2 < 0.7 < curvedness.mean()
         assert set(found) <= {hk.FLAT, hk.MINIMAL, hk.SADDLE_RIDGE, hk.SADDLE_VALLEY}
 
-    def test_the_window_is_asked_where_a_vertex_says_zero_and_believed_within_its_tolerance(self):
+    def test_averages_decide_where_a_vertex_is_zero_within_its_tolerance(self):
         one = tuple(np.array(each) for each in ([3.0, 0.1, 0.1], [5.0, 5.0, 0.1], [1.0, 1, 1], [2.0, 2, 2]))
         other = tuple(np.array(each) for each in ([-0.5, 0.9, 1.1], [-0.5, -9, 1.9], [0.4, 0.4, 0.4], [0.6, 0.6, 0.6]))
         assert [each.tolist() for each in hk._combined([one, other])] == [
@@ -508,8 +508,8 @@ class TestClasses:
         assert repr(found).startswith("HKClasses(unknown 1, peak")
 
 
-class TestBends:
-    def test_averages_with_directions_are_those_of_the_definition(self):
+class TestSmoothedCurvature:
+    def test_averages_with_directions_equal_the_definition(self):
         mesh = sm.ellipsoid((3, 2, 1), 4).triangulated("dual")
         found = curved(mesh)
         diffusion = Diffusion(as_samples(mesh))
@@ -517,7 +517,7 @@ class TestBends:
         assert mean_deviators(diffusion, found, found.d1, 0.6) == pytest.approx(expected, abs=1e-4)
 
     @given(st.integers(0, 10**6))
-    def test_signs_of_directions_do_not_matter_nor_does_the_place(self, seed):
+    def test_does_not_depend_on_signs_of_directions_or_place(self, seed):
         mesh = ball(6)
         mesh = sm.TriangleMesh(mesh.vertices * [1.0, 0.8, 0.5], mesh.faces)
         found, turn = curved(mesh), turned(seed)
@@ -529,7 +529,7 @@ class TestBends:
             mean_deviators(diffusion, found, found.d1, 0.3), abs=1e-4
         )
 
-    def test_what_turns_with_the_surface_is_not_lost(self):
+    def test_tensors_that_rotate_with_the_surface_are_kept(self):
         """Around a tube k1 is the same everywhere, and d1 goes round with it."""
         ring = torus(200, 40, radius=5.0, tube_radius=1.0)
         c = sm.curvature(ring.mesh)
@@ -547,7 +547,7 @@ class TestBends:
         for found in shrunk(diffusion, c):
             assert found.gauss == pytest.approx(diffusion.smoothed(c.gauss, smallest_window(diffusion)))
 
-    def test_clean_values_stay_and_noisy_ones_go_to_their_means(self):
+    def test_clean_values_stay_and_noisy_ones_become_means(self):
         made = torus(40, 14, irregular=True, rng=0)
         diffusion = Diffusion(as_samples(made.mesh))
         (mean, gauss, _), (whole, whole_gauss, _) = shrunk(diffusion, sm.curvature(made.mesh))
@@ -568,7 +568,7 @@ class TestBends:
             assert one is other
             assert one.mean == pytest.approx(diffusion.smoothed(found.mean, smallest_window(diffusion)))
 
-    def test_neighbors_without_an_estimate_take_no_part(self):
+    def test_neighbors_without_an_estimate_have_no_weight(self):
         ring = torus(100, 20, radius=5.0, tube_radius=1.0)
         found = sm.curvature(ring.mesh)
         hidden = np.arange(len(found.k1)) % 7 == 0
@@ -586,7 +586,7 @@ def rms(values):
     return float(np.sqrt((values**2).mean()))
 
 
-def test_unevenness_is_the_noise_of_a_field():
+def test_the_noise_of_a_field():
     mesh = ball(40)
     noise = 0.3 * np.random.default_rng(0).normal(size=mesh.n_vertices)
     found = field_noise(Diffusion(as_samples(mesh)), 5 * mesh.vertices[:, 2] + noise)
@@ -629,7 +629,7 @@ class TestBadInput:
             (lambda m: sm.hk_classes(m, tolerance_gauss=[-1.0] * 642), "tolerance_gauss must be at least 0, not -1"),
         ],
     )  # fmt: skip
-    def test_is_told_in_one_sentence(self, call, words):
+    def test_is_one_sentence(self, call, words):
         with pytest.raises((ValueError, TypeError)) as caught:
             call(ball(8))
         assert str(caught.value) == words
@@ -638,7 +638,7 @@ class TestBadInput:
     @pytest.mark.parametrize(
         "surface", [3, np.full((9, 3), np.nan), "nowhere.off", (np.eye(4)[:, :3], np.zeros((0, 3)))]
     )
-    def test_what_is_no_surface_is_refused(self, function, surface):
+    def test_other_objects_are_refused(self, function, surface):
         with pytest.raises((ValueError, TypeError, OSError)):
             function(surface)
 

@@ -31,7 +31,7 @@ SCANS = ["lion_head.off", "femur.off", "fran_face.vtk", "rabbit_scan.vtk", "part
 
 
 @pytest.mark.parametrize("name", SCANS)
-def test_everything_is_known_and_a_few_places_stand_out(measured, name):
+def test_everything_is_known_and_few_places_are_salient(measured, name):
     mesh, curvature = measured(name)
     found = sm.saliency(mesh, curvature=curvature)
     assert np.isfinite(found).all()
@@ -42,7 +42,7 @@ def test_everything_is_known_and_a_few_places_stand_out(measured, name):
 
 
 @pytest.mark.parametrize("name", [name for name in SCANS if name != "femur.off"])
-def test_rims_do_not_stand_out(measured, name):
+def test_rims_are_not_salient(measured, name):
     mesh, curvature = measured(name)
     found = sm.saliency(mesh, curvature=curvature)
     rim = ~as_samples(mesh).one_ring.closed

@@ -1,4 +1,4 @@
-"""The bench: judgements on made-up curves, known rows of its tables, a report that appears whole or not at all."""
+"""The benchmark: ratings of synthetic curves, known rows of its tables, a report written whole or not at all."""
 
 from __future__ import annotations
 
@@ -156,7 +156,7 @@ def errors():
 
 
 class TestFindings:
-    """What the thesis concludes (4.3), as far as it is true."""
+    """The conclusions of the thesis (4.3) that hold."""
 
     def test_the_quadric_is_the_best_on_quadrics_and_the_worst_on_spheres(self, errors):
         for scheme in ("R", "Rda", "Rdd"):

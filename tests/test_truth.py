@@ -1,4 +1,4 @@
-"""Surfaces that are known exactly: printed values, finite differences, two roads to every curvature."""
+"""Surfaces that are known exactly: printed values, finite differences, every curvature derived twice."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Rings, triangulations and noise: what is printed of them, and that they lie where they say."""
+"""Rings, triangulations and noise: published properties, and points on the surfaces."""
 
 from __future__ import annotations
 
@@ -100,7 +100,7 @@ class TestRings:
         np.testing.assert_allclose(ring.neighbors, surface.points(*ring.neighbors[:, :2].T), atol=1e-15)
         assert turns(ring) == 1
 
-    def test_schemes_do_what_they_say(self):
+    def test_schemes_have_their_angles_and_distances(self):
         azimuth, away = rings.pattern("R", 6)
         assert away.tolist() == [1] * 6
         np.testing.assert_allclose(np.diff(azimuth), np.pi / 3)
@@ -203,7 +203,7 @@ class TestDiscretized:
         open_ends = {"uv_cylinder": 2, "split_square": 1, "sawtooth": 1, "sawtooth, odd": 1}
         assert (mesh.genus, mesh.n_holes) == (int(name == "torus"), open_ends.get(name, 0))
 
-    def test_faces_look_where_the_normals_do(self, name):
+    def test_faces_are_oriented_as_the_normals(self, name):
         made = MADE[name]()
         corners = made.vertices[made.faces]
         faces = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -301,7 +301,7 @@ class TestNoise:
 
     @pytest.mark.parametrize(("distribution", "spread"), [("normal", 1.0), ("uniform", 12**-0.5)])
     @pytest.mark.parametrize("unit", noise.UNITS)
-    def test_has_the_size_asked_for(self, distribution, spread, unit):
+    def test_has_the_given_size(self, distribution, spread, unit):
         moved = noise.noisy(self.ball.mesh, 0.01, unit=unit, distribution=distribution, rng=0)
         size = 0.01 * noise.unit_of(self.ball.mesh, unit)
         assert (moved.vertices - self.ball.vertices).std() == pytest.approx(spread * size, rel=0.03)

@@ -93,7 +93,7 @@ def spread(
     Warns
     -----
     SimplexMeshWarning
-        Tells at how many vertices there are too few neighbors.
+        At how many vertices there are too few neighbors.
 
     Examples
     --------
