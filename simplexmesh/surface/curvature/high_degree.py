@@ -42,7 +42,7 @@ USABLE = 0.8
 """Least share of those vertices at which a fit must be determined."""
 
 ROWS_PER_CHUNK, MOST_CHUNKS = 16, 64
-"""Border vertices fitted with one workspace, which is as large as the mesh; more of them where chunks would be more."""
+"""Border vertices per chunk, and most chunks, as the workspace of each is as large as the mesh."""
 
 
 def refitted(samples: Samples, rows: Indices, at: Indices, scales: Scales, found: Jets) -> Jets:

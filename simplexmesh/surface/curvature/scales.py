@@ -110,9 +110,7 @@ def scales_of(samples: Samples, *, noise: float | None = None, detail: float | N
         return Scales(
             none, none, np.full(len(none), 2), np.zeros((len(none), 4)), none, 0.0, directions, oriented, none
         )
-    order = connected[shuffling(raw_spacing[connected]).argsort(kind="stable")]
-    if (many := ring.valence[order] >= PROBED).any():
-        order = order[many]
+    order = _drawn(connected, raw_spacing, ring.valence)
     rows = np.sort(order[:FIRST_PROBES])
     fits = probe_fits(samples, rows, spacing[rows, None] * LADDER, directions, oriented=oriented)
     deviation = noise_level(fits) if noise is None else noise
@@ -140,6 +138,13 @@ def scales_of(samples: Samples, *, noise: float | None = None, detail: float | N
         oriented,
         spacing,
     )
+
+
+def _drawn(connected: Indices, spacing: Array, valence: Indices) -> Indices:
+    """Return the connected points in pseudo-random order, without those of too few neighbors unless all are such."""
+    order = connected[shuffling(spacing[connected]).argsort(kind="stable")]
+    many = valence[order] >= PROBED
+    return order[many] if many.any() else order
 
 
 def _probed(samples: Samples, order: Indices) -> tuple[Indices, Indices]:
