@@ -14,7 +14,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from numba.core import codegen, compiler, types
+from numba.core import codegen, compiler
 from numba.core.codegen import JITCodeLibrary
 from numba.core.dispatcher import _FunctionCompiler
 from numba.extending import overload
@@ -55,7 +55,8 @@ class LazyLibrary(JITCodeLibrary):  # type: ignore[misc]
             return False
 
     def _translate(self):
-        super()._optimize_final_module()
+        for _ in range(2):  # once for the helpers, which are optimized when they are in place, once for the whole
+            super()._optimize_final_module()
         self._dynamic_globals.clear()  # finalizing collects them again
         super()._finalize_final_module()
         self.translated = True
@@ -141,16 +142,3 @@ class LazyCompiler(_FunctionCompiler):  # type: ignore[misc]
     def _compile_core(self, args, return_type):
         with lazy(self.targetdescr.target_context.codegen()):
             return super()._compile_core(args, return_type)
-
-
-def passed(kind):
-    """Return the type as which an argument is passed between kernels: int64 for smaller integers, also literal ones.
-
-    Examples
-    --------
-    >>> from numba import types
-    >>> passed(types.int32), passed(types.literal(2)), passed(types.literal(True)), passed(types.float32)
-    (int64, int64, bool, float32)
-    """
-    kind = types.unliteral(kind) if isinstance(kind, types.IntegerLiteral | types.BooleanLiteral) else kind
-    return types.int64 if isinstance(kind, types.Integer) and kind.bitwidth < 64 else kind

@@ -28,7 +28,7 @@ from numba.core.caching import IndexDataCacheFile
 from numba.core.registry import CPUDispatcher
 from numba.core.types.containers import BaseTuple
 
-from simplexmesh._kernels_lazy import LazyCompiler, passed
+from simplexmesh._kernels_lazy import LazyCompiler
 
 
 def njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:
@@ -83,8 +83,7 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]
         """Return the signature for a call from another kernel; numba asks while it compiles that one."""
         if self.callee is None:
             return super().get_call_template(args, kws)
-        named = {name: passed(kind) for name, kind in kws.items()}
-        return self.callee.get_call_template(tuple(passed(kind) for kind in args), named)
+        return self.callee.get_call_template(args, kws)
 
     def get_overload(self, sig):
         """Return what identifies the code for a call from another kernel."""
