@@ -28,7 +28,14 @@ from numba.core.caching import IndexDataCacheFile
 from numba.core.registry import CPUDispatcher
 from numba.core.types.containers import BaseTuple
 
-from simplexmesh._kernels_lazy import LazyCompiler
+LAZY = numba.version_info.short < (0, 69)
+"""Whether kernels are compiled lazily, which relies on internals of numba: with the versions it is tested with only.
+
+With later ones everything computes the same, but the first use takes twice as long.
+"""
+
+if LAZY:
+    from simplexmesh._kernels_lazy import LazyCompiler
 
 
 def njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:
@@ -54,9 +61,10 @@ def njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:
 
 
 def adopted(dispatcher: Any, kind: type) -> Any:
-    """Return numba's dispatcher as an instance of `kind`, compiled lazily and cached in a `CacheFile`."""
+    """Return numba's dispatcher as an instance of `kind`, compiled lazily if possible and cached in a `CacheFile`."""
     dispatcher.__class__ = kind
-    dispatcher._compiler.__class__ = LazyCompiler
+    if LAZY:
+        dispatcher._compiler.__class__ = LazyCompiler
     if hasattr(dispatcher._cache, "_cache_file"):
         dispatcher._cache._cache_file.__class__ = CacheFile
     return dispatcher
@@ -69,8 +77,8 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]
 
     @cached_property
     def callee(self):
-        """The variant that other kernels call, without a Python wrapper; None for a kernel that is inlined."""
-        if "inline" in self.options:
+        """The variant that other kernels call, without a Python wrapper; None for kernels inlined, or not lazy."""
+        if "inline" in self.options or not LAZY:
             return None
         own = self.py_func
         twin = FunctionType(own.__code__, own.__globals__, own.__name__, own.__defaults__, own.__closure__)
