@@ -57,7 +57,18 @@ def high_degree(rings, points, directions, center, radius, known, degree, neares
         return coefficients / units, z - design @ coefficients, second @ second
 
     lower, (coefficients, residuals, amplification) = fit(degree - 1)[0], fit(degree)
-    shapes = [-np.linalg.solve(*reference.fundamental(one)) for one in (lower, coefficients)]
+
+    def shape(x):
+        """The shape operator of (s sqrt(1 + k1 z / 2), t sqrt(1 + k2 z / 2), z), z(s, t) being a polynomial."""
+        p, q = x[1:3]
+        first, second = reference.fundamental(x)
+        across, along = (
+            np.array([[k1 * p / 2, k1 * q / 4], [k1 * q / 4, 0]]),
+            np.array([[0, k2 * p / 4], [k2 * p / 4, k2 * q / 2]]),
+        )
+        return -np.linalg.solve(first, second - (p * across + q * along) / np.sqrt(1 + p * p + q * q))
+
+    shapes = [shape(one) for one in (lower, coefficients)]
     means = [np.trace(one) / 2 for one in shapes]
     bends = np.sort(np.linalg.eigvals(shapes[1]).real)[::-1]
     return [*means, residuals @ residuals, amplification], bends

@@ -127,6 +127,23 @@ class TestAccuracy:
         after = high_degree.refitted(samples, rows, np.arange(len(rows)), scales, wrong)
         assert rms(after.shape.mean(axis=1) - made.exact.mean[rows]) < 1e-3
 
+    def test_a_fit_of_high_degree_does_not_depend_on_the_normal_it_starts_from(self):
+        """Chords over a plane that is not tangent are stretched unevenly: H was off by H times the squared angle."""
+        made = half_torus()
+        samples = as_samples(made.mesh)
+        scales, rim = scales_of(samples), np.flatnonzero(~made.inner)
+        found = fitted(samples, rim, scales, samples.one_ring)
+        tilted = found.normals + 0.02 * found.d1
+        tilted /= np.linalg.norm(tilted, axis=1)[:, None]
+        along = found.d1 - (found.d1 * tilted).sum(axis=1)[:, None] * tilted
+        along /= np.linalg.norm(along, axis=1)[:, None]
+        fits = np.array([[8, 100]])
+        one, other = (
+            high_degree._tried(samples, rim, scales, known, fits).jets[:, 0, :2].mean(axis=1)
+            for known in (found, found._replace(normals=tilted, d1=along))
+        )
+        assert abs((other - one).mean()) < 3e-5
+
     def test_gauss_and_directions_too(self):
         made = half_torus()
         samples = as_samples(noisy(made.mesh, 0.01, rng=1))

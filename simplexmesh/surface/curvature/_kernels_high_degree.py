@@ -155,6 +155,25 @@ def summed(terms, functionals, right, x):
 
 
 @jit
+def unstretched(k1, k2, d1, frame, x):
+    """Replace the quadric in chords by that in tangential coordinates, which differ in second order at any slope.
+
+    With z = p u + q v + ... the coordinates w are (1 - z A / 4) times the chords, A being the second derivatives of the
+    quadric that these belong to. Without this H is off by about itself times the squared error of the normal.
+    """
+    c, s = 0.0, 0.0
+    for axis in range(3):
+        c += d1[axis] * frame[0, axis]
+        s += d1[axis] * frame[1, axis]
+    p, q = x[1], x[2]
+    first, second = -k1 * (c * p + s * q), -k2 * (c * q - s * p)
+    a, b = c * first - s * second, s * first + c * second
+    x[3] += 0.25 * p * a
+    x[4] += 0.25 * (p * b + q * a)
+    x[5] += 0.25 * q * b
+
+
+@jit
 def amplification(terms, functionals):
     """Return the variance of H per variance of heights, of a fit of small slope."""
     total = 0.0
@@ -230,8 +249,10 @@ def fitted(places, count, degree, d1, normal, k1, k2, radius, work, numbers, jet
     if 2 * terms < (degree + 1) * (degree + 2):
         return
     summed(degree * (degree + 1) // 2, functionals, right, x)
+    unstretched(k1 * radius, k2 * radius, d1, frame, x)
     numbers[0] = bending(x)[0] / radius
     summed(terms, functionals, right, x)
+    unstretched(k1 * radius, k2 * radius, d1, frame, x)
     numbers[1] = bending(x)[0] / radius
     solved(matrix, right, terms, coefficients)
     numbers[2] = residual_sum(terms, design, z, count, coefficients, u) * radius**2
