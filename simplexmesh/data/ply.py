@@ -10,7 +10,7 @@ import plyfile
 from numpy.typing import NDArray
 
 from simplexmesh.data.points import PointCloud, cloud_of_file
-from simplexmesh.data.polygons import fans
+from simplexmesh.data.polygons import fans, strips
 from simplexmesh.data.range_grid import grid_normals
 from simplexmesh.data.triangles import TriangleMesh
 
@@ -20,7 +20,7 @@ Ragged = tuple[NDArray[np.int64], NDArray[np.float64]]
 
 
 def read_ply(path: Path) -> TriangleMesh | PointCloud:
-    """Read a PLY file: polygons as a TriangleMesh, points or a range grid as a PointCloud.
+    """Read a PLY file: polygons or triangle strips as a TriangleMesh, points or a range grid as a PointCloud.
 
     Points of a Stanford range scan (element `range_grid`) get the normals of the triangulated grid.
 
@@ -29,13 +29,19 @@ def read_ply(path: Path) -> TriangleMesh | PointCloud:
     OSError
         The file is damaged or truncated.
     """
-    head, info = _header(path)
-    table, lists = _ascii(path, head) if info["format"] == "ascii" else _binary(path)
+    try:
+        head, info, start = _header(path)
+    except (ValueError, IndexError):
+        raise OSError(f"{path.name} is a PLY file with a damaged header") from None
+    table, lists = _ascii(path, head, start) if info["format"] == "ascii" else _binary(path)
     if not {"x", "y", "z"} <= table.keys():
         raise OSError(f"{path.name} must have vertices with x, y and z, not {sorted(table) or 'none'}")
     points = np.stack([table[c] for c in "xyz"], axis=1).astype(np.float64)
     if lists.get("face") is not None and len(lists["face"][0]):
         return TriangleMesh(points, fans(*lists["face"]))
+    if lists.get("tristrips") is not None and len(lists["tristrips"][1]):
+        sizes, flat = lists["tristrips"]
+        return TriangleMesh(points, strips(np.insert(flat, np.cumsum(sizes), -1)))
     if lists.get("range_grid") is not None:
         return _range_scan(path, points, info, lists["range_grid"])
     if {"nx", "ny", "nz"} <= table.keys():
@@ -59,14 +65,16 @@ def _range_scan(path: Path, points: Array, info: dict[str, str], grid: Ragged) -
     return PointCloud(points, grid_normals(points, index.reshape(shape)))
 
 
-def _header(path: Path) -> tuple[list[tuple[str, int, list[list[str]]]], dict[str, str]]:
-    """Return the elements (name, count, properties) and the header's format and obj_info entries."""
+def _header(path: Path) -> tuple[list[tuple[str, int, list[list[str]]]], dict[str, str], int]:
+    """Return the elements (name, count, properties), the header's format and obj_info entries, and its length."""
     elements: list[tuple[str, int, list[list[str]]]] = []
     info: dict[str, str] = {}
     complete = False
+    length = 0
     with path.open("rb") as file:
         for raw in file:
             words = raw.decode("latin-1").split()
+            length += len(raw)
             if words == ["end_header"]:
                 complete = True
                 break
@@ -78,15 +86,18 @@ def _header(path: Path) -> tuple[list[tuple[str, int, list[list[str]]]], dict[st
                 elements.append((words[1], int(words[2]), []))
             elif words[:1] == ["property"] and elements:
                 elements[-1][2].append(words[1:])
+                if len(words) != (5 if words[1] == "list" else 3):
+                    raise ValueError
     if not complete or "format" not in info or not elements:
         raise OSError(f"{path.name} is a PLY file with a damaged header")
-    return elements, info
+    return elements, info, length
 
 
-def _ascii(path: Path, elements: list[tuple[str, int, list[list[str]]]]) -> tuple[dict[str, Array], dict[str, Ragged]]:
+def _ascii(
+    path: Path, elements: list[tuple[str, int, list[list[str]]]], start: int
+) -> tuple[dict[str, Array], dict[str, Ragged]]:
     """Parse all numbers of a text body at once; plyfile takes a second for one range scan."""
-    content = path.read_bytes()
-    body = content[content.index(b"end_header") + len(b"end_header") :]
+    body = path.read_bytes()[start:]
     with warnings.catch_warnings():
         warnings.simplefilter("error", DeprecationWarning)
         try:
@@ -98,7 +109,12 @@ def _ascii(path: Path, elements: list[tuple[str, int, list[list[str]]]]) -> tupl
     lists: dict[str, Ragged] = {}
     for name, count, properties in elements:
         if any(words[0] == "list" for words in properties):
-            found = _ascii_lists(numbers[at:], count, properties)
+            try:
+                found = _ascii_lists(numbers[at:], count, properties)
+            except (ValueError, OverflowError):
+                raise OSError(
+                    f"{path.name} is damaged: the lists of its {name} elements have invalid lengths"
+                ) from None
             at += found[2] if found else len(numbers) + 1
             if found:
                 lists[name] = found[:2]
@@ -114,10 +130,10 @@ def _ascii(path: Path, elements: list[tuple[str, int, list[list[str]]]]) -> tupl
 
 
 def _ascii_lists(numbers: Array, count: int, properties: list[list[str]]) -> tuple[Indices, Array, int] | None:
-    """Return sizes, entries and the count of numbers read for an element's lists; of several properties, the first."""
+    """Return sizes, entries and the count of numbers read for an element's list of indices."""
     values = numbers.tolist()
     kinds = [words[0] == "list" for words in properties]
-    chosen = kinds.index(True)
+    chosen = [words[-1] for words in properties].index(_of_indices([w[-1] for w in properties if w[0] == "list"]))
     at = 0
     sizes = np.zeros(count, dtype=np.int64)
     starts = np.zeros(count, dtype=np.int64)
@@ -125,6 +141,8 @@ def _ascii_lists(numbers: Array, count: int, properties: list[list[str]]) -> tup
         for row in range(count):
             for i, is_list in enumerate(kinds):
                 size = int(values[at]) if is_list else 0
+                if size < 0:
+                    raise ValueError
                 if i == chosen:
                     sizes[row], starts[row] = size, at + 1
                 at += size + 1
@@ -152,9 +170,14 @@ def _binary(path: Path) -> tuple[dict[str, Array], dict[str, Ragged]]:
             table = {p.name: element.data[p.name] for p in element.properties}
         listed = [p.name for p in element.properties if isinstance(p, plyfile.PlyListProperty)]
         if listed and len(element.data):
-            column = element.data[listed[0]]
+            column = element.data[_of_indices(listed)]
             if column.dtype == object:
                 lists[element.name] = (np.array([len(row) for row in column]), np.concatenate(list(column)))
             else:
                 lists[element.name] = (np.full(len(column), column.shape[1]), column.reshape(-1))
     return table, lists
+
+
+def _of_indices(names: list[str]) -> str:
+    """Return the list property that holds the corners of faces: texture coordinates may come before it."""
+    return next((name for name in names if name in ("vertex_indices", "vertex_index")), names[0])
