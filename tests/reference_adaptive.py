@@ -150,7 +150,9 @@ def fitted(found, points, directions, radius, degree, priors, noise, slack, lean
     if degree > 3:  # what H loses when the last even degree and all above are left out, and those above as well
         hidden += (without(design, ridge, z, degree // 2 * 2) - without(design, ridge, z, degree // 2 * 2 + 1)) ** 2
     allowed = max(3 * doubt, kernels.TOLERATED_ERROR * curved, 0.5 * beyond * radius, 1e-300)
-    error = np.hypot(doubt, excess) / radius
+    bias = kernels.CUBIC_BIAS * kernels.RESIDUAL_BIAS * (1 + kernels.BORDER_BIAS * lean)
+    amplified = max(1, kernels.AMPLIFIED_BIAS * np.sqrt(variance * len(z)) / bias) if degree < 4 else 1
+    error = np.hypot(doubt, amplified * excess) / radius
     return np.array([k1, k2]) / radius, up, d1 / np.linalg.norm(d1), error, excess / allowed, hidden / radius**2
 
 

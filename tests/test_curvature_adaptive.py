@@ -154,6 +154,23 @@ class TestError:
             found = sm.curvature(mesh)
             assert (np.abs(found.mean - exact.mean) > 4 * found.error).mean() < 0.02
 
+    @pytest.mark.parametrize("name", ["exponential", "monkey_saddle"])
+    @pytest.mark.parametrize("taper", [0.0, 0.99])
+    def test_of_narrow_strips_and_tips(self, name, taper):
+        """Two rows hardly determine the curvature across them, which was off by up to ten thousand expected errors."""
+        x, side = np.meshgrid(np.linspace(-0.9, 0.9, 81), [-1, 1])
+        shift, wide = np.random.default_rng(0).uniform(-0.004, 0.004, (2, *x.shape))
+        x, y = x + shift, 0.2 + side * (0.011 + wide) * (1 - taper * np.linspace(0, 1, 81))
+        a, c = np.arange(80), np.arange(81, 161)
+        made = graph(name)
+        mesh = sm.TriangleMesh(
+            made.points(x.ravel(), y.ravel()), np.vstack([np.stack([a, a + 1, c + 1], 1), np.stack([a, c + 1, c], 1)])
+        )
+        found, exact = sm.curvature(mesh), made.exact(x.ravel(), y.ravel())
+        apart = np.abs(found.mean - exact.mean) / found.error
+        assert np.median(apart) < 1.0
+        assert apart.max() < 10.0
+
     def test_is_local_beside_detail(self):
         """Between creases, and past where they end at x = -0.3, a surface is calm and found well."""
 
