@@ -561,6 +561,16 @@ class TestInput:
         assert np.median(sm.curvature(mesh, noise=0.1 * edge).scale) > np.median(sm.curvature(mesh).scale)
         assert off(sm.curvature(mesh, noise=0.01 * edge).mean, exact.mean) < 0.02
 
+    @pytest.mark.parametrize("of", [sm.curvature, sm.vertex_normals])
+    def test_more_detail_than_neighborhoods_extend_to_is_reported(self, of):
+        """Radii were reported, and errors expected, as if balls had been that large."""
+        exact, mesh = torus("2.5k", 0.1)
+        with pytest.warns(SimplexMeshWarning, match="^detail of 1 is not reached: neighborhoods end at 250 points"):
+            found = of(mesh, detail=1.0)
+        if of is sm.curvature:
+            assert found.scale.max() < 12 * unit_of(mesh, "edge")
+            assert np.median(np.abs(found.mean - exact.mean) / found.error) < 2.0
+
 
 class TestScans:
     @pytest.mark.parametrize("name", ["lion_head.off", "femur.off", "fran_face.vtk", "rabbit_scan.vtk"])

@@ -13,14 +13,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh import _check
+from simplexmesh.errors import warn
 from simplexmesh.surface.curvature.jets import Jets, fitted
 from simplexmesh.surface.curvature.rims import improved_at_borders
-from simplexmesh.surface.curvature.scales import Scales, scales_of
+from simplexmesh.surface.curvature.scales import WIDEST, Scales, scales_of
 from simplexmesh.surface.methods import Estimates
 from simplexmesh.surface.neighborhoods import Neighborhoods
 from simplexmesh.surface.samples import Samples
 
 Array = NDArray[np.float64]
+
+SHORT_OF_DETAIL = 1.1
+"""Details longer than this times the widest radius are reported."""
 
 
 def _scales(samples: Samples, noise: float | None, detail: float | None) -> Scales:
@@ -28,7 +32,19 @@ def _scales(samples: Samples, noise: float | None, detail: float | None) -> Scal
         noise = _check.number("noise", noise, 0.0)
     if detail is not None:
         detail = _check.number("detail", detail, 0.0, open_low=True)
-    return scales_of(samples, noise=noise, detail=detail)
+    found = scales_of(samples, noise=noise, detail=detail)
+    if detail is not None:
+        _warn_of_unreached(detail, found.spacing[found.spacing > 0])
+    return found
+
+
+def _warn_of_unreached(detail: float, spacing: Array) -> None:
+    """Warn if balls of so few points as are fitted do not extend to a detail."""
+    if len(spacing) and detail > SHORT_OF_DETAIL * WIDEST * (middle := float(np.median(spacing))):
+        warn(
+            f"detail of {detail:g} is not reached: neighborhoods end at 250 points, here at a radius of about "
+            f"{WIDEST * middle:.2g}; decimate the surface first"
+        )
 
 
 def jets(samples: Samples, around: Neighborhoods, *, noise: float | None, detail: float | None) -> Jets:
@@ -54,7 +70,7 @@ def estimate(
     noise : float, optional
         Standard deviation of the noise along the normal, in the unit of the points, if known.
     detail : float, optional
-        Smallest length of interest: no neighborhood has a shorter radius.
+        Smallest length of interest: no neighborhood has a shorter radius, up to some 250 points.
     """
     scales = _scales(samples, noise, detail)
     found = fitted(samples, around.centers, scales, samples.one_ring)

@@ -48,6 +48,9 @@ PROBED = 3
 EQUAL = 1e-10
 """Spacings, relative to their mean, that differ by less are those of a regular grid."""
 
+WIDEST = 9.0
+"""Radius in spacings beyond which a wanted detail does not enlarge balls: within are more points than are fitted."""
+
 SIGNED = True
 """Average rows with their signs, not up to sign."""
 
@@ -96,7 +99,7 @@ def scales_of(samples: Samples, *, noise: float | None = None, detail: float | N
     noise : float, optional
         Standard deviation of the noise along the normal, if known.
     detail : float, optional
-        Smallest length of interest: no radius is shorter.
+        Smallest length of interest: no radius is shorter, as far as `WIDEST` allows.
     """
     ring = samples.one_ring
     directions, oriented = _directions(samples)
@@ -124,7 +127,8 @@ def scales_of(samples: Samples, *, noise: float | None = None, detail: float | N
     radii = np.exp(values[:, 0]) * spacing
     smallest = np.minimum(0.7 * LADDER[0] * spacing, radii)
     if detail is not None:
-        radii, smallest = np.where(spacing > 0, np.maximum(radii, detail), 0.0), np.maximum(smallest, detail)
+        least = np.minimum(detail, np.maximum(WIDEST * spacing, radii))
+        radii, smallest = np.maximum(radii, least), np.maximum(smallest, least)
     with np.errstate(divide="ignore", invalid="ignore"):
         priors = np.where(radii[:, None] > 0, np.sqrt(values[:, 2:]) / radii[:, None] ** np.arange(2, 6), 0.0)
     return Scales(
