@@ -1,6 +1,6 @@
-"""Completeness checks of volume files that ITK does not make: it reads truncated NIfTI and TIFF files silently.
+"""Checks of volume files that ITK does not make: it reads truncated NIfTI and TIFF files silently.
 
-For MetaImage it only prints the errors.
+For MetaImage it only prints the errors, and it reads damaged compressed samples of MetaImage and NRRD files.
 """
 
 from __future__ import annotations
@@ -8,61 +8,128 @@ from __future__ import annotations
 import gzip
 import re
 import struct
+import zlib
 from collections.abc import Callable
 from pathlib import Path
 from typing import BinaryIO
 
 _META_BYTES = {"CHAR": 1, "SHORT": 2, "INT": 4, "LONG": 4, "LONG_LONG": 8, "FLOAT": 4, "DOUBLE": 8}
+_PIECE = 1 << 16  # bytes read at once; unpacked they may be a thousand times as many
+_ANY_STREAM, _GZIP = 47, b"\x1f\x8b"
 
 
 def check_metaimage(path: Path) -> None:
-    """Check that the header is complete and that all samples are present."""
+    """Check that the header is complete and consistent, and that all samples are present and undamaged."""
     with path.open("rb") as file:
         text = file.read(1 << 16).decode("latin-1")
     fields = dict(re.findall(r"^\s*(\w+)\s*=\s*(.*?)\s*$", text.split("\0")[0], re.MULTILINE))
     name = fields.get("ElementDataFile")
     if name is None or not {"DimSize", "ElementType"} <= fields.keys():
         raise OSError(f"{path.name} is a MetaImage header without DimSize, ElementType or ElementDataFile")
-    for line in ("ElementSpacing", "ElementSize"):
-        if any(float(word) <= 0 for word in fields.get(line, "").split()):
-            raise ValueError(f"{path.name} must have positive spacing, not {line} = {fields[line]}")
+    try:
+        wanted, skipped = _meta_size(path.name, fields), max(0, int(fields.get("HeaderSize", "0")))
+    except ValueError:
+        raise OSError(f"{path.name} is a MetaImage with a damaged header") from None
     if name.upper() == "LIST" or "%" in name:
         return
-    wanted = _META_BYTES.get(fields["ElementType"].removeprefix("MET_").replace("UCHAR", "CHAR").removeprefix("U"), 0)
-    for word in [*fields["DimSize"].split(), fields.get("ElementNumberOfChannels", "1")]:
-        wanted *= int(word)
-    if fields.get("CompressedData", "False").lower() == "true":
-        wanted = int(fields.get("CompressedDataSize", "0"))
+    packed = fields.get("CompressedData", "False")[:1] in ("T", "t", "1")
+    if packed and "CompressedDataSize" not in fields:
+        raise OSError(f"{path.name} is a compressed MetaImage without CompressedDataSize")
     raw = path
     if name.upper() == "LOCAL":
         end = re.search(r"ElementDataFile\s*=\s*LOCAL\s*?\n", text, re.IGNORECASE)
-        wanted += end.end() if end else 0
+        skipped = end.end() if end else 0
     else:
         raw = path.parent / name
         if not raw.is_file():
             raise FileNotFoundError(f"{path.name} refers to {name}, which is not in its folder")
+    stored = int(fields["CompressedDataSize"]) if packed else wanted
+    _check_length(path, raw, skipped + stored)
+    if packed and _unpacked_size(raw, skipped, stored) != wanted:
+        raise OSError(f"{path.name} has damaged compressed samples")
+
+
+def _meta_size(name: str, fields: dict[str, str]) -> int:
+    """Return the number of bytes of the samples of a MetaImage."""
+    dimensions = int(fields.get("NDims", "3"))
+    for line in ("DimSize", "ElementSpacing", "ElementSize"):
+        words = fields.get(line, "").split()
+        if line in fields and len(words) != dimensions:
+            raise OSError(f"{name} has a damaged header: {line} must have {dimensions} numbers, not {len(words)}")
+        if line != "DimSize" and any(float(word) <= 0 for word in words):
+            raise OSError(f"{name} must have positive spacing, not {line} = {fields[line]}")
+    size = _META_BYTES.get(fields["ElementType"].removeprefix("MET_").replace("UCHAR", "CHAR").removeprefix("U"), 0)
+    for word in [*fields["DimSize"].split(), fields.get("ElementNumberOfChannels", "1")]:
+        size *= int(word)
+    return size
+
+
+def _check_length(path: Path, raw: Path, wanted: int) -> None:
     if raw.stat().st_size < wanted:
-        where = "" if raw == path else f" in {name}"
+        where = "" if raw == path else f" in {raw.name}"
         raise OSError(f"{path.name} must have {wanted:,} bytes{where}, it has {raw.stat().st_size:,}: truncated")
 
 
-def check_nifti(path: Path) -> None:
-    """Check that all samples are present."""
+def _unpacked_size(path: Path, start: int, stored: int) -> int:
+    """Return the number of bytes in the zlib or gzip stream of a file, -1 if it is damaged or cut off."""
+    unpack, total, piece, end = zlib.decompressobj(wbits=_ANY_STREAM), 0, b"", start + stored
     with path.open("rb") as file:
-        zipped = file.read(2) == b"\x1f\x8b"
-    with gzip.open(path) if zipped else path.open("rb") as stream:
-        head = stream.read(352)
-        wanted = _nifti_size(head)
-    if zipped:
-        with path.open("rb") as file:
-            file.seek(-4, 2)
-            if int.from_bytes(file.read(4), "little") == wanted % (1 << 32):
-                return
-        have = _unzipped_size(path)
-    else:
-        have = path.stat().st_size
-    if have < wanted:
-        raise OSError(f"{path.name} must have {wanted:,} bytes, it has {have:,}: truncated")
+        file.seek(start)
+        try:
+            while piece or (piece := file.read(max(0, min(end - file.tell(), _PIECE)))):
+                if unpack.eof and not piece.startswith(_GZIP):
+                    break
+                unpack = zlib.decompressobj(wbits=_ANY_STREAM) if unpack.eof else unpack
+                total += len(unpack.decompress(piece))
+                piece = unpack.unused_data
+        except zlib.error:
+            return -1
+    return total if unpack.eof else -1
+
+
+def check_nrrd(path: Path) -> None:
+    """Check that samples compressed by gzip are undamaged."""
+    with path.open("rb") as file:
+        head, found, _ = file.read(1 << 16).partition(b"\n\n")
+    text = head.decode("latin-1").replace("\r", "")
+    fields = {key.lower(): value for key, value in re.findall(r"(?m)^([^#:\n]+):=?[ \t]*(.*?)[ \t]*$", text)}
+    if fields.get("encoding", "").lower() not in ("gzip", "gz") or {"line skip", "byte skip"} & fields.keys():
+        return
+    name = fields.get("data file", fields.get("datafile"))
+    raw = path if name is None else path.parent / name
+    if not raw.is_file() or (name is None and not found):  # several files, or none: left to ITK
+        return
+    if _unpacked_size(raw, 0 if name else len(head) + 2, raw.stat().st_size) < 0:
+        raise OSError(f"{path.name} has damaged compressed samples")
+
+
+def check_nifti(path: Path) -> None:
+    """Check that all samples are present, and undamaged if compressed."""
+    with path.open("rb") as file:
+        zipped = file.read(2) == _GZIP
+    try:
+        with gzip.open(path) if zipped else path.open("rb") as stream:
+            head = stream.read(352)
+    except (zlib.error, EOFError):
+        raise OSError(f"{path.name} has damaged compressed samples") from None
+    wanted = _nifti_size(head)
+    if head[344:347] == b"ni1" or head[4:7] == b"ni2":
+        _check_pair(path, wanted)
+    elif not zipped:
+        _check_length(path, path, wanted)
+    elif (have := _unpacked_size(path, 0, path.stat().st_size)) < wanted:
+        found = "is truncated or damaged" if have < 0 else f"must have {wanted:,} bytes, it has {have:,}: truncated"
+        raise OSError(f"{path.name} {found}")
+
+
+def _check_pair(path: Path, wanted: int) -> None:
+    """Check that the samples beside a NIfTI header are present."""
+    names = (path.with_suffix(ending) for ending in (".img", ".IMG", ".img.gz"))
+    raw = next((each for each in names if each.is_file()), None)
+    if raw is None:
+        raise FileNotFoundError(f"{path.name} refers to {path.stem}.img, which is not in its folder")
+    if raw.suffix != ".gz":
+        _check_length(path, raw, wanted)
 
 
 def _nifti_size(head: bytes) -> int:
@@ -79,17 +146,6 @@ def _nifti_size(head: bytes) -> int:
     for n in dims[1 : 1 + min(max(dims[0], 0), 7)]:
         samples *= n
     return offset + samples * bits // 8
-
-
-def _unzipped_size(path: Path) -> int:
-    total = 0
-    with gzip.open(path) as stream:
-        try:
-            while piece := stream.read(1 << 16):
-                total += len(piece)
-        except (EOFError, OSError):
-            pass
-    return total
 
 
 def check_tiff(path: Path) -> None:
@@ -125,4 +181,9 @@ def _next_page(file: BinaryIO, page: int, order: str, *, big: bool) -> int | Non
     )
 
 
-CHECKS: dict[str, Callable[[Path], None]] = {"metaimage": check_metaimage, "nifti": check_nifti, "tiff": check_tiff}
+CHECKS: dict[str, Callable[[Path], None]] = {
+    "metaimage": check_metaimage,
+    "nrrd": check_nrrd,
+    "nifti": check_nifti,
+    "tiff": check_tiff,
+}

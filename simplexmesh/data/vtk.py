@@ -94,6 +94,9 @@ def _points(dataset: Any) -> NDArray[np.float64]:
 def _triangles(dataset: Any) -> TriangleMesh:
     for cells in (dataset.GetPolys(), dataset.GetStrips()):
         corners = vtk_to_numpy(cells.GetConnectivityArray())
+        ends = vtk_to_numpy(cells.GetOffsetsArray())  # VTK does not check them, and would read outside its memory
+        if ends[0] != 0 or ends[-1] != len(corners) or (ends[1:] < ends[:-1]).any():
+            raise ValueError(f"faces must end one after the other, at corner {len(corners)} of {len(corners)}")
         if len(corners) and not 0 <= corners.min() <= corners.max() < dataset.GetNumberOfPoints():
             raise ValueError(f"faces refer to points outside 0..{dataset.GetNumberOfPoints() - 1}")
     cutter = vtkTriangleFilter()
