@@ -287,6 +287,20 @@ def size(name: str, bounds: NDArray[np.float64]) -> None:
         raise ValueError(f"{name} must be {limits}, not {found}: choose another unit")
 
 
+def frozen_state(state: dict[str, Any]) -> dict[str, Any]:
+    """Return the state of an unpickled or copied object with its arrays read-only again.
+
+    Examples
+    --------
+    >>> frozen_state({"points": np.zeros(3)})["points"].flags.writeable
+    False
+    """
+    for value in state.values():
+        if isinstance(value, np.ndarray):
+            value.setflags(write=False)
+    return state
+
+
 def frozen(values: ArrayLike, dtype: DTypeLike | None = None) -> NDArray[Any]:
     """Return a read-only C-contiguous copy; the caller's array is neither frozen nor shared.
 

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import copy
+import pickle
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -9,6 +12,7 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy.spatial.transform import Rotation
 
+import simplexmesh as sm
 from simplexmesh.data.points import PointCloud, distinct
 from simplexmesh.errors import SimplexMeshWarning
 
@@ -137,3 +141,23 @@ def test_distinct_positions_come_in_order_of_appearance(rows):
     assert [rows[i] for i in first] == seen
     assert [seen[i] for i in place] == rows
     assert (np.diff(first) > 0).all()
+
+
+@pytest.mark.parametrize("length", [1e-300, 1e-200, 1.0, 1e200, 1e300])
+def test_normals_of_any_length(length):
+    directions = np.array([[1.0, 0, 0], [0, 1, 0], [0, 0, -1], [1, 1, 1]])
+    normals = sm.PointCloud(np.eye(4)[:, :3], length * directions).normals
+    assert_allclose(normals, directions / np.linalg.norm(directions, axis=1, keepdims=True))
+
+
+@pytest.mark.parametrize("copied", [copy.deepcopy, lambda thing: pickle.loads(pickle.dumps(thing))])
+def test_copies_are_frozen_too(copied):
+    surface = sm.sphere(2).triangulated()
+    volume = sm.Volume(np.arange(24).reshape(2, 3, 4), spacing=2.0)
+    cloud = sm.PointCloud(surface.vertices, surface.vertices)
+    for thing in (surface, volume, cloud):
+        again = copied(thing)
+        assert repr(again) == repr(thing)
+        arrays = [value for value in vars(again).values() if isinstance(value, np.ndarray)]
+        assert len(arrays) >= 2
+        assert not any(values.flags.writeable for values in arrays)

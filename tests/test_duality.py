@@ -209,3 +209,11 @@ def test_takes_whatever_has_triangles():
     polydata = pyvista.PolyData.from_regular_faces(points, faces)
     for triangles in (SimpleNamespace(vertices=points, faces=faces), polydata, [points.tolist(), faces.tolist()]):
         assert_array_equal(dual(triangles).connectivity.twin, expected)
+
+
+def test_outward_is_a_flag():
+    triangles = shapes.sphere(2).triangulated("dual")
+    with pytest.raises(TypeError, match="outward must be true or false, not str 'no'"):
+        dual(triangles, outward="no")
+    with pytest.raises(TypeError, match="outward must be true or false, not str 'no'"):
+        triangles.oriented(outward="no")

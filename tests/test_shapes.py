@@ -152,9 +152,20 @@ def test_divided_polyhedra_share_their_points(base):
         (lambda: sm.plane(1, 5), ValueError, "across must be at least 2, not 1"),
         (lambda: sm.plane(size=(0, 1)), ValueError, "size must be above 0"),
         (lambda: sm.torus(8, 5), ValueError, "across must be even, not 5"),
+        (
+            lambda: sm.cylinder(10**6, 10**6),
+            ValueError,
+            "around and along must give at most 100,000,000 vertices, not 2",
+        ),
         (lambda: sm.torus(tube_radius=1.0), ValueError, "tube_radius must be below radius, 1, not 1"),
     ],
 )
 def test_bad_input(make, error, message):
     with pytest.raises(error, match=message):
         make()
+
+
+@pytest.mark.parametrize("length", [1e-300, 1e-200, 1e200])
+def test_axes_of_any_length(length):
+    expected = sm.cylinder(12, 5, axis=(1, 2, 3)).vertices
+    assert_allclose(sm.cylinder(12, 5, axis=(length, 2 * length, 3 * length)).vertices, expected)

@@ -57,7 +57,12 @@ class PointCloud:
         zero = int(np.count_nonzero(~normals.any(axis=1)))
         if zero:
             raise ValueError(f"normals must have a direction; {zero} of {len(normals)} are zero")
-        object.__setattr__(self, "normals", _check.frozen(_vec.normalized(normals)))
+        _, exponents = np.frexp(np.abs(normals).max(axis=1, keepdims=True))
+        scaled = np.ldexp(normals, -exponents)  # lengths whose squares overflow or vanish are legal
+        object.__setattr__(self, "normals", _check.frozen(_vec.normalized(scaled)))
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(_check.frozen_state(state))
 
     def __len__(self) -> int:
         return len(self.points)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -74,6 +74,9 @@ class TriangleMesh:
                 raise ValueError("faces must be at least one with three different vertices, not none")
         object.__setattr__(self, "vertices", _check.frozen(vertices))
         object.__setattr__(self, "faces", _check.frozen(faces))
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(_check.frozen_state(state))
 
     def __repr__(self) -> str:
         kind = "closed" if self.is_closed else "open"
@@ -205,6 +208,7 @@ class TriangleMesh:
         """
         from simplexmesh.mesh import manifold
 
+        _check.flag("outward", outward)
         kept, mates, repairs = manifold.matched(self.faces)
         faces, _, _ = manifold.oriented(self.vertices, kept, mates, outward=outward)
         flipped = int(np.count_nonzero((faces != kept).any(axis=1)))

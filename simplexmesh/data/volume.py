@@ -68,6 +68,9 @@ class Volume:
         for name, value in fields.items():
             object.__setattr__(self, name, value)
 
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(_check.frozen_state(state))
+
     def __repr__(self) -> str:
         spacing = ", ".join(f"{s:g}" for s in self.spacing)
         low, high = self.range

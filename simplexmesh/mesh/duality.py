@@ -89,6 +89,7 @@ def dual(triangles: Any, *, outward: bool = True) -> SimplexMesh:
     >>> dual((octahedron, faces[:4]))
     SimplexMesh(8 vertices, 5 faces, genus 0, 1 holes)
     """
+    _check.flag("outward", outward)
     vertices, faces = _vertices_and_faces(triangles)
     faces, mates, repairs = matched(faces)
     faces, mates, flipped = oriented(vertices, faces, mates, outward=outward)

@@ -97,7 +97,14 @@ def cells(grid: Grid, first: int | None, second: int | None, vertices: int | Non
     if first is not None and second is not None:
         if vertices is not None:
             raise TypeError(f"give {grid.first} and {grid.second}, or vertices, not both")
-        return _check.integer(grid.first, first, grid.minimum[0]), _check.integer(grid.second, second, grid.minimum[1])
+        one, two = (
+            _check.integer(grid.first, first, grid.minimum[0]),
+            _check.integer(grid.second, second, grid.minimum[1]),
+        )
+        if (count := grid.count(one, two)) > MAX_VERTICES:
+            names = f"{grid.first} and {grid.second}"
+            raise ValueError(f"{names} must give at most {MAX_VERTICES:,} vertices, not {count:,}")
+        return one, two
     wanted, ratio = _n_wanted(vertices), aspect * math.sqrt(3) / 2
 
     def cost(pair: tuple[int, int]) -> float:

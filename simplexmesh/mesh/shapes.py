@@ -272,7 +272,7 @@ def _placed(points: Array, center: ArrayLike, axis: ArrayLike) -> Array:
     z = _check.array("axis", axis, (3,))
     if not z.any():
         raise ValueError("axis must have a direction, not [0, 0, 0]")
-    z = normalized(z)
+    z = normalized(z / np.abs(z).max())
     across = np.array([1.0, 0, 0]) if abs(z[0]) < 0.9 else np.array([0, 1.0, 0])
     y = normalized(np.cross(z, across))
     return points @ np.stack([np.cross(y, z), y, z]) + _check.array("center", center, (3,))
