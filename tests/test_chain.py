@@ -142,6 +142,21 @@ class TestClipped:
         quarter = sm.clipped(half, (0, 0, 0), (1, 0, 0))
         assert quarter.area == pytest.approx(BALL.area / 4, rel=1e-3)
 
+    @pytest.mark.parametrize("unit", [1e-50, 1e-9, 1e-6, 1e-3, 1e3, 1e50])
+    @pytest.mark.parametrize("cap", [True, False])
+    def test_in_any_unit(self, unit, cap):
+        whole = sm.clipped(BALL, (0, 0, 0.3), (0.1, 0.2, 1), cap=cap)
+        small = sm.clipped(BALL.transformed(np.diag([unit] * 3 + [1])), (0, 0, 0.3 * unit), (0.1, 0.2, 1), cap=cap)
+        assert small.is_closed == cap
+        assert small.area == pytest.approx(whole.area * unit**2, rel=1e-6)
+        assert not cap or small.volume == pytest.approx(whole.volume * unit**3, rel=1e-6)
+
+    def test_an_inward_surface_keeps_its_orientation(self):
+        inward = sm.TriangleMesh(BALL.vertices, BALL.faces[:, ::-1])
+        part = sm.clipped(inward, (0, 0, 0.3), (0.1, 0.2, 1), cap=True)
+        assert part.is_closed
+        assert part.volume == pytest.approx(-sm.clipped(BALL, (0, 0, 0.3), (0.1, 0.2, 1), cap=True).volume, rel=1e-9)
+
     @pytest.mark.parametrize(
         ("call", "words"),
         [

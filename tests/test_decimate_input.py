@@ -58,3 +58,12 @@ def test_prints_in_a_line():
     assert text.startswith("Decimated(SimplexMesh(200 vertices, 100 faces, genus 1, 0 holes) of 480 vertices, rms 0.")
     assert text.endswith(f"{len(out.exceptions)} exceptions)")
     assert len(text) < 160
+
+
+@pytest.mark.parametrize("how", [{"vertices": 100}, {"tolerance": 1.0}])
+def test_a_mesh_too_large_for_products_of_areas_is_refused(how):
+    ball = sm.sphere(4)
+    with pytest.raises(
+        ValueError, match=r"mesh must be within 1e-60 and 1e\+60 in its unit of length, not reach to 9.*"
+    ):
+        sm.decimate(ball.moved(1e200 * ball.vertices), **how)

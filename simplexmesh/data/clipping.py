@@ -61,17 +61,20 @@ def clipped(surface: Any, origin: ArrayLike, normal: ArrayLike, *, cap: bool = F
     direction = normalized(direction / np.abs(direction).max())  # lengths whose squares overflow are legal
     if cap and not mesh.is_closed:
         raise ValueError("surface must be closed to be capped, it has a border")
+    inward = cap and mesh.volume < 0
+    unit = 2.0 ** np.frexp(np.ptp(mesh.bounds, axis=0).max())[1]  # VTK's tolerances suit sizes of about one
     plane = vtkPlane()
-    plane.SetOrigin(*at)
+    plane.SetOrigin(*(at / unit))
     plane.SetNormal(*direction)
-    faces = mesh.faces
-    data = vtk.polydata(mesh.vertices, np.full(len(faces), 3), faces.ravel(), {}, None)
+    faces = mesh.faces[:, ::-1] if inward else mesh.faces
+    data = vtk.polydata(mesh.vertices / unit, np.full(len(faces), 3), faces.ravel(), {}, None)
     out = _cut(data, plane, cap=cap)
     if not out.GetNumberOfPolys():
         raise ValueError("surface must have a part in front of the plane, it has none")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", SimplexMeshWarning)  # about slivers where the plane passes through a vertex
         found = as_triangles(vtk.from_dataset(out, "surface"))
+    found = TriangleMesh(unit * found.vertices, found.faces[:, ::-1] if inward else found.faces)
     return found.welded(tolerance=TOLERANCE * mesh.diagonal, report=False)
 
 

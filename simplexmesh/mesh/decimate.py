@@ -117,6 +117,7 @@ def decimate(mesh: Any, *, vertices: int | None = None, tolerance: float | None 
     if (vertices is None) == (tolerance is None):
         raise TypeError("give vertices or tolerance" + ("" if vertices is None else ", not both"))
     mesh = _as_simplex_mesh(mesh)
+    _check.size("mesh", mesh.bounds)
     if tolerance is not None:
         found = decimated_within(mesh, _check.number("tolerance", tolerance, 0, open_low=True))
         return _unchanged(mesh) if found is None else _result(*found)
