@@ -168,6 +168,10 @@ class TestReport:
         assert all(each["persistence"] >= facts["threshold"] for each in facts["salient"])
         assert (facts["failed"], facts["notes"], facts["output"]) == (0, [], None)
 
+    def test_a_model_has_its_number_of_faces(self, command, files):
+        _, out, _ = command(files / "model.vtp", "--method", "sine", "--rings", 2, "--json")
+        assert json.loads(out)["faces"] == sm.ellipsoid((3, 2, 1), 8).n_faces
+
     def test_the_table_names_its_numbers(self, command, files):
         _, out, _ = command(files / "egg.off", "--method", "sine", "--rings", 2, "--points", 2, "--unit", "mm")
         lines = out.splitlines()
@@ -244,6 +248,7 @@ class TestBadInput:
             ("egg.off", ["--points", -1], ["--points must be at least 0, not -1"]),
             ("egg.off", ["--show", "heat"], ["--show must be one of 'mean', 'gauss'", "not 'heat'"]),
             ("egg.off", ["--limits", 2, 1, "--picture", "out.png"], ["--limits must increase, not go from 2 to 1"]),
+            ("egg.off", ["--limits", 0, "inf", "--picture", "out.png"], ["--limits must be finite, not 0 and inf"]),
             ("egg.off", ["--view", "up"], ["--view must be one of", "not 'up'"]),
             ("egg.off", ["--show", "gauss"], ["--show needs --picture"]),
             ("egg.off", ["--limits", 0, 1], ["--limits need --picture"]),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from pathlib import Path
 from typing import Annotated, Any
@@ -72,7 +73,8 @@ def command(
         reported(0.2, "curvature")
         found = measured(surface, method, _neighborhood(rings, radius, nearest), points, reported)
         seconds = time.perf_counter() - began
-        facts = described(found) | {"seconds": round(seconds, 3), "output": output and str(output)}
+        facts = described(found) | {"faces": getattr(surface, "n_faces", 0)}
+        facts |= {"seconds": round(seconds, 3), "output": output and str(output)}
         interrupts.check()
         if output is not None:
             reported(0.8, "writing")
@@ -110,6 +112,8 @@ def _check_picture(picture: Path | None, show: str | None, limits: tuple[float, 
         from simplexmesh import _check
 
         _check.choice("--show", show, SHOWN)
+    if limits is not None and not (math.isfinite(limits[0]) and math.isfinite(limits[1])):
+        raise ValueError(f"--limits must be finite, not {limits[0]:g} and {limits[1]:g}")
     if limits is not None and not limits[0] < limits[1]:
         raise ValueError(f"--limits must increase, not go from {limits[0]:g} to {limits[1]:g}")
     if picture is None and (show is not None or limits is not None):
