@@ -513,3 +513,21 @@ class TestKnownKinds:
         (files / "mesh.off").rename(files / "mesh.stl")
         with pytest.warns(SimplexMeshWarning, match=r"mesh.stl is an OFF file by its content"):
             assert sm.read(files / "mesh.stl").n_faces == 2
+
+
+class TestPlainSurfaces:
+    VERTICES = "0 0 0\n1 0 0\n0 1 0\n0 0 1\n"
+    FACES = "3 0 2 1\n3 0 1 3\n3 1 2 3\n3 2 0 3\n"
+
+    def test_off_without_faces(self, tmp_path):
+        (tmp_path / "a.off").write_text("OFF\n4 0 0\n" + self.VERTICES)
+        assert_array_equal(sm.read(tmp_path / "a.off").points, [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+
+    def test_off_after_a_byte_order_mark(self, tmp_path):
+        (tmp_path / "a.off").write_text("OFF\n4 4 0\n" + self.VERTICES + self.FACES, encoding="utf-8-sig")
+        assert len(sm.read(tmp_path / "a.off").faces) == 4
+
+    def test_off_with_fractions_as_corners(self, tmp_path):
+        (tmp_path / "a.off").write_text("OFF\n4 4 0\n" + self.VERTICES + self.FACES.replace("3 2 0 3", "3 2 0 2.5"))
+        with pytest.raises(OSError, match=r"a.off is not an OFF file"):
+            sm.read(tmp_path / "a.off")

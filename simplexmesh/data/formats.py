@@ -52,6 +52,7 @@ SUFFIXES = {
 }
 
 _HEAD = 4096
+MARK = "\xef\xbb\xbf"  # the byte order mark of UTF-8, which spreadsheets write, as Latin-1
 _MAGIC = [
     (b"NRRD000", "nrrd"),
     (b"ply\n", "ply"),
@@ -141,7 +142,7 @@ def _by_content(head: bytes, size: int) -> str | None:
 
 
 def _by_text(head: bytes) -> str | None:
-    text = head.decode("latin-1")
+    text = head.decode("latin-1").removeprefix(MARK)
     if "<VTKFile" in text:
         kind = re.search(r'<VTKFile[^>]*\btype="(\w+)"', text)
         return {"ImageData": "vti", "PolyData": "vtp"}.get(kind[1]) if kind else None

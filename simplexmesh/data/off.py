@@ -1,4 +1,4 @@
-"""Read triangulated surfaces from OFF files; colors and comments are skipped, polygons triangulated as fans."""
+"""Read surfaces or points from OFF files; colors and comments are skipped, polygons triangulated as fans."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from simplexmesh.data import formats
+from simplexmesh.data.points import PointCloud
 from simplexmesh.data.polygons import fans
 from simplexmesh.data.triangles import TriangleMesh
 
@@ -16,15 +18,15 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 
-def read_off(path: Path) -> TriangleMesh:
-    """Read an OFF file (also COFF, NOFF, ...; text only), polygons triangulated as fans.
+def read_off(path: Path) -> TriangleMesh | PointCloud:
+    """Read an OFF file (also COFF, NOFF, ...; text only), polygons triangulated as fans; points if it has no faces.
 
     Raises
     ------
     OSError
         The file is damaged or truncated.
     """
-    text = path.read_text(encoding="latin-1")
+    text = path.read_text(encoding="latin-1").removeprefix(formats.MARK)
     text = re.sub(r"#.*", "", text)
     keyword, _, body = text.lstrip().partition("OFF")
     if body[:8].strip().upper().startswith("BINARY"):
@@ -44,7 +46,7 @@ def read_off(path: Path) -> TriangleMesh:
         faces = _triangles(lines[n_vertices : n_vertices + n_faces])
     except (ValueError, IndexError, DeprecationWarning):
         raise OSError(f"{path.name} is not an OFF file of numbers x y z and polygons, or is damaged") from None
-    return TriangleMesh(vertices[:, :3], faces)
+    return TriangleMesh(vertices[:, :3], faces) if n_faces else PointCloud(vertices[:, :3])
 
 
 def _numbers(lines: list[str]) -> Array:
@@ -55,7 +57,7 @@ def _numbers(lines: list[str]) -> Array:
 
 def _triangles(lines: list[str]) -> Indices:
     sizes = np.array([int(line.split(maxsplit=1)[0]) for line in lines])
-    out = []
+    out = [np.zeros((0, 3), np.int64)]
     for size in np.unique(sizes):
         rows = [lines[i] for i in np.flatnonzero(sizes == size)]
         flat = _numbers(rows)
