@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 import pytest
+import pyvista
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
@@ -11,7 +14,9 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 import simplexmesh as sm
 from simplexmesh.data import writing
+from simplexmesh.data.convert import as_data
 from simplexmesh.data.writing import polydata, save
+from simplexmesh.errors import SimplexMeshWarning
 
 ROUGH = np.random.default_rng(0)
 
@@ -94,8 +99,6 @@ class TestVtp:
             sm.read(tmp_path / "mesh.vtp")
 
     def test_pyvista_objects_come_back_too(self, mesh):
-        from simplexmesh.data.convert import as_data
-
         assert_identical(as_data(mesh.to_pyvista()), mesh)
 
 
@@ -258,3 +261,64 @@ class TestRefusals:
     def test_vtk_cannot_write(self, tmp_path):
         with pytest.raises(OSError, match="the file cannot be written"):
             writing.vtk.write_vtp(tmp_path / "no" / "a.vtp", polydata(sm.sphere(2)))
+
+
+class TestNamesOfArrays:
+    @pytest.mark.parametrize("name", ["k1 & k2", "<H>", 'the "best"', "it's", "a\nb\tc\rd", "a&amp;b", " ", "µ²"])
+    def test_any_printable_name_is_kept(self, name, tmp_path):
+        ball = sm.sphere(2)
+        values = np.arange(80.0)
+        sm.SimplexMesh(ball.vertices, ball.connectivity, {name: values}).save(tmp_path / "a.vtp")
+        again = sm.read_mesh(tmp_path / "a.vtp")
+        assert list(again.data) == [name]
+        assert_array_equal(again.data[name], values)
+
+    @pytest.mark.parametrize(
+        ("data", "message"),
+        [
+            ({"": np.ones(80)}, "arrays must have printable names to be saved as VTP, not ''"),
+            ({"a\1": np.ones(80)}, "arrays must have printable names to be saved as VTP, not"),
+            ({"none": np.ones((80, 0))}, r"array 'none' must have columns to be saved as VTP, not shape \(80, 0\)"),
+        ],
+    )
+    def test_what_vtp_cannot_hold_is_refused(self, data, message, tmp_path):
+        ball = sm.sphere(2)
+        with pytest.raises(ValueError, match=message):
+            sm.SimplexMesh(ball.vertices, ball.connectivity, data).save(tmp_path / "a.vtp")
+        assert not list(tmp_path.iterdir())
+
+    def test_names_are_strings(self, tmp_path):
+        with pytest.raises(TypeError, match="arrays must be named by strings, not int 3"):
+            save(tmp_path / "a.vtp", sm.sphere(2).triangulated("dual"), arrays={3: np.ones(42)})
+
+
+class TestPolygonsThatAFilterHasChanged:
+    def changed(self, filtered):
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            out = as_data(filtered)
+        assert any("are no longer those of the simplex mesh they were" in str(each.message) for each in caught)
+        return out
+
+    def test_clipped(self):
+        half = self.changed(sm.sphere(6).to_pyvista().clip("z"))
+        assert isinstance(half, sm.TriangleMesh)
+        assert half.n_borders == 1
+
+    def test_faces_removed(self):
+        seen = sm.sphere(6).to_pyvista()
+        part = pyvista.PolyData.from_irregular_faces(seen.points, seen.irregular_faces[:100])
+        part.field_data.update(seen.field_data)
+        assert self.changed(part).n_borders >= 1
+
+    def test_turned_inside_out(self):
+        seen = sm.sphere(6).to_pyvista()
+        seen.SetPolys(pyvista.CellArray.from_irregular_cells([face[::-1] for face in seen.irregular_faces]))
+        assert self.changed(seen).volume < 0
+
+    def test_moved(self):
+        ball = sm.sphere(6)
+        seen = ball.to_pyvista()
+        seen.points *= 2
+        assert_array_equal(as_data(seen).vertices, 2 * ball.vertices)
+        assert_array_equal(as_data(seen).connectivity.twin, ball.connectivity.twin)

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
+from xml.sax.saxutils import escape
 
 import numpy as np
 from numpy.typing import NDArray
@@ -64,20 +65,28 @@ def read_dataset(path: Path, kind: str) -> Any:
 def from_dataset(dataset: Any, name: str, *, owned: bool = False) -> Volume | TriangleMesh | PointCloud | SimplexMesh:
     """Return a VTK image as a Volume, polygons as a TriangleMesh, and points without polygons as a PointCloud.
 
-    Polygons that `polydata` made of a simplex mesh are converted back to that mesh. With `owned`, the samples of an
-    image are not copied: nothing else may refer to it.
+    Polygons that `polydata` made of a simplex mesh are converted back to that mesh, unless a filter has changed them.
+    With `owned`, the samples of an image are not copied: nothing else may refer to it.
 
     Raises
     ------
     TypeError
         It is another type of VTK data set.
+
+    Warns
+    -----
+    SimplexMeshWarning
+        The polygons of a simplex mesh were changed.
     """
     if dataset.IsA("vtkImageData"):
         return _volume(dataset, name, owned=owned)
     if not dataset.IsA("vtkPolyData"):
         raise TypeError(f"{name} must be a VTK image or polygons (vtkPolyData), not {dataset.GetClassName()}")
     if dataset.GetFieldData().HasArray(_TWIN):
-        return _simplex_mesh(dataset, name)
+        topology, types = _topology(dataset, name)
+        if _has_polygons(dataset, topology):
+            return _simplex_mesh(dataset, name, topology, types)
+        warn(f"{name}: the polygons are no longer those of the simplex mesh they were, and are read as triangles")
     if dataset.GetNumberOfPolys() or dataset.GetNumberOfStrips():
         return _triangles(dataset)
     normals = dataset.GetPointData().GetNormals()
@@ -197,13 +206,16 @@ def polydata(
 
 
 def write_vtp(path: Path, dataset: Any) -> None:
-    """Write polygons to a VTP file, binary and compressed.
+    """Write polygons to a VTP file, binary and compressed; names of point data are escaped, which VTK does not do.
 
     Raises
     ------
     OSError
         VTK could not write it.
     """
+    for i in range(dataset.GetPointData().GetNumberOfArrays()):
+        array = dataset.GetPointData().GetAbstractArray(i)
+        array.SetName(escape(array.GetName(), {'"': "&quot;", "\n": "&#10;", "\t": "&#9;", "\r": "&#13;"}))
     writer = vtkXMLPolyDataWriter()
     writer.SetFileName(str(path))
     writer.SetInputData(dataset)
@@ -235,18 +247,39 @@ def _array(name: str, values: NDArray[Any]) -> Any:
     return out
 
 
-def _simplex_mesh(dataset: Any, name: str) -> SimplexMesh:
+def _topology(dataset: Any, name: str) -> tuple[Connectivity, dict[str, Any]]:
+    """Return the topology of a simplex mesh stored with its polygons, and the types of its data."""
     fields = dataset.GetFieldData()
     try:
-        types = json.loads(fields.GetAbstractArray(_TYPES).GetValue(0))
+        types = dict(json.loads(fields.GetAbstractArray(_TYPES).GetValue(0)))
         twin = np.array(vtk_to_numpy(fields.GetArray(_TWIN))).reshape(-1, 3)
         holes = fields.GetArray(_HOLES)
         hole_darts: NDArray[np.int32] = np.array([] if holes is None else vtk_to_numpy(holes), np.int32).reshape(-1)
-        data = {}
+    except (AttributeError, ValueError, TypeError):
+        raise OSError(f"{name} is a simplex mesh with damaged topology or arrays") from None
+    return Connectivity(twin, hole_darts), types
+
+
+def _has_polygons(dataset: Any, topology: Connectivity) -> bool:
+    """Whether the polygons are the faces of a simplex mesh: filters of VTK change polygons but keep the topology."""
+    surface = ~topology.face_is_hole
+    ends = np.concatenate([[0], np.cumsum(topology.face_sizes[surface])])
+    corners = topology.face_vertices[np.repeat(surface, topology.face_sizes)]
+    cells = dataset.GetPolys()
+    return (
+        dataset.GetNumberOfPoints() == topology.n_vertices
+        and np.array_equal(vtk_to_numpy(cells.GetOffsetsArray()), ends)
+        and np.array_equal(vtk_to_numpy(cells.GetConnectivityArray()), corners)
+    )
+
+
+def _simplex_mesh(dataset: Any, name: str, topology: Connectivity, types: dict[str, Any]) -> SimplexMesh:
+    data = {}
+    try:
         for key, (kind, shape) in types.items():
             values = np.array(vtk_to_numpy(dataset.GetPointData().GetArray(key)))
             values = values.view(bool) if np.dtype(kind) == bool else values.astype(kind)
             data[key] = values.reshape(len(values), *shape)
     except (AttributeError, ValueError, TypeError):
         raise OSError(f"{name} is a simplex mesh with damaged topology or arrays") from None
-    return SimplexMesh(_points(dataset), Connectivity(twin, hole_darts), data)
+    return SimplexMesh(_points(dataset), topology, data)

@@ -53,8 +53,8 @@ def save(path: str | os.PathLike[str], value: Any, *, arrays: Mapping[str, NDArr
     Raises
     ------
     ValueError
-        The extension is unknown, the format cannot hold the value (STL nothing beyond 3e38), or arrays have
-        another length.
+        The extension is unknown, the format cannot hold the value (STL nothing beyond 3e38, VTP no array without
+        name or columns), or arrays have another length.
     TypeError
         The value has another type.
     OSError
@@ -94,6 +94,8 @@ def _with_arrays(content: _Polygons, arrays: Mapping[str, NDArray[Any]], suffix:
         raise ValueError(f"arrays must be left out: {where}")
     data = dict(content.data)
     for name, values in arrays.items():
+        if not isinstance(name, str):
+            raise TypeError(f"arrays must be named by strings, not {type(name).__name__} {name!r}")
         data[name] = _check.any_array(f"arrays[{name!r}]", values)
         if data[name].dtype.kind not in "biuf":
             raise TypeError(f"arrays[{name!r}] must be numbers, not {type(values).__name__} of {data[name].dtype}")
@@ -145,6 +147,11 @@ def _dataset(content: _Polygons) -> Any:
 
 
 def _write_vtp(path: Path, content: _Polygons) -> None:
+    for name, values in content.data.items():
+        if not name or any(ord(letter) < 32 and letter not in "\t\n\r" for letter in name):
+            raise ValueError(f"arrays must have printable names to be saved as VTP, not {name!r}")
+        if not values[0].size:
+            raise ValueError(f"array {name!r} must have columns to be saved as VTP, not shape {values.shape}")
     vtk.write_vtp(path, _dataset(content))
 
 
