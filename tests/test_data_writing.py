@@ -16,7 +16,6 @@ import simplexmesh as sm
 from simplexmesh.data import writing
 from simplexmesh.data.convert import as_data
 from simplexmesh.data.writing import polydata, save
-from simplexmesh.errors import SimplexMeshWarning
 
 ROUGH = np.random.default_rng(0)
 
