@@ -154,3 +154,22 @@ def test_a_simplex_mesh_becomes_what_is_wanted(tmp_path):
 def test_a_ragged_pair_is_called_by_the_name_of_the_argument(convert):
     with pytest.raises(ValueError, match=r"^source must be an array, but its rows have different lengths$"):
         convert(([[0, 0, 0], [1]], [[0, 1, 2]]), "source")
+
+
+@pytest.mark.parametrize("kind", [tuple, list])
+@pytest.mark.parametrize(
+    ("second", "found"),
+    [
+        (np.ones((5, 3)), r"\(5, 3\) float64 and \(5, 3\) float64"),
+        (np.ones((2, 3)), r"\(5, 3\) float64 and \(2, 3\) float64"),
+    ],
+    ids=["normals", "faces"],
+)
+def test_a_pair_that_is_not_vertices_and_faces_is_no_volume(kind, second, found):
+    with pytest.raises(ValueError, match=r"data must be \(vertices, faces\), the latter .*, not a pair of " + found):
+        as_data(kind([np.random.default_rng(0).random((5, 3)), second]))
+
+
+def test_quadrangles_are_refused_by_their_shape():
+    with pytest.raises(ValueError, match=r"not a pair of \(5, 3\) float64 and \(1, 4\) int64"):
+        as_data((np.random.default_rng(0).random((5, 3)), [[0, 1, 2, 3]]))

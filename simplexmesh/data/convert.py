@@ -154,6 +154,10 @@ def _is_pair(value: Any, name: str) -> bool:
         return False
     vertices, faces = (_check.any_array(name, part) for part in value)
     if not (vertices.ndim == faces.ndim == 2 and faces.dtype.kind in "iu" and faces.shape[1] == 3):
+        if vertices.ndim == faces.ndim == 2 and (isinstance(value, tuple) or vertices.shape[1] == faces.shape[1] == 3):
+            wanted = "(vertices, faces), the latter (f, 3) whole numbers, or a PointCloud of points and normals"
+            found = " and ".join(f"{part.shape} {part.dtype}" for part in (vertices, faces))
+            raise ValueError(f"{name} must be {wanted}, not a pair of {found}")
         return False
     return isinstance(value, tuple) or vertices.dtype.kind == "f"  # a list of two integer arrays is ambiguous
 
