@@ -68,14 +68,20 @@ def read_series(folder: Path) -> Volume:
     Raises
     ------
     OSError
-        There are no such slices, they are damaged, or one seems to be missing (their distances differ by over 1 %).
+        There are no such slices, they are damaged, one seems to be missing (their distances differ by over 1 %), or
+        they are shifted sideways, as with a tilted gantry.
+
+    Warns
+    -----
+    SimplexMeshWarning
+        There are several series, or the slices have no positions.
     ValueError
         They do not form one three-dimensional image of real numbers.
     """
     files = sorted((f for f in folder.iterdir() if f.is_file()), key=_natural_order)
     tiffs = [f for f in files if formats.suffix(f) in (".tif", ".tiff")]
     dicom = _dicom_slices(folder)
-    _check_gaps(folder, dicom)
+    _check_positions(folder, dicom)
     slices = dicom or [str(f) for f in tiffs]
     if not slices:
         raise OSError(f"{folder.name} must be a folder of DICOM or TIFF slices; none of its {len(files)} files is one")
@@ -99,23 +105,27 @@ def _dicom_slices(folder: Path) -> list[str]:
     return longest
 
 
-def _check_gaps(folder: Path, slices: Sequence[str]) -> None:
-    """Check that the slices are equally spaced: ITK would use the mean distance and stretch a series with a gap."""
-    if len(slices) < 3:
+def _check_positions(folder: Path, slices: Sequence[str]) -> None:
+    """Check that slices are equally spaced along their normal: ITK would use the mean distance, stretch or shear."""
+    if len(slices) < 2:
         return
-    positions = []
     reader = sitk.ImageFileReader()
     reader.SetImageIO("GDCMImageIO")
+    origins, normals = [], []
     for name in slices:
         reader.SetFileName(name)
         try:
             reader.ReadImageInformation()
         except RuntimeError as error:
             raise OSError(f"{folder.name}: {Path(name).name} cannot be read: {_reason(str(error))}") from None
-        normal = np.reshape(reader.GetDirection(), (3, 3))[:, 2]
-        positions.append(float(np.dot(reader.GetOrigin(), normal)))
-    gaps = np.abs(np.diff(positions))
-    if not gaps.any():  # no positions in the headers
+        origins.append(reader.GetOrigin())
+        normals.append(np.reshape(reader.GetDirection(), (3, 3))[:, 2])
+    steps = np.diff(origins, axis=0)
+    along = (steps * normals[0]).sum(axis=1)
+    gaps = np.abs(along)
+    if not gaps.any():
+        found = "slices at one position, or without any: a series in time, or of unknown order and distance"
+        warn(f"{folder.name} holds {len(slices)} {found}")
         return
     usual = float(np.median(gaps[gaps > 0]))
     k = int(np.abs(gaps - usual).argmax())
@@ -124,6 +134,12 @@ def _check_gaps(folder: Path, slices: Sequence[str]) -> None:
         raise OSError(
             f"{folder.name} has a gap of {gaps[k]:g} mm between slices {k + 1} and {k + 2}, others {usual:g} mm; "
             f"{seems}"
+        )
+    aside = float(np.linalg.norm(steps - along[:, None] * normals[0], axis=1).max())
+    if aside > _SPACING_TOLERANCE * usual:
+        raise OSError(
+            f"{folder.name} has slices shifted by {aside:g} mm against each other, as with a tilted gantry; "
+            "the axes of a volume must be perpendicular"
         )
 
 
