@@ -70,13 +70,13 @@ def read_series(folder: Path) -> Volume:
     OSError
         There are no such slices, they are damaged, one seems to be missing (their distances differ by over 1 %), or
         they are shifted sideways, as with a tilted gantry.
+    ValueError
+        They do not form one three-dimensional image of real numbers.
 
     Warns
     -----
     SimplexMeshWarning
         There are several series, or the slices have no positions.
-    ValueError
-        They do not form one three-dimensional image of real numbers.
     """
     files = sorted((f for f in folder.iterdir() if f.is_file()), key=_natural_order)
     tiffs = [f for f in files if formats.suffix(f) in (".tif", ".tiff")]
