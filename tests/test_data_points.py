@@ -161,3 +161,13 @@ def test_copies_are_frozen_too(copied):
         arrays = [value for value in vars(again).values() if isinstance(value, np.ndarray)]
         assert len(arrays) >= 2
         assert not any(values.flags.writeable for values in arrays)
+
+
+def test_views_of_writable_arrays_are_copied():
+    positions = TETRAHEDRON.copy()
+    view = positions[:]
+    view.setflags(write=False)
+    cloud = sm.PointCloud(view)
+    positions[:] = 7
+    assert_array_equal(cloud.points, TETRAHEDRON)
+    assert sm.PointCloud(cloud.points).points is cloud.points

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import copy
+import pickle
+
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
@@ -108,3 +111,10 @@ def test_the_order_of_memory_is_that_of_large_numbers_too():
     loose, ordered = one.swap_edges(darts), other.swap_edges(darts[order], in_order=True)
     assert_array_equal(loose.status[order], ordered.status)
     assert_array_equal(one.result().mesh.connectivity.twin, other.result().mesh.connectivity.twin)
+
+
+def test_the_outcome_of_a_batch_can_be_copied_and_pickled():
+    batch = EditableMesh(shapes.sphere(4)).swap_edges([0, 2, 500])
+    for again in (copy.deepcopy(batch), pickle.loads(pickle.dumps(batch))):
+        assert repr(again) == repr(batch)
+        assert_array_equal(again.status, batch.status)

@@ -198,8 +198,13 @@ def _finite_rows(name: str, value: Any) -> Array:
     return _check.array(name, out if out.dtype.kind in "biuf" else value, (None, 3))
 
 
+def _is_writable(values: Any) -> bool:
+    """Whether an array, or one that it is a view of, can be written to."""
+    return isinstance(values, np.ndarray) and (values.flags.writeable or _is_writable(values.base))
+
+
 def _frozen_points(points: Array, given: Any) -> Array:
-    """Return a read-only C-contiguous double array unchanged, a copy of any other."""
-    if points is given and not points.flags.writeable and points.flags.c_contiguous:
+    """Return a C-contiguous double array that nobody can write to unchanged, a copy of any other."""
+    if points is given and points.flags.c_contiguous and not _is_writable(points):
         return points
     return _check.frozen(points)

@@ -78,6 +78,10 @@ class Batch:
     status: NDArray[np.int32]
     witness: NDArray[np.int32]
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle and copy the reasons as a plain mapping."""
+        return Batch, (self.done, dict(self.reasons), self.status, self.witness)
+
     def __repr__(self) -> str:
         refused = "".join(f", {count} not: {reason}" for reason, count in self.reasons.items())
         return f"Batch({np.count_nonzero(self.done)} of {len(self.done)} done{refused})"
