@@ -223,6 +223,8 @@ class TestBox:
     ("call", "error", "message"),
     [
         (lambda v: v.to_world([1, 2]), ValueError, r"^ijk must have shape \(3,\), not \(2,\)$"),
+        (lambda v: v.resampled(1e-9), ValueError, r"^spacing must give at most 1e\+11 samples, not"),
+        (lambda v: v.resampled(1e-300), ValueError, r"^spacing must give at most 1e\+11 samples, not"),
         (lambda v: v.to_index(1.0), ValueError, "^xyz must have shape"),
         (lambda v: v.to_index("abc"), TypeError, "^xyz must be numbers"),
         (lambda v: v.to_index([[0, 0, np.nan]]), ValueError, "^xyz must be finite"),

@@ -14,6 +14,9 @@ from simplexmesh.data.labels import MOST_LABELS, could_be_labels, few_whole_numb
 
 Array = NDArray[np.float64]
 
+MAX_SAMPLES = 1e11
+"""Spacings that would give more samples are refused by `Volume.resampled`."""
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Volume:
@@ -211,7 +214,10 @@ class Volume:
         wanted = _per_axis(spacing)
         factor = wanted / self.spacing
         extent = np.array(self.shape) - 1
-        shape = np.maximum(2, np.ceil(extent / factor - 1e-9).astype(int) + 1)
+        counts = np.clip(np.ceil(extent / factor - 1e-9) + 1, 2, 1e30)
+        if counts.prod() > MAX_SAMPLES:
+            raise ValueError(f"spacing must give at most {MAX_SAMPLES:.2g} samples, not {counts.prod():.2g}")
+        shape = counts.astype(int)
         start = (extent - factor * (shape - 1)) / 2
         fine: NDArray[Any] = self.values.astype(self._float_type, copy=False)
         if (factor > 1).any():
