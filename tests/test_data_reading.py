@@ -531,3 +531,16 @@ class TestPlainSurfaces:
         (tmp_path / "a.off").write_text("OFF\n4 4 0\n" + self.VERTICES + self.FACES.replace("3 2 0 3", "3 2 0 2.5"))
         with pytest.raises(OSError, match=r"a.off is not an OFF file"):
             sm.read(tmp_path / "a.off")
+
+    @pytest.mark.parametrize("face", ["4 0 1 2", "4294967295 0 1 2", "-3 0 1 2"])
+    def test_off_with_fewer_corners_than_said(self, face, tmp_path):
+        (tmp_path / "a.off").write_text("OFF\n4 2 0\n" + self.VERTICES + f"{face}\n{face}\n")
+        with pytest.raises(OSError, match=r"a.off is not an OFF file"):
+            sm.read(tmp_path / "a.off")
+
+    @pytest.mark.parametrize("sizes", ["0 4 4", "4 4 99999", "4 4 -4"])
+    def test_pcd_with_sizes_that_no_number_has(self, sizes, tmp_path):
+        header = f"VERSION .7\nFIELDS x y z\nSIZE {sizes}\nTYPE F F F\nWIDTH 4\nHEIGHT 1\nPOINTS 4\nDATA ascii\n"
+        (tmp_path / "a.pcd").write_text(header + self.VERTICES)
+        with pytest.raises(OSError, match=r"a.pcd is a PCD file with a damaged header"):
+            sm.read(tmp_path / "a.pcd")

@@ -65,5 +65,7 @@ def _triangles(lines: list[str]) -> Indices:
             table = flat.reshape(len(rows), size + 1)[:, 1:]
         else:
             table = np.array([row.split()[1 : size + 1] for row in rows], dtype=float)
+            if table.shape != (len(rows), size):
+                raise ValueError
         out.append(fans(np.full(len(table), size), table.reshape(-1)))
     return np.concatenate(out)

@@ -34,7 +34,7 @@ def read_pcd(path: Path) -> PointCloud:
     header, body = _header(path.name, content)
     try:
         dtype, count = _record_type(header)
-    except (KeyError, ValueError, IndexError):
+    except (KeyError, ValueError, IndexError, TypeError):
         raise OSError(f"{path.name} is a PCD file with a damaged header") from None
     storage = header["DATA"][0].lower()
     columns = {"ascii": _ascii, "binary": _binary, "binary_compressed": _compressed}.get(storage)
