@@ -10,6 +10,7 @@ import pyvista as pv
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.linalg import norm
+from scipy.spatial import Delaunay
 from scipy.spatial.transform import Rotation
 
 import simplexmesh as sm
@@ -272,6 +273,21 @@ class TestSymmetry:
         assert np.abs(other.error * scale - found.error).max() < 1e-5
         assert np.abs(other.scale / scale - found.scale).max() < 1e-6
         assert np.abs(other.normals - found.normals @ R.T).max() < 1e-5
+
+    @pytest.mark.parametrize("noise", [0.003, 0.1])
+    def test_rotates_with_a_densely_sampled_border(self, noise):
+        """Balls there hold little but the border: H changed by up to 500 expected errors."""
+        side = np.arange(-1.0, 1.0, 0.01)
+        rim = np.concatenate(
+            [np.stack([side, 0 * side - 1], 1) @ [[c, s], [-s, c]] for c, s in ((1, 0), (0, 1), (-1, 0), (0, -1))]
+        )
+        inner = np.random.default_rng(0).uniform(-0.02, 0.02, (2, 37, 37)) + np.mgrid[:37, :37] * 0.05 - 0.9
+        flat = np.concatenate([rim, inner.reshape(2, -1).T])
+        faces = Delaunay(flat).simplices
+        mesh = noisy(sm.TriangleMesh(graph("exponential").points(*flat.T), faces).oriented(), noise, rng=1)
+        R = Rotation.random(random_state=1).as_matrix()
+        found, other = sm.curvature(mesh), sm.curvature(sm.TriangleMesh(mesh.vertices @ R.T, mesh.faces))
+        assert (np.abs(other.mean - found.mean) / found.error).max() < 1e-4
 
     def test_inside_out(self):
         _, mesh = torus("2.5k", 0.01)

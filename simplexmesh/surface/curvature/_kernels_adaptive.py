@@ -73,7 +73,7 @@ ROUNDING = 3e-8
 """Least noise assumed, as a share of the heights. Without any, points in a few rows, as of long thin triangles, would
 determine the terms across them by rounding and by the error of chords: H of a cylinder was off by sixty times H."""
 
-MAX_AMPLIFICATION = np.array([0.0, 0.0, 0.0, 2e5, 3e6, 3e7, 5e8])
+MAX_AMPLIFICATION = np.array([0.0, 0.0, 0.0, 2e5, 3e6, 3e7, 2e8])
 """Largest variance of H, times the number of points, per variance of heights in radii, by degree.
 
 It is that of points scattered over a half-disc, or ten times as large where there are few of them, times five. As many

@@ -29,6 +29,9 @@ MIN_SHARE = 0.5
 QUADRIC_PASSES = 2
 """Quadrics fitted before the jet."""
 
+ISOTROPIC = 1e-6
+"""Difference of the principal second moments of points, relative to their sum, below which there are no axes."""
+
 SINGULAR = np.repeat([1e-11, 1e-11, 1e-11, 3e-4, 2e-5, 1e-6, 3e-8], np.arange(1, 8))
 """Pivots below these shares of their diagonal entries: the points do not determine the coefficients of that degree.
 
@@ -172,6 +175,28 @@ def projected(places, count, frame, u, v, z):
 
 
 @jit
+def aligned(u, v, count, frame):
+    """Rotate coordinates and frame to the bisectors of the principal axes of the points, if these are elongated.
+
+    Which terms such points determine, a row of them hardly any across, depends on the axes, and must not on the pose.
+    """
+    a = b = c = 0.0
+    for k in range(count):
+        a += u[k] * u[k]
+        b += u[k] * v[k]
+        c += v[k] * v[k]
+    if math.hypot(a - c, 2.0 * b) <= ISOTROPIC * (a + c):
+        return
+    turn = 0.5 * math.atan2(2.0 * b, a - c) + 0.25 * math.pi
+    cosine, sine = math.cos(turn), math.sin(turn)
+    for k in range(count):
+        u[k], v[k] = cosine * u[k] + sine * v[k], cosine * v[k] - sine * u[k]
+    for axis in range(3):
+        x, y = frame[0, axis], frame[1, axis]
+        frame[0, axis], frame[1, axis] = cosine * x + sine * y, cosine * y - sine * x
+
+
+@jit
 def chords(u, v, z, count, a, b, c):
     """Lengthen tangential coordinates to chords of a surface with the second fundamental form [[a, b], [b, c]].
 
@@ -299,6 +324,7 @@ def flattened(places, count, frame, u, v, z, columns, sums, matrix, y, x):
     The fit is repeated in chords, as the first is biased by curvature. Returns whether a quadric is determined.
     """
     projected(places, count, frame, u, v, z)
+    aligned(u, v, count, frame)
     for _pass in range(QUADRIC_PASSES):
         normal_equations(2, u, v, z, count, columns, sums, matrix, y)
         if factored(matrix, y, 6) < 6:
