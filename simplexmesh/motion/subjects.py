@@ -22,6 +22,7 @@ from simplexmesh.motion.initial.indicator import Indicator
 from simplexmesh.motion.initial.start import Start
 from simplexmesh.motion.scans import are_scans, joined_scans
 from simplexmesh.motion.state import Target
+from simplexmesh.motion.stray_points import without_stray_points
 from simplexmesh.motion.threshold import otsu_threshold
 
 Array = NDArray[np.float64]
@@ -157,6 +158,7 @@ class PointsSubject:
     encloses = False
 
     def __init__(self, cloud: PointCloud, components: str) -> None:
+        cloud = without_stray_points(cloud)
         self.cloud, self.components = with_consistent_normals(cloud), components
         self._indicator: Indicator | None = None
         extent = float(np.linalg.norm(np.ptp(cloud.points, axis=0)))
