@@ -10,6 +10,7 @@ from numpy.testing import assert_allclose
 
 import simplexmesh as sm
 from simplexmesh.motion.scans import joined_scans
+from simplexmesh.motion.stray_points import without_stray_points
 
 
 def ball_volume(radius=8.3, half=11, **place):
@@ -207,3 +208,41 @@ def test_scans_with_opposed_normals_are_fitted_without_them():
     with pytest.warns(sm.SimplexMeshWarning, match="the points' normals bound no solid and were left out"):
         mesh = sm.reconstruct(halves, vertices=400).mesh
     assert_allclose(np.linalg.norm(mesh.vertices, axis=1), 1, atol=0.01)
+
+
+@pytest.mark.parametrize("unit", [1e-50, 1e-30, 1e20, 1e50])
+@pytest.mark.parametrize("init", ["auto", "sphere"])
+def test_units_beyond_single_precision_give_the_same_model(unit, init):
+    egg = sm.sphere(14).vertices * [3, 2, 1]
+    model = sm.reconstruct(unit * egg, vertices=400, init=init)
+    assert model.mesh.genus == 0
+    assert model.tangled == 0
+    assert model.distance.data_to_mesh.rms < 0.02 * unit
+
+
+@pytest.mark.parametrize("init", ["auto", "sphere"])
+def test_values_beyond_single_precision_give_the_same_model(init):
+    ball = ball_volume()
+    missing = np.where(ball.values > -3, ball.values, -np.finfo(float).max)
+    for values in (missing, 1e300 * ball.values, 1e-200 * ball.values):
+        model = sm.reconstruct(sm.Volume(values, origin=(-11, -11, -11)), level=0.0, vertices=400, init=init)
+        assert_allclose(np.linalg.norm(model.mesh.vertices, axis=1), 8.3, atol=0.1)
+        assert model.distance.data_to_mesh.rms < 0.15
+
+
+def test_stray_points_far_from_all_others_are_left_out_with_a_warning():
+    egg = sm.sphere(14).vertices * [3, 2, 1]
+    points = np.vstack([[1e6, 0, 0], egg, [0, -600, 0]])
+    for data, init in ((points, "auto"), (points, "sphere"), (sm.PointCloud(points, points), "auto")):
+        with pytest.warns(sm.SimplexMeshWarning, match="left out 2 of 3,922 points, isolated and far"):
+            model = sm.reconstruct(data, vertices=400, init=init)
+        assert model.distance.data_to_mesh.max < 0.1
+    with pytest.warns(sm.SimplexMeshWarning, match="left out 2"):
+        found = sm.register(points, egg + np.array([7, 0, 0]))
+    assert_allclose(np.abs(found.T_target_source @ [0, 0, 0, 1]), [7, 0, 0, 1], atol=0.01)
+
+
+def test_small_dense_pieces_far_away_are_no_stray_points():
+    ball, crumb = sm.sphere(20), sm.sphere(1, radius=0.02, center=(30, 0, 0))
+    cloud = sm.PointCloud(np.vstack([ball.vertices, crumb.vertices]))
+    assert without_stray_points(cloud) is cloud

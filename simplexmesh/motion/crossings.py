@@ -43,8 +43,11 @@ def outer_crossings(volume: Volume, level: float, *, sign: float = 1.0, largest:
     """
     first, part = _cropped(volume.values, level, sign)
     values = np.full(np.add(part.shape, 2), -np.inf, dtype=np.float32)
-    for slab, samples in zip(values[1:-1, 1:-1, 1:-1], part, strict=True):
-        slab[...] = sign * (samples.astype(np.float64) - level)  # in float64, as the values may be large
+    contrast = min(abs(level - bound) for bound in volume.range)
+    unit = sign * 2.0 ** round(np.log2(contrast)) if contrast > 0 else sign
+    most = float(np.finfo(np.float32).max)
+    for slab, samples in zip(values[1:-1, 1:-1, 1:-1], part, strict=True):  # in float64, as the values may be large
+        slab[...] = np.clip((samples.astype(np.float64) - level) / unit, -most, most)
     if largest:
         pieces, _ = ndimage.label(values > 0)
         sizes = np.bincount(pieces.ravel())

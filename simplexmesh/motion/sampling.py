@@ -142,6 +142,7 @@ def _volume_samples(subject: VolumeSubject) -> Samples:
             slope[:, axis] += sign * map_coordinates(
                 subject.volume.values, index.T, output=np.float64, order=1, mode="nearest"
             )
+    slope = np.ldexp(slope, -np.frexp(np.abs(slope).max(axis=1, keepdims=True))[1])  # squares may overflow
     outward = -slope if subject.inside == "above" else slope
     known = norm(outward) > 0
     return Samples(samples.points[known], normalized(outward[known]), oriented=True)

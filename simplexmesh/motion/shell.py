@@ -89,13 +89,16 @@ def shell_of(points: Array) -> Shell | None:
     """
     if len(points) > MOST_POINTS:
         points = points[np.random.default_rng(0).choice(len(points), MOST_POINTS, replace=False)]
+    longest = float(np.ptp(points, axis=0).max())
+    if not longest > 0:
+        return None
+    unit = 2.0 ** round(np.log2(longest))  # distances in the data's unit may be beyond single precision
+    points = points / unit
+    longest /= unit
     tree = cKDTree(points)
     count = min(NEIGHBORS + 1, len(points))
     spacing = float(np.median(tree.query(points, k=[count])[0]))
-    longest = float(np.ptp(points, axis=0).max())
     cell = max(longest / CELLS, spacing / 3)
-    if not cell > 0:
-        return None
     margin = int(LARGEST * longest / cell) + 3
     away = _distances(points, cell, margin)
     radii = _radii(max(SMALLEST * spacing, 1.2 * cell), min(LARGEST * longest, LAST * spacing))
@@ -110,7 +113,7 @@ def shell_of(points: Array) -> Shell | None:
     projected = _projected(vertices, points, tree)
     if len(points) <= FEW:
         projected = interpolating(projected, faces, points)
-    return Shell(radius, genus, projected, vertices, faces)
+    return Shell(radius * unit, genus, projected * unit, vertices * unit, faces)
 
 
 def _radii(first: float, last: float) -> Array:

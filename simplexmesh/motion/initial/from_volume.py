@@ -115,7 +115,7 @@ def _field(
 ) -> tuple[NDArray[np.float32], Array, int]:
     """Return the samples around the solid, positive inside, the index of the first, and the components dropped.
 
-    The outermost samples are outside.
+    They are in a unit near the contrast. The outermost samples are outside.
     """
     inside, middle, contrast = _inside(volume, level, label)
     low, high = _box(inside)
@@ -125,9 +125,10 @@ def _field(
     cut = box_slices(low, high, volume.shape)
     values = inside[cut] if label is not None else volume.values[cut]
     offset = values.astype(np.result_type(values, np.float32)) - middle  # in full precision: values may be large
-    out = np.clip(offset, -contrast, contrast).astype(np.float32)
+    unit = 2.0 ** max(round(np.log2(contrast)), int(np.finfo(offset.dtype).minexp))  # for values beyond float32
+    out = (np.clip(offset, -contrast, contrast) / unit).astype(np.float32)
     pad = [(max(0, -a), max(0, b - n)) for a, b, n in zip(low, high, volume.shape, strict=True)]
-    return np.pad(out, pad, constant_values=-contrast), low.astype(float), dropped
+    return np.pad(out, pad, constant_values=-contrast / unit), low.astype(float), dropped
 
 
 def _box(inside: NDArray[np.bool_]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

@@ -104,14 +104,15 @@ def poisson_indicator(
     M. Kazhdan, Reconstruction of solid models from oriented point sets, SGP 2005.
     """
     layer = np.zeros((*grid.shape, 3), dtype=np.float32)
-    _kernels_grid.splat(grid.to_index(points), normals * weight[:, None], layer)
+    unit = 2.0 ** np.round(2 * np.log2(grid.cell))  # areas in the data's unit may be beyond single precision
+    _kernels_grid.splat(grid.to_index(points), normals * (weight / unit)[:, None], layer)
     total: NDArray[np.complex64] | None = None
     for axis, k in enumerate(wave_numbers(grid.shape)):
         part = k * fft.rfftn(np.ascontiguousarray(layer[..., axis]), workers=-1)
         total = part if total is None else total + part
     assert total is not None
     total *= transfer_function(grid.shape) if transfer is None else transfer
-    values = fft.irfftn(total, s=grid.shape, workers=-1) / grid.cell**2
+    values = fft.irfftn(total, s=grid.shape, workers=-1) / (grid.cell**2 / unit)
     found = Indicator(grid, values.astype(np.float32))
     level = float(np.average(found.at(points)[0], weights=weight))
     return Indicator(grid, found.values - np.float32(level))
