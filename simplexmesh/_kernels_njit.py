@@ -8,6 +8,9 @@ numba's disk cache numbers its files in order of arrival, so two processes that 
 different types give both results the same name; the index then maps one signature to the other's code permanently,
 which causes errors, wrong numbers or crashes (numba issues 4807 and 10128). Here a file's name is a hash of its
 signature, and the index refers to a file only once it is complete.
+
+Nor does numba's cache see that a file has changed from which a kernel imports others, or constants, which are compiled
+in: after an upgrade old and new code would be mixed. Here a kernel's sources are all of the package it imports.
 """
 
 # mypy: allow-untyped-defs
@@ -15,9 +18,11 @@ signature, and the index refers to a file only once it is complete.
 from __future__ import annotations
 
 import hashlib
+import re
+import sys
 from collections.abc import Callable
 from contextlib import suppress
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
 from types import FunctionType
 from typing import Any
@@ -36,6 +41,9 @@ With later ones everything computes the same, but the first use takes twice as l
 
 if LAZY:
     from simplexmesh._kernels_lazy import LazyCompiler
+
+IMPORTED = re.compile(rb"^from ([\w.]+) import", re.MULTILINE)
+"""An import as it is written in kernel files."""
 
 
 def njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:
@@ -66,8 +74,20 @@ def adopted(dispatcher: Any, kind: type) -> Any:
     if LAZY:
         dispatcher._compiler.__class__ = LazyCompiler
     if hasattr(dispatcher._cache, "_cache_file"):
-        dispatcher._cache._cache_file.__class__ = CacheFile
+        file = dispatcher._cache._cache_file
+        file.__class__ = CacheFile
+        file._source_stamp = (file._source_stamp, source_hash(dispatcher.py_func.__module__))
     return dispatcher
+
+
+@cache
+def source_hash(module: str) -> str:
+    """Return a hash of the source of an imported module, and of all of its package that it imports."""
+    source = Path(str(sys.modules[module].__file__)).read_bytes()
+    package = module.partition(".")[0]
+    names = sorted({name.decode() for name in IMPORTED.findall(source)})
+    parts = [source_hash(name).encode() for name in names if name.partition(".")[0] == package]
+    return hashlib.sha256(b"".join([source, *parts])).hexdigest()
 
 
 class Kernel(CPUDispatcher):  # type: ignore[misc]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import subprocess
 import sys
 import threading
@@ -15,10 +16,15 @@ import numba
 import numpy as np
 import pytest
 
-from simplexmesh._kernels_njit import CacheFile, njit
+import simplexmesh
+from simplexmesh._kernels_njit import IMPORTED, CacheFile, njit
 from tests.kernel_writes import check, written
 
 Pair = namedtuple("Pair", ["left", "right"])
+
+ROOT = Path(simplexmesh.__file__).parents[1]
+FILES = sorted(ROOT.glob("simplexmesh/**/_kernels*.py"))
+PACKAGES = {".".join(file.parent.relative_to(ROOT).parts) for file in ROOT.glob("simplexmesh/**/__init__.py")}
 
 
 def frozen(values) -> np.ndarray:
@@ -173,6 +179,40 @@ class TestFiles:
         assert files(tmp_path).load("one") is None
         files(tmp_path).save("one", 1)
         assert [files(tmp_path).load(name) for name in ("one", "two")] == [1, 2]
+
+    @pytest.mark.parametrize("changed", ["factors", "inner"])
+    def test_are_stale_when_an_imported_file_has_changed(self, tmp_path, changed):
+        """As after an upgrade, by which most kernels' own files stay as they are."""
+        package = tmp_path / "package"
+        package.mkdir()
+        kernel = "from simplexmesh._kernels_njit import njit\n@njit(cache=True)\n"
+        sources = {
+            "__init__": "",
+            "factors": "FACTOR = 2\n",
+            "inner": f"from package.factors import FACTOR\n{kernel}def inner(x):\n    return FACTOR * x\n",
+            "outer": f"from package.inner import inner\n{kernel}def outer(x):\n    return 10 * inner(x)\n",
+        }
+        for name, text in sources.items():
+            (package / f"{name}.py").write_text(text)
+        code = "from package.outer import outer; print(outer(7), sum(outer.stats.cache_misses.values()))"
+
+        def run():
+            return subprocess.check_output([sys.executable, "-c", code], cwd=tmp_path, text=True).split()
+
+        assert [run(), run()] == [["140", "1"], ["140", "0"]]
+        text = sources[changed].replace("= 2", "= 30").replace("FACTOR * x", "FACTOR * x * 15")
+        (package / f"{changed}.py").write_text(text)
+        assert [run(), run()] == [["2100", "1"], ["2100", "0"]]
+
+    @pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
+    def test_find_all_imports_of_a_kernel_file(self, file):
+        found = {name.decode() for name in IMPORTED.findall(file.read_bytes())}
+        for node in ast.walk(ast.parse(file.read_text())):
+            if isinstance(node, ast.Import):
+                assert not any(alias.name.startswith("simplexmesh") for alias in node.names)
+            elif isinstance(node, ast.ImportFrom) and node.module.startswith("simplexmesh") and not node.col_offset:
+                assert node.module in found
+                assert node.module not in PACKAGES  # a module named after "import" would not be found
 
     def test_of_others_are_left_alone(self, tmp_path):
         other = tmp_path / "kernels-1.py311.1.nbc"
