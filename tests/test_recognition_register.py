@@ -507,3 +507,22 @@ class TestBadInput:
     def test_levels_of_three(self):
         with pytest.raises(ValueError, match="level must be one number or a pair"):
             sm.register(sm.sphere(8), sm.sphere(8), level=(1, 2, 3))
+
+
+def test_opposite_normals_of_a_sheet_or_of_points_are_flipped_with_a_warning(tmp_path):
+    body = reference.lumpy(16)
+    whole = body.triangulated()
+    sheet = whole.faces[(whole.vertices[whole.faces][:, :, 2] > 0).all(axis=1)]
+    inward = sm.PointCloud(body.vertices, -body.normals)
+    T = motion(np.random.default_rng(3))
+    library = sm.ModelLibrary(tmp_path / "models.sml")
+    library.add("body", body)
+    with pytest.warns(sm.SimplexMeshWarning, match="point inwards and were flipped"):
+        library.add("inward", inward)
+    for data in (inward, (whole.vertices, sheet[:, ::-1])):
+        with pytest.warns(sm.SimplexMeshWarning, match="source and target are opposite"):
+            found = sm.register(data, moved(T, body.vertices))
+        assert_allclose(found.T_target_source, T, atol=0.05)
+        with pytest.warns(sm.SimplexMeshWarning, match="opposite to those of the models"):
+            names = {each.name for each in library.recognise(data)}
+        assert names == {"body", "inward"}

@@ -13,6 +13,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh import _check
 from simplexmesh.data.points import PointCloud
+from simplexmesh.errors import warn
+from simplexmesh.motion.outward import STRAIGHT, sense
 from simplexmesh.motion.progress import Report, reporting
 from simplexmesh.recognition.global_descriptor import global_descriptor
 from simplexmesh.recognition.model_index import ModelIndex
@@ -20,7 +22,7 @@ from simplexmesh.recognition.models import MODEL_POINTS, Model, model_of
 from simplexmesh.recognition.ranking import ranked
 from simplexmesh.recognition.scene import Scene, without_outliers
 from simplexmesh.recognition.store import Store
-from simplexmesh.recognition.surfaces import surface_of
+from simplexmesh.recognition.surfaces import Surface, surface_of
 from simplexmesh.recognition.verify import Evaluation
 
 Array = NDArray[np.float64]
@@ -168,6 +170,9 @@ class ModelLibrary:
         if not replace and name in self:
             raise ValueError(_name_taken(name))
         surface = surface_of(data, "data", level=level, label=label, inside=inside, poses=poses, maximum=MODEL_POINTS)
+        if surface.given and sense(surface.points, surface.normals, surface.points.mean(axis=0)) < -STRAIGHT:
+            warn("the normals of the data point inwards and were flipped")
+            surface = surface.flipped()
         if not self._store.put(name, model_of(without_outliers(surface)).packed(), replace=replace):
             raise ValueError(_name_taken(name))
 
@@ -246,14 +251,13 @@ class ModelLibrary:
                 data, "data", level=level, label=label, inside=inside, poses=poses, maximum=MOST_POINTS, fine=False
             )
             surface = without_outliers(surface)
-            scene = Scene.of(surface)
-            found = ranked(scene, global_descriptor(surface), index, best, report)
+            found = _recognized(surface, index, best, minimum_score, report)
+            if not found and surface.given:
+                found = _recognized(surface.flipped(), index, best, minimum_score, report)
+                if found:
+                    warn("the normals of the data are opposite to those of the models and were flipped")
             report(1.0, "done")
-        return [
-            _as_recognition(scene, index.names[identity], index.models[identity], evaluation)
-            for identity, evaluation in found
-            if evaluation.score >= minimum_score and np.isfinite(evaluation.error)
-        ]
+        return found
 
     def _read(self) -> ModelIndex:
         """Return the index of all models, updated if the file has changed."""
@@ -267,6 +271,19 @@ class ModelLibrary:
             raise OSError(f"{self.path} is damaged: {error}") from None
         self._cached = stamp, index
         return index
+
+
+def _recognized(
+    surface: Surface, index: ModelIndex, best: int, minimum_score: float, report: Report
+) -> list[Recognition]:
+    """Return the models recognized in a surface, best first."""
+    scene = Scene.of(surface)
+    found = ranked(scene, global_descriptor(surface), index, best, report)
+    return [
+        _as_recognition(scene, index.names[identity], index.models[identity], evaluation)
+        for identity, evaluation in found
+        if evaluation.score >= minimum_score and np.isfinite(evaluation.error)
+    ]
 
 
 def _checked_name(name: Any) -> str:

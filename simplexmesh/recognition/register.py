@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from simplexmesh import _check
+from simplexmesh.errors import warn
 from simplexmesh.motion.progress import Report, reporting
 from simplexmesh.recognition.grid_scoring import GridScorer, grid_scorer
 from simplexmesh.recognition.icp import MINIMUM_INLIERS, about_origin, find_correspondences, refined, uncertainty
@@ -185,19 +187,47 @@ def register(
             for k, (name, data) in enumerate((("source", source), ("target", target)))
         )
         check_units(moving, fixed)
-        report(0.4, "voting")
-        rng = np.random.default_rng(0)
-        scorer, center, unit = grid_scorer(moving, fixed, rng)
-        report(0.6, "refining candidates")
-        starts = refined_candidates(scorer, pose_candidates(scorer, rng))
-        verifier = Verifier.of(scorer.source, scorer.target, scorer.size, SAMPLES, rng)
-        evaluations = evaluated_candidates(scorer, verifier, starts)
-        _check_fit(evaluations[0] if evaluations else None, minimum_overlap)
-        report(0.9, "refining")
-        normalized = (moving.normalized_to(moving.points.mean(axis=0), unit), fixed.normalized_to(center, unit))
-        found = conclude(verifier, evaluations, *normalized)
-        _check_fit(found[0], minimum_overlap)
+        found = _registered_with_either_sign(moving, fixed, minimum_overlap, report)
         report(1.0, "done")
+    return found
+
+
+def _registered_with_either_sign(
+    moving: Surface, fixed: Surface, minimum_overlap: float, report: Report
+) -> Registration:
+    """Return the pose; if none fits, and the sign of normals was given, that with the source's normals flipped."""
+    try:
+        return _registered(moving, fixed, minimum_overlap, report)
+    except ValueError:
+        if not (moving.given or fixed.given):
+            raise
+        with suppress(ValueError):
+            found = _registered(moving.flipped(), fixed, minimum_overlap, report)
+            warn("the normals of source and target are opposite; those of the source were flipped")
+            return found
+        raise
+
+
+def _registered(moving: Surface, fixed: Surface, minimum_overlap: float, report: Report) -> Registration:
+    """Return the pose of a surface on another.
+
+    Raises
+    ------
+    ValueError
+        No pose agrees with the minimum.
+    """
+    report(0.4, "voting")
+    rng = np.random.default_rng(0)
+    scorer, center, unit = grid_scorer(moving, fixed, rng)
+    report(0.6, "refining candidates")
+    starts = refined_candidates(scorer, pose_candidates(scorer, rng))
+    verifier = Verifier.of(scorer.source, scorer.target, scorer.size, SAMPLES, rng)
+    evaluations = evaluated_candidates(scorer, verifier, starts)
+    _check_fit(evaluations[0] if evaluations else None, minimum_overlap)
+    report(0.9, "refining")
+    normalized = (moving.normalized_to(moving.points.mean(axis=0), unit), fixed.normalized_to(center, unit))
+    found = conclude(verifier, evaluations, *normalized)
+    _check_fit(found[0], minimum_overlap)
     return _as_registration(*found, center, moving.points.mean(axis=0), unit)
 
 

@@ -65,8 +65,10 @@ class Surface:
         The points projected to these planes: a third of the noise, and a bias shared by both surfaces.
     fine : (2, n, 3) array of float, optional
         Points and normals of quadrics fitted to the neighbors: less noise, and hardly any bias.
-    gaps : (n,) array of float, optional
+    neighbor_distances : (n,) array of float, optional
         Distance of each point to its neighbor of rank `OUTLIER_NEIGHBOR`.
+    given : bool
+        Whether the sign of the normals is that of the data, which may be wrong.
     """
 
     points: Array
@@ -76,6 +78,7 @@ class Surface:
     smooth: Array
     fine: Array | None = None
     neighbor_distances: Array | None = None
+    given: bool = False
 
     def __len__(self) -> int:
         return len(self.points)
@@ -114,6 +117,11 @@ class Surface:
         """
         return self if self.fine is None else replace(self, points=self.fine[0], normals=self.fine[1])
 
+    def flipped(self) -> Surface:
+        """Return the surface with opposite normals."""
+        fine = None if self.fine is None else np.stack([self.fine[0], -self.fine[1]])
+        return replace(self, normals=-self.normals, fine=fine)
+
     def sample(self, count: int, rng: np.random.Generator) -> NDArray[np.int64]:
         """Return the indices of at most `count` points, drawn at random."""
         if len(self.points) <= count:
@@ -138,7 +146,7 @@ def surface_of(
     >>> len(ball), bool((dot(ball.points, ball.normals) > 0.9).all()), bool(abs(ball.area / (4 * np.pi) - 1) < 0.1)
     (2880, True, True)
     """
-    points, known = _points_of(data, name, level=level, label=label, inside=inside, poses=poses)
+    points, known, given = _points_of(data, name, level=level, label=label, inside=inside, poses=poses)
     first = distinct(points)[0]
     points, known = points[first], None if known is None else known[first]
     _check_extent(points, name)
@@ -155,11 +163,11 @@ def surface_of(
     if quadrics is not None:
         _kernels_local_fits.fit_quadrics(points, near, normals, *quadrics)
     neighbor_distances = norm(points[near[:, OUTLIER_NEIGHBOR - 1]] - points)
-    return Surface(points, normals, spacing, noise, smooth, quadrics, neighbor_distances)
+    return Surface(points, normals, spacing, noise, smooth, quadrics, neighbor_distances, given)
 
 
-def _points_of(data: Any, name: str, **options: Any) -> tuple[Array, Array | None]:
-    """Return points (n, 3) on the surface of any data, and their normals where the data has them."""
+def _points_of(data: Any, name: str, **options: Any) -> tuple[Array, Array | None, bool]:
+    """Return points (n, 3) on the surface of any data, their normals where the data has them, and if unchecked."""
     if isinstance(data, str | os.PathLike):
         data = as_data(data, name)
     try:
@@ -173,10 +181,10 @@ def _points_of(data: Any, name: str, **options: Any) -> tuple[Array, Array | Non
         message = str(error).removeprefix("data ")
         raise kind(f"{name} {message}" if message != str(error) else f"{name}: {error}") from None
     if isinstance(subject, PointsSubject):
-        return subject.cloud.points, subject.cloud.normals
-    if isinstance(subject, TrianglesSubject):
-        return subject.sampled.points, subject.sampled.normals
-    return subject.points, None
+        return subject.cloud.points, subject.cloud.normals, subject.cloud.normals is not None
+    if isinstance(subject, TrianglesSubject):  # closed ones have been oriented
+        return subject.sampled.points, subject.sampled.normals, bool(subject.triangles.topology.n_borders)
+    return subject.points, None, False
 
 
 def _check_extent(points: Array, name: str) -> None:
