@@ -5,6 +5,7 @@ import pytest
 from scipy import ndimage
 
 from simplexmesh import Volume, read_volume, reconstruct
+from simplexmesh.errors import TopologyError
 from simplexmesh.motion.initial import solid_mesh, start_from_volume
 from simplexmesh.motion.untangle import tangled_vertices
 
@@ -185,3 +186,24 @@ def test_a_large_offset_of_the_values_changes_nothing():
     shifted = Volume(volume.values + 1e8, SPACING, ORIGIN)
     moved = start_from_volume(shifted, level=1e8, vertices=1000)
     np.testing.assert_allclose(moved.mesh.vertices, start.mesh.vertices, atol=1e-5)
+
+
+@pytest.mark.parametrize("label", [1, None])
+def test_plates_and_rods_one_voxel_thick_are_not_refused(label):
+    solid = np.zeros((40, 24, 24), np.int64)
+    solid[4:36, 4:20, 12] = 1
+    rod = np.zeros((40, 24, 24), np.int64)
+    rod[4:36, 12, 12] = 1
+    for values, volume in ((solid, 32 * 16), (rod, 32)):
+        data = Volume(values, spacing=0.1) if label else Volume(values.astype(float), spacing=0.1)
+        start = start_from_volume(data, None if label else 0.5, label, 1500)
+        assert start.mesh.genus == 0
+        assert 0.2 * volume < start.mesh.volume / 0.1**3 < 2 * volume
+        assert np.ptp(start.mesh.vertices[:, 0]) > 3.0
+
+
+def test_a_single_voxel_is_refused_without_advice_that_does_not_help():
+    values = np.zeros((5, 5, 5), np.int64)
+    values[2, 2, 2] = 1
+    with pytest.raises(TopologyError, match=r"too thin for a grid of .* the finest possible"):
+        start_from_volume(Volume(values), None, 1, 100)

@@ -24,6 +24,7 @@ MIN_VERTICES = 20
 _MAX_CELL, _MIN_CELL = 1.5, 0.5  # in voxels
 _MAX_CELLS, _MAX_CELLS_THIN = 3_000_000, 8_000_000
 _CELLS_ACROSS = 5
+_FINER = (1.0, 0.6, 0.36)  # factors of the cells of solids that are otherwise lost
 _MARGIN = 3
 _BLUR, _MIN_VOLUME_LEFT = 0.6, 0.5
 
@@ -82,7 +83,7 @@ def start_from_volume(
     body = without_cavities(native > 0)
     area = surface_area(body, volume.spacing)
     cell = _cell(volume, body, area, vertices)
-    field = _resampled(native, volume.spacing, cell, binary=label is not None)
+    field, cell = _finely_resampled(native, volume.spacing, cell, binary=label is not None)
     smallest = max(30.0, MIN_VERTICES / vertices * np.count_nonzero(field > 0))
     solid, dropped = pieces(field > 0, components, smallest)
     if tunnels is None:
@@ -156,11 +157,31 @@ def _inside(volume: Volume, level: float | None, label: int | None) -> tuple[NDA
     return volume.values > level, level, min(level - low, high - level)
 
 
-def _resampled(native: NDArray[Any], spacing: Array, cell: float, *, binary: bool) -> NDArray[np.float32]:
+def _finely_resampled(
+    native: NDArray[Any], spacing: Array, cell: float, *, binary: bool
+) -> tuple[NDArray[np.float32], float]:
+    """Return the field resampled to cells of this side, or of a smaller one that resolves a thin solid, and the side.
+
+    Raises
+    ------
+    TopologyError
+        The solid is lost on the finest grid tried.
+    """
+    for side in cell * np.array(_FINER):
+        if side < cell and native.size * np.prod(spacing) > _MAX_CELLS_THIN * side**3:
+            break
+        field = _resampled(native, spacing, side, binary=binary)
+        if field is not None:
+            return field, float(side)
+        cell = side
+    raise TopologyError(f"the solid is too thin for a grid of cells {cell:.3g} wide, the finest possible")
+
+
+def _resampled(native: NDArray[Any], spacing: Array, cell: float, *, binary: bool) -> NDArray[np.float32] | None:
     """Return the field resampled to cubic cells, with the same first sample, after smoothing against aliasing.
 
     A `binary` field is smoothed by 0.6 voxels at least. It is smoothed less if a thin solid would lose half of its
-    volume.
+    volume; None if it does even so.
     """
     factor = cell / spacing
     shape = tuple(np.ceil((np.array(native.shape) - 1) / factor).astype(int) + 2)
@@ -174,4 +195,4 @@ def _resampled(native: NDArray[Any], spacing: Array, cell: float, *, binary: boo
         )
         if np.count_nonzero(out > 0) > _MIN_VOLUME_LEFT * wanted:
             return out
-    raise TopologyError(f"the solid is too thin for a grid of cells {cell:.3g} wide; give more vertices")
+    return None
