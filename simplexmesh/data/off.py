@@ -1,4 +1,4 @@
-"""Read surfaces or points from OFF files; colors and comments are skipped, polygons triangulated as fans."""
+"""Read surfaces or points from OFF files; colors and comments are skipped, polygons triangulated."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from simplexmesh.data import formats
 from simplexmesh.data.points import PointCloud
-from simplexmesh.data.polygons import fans
+from simplexmesh.data.polygons import triangulated
 from simplexmesh.data.triangles import TriangleMesh
 
 Array = NDArray[np.float64]
@@ -19,7 +19,7 @@ Indices = NDArray[np.int64]
 
 
 def read_off(path: Path) -> TriangleMesh | PointCloud:
-    """Read an OFF file (also COFF, NOFF, ...; text only), polygons triangulated as fans; points if it has no faces.
+    """Read an OFF file (also COFF, NOFF, ...; text only), polygons triangulated; points if it has no faces.
 
     Raises
     ------
@@ -43,7 +43,7 @@ def read_off(path: Path) -> TriangleMesh | PointCloud:
         vertices = _numbers(lines[:n_vertices]).reshape(n_vertices, -1)
         if "4" in keyword or vertices.shape[1] < 3:
             raise ValueError
-        faces = _triangles(lines[n_vertices : n_vertices + n_faces])
+        faces = triangulated(vertices[:, :3], *_polygons(lines[n_vertices : n_vertices + n_faces]))
     except (ValueError, IndexError, DeprecationWarning):
         raise OSError(f"{path.name} is not an OFF file of numbers x y z and polygons, or is damaged") from None
     return TriangleMesh(vertices[:, :3], faces) if n_faces else PointCloud(vertices[:, :3])
@@ -55,9 +55,10 @@ def _numbers(lines: list[str]) -> Array:
         return np.fromstring("\n".join(lines), sep=" ")
 
 
-def _triangles(lines: list[str]) -> Indices:
-    sizes = np.array([int(line.split(maxsplit=1)[0]) for line in lines])
-    out = [np.zeros((0, 3), np.int64)]
+def _polygons(lines: list[str]) -> tuple[Indices, Array]:
+    """Return the sizes and the corners of polygons, one a line, those of equal size together."""
+    sizes = np.array([int(line.split(maxsplit=1)[0]) for line in lines], dtype=np.int64)
+    corners = [np.zeros(0)]
     for size in np.unique(sizes):
         rows = [lines[i] for i in np.flatnonzero(sizes == size)]
         flat = _numbers(rows)
@@ -67,5 +68,5 @@ def _triangles(lines: list[str]) -> Indices:
             table = np.array([row.split()[1 : size + 1] for row in rows], dtype=float)
             if table.shape != (len(rows), size):
                 raise ValueError
-        out.append(fans(np.full(len(table), size), table.reshape(-1)))
-    return np.concatenate(out)
+        corners.append(table.reshape(-1))
+    return np.sort(sizes), np.concatenate(corners)

@@ -10,7 +10,7 @@ import plyfile
 from numpy.typing import NDArray
 
 from simplexmesh.data.points import PointCloud, cloud_of_file
-from simplexmesh.data.polygons import fans, strips
+from simplexmesh.data.polygons import strips, triangulated
 from simplexmesh.data.range_grid import grid_normals
 from simplexmesh.data.triangles import TriangleMesh
 
@@ -38,7 +38,7 @@ def read_ply(path: Path) -> TriangleMesh | PointCloud:
         raise OSError(f"{path.name} must have vertices with x, y and z, not {sorted(table) or 'none'}")
     points = np.stack([table[c] for c in "xyz"], axis=1).astype(np.float64)
     if lists.get("face") is not None and len(lists["face"][0]):
-        return TriangleMesh(points, fans(*lists["face"]))
+        return TriangleMesh(points, triangulated(points, *lists["face"]))
     if lists.get("tristrips") is not None and len(lists["tristrips"][1]):
         sizes, flat = lists["tristrips"]
         return TriangleMesh(points, strips(np.insert(flat, np.cumsum(sizes), -1)))

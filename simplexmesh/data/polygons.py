@@ -7,7 +7,72 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from simplexmesh._vec import cross, dot, norm
+
 Indices = NDArray[np.int64]
+
+ROUNDING = 1e-6
+"""Triangles turned over by less than this times the squared area of their polygon are due to rounding."""
+
+
+def triangulated(points: NDArray[np.float64], sizes: Indices, flat: NDArray[Any]) -> Indices:
+    """Return the triangles of polygons stored consecutively, in their order.
+
+    Those whose fan around the first corner turns a triangle over, as in most concave polygons, are cut by VTK.
+
+    Parameters
+    ----------
+    points : (n, 3) array of float
+        Positions.
+    sizes : (f,) array of int
+        Number of corners of each polygon.
+    flat : (sum of sizes,) array
+        Their corners, polygon by polygon.
+
+    Examples
+    --------
+    >>> notched = np.array([[0, 0, 0], [2, 0, 0], [0.5, 1, 0], [2, 2, 0], [0, 2, 0]])
+    >>> triangulated(notched, np.array([5]), np.arange(5))
+    array([[3, 4, 2],
+           [1, 2, 0],
+           [4, 0, 2]])
+    """
+    triangles = fans(sizes, flat)
+    if sizes.max(initial=0) <= 3 or not 0 <= triangles.min() <= triangles.max() < len(points):
+        return triangles
+    with np.errstate(over="ignore", invalid="ignore"):
+        extent = float(np.ptp(points, axis=0).max())
+    if not 0 < extent < np.inf:
+        return triangles
+    points = (points - points.min(axis=0)) / extent
+    polygon = np.repeat(np.arange(len(sizes)), np.maximum(sizes - 2, 0))
+    areas = _vector_areas(points, triangles)
+    whole = _sums(areas, polygon, len(sizes))
+    turned = dot(areas, whole[polygon]) < -ROUNDING * dot(whole, whole)[polygon]
+    concave = np.unique(polygon[turned])
+    if not len(concave):
+        return triangles
+    from simplexmesh.data import vtk
+
+    corners = _whole(flat)[np.repeat(np.isin(np.arange(len(sizes)), concave), sizes)]
+    used, corners = np.unique(corners, return_inverse=True)
+    pieces, of = vtk.polygon_triangles(points[used], sizes[concave], corners.reshape(-1))
+    pieces, of = used[pieces], concave[of]
+    missing = _sums(_vector_areas(points, pieces), of, len(sizes)) - whole
+    complete = norm(missing) <= ROUNDING * norm(whole)
+    kept, cut = ~(complete & np.isin(np.arange(len(sizes)), concave))[polygon], complete[of]
+    order = np.argsort(np.concatenate([polygon[kept], of[cut]]), kind="stable")
+    return np.concatenate([triangles[kept], pieces[cut]])[order]
+
+
+def _vector_areas(points: NDArray[np.float64], triangles: Indices) -> NDArray[np.float64]:
+    a, b, c = (points[triangles[:, j]] for j in range(3))
+    return cross(b - a, c - a)
+
+
+def _sums(vectors: NDArray[np.float64], groups: Indices, n: int) -> NDArray[np.float64]:
+    """Return the sums (n, 3) of the vectors in each group."""
+    return np.stack([np.bincount(groups, vectors[:, j], n) for j in range(3)], axis=1)
 
 
 def fans(sizes: Indices, flat: NDArray[Any]) -> Indices:

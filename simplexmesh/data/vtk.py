@@ -118,6 +118,24 @@ def _triangles(dataset: Any) -> TriangleMesh:
     return TriangleMesh(_points(out), corners.reshape(-1, 3))
 
 
+def polygon_triangles(
+    points: NDArray[np.float64], sizes: NDArray[Any], corners: NDArray[Any]
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return triangles (t, 3) of polygons by ear clipping, and the polygon of each; see `polydata` for the arguments.
+
+    Polygons that VTK cannot cut have none, or not all.
+    """
+    dataset = polydata(points, sizes, corners, {})
+    dataset.GetCellData().AddArray(_array("polygon", np.arange(len(sizes))))
+    cutter = vtkTriangleFilter()
+    cutter.SetInputData(dataset)
+    with _captured_output():
+        cutter.Update()
+    out = cutter.GetOutput()
+    triangles = vtk_to_numpy(out.GetPolys().GetConnectivityArray()).astype(np.int64).reshape(-1, 3)
+    return triangles, vtk_to_numpy(out.GetCellData().GetArray("polygon")).astype(np.int64)
+
+
 def _volume(image: Any, name: str, *, owned: bool) -> Volume:
     points = image.GetPointData()
     on_cells = not points.GetNumberOfArrays()
