@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 import simplexmesh as sm
@@ -124,3 +125,13 @@ def test_untangling_leaves_an_untangled_mesh_unchanged():
     mended, left = untangled(ball, sm.targets.Triangles(sm.sphere(9, radius=1.1).triangulated()), reach=0.5)
     assert mended is ball
     assert left == 0
+
+
+@pytest.mark.parametrize("init", ["sphere", "ellipsoid"])
+@pytest.mark.parametrize("vertices", [20, 32, 50])
+def test_primitives_of_very_few_vertices_do_not_collapse(init, vertices):
+    egg = sm.sphere(16).vertices * [3, 2, 1]
+    model = sm.reconstruct(egg, vertices=vertices, init=init)
+    assert 0.6 * vertices <= model.mesh.n_vertices <= 1.1 * vertices
+    assert model.mesh.volume > 10
+    assert model.tangled == 0

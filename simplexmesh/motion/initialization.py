@@ -18,6 +18,9 @@ from simplexmesh.motion.state import Target
 from simplexmesh.motion.subjects import Subject
 from simplexmesh.motion.wrap import Samples
 
+FEWEST_WRAPPED = 60
+"""Meshes of fewer vertices would collapse when they are wrapped around the data, and have no room for handles."""
+
 
 @dataclass(frozen=True, eq=False)
 class Initialization:
@@ -82,7 +85,7 @@ def initialized(
         if placement is None and subject.encloses and is_thin(start.mesh):
             plan = replace(plan, placement="even")
         return Initialization(start.mesh, subject, plan, found=start.report)
-    enclosed = init in ENCLOSING and plan.handles != "none"
+    enclosed = init in ENCLOSING and plan.handles != "none" and vertices >= FEWEST_WRAPPED
     samples = closed_samples(subject, vertices, tunnels) if enclosed else None
     if samples is None and init != "plane":
         subject = turned_outward(subject, enclosed=init in ENCLOSING)
