@@ -51,7 +51,7 @@ SUFFIXES = {
     ".asc": "text",
 }
 
-_HEAD = 4096
+HEAD = 4096
 MARK = "\xef\xbb\xbf"  # the byte order mark of UTF-8, which spreadsheets write, as Latin-1
 _MAGIC = [
     (b"NRRD000", "nrrd"),
@@ -96,14 +96,16 @@ def format_of(path: Path) -> str:
     if not size:
         raise OSError(f"{path.name} is empty")
     with path.open("rb") as file:
-        head = file.read(_HEAD)
+        head = file.read(HEAD)
     found = _by_content(head, size)
     named = SUFFIXES.get(suffix(path))
     if found is None and named == "text" and _is_text(head):
         return "text"
+    if found is None and named == "stl" and is_binary_stl(head, size):
+        return "stl"
     if found is None and named == "stl" and not _is_text(head) and len(head) >= 84:
         raise OSError(
-            f"{path.name} must have {_stl_size(head):,} bytes as STL, it has {size:,}: truncated, or not an STL file"
+            f"{path.name} must have {stl_size(head):,} bytes as STL, it has {size:,}: truncated, or not an STL file"
         )
     if found is None and named is not None:
         raise OSError(f"{path.name} is not {with_article(NAMES[named])} file, or its beginning is damaged")
@@ -150,7 +152,7 @@ def _by_text(head: bytes) -> str | None:
         return "metaimage"
     if re.match(r"(\s*#[^\n]*\n|\s)*(ST)?C?N?4?n?OFF\b", text):
         return "off"
-    if re.match(r"\s*solid\b", text) and re.search(r"\bfacet\b", text):
+    if re.match(r"\s*solid\b", text, re.IGNORECASE) and re.search(r"\bfacet\b", text, re.IGNORECASE):
         return "stl"
     if re.search(r"^(v|vn|vt)\s+-?[\d.]+\s", text, re.MULTILINE):
         return "obj"
@@ -176,10 +178,16 @@ def _is_nifti(head: bytes) -> bool:
 
 def _is_stl(head: bytes, size: int) -> bool:
     """Whether the file size is that of a binary STL: an 80-byte header, a count, and 50 bytes per triangle."""
-    return len(head) >= 84 and size == _stl_size(head)
+    return len(head) >= 84 and size == stl_size(head)
 
 
-def _stl_size(head: bytes) -> int:
+def is_binary_stl(head: bytes, size: int) -> bool:
+    """Whether a file known to be STL is binary and complete; some programs write more after the triangles."""
+    return _is_stl(head, size) or (not _is_text(head) and 84 < stl_size(head) <= size)
+
+
+def stl_size(head: bytes) -> int:
+    """Return the size of a binary STL file by the number of triangles in its header."""
     return 84 + 50 * int.from_bytes(head[80:84], "little")
 
 

@@ -210,6 +210,11 @@ def _read_kind(path: Path, kind: str) -> Any:
         return read_text(path)
     from simplexmesh.data import vtk
 
+    if kind == "stl":
+        from simplexmesh.data.stl import readable_by_vtk
+
+        with readable_by_vtk(path) as plain:
+            return _welded(vtk.from_dataset(vtk.read_dataset(plain, kind), path.name), kind)
     return _welded(vtk.from_dataset(vtk.read_dataset(path, kind), path.name, owned=True), kind)
 
 
