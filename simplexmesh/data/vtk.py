@@ -47,6 +47,8 @@ def read_dataset(path: Path, kind: str) -> Any:
     """
     reader = _READERS[kind]()
     reader.SetFileName(str(path))
+    if kind == "vtk":
+        reader.ReadAllScalarsOn()
     with _captured_output() as output:
         reader.Update()
     complaint = output.GetOutput().strip()
@@ -140,7 +142,9 @@ def _volume(image: Any, name: str, *, owned: bool) -> Volume:
     points = image.GetPointData()
     on_cells = not points.GetNumberOfArrays()
     data = image.GetCellData() if on_cells else points
-    array = data.GetScalars() or data.GetArray(0)
+    single = _single_arrays(data)
+    active = data.GetScalars()
+    array = active if active is not None else single[0] if single else data.GetArray(0)
     if array is None:
         raise ValueError(f"{name} must hold samples, it has none")
     if array.GetNumberOfComponents() != 1:
@@ -150,12 +154,25 @@ def _volume(image: Any, name: str, *, owned: bool) -> Volume:
         raise OSError(f"{name} must hold {np.prod(shape)} samples, not {array.GetNumberOfTuples()}")
     values = vtk_to_numpy(array).reshape(shape, order="F")
     values.setflags(write=not owned)
+    others = [
+        other for other in single + ([] if on_cells else _single_arrays(image.GetCellData())) if other is not array
+    ]
+    if others:
+        which = "first" if active is None else "active"
+        left = ", ".join(repr(other.GetName()) for other in others)
+        warn(f"{name} holds several arrays: {array.GetName()!r}, the {which} one, was read, not {left}")
     matrix = image.GetDirectionMatrix()
     direction = np.array([[matrix.GetElement(i, j) for j in range(3)] for i in range(3)])
     spacing = np.array(image.GetSpacing())
     first = np.array(image.GetExtent()[::2]) + 0.5 * on_cells
     origin = np.array(image.GetOrigin()) + direction @ (spacing * first)
     return Volume(values, spacing, origin, direction)
+
+
+def _single_arrays(data: Any) -> list[Any]:
+    """Return the arrays of numbers with one component."""
+    arrays = [data.GetArray(i) for i in range(data.GetNumberOfArrays())]
+    return [array for array in arrays if array is not None and array.GetNumberOfComponents() == 1]
 
 
 def _reason(complaint: str) -> str:
