@@ -215,6 +215,13 @@ class TestDeviation:
         points = np.random.default_rng(0).normal(size=(50, 3))
         assert sm.deviation(points, soup).distances == pytest.approx(sm.deviation(points, BALL).distances, abs=1e-12)
 
+    @pytest.mark.parametrize("size", [1e-40, 1e-25, 1e25])
+    def test_signs_are_the_same_in_any_unit(self, size):
+        """Winding numbers are in single precision: the inside was outside, or the process crashed."""
+        points = np.random.default_rng(0).normal(size=(200, 3))
+        found = sm.deviation(size * points, (size * BALL.vertices, BALL.faces)).distances
+        assert found / size == pytest.approx(sm.deviation(points, BALL).distances, abs=1e-12)
+
     def test_a_reference_with_inward_normals_is_reported(self):
         inward = sm.TriangleMesh(BALL.vertices, BALL.faces[:, ::-1])
         points = np.random.default_rng(0).normal(size=(50, 3))

@@ -105,7 +105,8 @@ class Triangles(BuiltInTarget):
         else:
             normals = away.copy()
             normals[on_it] = self._normals_at(closest[on_it], faces[on_it])
-            inside = np.asarray(self._winding.winding_number(at)).ravel() > (-0.5 if self._looks_inward else 0.5)
+            winding = np.asarray(self._winding.winding_number(_relative(at, self.vertices))).ravel()
+            inside = winding > (-0.5 if self._looks_inward else 0.5)
         sign = np.where(inside, -1.0, 1.0)
         direction = normalized(np.where(on_it[:, None], normals, sign[:, None] * away))
         return sign * distance, direction, beyond
@@ -113,7 +114,7 @@ class Triangles(BuiltInTarget):
     @cached_property
     def _winding(self) -> Any:
         found = igl.FastWindingNumberBVH()
-        found.init(self.vertices, self.faces)
+        found.init(_relative(self.vertices, self.vertices), self.faces)
         return found
 
     @cached_property
@@ -218,8 +219,13 @@ def inside_surface(points: Array, vertices: Array, faces: NDArray[np.int64]) -> 
     if not len(points):
         return np.zeros(0, dtype=bool)
     numbers = igl.fast_winding_number(
-        np.ascontiguousarray(vertices, dtype=np.float64),
-        np.ascontiguousarray(faces, dtype=np.int64),
-        np.ascontiguousarray(points, dtype=np.float64),
+        _relative(vertices, vertices), np.ascontiguousarray(faces, dtype=np.int64), _relative(points, vertices)
     )
     return np.asarray(numbers).ravel() > 0.5
+
+
+def _relative(points: Array, vertices: Array) -> Array:
+    """Return points relative to the middle of a surface, in its extent: winding numbers are in single precision."""
+    low, high = vertices.min(axis=0), vertices.max(axis=0)
+    extent = float((high - low).max()) or 1.0
+    return np.ascontiguousarray((points - (low + high) / 2) / extent, dtype=np.float64)
