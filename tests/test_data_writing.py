@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import warnings
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -321,3 +323,41 @@ class TestPolygonsThatAFilterHasChanged:
         seen.points *= 2
         assert_array_equal(as_data(seen).vertices, 2 * ball.vertices)
         assert_array_equal(as_data(seen).connectivity.twin, ball.connectivity.twin)
+
+
+class TestExistingFiles:
+    @pytest.mark.parametrize("ending", [".vtp", ".ply", ".stl"])
+    def test_the_target_of_a_link_is_replaced_not_the_link(self, ending, tmp_path):
+        (tmp_path / "store").mkdir()
+        target, link = tmp_path / "store" / "part.1", tmp_path / f"a{ending}"
+        link.symlink_to(Path("store", "part.1"))
+        for size in (6, 7):  # before and after the target exists
+            sm.sphere(size).save(link)
+            assert link.is_symlink()
+            sm.sphere(size).save(tmp_path / f"b{ending}")
+            assert target.read_bytes() == (tmp_path / f"b{ending}").read_bytes()
+        assert sorted(path.name for path in tmp_path.rglob("*")) == [link.name, f"b{ending}", "part.1", "store"]
+
+    @pytest.mark.parametrize("ending", [".vtp", ".ply", ".xyz"])
+    @pytest.mark.parametrize("mode", [0o600, 0o640, 0o666, 0o444])
+    def test_permissions_are_kept(self, ending, mode, tmp_path):
+        path = tmp_path / f"a{ending}"
+        sm.sphere(6).save(path)
+        path.chmod(mode)
+        sm.sphere(7).save(path)
+        assert path.stat().st_mode & 0o777 == mode
+        assert len(sm.read_points(path)) == sm.sphere(7).n_vertices
+
+    def test_links_to_nowhere_devices_and_folders_are_refused(self, tmp_path):
+        (tmp_path / "lost.ply").symlink_to(tmp_path / "missing" / "a.ply")
+        os.mkfifo(tmp_path / "pipe")
+        (tmp_path / "piped.ply").symlink_to("pipe")
+        (tmp_path / "folder.ply").symlink_to(tmp_path)
+        for name, message in (
+            ("lost", "path must be in an existing folder"),
+            ("piped", "path must be a regular file, '.*piped.ply' is a pipe or a device"),
+            ("folder", "path must be a file, '.*folder.ply' is a folder"),
+        ):
+            with pytest.raises(OSError, match=message):
+                sm.sphere(6).save(tmp_path / f"{name}.ply")
+            assert (tmp_path / f"{name}.ply").is_symlink()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -44,7 +45,8 @@ def save(path: str | os.PathLike[str], value: Any, *, arrays: Mapping[str, NDArr
     Parameters
     ----------
     path : str or Path
-        With extension .vtp, .ply, .obj, .off, .stl or .xyz; an existing file is replaced.
+        With extension .vtp, .ply, .obj, .off, .stl or .xyz; an existing file is replaced
+        and keeps its permissions; through a link, the file it points to.
     value : SimplexMesh, TriangleMesh or PointCloud
         What to write.
     arrays : mapping of str to (n,) or (n, k) array, optional
@@ -75,14 +77,19 @@ def save(path: str | os.PathLike[str], value: Any, *, arrays: Mapping[str, NDArr
     content = _with_arrays(_content(value), {} if arrays is None else arrays, suffix)
     if suffix in (".obj", ".off", ".stl") and not len(content.sizes):
         raise ValueError(f"path must end with .vtp, .ply or .xyz for points without faces, not {suffix}")
-    if not where.parent.is_dir():
-        raise FileNotFoundError(f"path must be in an existing folder, {str(where.parent)!r} is not one")
-    if where.is_dir():
+    target = Path(os.path.realpath(where)) if where.is_symlink() else where
+    if not target.parent.is_dir():
+        raise FileNotFoundError(f"path must be in an existing folder, {str(target.parent)!r} is not one")
+    if target.is_dir():
         raise IsADirectoryError(f"path must be a file, {str(where)!r} is a folder")
-    temporary = where.with_name(f".{where.stem}.{os.getpid()}.part{suffix}")
+    if target.exists() and not target.is_file():
+        raise OSError(f"path must be a regular file, {str(where)!r} is a pipe or a device")
+    temporary = target.with_name(f".{target.stem}.{os.getpid()}.part{suffix}")
     try:
         _WRITERS[suffix](temporary, content)
-        os.replace(temporary, where)
+        if target.exists():
+            shutil.copymode(target, temporary)
+        os.replace(temporary, target)
     finally:
         temporary.unlink(missing_ok=True)
 
