@@ -11,7 +11,7 @@ from scipy import ndimage
 from simplexmesh import _check
 from simplexmesh.data.box import box_around, box_slices
 from simplexmesh.data.volume import Volume
-from simplexmesh.errors import TopologyError
+from simplexmesh.errors import TopologyError, warn
 from simplexmesh.motion.initial.budget import cell_size, edge_length, surface_area
 from simplexmesh.motion.initial.report import StartReport
 from simplexmesh.motion.initial.solid_mesh import solid_mesh
@@ -172,9 +172,11 @@ def _finely_resampled(
             break
         field = _resampled(native, spacing, side, binary=binary)
         if field is not None:
+            if binary and side < cell:
+                warn("the solid is only a voxel or two thick: its model may be off by more than a voxel at its edges")
             return field, float(side)
-        cell = side
-    raise TopologyError(f"the solid is too thin for a grid of cells {cell:.3g} wide, the finest possible")
+        finest = side
+    raise TopologyError(f"the solid is too thin for a grid of cells {finest:.3g} wide, the finest possible")
 
 
 def _resampled(native: NDArray[Any], spacing: Array, cell: float, *, binary: bool) -> NDArray[np.float32] | None:
