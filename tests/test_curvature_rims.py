@@ -226,6 +226,15 @@ class TestUnchanged:
         found, other = sm.curvature(mesh), sm.curvature(sm.TriangleMesh(mesh.vertices, mesh.faces[:, ::-1]))
         assert np.abs(found.mean + other.mean).max() < 1e-8
 
+    @pytest.mark.parametrize("noise", [0.0, 0.01, 0.1])
+    def test_coarse_mesh_inside_out_and_reflected(self, noise):
+        """Whether few points determine a cubic depended on the handedness of the axes: H changed by 0.12."""
+        made = discretized.torus(40, 16, irregular=True)
+        mesh = noisy(discretized.cut(made, made.vertices[:, 1] > -0.2).mesh, noise, rng=1)
+        found, flipped = sm.curvature(mesh), mesh.faces[:, ::-1]
+        assert np.abs(found.mean + sm.curvature(sm.TriangleMesh(mesh.vertices, flipped)).mean).max() < 1e-8
+        assert np.abs(found.mean - sm.curvature(sm.TriangleMesh(mesh.vertices * [1, -1, 1], flipped)).mean).max() < 1e-8
+
     def test_too_little_to_learn_from(self):
         """A disc of three rings has no row four farther in, and a strip nothing inside."""
         made = discretized.split_square(graph("paraboloid"), 5)

@@ -179,6 +179,7 @@ def aligned(u, v, count, frame):
     """Rotate coordinates and frame to the bisectors of the principal axes of the points, if these are elongated.
 
     Which terms such points determine, a row of them hardly any across, depends on the axes, and must not on the pose.
+    It depends on the order of the axes too: points extend farther along the first, by fourth moments, inside out too.
     """
     a = b = c = 0.0
     for k in range(count):
@@ -189,6 +190,12 @@ def aligned(u, v, count, frame):
         return
     turn = 0.5 * math.atan2(2.0 * b, a - c) + 0.25 * math.pi
     cosine, sine = math.cos(turn), math.sin(turn)
+    a = c = 0.0
+    for k in range(count):
+        a += (cosine * u[k] + sine * v[k]) ** 4
+        c += (cosine * v[k] - sine * u[k]) ** 4
+    if c - a > ISOTROPIC * (a + c):
+        cosine, sine = -sine, cosine
     for k in range(count):
         u[k], v[k] = cosine * u[k] + sine * v[k], cosine * v[k] - sine * u[k]
     for axis in range(3):
