@@ -136,6 +136,17 @@ class TestLines:
         assert not part.closed
         assert part.length < 2 * np.pi * 0.8
 
+    def test_no_part_is_lost_where_triangles_share_an_edge_or_disagree(self):
+        """Of two triangles entered through one edge the second was left out."""
+        page = sm.TriangleMesh(
+            [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [0, -1, 0]], [[0, 1, 2], [0, 1, 3], [1, 0, 4]]
+        )
+        assert sum(line.length for line in sm.level_lines(page, [1.0, -1, -1, -1, -1])) == pytest.approx(1.5 * 2**0.5)
+        (whole,) = sm.level_lines(BALL, BALL.vertices[:, 2], level=0.3)
+        turned = np.where(np.arange(len(BALL.faces))[:, None] % 3 == 0, BALL.faces[:, ::-1], BALL.faces)
+        lines = sm.level_lines((BALL.vertices, turned), BALL.vertices[:, 2], level=0.3)
+        assert sum(line.length for line in lines) == pytest.approx(whole.length)
+
     @given(st.integers(0, 10**6))
     def test_of_any_field_cross_each_sign_change_once(self, seed):
         mesh = sm.torus(12, 8).triangulated("dual")

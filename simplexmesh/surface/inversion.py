@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass
 from typing import Any
 
@@ -172,8 +173,8 @@ def _chains(samples: Samples, field: Array) -> list[tuple[Indices, bool]]:
     is_high = field >= 0
     crossed = np.isfinite(field[faces]).all(axis=1) & (is_high[faces].any(axis=1) != is_high[faces].all(axis=1))
     a, b, c = (faces[crossed, j] for j in range(3))
-    next_edge: dict[int, int] = {}
-    ends: set[int] = set()
+    next_edges: dict[int, list[int]] = {}  # several where more than two triangles share an edge, or disagree in side
+    ends: Counter[int] = Counter()
     for triangle in zip(a.tolist(), b.tolist(), c.tolist(), strict=True):
         # it enters through the edge that leads from high to low, counter-clockwise
         for j in range(3):
@@ -184,17 +185,20 @@ def _chains(samples: Samples, field: Array) -> list[tuple[Indices, bool]]:
                     entry = key
                 else:
                     exit_ = key
-        next_edge.setdefault(entry, exit_)
-        ends.add(exit_)
-    starts = [key for key in next_edge if key not in ends]
+        next_edges.setdefault(entry, []).append(exit_)
+        ends[exit_] += 1
+    every = [key for key, exits in next_edges.items() for _ in exits]
+    starts = [key for key, exits in next_edges.items() for _ in range(len(exits) - ends[key])]
     out = []
-    for begin in [*starts, *next_edge]:
-        if begin not in next_edge:
+    for begin in [*starts, *every]:
+        if not next_edges[begin]:
             continue
         chain, key = [begin], begin
-        while key in next_edge:
-            key = next_edge.pop(key)
+        while next_edges.get(key):
+            key = next_edges[key].pop(0)
             chain.append(key)
+            if key == begin:
+                break
         closed = chain[-1] == begin
         keys = np.array(chain[:-1] if closed else chain)
         out.append((np.stack([keys // n, keys % n], axis=1), closed))
