@@ -11,6 +11,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from skimage.measure import marching_cubes
 
 from simplexmesh.data.reading import read_triangles, read_volume
+from simplexmesh.errors import SimplexMeshWarning
 from simplexmesh.mesh import shapes
 from simplexmesh.mesh.comparison import Corrections, Original, fan_owners, rims
 from simplexmesh.mesh.correction import centroid_weights, vertex_displacements
@@ -106,6 +107,7 @@ def rolled(mesh):
     return mesh.moved(v)
 
 
+@pytest.mark.filterwarnings("ignore:no vertex could be removed")
 @pytest.mark.parametrize("part", [0.004, 0.015, 0.05])
 @pytest.mark.parametrize("name", SURFACES)
 def test_a_tolerance_holds_everywhere(name, part):
@@ -124,7 +126,7 @@ def loaded(folder, name):
     return dual(marching_cubes(np.pad(values, 1), 600)[:2])
 
 
-@pytest.mark.filterwarnings("ignore:triangles repaired")
+@pytest.mark.filterwarnings("ignore:triangles repaired", "ignore:.* fold or cross")
 @pytest.mark.parametrize(
     ("name", "part", "most"), [("fandisk", 0.01, 420), ("coupling", 0.01, 1400), ("tooth", 0.005, 1100)]
 )
@@ -214,3 +216,18 @@ class TestCorrection:
         face = fan_owners(mesh.connectivity)[at[0]]
         assert_array_equal(share > 0, (mesh.connectivity.vertex_faces == face).any(axis=1))
         assert_allclose(np.linalg.norm(np.cross(steps, way), axis=1), 0, atol=1e-9)
+
+
+def test_a_tolerance_that_lets_no_vertex_go_is_reported():
+    ball = shapes.sphere(8)
+    with pytest.warns(
+        SimplexMeshWarning, match=r"^no vertex could be removed within a tolerance of 1e-09: the mesh is"
+    ):
+        assert decimate(ball, tolerance=1e-9).mesh.n_vertices == ball.n_vertices
+
+
+def test_slivers_and_folds_that_stay_are_reported():
+    mesh = shapes.sphere(8).moved(shapes.sphere(8).vertices * [1, 1, 1e-12])
+    with pytest.warns(SimplexMeshWarning, match="vertices of the decimated mesh are on faces that fold or cross"):
+        out = decimate(mesh, tolerance=0.01)
+    assert not out.mesh.check(self_intersections=True)

@@ -50,8 +50,6 @@ def command(
         interrupts.check()
         with written_to(output, "the model"):
             result.mesh.save(output)
-    if tolerance is not None and result.mesh.n_vertices == mesh.n_vertices:
-        note("no vertex could be removed within --tolerance; the model is unchanged")
     for problem in facts["problems"]:
         note(f"the model has a defect: {problem}")
     if facts["problems"] and (older := mesh.check(self_intersections=True).problems):

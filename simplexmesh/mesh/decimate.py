@@ -93,8 +93,9 @@ def decimate(mesh: Any, *, vertices: int | None = None, tolerance: float | None 
     Warns
     -----
     SimplexMeshWarning
-        When more vertices had to be kept, or some are on faces that fold or cross: because those of the given mesh do,
-        or because there are too few vertices for its thin parts.
+        When more vertices had to be kept, when none could be removed within the tolerance, or when some are on faces
+        that fold or cross: because those of the given mesh do, or because there are too few vertices for its thin
+        parts.
 
     References
     ----------
@@ -120,15 +121,24 @@ def decimate(mesh: Any, *, vertices: int | None = None, tolerance: float | None 
     _check.size("mesh", mesh.bounds)
     if tolerance is not None:
         found = decimated_within(mesh, _check.number("tolerance", tolerance, 0, open_low=True))
-        return _unchanged(mesh) if found is None else _result(*found)
+        if found is None:
+            warn(f"no vertex could be removed within a tolerance of {tolerance:g}: the mesh is unchanged")
+            return _unchanged(mesh)
+        _report_tangled(int(tangled_vertices(found[0]).sum()))
+        return _result(*found)
     wanted = checked_vertices(mesh, vertices)
     out, n_tangled = _decimated(mesh, wanted)
-    if n_tangled:
-        subject = counted(n_tangled, "vertex of the decimated mesh is", "vertices of the decimated mesh are")
-        warn(f"{subject} on faces that fold or cross")
+    _report_tangled(n_tangled)
     if (left := out.mesh.n_vertices) > wanted:
         warn(f"{left} vertices are left, not {wanted}: no other edge can be removed without a fold")
     return out
+
+
+def _report_tangled(n_tangled: int) -> None:
+    """Warn of tangled vertices of the decimated mesh, if any."""
+    if n_tangled:
+        subject = counted(n_tangled, "vertex of the decimated mesh is", "vertices of the decimated mesh are")
+        warn(f"{subject} on faces that fold or cross")
 
 
 def _as_simplex_mesh(mesh: Any) -> SimplexMesh:
