@@ -455,7 +455,7 @@ class TestReport:
         assert [path.name for path in folder.parent.iterdir()] == ["report"]
 
     def test_an_earlier_report_is_replaced(self, folder):
-        (folder / "older.png").write_bytes(b"")
+        (folder / "map_older.png").write_bytes(b"")
         assert report.writable(folder) == folder
         with report.draft_of(folder) as draft:
             (draft / "index.md").write_text(report.TITLE + "\n")
@@ -487,6 +487,20 @@ class TestReport:
         assert line.startswith(f"error: {message}")
         assert sorted(tmp_path.rglob("*")) == before
 
+    @pytest.mark.parametrize("name", ["notes.txt", "chart.png", "notes"])
+    def test_files_of_the_user_in_a_report_are_not_lost(self, name, tmp_path, monkeypatch, capsys):
+        monkeypatch.chdir(tmp_path)
+        (tmp_path / "report").mkdir()
+        (tmp_path / "report" / "index.md").write_text(report.TITLE + "\n")
+        if "." in name:
+            (tmp_path / "report" / name).write_text("mine")
+        else:
+            (tmp_path / "report" / name).mkdir()
+        before = sorted(tmp_path.rglob("*"))
+        assert main(["-o", "report"]) == 2
+        assert f"an earlier report and nothing else, 'report' also has '{name}'" in capsys.readouterr().err
+        assert sorted(tmp_path.rglob("*")) == before
+
     def test_a_failure_leaves_the_older_report(self, tmp_path):
         folder = tmp_path / "report"
         folder.mkdir()
@@ -501,6 +515,18 @@ class TestReport:
             interrupted()
         assert (folder / "index.md").read_text().endswith("older\n")
         assert [path.name for path in tmp_path.iterdir()] == ["report"]
+
+    def test_ctrl_c_right_after_the_draft_is_made_leaves_nothing(self, tmp_path, monkeypatch):
+        plain = Path.mkdir
+
+        def interrupted(path, *arguments):
+            plain(path, *arguments)
+            raise KeyboardInterrupt
+
+        monkeypatch.setattr(report.Path, "mkdir", interrupted)
+        with pytest.raises(KeyboardInterrupt), report.draft_of(tmp_path / "report"):
+            pass
+        assert list(tmp_path.iterdir()) == []
 
     def test_a_failure_at_the_last_moment_leaves_it_too(self, tmp_path, monkeypatch):
         folder = tmp_path / "report"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -13,6 +14,12 @@ TITLE = "# Estimators of normals and curvatures compared"
 
 INDEX = "index.md"
 
+FILES = re.compile(
+    r"index\.md|\.DS_Store|(border|meshes|noise|pointwise|spread|tilts|tori|ratings_\w+)\.csv"
+    r"|(map|meshes|pointwise)_\w+\.png"
+)
+"""Names of the files of a report; a folder with others is not replaced."""
+
 
 def writable(path: str | Path) -> Path:
     """Return the folder to write, checked: new, empty, or an earlier report.
@@ -20,7 +27,7 @@ def writable(path: str | Path) -> Path:
     Raises
     ------
     OSError
-        A file, a folder of something else, or no write permission.
+        A file, a folder of something else or with other files, or no write permission.
 
     Examples
     --------
@@ -38,7 +45,15 @@ def writable(path: str | Path) -> Path:
         raise FileExistsError(
             f"--output must be a new folder or an earlier report, {str(path)!r} is a folder of something else"
         )
+    if folder.exists() and (others := sorted(each.name for each in folder.iterdir() if not _is_reported(each))):
+        raise FileExistsError(
+            f"--output must be a new folder or an earlier report and nothing else, {str(path)!r} also has {others[0]!r}"
+        )
     return folder
+
+
+def _is_reported(path: Path) -> bool:
+    return path.is_file() and FILES.fullmatch(path.name) is not None
 
 
 def _is_report(folder: Path) -> bool:
@@ -65,8 +80,8 @@ def draft_of(folder: Path) -> Iterator[Path]:
     """
     draft = folder.with_name(f".{folder.name}.{os.getpid()}.part")
     older = folder.with_name(f".{folder.name}.{os.getpid()}.older")
-    draft.mkdir()
     try:
+        draft.mkdir()  # in here, as a Ctrl-C may come right after it
         yield draft
         if folder.exists():
             os.replace(folder, older)
