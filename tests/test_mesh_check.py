@@ -158,3 +158,9 @@ class TestCrossings:
     def test_nothing_to_cross(self):
         assert crossing_triangles(np.zeros((3, 3)), np.zeros((0, 3), int)).shape == (0, 2)
         assert crossing_triangles(np.zeros((6, 3)), np.arange(6).reshape(2, 3)).shape == (0, 2)
+
+
+@pytest.mark.parametrize("value", ["yes", "", 1, 0, None])
+def test_flags_must_be_true_or_false(value):
+    with pytest.raises(TypeError, match=r"^self_intersections must be true or false, not "):
+        BALL.check(self_intersections=value)

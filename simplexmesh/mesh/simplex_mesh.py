@@ -181,7 +181,7 @@ class SimplexMesh:
         >>> print(sphere(4).check(self_intersections=True))
         nothing wrong
         """
-        return check(self.vertices, self.connectivity, crossings=self_intersections)
+        return check(self.vertices, self.connectivity, crossings=_check.flag("self_intersections", self_intersections))
 
     # ---- new objects
 
