@@ -16,6 +16,7 @@ from typing import BinaryIO
 _META_BYTES = {"CHAR": 1, "SHORT": 2, "INT": 4, "LONG": 4, "LONG_LONG": 8, "FLOAT": 4, "DOUBLE": 8}
 _PIECE = 1 << 16  # bytes read at once; unpacked they may be a thousand times as many
 _ANY_STREAM, _GZIP = 47, b"\x1f\x8b"
+_TILE_WIDTH = 322  # a tag of TIFF
 
 
 def check_metaimage(path: Path) -> None:
@@ -149,7 +150,10 @@ def _nifti_size(head: bytes) -> int:
 
 
 def check_tiff(path: Path) -> None:
-    """Check that the linked list of pages is not cut off by the end of the file."""
+    """Check that the linked list of pages is not cut off by the end of the file, and that no page is tiled.
+
+    ITK converts tiled images to four color components of 8 bits.
+    """
     size = path.stat().st_size
     with path.open("rb") as file:
         head = file.read(16)
@@ -174,7 +178,11 @@ def _next_page(file: BinaryIO, page: int, order: str, *, big: bool) -> int | Non
     count = file.read(struct.calcsize(order + count_form))
     if len(count) < struct.calcsize(order + count_form):
         return None
-    file.seek(entry * struct.unpack(order + count_form, count)[0], 1)
+    length = entry * struct.unpack(order + count_form, count)[0]
+    tags = file.read(min(length, _PIECE))
+    if any(struct.unpack_from(order + "H", tags, at)[0] == _TILE_WIDTH for at in range(0, len(tags) - 1, entry)):
+        raise OSError(f"{Path(file.name).name} is a tiled TIFF file; only strips are supported")
+    file.seek(page + struct.calcsize(order + count_form) + length)
     offset = file.read(struct.calcsize(order + offset_form))
     return (
         struct.unpack(order + offset_form, offset)[0] if len(offset) == struct.calcsize(order + offset_form) else None

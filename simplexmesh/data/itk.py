@@ -87,6 +87,9 @@ def read_series(folder: Path) -> Volume:
         raise OSError(f"{folder.name} must be a folder of DICOM or TIFF slices; none of its {len(files)} files is one")
     if len(slices) == 1:
         return read_image(Path(slices[0]))
+    for file in [] if dicom else tiffs:
+        if formats.format_of(file) == "tiff":
+            integrity.check_tiff(file)
     reader = sitk.ImageSeriesReader()
     reader.SetFileNames(slices)
     return _volume(folder, _execute(folder, reader))
