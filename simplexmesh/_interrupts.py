@@ -1,4 +1,4 @@
-"""Ctrl-C during a callback of the compiler, where exceptions are discarded: the signal is sent again."""
+"""Ctrl-C during a callback from C: of the compiler, which discards exceptions, or of VTK, which ends the process."""
 
 from __future__ import annotations
 
@@ -38,3 +38,33 @@ def resend_lost_interrupts() -> Iterator[None]:
         yield
     finally:
         sys.unraisablehook = previous
+
+
+@contextmanager
+def held_interrupts() -> Iterator[None]:
+    """Hold Ctrl-C back until the end, as while drawing: VTK may crash on an exception in a callback.
+
+    Outside the main thread Ctrl-C is left as it is.
+
+    Examples
+    --------
+    >>> try:
+    ...     with held_interrupts():
+    ...         signal.raise_signal(signal.SIGINT)
+    ...         print("done")
+    ... except KeyboardInterrupt:
+    ...     print("interrupted")
+    done
+    interrupted
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    held: list[int] = []
+    before = signal.signal(signal.SIGINT, lambda number, _: held.append(number))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+        if held:
+            signal.raise_signal(signal.SIGINT)

@@ -528,6 +528,21 @@ class TestReport:
             pass
         assert list(tmp_path.iterdir()) == []
 
+    def test_ctrl_c_while_drawing_waits_for_the_picture(self, tmp_path, monkeypatch):
+        """VTK ended the process, or crashed, on an exception in one of its callbacks; the draft was left."""
+        drawn = []
+
+        def save(path, _):
+            signal.raise_signal(signal.SIGINT)
+            drawn.append(path)
+
+        monkeypatch.setattr(run.pictures, "save", save)
+        found = run.Results({}, curves={"curvature": [], "normals": []})
+        monkeypatch.setattr(run, "_pictures", lambda *_, **__: [("one", "", list), ("two", "", list)])
+        with pytest.raises(KeyboardInterrupt):
+            run.write(found, tmp_path, lambda *_: None)
+        assert [path.name for path in drawn] == ["one.png"]
+
     def test_a_failure_at_the_last_moment_leaves_it_too(self, tmp_path, monkeypatch):
         folder = tmp_path / "report"
         folder.mkdir()

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from simplexmesh._interrupts import held_interrupts
 from simplexmesh.surface.bench import border, noise_errors, peers, pictures, ratings, refinement, tilt
 from simplexmesh.surface.bench.curve import Curve
 from simplexmesh.surface.bench.page import index
@@ -103,7 +104,8 @@ def write(found: Results, folder: Path, report: Report, *, quick: bool = False) 
     kept: dict[str, str] = {}
     for at, (name, caption, draw) in enumerate(shown):
         report(0.8 + 0.2 * at / len(shown), f"picture {name}")
-        pictures.save(folder / f"{name}.png", draw())
+        with held_interrupts():
+            pictures.save(folder / f"{name}.png", draw())
         kept[name] = caption
     (folder / INDEX).write_text(index(found, kept, quick=quick), encoding="utf-8")
 
