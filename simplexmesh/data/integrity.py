@@ -125,12 +125,25 @@ def check_nifti(path: Path) -> None:
 
 def _check_pair(path: Path, wanted: int) -> None:
     """Check that the samples beside a NIfTI header are present."""
-    names = (path.with_suffix(ending) for ending in (".img", ".IMG", ".img.gz"))
-    raw = next((each for each in names if each.is_file()), None)
+    raw = nifti_samples(path)
     if raw is None:
         raise FileNotFoundError(f"{path.name} refers to {path.stem}.img, which is not in its folder")
     if raw.suffix != ".gz":
         _check_length(path, raw, wanted)
+
+
+def nifti_samples(path: Path) -> Path | None:
+    """Return the file of the samples beside a NIfTI header."""
+    names = (path.with_suffix(ending) for ending in (".img", ".IMG", ".img.gz"))
+    return next((each for each in names if each.is_file()), None)
+
+
+def nifti_scaling(head: bytes) -> tuple[int, str, float, float]:
+    """Return the place and form of slope and offset in a NIfTI header, and these."""
+    little = "<" if head[:4] in (b"\x5c\x01\0\0", b"\x1c\x02\0\0") else ">"
+    at, form = (176, little + "2d") if head[4:7] in (b"n+2", b"ni2") else (112, little + "2f")
+    slope, offset = struct.unpack_from(form, head, at)
+    return at, form, slope, offset
 
 
 def _nifti_size(head: bytes) -> int:

@@ -6,7 +6,10 @@ which are RAS, by changing the sign of x and y.
 
 from __future__ import annotations
 
+import gzip
 import re
+import shutil
+import struct
 import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -44,9 +47,9 @@ def read_image(path: Path) -> Volume:
     kind = formats.format_of(path)
     if kind in integrity.CHECKS:
         integrity.CHECKS[kind](path)
-    with _unambiguous(path) as unambiguous:
+    with _unambiguous(path) as unambiguous, _scaled_by_standard(unambiguous, kind) as readable:
         reader = sitk.ImageFileReader()
-        reader.SetFileName(str(unambiguous))
+        reader.SetFileName(str(readable))
         return _volume(path, _execute(path, reader))
 
 
@@ -60,6 +63,32 @@ def _unambiguous(path: Path) -> Iterator[Path]:
         link = Path(folder, "volume.nii.gz")
         link.symlink_to(path.absolute())
         yield link
+
+
+@contextmanager
+def _scaled_by_standard(path: Path, kind: str) -> Iterator[Path]:
+    """Copy a NIfTI file whose slope is zero, which means no scaling: ITK would add the offset."""
+    with path.open("rb") as file:
+        opened: Any = gzip.open if file.read(2) == b"\x1f\x8b" else open
+    at, form, slope, offset = 0, "", 1.0, 0.0
+    if kind == "nifti":
+        with opened(path, "rb") as file:
+            head = file.read(352)
+        at, form, slope, offset = integrity.nifti_scaling(head)
+    if offset == 0 or (slope != 0 and np.isfinite(slope)):
+        yield path
+        return
+    pair = head[344:347] == b"ni1" or head[4:7] == b"ni2"
+    with tempfile.TemporaryDirectory() as folder:
+        copy = Path(folder, "volume.hdr" if pair else "volume.nii")
+        with opened(path, "rb") as source, copy.open("w+b") as out:
+            shutil.copyfileobj(source, out)
+            out.seek(at)
+            out.write(struct.pack(form, 1.0, 0.0))
+        samples = integrity.nifti_samples(path) if pair else None
+        if samples is not None:
+            Path(folder, "volume" + samples.name[len(path.stem) :]).symlink_to(samples.absolute())
+        yield copy
 
 
 def read_series(folder: Path) -> Volume:
