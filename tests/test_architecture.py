@@ -13,7 +13,7 @@ ROOT = Path(__file__).parents[1] / "simplexmesh"
 
 # Room -> the rooms it may import from, besides itself; the front is the package as users see it.
 FLOOR = {
-    *("errors", "_check", "_interrupts", "_vec", "_cache"),
+    *("errors", "_check", "_interrupts", "_vec", "_cache", "_draft"),
     *("_kernels_lazy", "_kernels_njit", "_kernels_both", "_kernels_compiled"),
 }
 BELOW = {
@@ -22,6 +22,7 @@ BELOW = {
     "_vec": set(),
     "_interrupts": set(),
     "_cache": set(),
+    "_draft": set(),
     "_kernels_lazy": set(),
     "_kernels_njit": {"_kernels_lazy"},
     "_kernels_both": {"_kernels_njit"},

@@ -408,7 +408,7 @@ class TestPicture:
     def test_needs_a_known_ending_and_a_folder(self, tmp_path):
         with pytest.raises(ValueError, match=r"one of '\.png'.* not '\.doc'$"):
             sm.plot.picture(tmp_path / "ball.doc", None)
-        with pytest.raises(FileNotFoundError, match="there is no folder"):
+        with pytest.raises(FileNotFoundError, match="path must be in an existing folder"):
             sm.plot.picture(tmp_path / "nowhere" / "ball.png", None)
 
 

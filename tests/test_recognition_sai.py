@@ -200,7 +200,7 @@ class TestFiles:
     def test_absent_file_and_folder(self, signature, tmp_path):
         with pytest.raises(FileNotFoundError, match="there is no file"):
             sm.SAI.load(tmp_path / "absent.npz")
-        with pytest.raises(FileNotFoundError, match="there is no folder"):
+        with pytest.raises(FileNotFoundError, match="path must be in an existing folder"):
             signature.save(tmp_path / "absent" / "one.npz")
 
     def test_a_failed_write_leaves_the_old_file(self, signature, tmp_path, monkeypatch):

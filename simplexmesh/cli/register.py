@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import os
 import time
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
+from simplexmesh._draft import draft
 from simplexmesh.cli.interrupt import deferred_interrupts
 from simplexmesh.cli.report import NOTES, PICTURES, as_json, json_text, note, progress, table, writable, written_to
 
@@ -98,9 +98,5 @@ def _facts(found: Any, seconds: float) -> dict[str, Any]:
 
 def _write(path: Path, text: str) -> None:
     """Write text to a file, completely or not at all."""
-    draft = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        draft.write_text(text + "\n", encoding="utf-8")
-        os.replace(draft, path)
-    finally:
-        draft.unlink(missing_ok=True)
+    with draft(path) as part:
+        part.write_text(text + "\n", encoding="utf-8")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import shutil
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -13,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh import _check
+from simplexmesh._draft import draft
 from simplexmesh.data import vtk
 from simplexmesh.errors import warn
 
@@ -77,21 +77,8 @@ def save(path: str | os.PathLike[str], value: Any, *, arrays: Mapping[str, NDArr
     content = _with_arrays(_content(value), {} if arrays is None else arrays, suffix)
     if suffix in (".obj", ".off", ".stl") and not len(content.sizes):
         raise ValueError(f"path must end with .vtp, .ply or .xyz for points without faces, not {suffix}")
-    target = Path(os.path.realpath(where)) if where.is_symlink() else where
-    if not target.parent.is_dir():
-        raise FileNotFoundError(f"path must be in an existing folder, {str(target.parent)!r} is not one")
-    if target.is_dir():
-        raise IsADirectoryError(f"path must be a file, {str(where)!r} is a folder")
-    if target.exists() and not target.is_file():
-        raise OSError(f"path must be a regular file, {str(where)!r} is a pipe or a device")
-    temporary = target.with_name(f".{target.stem}.{os.getpid()}.part{suffix}")
-    try:
-        _WRITERS[suffix](temporary, content)
-        if target.exists():
-            shutil.copymode(target, temporary)
-        os.replace(temporary, target)
-    finally:
-        temporary.unlink(missing_ok=True)
+    with draft(where) as part:
+        _WRITERS[suffix](part, content)
 
 
 def _with_arrays(content: _Polygons, arrays: Mapping[str, NDArray[Any]], suffix: str) -> _Polygons:

@@ -11,6 +11,7 @@ from pathlib import Path
 import pyvista as pv
 
 from simplexmesh import _check
+from simplexmesh._draft import draft
 
 INK = "#1d2b36"
 LIGHTS = [((-0.9, 0.8, 1.6), 0.8), ((1.4, 0.3, 0.9), 0.35), ((-0.2, -1.0, 1.0), 0.2)]  # key, fill, from below
@@ -66,21 +67,13 @@ def picture(path: str | Path, plotter: pv.Plotter, *, close: bool = True) -> Pat
         raise TypeError(f"plotter must be a pyvista.Plotter, not {plotter!r}")
     path = Path(path)
     _check.choice("the end of the picture's name", path.suffix.lower(), (".png", ".jpg", ".jpeg", ".tif"))
-    if not path.parent.is_dir():
-        raise FileNotFoundError(f"there is no folder {path.parent} to write {path.name} to")
-    draft = path.with_name(f".{path.stem}.{os.getpid()}.part{path.suffix}")
-    try:
-        with quiet():
-            plotter.screenshot(str(draft))
-        os.replace(draft, path)
-    except OSError as problem:
-        if problem.strerror:  # name the file that was asked for
-            raise OSError(problem.errno, problem.strerror, str(path)) from problem
-        raise
-    finally:
-        draft.unlink(missing_ok=True)
-        if close:
-            plotter.close()
+    with draft(path) as part:
+        try:
+            with quiet():
+                plotter.screenshot(str(part))
+        finally:
+            if close:
+                plotter.close()
     return path
 
 

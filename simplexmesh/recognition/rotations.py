@@ -13,10 +13,8 @@ mean. Images are the nearest vertices; following darts instead, as on a regular 
 
 from __future__ import annotations
 
-import os
 import zipfile
 import zlib
-from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from pathlib import Path
@@ -26,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh import _cache, _check
+from simplexmesh._draft import draft
 from simplexmesh._vec import normalized
 from simplexmesh.mesh.lattices import polyhedron
 from simplexmesh.recognition.rotation_vectors import rotation_matrices
@@ -216,10 +215,9 @@ def _read(path: Path, frequency: int, family: str) -> Rotations | None:
 
 def _save(path: Path, found: Rotations) -> None:
     """Write tables for other processes, atomically; failures to write are ignored."""
-    draft = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        with draft.open("wb") as file:
+        with draft(path) as part, part.open("wb") as file:
             np.savez(
                 file,
                 representatives=found.representatives,
@@ -227,9 +225,5 @@ def _save(path: Path, found: Rotations) -> None:
                 group=found.group,
                 turns=found.turns,
             )
-        os.replace(draft, path)
     except OSError:
         pass
-    finally:  # also when interrupted
-        with suppress(OSError):
-            draft.unlink(missing_ok=True)

@@ -13,6 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from simplexmesh._draft import draft
+
 KIND = "simplexmesh SAI 1"
 
 DAMAGE = (
@@ -30,16 +32,8 @@ def write(path: str | os.PathLike[str], **parts: NDArray[Any]) -> None:
     OSError
         The folder does not exist or cannot be written to.
     """
-    target = _path(path)
-    if not target.parent.is_dir():
-        raise FileNotFoundError(f"there is no folder {target.parent} to write {target.name} to")
-    draft = target.with_name(f".{target.name}.{os.getpid()}.part")
-    try:
-        with draft.open("wb") as file:
-            np.savez_compressed(file, kind=np.array(KIND), **parts)  # type: ignore[arg-type]
-        os.replace(draft, target)
-    finally:
-        draft.unlink(missing_ok=True)
+    with draft(_path(path)) as part, part.open("wb") as file:
+        np.savez_compressed(file, kind=np.array(KIND), **parts)  # type: ignore[arg-type]
 
 
 @contextmanager

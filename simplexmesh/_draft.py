@@ -1,0 +1,54 @@
+"""Writing of files by drafts, so that a file is complete or as it was, also after an interrupt."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+
+@contextmanager
+def draft(path: Path) -> Iterator[Path]:
+    """Yield a path beside `path` to write to; what is there in the end replaces the file, unless an error occurred.
+
+    An existing file keeps its permissions. A symbolic link stays, and the file it points to is replaced.
+
+    Raises
+    ------
+    FileNotFoundError
+        The folder does not exist.
+    IsADirectoryError
+        The path is a folder.
+    OSError
+        The path is a pipe or a device.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     with draft(Path(folder) / "a.txt") as part:
+    ...         _ = part.write_text("all")
+    ...     (Path(folder) / "a.txt").read_text()
+    'all'
+    """
+    target = Path(os.path.realpath(path)) if path.is_symlink() else path
+    if not target.parent.is_dir():
+        raise FileNotFoundError(f"path must be in an existing folder, {str(target.parent)!r} is not one")
+    if target.is_dir():
+        raise IsADirectoryError(f"path must be a file, {str(path)!r} is a folder")
+    if target.exists() and not target.is_file():
+        raise OSError(f"path must be a regular file, {str(path)!r} is a pipe or a device")
+    part = target.with_name(f".{target.stem}.{os.getpid()}.part{target.suffix}")
+    try:
+        yield part
+        if target.exists():
+            shutil.copymode(target, part)
+        os.replace(part, target)
+    except OSError as problem:
+        if problem.strerror and str(problem.filename) == str(part):  # name the file that was asked for
+            raise OSError(problem.errno, problem.strerror, str(path)) from problem
+        raise
+    finally:
+        part.unlink(missing_ok=True)
