@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from simplexmesh.surface.curvature import _kernels_adaptive as kernels
+from simplexmesh.surface.curvature import _kernels_adaptive_balls as balls
 from simplexmesh.surface.curvature import _kernels_adaptive_jets as limits
 
 Array = np.ndarray
@@ -22,7 +23,7 @@ def reached(rings: list[list[int]], points: Array, center: int, radius: float) -
         for j in rings[found[k]]:
             if j not in seen:
                 seen.add(j)
-                if np.linalg.norm(points[j] - points[center]) <= radius and len(found) < limits.CAPACITY:
+                if np.linalg.norm(points[j] - points[center]) <= radius and len(found) < balls.CAPACITY:
                     found.append(j)
         k += 1
     return found
@@ -30,7 +31,7 @@ def reached(rings: list[list[int]], points: Array, center: int, radius: float) -
 
 def shortened(found: list[int], radius: float) -> float:
     """The radius within which there are about enough points."""
-    return radius * min(1.0, float(np.sqrt(limits.ENOUGH / len(found))))
+    return radius * min(1.0, float(np.sqrt(balls.ENOUGH / len(found))))
 
 
 def mean_direction(found: list[int], directions: Array, center: int) -> Array:
@@ -44,7 +45,7 @@ def on_its_side(found: list[int], points: Array, directions: Array, normal: Arra
     """Places in radii of the points that lie on the center's side and are seen as heights."""
     places = (points[found] - points[found[0]]) / radius
     square, height = (places**2).sum(axis=1), places @ normal
-    kept = (square <= 1) & ((height**2 <= limits.STEEP * square) | (np.arange(len(found)) == 0))
+    kept = (square <= 1) & ((height**2 <= balls.STEEP * square) | (np.arange(len(found)) == 0))
     return places[kept & (directions[found] @ normal >= 0)]
 
 

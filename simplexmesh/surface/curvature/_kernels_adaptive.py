@@ -9,23 +9,27 @@ import numpy as np
 from numba import get_num_threads, prange
 
 from simplexmesh._kernels_both import PARALLEL_FROM, Both
+from simplexmesh.surface.curvature._kernels_adaptive_balls import (
+    CAPACITY,
+    collected,
+    gathered,
+    jit,
+    leaning,
+    mean_direction,
+    seen,
+    shortened,
+    whole,
+)
 from simplexmesh.surface.curvature._kernels_adaptive_blend import blend, jet_curvatures, normalize
 from simplexmesh.surface.curvature._kernels_adaptive_jets import (
-    CAPACITY,
     HIGHEST,
     TERMS,
     complete,
     factored,
     flattened,
     framed,
-    gathered,
     influence,
-    jit,
-    leaning,
-    mean_direction,
     normal_equations,
-    seen,
-    shortened,
     solved,
 )
 from simplexmesh.surface.reasons import DEGENERATE, FEW, FOUND
@@ -90,11 +94,12 @@ def chunks(rows):
 
 @jit
 def workspace(most):
-    """Return the work arrays of a fit: found, places, u v z, columns, sums, matrix, y x w, frame."""
-    places, heights = np.empty((3, most)), np.empty((3, most))
-    columns, sums = np.empty((2, 2 * HIGHEST + 1, most)), np.empty(2 * TERMS * 2)
+    """Return the work arrays of a fit: found, around, places, u v z, columns, sums, matrix, y x w, frame."""
+    width = whole(most)
+    around, places, heights = np.empty((6, width)), np.empty((3, width)), np.empty((3, width))
+    columns, sums = np.empty((TERMS, width)), np.empty(2 * TERMS * 2)
     matrix, vectors = np.zeros((TERMS, TERMS)), np.zeros((3, TERMS))
-    return np.empty(most + 1, np.uint64), places, heights, columns, sums, matrix, vectors, np.zeros((3, 3))
+    return np.empty(most + 1, np.uint64), around, places, heights, columns, sums, matrix, vectors, np.zeros((3, 3))
 
 
 @jit
@@ -140,26 +145,29 @@ def adaptive_jets(
         for row in range(chunk * centers.shape[0] // chunks, (chunk + 1) * centers.shape[0] // chunks):
             reasons[row] = FEW
             if radii[row] > 0.0:
-                ball = gathered_ball(4 * row, centers[row], radii[row], degrees[row], links, stamps, work[0])
+                ball = gathered_ball(4 * row, centers[row], radii[row], degrees[row], links, stamps, work)
                 fit = smallest[row], priors[row], truncation[row], sigma
                 fit_row(row, centers[row], ball, fit, links, stamps, work, jet, out)
 
 
 @jit
-def gathered_ball(stamp, center, radius, degree, links, stamps, found):
+def gathered_ball(stamp, center, radius, degree, links, stamps, work):
     """Gather the points of a ball, of a larger one if they are one-sided.
 
     Returns their number, the radius, the degree to fit, and the lean: the distance of their mean from the center.
     """
     offsets, members, points, directions, oriented = links
+    found, around = work[0], work[1]
     count = gathered(offsets, members, points, center, radius, stamps, stamp, found)
+    collected(found, count, points, directions, around)
     radius = shortened(radius, count)
-    nx, ny, nz = mean_direction(found, count, directions, center, oriented)
-    lean = leaning(found, count, points, center, radius, nx, ny, nz)
+    nx, ny, nz = mean_direction(around, count, oriented)
+    lean = leaning(around, count, radius, nx, ny, nz)
     if lean > LEANING:
         radius *= 1.0 + (BORDER_WIDENING if degree > 2 else QUADRIC_WIDENING) * min(lean, 0.5)
         degree = HIGHEST
         count = gathered(offsets, members, points, center, radius, stamps, stamp + 1, found)
+        collected(found, count, points, directions, around)
         radius = shortened(radius, count)
     return count, radius, degree, lean
 
@@ -175,7 +183,7 @@ def fit_row(row, center, ball, fit, links, stamps, work, jet, out):
     remaining, before, shown, widenings = 1.0, 0.0, 0.0, 1
     for _fit in range(MAX_FITS):
         settings = (radius, degree, sigma, prior_scale, lean, truncation)
-        reason, expected, ratio = fit_jet(count, center, points, directions, oriented, settings, priors, work, jet)
+        reason, expected, ratio = fit_jet(count, oriented, settings, priors, work, jet)
         if reason != FOUND:
             if reasons[row] == FOUND or (reason == FEW and widenings == 3):
                 break
@@ -186,6 +194,7 @@ def fit_row(row, center, ball, fit, links, stamps, work, jet, out):
                 widenings += 1
                 radius *= WIDENING
                 count = gathered(offsets, members, points, center, radius, stamps, 4 * row + widenings, work[0])
+                collected(work[0], count, points, directions, work[1])
             continue
         # as its excess residual grows, a fit yields its share to the next shorter one, if that expects less error
         share = remaining
@@ -205,16 +214,16 @@ def fit_row(row, center, ball, fit, links, stamps, work, jet, out):
 
 
 @jit
-def fit_jet(count, center, points, directions, oriented, settings, priors, work, jet):
-    """Fit one jet to the points found; write k1, k2, d1, the normal and the squared truncation error to `jet`.
+def fit_jet(count, oriented, settings, priors, work, jet):
+    """Fit one jet to the points collected; write k1, k2, d1, the normal and the squared truncation error to `jet`.
 
     Returns `FOUND` or why there is none, the expected error of H, and the excess residual relative to what is allowed.
     """
     radius, degree, sigma, prior_scale, lean, truncation = settings
-    found, places, heights, columns, sums, matrix, vectors, frame = work
+    _, around, places, heights, columns, sums, matrix, vectors, frame = work
     u, v, z, y, x, w = heights[0], heights[1], heights[2], vectors[0], vectors[1], vectors[2]
-    nx, ny, nz = mean_direction(found, count, directions, center, oriented)
-    kept = seen(found, count, points, directions, center, nx, ny, nz, oriented, radius, places)
+    nx, ny, nz = mean_direction(around, count, oriented)
+    kept = seen(around, count, nx, ny, nz, oriented, radius, places)
     if kept < 6:
         return FEW, 0.0, 0.0
     framed(nx, ny, nz, frame)

@@ -1,4 +1,4 @@
-"""Polynomial fits of a neighborhood: gathering, moments, Cholesky factors; inlined into the adaptive estimator."""
+"""Polynomial fits of a neighborhood: coordinates, moments, Cholesky factors; inlined into the adaptive estimator."""
 # mypy: allow-untyped-defs
 
 from __future__ import annotations
@@ -7,21 +7,14 @@ import math
 
 import numpy as np
 
-from simplexmesh._kernels_both import FAST
-from simplexmesh._kernels_njit import njit
 from simplexmesh.surface._kernels_frames import tangents
+from simplexmesh.surface.curvature._kernels_adaptive_balls import jit, whole
 
 HIGHEST = 6
 """The highest degree fitted."""
 
 TERMS = 28
 """Coefficients of a polynomial of that degree."""
-
-CAPACITY, ENOUGH = 352, 245
-"""Most points gathered; balls of more than enough are shortened to hold about that many, for speed."""
-
-STEEP = 0.64
-"""Points whose height above the tangent plane exceeds 0.8 of their distance are left out; squared."""
 
 MIN_SHARE = 0.5
 """Least squared ratio of a tangential coordinate to its chord, that of two points 90 degrees apart on a circle."""
@@ -37,101 +30,6 @@ SINGULAR = np.repeat([1e-11, 1e-11, 1e-11, 3e-4, 2e-5, 1e-6, 3e-8], np.arange(1,
 
 Those of scattered points on one side of the center are at least ten times as large; on grids, with as many rows of
 points as the degree or fewer, they are near zero."""
-
-jit = njit(cache=True, error_model="numpy", fastmath=FAST)
-
-
-@jit
-def gathered(offsets, members, points, center, radius, stamps, stamp, found):
-    """Fill `found` with the points connected to the center by edges in the ball, breadth first; return how many.
-
-    Stops when `found` is full but for its last entry. Every point visited is written after those found, and kept by
-    advancing the count if it is near, which takes no branch. Indices are unsigned: numba tests signed ones for
-    negative values, which costs a sixth of the time here.
-    """
-    cx, cy, cz = points[center, 0], points[center, 1], points[center, 2]
-    square = radius * radius
-    stamps[center] = stamp
-    found[0] = center
-    count, k, most = 1, 0, found.shape[0] - 1
-    while k < count:
-        i = found[k]
-        k += 1
-        for m in range(offsets[i], offsets[i + 1]):
-            j = members[m]
-            if stamps[j] == stamp:
-                continue
-            stamps[j] = stamp
-            x, y, z = points[j, 0] - cx, points[j, 1] - cy, points[j, 2] - cz
-            found[count] = j
-            count += 1 if x * x + y * y + z * z <= square else 0
-            if count == most:
-                return count
-    return count
-
-
-@jit
-def shortened(radius, count):
-    """Return the radius within which about `ENOUGH` of the points of a ball lie."""
-    return radius if count <= ENOUGH else radius * math.sqrt(ENOUGH / count)
-
-
-@jit
-def leaning(found, count, points, center, radius, nx, ny, nz):
-    """Return the tangential distance of the points' mean from the center, in radii: 0.42 on a straight border."""
-    x = y = z = 0.0
-    for k in range(count):
-        j = found[k]
-        x += points[j, 0] - points[center, 0]
-        y += points[j, 1] - points[center, 1]
-        z += points[j, 2] - points[center, 2]
-    height = nx * x + ny * y + nz * z
-    return math.sqrt(max(x * x + y * y + z * z - height * height, 0.0)) / (count * radius)
-
-
-@jit
-def mean_direction(found, count, directions, center, oriented):
-    """Return the unit mean of the points' directions that agree in side with the center's.
-
-    Without orientation the others are reversed instead of left out.
-    """
-    sx = sy = sz = 0.0
-    x, y, z = directions[center, 0], directions[center, 1], directions[center, 2]
-    for k in range(count):
-        j = found[k]
-        sign = 1.0
-        if x * directions[j, 0] + y * directions[j, 1] + z * directions[j, 2] < 0.0:
-            if oriented:
-                continue
-            sign = -1.0
-        sx += sign * directions[j, 0]
-        sy += sign * directions[j, 1]
-        sz += sign * directions[j, 2]
-    length = math.sqrt(sx * sx + sy * sy + sz * sz)
-    if length <= 1e-300:
-        return 0.0, 0.0, 0.0
-    return sx / length, sy / length, sz / length
-
-
-@jit
-def seen(found, count, points, directions, center, nx, ny, nz, oriented, radius, places):
-    """Write the positions of the points to be fitted, relative to the center and in radii; return how many.
-
-    Left out are points beyond the radius, points too steep above the plane, and points whose normal is reversed.
-    """
-    cx, cy, cz = points[center, 0], points[center, 1], points[center, 2]
-    inverse = 1.0 / radius
-    kept = 0
-    for k in range(count):
-        j = found[k]
-        x, y, z = (points[j, 0] - cx) * inverse, (points[j, 1] - cy) * inverse, (points[j, 2] - cz) * inverse
-        square = x * x + y * y + z * z
-        height = nx * x + ny * y + nz * z
-        along = nx * directions[j, 0] + ny * directions[j, 1] + nz * directions[j, 2]
-        flat = (k == 0) | (height * height <= STEEP * square)
-        places[0, kept], places[1, kept], places[2, kept] = x, y, z  # kept as in `gathered`
-        kept += (square <= 1.0) & flat & ((along >= 0.0) | (not oriented))
-    return kept
 
 
 @jit
@@ -166,8 +64,8 @@ def turned(frame, p, q, r, s, t):
 
 @jit
 def projected(places, count, frame, u, v, z):
-    """Write the tangential coordinates and heights of positions in a frame."""
-    for k in range(count):
+    """Write the tangential coordinates and heights of positions in a frame, to the end of the last block."""
+    for k in range(whole(count)):
         a, b, c = places[0, k], places[1, k], places[2, k]
         u[k] = a * frame[0, 0] + b * frame[0, 1] + c * frame[0, 2]
         v[k] = a * frame[1, 0] + b * frame[1, 1] + c * frame[1, 2]
@@ -182,7 +80,7 @@ def aligned(u, v, count, frame):
     It depends on the order of the axes too: points extend farther along the first, by fourth moments, inside out too.
     """
     a = b = c = 0.0
-    for k in range(count):
+    for k in range(whole(count)):
         a += u[k] * u[k]
         b += u[k] * v[k]
         c += v[k] * v[k]
@@ -191,12 +89,12 @@ def aligned(u, v, count, frame):
     turn = 0.5 * math.atan2(2.0 * b, a - c) + 0.25 * math.pi
     cosine, sine = math.cos(turn), math.sin(turn)
     a = c = 0.0
-    for k in range(count):
+    for k in range(whole(count)):
         a += (cosine * u[k] + sine * v[k]) ** 4
         c += (cosine * v[k] - sine * u[k]) ** 4
     if c - a > ISOTROPIC * (a + c):
         cosine, sine = -sine, cosine
-    for k in range(count):
+    for k in range(whole(count)):
         u[k], v[k] = cosine * u[k] + sine * v[k], cosine * v[k] - sine * u[k]
     for axis in range(3):
         x, y = frame[0, axis], frame[1, axis]
@@ -214,87 +112,140 @@ def chords(u, v, z, count, a, b, c):
     cosine, sine = math.cos(turn), math.sin(turn)
     amplitude = math.sqrt(0.25 * (a - c) ** 2 + b * b)
     first, second = 0.25 * (a + c) + 0.5 * amplitude, 0.25 * (a + c) - 0.5 * amplitude
-    for k in range(count):
+    for k in range(whole(count)):
         s, t = cosine * u[k] + sine * v[k], cosine * v[k] - sine * u[k]
-        s /= math.sqrt(max(1.0 - first * z[k], MIN_SHARE))
-        t /= math.sqrt(max(1.0 - second * z[k], MIN_SHARE))
+        p, q = math.sqrt(max(1.0 - first * z[k], MIN_SHARE)), math.sqrt(max(1.0 - second * z[k], MIN_SHARE))
+        inverse = 1.0 / (p * q)  # one division instead of two
+        s *= q * inverse
+        t *= p * inverse
         u[k], v[k] = cosine * s - sine * t, sine * s + cosine * t
 
 
 @jit
+def quadric_equations(u, v, z, count, matrix, right):
+    """Fill the lower half of A = X'X, and b = X'z, for the monomials 1 u v uu uv vv: `normal_equations` in one loop."""
+    u1 = v1 = u2 = uv = v2 = u3 = u2v = uv2 = v3 = u4 = u3v = u2v2 = uv3 = v4 = 0.0
+    z1 = zu = zv = zu2 = zuv = zv2 = 0.0
+    for k in range(whole(count)):
+        a, b, c = u[k], v[k], z[k]
+        aa, ab, bb = a * a, a * b, b * b
+        u1 += a
+        v1 += b
+        u2 += aa
+        uv += ab
+        v2 += bb
+        u3 += aa * a
+        u2v += aa * b
+        uv2 += a * bb
+        v3 += bb * b
+        u4 += aa * aa
+        u3v += aa * ab
+        u2v2 += aa * bb
+        uv3 += ab * bb
+        v4 += bb * bb
+        z1 += c
+        zu += c * a
+        zv += c * b
+        zu2 += c * aa
+        zuv += c * ab
+        zv2 += c * bb
+    matrix[0, 0] = float(count)
+    matrix[1, 0], matrix[1, 1] = u1, u2
+    matrix[2, 0], matrix[2, 1], matrix[2, 2] = v1, uv, v2
+    matrix[3, 0], matrix[3, 1], matrix[3, 2], matrix[3, 3] = u2, u3, u2v, u4
+    matrix[4, 0], matrix[4, 1], matrix[4, 2], matrix[4, 3], matrix[4, 4] = uv, u2v, uv2, u3v, u2v2
+    matrix[5, 0], matrix[5, 1], matrix[5, 2], matrix[5, 3], matrix[5, 4], matrix[5, 5] = v2, uv2, v3, u2v2, uv3, v4
+    right[0], right[1], right[2], right[3], right[4], right[5] = z1, zu, zv, zu2, zuv, zv2
+
+
+@jit
 def normal_equations(degree, u, v, z, count, columns, sums, matrix, right):
-    """Fill A = X'X and b = X'z for all monomials up to the degree; return z'z. Every moment is summed once."""
-    squares = 0.0
-    for k in range(count):
-        columns[0, 0, k] = 1.0
+    """Fill the lower half of A = X'X, and b = X'z, for all monomials up to the degree; return z'z.
+
+    Every moment is summed once. The row d (d + 1) / 2 + i of `columns` gets u^(d - i) v^i; moments of higher degrees
+    are products of those of the highest with powers of u, as long as these suffice.
+    """
+    n, squares, total = whole(count), 0.0, 0.0
+    for k in range(n):
+        columns[0, k] = 1.0
         squares += z[k] * z[k]
-    term = 0
-    for d in range(2 * degree + 1):
-        now, before = d % 2, 1 - d % 2
+        total += z[k]
+    sums[0], right[0], term = float(count), total, 1
+    for d in range(1, degree + 1):
+        before = d * (d - 1) // 2
         for i in range(d + 1):
-            total = 0.0
-            if d == 0:
-                total = float(count)
-            elif i < d:
-                for k in range(count):
-                    value = columns[before, i, k] * u[k]
-                    columns[now, i, k] = value
+            row = before + min(i, d - 1)
+            total = weighted = 0.0
+            if i < d:
+                for k in range(n):
+                    value = columns[row, k] * u[k]
+                    columns[term, k] = value
                     total += value
+                    weighted += value * z[k]
             else:
-                for k in range(count):
-                    value = columns[before, i - 1, k] * v[k]
-                    columns[now, i, k] = value
+                for k in range(n):
+                    value = columns[row, k] * v[k]
+                    columns[term, k] = value
                     total += value
-            sums[term] = total
-            if d <= degree:
-                total = 0.0
-                for k in range(count):
-                    total += columns[now, i, k] * z[k]
-                right[term] = total
+                    weighted += value * z[k]
+            sums[term], right[term] = total, weighted
             term += 1
+    first = degree * (degree + 1) // 2
+    for e in range(1, degree + 1):
+        start, low = (degree + e) * (degree + e + 1) // 2, e * (e + 1) // 2
+        for i in range(degree + e + 1):
+            p = min(i, degree)
+            a, b = first + p, low + i - p
+            total = 0.0
+            for k in range(n):
+                total += columns[a, k] * columns[b, k]
+            sums[start + i] = total
     row = 0
     for d in range(degree + 1):
         for i in range(d + 1):
             column = 0
             for e in range(d + 1):
                 base = (d + e) * (d + e + 1) // 2 + i
-                for j in range(e + 1):
-                    if column <= row:
-                        matrix[row, column] = sums[base + j]
-                    column += 1
+                for j in range(min(e, row - column) + 1):
+                    matrix[row, column + j] = sums[base + j]
+                column += e + 1
             row += 1
     return squares
 
 
 @jit
 def factored(matrix, right, terms, singular=SINGULAR):
-    """Factor A = L L' and replace b by y = L^-1 b, in place; return how many leading terms are determined."""
+    """Factor A = L L' and replace b by y = L^-1 b, in place; return how many leading terms are determined.
+
+    The diagonal gets the reciprocals of that of L, as all that follows would divide by it.
+    """
     for row in range(terms):
         for column in range(row):
             total = matrix[row, column]
             for k in range(column):
                 total -= matrix[row, k] * matrix[column, k]
-            matrix[row, column] = total / matrix[column, column]
-        whole = rest = matrix[row, row]
+            matrix[row, column] = total * matrix[column, column]
+        square = rest = matrix[row, row]
         total = right[row]
         for k in range(row):
             rest -= matrix[row, k] * matrix[row, k]
             total -= matrix[row, k] * right[k]
-        if not rest > singular[row] * whole:
+        if not rest > singular[row] * square:
             return row
-        matrix[row, row] = math.sqrt(rest)
-        right[row] = total / matrix[row, row]
+        matrix[row, row] = 1.0 / math.sqrt(rest)
+        right[row] = total * matrix[row, row]
     return terms
 
 
 @jit
 def solved(matrix, y, terms, out):
     """Fill the coefficients L'^-1 y of the leading terms; fewer terms give the fit of a lower degree."""
+    for row in range(terms):
+        out[row] = y[row]
     for row in range(terms - 1, -1, -1):
-        total = y[row]
-        for k in range(row + 1, terms):
-            total -= matrix[k, row] * out[k]
-        out[row] = total / matrix[row, row]
+        out[row] *= matrix[row, row]
+        for k in range(row):
+            out[k] -= matrix[row, k] * out[row]
 
 
 @jit
@@ -308,7 +259,7 @@ def influence(matrix, terms, first, second, sign, out):
             total += sign
         for k in range(first, row):
             total -= matrix[row, k] * out[k]
-        out[row] = total / matrix[row, row] if row >= first else 0.0
+        out[row] = total * matrix[row, row] if row >= first else 0.0
 
 
 @jit
@@ -333,7 +284,7 @@ def flattened(places, count, frame, u, v, z, columns, sums, matrix, y, x):
     projected(places, count, frame, u, v, z)
     aligned(u, v, count, frame)
     for _pass in range(QUADRIC_PASSES):
-        normal_equations(2, u, v, z, count, columns, sums, matrix, y)
+        quadric_equations(u, v, z, count, matrix, y)
         if factored(matrix, y, 6) < 6:
             return False
         solved(matrix, y, 6, x)

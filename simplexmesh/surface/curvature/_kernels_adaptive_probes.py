@@ -8,20 +8,23 @@ from numba import prange
 
 from simplexmesh._kernels_both import Both
 from simplexmesh.surface.curvature._kernels_adaptive import affordable, workspace
-from simplexmesh.surface.curvature._kernels_adaptive_jets import (
+from simplexmesh.surface.curvature._kernels_adaptive_balls import (
     CAPACITY,
+    collected,
+    gathered,
+    jit,
+    seen,
+    shortened,
+    unit,
+)
+from simplexmesh.surface.curvature._kernels_adaptive_jets import (
     HIGHEST,
     complete,
     factored,
     flattened,
     framed,
-    gathered,
     influence,
-    jit,
-    mean_direction,
     normal_equations,
-    seen,
-    shortened,
 )
 
 BLOCKS = HIGHEST - 2
@@ -62,7 +65,8 @@ def _energies(matrix, y, degree, energies, weights):
             for i in range(e + 1):
                 r = e * (e + 1) // 2 + i
                 for t in range(d * (d + 1) // 2, min(r + 1, (d + 1) * (d + 2) // 2)):
-                    weights[d - 3, e - 3] += share * matrix[r, t] * matrix[r, t]
+                    entry = matrix[r, t] if t < r else 1.0 / matrix[r, r]
+                    weights[d - 3, e - 3] += share * entry * entry
                 share *= (e - i) / (i + 1.0)
 
 
@@ -94,17 +98,18 @@ def probes(
     """
     for chunk in prange(chunks):
         stamps = np.full(points.shape[0], -1, np.int32)
-        found, places, heights, columns, sums, matrix, vectors, frame = workspace(CAPACITY)
+        found, around, places, heights, columns, sums, matrix, vectors, frame = workspace(CAPACITY)
         u, v, z, y, x, w = heights[0], heights[1], heights[2], vectors[0], vectors[1], vectors[2]
         for row in range(chunk * centers.shape[0] // chunks, (chunk + 1) * centers.shape[0] // chunks):
             center = centers[row]
             largest = radii[row, radii.shape[1] - 1]
             count = gathered(offsets, members, points, center, largest, stamps, row, found)
+            collected(found, count, points, directions, around)
             largest = shortened(largest, count)
+            nx, ny, nz = unit(around[3, 0], around[4, 0], around[5, 0])
             for k in range(radii.shape[1]):
                 radius = radii[row, k] = min(radii[row, k], largest)
-                nx, ny, nz = mean_direction(found, 1, directions, center, oriented)
-                kept = seen(found, count, points, directions, center, nx, ny, nz, oriented, radius, places)
+                kept = seen(around, count, nx, ny, nz, oriented, radius, places)
                 if kept < 7:
                     continue
                 framed(nx, ny, nz, frame)

@@ -9,17 +9,9 @@ import numpy as np
 from numba import prange
 
 from simplexmesh._kernels_both import Both
+from simplexmesh.surface.curvature._kernels_adaptive_balls import collected, gathered, jit, seen, whole
 from simplexmesh.surface.curvature._kernels_adaptive_blend import jet_curvatures
-from simplexmesh.surface.curvature._kernels_adaptive_jets import (
-    bending,
-    chords,
-    factored,
-    gathered,
-    jit,
-    projected,
-    seen,
-    solved,
-)
+from simplexmesh.surface.curvature._kernels_adaptive_jets import bending, chords, factored, projected, solved
 
 HIGHEST, TERMS = 10, 66
 """The highest degree fitted, and the coefficients of such a polynomial."""
@@ -61,12 +53,17 @@ def rotated(u, v, count, frame):
 
 @jit
 def legendre(values, count, middle, half, degree, out):
-    """Fill the Legendre polynomials of coordinates mapped to [-1, 1]: `out[i, k]` is P_i of value k."""
+    """Fill the Legendre polynomials of coordinates mapped to [-1, 1]: `out[i, k]` is P_i of value k.
+
+    The rest of the last block is zero.
+    """
     for k in range(count):
         out[0, k], out[1, k] = 1.0, (values[k] - middle) / half
+    for k in range(count, whole(count)):
+        out[0, k] = out[1, k] = 0.0
     for i in range(1, degree):
         a, b = (2.0 * i + 1.0) / (i + 1.0), i / (i + 1.0)
-        for k in range(count):
+        for k in range(whole(count)):
             out[i + 1, k] = a * out[1, k] * out[i, k] - b * out[i - 1, k]
 
 
@@ -91,23 +88,23 @@ def normal_equations(terms, design, z, count, matrix, right):
     for row in range(terms):
         for column in range(row + 1):
             total = 0.0
-            for k in range(count):
+            for k in range(whole(count)):
                 total += design[row, k] * design[column, k]
             matrix[row, column] = total
         total = 0.0
-        for k in range(count):
+        for k in range(whole(count)):
             total += design[row, k] * z[k]
         right[row] = total
 
 
 @jit
 def substituted(matrix, terms, values):
-    """Replace g by L^-1 g in place."""
+    """Replace g by L^-1 g in place; the diagonal holds the reciprocals of that of L."""
     for row in range(terms):
         total = values[row]
         for k in range(row):
             total -= matrix[row, k] * values[k]
-        values[row] = total / matrix[row, row]
+        values[row] = total * matrix[row, row]
 
 
 @jit
@@ -128,7 +125,7 @@ def differentiated(u, v, z, count, degree, design, matrix, right, products, func
     for d in range(degree + 1):
         for j in range(d + 1):
             i = d - j
-            for k in range(count):
+            for k in range(whole(count)):
                 design[terms, k] = across[i, k] * along[j, k]
             functionals[0, terms] = first[1, i] * second[0, j]
             functionals[1, terms] = first[0, i] * second[1, j]
@@ -222,7 +219,7 @@ def ordered(places, count, squares, out):
 
 @jit
 def ball(center, radius, offsets, members, points, directions, oriented, normal, stamps, stamp, found, work):
-    """Write the positions of the points in a ball to `work[1]`, nearest first; return how many, radius and stamp."""
+    """Write the positions of the points in a ball to `work[2]`, nearest first; return how many, radius and stamp."""
     count = CAPACITY
     for _try in range(TRIES):
         stamp += 1
@@ -231,8 +228,9 @@ def ball(center, radius, offsets, members, points, directions, oriented, normal,
             break
         radius *= SHORTER
     nx, ny, nz = normal
-    count = seen(found, count, points, directions, center, nx, ny, nz, oriented, radius, work[0])
-    ordered(work[0], count, work[2][0], work[1])
+    collected(found, count, points, directions, work[0])
+    count = seen(work[0], count, nx, ny, nz, oriented, radius, work[1])
+    ordered(work[1], count, work[3][0], work[2])
     return count, radius, stamp
 
 
@@ -242,7 +240,7 @@ def fitted(places, count, degree, d1, normal, k1, k2, radius, work, numbers, jet
 
     All stay as they are where the points do not determine the fit.
     """
-    heights, design, products, matrix, functionals, right, x, frame, coefficients = work[2:]
+    heights, design, products, matrix, functionals, right, x, frame, coefficients = work[3:]
     flattened(places, count, d1, normal, k1 * radius, k2 * radius, frame, heights)
     u, v, z = heights[0], heights[1], heights[2]
     terms = differentiated(u, v, z, count, degree, design, matrix, right, products, functionals)
@@ -264,14 +262,12 @@ def fitted(places, count, degree, d1, normal, k1, k2, radius, work, numbers, jet
 
 @jit
 def workspace():
-    """Return the work arrays of a fit, in the order in which `fitted` names them, after two of positions."""
-    design, products, matrix = (
-        np.empty((TERMS, CAPACITY)),
-        np.empty((2, HIGHEST + 1, CAPACITY)),
-        np.empty((TERMS, TERMS)),
-    )
+    """Return the work arrays of a fit, in the order in which `fitted` names them, after three of positions."""
+    width = whole(CAPACITY)
+    design, products, matrix = np.empty((TERMS, width)), np.empty((2, HIGHEST + 1, width)), np.empty((TERMS, TERMS))
     small = np.empty((5, TERMS)), np.empty(TERMS), np.zeros(6), np.empty((3, 3)), np.empty(TERMS)
-    return np.empty((3, CAPACITY)), np.empty((3, CAPACITY)), np.empty((3, CAPACITY)), design, products, matrix, *small
+    positions = np.empty((6, width)), np.empty((3, width)), np.empty((3, width))
+    return *positions, np.empty((3, width)), design, products, matrix, *small
 
 
 def _high_degree_fits(
@@ -292,7 +288,7 @@ def _high_degree_fits(
             for f in range(fits.shape[0]):
                 if fits[f, 1] <= count:
                     known = d1[row], normals[row], shape[row, 0], shape[row, 1], radius
-                    fitted(work[1], fits[f, 1], fits[f, 0], *known, work, numbers[row, f], jets[row, f])
+                    fitted(work[2], fits[f, 1], fits[f, 0], *known, work, numbers[row, f], jets[row, f])
 
 
 high_degree_fits = Both(_high_degree_fits, pays_from=32)

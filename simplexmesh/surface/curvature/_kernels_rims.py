@@ -11,16 +11,13 @@ from numba import prange
 from simplexmesh._kernels_both import Both
 from simplexmesh._kernels_njit import njit
 from simplexmesh.surface.curvature._kernels_adaptive import SHORTER, affordable, workspace
+from simplexmesh.surface.curvature._kernels_adaptive_balls import collected, gathered, jit, mean_direction, seen
 from simplexmesh.surface.curvature._kernels_adaptive_jets import (
     bending,
     factored,
     flattened,
     framed,
-    gathered,
-    jit,
-    mean_direction,
     normal_equations,
-    seen,
     solved,
 )
 
@@ -72,7 +69,7 @@ def peeled(offsets, members, depths, least):
 @jit
 def plain(kept, work, radius, means):
     """Fit polynomials of degrees 2, 3 and 4, write their H, and return whether the positions determine them."""
-    _, places, heights, columns, sums, matrix, vectors, frame = work
+    _, _, places, heights, columns, sums, matrix, vectors, frame = work
     u, v, z, y, x = heights[0], heights[1], heights[2], vectors[0], vectors[1]
     if not flattened(places, kept, frame, u, v, z, columns, sums, matrix, y, x):
         return False
@@ -97,7 +94,7 @@ def plain_fits(centers, offsets, members, points, directions, oriented, radii, f
     """
     for chunk in prange(chunks):
         stamps, work = np.full(points.shape[0], -1, np.int32), workspace(MOST)
-        found, places, frame, stamp = work[0], work[1], work[7], 0
+        found, around, places, frame, stamp = work[0], work[1], work[2], work[8], 0
         for row in range(chunk * centers.shape[0] // chunks, (chunk + 1) * centers.shape[0] // chunks):
             center = centers[row]
             means[row] = np.nan
@@ -110,8 +107,9 @@ def plain_fits(centers, offsets, members, points, directions, oriented, radii, f
                         break
                     radius *= SHORTER
                 radius *= math.sqrt(min(1.0, full[k] / count))
-                nx, ny, nz = mean_direction(found, count, directions, center, oriented)
-                kept = seen(found, count, points, directions, center, nx, ny, nz, oriented, radius, places)
+                collected(found, count, points, directions, around)
+                nx, ny, nz = mean_direction(around, count, oriented)
+                kept = seen(around, count, nx, ny, nz, oriented, radius, places)
                 framed(nx, ny, nz, frame)
                 if kept < 7 or not plain(kept, work, radius, means[row, k]):
                     break
