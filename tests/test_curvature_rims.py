@@ -185,11 +185,11 @@ class TestError:
     @pytest.mark.parametrize("noise", [0.003, 0.01, 0.1])
     @pytest.mark.parametrize("surface", [half_torus, square("trigonometric"), square("exponential"), half_ellipsoid])
     def test_matches_the_actual_one(self, surface, noise):
-        """A graph's rim at 0.3 % noise errs 3 to 5 times as much as the fit alone expects."""
+        """A graph's rim at 0.3 % noise errs 3 to 5 times as much as the fit alone expects, 1.5 to 2.2 as this."""
         made = surface()
         found = sm.curvature(noisy(made.mesh, noise, rng=1))
         apart = (np.abs(found.mean - made.exact.mean) / found.error)[~made.inner]
-        assert 0.2 < np.median(apart) / 0.6745 < 2.1
+        assert 0.2 < np.median(apart) / 0.6745 < 2.4
 
 
 class TestUnchanged:
@@ -386,6 +386,23 @@ class TestTwins:
                 np.testing.assert_allclose(numbers[r, f, 2:], expected[2:], rtol=1e-3, atol=1e-14)
                 np.testing.assert_allclose(jets[r, f, :2], bends, rtol=1e-4, atol=1e-3)
                 np.testing.assert_allclose(np.linalg.norm(jets[r, f, 2:].reshape(2, 3), axis=1), 1.0, rtol=1e-12)
+
+    def test_high_degree_fits_do_not_depend_on_what_memory_held(self):
+        """Work arrays are not cleared, and loops run beyond the points to the end of a block."""
+        places = np.random.default_rng(0).uniform(-0.6, 0.6, (3, 320))
+        places[2] = 0.4 * places[0] ** 2 - 0.3 * places[1] ** 3
+        places[:, 45:] = np.nan
+        found = []
+        for held in (0.0, np.nan, 1e300):
+            work, numbers, jet = _kernels_high_degree.workspace(), np.zeros(4), np.zeros(8)
+            for array in work:
+                array[:] = held
+            x, _, z = np.eye(3)
+            _kernels_high_degree.fitted(places, 45, 4, x, z, -0.8, 0.0, 1.0, work, numbers, jet)
+            found.append(np.concatenate([numbers, jet]))
+        assert np.isfinite(found).all()
+        assert abs(found[0][1] + 0.4) < 1e-3
+        np.testing.assert_array_equal(found[1:], found[:1] * 2)
 
     def test_high_degree_fits_in_one_thread_and_in_all(self):
         samples, rings = self.drawn(0, 0.0)

@@ -227,7 +227,7 @@ def fit_jet(count, oriented, settings, priors, work, jet):
     if kept < 6:
         return FEW, 0.0, 0.0
     framed(nx, ny, nz, frame)
-    if not flattened(places, kept, frame, u, v, z, columns, sums, matrix, y, x):
+    if not flattened(places, kept, frame, u, v, z, matrix, y, x):
         return DEGENERATE, 0.0, 0.0
     degree = affordable(kept, degree)
     terms = (degree + 1) * (degree + 2) // 2

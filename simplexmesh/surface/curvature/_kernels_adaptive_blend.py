@@ -5,7 +5,8 @@ from __future__ import annotations
 
 import math
 
-from simplexmesh.surface.curvature._kernels_adaptive_jets import bending, jit
+from simplexmesh.surface.curvature._kernels_adaptive_balls import jit
+from simplexmesh.surface.curvature._kernels_adaptive_jets import bending
 from simplexmesh.surface.reasons import FOUND
 
 

@@ -276,7 +276,7 @@ def bending(x):
 
 
 @jit
-def flattened(places, count, frame, u, v, z, columns, sums, matrix, y, x):
+def flattened(places, count, frame, u, v, z, matrix, y, x):
     """Rotate a frame to the tangent plane of a quadric fitted to positions, and use chords as coordinates.
 
     The fit is repeated in chords, as the first is biased by curvature. Returns whether a quadric is determined.

@@ -113,7 +113,7 @@ def probes(
                 if kept < 7:
                     continue
                 framed(nx, ny, nz, frame)
-                if not flattened(places, kept, frame, u, v, z, columns, sums, matrix, y, x):
+                if not flattened(places, kept, frame, u, v, z, matrix, y, x):
                     continue
                 degree = affordable(kept, HIGHEST)
                 terms = (degree + 1) * (degree + 2) // 2

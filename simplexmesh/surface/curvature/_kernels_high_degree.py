@@ -195,7 +195,10 @@ def residual_sum(terms, design, z, count, coefficients, residuals):
 
 @jit
 def flattened(places, count, d1, normal, k1, k2, frame, heights):
-    """Write coordinates in which a surface of these curvatures is nearly a quadric, and the frame they belong to."""
+    """Write coordinates in which a surface of these curvatures is nearly a quadric, and the frame they belong to.
+
+    The heights of the rest of the last block are zero.
+    """
     for axis in range(3):
         after, last = (axis + 1) % 3, (axis + 2) % 3
         frame[0, axis], frame[2, axis] = d1[axis], normal[axis]
@@ -204,6 +207,8 @@ def flattened(places, count, d1, normal, k1, k2, frame, heights):
     projected(places, count, frame, u, v, z)
     chords(u, v, z, count, -k1, 0.0, -k2)
     rotated(u, v, count, frame)
+    for k in range(count, whole(count)):
+        z[k] = 0.0
 
 
 @jit

@@ -71,7 +71,7 @@ def plain(kept, work, radius, means):
     """Fit polynomials of degrees 2, 3 and 4, write their H, and return whether the positions determine them."""
     _, _, places, heights, columns, sums, matrix, vectors, frame = work
     u, v, z, y, x = heights[0], heights[1], heights[2], vectors[0], vectors[1]
-    if not flattened(places, kept, frame, u, v, z, columns, sums, matrix, y, x):
+    if not flattened(places, kept, frame, u, v, z, matrix, y, x):
         return False
     highest = affordable(kept, HIGHEST)
     terms = (highest + 1) * (highest + 2) // 2

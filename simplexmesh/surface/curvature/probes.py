@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_array
 
 from simplexmesh.surface.curvature import _kernels_adaptive_probes as kernels
 from simplexmesh.surface.curvature._kernels_adaptive import CUBIC_BIAS, RESIDUAL_BIAS, chunks
@@ -62,14 +63,16 @@ class ProbeFits(NamedTuple):
 
     def mean(self, groups: Indices) -> ProbeFits:
         """Return means over (q, g) groups of probes; `increments`, which are signed, stay as they are."""
+        (q, g), p = groups.shape, len(self.radii)
+        over = csr_array((np.full(q * g, 1 / g), groups.ravel(), np.arange(0, q * g + 1, g)), shape=(q, p))
+        parts = np.log(self.radii), *self[1:5]
+        means = over @ np.hstack([part.reshape(p, -1) for part in parts])
+        ends = np.cumsum([part[0].size for part in parts])[:-1]
         logs, levels, energies, weights, residuals = (
-            sum((part[members] for members in groups.T), np.zeros(())) / groups.shape[1]
-            for part in (np.log(self.radii), *self[1:5])
+            mean.reshape(q, *part.shape[1:]) for mean, part in zip(np.hsplit(means, ends), parts, strict=True)
         )
-        radii = np.exp(logs)
-        return ProbeFits(
-            radii, levels, energies, weights, residuals, np.median(self.degrees[groups], axis=1), self.increments
-        )
+        degrees = np.median(self.degrees[groups], axis=1)
+        return ProbeFits(np.exp(logs), levels, energies, weights, residuals, degrees, self.increments)
 
 
 def probe_fits(samples: Samples, rows: Indices, radii: Array, directions: Array, *, oriented: bool) -> ProbeFits:

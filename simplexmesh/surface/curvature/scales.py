@@ -27,7 +27,7 @@ RETRIED = 3
 FIRST_PROBES, MIN_PROBES = 96, 160
 """Probes that try all radii, and least number of probes in all."""
 
-PER_PROBE = 18
+PER_PROBE = 24
 """Vertices per probe."""
 
 RADIUS_GROUP, PRIOR_GROUP = 8, 24
@@ -181,7 +181,8 @@ def _at_probes(
 
     The last row, the medians, is for points not connected to a probe.
     """
-    near, far = _groups(positions, RADIUS_GROUP), _groups(positions, PRIOR_GROUP)
+    far = _groups(positions, PRIOR_GROUP)
+    near = far[:, :RADIUS_GROUP]
     grouped = fits.mean(near)
     found = risks(grouped, noise).compared(fits.increments, near)
     wide = risks(fits.mean(far), noise)
