@@ -138,20 +138,15 @@ def fitted(found, points, directions, radius, degree, priors, noise, slack, lean
     doubt = np.sqrt(level * variance)
     squares = ((z - design @ x) ** 2).sum() + (ridge * x**2).sum()
     free = max(len(z) - 6, 1)
-    excess = (
-        np.sqrt(max(squares / free - level * (kernels.NOISE_TOLERANCE + 3 / np.sqrt(free)), 0))
-        * kernels.RESIDUAL_BIAS
-        * (1 + kernels.BORDER_BIAS * lean)
-    )
-    excess *= 1 if degree > 3 else kernels.CUBIC_BIAS
+    bias = kernels.RESIDUAL_BIAS[degree] * (1 + kernels.BORDER_BIAS * lean)
+    excess = np.sqrt(max(squares / free - level * (kernels.NOISE_TOLERANCE + 3 / np.sqrt(free)), 0)) * bias
     curved = np.sqrt((k1**2 + k2**2) / 2)
     if len(z) < 6 + kernels.MIN_FREEDOM:
         excess = max(excess, kernels.UNKNOWN_BIAS * curved)
-    hidden = squares / free * (kernels.RESIDUAL_BIAS if degree > 3 else kernels.CUBIC_BIAS * kernels.RESIDUAL_BIAS) ** 2
+    hidden = squares / free * kernels.RESIDUAL_BIAS[degree] ** 2
     if degree > 3:  # what H loses when the last even degree and all above are left out, and those above as well
         hidden += (without(design, ridge, z, degree // 2 * 2) - without(design, ridge, z, degree // 2 * 2 + 1)) ** 2
     allowed = max(3 * doubt, kernels.TOLERATED_ERROR * curved, 0.5 * beyond * radius, 1e-300)
-    bias = kernels.CUBIC_BIAS * kernels.RESIDUAL_BIAS * (1 + kernels.BORDER_BIAS * lean)
     amplified = max(1, kernels.AMPLIFIED_BIAS * np.sqrt(variance * len(z)) / bias) if degree < 4 else 1
     error = np.hypot(doubt, amplified * excess) / radius
     return np.array([k1, k2]) / radius, up, d1 / np.linalg.norm(d1), error, excess / allowed, hidden / radius**2

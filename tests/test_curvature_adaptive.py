@@ -21,7 +21,7 @@ from simplexmesh.surface.curvature.probes import noise_level, probe_fits, risks
 from simplexmesh.surface.curvature.scales import LADDER, _probed, scales_of, shuffling
 from simplexmesh.surface.samples import as_samples
 from simplexmesh.surface.truth import discretized
-from simplexmesh.surface.truth.graphs import graph
+from simplexmesh.surface.truth.graphs import graph, random_graph
 from simplexmesh.surface.truth.grids import on_border
 from simplexmesh.surface.truth.noise import noisy, unit_of
 from tests import reference_adaptive as reference
@@ -83,6 +83,14 @@ class TestAccuracy:
         made = discretized.ellipsoid(100, 100, irregular=True)
         found = sm.curvature(noisy(made.mesh, noise, rng=1))
         assert off(found.gauss, made.exact.gauss) <= most  # 0.010, 0.20
+
+    @pytest.mark.parametrize(("noise", "most"), [(0.0, 0.003), (0.003, 0.024), (0.01, 0.055), (0.1, 0.26)])
+    def test_of_the_mean_on_random_surfaces(self, noise, most):
+        """Cubics, which hardly err on tori, err by 3 % here without noise, where larger balls err by 0.1 %."""
+        made = discretized.sawtooth(random_graph(0.225, 1.0, rng=0), 80)
+        mesh = noisy(made.mesh, noise, rng=1)
+        inner = np.abs(made.vertices[:, :2]).max(axis=1) < 0.7
+        assert off(sm.curvature(mesh).mean[inner], made.exact.mean[inner]) < most
 
     def test_falls_with_the_fifth_power_of_the_spacing(self):
         errors = []
@@ -365,6 +373,24 @@ class TestTwins:
             np.testing.assert_allclose(out[3][r], error, rtol=1e-3, atol=1e-6)
             np.testing.assert_allclose(out[4][r], used, rtol=1e-3)
         assert (out[5] == 0).all()
+
+    def test_fits_do_not_depend_on_what_memory_held(self):
+        """Work arrays are not cleared, and loops run beyond the points to the end of a block."""
+        points = np.random.default_rng(0).uniform(-0.6, 0.6, (45, 3))
+        points[0] = 0.0
+        points[:, 2] = 0.4 * points[:, 0] ** 2 - 0.3 * points[:, 1] ** 3
+        found = []
+        for held in (0.0, np.nan, 1e300):
+            work, jet = kernels.workspace(100), np.zeros(9)
+            for array in work[1:8]:
+                array[:] = held
+            work[0][:45] = np.arange(45)
+            kernels.collected(work[0], 45, points, np.tile([0.0, 0.0, 1.0], (45, 1)), work[1])
+            answer = kernels.fit_jet(45, True, (1.0, 4, 1e-3, 1.0, 0.0, 0.0), np.ones(4), work, jet)
+            found.append([*answer, *jet])
+        assert np.isfinite(found).all()
+        assert abs((found[0][3] + found[0][4]) / 2 + 0.4) < 1e-2
+        np.testing.assert_array_equal(found[1:], found[:1] * 2)
 
     def test_fits_to_few_rows_of_a_grid(self):
         """Those of degree 3 to three rows amplify errors too much."""

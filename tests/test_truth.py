@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from simplexmesh.surface.truth import closed, implicit
 from simplexmesh.surface.truth.exact import Exact, goldman, tangents
-from simplexmesh.surface.truth.graphs import ARTICLE, PRINTINGS, THESIS, Graph, graph
+from simplexmesh.surface.truth.graphs import ARTICLE, PRINTINGS, THESIS, Graph, graph, random_graph
 
 ALL = [(printing, name) for printing, named in PRINTINGS.items() for name in named]
 RANDOM = np.random.default_rng(7).uniform(-1, 1, (2, 200))
@@ -47,6 +47,39 @@ def test_slopes_at_the_origin():
     for name, slope in slopes.items():
         assert [float(v[0]) for v in graph(name).jet(np.zeros(1), np.zeros(1))[1:3]] == pytest.approx(slope)
     assert [float(v[0]) for v in graph("exponential", "thesis").jet(np.zeros(1), np.zeros(1))[1:3]] == [2, -1]
+
+
+class TestRandomGraph:
+    def test_derivatives_are_those_of_differences(self):
+        jet, (x, y), h = random_graph(0.4, 2.0, rng=1).jet, 0.9 * RANDOM, 1e-4
+        f, *exact = jet(x, y)
+        east, west, north, south = (jet(x + a, y + b) for a, b in ((h, 0), (-h, 0), (0, h), (0, -h)))
+        along_x = [(forward - backward) / (2 * h) for forward, backward in zip(east, west, strict=True)]
+        along_y = [(forward - backward) / (2 * h) for forward, backward in zip(north, south, strict=True)]
+        expected = [along_x[0], along_y[0], along_x[1], along_y[1], along_y[2]]
+        np.testing.assert_allclose(exact, expected, atol=1e-5)
+        assert f.shape == x.shape
+
+    def test_heights_are_correlated_as_told(self):
+        """The root mean squares over many surfaces, of slopes and second derivatives, and one correlation."""
+        length, bending = 0.3, 1.5
+        jets = [random_graph(length, bending, rng=seed).jet(np.array([0.0, 0.3]), np.zeros(2)) for seed in range(800)]
+        f, fx, fy, fxx, fxy, fyy = np.array(jets).transpose(1, 0, 2)
+        for second in (fxx, fyy, np.sqrt(3) * fxy):
+            assert abs(np.sqrt((second**2).mean()) / bending - 1) < 0.06
+        for slope in (fx, fy):
+            assert abs(np.sqrt((slope**2).mean()) / (bending * length / np.sqrt(3)) - 1) < 0.06
+        assert abs((f[:, 0] * f[:, 1]).mean() / (f**2).mean() - np.exp(-0.5)) < 0.06
+
+    def test_seeds(self):
+        one, same, other = (random_graph(0.3, 1.0, rng=seed).points(0.1, 0.2) for seed in (0, 0, 1))
+        assert (one == same).all()
+        assert (one != other).any()
+
+    @pytest.mark.parametrize(("length", "bending", "named"), [(0.0, 1.0, "length"), (0.3, -1.0, "bending")])
+    def test_refuses(self, length, bending, named):
+        with pytest.raises(ValueError, match=named):
+            random_graph(length, bending)
 
 
 @pytest.mark.parametrize(("printing", "name"), ALL)

@@ -43,8 +43,10 @@ WIDENING = 1.5
 SHORTER = math.sqrt(0.5)
 """Ratio of each radius to the one before."""
 
-RESIDUAL_BIAS = 4.0
-"""Residuals of size r beyond noise in a ball of radius R cause an error of H of this times r / R^2, on tori."""
+RESIDUAL_BIAS = np.array([0.0, 0.0, 1.6, 12.0, 4.0, 4.0, 4.0])
+"""Residuals of size r beyond noise in a ball of radius R cause an error of H of this times r / R^2, by degree.
+
+At degree 2 most of the residual is of odd degree, which hardly biases H; at degree 3 it is of degree 4, which does."""
 
 MIN_FREEDOM, UNKNOWN_BIAS = 3, 0.1
 """With fewer degrees of freedom residuals mean nothing: the error is taken to be this share of the curvedness."""
@@ -60,9 +62,6 @@ BORDER_WIDENING, QUADRIC_WIDENING = 0.6, 1.4
 
 BORDER_PRIOR = 0.65
 """Factor of the priors' deviations in one-sided balls, where the errors of odd terms do not cancel."""
-
-CUBIC_BIAS = 0.4
-"""Factor of `RESIDUAL_BIAS` for degrees up to 3, where most of the residual is of odd degree."""
 
 BORDER_BIAS = 10.0
 """Increase of that error with the lean, at borders."""
@@ -247,7 +246,7 @@ def fit_jet(count, oriented, settings, priors, work, jet):
     curved = math.sqrt(0.5 * (jet[0] * jet[0] + jet[1] * jet[1]))
     free = max(kept - 6, 1)  # the residuals include what the priors suppress
     excess = squares / free - level * (NOISE_TOLERANCE + 3.0 / math.sqrt(free))
-    bias = (RESIDUAL_BIAS if degree > 3 else CUBIC_BIAS * RESIDUAL_BIAS) * (1.0 + BORDER_BIAS * lean)
+    bias = RESIDUAL_BIAS[degree] * (1.0 + BORDER_BIAS * lean)
     excess = math.sqrt(max(excess, 0.0)) * bias
     if kept < MIN_FREEDOM + 6:
         excess = max(excess, UNKNOWN_BIAS * curved)
@@ -278,9 +277,8 @@ def truncation_square(degree, w, y, square):
 
     The change by the last even degree, plus the error if all residuals were detail.
     """
-    last, bias = 0.0, CUBIC_BIAS * RESIDUAL_BIAS
+    last, bias = 0.0, RESIDUAL_BIAS[degree]
     if degree > 3:
-        bias = RESIDUAL_BIAS
         d = degree // 2 * 2
         for t in range(d * (d + 1) // 2, (d + 1) * (d + 2) // 2):
             last += w[t] * y[t]

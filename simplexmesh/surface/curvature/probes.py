@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from simplexmesh.surface.curvature import _kernels_adaptive_probes as kernels
-from simplexmesh.surface.curvature._kernels_adaptive import CUBIC_BIAS, RESIDUAL_BIAS, chunks
+from simplexmesh.surface.curvature._kernels_adaptive import RESIDUAL_BIAS, chunks
 from simplexmesh.surface.samples import Samples
 
 Array = NDArray[np.float64]
@@ -158,7 +158,7 @@ def risks(fits: ProbeFits, noise: float) -> Risks:
     shrinkage[:, :, 0] = 1.0
     degree = fits.degrees
     excess = np.maximum(fits.residuals[:, :, 0] / np.maximum(fits.residuals[:, :, 1], 1) - relative, 0.0)
-    bias = np.where(degree > 3, 1.0, CUBIC_BIAS) * RESIDUAL_BIAS
+    bias = np.interp(degree, np.arange(len(RESIDUAL_BIAS)), RESIDUAL_BIAS)
     truncation = np.maximum(excess * bias**2, _truncated(degree, signal))
     noise_risk = (shrinkage * variance).sum(axis=2)
     curved = np.maximum(fits.levels[:, :, 0, 0] - relative * fits.levels[:, :, 1, 0], 0.0)

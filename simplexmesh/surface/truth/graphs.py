@@ -1,4 +1,4 @@
-"""Test surfaces z = f(x, y) of the literature, with exact derivatives (Hamann 1993; Charton 2012 and 2014)."""
+"""Test surfaces z = f(x, y) of the literature (Hamann 1993; Charton 2012, 2014), and random ones; exact derivatives."""
 
 from __future__ import annotations
 
@@ -13,6 +13,9 @@ from simplexmesh.surface.truth.exact import Exact, of_level_set, paired
 
 Array = NDArray[np.float64]
 Jet = tuple[Array, Array, Array, Array, Array, Array]
+
+WAVES = 600
+"""Cosines of which a random surface is the sum."""
 
 
 @dataclass(frozen=True)
@@ -191,3 +194,43 @@ def graph(name: str, printing: str = "article") -> Graph:
     """
     known = PRINTINGS[_check.choice("printing", printing, sorted(PRINTINGS))]
     return known[_check.choice("name", name, sorted(known))]
+
+
+def random_graph(length: float, bending: float, rng: np.random.Generator | int | None = None) -> Graph:
+    """Return a random smooth surface, without the symmetries that flatter estimators on known ones.
+
+    Its heights are a stationary, isotropic Gaussian process with the covariance a^2 exp(-r^2 / (2 length^2)), drawn as
+    a sum of cosines of random wave vectors (Rahimi and Recht 2007).
+
+    Parameters
+    ----------
+    length : float
+        Distance over which heights are correlated; the square is 2 wide.
+    bending : float
+        Standard deviation of f_xx and f_yy, 1 / length. That of slopes is length / sqrt(3) times as large.
+    rng : numpy.random.Generator or int, optional
+
+    Raises
+    ------
+    ValueError
+        A length or bending that is not positive.
+
+    Examples
+    --------
+    >>> surface = random_graph(0.3, 1.0, rng=0)
+    >>> surface.points(0.0, 0.0).shape
+    (1, 3)
+    """
+    length = _check.number("length", length, 0.0, open_low=True)
+    bending = _check.number("bending", bending, 0.0, open_low=True)
+    generator = _check.generator("rng", rng)
+    u, v = generator.normal(size=(2, WAVES)) / length
+    phases = generator.uniform(0.0, 2 * np.pi, WAVES)
+    size = bending * length**2 / np.sqrt(3) * np.sqrt(2 / WAVES)
+
+    def jet(x: Array, y: Array) -> Jet:
+        angles = np.multiply.outer(x, u) + np.multiply.outer(y, v) + phases
+        even, odd = size * np.cos(angles), -size * np.sin(angles)
+        return even.sum(axis=-1), odd @ u, odd @ v, -even @ (u * u), -even @ (u * v), -even @ (v * v)
+
+    return Graph("random", f"{WAVES} cosines, correlated over {length:g}", jet)

@@ -1,0 +1,100 @@
+"""How near the curvature at borders comes to the best that any estimate can do.
+
+Heights are random surfaces, stationary Gaussian processes with the covariance a^2 exp(-r^2 / 2 l^2), for which the best
+estimate of H from noisy heights is known: the linear one of least variance, which is told the covariance (kriging).
+Its error in the interior and on a straight border is set beside that of `sm.curvature`, all as shares of the root mean
+square of H. Then the cut torus of the peers' table. Run with `python tests/benchmarks/bench_borders.py`; two minutes.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+sys.path.insert(0, str(Path(__file__).parents[2]))
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve
+
+import simplexmesh as sm
+from simplexmesh.surface.truth import discretized
+from simplexmesh.surface.truth.graphs import graph, random_graph
+from simplexmesh.surface.truth.noise import noisy
+
+SEEDS = 3
+NOISES = (0.0, 0.003, 0.01, 0.03, 0.1)
+ROWS = 80
+SPACING = 2 / ROWS
+BENDING = 1 / 40  # standard deviation of second derivatives across the spacing
+REACH = 16  # spacings around the point that the best estimate sees
+WITHIN = 12  # spacings from the border where the interior begins
+CUTS = {"through the axis": (1.0, 0.0, 0.0), "through it, turned": (0.6, 0.8, 0.0), "aslant": (0.5, 0.3, 0.8)}
+
+
+def best_possible(length: float, noise: float, *, border: bool) -> float:
+    """Error of the best linear estimate of H, as a share of H, on a triangular grid of unit spacing."""
+    column, row = np.meshgrid(np.arange(-2 * REACH, 2 * REACH + 1), np.arange(-2 * REACH, 2 * REACH + 1))
+    places = np.column_stack([(column + row / 2).ravel(), (row * np.sqrt(3) / 2).ravel()])
+    places = places[(places**2).sum(axis=1) <= REACH**2]
+    places = places[places[:, 1] > -0.1] if border else places
+    squares = ((places[:, None] - places) ** 2).sum(axis=2)
+    size = BENDING * length**2 / np.sqrt(3)
+    heights = size**2 * np.exp(-squares / (2 * length**2)) + max(noise, 1e-5) ** 2 * np.eye(len(places))
+    away = (places**2).sum(axis=1) / length**2
+    shared = size**2 * np.exp(-away / 2) * (away - 2) / (2 * length**2)
+    whole = 2 * size**2 / length**4
+    return float(np.sqrt(max(1 - shared @ cho_solve(cho_factor(heights), shared) / whole, 0.0)))
+
+
+def errors(made: discretized.Discretized, noise: float, inside: np.ndarray, rim: np.ndarray, seed: int) -> np.ndarray:
+    """Root mean square errors of H inside and on the rim, as shares of that of H."""
+    mesh = noisy(made.mesh, noise, rng=seed + 1) if noise else made.mesh
+    found = sm.curvature(mesh)
+    error, there = found.mean - made.exact.mean, ~found.failed
+    parts = [np.sqrt((error[part & there] ** 2).mean()) for part in (inside, rim)]
+    return np.array(parts) / np.sqrt((made.exact.mean**2).mean())
+
+
+def on_random_surfaces() -> None:
+    """Print errors beside the best possible ones."""
+    print(f"{'random surfaces':>24}{'inside':>10}{'rim':>10}{'ratio':>8}   best possible: inside, rim, ratio")
+    for length in (6.0, 9.0, 12.0, 18.0):
+        for noise in NOISES:
+            rows = []
+            for seed in range(SEEDS):
+                made = discretized.sawtooth(random_graph(length * SPACING, BENDING / SPACING, seed), ROWS)
+                x, y = np.abs(made.vertices[:, :2]).T
+                reach_x, reach_y = (x.max() - x) / SPACING, (y.max() - y) / SPACING
+                near, far = np.minimum(reach_x, reach_y), np.maximum(reach_x, reach_y)
+                rows.append(errors(made, noise, near > WITHIN, ~made.inner & (far > WITHIN), seed))
+            inside, rim = np.mean(rows, axis=0)
+            best = [best_possible(length, noise, border=border) for border in (False, True)]
+            print(
+                f"{f'l = {length:g}, {100 * noise:g} %':>24}{inside:10.4f}{rim:10.4f}{rim / inside:8.1f}"
+                f"   {best[0]:.4f} {best[1]:.4f} {best[1] / best[0]:.1f}"
+            )
+
+
+def on_cut_tori_and_graphs() -> None:
+    """Print errors on half an irregular torus (R 1, r 0.35) and on known graphs."""
+    for name, normal in CUTS.items():
+        for noise in NOISES:
+            rows = []
+            for seed in range(SEEDS):
+                ring = discretized.torus(168, 60, irregular=True, rng=seed)
+                made = discretized.cut(ring, ring.vertices @ np.array(normal) > 0)
+                rows.append(errors(made, noise, made.inner, ~made.inner, seed))
+            inside, rim = np.mean(rows, axis=0)
+            print(f"{f'{name}, {100 * noise:g} %':>24}{inside:10.4f}{rim:10.4f}{rim / inside:8.1f}")
+    for name in ("trigonometric", "exponential", "monkey_saddle"):
+        made = discretized.split_square(graph(name), ROWS)
+        for noise in NOISES:
+            inside, rim = np.mean([errors(made, noise, made.inner, ~made.inner, s) for s in range(SEEDS)], axis=0)
+            print(f"{f'{name}, {100 * noise:g} %':>24}{inside:10.4f}{rim:10.4f}{rim / inside:8.1f}")
+
+
+if __name__ == "__main__":
+    on_cut_tori_and_graphs()
+    on_random_surfaces()
