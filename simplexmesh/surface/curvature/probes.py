@@ -158,7 +158,8 @@ def risks(fits: ProbeFits, noise: float) -> Risks:
     shrinkage[:, :, 0] = 1.0
     degree = fits.degrees
     excess = np.maximum(fits.residuals[:, :, 0] / np.maximum(fits.residuals[:, :, 1], 1) - relative, 0.0)
-    bias = np.interp(degree, np.arange(len(RESIDUAL_BIAS)), RESIDUAL_BIAS)
+    known = np.arange(LOWEST, len(RESIDUAL_BIAS))  # medians of probes, some of which failed, may lie below
+    bias = np.interp(degree, known, RESIDUAL_BIAS[LOWEST:])
     truncation = np.maximum(excess * bias**2, _truncated(degree, signal))
     noise_risk = (shrinkage * variance).sum(axis=2)
     curved = np.maximum(fits.levels[:, :, 0, 0] - relative * fits.levels[:, :, 1, 0], 0.0)
