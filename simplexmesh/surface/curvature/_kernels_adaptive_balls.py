@@ -18,9 +18,7 @@ STEEP = 0.64
 """Points whose height above the tangent plane exceeds 0.8 of their distance are left out; squared."""
 
 BLOCK = 32
-"""Loops over points run to a multiple of this, a whole number of vector registers, where zeros follow the last point.
-
-The rest would be summed one by one, which took as long as all else."""
+"""Loops over points run to a multiple of this, a whole number of vector registers; zeros follow the last point."""
 
 ZERO, ONE = np.uint64(0), np.uint64(1)
 """Indices are unsigned: numba tests signed ones for negative values, which costs a sixth of the time of gathering."""
