@@ -162,8 +162,8 @@ def quadric_equations(u, v, z, count, matrix, right):
 def normal_equations(degree, u, v, z, count, columns, sums, matrix, right):
     """Fill the lower half of A = X'X, and b = X'z, for all monomials up to the degree; return z'z.
 
-    Every moment is summed once. The row d (d + 1) / 2 + i of `columns` gets u^(d - i) v^i; moments of higher degrees
-    are products of those of the highest with powers of u, as long as these suffice.
+    The row d (d + 1) / 2 + i of `columns` gets u^(d - i) v^i. Every moment is summed once, those beyond the degree as
+    products of a row of the highest degree and one of a lower degree.
     """
     n, squares, total = whole(count), 0.0, 0.0
     for k in range(n):
@@ -174,20 +174,13 @@ def normal_equations(degree, u, v, z, count, columns, sums, matrix, right):
     for d in range(1, degree + 1):
         before = d * (d - 1) // 2
         for i in range(d + 1):
-            row = before + min(i, d - 1)
+            row, factor = before + min(i, d - 1), u if i < d else v
             total = weighted = 0.0
-            if i < d:
-                for k in range(n):
-                    value = columns[row, k] * u[k]
-                    columns[term, k] = value
-                    total += value
-                    weighted += value * z[k]
-            else:
-                for k in range(n):
-                    value = columns[row, k] * v[k]
-                    columns[term, k] = value
-                    total += value
-                    weighted += value * z[k]
+            for k in range(n):
+                value = columns[row, k] * factor[k]
+                columns[term, k] = value
+                total += value
+                weighted += value * z[k]
             sums[term], right[term] = total, weighted
             term += 1
     first = degree * (degree + 1) // 2
