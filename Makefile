@@ -12,7 +12,7 @@ help:
 	@echo "make demo       reconstruct organs of the frog, then one of them from a noisy scan, into demo_output/"
 	@echo "make test       lint, types and the whole test suite"
 	@echo "make suite      the test suite alone, by one process per core but at most WORKERS=4"
-	@echo "make nightly    millions of random operators, and hypothesis looking for new examples"
+	@echo "make nightly    millions of random operators, new examples of hypothesis, and faults put in to see tests fail"
 	@echo "make docs       the documentation, with the gallery, into docs/_build/html"
 	@echo "make benchmark  nanoseconds per vertex, and ratios against peers"
 	@echo "make clean      remove what was made"
@@ -43,9 +43,9 @@ suite: $(READY)
 	$(BIN)/python -m pytest --durations=10 --numprocesses=auto --maxprocesses=$(WORKERS) --dist=loadfile
 
 nightly: $(READY)
-	$(BIN)/python -m pytest -m nightly tests/nightly
-	HYPOTHESIS_PROFILE=thorough $(BIN)/python -m pytest tests/test_mesh_editing.py tests/test_operators*.py \
-	  tests/test_contours.py tests/test_regularize.py
+	$(BIN)/python -m pytest -m nightly tests
+	HYPOTHESIS_PROFILE=thorough $(BIN)/python -m pytest tests/mesh/operators tests/mesh/test_contours.py
+	$(BIN)/python tests/mutants.py --count 30
 
 docs: $(READY)
 	$(BIN)/python -m sphinx -W --keep-going -q -b html docs docs/_build/html

@@ -19,7 +19,7 @@ def main(size="large"):
     upper = sm.TriangleMesh(upper.vertices, upper.faces[:, ::-1])  # facing down
     initial = lower.transformed(motion())
     found = sm.occlude(initial, upper, tolerance=0.03, reach=1.0)
-    placed = initial.transformed(found.T_fixed_moving)
+    placed = initial.transformed(found.T_target_source)
     return {
         "upper": upper,
         "initial": initial,

@@ -28,15 +28,15 @@ def main(size="large"):
     error = noisy.transformed(found.T_target_source).vertices - whole.vertices - noise
     frequency = 9 if size == "large" else 5
     one, two = sm.sai(whole, frequency), sm.sai(noisy, frequency)
-    first, second, *_ = matches = sm.match(one, two)
+    first, second, *_ = matches = sm.match(two, one)
     return {
         "scan": scan,
         "whole": whole,
         "registration": found,
-        "signatures": (one, two),
+        "signatures": (two, one),
         "matches": matches,
         "error": float(np.linalg.norm(error, axis=1).max() / whole.diagonal),
-        "degrees": angle(first.T_a_b[:3, :3], np.linalg.inv(T)[:3, :3]),
+        "degrees": angle(first.T_target_source[:3, :3], np.linalg.inv(T)[:3, :3]),
         "distances": (first.distance, second.distance),
     }
 

@@ -8,10 +8,9 @@ import numpy as np
 import pyvista as pv
 
 import simplexmesh as sm
-from simplexmesh.motion.initial.primitives import primitive_around
-from simplexmesh.motion.sampling import closed_samples
-from simplexmesh.motion.subjects import as_subject
-from simplexmesh.motion.tunnels import tunneled
+from simplexmesh.motion.start.from_points import start_from_points
+from simplexmesh.motion.start.primitives import primitive_around
+from simplexmesh.motion.topology.wrapping import wrapped
 
 RING, TUBE = 1.0, 0.45
 VIEW = (0.3, -1.0, 0.9)
@@ -31,9 +30,8 @@ def main(size="large"):
     """Wrap a sphere, recording the steps, fit the model, and return its error."""
     vertices, count = (3000, 20_000) if size == "large" else (900, 5000)
     cloud = points(count)
-    subject = as_subject(cloud, level=None, label=None, inside="above", components="largest")
     film = [primitive_around(cloud, "sphere", vertices // 2)]
-    tunneled(film[0], closed_samples(subject), vertices=vertices, watch=lambda mesh, _: film.append(mesh))
+    wrapped(film[0], start_from_points(sm.PointCloud(cloud)).mesh, vertices=vertices, watch=film.append)
     model = sm.reconstruct(cloud, init="sphere", vertices=vertices)
     film.append(model.mesh)
     x, y, z = model.mesh.vertices.T

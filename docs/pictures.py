@@ -18,8 +18,8 @@ import numpy as np
 from PIL import Image
 
 import simplexmesh as sm
-from tests import reference_recognition as reference
-from tests.benchmarks import bench_recognise
+from tests.benchmarks import bench_recognize
+from tests.recognition import reference as reference
 
 IMAGES = Path(__file__).parent / "images"
 DATA = Path(os.environ.get("SIMPLEXMESH_DATA", "data"))
@@ -32,7 +32,7 @@ SCANS = {  # file: direction to the camera, and the axis that points up
     "femur.off": ((0.7, -1.0, -0.1), (0.0, 0.0, -1.0)),
     "fran_face.vtk": ((1.0, 0.05, -0.6), (0.0, 1.0, 0.0)),
 }
-VIEWS = {  # the single views that are recognised, in the same way
+VIEWS = {  # the single views that are recognized, in the same way
     "elephant": ((1.0, 0.35, 0.6), (0.0, 1.0, 0.0)),
     "spot": ((0.8, 0.35, -1.0), (0.0, 1.0, 0.0)),
     "mannequin": ((0.8, -1.0, 0.3), (0.0, 0.0, 1.0)),
@@ -70,7 +70,7 @@ def occlusion():
     guide = sm.boolean(sm.clipped(block, (0, 0, 165), (0, 0, -1), cap=True), play)
     turn = np.array([[0.996, -0.087, 0], [0.087, 0.996, 0], [0, 0, 1]])
     displaced = sm.TriangleMesh(guide.vertices @ turn.T + [7, -6, 8], guide.faces)
-    put = displaced.transformed(sm.occlude(displaced, tooth, tolerance=1.0).T_fixed_moving)
+    put = displaced.transformed(sm.occlude(displaced, tooth, tolerance=1.0).T_target_source)
     gap = np.abs(sm.targets.Triangles(put, oriented=False).closest(tooth.vertices)[0])
     curvature = sm.curvature(tooth)
     cusps = sm.salient_points(tooth, of="mean", curvature=curvature, count=40).points
@@ -91,33 +91,33 @@ def occlusion():
 
 def signature():
     """Signature of a whole object."""
-    return [sm.sai(DATA / "spot.obj").plot(fitted=True, up="y")]
+    return [sm.plot.signature(sm.sai(DATA / "spot.obj"), fitted=True, up="y")]
 
 
 def signature_of_a_view():
     """Signature of a single range scan, with hidden parts."""
-    return [sm.sai(DATA / "bun000.ply").plot(fitted=True, up="y")]
+    return [sm.plot.signature(sm.sai(DATA / "bun000.ply"), fitted=True, up="y")]
 
 
 def signatures_of_a_knot_and_a_face():
     """Signatures on a torus and on a disc."""
-    knot = sm.sai(DATA / "knot1.off", 12, topology="torus").plot(fitted=True, view="xy")
-    return [knot, sm.sai(scan("fran_face.vtk"), 12, topology="plane").plot(fitted=True, view="xy")]
+    found = sm.sai(DATA / "knot1.off", 12, topology="torus"), sm.sai(scan("fran_face.vtk"), 12, topology="plane")
+    return [sm.plot.signature(each, fitted=True, view="xy") for each in found]
 
 
-def recognised():
-    """Single views on the models they are recognised as."""
-    bodies = bench_recognise.bodies()
+def recognized():
+    """Single views on the models they are recognized as."""
+    bodies = bench_recognize.bodies()
     plotter = sm.plot.stage(columns=len(VIEWS), size=(1500, 560))
     with tempfile.TemporaryDirectory() as folder:
-        library = bench_recognise.filled(Path(folder) / "bodies.sml", bodies)
+        library = bench_recognize.filled(Path(folder) / "bodies.sml", bodies)
         for column, (name, (toward, up)) in enumerate(VIEWS.items()):
             points, model = bodies[name]
-            seen = bench_recognise.seen(points, np.random.default_rng(seed_of_view(toward)))
-            view, _ = bench_recognise.turned(seen, NOISE, np.random.default_rng(1))
-            best = library.recognise(view)[0]
+            seen = bench_recognize.seen(points, np.random.default_rng(seed_of_view(toward)))
+            view, _ = bench_recognize.turned(seen, NOISE, np.random.default_rng(1))
+            best = library.recognize(view)[0]
             if best.name != name:
-                raise RuntimeError(f"the view of {name} was recognised as {best.name}")
+                raise RuntimeError(f"the view of {name} was recognized as {best.name}")
             T = picture_axes(toward, up)
             placed = sm.PointCloud(view).transformed(T @ np.linalg.inv(best.T_scan_model))
             plotter.subplot(0, column)
@@ -164,7 +164,7 @@ PICTURES = {  # name: what draws it, row by row, and its width in pixels
     "frog": (demo("frog"), 1200),
     "landscape": (demo("recognition", "show_landscape"), 1080),
     "occlusion": (occlusion, 1500),
-    "recognised": (recognised, 1500),
+    "recognized": (recognized, 1500),
     "refinement": (demo("refinement"), 1080),
     "saliency": (four_panels("lion_head.off"), 1800),
     "saliency_of_a_face": (four_panels("fran_face.vtk"), 1800),

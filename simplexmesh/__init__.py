@@ -18,58 +18,67 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 _HOME = {
-    "errors": ["TopologyError", "DivergedError", "SimplexMeshWarning"],
+    "_base.errors": ["TopologyError", "DivergedError", "SimplexMeshWarning"],
     # I    the mesh
     "mesh.connectivity": ["Connectivity"],
     "mesh.simplex_mesh": ["SimplexMesh"],
     "mesh.duality": ["dual"],
     "mesh.shapes": ["sphere", "ellipsoid", "cylinder", "plane", "torus"],
-    "mesh.operators": ["remove_edge", "insert_edge", "swap_edge", "remove_face", "refine_face"],
-    "mesh.joining": ["cut", "join", "parts"],
+    "mesh.operators.single_edits": ["remove_edge", "insert_edge", "swap_edge", "remove_face", "refine_face"],
+    "mesh.operators.cut_join": ["cut", "join", "parts", "Cut", "Joined"],
     "mesh.contours": ["Contour"],
-    "mesh.editing": ["EditableMesh"],
-    "mesh.regularize": ["regularize"],
-    "mesh.decimate": ["decimate", "Decimated"],
+    "mesh.operators.editable_mesh": ["EditableMesh"],
+    "mesh.operators.regularize": ["regularize", "Regularized"],
+    "data.decimate": ["decimate"],
+    "mesh.decimation.decimated": ["Decimated"],
+    "mesh.operators.results": ["Edited", "Batch"],
+    "mesh.operators.seams": ["Seam"],
+    "mesh.check": ["Report"],
     # II   the data
     "data.volume": ["Volume"],
     "data.points": ["PointCloud"],
     "data.triangles": ["TriangleMesh"],
-    "data.reading": ["read", "read_volume", "read_points", "read_triangles", "read_mesh"],
+    "data.io.reading": ["read", "read_volume", "read_points", "read_triangles", "read_mesh"],
     "data.poses": ["read_poses"],
-    "data.clipping": ["clipped"],
-    "data.dividing": ["divided"],
-    "data.boolean": ["boolean"],
+    "data.cutting.clipping": ["clipped"],
+    "data.cutting.dividing": ["divided"],
+    "data.cutting.boolean": ["boolean"],
     # III  the motion
-    "motion.deform": ["DeformableModel"],
-    "motion.reconstruct": ["reconstruct", "Reconstruction"],
-    "motion.refine": ["refine"],
-    "motion.redistribute": ["redistribute"],
-    "motion.holes": ["open_holes"],
-    "motion.handles": ["add_handles"],
-    "motion.deviation": ["Deviation", "deviation"],
+    "motion.model.deform": ["DeformableModel"],
+    "motion.reconstruct.pipeline": ["reconstruct"],
+    "motion.reconstruct.result": ["Reconstruction", "Distance", "Summary"],
+    "motion.density.refine": ["refine"],
+    "motion.density.redistribute": ["redistribute"],
+    "motion.topology.holes": ["open_holes", "Opened", "HoleProposal"],
+    "motion.topology.handles": ["add_handles", "Handled", "HandleProposal"],
+    "motion.reconstruct.deviation": ["Deviation", "deviation"],
+    "motion.model.state": ["State"],
+    "motion.density.refined": ["Refined", "Round"],
     # IV   the recognition
-    "recognition.sai": ["SAI", "sai"],
-    "recognition.matches": ["Match"],
-    "recognition.match": ["match"],
-    "recognition.register": ["Pose", "Registration", "register"],
-    "recognition.library": ["ModelLibrary", "Recognition"],
-    "recognition.align": ["align", "Alignment"],
-    "recognition.occlude": ["occlude", "Occlusion"],
+    "recognition.sai.attribute_image": ["SAI"],
+    "recognition.sai.sai": ["sai"],
+    "recognition.sai.match_result": ["Match"],
+    "recognition.sai.match": ["match"],
+    "recognition.register.register": ["Pose", "Registration", "register"],
+    "recognition.library.library": ["ModelLibrary", "Recognition"],
+    "recognition.register.align": ["align", "Alignment"],
+    "recognition.contact.occlude": ["occlude", "Occlusion"],
     # V    the surface
-    "surface.neighborhoods": ["Neighborhoods", "ball", "nearest", "rings"],
+    "surface.neighborhoods": ["Neighborhoods", "ball", "nearest", "rings", "Rings", "Ball", "Nearest"],
     "surface.normals.estimate": ["vertex_normals"],
     "surface.spread": ["Spread", "spread"],
     "surface.quality": ["aspect_ratios"],
     "surface.curvature.estimate": ["curvature"],
     "surface.curvature.result": ["Curvature"],
-    "surface.saliency": ["saliency"],
-    "surface.salient": ["salient_points", "SalientPoints"],
-    "surface.classes": ["hk_classes", "HKClasses"],
-    "surface.regions": ["Regions", "regions"],
-    "surface.inversion": ["inversion_lines", "level_lines", "Polyline"],
-    "surface.landmarks": ["Landmark", "snap_landmark"],
-    "surface.circle": ["Circle", "fit_circle", "rim_circle"],
-    "surface.morph": ["morphed"],
+    "surface.saliency.saliency": ["saliency"],
+    "surface.saliency.salient_points": ["salient_points", "SalientPoints"],
+    "surface.saliency.hk_classes": ["hk_classes", "HKClasses"],
+    "surface.saliency.regions": ["Regions", "regions"],
+    "surface.saliency.level_lines": ["inversion_lines", "level_lines"],
+    "surface.polyline": ["Polyline"],
+    "surface.landmarks.snap_landmark": ["Landmark", "snap_landmark"],
+    "surface.landmarks.circle": ["Circle", "fit_circle", "rim_circle"],
+    "surface.landmarks.morphed": ["morphed"],
 }
 _MODULE = {name: f"simplexmesh.{module}" for module, names in _HOME.items() for name in names}
 _SUBMODULES = {"targets": "simplexmesh.motion.targets", "plot": "simplexmesh.plot"}
@@ -78,36 +87,43 @@ __all__ = sorted([*_MODULE, *_SUBMODULES, "__version__"])
 
 if TYPE_CHECKING:  # the same list once more, for type checkers and editors; a test compares the two
     from simplexmesh import plot as plot
-    from simplexmesh.data.boolean import boolean as boolean
-    from simplexmesh.data.clipping import clipped as clipped
-    from simplexmesh.data.dividing import divided as divided
+    from simplexmesh._base.errors import DivergedError as DivergedError
+    from simplexmesh._base.errors import SimplexMeshWarning as SimplexMeshWarning
+    from simplexmesh._base.errors import TopologyError as TopologyError
+    from simplexmesh.data.cutting.boolean import boolean as boolean
+    from simplexmesh.data.cutting.clipping import clipped as clipped
+    from simplexmesh.data.cutting.dividing import divided as divided
+    from simplexmesh.data.decimate import decimate as decimate
+    from simplexmesh.data.io.reading import read as read
+    from simplexmesh.data.io.reading import read_mesh as read_mesh
+    from simplexmesh.data.io.reading import read_points as read_points
+    from simplexmesh.data.io.reading import read_triangles as read_triangles
+    from simplexmesh.data.io.reading import read_volume as read_volume
     from simplexmesh.data.points import PointCloud as PointCloud
     from simplexmesh.data.poses import read_poses as read_poses
-    from simplexmesh.data.reading import read as read
-    from simplexmesh.data.reading import read_mesh as read_mesh
-    from simplexmesh.data.reading import read_points as read_points
-    from simplexmesh.data.reading import read_triangles as read_triangles
-    from simplexmesh.data.reading import read_volume as read_volume
     from simplexmesh.data.triangles import TriangleMesh as TriangleMesh
     from simplexmesh.data.volume import Volume as Volume
-    from simplexmesh.errors import DivergedError as DivergedError
-    from simplexmesh.errors import SimplexMeshWarning as SimplexMeshWarning
-    from simplexmesh.errors import TopologyError as TopologyError
+    from simplexmesh.mesh.check import Report as Report
     from simplexmesh.mesh.connectivity import Connectivity as Connectivity
     from simplexmesh.mesh.contours import Contour as Contour
-    from simplexmesh.mesh.decimate import Decimated as Decimated
-    from simplexmesh.mesh.decimate import decimate as decimate
+    from simplexmesh.mesh.decimation.decimated import Decimated as Decimated
     from simplexmesh.mesh.duality import dual as dual
-    from simplexmesh.mesh.editing import EditableMesh as EditableMesh
-    from simplexmesh.mesh.joining import cut as cut
-    from simplexmesh.mesh.joining import join as join
-    from simplexmesh.mesh.joining import parts as parts
-    from simplexmesh.mesh.operators import insert_edge as insert_edge
-    from simplexmesh.mesh.operators import refine_face as refine_face
-    from simplexmesh.mesh.operators import remove_edge as remove_edge
-    from simplexmesh.mesh.operators import remove_face as remove_face
-    from simplexmesh.mesh.operators import swap_edge as swap_edge
-    from simplexmesh.mesh.regularize import regularize as regularize
+    from simplexmesh.mesh.operators.cut_join import Cut as Cut
+    from simplexmesh.mesh.operators.cut_join import Joined as Joined
+    from simplexmesh.mesh.operators.cut_join import cut as cut
+    from simplexmesh.mesh.operators.cut_join import join as join
+    from simplexmesh.mesh.operators.cut_join import parts as parts
+    from simplexmesh.mesh.operators.editable_mesh import EditableMesh as EditableMesh
+    from simplexmesh.mesh.operators.regularize import Regularized as Regularized
+    from simplexmesh.mesh.operators.regularize import regularize as regularize
+    from simplexmesh.mesh.operators.results import Batch as Batch
+    from simplexmesh.mesh.operators.results import Edited as Edited
+    from simplexmesh.mesh.operators.seams import Seam as Seam
+    from simplexmesh.mesh.operators.single_edits import insert_edge as insert_edge
+    from simplexmesh.mesh.operators.single_edits import refine_face as refine_face
+    from simplexmesh.mesh.operators.single_edits import remove_edge as remove_edge
+    from simplexmesh.mesh.operators.single_edits import remove_face as remove_face
+    from simplexmesh.mesh.operators.single_edits import swap_edge as swap_edge
     from simplexmesh.mesh.shapes import cylinder as cylinder
     from simplexmesh.mesh.shapes import ellipsoid as ellipsoid
     from simplexmesh.mesh.shapes import plane as plane
@@ -115,52 +131,64 @@ if TYPE_CHECKING:  # the same list once more, for type checkers and editors; a t
     from simplexmesh.mesh.shapes import torus as torus
     from simplexmesh.mesh.simplex_mesh import SimplexMesh as SimplexMesh
     from simplexmesh.motion import targets as targets
-    from simplexmesh.motion.deform import DeformableModel as DeformableModel
-    from simplexmesh.motion.deviation import Deviation as Deviation
-    from simplexmesh.motion.deviation import deviation as deviation
-    from simplexmesh.motion.handles import add_handles as add_handles
-    from simplexmesh.motion.holes import open_holes as open_holes
-    from simplexmesh.motion.reconstruct import Reconstruction as Reconstruction
-    from simplexmesh.motion.reconstruct import reconstruct as reconstruct
-    from simplexmesh.motion.redistribute import redistribute as redistribute
-    from simplexmesh.motion.refine import refine as refine
-    from simplexmesh.recognition.align import Alignment as Alignment
-    from simplexmesh.recognition.align import align as align
-    from simplexmesh.recognition.library import ModelLibrary as ModelLibrary
-    from simplexmesh.recognition.library import Recognition as Recognition
-    from simplexmesh.recognition.match import match as match
-    from simplexmesh.recognition.matches import Match as Match
-    from simplexmesh.recognition.occlude import Occlusion as Occlusion
-    from simplexmesh.recognition.occlude import occlude as occlude
-    from simplexmesh.recognition.register import Pose as Pose
-    from simplexmesh.recognition.register import Registration as Registration
-    from simplexmesh.recognition.register import register as register
-    from simplexmesh.recognition.sai import SAI as SAI
-    from simplexmesh.recognition.sai import sai as sai
-    from simplexmesh.surface.circle import Circle as Circle
-    from simplexmesh.surface.circle import fit_circle as fit_circle
-    from simplexmesh.surface.circle import rim_circle as rim_circle
-    from simplexmesh.surface.classes import HKClasses as HKClasses
-    from simplexmesh.surface.classes import hk_classes as hk_classes
+    from simplexmesh.motion.density.redistribute import redistribute as redistribute
+    from simplexmesh.motion.density.refine import refine as refine
+    from simplexmesh.motion.density.refined import Refined as Refined
+    from simplexmesh.motion.density.refined import Round as Round
+    from simplexmesh.motion.model.deform import DeformableModel as DeformableModel
+    from simplexmesh.motion.model.state import State as State
+    from simplexmesh.motion.reconstruct.deviation import Deviation as Deviation
+    from simplexmesh.motion.reconstruct.deviation import deviation as deviation
+    from simplexmesh.motion.reconstruct.pipeline import reconstruct as reconstruct
+    from simplexmesh.motion.reconstruct.result import Distance as Distance
+    from simplexmesh.motion.reconstruct.result import Reconstruction as Reconstruction
+    from simplexmesh.motion.reconstruct.result import Summary as Summary
+    from simplexmesh.motion.topology.handles import Handled as Handled
+    from simplexmesh.motion.topology.handles import HandleProposal as HandleProposal
+    from simplexmesh.motion.topology.handles import add_handles as add_handles
+    from simplexmesh.motion.topology.holes import HoleProposal as HoleProposal
+    from simplexmesh.motion.topology.holes import Opened as Opened
+    from simplexmesh.motion.topology.holes import open_holes as open_holes
+    from simplexmesh.recognition.contact.occlude import Occlusion as Occlusion
+    from simplexmesh.recognition.contact.occlude import occlude as occlude
+    from simplexmesh.recognition.library.library import ModelLibrary as ModelLibrary
+    from simplexmesh.recognition.library.library import Recognition as Recognition
+    from simplexmesh.recognition.register.align import Alignment as Alignment
+    from simplexmesh.recognition.register.align import align as align
+    from simplexmesh.recognition.register.register import Pose as Pose
+    from simplexmesh.recognition.register.register import Registration as Registration
+    from simplexmesh.recognition.register.register import register as register
+    from simplexmesh.recognition.sai.attribute_image import SAI as SAI
+    from simplexmesh.recognition.sai.match import match as match
+    from simplexmesh.recognition.sai.match_result import Match as Match
+    from simplexmesh.recognition.sai.sai import sai as sai
     from simplexmesh.surface.curvature.estimate import curvature as curvature
     from simplexmesh.surface.curvature.result import Curvature as Curvature
-    from simplexmesh.surface.inversion import Polyline as Polyline
-    from simplexmesh.surface.inversion import inversion_lines as inversion_lines
-    from simplexmesh.surface.inversion import level_lines as level_lines
-    from simplexmesh.surface.landmarks import Landmark as Landmark
-    from simplexmesh.surface.landmarks import snap_landmark as snap_landmark
-    from simplexmesh.surface.morph import morphed as morphed
+    from simplexmesh.surface.landmarks.circle import Circle as Circle
+    from simplexmesh.surface.landmarks.circle import fit_circle as fit_circle
+    from simplexmesh.surface.landmarks.circle import rim_circle as rim_circle
+    from simplexmesh.surface.landmarks.morphed import morphed as morphed
+    from simplexmesh.surface.landmarks.snap_landmark import Landmark as Landmark
+    from simplexmesh.surface.landmarks.snap_landmark import snap_landmark as snap_landmark
+    from simplexmesh.surface.neighborhoods import Ball as Ball
+    from simplexmesh.surface.neighborhoods import Nearest as Nearest
     from simplexmesh.surface.neighborhoods import Neighborhoods as Neighborhoods
+    from simplexmesh.surface.neighborhoods import Rings as Rings
     from simplexmesh.surface.neighborhoods import ball as ball
     from simplexmesh.surface.neighborhoods import nearest as nearest
     from simplexmesh.surface.neighborhoods import rings as rings
     from simplexmesh.surface.normals.estimate import vertex_normals as vertex_normals
+    from simplexmesh.surface.polyline import Polyline as Polyline
     from simplexmesh.surface.quality import aspect_ratios as aspect_ratios
-    from simplexmesh.surface.regions import Regions as Regions
-    from simplexmesh.surface.regions import regions as regions
-    from simplexmesh.surface.saliency import saliency as saliency
-    from simplexmesh.surface.salient import SalientPoints as SalientPoints
-    from simplexmesh.surface.salient import salient_points as salient_points
+    from simplexmesh.surface.saliency.hk_classes import HKClasses as HKClasses
+    from simplexmesh.surface.saliency.hk_classes import hk_classes as hk_classes
+    from simplexmesh.surface.saliency.level_lines import inversion_lines as inversion_lines
+    from simplexmesh.surface.saliency.level_lines import level_lines as level_lines
+    from simplexmesh.surface.saliency.regions import Regions as Regions
+    from simplexmesh.surface.saliency.regions import regions as regions
+    from simplexmesh.surface.saliency.saliency import saliency as saliency
+    from simplexmesh.surface.saliency.salient_points import SalientPoints as SalientPoints
+    from simplexmesh.surface.saliency.salient_points import salient_points as salient_points
     from simplexmesh.surface.spread import Spread as Spread
     from simplexmesh.surface.spread import spread as spread
 

@@ -64,8 +64,8 @@ def command(request: pytest.FixtureRequest, capsys: pytest.CaptureFixture[str]) 
 @pytest.fixture(scope="session", autouse=True)
 def _kernels_write_to_nothing_read_only():
     """Check each kernel, at its first call with such types, for writing to arrays that were passed read-only."""
-    from simplexmesh._kernels_njit import Kernel
-    from tests.kernel_writes import check
+    from simplexmesh._base._kernels_njit import Kernel
+    from tests.base.kernel_writes import check
 
     compiled = Kernel._compile_for_args
 

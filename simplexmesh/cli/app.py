@@ -12,9 +12,9 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperCommand, TyperGroup
 
+from simplexmesh._base.errors import DivergedError
 from simplexmesh.cli import curvature, decimate, demo, info, library, reconstruct, register, view
 from simplexmesh.cli.report import INTERRUPTED, KEPT, NOTES, as_json, error, note
-from simplexmesh.errors import DivergedError
 
 BAD_INPUT = 2
 SUGGESTIONS = {
@@ -26,8 +26,8 @@ SUGGESTIONS = {
     "match": "register",
     "show": "view",
     "plot": "view",
-    "recognise": "library recognise",
-    "recognize": "library recognise",
+    "recognise": "library recognize",
+    "recognize": "library recognize",
     "add": "library add",
     "list": "library list",
     "remove": "library remove",
@@ -38,27 +38,24 @@ EXPECTED = {"int_parsing": "a whole number", "int_from_float": "a whole number",
 NOTHING_WRITTEN = "interrupted; nothing was written"
 
 
-class _Command(TyperCommand):
-    """A command whose help shows no type after flags."""
+class _Plain:
+    """Help that shows no type after flags."""
 
     def get_params(self, ctx: Any) -> list[Any]:
         """Return the parameters, flags without a type."""
-        return _without_types(super().get_params(ctx))
+        parameters: list[Any] = super().get_params(ctx)  # type: ignore[misc]
+        for parameter in parameters:
+            if getattr(parameter, "is_flag", False):
+                parameter.metavar = ""
+        return parameters
 
 
-class _Group(TyperGroup):
-    """A group of commands whose help shows no type after flags."""
-
-    def get_params(self, ctx: Any) -> list[Any]:
-        """Return the parameters, flags without a type."""
-        return _without_types(super().get_params(ctx))
+class _Command(_Plain, TyperCommand):
+    pass
 
 
-def _without_types(parameters: list[Any]) -> list[Any]:
-    for parameter in parameters:
-        if getattr(parameter, "is_flag", False):
-            parameter.metavar = ""
-    return parameters
+class _Group(_Plain, TyperGroup):
+    pass
 
 
 app = typer.Typer(
@@ -78,7 +75,7 @@ app.command("register", cls=_Command, epilog=register.EXAMPLE)(register.command)
 app.command("curvature", cls=_Command, epilog=curvature.EXAMPLE)(curvature.command)
 _library = typer.Typer(
     cls=_Group,
-    help="Keep models in a library and find which of them a scan shows: add, list, remove, recognise.",
+    help="Keep models in a library and find which of them a scan shows: add, list, remove, recognize.",
     epilog=library.EXAMPLE,
     no_args_is_help=True,
     rich_markup_mode="rich",
@@ -86,7 +83,7 @@ _library = typer.Typer(
 _library.command("add", cls=_Command, epilog=library.ADD_EXAMPLE)(library.add)
 _library.command("list", cls=_Command, epilog=library.LIST_EXAMPLE)(library.list_models)
 _library.command("remove", cls=_Command, epilog=library.REMOVE_EXAMPLE)(library.remove)
-_library.command("recognise", cls=_Command, epilog=library.RECOGNISE_EXAMPLE)(library.recognise)
+_library.command("recognize", cls=_Command, epilog=library.RECOGNIZE_EXAMPLE)(library.recognize)
 app.add_typer(_library, name="library")
 app.command("info", cls=_Command, epilog=info.EXAMPLE)(info.command)
 app.command("view", cls=_Command, epilog=view.EXAMPLE)(view.command)
@@ -110,10 +107,7 @@ def _options(
 
 
 def run(arguments: Sequence[str] | None = None) -> int:
-    """Run a command line and return its exit code; an error is one sentence on standard error.
-
-    With `--json` it is also printed to standard output, as `{"error": ...}`.
-    """
+    """Run a command line and return its exit code; an error is one sentence on standard error."""
     arguments = sys.argv[1:] if arguments is None else list(arguments)
     NOTES.clear()
     with _warnings_as_notes():

@@ -9,8 +9,9 @@ from typing import Annotated, Any
 
 import typer
 
+from simplexmesh._base.interrupts import deferred_interrupts
 from simplexmesh.cli.curvature_report import described, per_unit, print_table
-from simplexmesh.cli.interrupt import deferred_interrupts
+from simplexmesh.cli.options import Json, Unit, View
 from simplexmesh.cli.report import (
     KEPT,
     NOTES,
@@ -50,17 +51,15 @@ def command(
         str | None, typer.Option(help="What it shows: mean (the default), gauss, k1, k2, saliency, classes or all.")
     ] = None,
     limits: Annotated[tuple[float, float] | None, typer.Option(help="Ends of its color scale.")] = None,
-    unit: Annotated[str, typer.Option(help="Unit of length, for the color scale and the report.")] = "",
+    unit: Unit = "",
     flip: Annotated[bool, typer.Option("--flip", help="Reverse faces or normals that point inward.")] = False,
-    side: Annotated[str, typer.Option("--view", help="Direction of view: iso, xy, -xy, xz, yx, ...")] = "iso",
+    side: View = "iso",
     up: Annotated[str, typer.Option(help="Axis that points up: x, y, z, -x, -y, -z or auto.")] = "auto",
-    json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
+    json: Json = False,
 ) -> int | str:
     """Estimate curvature, saliency, surface types and salient points of a surface or point cloud."""
-    if output is not None:
-        output = writable(output, "--output", (".vtp",), [path])
-    if picture is not None:
-        picture = writable(picture, "--picture", PICTURES, [path])
+    output = output and writable(output, "--output", (".vtp",), [path])
+    picture = picture and writable(picture, "--picture", PICTURES, [path])
     _check_options(method, {"--rings": rings, "--radius": radius, "--nearest": nearest}, points)
     _check_picture(picture, show, limits)
     camera, upwards = direction(side), upward(up, side)
@@ -86,7 +85,10 @@ def command(
         if picture is not None:
             reported(0.9, "drawing")
             with written_to(picture, "the picture"):
-                _draw(picture, surface, found, path.name, show or SHOWN[0], limits, unit, camera, upwards)
+                from simplexmesh import plot
+
+                view = {"title": path.name, "view": camera, "up": upwards}
+                plot.picture(picture, _drawn(surface, found, show or SHOWN[0], limits, unit, **view))
     if json:
         as_json(facts | {"notes": NOTES})
     else:
@@ -109,9 +111,9 @@ def _check_options(method: str | None, around: dict[str, Any], points: int) -> N
 def _check_picture(picture: Path | None, show: str | None, limits: tuple[float, float] | None) -> None:
     """Refuse options that do not fit the picture, or that need one."""
     if show is not None:
-        from simplexmesh import _check
+        from simplexmesh._base import checks
 
-        _check.choice("--show", show, SHOWN)
+        checks.choice("--show", show, SHOWN)
     if limits is not None and not (math.isfinite(limits[0]) and math.isfinite(limits[1])):
         raise ValueError(f"--limits must be finite, not {limits[0]:g} and {limits[1]:g}")
     if limits is not None and not limits[0] < limits[1]:
@@ -125,7 +127,7 @@ def _check_picture(picture: Path | None, show: str | None, limits: tuple[float, 
 
 def _surface(path: Path) -> Any:
     """Return the contents of a file; volumes are refused."""
-    from simplexmesh.data.reading import read
+    from simplexmesh.data.io.reading import read
     from simplexmesh.data.volume import Volume
 
     found = read(path)
@@ -164,13 +166,13 @@ def _neighborhood(rings: int | None, radius: float | None, nearest: int | None) 
 
 def measured(surface: Any, method: str | None, neighborhood: Any, points: int, report: Any) -> dict[str, Any]:
     """Return curvature, saliency, classes and salient points of a surface, by name."""
-    from simplexmesh.surface.classes import hk_classes
     from simplexmesh.surface.curvature.estimate import curvature
-    from simplexmesh.surface.saliency import saliency
-    from simplexmesh.surface.salient import salient_points
-    from simplexmesh.surface.samples import as_samples
+    from simplexmesh.surface.saliency.hk_classes import hk_classes
+    from simplexmesh.surface.saliency.saliency import saliency
+    from simplexmesh.surface.saliency.salient_points import salient_points
+    from simplexmesh.surface.sampled_surface import as_sampled_surface
 
-    samples = as_samples(surface)
+    samples = as_sampled_surface(surface)
     how = {} if neighborhood is None else {"neighborhood": neighborhood}
     found = curvature(samples, **how) if method is None else curvature(samples, method, **how)
     report(0.5, "saliency")
@@ -189,7 +191,7 @@ def arrays(found: dict[str, Any]) -> dict[str, Any]:
 
 
 def _save(path: Path, surface: Any, values: dict[str, Any]) -> None:
-    from simplexmesh.data.writing import save
+    from simplexmesh.data.io.writing import save
     from simplexmesh.mesh.simplex_mesh import SimplexMesh
 
     if isinstance(surface, SimplexMesh):
@@ -198,21 +200,16 @@ def _save(path: Path, surface: Any, values: dict[str, Any]) -> None:
         save(path, surface, arrays=values)
 
 
-def _draw(
-    path: Path, surface: Any, found: dict[str, Any], title: str, show: str, limits: Any, unit: str, view: Any, up: str
-) -> None:
+def _drawn(surface: Any, found: dict[str, Any], show: str, limits: Any, unit: str, **options: Any) -> Any:
+    """Return the plotter of what is to be shown; the options are the title and the view."""
     from simplexmesh import plot
 
     if show == "all":
         curved, points = found["curvature"], len(found["salient"])
-        plotter = plot.curvature(surface, curvature=curved, count=points, unit=unit, title=title, view=view, up=up)
-    elif show == "classes":
-        plotter = plot.classes(surface, found["classes"], title=title, view=view, up=up)
-    else:
-        values = found["saliency"] if show == "saliency" else getattr(found["curvature"], show)
-        name = {"mean": "mean curvature", "gauss": "Gaussian curvature", "saliency": "saliency (rad)"}.get(show, show)
-        power = per_unit(unit, POWERS.get(show, 0))
-        plotter = plot.heat(
-            surface, values, name=f"{name} ({power})" if power else name, limits=limits, title=title, view=view, up=up
-        )
-    plot.picture(path, plotter)
+        return plot.curvature(surface, curvature=curved, count=points, unit=unit, **options)
+    if show == "classes":
+        return plot.classes(surface, found["classes"], **options)
+    values = found["saliency"] if show == "saliency" else getattr(found["curvature"], show)
+    name = {"mean": "mean curvature", "gauss": "Gaussian curvature", "saliency": "saliency (rad)"}.get(show, show)
+    power = per_unit(unit, POWERS.get(show, 0))
+    return plot.heat(surface, values, name=f"{name} ({power})" if power else name, limits=limits, **options)

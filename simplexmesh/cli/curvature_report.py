@@ -8,16 +8,7 @@ from simplexmesh.cli.report import table
 
 
 def described(found: dict[str, Any]) -> dict[str, Any]:
-    """Return the report of a surface's curvature.
-
-    Examples
-    --------
-    >>> import simplexmesh as sm
-    >>> from simplexmesh.cli.curvature import measured
-    >>> facts = described(measured(sm.sphere(8).triangulated("dual"), "sine", None, 3, lambda *_: None))
-    >>> facts["vertices"], facts["classes"], facts["failed"]
-    (642, {'peak': 642}, 0)
-    """
+    """Return the report of a surface's curvature."""
     curved, salient, samples = found["curvature"], found["salient"], found["samples"]
     faces = samples.faces
     return {
@@ -72,25 +63,12 @@ def print_table(title: str, facts: dict[str, Any], unit: str) -> None:
 
 
 def per_unit(unit: str, power: int) -> str:
-    """Return the unit of a curvature, empty where the unit of length is unknown.
-
-    Examples
-    --------
-    >>> per_unit("mm", 2), per_unit("", 2)
-    ('1/mm²', '')
-    """
+    """Return the unit of a curvature, empty where the unit of length is unknown."""
     return {1: f"1/{unit}", 2: f"1/{unit}²"}.get(power, "") if unit else ""
 
 
 def _places(salient: list[dict[str, Any]], unit: str) -> str:
-    """Return a table of the salient points, one line each, with a header.
-
-    Examples
-    --------
-    >>> print(_places([{"point": [1.0, 20.5, -3.0], "value": 0.25}], "mm"))
-             x          y          z mm      |H| 1/mm
-             1       20.5            -3          0.25
-    """
+    """Return a table of the salient points, one line each, with a header."""
     if not salient:
         return "none"
     place, size = f"z {unit}".rstrip(), f"|H| {per_unit(unit, 1)}".rstrip()

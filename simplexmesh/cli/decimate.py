@@ -8,8 +8,20 @@ from typing import Annotated, Any
 
 import typer
 
-from simplexmesh.cli.interrupt import deferred_interrupts
-from simplexmesh.cli.report import MODELS, NOTES, as_json, mesh_numbers, note, progress, table, writable, written_to
+from simplexmesh._base.interrupts import deferred_interrupts
+from simplexmesh.cli.options import Json, Model
+from simplexmesh.cli.report import (
+    MODELS,
+    NOTES,
+    as_json,
+    mesh_numbers,
+    mesh_rows,
+    note,
+    progress,
+    table,
+    writable,
+    written_to,
+)
 
 EXAMPLE = (
     "Examples: simplexmesh decimate head.vtp --vertices 2000 -o small.vtp ;  "
@@ -21,14 +33,12 @@ def command(
     path: Annotated[
         Path, typer.Argument(metavar="INPUT", help="A model, or triangles, which are converted to their dual.")
     ],
-    output: Annotated[
-        Path, typer.Option("--output", "-o", help="Model to write: .vtp (keeps everything), .ply, .obj, .off, .stl.")
-    ],
+    output: Model,
     vertices: Annotated[int | None, typer.Option(help="Number of vertices to keep, even.")] = None,
     tolerance: Annotated[
         float | None, typer.Option(help="Or: the largest distance allowed, in the unit of the file.")
     ] = None,
-    json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
+    json: Json = False,
 ) -> None:
     """Remove vertices where they affect the surface least; genus, components and holes are kept."""
     output = writable(output, "--output", MODELS, [path])
@@ -36,7 +46,7 @@ def command(
         raise ValueError("give --vertices or --tolerance" + ("" if vertices is None else ", not both"))
 
     with deferred_interrupts() as interrupts, progress("decimating", wanted=not json) as report:
-        from simplexmesh.mesh.decimate import decimate
+        from simplexmesh.data.decimate import decimate
 
         reported = interrupts.checking(report)
         began = time.perf_counter()
@@ -62,9 +72,9 @@ def command(
 
 def loaded(path: Path) -> Any:
     """Return the mesh in a file; of triangles, the dual, with a note."""
-    from simplexmesh.data.reading import read
+    from simplexmesh._base.errors import TopologyError
+    from simplexmesh.data.io.reading import read
     from simplexmesh.data.triangles import TriangleMesh
-    from simplexmesh.errors import TopologyError
     from simplexmesh.mesh.duality import dual
     from simplexmesh.mesh.simplex_mesh import SimplexMesh
 
@@ -85,24 +95,15 @@ def loaded(path: Path) -> Any:
 
 
 def described(before: Any, result: Any) -> dict[str, Any]:
-    """Return the report of a decimation: sizes, distances, and the defects of the mesh.
+    """Return the report of a decimation: sizes, distances, and the defects of the mesh."""
+    from simplexmesh.motion.model.stages import mean_edge
 
-    Examples
-    --------
-    >>> import simplexmesh as sm
-    >>> ball = sm.sphere(8)
-    >>> facts = described(ball, sm.decimate(ball, vertices=400))
-    >>> facts["before"]["vertices"], facts["vertices"], facts["genus"]
-    (1280, 400, 0)
-    """
-    from simplexmesh.motion.evolve import mean_edge
-
-    mesh = result.mesh
+    mesh, (low, high) = result.mesh, before.bounds
     return {
         **mesh_numbers(mesh),
         "mean_edge": mean_edge(mesh),
         "before": mesh_numbers(before),
-        "diagonal": diagonal(before),
+        "diagonal": float(((high - low) ** 2).sum() ** 0.5),
         "rms": result.rms,
         "largest": result.largest,
         "exceptions": len(result.exceptions),
@@ -110,30 +111,14 @@ def described(before: Any, result: Any) -> dict[str, Any]:
     }
 
 
-def diagonal(mesh: Any) -> float:
-    """Return the length of the diagonal of the bounding box.
-
-    Examples
-    --------
-    >>> import simplexmesh as sm
-    >>> round(diagonal(sm.plane(4, 4, size=(3.0, 4.0))))
-    5
-    """
-    low, high = mesh.bounds
-    return float(((high - low) ** 2).sum() ** 0.5)
-
-
 def _print(facts: dict[str, Any], output: Path) -> None:
     before = facts["before"]
-    pieces = f", {facts['components']} components" if facts["components"] > 1 else ""
     odd = facts["exceptions"]
     table(
         str(output),
         {
             "before": f"{before['vertices']:,} vertices, {before['faces']:,} faces",
-            "mesh": f"{facts['vertices']:,} vertices, {facts['faces']:,} faces, genus {facts['genus']}, "
-            f"{facts['holes']} holes{pieces}",
-            "size": f"area {facts['area']:.6g}, volume {facts['volume']:.6g}, mean edge {facts['mean_edge']:.4g}",
+            **mesh_rows(facts),
             "distance": f"rms {_part(facts['rms'], facts)}, largest {_part(facts['largest'], facts)}",
             "faces": "of five to seven vertices" + (f", except {odd:,}" if odd else ""),
             "problems": "\n".join(facts["problems"]) or "none",

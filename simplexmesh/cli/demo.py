@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from simplexmesh.cli.options import Json
 from simplexmesh.cli.report import KEPT, as_json, note, progress, table
 
 EXAMPLE = "Example: simplexmesh demo -o demo_output"
@@ -18,13 +19,13 @@ def command(
         Path, typer.Option("--output", "-o", help="Folder for models, report and pictures; created if missing.")
     ] = Path("demo_output"),
     size: Annotated[str, typer.Option(help="large (twelve organs) or small (two, coarse).")] = "large",
-    json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
+    json: Json = False,
 ) -> str | None:
     """Reconstruct organs of a frog from a labelled MR volume, and one of them from a noisy scan."""
-    from simplexmesh import _check
+    from simplexmesh._base import checks
     from simplexmesh.cli import frog
 
-    _check.choice("--size", size, ("large", "small"))
+    checks.choice("--size", size, ("large", "small"))
     if output.exists() and not output.is_dir():
         raise NotADirectoryError(f"--output must be a folder, {str(output)!r} is a file")
     parent = next(folder for folder in (output, *output.absolute().parents) if folder.exists())

@@ -13,7 +13,7 @@ import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -23,77 +23,58 @@ from simplexmesh.motion.targets.triangles import surface_distance
 
 Report = Callable[[float, str], None]
 
-# organ: label, vertices, components
+
+class Organ(NamedTuple):
+    """Label in the volume, vertices and color of the model, components to keep, width of tunnels to close."""
+
+    label: int
+    vertices: int
+    color: str
+    components: str = "largest"
+    tunnels: float | None = None
+
+
 ORGANS = {
-    "heart": (6, 2000, "largest"),
-    "liver": (10, 5000, "largest"),
-    "stomach": (15, 15_000, "largest"),
-    "lung": (11, 3000, "all"),
-    "kidney": (8, 2500, "largest"),
-    "large intestine": (9, 2500, "largest"),
-    "ileum": (7, 2500, "all"),
-    "duodenum": (3, 2500, "largest"),
-    "spleen": (14, 600, "largest"),
-    "brain": (2, 2000, "largest"),
-    "retina": (4, 5000, "all"),
-    "skeleton": (13, 40_000, "all"),
-}
-COLORS = {
-    "heart": "#c0392b",
-    "liver": "#8e4b3a",
-    "stomach": "#d9a066",
-    "lung": "#d98f9f",
-    "kidney": "#9c5b7d",
-    "large intestine": "#7d9d5c",
-    "ileum": "#a9b665",
-    "duodenum": "#c9b458",
-    "spleen": "#5b4a8a",
-    "brain": "#88b7c9",
-    "retina": "#3c5a78",
-    "skeleton": "#d8cdb4",
+    "heart": Organ(6, 2000, "#c0392b"),
+    "liver": Organ(10, 5000, "#8e4b3a"),
+    "stomach": Organ(15, 15_000, "#d9a066", tunnels=4.0),
+    "lung": Organ(11, 3000, "#d98f9f", "all"),
+    "kidney": Organ(8, 2500, "#9c5b7d"),
+    "large intestine": Organ(9, 2500, "#7d9d5c"),
+    "ileum": Organ(7, 2500, "#a9b665", "all"),
+    "duodenum": Organ(3, 2500, "#c9b458"),
+    "spleen": Organ(14, 600, "#5b4a8a"),
+    "brain": Organ(2, 2000, "#88b7c9"),
+    "retina": Organ(4, 5000, "#3c5a78", "all", 12.0),
+    "skeleton": Organ(13, 40_000, "#d8cdb4", "all", 0.0),
 }
 HIDDEN = ("spleen",)  # covered by others from every side
-TUNNELS = {"stomach": 4.0, "retina": 12.0, "skeleton": 0.0}  # width of tunnels to close, as noise
 SCANNED = "liver"
-SMALL = {"kidney": (8, 400, "largest"), "spleen": (14, 200, "largest")}
-NOISE = 0.005  # standard deviation of the scan's noise, as a share of its diagonal
+SMALL = {"kidney": ORGANS["kidney"]._replace(vertices=400), "spleen": ORGANS["spleen"]._replace(vertices=200)}
+NOISE = 0.005
+"""Standard deviation of the scan's noise along each axis, as a share of its diagonal."""
 
 
 def main(size: str = "large", progress: Report | None = None) -> dict[str, Any]:
-    """Reconstruct the organs, then one of them from a simulated scan.
-
-    Parameters
-    ----------
-    size : {"large", "small"}
-        Twelve organs, or two small ones.
-    progress : callable, optional
-        Called with the fraction done and a message.
-
-    Returns
-    -------
-    dict
-        "organs", a Reconstruction by name; "scanned", the name of the organ scanned; "scan", its points; "again", the
-        Reconstruction from these; "truth", distances of its vertices to the organ's surface; "seconds".
-    """
+    """Reconstruct the organs, then one of them from a simulated scan."""
     organs, scanned, points = (ORGANS, SCANNED, 20_000) if size == "large" else (SMALL, "kidney", 4_000)
     report = progress or (lambda fraction, message: None)
     volume = frog()
     found: dict[str, Any] = {}
     seconds: dict[str, float] = {}
-    for place, (name, (label, vertices, components)) in enumerate(organs.items()):
+    for place, (name, organ) in enumerate(organs.items()):
         report(place / (len(organs) + 1), name)
         began = time.perf_counter()
         with warnings_prefixed(name):
-            found[name] = sm.reconstruct(
-                volume, label=label, vertices=vertices, components=components, tunnels=TUNNELS.get(name)
-            )
+            how: dict[str, Any] = {"vertices": organ.vertices, "components": organ.components, "tunnels": organ.tunnels}
+            found[name] = sm.reconstruct(volume, label=organ.label, **how)
         seconds[name] = time.perf_counter() - began
     report(len(organs) / (len(organs) + 1), f"{scanned} from a noisy scan")
     began = time.perf_counter()
     surface = found[scanned].mesh.triangulated(method="fan")
     scan = noisy_scan(surface, points)
     with warnings_prefixed(f"{scanned} from the scan"):
-        again = sm.reconstruct(scan, vertices=organs[scanned][1])
+        again = sm.reconstruct(scan, vertices=organs[scanned].vertices)
     seconds["again"] = time.perf_counter() - began
     truth = surface_distance(again.mesh.vertices, surface.vertices, surface.faces)
     report(1.0, "done")
@@ -124,21 +105,9 @@ def frog() -> Any:
     return sm.Volume(values, image.spacing, image.origin)
 
 
-def noisy_scan(surface: Any, points: int, noise: float = NOISE, seed: int = 0) -> Any:
-    """Return points sampled uniformly from a surface, with Gaussian noise and without normals.
-
-    Parameters
-    ----------
-    surface : TriangleMesh
-        The surface to be scanned.
-    points : int
-        Number of points.
-    noise : float
-        Standard deviation along each axis, as a share of the diagonal of the surface's bounding box.
-    seed : int
-        Seed of the random numbers.
-    """
-    rng = np.random.default_rng(seed)
+def noisy_scan(surface: Any, points: int, noise: float = NOISE) -> Any:
+    """Return points sampled uniformly from a surface, with Gaussian noise and without normals."""
+    rng = np.random.default_rng(0)
     exact = surface.sampled(points, rng=rng).points
     return sm.PointCloud(exact + rng.normal(scale=noise * surface.diagonal, size=exact.shape))
 
@@ -171,7 +140,7 @@ def show(out: Mapping[str, Any]) -> Any:
     seen = {name: result for name, result in organs.items() if name not in HIDDEN or len(organs) < len(ORGANS)}
     return sm.plot.together(
         {name: result.mesh for name, result in seen.items()},
-        colors=[COLORS[name] for name in seen],
+        colors=[ORGANS[name].color for name in seen],
         opacity={"skeleton": 0.35},
         view="yx",
     )
@@ -184,7 +153,7 @@ def show_scan(out: Mapping[str, Any]) -> Any:
     named = f"model, {model.n_vertices:,} vertices"
     sm.plot.surface(out["scan"], title=f"scan of the {out['scanned']}, {len(out['scan']):,} points", plotter=plotter)
     plotter.subplot(0, 1)
-    sm.plot.surface(model, title=named, color=COLORS[out["scanned"]], plotter=plotter)
+    sm.plot.surface(model, title=named, color=ORGANS[out["scanned"]].color, plotter=plotter)
     plotter.subplot(0, 2)
     colored = model.with_data(distance_to_truth=out["truth"])
     sm.plot.surface(colored, title="distance to the truth", scalars="distance_to_truth", edges=False, plotter=plotter)
@@ -207,35 +176,24 @@ def written(out: Mapping[str, Any], folder: Path) -> dict[str, Any]:
 
 def as_markdown(facts: Mapping[str, Any]) -> str:
     """Return the report as Markdown."""
-    lines = [
+    scan, model = facts["scan"], facts["scan"]["model"]
+    rows = [
+        f"| {name} | {organ['vertices']:,} | {organ['genus']} | {organ['components']} "
+        f"| {organ['distance']['mesh_to_data']['rms']:.3f} | {organ['distance']['data_to_mesh']['rms']:.3f} "
+        f"| {organ['seconds']:.1f} |"
+        for name, organ in facts["organs"].items()
+    ]
+    head = "| organ | vertices | genus | components | rms mesh to data | rms data to mesh | seconds |"
+    parts = [
         "# The frog",
-        "",
         "![The organs](frog.png)",
-        "",
-        "| organ | vertices | genus | components | rms mesh to data | rms data to mesh | seconds |",
-        "|---|---:|---:|---:|---:|---:|---:|",
-    ]
-    for name, organ in facts["organs"].items():
-        distance = organ["distance"]
-        lines.append(
-            f"| {name} | {organ['vertices']:,} | {organ['genus']} | {organ['components']} "
-            f"| {distance['mesh_to_data']['rms']:.3f} | {distance['data_to_mesh']['rms']:.3f} "
-            f"| {organ['seconds']:.1f} |"
-        )
-    scan = facts["scan"]
-    lines += [
-        "",
+        "\n".join([head, "|---|---:|---:|---:|---:|---:|---:|", *rows]),
         "Lengths are in the unit of the volume, the width of a voxel in the slice.",
-        "",
         f"## The {scan['of']} from a noisy scan",
-        "",
         f"![Scan, model, distance]({scan['of']}_from_scan.png)",
-        "",
         f"{scan['points']:,} points with noise of standard deviation {scan['noise']:.2f}, without normals, give a "
-        f"model of {scan['model']['vertices']:,} vertices and genus {scan['model']['genus']}; the mean distance of its "
-        f"vertices to the {scan['of']}'s surface is {scan['mean_distance_to_truth']:.2f}, "
-        f"{scan['mean_distance_to_truth_percent_of_diagonal']:.2f} % of its diagonal "
-        f"({scan['model']['seconds']:.1f} s).",
-        "",
+        f"model of {model['vertices']:,} vertices and genus {model['genus']}; the mean distance of its vertices to the "
+        f"{scan['of']}'s surface is {scan['mean_distance_to_truth']:.2f}, "
+        f"{scan['mean_distance_to_truth_percent_of_diagonal']:.2f} % of its diagonal ({model['seconds']:.1f} s).",
     ]
-    return "\n".join(lines)
+    return "\n\n".join(parts) + "\n"

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from simplexmesh.cli.interrupt import deferred_interrupts
+from simplexmesh._base.interrupts import deferred_interrupts
 from simplexmesh.cli.report import as_json, mesh_numbers, table
 
 EXAMPLE = "Example: simplexmesh info head.vtp"
@@ -21,7 +21,7 @@ def command(
 ) -> None:
     """Describe a file: kind, size, range, extent; for a model also its topology, geometry and defects."""
     with deferred_interrupts() as interrupts:  # an interrupt during the import of VTK can crash the process
-        from simplexmesh.data.reading import read
+        from simplexmesh.data.io.reading import read
 
         found = []
         for path in inputs:
@@ -36,14 +36,7 @@ def command(
 
 
 def described(thing: Any) -> dict[str, Any]:
-    """Return the report of an object read from a file, in order.
-
-    Examples
-    --------
-    >>> import simplexmesh as sm
-    >>> described(sm.sphere(4))["genus"]
-    0
-    """
+    """Return the report of an object read from a file, in order."""
     from simplexmesh.data.points import PointCloud
     from simplexmesh.data.triangles import TriangleMesh
     from simplexmesh.data.volume import Volume
@@ -63,7 +56,7 @@ def _library(path: Path) -> dict[str, Any] | None:
     """Return the report of a model library, None for any other file."""
     if path.suffix.lower() != ".sml" or not path.is_file() or not path.stat().st_size:
         return None
-    from simplexmesh.recognition.library import ModelLibrary
+    from simplexmesh.recognition.library.library import ModelLibrary
 
     return {"kind": "model library", "models": list(ModelLibrary(path).names)}
 
@@ -94,7 +87,7 @@ def _simplex_mesh(mesh: Any) -> dict[str, Any]:
 
 
 def _triangles(mesh: Any) -> dict[str, Any]:
-    from simplexmesh.errors import TopologyError
+    from simplexmesh._base.errors import TopologyError
 
     facts = {"kind": "triangles", "vertices": mesh.n_vertices, "faces": mesh.n_faces, "closed": mesh.is_closed}
     problems = []

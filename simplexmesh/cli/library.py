@@ -8,17 +8,17 @@ from typing import Annotated, Any
 
 import typer
 
-from simplexmesh.cli.interrupt import deferred_interrupts
+from simplexmesh._base.interrupts import deferred_interrupts
+from simplexmesh.cli.options import Inside, Json, Label, Level
 from simplexmesh.cli.report import KEPT, NOTES, PICTURES, as_json, note, progress, table, writable, written_to
 
-EXAMPLE = "Example: simplexmesh library recognise models.sml scan.ply"
+EXAMPLE = "Example: simplexmesh library recognize models.sml scan.ply"
 ADD_EXAMPLE = "Example: simplexmesh library add models.sml cow.obj elephant.off"
 LIST_EXAMPLE = "Example: simplexmesh library list models.sml --json"
 REMOVE_EXAMPLE = "Example: simplexmesh library remove models.sml cow"
-RECOGNISE_EXAMPLE = "Example: simplexmesh library recognise models.sml scan.ply --picture found.png"
+RECOGNIZE_EXAMPLE = "Example: simplexmesh library recognize models.sml scan.ply --picture found.png"
 
 Library = Annotated[Path, typer.Argument(metavar="LIBRARY", help="File of the library, .sml by convention.")]
-Json = Annotated[bool, typer.Option("--json", help="Print the report as JSON.")]
 
 
 def add(
@@ -28,9 +28,9 @@ def add(
         str | None, typer.Option(help="Name of the model, for a single file. Default: the file name without suffix.")
     ] = None,
     replace: Annotated[bool, typer.Option("--replace", help="Replace models with the same names.")] = False,
-    level: Annotated[float | None, typer.Option(help="Isovalue, for intensity volumes.")] = None,
-    label: Annotated[int | None, typer.Option(help="Region, for label maps.")] = None,
-    inside: Annotated[str, typer.Option(help="Whether the object is above or below the level.")] = "above",
+    level: Level = None,
+    label: Label = None,
+    inside: Inside = "above",
     json: Json = False,
 ) -> int | str:
     """Add models to a library, which is created if missing. Each is on disk before the next is read."""
@@ -38,7 +38,7 @@ def add(
     code: int | str = 0
     added: list[str] = []
     with deferred_interrupts() as interrupts, progress("adding", wanted=not json and len(inputs) > 1) as report:
-        from simplexmesh.recognition.library import ModelLibrary
+        from simplexmesh.recognition.library.library import ModelLibrary
 
         models, reported = ModelLibrary(library), interrupts.checking(report)
         if not replace and (taken := sorted(set(names) & set(models.names))):
@@ -79,7 +79,7 @@ def _names(inputs: list[Path], name: str | None) -> list[str]:
 
 def _add(models: Any, name: str, path: Path, **options: Any) -> None:
     """Add the model in a file; errors name the file."""
-    from simplexmesh.data.reading import read
+    from simplexmesh.data.io.reading import read
 
     data = read(path)  # names the file itself
     try:
@@ -88,13 +88,18 @@ def _add(models: Any, name: str, path: Path, **options: Any) -> None:
         raise ValueError(f"{path}: {str(problem).removeprefix('data: ')}") from None
 
 
-def list_models(library: Library, json: Json = False) -> None:
-    """List the models of a library, in the order they were added."""
-    from simplexmesh.recognition.library import ModelLibrary
+def _stored(library: Path) -> Any:
+    """Return an existing library."""
+    from simplexmesh.recognition.library.library import ModelLibrary
 
     if not library.exists():
         raise FileNotFoundError(f"there is no model library {library}")
-    names = ModelLibrary(library).names
+    return ModelLibrary(library)
+
+
+def list_models(library: Library, json: Json = False) -> None:
+    """List the models of a library, in the order they were added."""
+    names = _stored(library).names
     if json:
         as_json({"library": library, "models": names})
         return
@@ -108,11 +113,7 @@ def remove(
     json: Json = False,
 ) -> None:
     """Remove models from a library."""
-    from simplexmesh.recognition.library import ModelLibrary
-
-    if not library.exists():
-        raise FileNotFoundError(f"there is no model library {library}")
-    models = ModelLibrary(library)
+    models = _stored(library)
     if absent := sorted(set(names) - set(models.names)):
         raise ValueError(f"names must be those of models in {library}; there is none called {absent[0]!r}")
     removed = list(dict.fromkeys(names))
@@ -125,31 +126,27 @@ def remove(
     table(str(library), {"removed": ", ".join(removed), "models": len(models)})
 
 
-def recognise(
+def recognize(
     library: Library,
     scan: Annotated[Path, typer.Argument(metavar="SCAN", help="An object, or a part of it, in the models' unit.")],
     best: Annotated[int, typer.Option(help="Largest number of models to report.")] = 5,
-    level: Annotated[float | None, typer.Option(help="Isovalue, for intensity volumes.")] = None,
-    label: Annotated[int | None, typer.Option(help="Region, for label maps.")] = None,
-    inside: Annotated[str, typer.Option(help="Whether the object is above or below the level.")] = "above",
+    level: Level = None,
+    label: Label = None,
+    inside: Inside = "above",
     picture: Annotated[Path | None, typer.Option(help="Write a picture of the scan with the best model in it.")] = None,
     json: Json = False,
 ) -> None:
     """Find which models a scan shows, best first, and the pose of each."""
-    if picture is not None:
-        picture = writable(picture, "--picture", PICTURES, [library, scan])
+    picture = picture and writable(picture, "--picture", PICTURES, [library, scan])
     if best < 1:
         raise ValueError(f"--best must be at least 1, not {best}")
-    if not library.exists():
-        raise FileNotFoundError(f"there is no model library {library}")
     with deferred_interrupts() as interrupts, progress("recognizing", wanted=not json) as report:
-        from simplexmesh.data.reading import read
-        from simplexmesh.recognition.library import ModelLibrary
+        from simplexmesh.data.io.reading import read
 
-        models, data = ModelLibrary(library), read(scan)
+        models, data = _stored(library), read(scan)
         began = time.perf_counter()
         reported = interrupts.checking(report)
-        found = models.recognise(data, best=best, level=level, label=label, inside=inside, progress=reported)
+        found = models.recognize(data, best=best, level=level, label=label, inside=inside, progress=reported)
         seconds = time.perf_counter() - began
         interrupts.check()
         if picture is not None and found:

@@ -9,7 +9,8 @@ from typing import Annotated, Any
 
 import typer
 
-from simplexmesh.cli.interrupt import deferred_interrupts
+from simplexmesh._base.interrupts import deferred_interrupts
+from simplexmesh.cli.options import Inside, Json, Label, Level, Model
 from simplexmesh.cli.report import (
     KEPT,
     MODELS,
@@ -18,6 +19,7 @@ from simplexmesh.cli.report import (
     as_json,
     direction,
     mesh_numbers,
+    mesh_rows,
     note,
     progress,
     table,
@@ -37,12 +39,10 @@ def command(
     inputs: Annotated[
         list[Path], typer.Argument(metavar="INPUT", help="A volume, a surface, points, or several scans.")
     ],
-    output: Annotated[
-        Path, typer.Option("--output", "-o", help="Model to write: .vtp (keeps everything), .ply, .obj, .off, .stl.")
-    ],
-    level: Annotated[float | None, typer.Option(help="Isovalue of an intensity volume.")] = None,
-    label: Annotated[int | None, typer.Option(help="Region of a label map.")] = None,
-    inside: Annotated[str, typer.Option(help="Whether the object is above or below the level.")] = "above",
+    output: Model,
+    level: Level = None,
+    label: Label = None,
+    inside: Inside = "above",
     vertices: Annotated[int, typer.Option(help="Number of vertices of the model, kept within 10 %.")] = 4000,
     init: Annotated[
         str, typer.Option(help="Start: auto, sphere, ellipsoid, cylinder, plane, torus, or a .vtp file of a mesh.")
@@ -68,18 +68,17 @@ def command(
     up: Annotated[
         str | None, typer.Option(help="Axis that points up in the picture: x, y, z, -x, -y, -z or auto.")
     ] = None,
-    json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
+    json: Json = False,
 ) -> int | str:
     """Fit a surface model to a volume, a label map, a scan or several scans."""
     output = writable(output, "--output", MODELS, inputs)
-    if picture is not None:
-        picture = writable(picture, "--picture", PICTURES, inputs)
+    picture = picture and writable(picture, "--picture", PICTURES, inputs)
     camera, upwards = direction(view or "iso"), upward(up or "auto", view or "iso")
     if picture is None and (view or up):
         raise ValueError(f"--{'view' if view else 'up'} needs --picture")
 
     with deferred_interrupts() as interrupts:
-        from simplexmesh.motion.reconstruct import reconstruct
+        from simplexmesh.motion.reconstruct.pipeline import reconstruct
 
         began = time.perf_counter()
         data = loaded(inputs, poses)
@@ -97,7 +96,10 @@ def command(
         facts = _reported(result, output, seconds, interrupted=interrupted)
         if picture is not None and not interrupted:
             with written_to(picture, "the picture"):
-                _draw(picture, data, result, level, label, inside, camera, upwards)
+                from simplexmesh import plot
+
+                of: dict[str, Any] = {"level": level, "label": label, "inside": inside}
+                plot.picture(picture, plot.beside(data, result.mesh, **of, view=camera, up=upwards))
     if json:
         as_json(facts | {"notes": NOTES})
     else:
@@ -107,8 +109,8 @@ def command(
 
 def loaded(inputs: list[Path], poses: Path | None) -> Any:
     """Return the data of the files: of a single one as it is; of several, or one with a pose, as joined points."""
-    from simplexmesh.data.convert import as_data
-    from simplexmesh.motion.scans import joined_scans
+    from simplexmesh.data.conversion import as_data
+    from simplexmesh.motion.reconstruct.scans import joined_scans
 
     if len(inputs) == 1 and poses is None:
         return as_data(inputs[0])
@@ -131,7 +133,7 @@ def _reported(result: Any, output: Path, seconds: float, *, interrupted: bool) -
 
 def described(result: Any) -> dict[str, Any]:
     """Return the report of a reconstruction: sizes, distances, topology, and the defects of the mesh."""
-    from simplexmesh.motion.evolve import mean_edge
+    from simplexmesh.motion.model.stages import mean_edge
 
     mesh = result.mesh
     return {
@@ -177,32 +179,14 @@ def _summary(changes: dict[str, Any]) -> dict[str, str]:
     return {"topology": "\n".join(said)} if said else {}
 
 
-def _draw(
-    path: Path,
-    data: Any,
-    result: Any,
-    level: float | None,
-    label: int | None,
-    inside: str,
-    camera: str | None,
-    up: str,
-) -> None:
-    from simplexmesh import plot
-
-    plot.picture(path, plot.beside(data, result.mesh, level=level, label=label, inside=inside, view=camera, up=up))
-
-
 def _print(facts: dict[str, Any], output: Path) -> None:
     rest = "interrupted" if facts["interrupted"] else "converged" if facts["converged"] else "not converged"
-    pieces = f", {facts['components']} components" if facts["components"] > 1 else ""
     enclosed = facts["distance"]["enclosed"]
     within = {"enclosed": f"{enclosed['count']:,} data points far inside the model, up to {enclosed['max']:.4g}"}
     table(
         str(output),
         {
-            "mesh": f"{facts['vertices']:,} vertices, {facts['faces']:,} faces, genus {facts['genus']}, "
-            f"{facts['holes']} holes{pieces}",
-            "size": f"area {facts['area']:.6g}, volume {facts['volume']:.6g}, mean edge {facts['mean_edge']:.4g}",
+            **mesh_rows(facts),
             "mesh to data": _spread(facts["distance"]["mesh_to_data"]),
             "data to mesh": _spread(facts["distance"]["data_to_mesh"]),
             **(within if enclosed["count"] else {}),

@@ -8,8 +8,9 @@ from typing import Annotated, Any
 
 import typer
 
-from simplexmesh._draft import draft
-from simplexmesh.cli.interrupt import deferred_interrupts
+from simplexmesh._base.drafts import draft
+from simplexmesh._base.interrupts import deferred_interrupts
+from simplexmesh.cli.options import Inside, Json, Label, Level
 from simplexmesh.cli.report import NOTES, PICTURES, as_json, json_text, note, progress, table, writable, written_to
 
 EXAMPLE = "Example: simplexmesh register bun045.ply bun000.ply -o pose.json --picture before_after.png"
@@ -23,20 +24,18 @@ def command(
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="File for the pose, .json, as --poses reads it.")
     ] = None,
-    level: Annotated[float | None, typer.Option(help="Isovalue, for intensity volumes.")] = None,
-    label: Annotated[int | None, typer.Option(help="Region, for label maps.")] = None,
-    inside: Annotated[str, typer.Option(help="Whether the object is above or below the level.")] = "above",
+    level: Level = None,
+    label: Label = None,
+    inside: Inside = "above",
     picture: Annotated[Path | None, typer.Option(help="Write a picture of both, before and after.")] = None,
-    json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
+    json: Json = False,
 ) -> None:
     """Find the rigid motion between two objects, without an initial guess or a scale parameter."""
-    if output is not None:
-        output = writable(output, "--output", (".json",), [source, target])
-    if picture is not None:
-        picture = writable(picture, "--picture", PICTURES, [source, target])
+    output = output and writable(output, "--output", (".json",), [source, target])
+    picture = picture and writable(picture, "--picture", PICTURES, [source, target])
     with deferred_interrupts() as interrupts, progress("registering", wanted=not json) as report:
-        from simplexmesh.data.reading import read
-        from simplexmesh.recognition.register import register
+        from simplexmesh.data.io.reading import read
+        from simplexmesh.recognition.register.register import register
 
         began = time.perf_counter()
         here, there = read(source), read(target)
@@ -45,8 +44,8 @@ def command(
         seconds = time.perf_counter() - began
         interrupts.check()
         if output is not None:
-            with written_to(output, "the pose"):
-                _write(output, json_text({source.name: found.T_target_source}))
+            with written_to(output, "the pose"), draft(output) as part:
+                part.write_text(json_text({source.name: found.T_target_source}) + "\n", encoding="utf-8")
         if picture is not None:
             with written_to(picture, "the picture"):
                 from simplexmesh import plot
@@ -80,23 +79,7 @@ def _of_volumes(value: Any, here: Any, there: Any) -> Any:
 
 def _facts(found: Any, seconds: float) -> dict[str, Any]:
     """Return the report of a registration."""
-    return {
-        "T_target_source": found.T_target_source,
-        "error": found.error,
-        "overlap": found.overlap,
-        "score": found.score,
-        "ambiguous": found.ambiguous,
-        "open_motions": found.open_motions,
-        "covariance": found.covariance,
-        "poses": [
-            {"T_target_source": each.T_target_source, "score": each.score, "equivalent": each.equivalent}
-            for each in found.poses
-        ],
-        "seconds": round(seconds, 3),
-    }
-
-
-def _write(path: Path, text: str) -> None:
-    """Write text to a file, completely or not at all."""
-    with draft(path) as part:
-        part.write_text(text + "\n", encoding="utf-8")
+    named = ("T_target_source", "error", "overlap", "score", "ambiguous", "open_motions", "covariance")
+    each = ("T_target_source", "score", "equivalent")
+    poses = [{name: getattr(pose, name) for name in each} for pose in found.poses]
+    return {name: getattr(found, name) for name in named} | {"poses": poses, "seconds": round(seconds, 3)}

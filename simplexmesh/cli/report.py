@@ -23,23 +23,17 @@ VIEWS = ("iso", "xy", "xz", "yz", "yx", "zx", "zy", "-xy", "-xz", "-yz", "-yx", 
 
 
 def mesh_numbers(mesh: Any) -> dict[str, Any]:
-    """Return the numbers that every command reports of a simplex mesh.
+    """Return the numbers that every command reports of a simplex mesh."""
+    names = ("n_vertices", "n_faces", "genus", "n_holes", "n_components", "area", "volume")
+    return {name.removeprefix("n_"): getattr(mesh, name) for name in names}
 
-    Examples
-    --------
-    >>> import simplexmesh as sm
-    >>> mesh_numbers(sm.sphere(2))["vertices"]
-    80
-    """
-    return {
-        "vertices": mesh.n_vertices,
-        "faces": mesh.n_faces,
-        "genus": mesh.genus,
-        "holes": mesh.n_holes,
-        "components": mesh.n_components,
-        "area": mesh.area,
-        "volume": mesh.volume,
-    }
+
+def mesh_rows(facts: Mapping[str, Any]) -> dict[str, str]:
+    """Return the rows of a table with these numbers and the mean edge."""
+    pieces = f", {facts['components']} components" if facts["components"] > 1 else ""
+    counts = f"{facts['vertices']:,} vertices, {facts['faces']:,} faces, genus {facts['genus']}, {facts['holes']} holes"
+    size = f"area {facts['area']:.6g}, volume {facts['volume']:.6g}, mean edge {facts['mean_edge']:.4g}"
+    return {"mesh": counts + pieces, "size": size}
 
 
 def note(message: str) -> None:
@@ -54,14 +48,7 @@ def error(message: str) -> None:
 
 
 def table(title: str, rows: Mapping[str, Any]) -> None:
-    """Print names and values as a small table.
-
-    Examples
-    --------
-    >>> table("ball", {"vertices": "320"})
-    ball
-      vertices  320
-    """
+    """Print names and values as a small table."""
     from rich.console import Console
     from rich.table import Table
 
@@ -76,16 +63,7 @@ def table(title: str, rows: Mapping[str, Any]) -> None:
 
 
 def as_json(facts: Mapping[str, Any]) -> None:
-    """Print one JSON object, with non-finite numbers as null.
-
-    Examples
-    --------
-    >>> as_json({"rms": float("nan"), "genus": 1})
-    {
-      "rms": null,
-      "genus": 1
-    }
-    """
+    """Print one JSON object, with non-finite numbers as null."""
     typer.echo(json_text(facts))
 
 
@@ -116,7 +94,7 @@ def progress(title: str, *, wanted: bool = True) -> Iterator[Callable[[float, st
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-    from simplexmesh.motion.progress import bar_reporting
+    from simplexmesh._base.progress import bar_reporting
 
     columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:>3.0f} %"))
     with (
@@ -127,15 +105,7 @@ def progress(title: str, *, wanted: bool = True) -> Iterator[Callable[[float, st
 
 
 def writable(path: Path, option: str, endings: tuple[str, ...], inputs: list[Path] | None = None) -> Path:
-    """Return the path to write to; raise at once, before any long work, if that would fail.
-
-    Examples
-    --------
-    >>> writable(Path("model.doc"), "--output", (".vtp", ".ply"))
-    Traceback (most recent call last):
-    ...
-    ValueError: --output must end with one of .vtp, .ply, not .doc
-    """
+    """Return the path to write to; raise at once, before any long work, if that would fail."""
     path = path.expanduser()
     if path.suffix.lower() not in endings:
         raise ValueError(f"{option} must end with one of {', '.join(endings)}, not {path.suffix or 'nothing'}")
@@ -165,13 +135,7 @@ def written_to(path: Path, what: str) -> Iterator[None]:
 
 
 def unused(folder: Path, name: str) -> Path:
-    """Return an unused path in a folder: the name, or the name with a number.
-
-    Examples
-    --------
-    >>> unused(Path("nowhere"), "head.png").name
-    'head.png'
-    """
+    """Return an unused path in a folder: the name, or the name with a number."""
     path, number = folder / name, 1
     while path.exists():
         number += 1
@@ -180,29 +144,17 @@ def unused(folder: Path, name: str) -> Path:
 
 
 def direction(view: str) -> str | None:
-    """Return the view that `--view` names, None for the default.
+    """Return the view that `--view` names, None for the default."""
+    from simplexmesh._base import checks
 
-    Examples
-    --------
-    >>> direction("-xz")
-    '-xz'
-    """
-    from simplexmesh import _check
-
-    _check.choice("--view", view, VIEWS)
+    checks.choice("--view", view, VIEWS)
     return None if view == "iso" else view
 
 
 def upward(up: str, view: str = "iso") -> str:
-    """Return the axis that points up.
-
-    Examples
-    --------
-    >>> upward("y")
-    'y'
-    """
+    """Return the axis that points up."""
     if up != "auto" and view != "iso":
         raise ValueError(f"--up needs the view iso: --view {view} defines its own up axis")
-    from simplexmesh import _check
+    from simplexmesh._base import checks
 
-    return _check.choice("--up", up, UPS)
+    return checks.choice("--up", up, UPS)

@@ -7,7 +7,8 @@ from typing import Annotated, Any
 
 import typer
 
-from simplexmesh.cli.interrupt import deferred_interrupts
+from simplexmesh._base.interrupts import deferred_interrupts
+from simplexmesh.cli.options import Inside, Label, Level, Unit, View
 from simplexmesh.cli.report import PICTURES, direction, note, unused, upward, writable, written_to
 
 EXAMPLE = "Example: simplexmesh view head.vtp --scalars mean_curvature"
@@ -21,11 +22,11 @@ def command(
     data: Annotated[
         Path | None, typer.Option(help="Data to show beside the model, and to measure distances to.")
     ] = None,
-    level: Annotated[float | None, typer.Option(help="Isovalue of an intensity volume.")] = None,
-    label: Annotated[int | None, typer.Option(help="Region of a label map.")] = None,
-    inside: Annotated[str, typer.Option(help="Whether the object is above or below the level.")] = "above",
-    unit: Annotated[str, typer.Option(help="Unit of length, for the color scale.")] = "",
-    side: Annotated[str, typer.Option("--view", help="Direction of view: iso, xy, -xy, xz, yx, ...")] = "iso",
+    level: Level = None,
+    label: Label = None,
+    inside: Inside = "above",
+    unit: Unit = "",
+    side: View = "iso",
     up: Annotated[
         str,
         typer.Option(help="Axis that points up: x, y, z, -x, -y, -z, or auto: z, or y for scans taller along y."),
@@ -33,13 +34,12 @@ def command(
     picture: Annotated[Path | None, typer.Option(help="Write a picture to this file and open no window.")] = None,
 ) -> None:
     """Show a file in a window; without a display, write a picture to the current folder."""
-    if picture is not None:
-        picture = writable(picture, "--picture", PICTURES, [path, *([data] if data else [])])
+    picture = picture and writable(picture, "--picture", PICTURES, [path, *([data] if data else [])])
     camera, upwards = direction(side), upward(up, side)
 
     with deferred_interrupts() as interrupts:
         from simplexmesh import plot
-        from simplexmesh.data.convert import as_data
+        from simplexmesh.data.conversion import as_data
 
         shown: Any = as_data(path)
         options: dict[str, Any] = {

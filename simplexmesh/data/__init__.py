@@ -1,5 +1,1 @@
-"""Chapter II, the data: volumes, point clouds, triangle meshes, and their file formats."""
-
-from simplexmesh import _cache
-
-_cache.ensure()
+"""Chapter II, the data: volumes, point clouds, triangle meshes, and the conversions to them."""

@@ -14,13 +14,7 @@ _SLAB = 1 << 22
 
 
 def looks_like_labels(values: NDArray[Any]) -> bool:
-    """Whether samples look like labels: few distinct whole numbers in coherent regions; see `Volume.is_labels`.
-
-    Examples
-    --------
-    >>> looks_like_labels(np.arange(27).reshape(3, 3, 3)), looks_like_labels(np.ones((3, 3, 3)))
-    (False, True)
-    """
+    """Whether samples look like labels: few distinct whole numbers in coherent regions; see `Volume.is_labels`."""
     found = few_whole_numbers(values)
     if found is None:
         return False
@@ -28,14 +22,7 @@ def looks_like_labels(values: NDArray[Any]) -> bool:
 
 
 def could_be_labels(values: NDArray[Any]) -> bool:
-    """Whether samples are acceptable as labels on request: any number of whole numbers in coherent regions.
-
-    Examples
-    --------
-    >>> regions = np.kron(np.arange(125).reshape(5, 5, 5), np.ones((4, 4, 4)))
-    >>> looks_like_labels(regions), could_be_labels(regions), could_be_labels(regions + 0.5)
-    (False, True, False)
-    """
+    """Whether samples are acceptable as labels on request: any number of whole numbers in coherent regions."""
     found = few_whole_numbers(values, most=values.size)
     return found is not None and (len(found) <= 2 or _form_regions(values, max(found, key=lambda label: found[label])))
 

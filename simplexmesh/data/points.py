@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -10,8 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from simplexmesh import _check, _vec
-from simplexmesh.errors import counted, warn
+from simplexmesh._base import checks, vectors
+from simplexmesh._base.errors import counted, warn
 
 Array = NDArray[np.float64]
 
@@ -59,10 +60,10 @@ class PointCloud:
             raise ValueError(f"normals must have a direction; {zero} of {len(normals)} are zero")
         _, exponents = np.frexp(np.abs(normals).max(axis=1, keepdims=True))
         scaled = np.ldexp(normals, -exponents)  # lengths whose squares overflow or vanish are legal
-        object.__setattr__(self, "normals", _check.frozen(_vec.normalized(scaled)))
+        object.__setattr__(self, "normals", checks.frozen(vectors.normalized(scaled)))
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__dict__.update(_check.frozen_state(state))
+        self.__dict__.update(checks.frozen_state(state))
 
     def __len__(self) -> int:
         return len(self.points)
@@ -74,7 +75,7 @@ class PointCloud:
     @cached_property
     def bounds(self) -> Array:
         """(2, 3) array of float: lowest and highest coordinates."""
-        return _check.frozen(np.stack([self.points.min(axis=0), self.points.max(axis=0)]))
+        return checks.frozen(np.stack([self.points.min(axis=0), self.points.max(axis=0)]))
 
     @property
     def diagonal(self) -> float:
@@ -96,9 +97,21 @@ class PointCloud:
         >>> cloud.transformed(np.diag([2.0, 1.0, 1.0, 1.0])).points[0]
         array([2., 0., 0.])
         """
-        T = affine("T_target_source", T_target_source)
+        T = checks.affine("T_target_source", T_target_source)
         normals = None if self.normals is None else self.normals @ np.linalg.inv(T[:3, :3])
         return PointCloud(self.points @ T[:3, :3].T + T[:3, 3], normals)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the cloud to a file in the format its name says: .vtp, .ply or .xyz."""
+        from simplexmesh.data.io import writing
+
+        writing.save(path, self)
+
+    def to_pyvista(self) -> Any:
+        """Return a `pyvista.PolyData` of the points, with their normals."""
+        from simplexmesh.data.io import writing
+
+        return writing.to_pyvista(self)
 
     def merged(self) -> PointCloud:
         """Return the cloud with duplicate positions merged and their normals averaged.
@@ -118,7 +131,7 @@ class PointCloud:
             normals = np.zeros((len(first), 3))
             for j in range(3):
                 normals[:, j] = np.bincount(inverse, self.normals[:, j])
-            opposed = _vec.norm(normals) < 1e-6
+            opposed = vectors.norm(normals) < 1e-6
             normals[opposed] = self.normals[first[opposed]]
         return PointCloud(self.points[first], normals)
 
@@ -126,7 +139,7 @@ class PointCloud:
     def joined(clouds: Sequence[PointCloud]) -> PointCloud:
         """Return the concatenation of several clouds; with normals if all have them."""
         for k, cloud in enumerate(clouds):
-            _check.instance(f"clouds[{k}]", cloud, PointCloud)
+            checks.instance(f"clouds[{k}]", cloud, PointCloud)
         if not clouds:
             raise ValueError("clouds must be at least one, not none")
         normals = [cloud.normals for cloud in clouds if cloud.normals is not None]
@@ -137,17 +150,7 @@ class PointCloud:
 
 
 def cloud_of_file(name: str, points: Array, normals: Array | None, *, missing: bool = False) -> PointCloud:
-    """Return the cloud read from a file without points whose normals are zero or NaN, and warn of their number.
-
-    Parameters
-    ----------
-    name : str
-        File name.
-    points : (n, 3) array of float
-    normals : (n, 3) array of float or None
-    missing : bool
-        Whether NaN coordinates stand for "not measured" and are dropped too.
-    """
+    """Return the cloud read from a file without points whose normals are zero or NaN, and warn of their number."""
     keep: NDArray[np.bool_] = np.ones(len(points), dtype=bool)
     if missing:
         keep &= np.isfinite(points).all(axis=1)
@@ -161,14 +164,7 @@ def cloud_of_file(name: str, points: Array, normals: Array | None, *, missing: b
 
 
 def distinct(positions: Array) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return the first row of each distinct position, in order of appearance, and the inverse: its index for every row.
-
-    Examples
-    --------
-    >>> first, inverse = distinct(np.array([[1.0, 0, 0], [2, 0, 0], [1, -0.0, 0]]))
-    >>> first.tolist(), inverse.tolist()
-    ([0, 1], [0, 1, 0])
-    """
+    """Return the first row of each distinct position, in order of appearance, and the index among them of each row."""
     plus_zero: Array = np.ascontiguousarray(positions + 0.0, dtype=np.float64)
     rows = plus_zero.view(np.dtype((np.void, 24))).reshape(-1)
     _, first, inverse = np.unique(rows, return_index=True, return_inverse=True)
@@ -178,24 +174,13 @@ def distinct(positions: Array) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     return first[order], rank[inverse.reshape(-1)]
 
 
-def affine(name: str, value: ArrayLike) -> Array:
-    """Return an invertible (4, 4) affine transform of any scale, checked."""
-    T = _check.array(name, value, (4, 4))
-    scale = np.abs(T[:3, :3]).max()
-    if not np.array_equal(T[3], [0, 0, 0, 1]):
-        raise ValueError(f"{name} must have the last row (0, 0, 0, 1), not {tuple(T[3].tolist())}")
-    if not scale > 0 or abs(np.linalg.det(T[:3, :3] / scale)) < 1e-30:
-        raise ValueError(f"{name} must be invertible, its linear part is singular")
-    return T
-
-
 def _finite_rows(name: str, value: Any) -> Array:
-    out = _check.any_array(name, value)
+    out = checks.any_array(name, value)
     if out.dtype.kind == "f" and out.ndim == 2:
         bad = len(out) - int(np.count_nonzero(np.isfinite(out).all(axis=1)))
         if bad:
             raise ValueError(f"{name} must be finite; {bad} of {len(out)} have NaN or infinite coordinates")
-    return _check.array(name, out if out.dtype.kind in "biuf" else value, (None, 3))
+    return checks.array(name, out if out.dtype.kind in "biuf" else value, (None, 3))
 
 
 def _is_writable(values: Any) -> bool:
@@ -207,4 +192,4 @@ def _frozen_points(points: Array, given: Any) -> Array:
     """Return a C-contiguous double array that nobody can write to unchanged, a copy of any other."""
     if points is given and points.flags.c_contiguous and not _is_writable(points):
         return points
-    return _check.frozen(points)
+    return checks.frozen(points)

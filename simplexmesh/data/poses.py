@@ -8,7 +8,7 @@ import os
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from simplexmesh import _check
+from simplexmesh._base import checks
 
 Array = NDArray[np.float64]
 
@@ -51,7 +51,7 @@ def read_poses(path: str | os.PathLike[str]) -> dict[str, Array]:
     ...     read_poses(path)["front.ply"][:3, 3]
     array([1., 2., 3.])
     """
-    where = _check.path("path", path)
+    where = checks.path("path", path)
     if not where.is_file():
         raise FileNotFoundError(f"path must be a file of poses, {os.fspath(path)!r} does not exist")
     text = where.read_text(encoding="utf-8", errors="replace")
@@ -70,30 +70,8 @@ def read_poses(path: str | os.PathLike[str]) -> dict[str, Array]:
 
 
 def rigid(name: str, T: ArrayLike) -> Array:
-    """Return a (4, 4) rigid transform, checked.
-
-    Parameters
-    ----------
-    name : str
-        Name of the argument, for the message.
-    T : (4, 4) array of float
-        R'R may differ from the identity by up to 1e-3 (rounding).
-
-    Raises
-    ------
-    ValueError
-        Wrong shape, NaN, a last row other than (0, 0, 0, 1), a scale, a shear or a reflection.
-    TypeError
-        Not real numbers.
-
-    Examples
-    --------
-    >>> rigid("pose", 2 * np.eye(4))
-    Traceback (most recent call last):
-    ...
-    ValueError: pose must have the last row (0, 0, 0, 1), not (0, 0, 0, 2)
-    """
-    out = _check.array(name, T, (4, 4))
+    """Return a (4, 4) rigid transform, checked."""
+    out = checks.array(name, T, (4, 4))
     R = out[:3, :3]
     if not np.array_equal(out[3], [0, 0, 0, 1]):
         raise ValueError(f"{name} must have the last row (0, 0, 0, 1), not ({', '.join(f'{x:g}' for x in out[3])})")
@@ -109,7 +87,7 @@ def rigid(name: str, T: ArrayLike) -> Array:
 
 
 def _matrix(name: str, T: ArrayLike) -> Array:
-    return _check.array(f"pose of {name}", T, (4, 4))
+    return checks.array(f"pose of {name}", T, (4, 4))
 
 
 def _stanford_pose(words: list[str]) -> tuple[str, Array]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -9,13 +10,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from simplexmesh import _check, _vec
-from simplexmesh.data.points import PointCloud, affine
+from simplexmesh._base import checks, vectors
+from simplexmesh._base.errors import counted, warn
+from simplexmesh.data.points import PointCloud
 from simplexmesh.data.welding import are_proper, distinct_positions, report_welding
-from simplexmesh.errors import counted, warn
 
 if TYPE_CHECKING:
-    from simplexmesh.mesh.surface_topology import Topology
+    from simplexmesh.mesh.triangles.topology import Topology
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -58,13 +59,13 @@ class TriangleMesh:
     faces: Indices
 
     def __post_init__(self) -> None:
-        vertices = _check.array("vertices", self.vertices, (None, 3))
+        vertices = checks.array("vertices", self.vertices, (None, 3))
         if len(vertices) < 4:
             raise ValueError(f"vertices must be at least 4, not {len(vertices)}")
-        given = _check.any_array("faces", self.faces)
+        given = checks.any_array("faces", self.faces)
         if given.ndim == 2 and not len(given):
             raise ValueError("faces must be at least one, not none")
-        faces = _check.indices("faces", self.faces, (None, 3), len(vertices))
+        faces = checks.indices("faces", self.faces, (None, 3), len(vertices))
         proper = are_proper(faces)
         if not proper.all():
             removed = counted(int(np.count_nonzero(~proper)), "degenerate face", "degenerate faces")
@@ -72,11 +73,11 @@ class TriangleMesh:
             faces = faces[proper]
             if not len(faces):
                 raise ValueError("faces must be at least one with three different vertices, not none")
-        object.__setattr__(self, "vertices", _check.frozen(vertices))
-        object.__setattr__(self, "faces", _check.frozen(faces))
+        object.__setattr__(self, "vertices", checks.frozen(vertices))
+        object.__setattr__(self, "faces", checks.frozen(faces))
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__dict__.update(_check.frozen_state(state))
+        self.__dict__.update(checks.frozen_state(state))
 
     def __repr__(self) -> str:
         kind = "closed" if self.is_closed else "open"
@@ -95,7 +96,7 @@ class TriangleMesh:
     @cached_property
     def bounds(self) -> Array:
         """(2, 3) array of float: lowest and highest coordinates."""
-        return _check.frozen(np.stack([self.vertices.min(axis=0), self.vertices.max(axis=0)]))
+        return checks.frozen(np.stack([self.vertices.min(axis=0), self.vertices.max(axis=0)]))
 
     @property
     def diagonal(self) -> float:
@@ -107,18 +108,18 @@ class TriangleMesh:
     def face_vectors(self) -> Array:
         """(f, 3) array of float: outward face normals, with twice the area as length."""
         a, b, c = (self.vertices[self.faces[:, j]] for j in range(3))
-        return _check.frozen(_vec.cross(b - a, c - a))
+        return checks.frozen(vectors.cross(b - a, c - a))
 
     @property
     def area(self) -> float:
         """Area of the surface."""
-        return float(_vec.norm(self.face_vectors).sum() / 2)
+        return float(vectors.norm(self.face_vectors).sum() / 2)
 
     @property
     def volume(self) -> float:
         """Signed enclosed volume (divergence theorem), positive if oriented outward. Closed surfaces only."""
         center = self.vertices.mean(axis=0)
-        return float(_vec.dot(self.vertices[self.faces[:, 0]] - center, self.face_vectors).sum() / 6)
+        return float(vectors.dot(self.vertices[self.faces[:, 0]] - center, self.face_vectors).sum() / 6)
 
     @cached_property
     def vertex_normals(self) -> Array:
@@ -126,7 +127,7 @@ class TriangleMesh:
         total = np.zeros_like(self.vertices)
         for j in range(3):
             np.add.at(total, self.faces[:, j], self.face_vectors)
-        return _check.frozen(_vec.normalized(total))
+        return checks.frozen(vectors.normalized(total))
 
     @cached_property
     def is_closed(self) -> bool:
@@ -152,7 +153,7 @@ class TriangleMesh:
         >>> sm.torus(12, 6).triangulated().topology
         Topology(n_components=1, n_borders=0, genus=1, euler=0)
         """
-        from simplexmesh.mesh.surface_topology import surface_topology
+        from simplexmesh.mesh.triangles.topology import surface_topology
 
         return surface_topology(self.faces)
 
@@ -208,7 +209,7 @@ class TriangleMesh:
         """
         from simplexmesh.mesh import manifold
 
-        _check.flag("outward", outward)
+        checks.flag("outward", outward)
         kept, mates, repairs = manifold.matched(self.faces)
         faces, _, _ = manifold.oriented(self.vertices, kept, mates, outward=outward)
         flipped = int(np.count_nonzero((faces != kept).any(axis=1)))
@@ -227,9 +228,21 @@ class TriangleMesh:
         T_target_source : (4, 4) array of float
             Affine.
         """
-        T = affine("T_target_source", T_target_source)
+        T = checks.affine("T_target_source", T_target_source)
         faces = self.faces if np.linalg.det(T[:3, :3]) > 0 else self.faces[:, ::-1]
         return TriangleMesh(self.vertices @ T[:3, :3].T + T[:3, 3], faces)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the surface to a file in the format its name says: .vtp, .ply, .obj, .off, .stl or .xyz."""
+        from simplexmesh.data.io import writing
+
+        writing.save(path, self)
+
+    def to_pyvista(self) -> Any:
+        """Return a `pyvista.PolyData` of the triangles."""
+        from simplexmesh.data.io import writing
+
+        return writing.to_pyvista(self)
 
     def welded(self, *, tolerance: float = 0.0, report: bool = True) -> TriangleMesh:
         """Return the surface with vertices merged by position, without collapsed faces and unused vertices.
@@ -248,7 +261,7 @@ class TriangleMesh:
         SimplexMeshWarning
             Vertices were merged or faces removed.
         """
-        unique, inverse = distinct_positions(self.vertices, _check.number("tolerance", tolerance, 0.0))
+        unique, inverse = distinct_positions(self.vertices, checks.number("tolerance", tolerance, 0.0))
         faces = inverse[self.faces]
         proper = are_proper(faces)
         used, faces = np.unique(faces[proper], return_inverse=True)
@@ -276,9 +289,9 @@ class TriangleMesh:
         >>> square.sampled(5, rng=0).normals[0]
         array([0., 0., 1.])
         """
-        n = _check.integer("n", n, 4)
-        rng = _check.generator("rng", rng)
-        cumulated = np.cumsum(_vec.norm(self.face_vectors))
+        n = checks.integer("n", n, 4)
+        rng = checks.generator("rng", rng)
+        cumulated = np.cumsum(vectors.norm(self.face_vectors))
         if not cumulated[-1] > 0:
             raise ValueError("faces must have a positive area to sample from, all are degenerate")
         face = np.searchsorted(cumulated, rng.random(n) * cumulated[-1], side="right")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -9,8 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from simplexmesh import _check
+from simplexmesh._base import checks
 from simplexmesh.data.labels import MOST_LABELS, could_be_labels, few_whole_numbers, looks_like_labels, slabs
+from simplexmesh.data.poses import rigid
 
 Array = NDArray[np.float64]
 
@@ -64,15 +66,15 @@ class Volume:
         spacing = _per_axis(self.spacing)
         fields = {
             "values": _samples(self.values),
-            "spacing": _check.frozen(spacing),
-            "origin": _check.frozen(_check.array("origin", self.origin, (3,))),
+            "spacing": checks.frozen(spacing),
+            "origin": checks.frozen(checks.array("origin", self.origin, (3,))),
             "direction": _axes(self.direction),
         }
         for name, value in fields.items():
             object.__setattr__(self, name, value)
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__dict__.update(_check.frozen_state(state))
+        self.__dict__.update(checks.frozen_state(state))
 
     def __repr__(self) -> str:
         spacing = ", ".join(f"{s:g}" for s in self.spacing)
@@ -96,7 +98,7 @@ class Volume:
         T = np.eye(4)
         T[:3, :3] = self.direction * self.spacing
         T[:3, 3] = self.origin
-        return _check.frozen(T)
+        return checks.frozen(T)
 
     def to_world(self, ijk: ArrayLike) -> Array:
         """Return the physical coordinates of (..., 3) continuous indices."""
@@ -118,7 +120,7 @@ class Volume:
     def bounds(self) -> Array:
         """(2, 3) array of float: lowest and highest physical coordinates of the samples."""
         corners = self.to_world(np.stack(np.meshgrid(*[(0, n - 1) for n in self.shape]), axis=-1).reshape(-1, 3))
-        return _check.frozen(np.stack([corners.min(axis=0), corners.max(axis=0)]))
+        return checks.frozen(np.stack([corners.min(axis=0), corners.max(axis=0)]))
 
     @property
     def diagonal(self) -> float:
@@ -135,7 +137,7 @@ class Volume:
         """
         return looks_like_labels(self.values)
 
-    def labels(self) -> list[int]:
+    def labels(self) -> tuple[int, ...]:
         """Return the labels present, in increasing order.
 
         Raises
@@ -147,7 +149,7 @@ class Volume:
             raise ValueError(
                 f"volume holds intensities, not labels (at most {MOST_LABELS} whole numbers in regions); {self!r}"
             )
-        return sorted(int(label) for label in few_whole_numbers(self.values) or ())
+        return tuple(sorted(int(label) for label in few_whole_numbers(self.values) or ()))
 
     def mask(self, label: int) -> Volume:
         """Return the binary volume of a label: 1 where this volume equals it, 0 elsewhere.
@@ -159,7 +161,7 @@ class Volume:
         TypeError
             The label is not a number.
         """
-        _check.number("label", label)
+        checks.number("label", label)
         inside = self.values == label
         low, high = self.range
         if low < high and not self.is_labels and not could_be_labels(self.values):
@@ -168,9 +170,39 @@ class Volume:
         if not inside.any():
             if low == high:
                 raise ValueError(f"volume has the value {low:g} everywhere, label {label!r} is not in it")
-            present = f"; present are {self.labels()}" if self.is_labels else ""
+            present = f"; present are {list(self.labels())}" if self.is_labels else ""
             raise ValueError(f"label must be present in the volume, {label!r} is not{present}")
         return self._with_values(inside)
+
+    def transformed(self, T_target_source: ArrayLike) -> Volume:
+        """Return the volume in the target frame of a transform: the samples stay, the grid moves.
+
+        Parameters
+        ----------
+        T_target_source : (4, 4) array of float
+            A rotation and a translation.
+
+        Examples
+        --------
+        >>> T = np.eye(4)
+        >>> T[:3, 3] = 1, 2, 3
+        >>> Volume(np.zeros((3, 3, 3))).transformed(T).origin
+        array([1., 2., 3.])
+        """
+        T = rigid("T_target_source", T_target_source)
+        return replace(self, origin=T[:3, :3] @ self.origin + T[:3, 3], direction=T[:3, :3] @ self.direction)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the volume to a file in the format its name says: .mha, .nrrd, .nii, .nii.gz or .vti."""
+        from simplexmesh.data.io import writing
+
+        writing.save(path, self)
+
+    def to_pyvista(self) -> Any:
+        """Return a `pyvista.ImageData` with the samples as point data `values`."""
+        from simplexmesh.data.io import writing
+
+        return writing.to_pyvista(self)
 
     def smoothed(self, sigma: float) -> Volume:
         """Return the volume smoothed by a Gaussian.
@@ -187,7 +219,7 @@ class Volume:
         """
         from scipy import ndimage
 
-        sigma = _check.number("sigma", sigma, 0.0, self.diagonal)
+        sigma = checks.number("sigma", sigma, 0.0, self.diagonal)
         out: NDArray[Any] = np.zeros(self.shape, dtype=self._float_type, order="F")
         ndimage.gaussian_filter(self.values, sigma / self.spacing, output=out, mode="nearest")
         return self._with_values(out)
@@ -240,9 +272,9 @@ class Volume:
 
 
 def _per_axis(spacing: ArrayLike) -> Array:
-    one = _check.any_array("spacing", spacing).ndim == 0
-    out = np.full(3, _check.number("spacing", spacing)) if one else spacing
-    out = _check.array("spacing", out, (3,))
+    one = checks.any_array("spacing", spacing).ndim == 0
+    out = np.full(3, checks.number("spacing", spacing)) if one else spacing
+    out = checks.array("spacing", out, (3,))
     if (out <= 0).any():
         raise ValueError(f"spacing must be positive along every axis, not {tuple(out.tolist())}")
     return out
@@ -250,12 +282,12 @@ def _per_axis(spacing: ArrayLike) -> Array:
 
 def _triples(name: str, value: ArrayLike) -> Array:
     """Return an array of shape (..., 3), checked."""
-    rows = _check.any_array(name, value)
-    return _check.array(name, rows, (*rows.shape[:-1], 3))
+    rows = checks.any_array(name, value)
+    return checks.array(name, rows, (*rows.shape[:-1], 3))
 
 
 def _samples(values: ArrayLike) -> NDArray[Any]:
-    out = _check.any_array("values", values)
+    out = checks.any_array("values", values)
     if out.dtype.kind not in "biuf":
         raise TypeError(
             f"values must be real numbers of shape (nx, ny, nz), not {type(values).__name__} of {out.dtype}"
@@ -281,9 +313,9 @@ def _samples(values: ArrayLike) -> NDArray[Any]:
 
 def _axes(direction: ArrayLike | None) -> Array:
     if direction is None:
-        return _check.frozen(np.eye(3))
-    out = _check.array("direction", direction, (3, 3))
+        return checks.frozen(np.eye(3))
+    out = checks.array("direction", direction, (3, 3))
     off = np.abs(out.T @ out - np.eye(3)).max()
     if off > 1e-3:
         raise ValueError(f"direction must have perpendicular columns of length one; they are off by {off:.2g}")
-    return _check.frozen(out)
+    return checks.frozen(out)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from simplexmesh._base.errors import counted, warn
 from simplexmesh.data.points import distinct
-from simplexmesh.errors import counted, warn
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]

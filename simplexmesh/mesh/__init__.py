@@ -1,5 +1,1 @@
-"""Chapter I, the mesh: connectivity, geometry, duality, shapes, editing operators, decimation."""
-
-from simplexmesh import _cache
-
-_cache.ensure()
+"""Chapter I, the mesh: connectivity, geometry, duality, shapes, checks; operators, decimation, triangles."""

@@ -5,17 +5,14 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from simplexmesh._kernels_njit import njit
+from simplexmesh._base._kernels_njit import njit
 
 Indices = NDArray[np.int32]
 
 
 @njit(cache=True)
 def face_orbits(twin: Indices) -> tuple[Indices, Indices, Indices]:
-    """Return the face on the left of every dart, the darts ordered around each face, and the offsets of the faces.
-
-    `twin` (3n,) must be an involution. Faces are numbered by their smallest dart.
-    """
+    """Return the face left of each dart, numbered by smallest dart, the darts around the faces, and their offsets."""
     count = twin.size
     face = np.full(count, -1, np.int32)
     face_darts = np.empty(count, np.int32)
@@ -107,12 +104,7 @@ def rings(neighbors: Indices, size: int) -> tuple[NDArray[np.int64], Indices]:
 
 @njit(cache=True)
 def half_edge_mates(faces: NDArray[np.int64]) -> tuple[NDArray[np.int64], int]:
-    """Return the opposite of each half-edge of `faces` (t, 3), -1 on a border, and a non-manifold half-edge.
-
-    Half-edge `3 * t + j` runs from corner `j` to corner `j + 1`. The second result is the first half-edge found on an
-    edge that already has two, or -1. Edges are looked up in a hash table with open addressing, so that the cost is
-    independent of the vertex degrees.
-    """
+    """Return opposite half-edges (3t,), -1 on a border, and the first half-edge of an edge of three triangles or -1."""
     count = 3 * faces.shape[0]
     bits = 4
     while (1 << bits) < 2 * count:

@@ -1,4 +1,7 @@
-"""Validity checks: completeness, degenerate geometry, orientation and self-intersections of a mesh."""
+"""Validity checks: completeness, degenerate geometry, orientation and self-intersections of a mesh.
+
+Completeness: H. Delingette, thesis, 1994, section 2.1.
+"""
 
 from __future__ import annotations
 
@@ -8,11 +11,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from simplexmesh._vec import dot, norm
-from simplexmesh.errors import counted
+from simplexmesh._base.errors import counted
+from simplexmesh._base.vectors import dot, norm
 from simplexmesh.mesh import face_geometry, geometry
 from simplexmesh.mesh.connectivity import Connectivity
-from simplexmesh.mesh.self_intersection import self_intersections
+from simplexmesh.mesh.triangles.self_intersection import self_intersections
 
 Array = NDArray[np.float64]
 
@@ -88,7 +91,7 @@ def _incomplete(connectivity: Connectivity) -> Defects:
     return {"one_sided_edges": same, "shared_edges": np.flatnonzero(repeated)}
 
 
-def _degenerate(vertices: Array, connectivity: Connectivity) -> Defects:
+def degenerate(vertices: Array, connectivity: Connectivity) -> Defects:
     """Return the edges of zero length, the vertices with collinear neighbors, and the faces of zero area."""
     a, b = vertices[connectivity.edge_vertices].transpose(1, 0, 2)
     length = norm(a - b)
@@ -104,10 +107,7 @@ def _degenerate(vertices: Array, connectivity: Connectivity) -> Defects:
 
 
 def misoriented(vertices: Array, connectivity: Connectivity) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Return masks of the vertices (n,) whose normal opposes that of their faces, and of the folded faces (f,).
-
-    A face is folded when a triangle of its fan points against the normals of its vertices. Holes are never folded.
-    """
+    """Return masks of inverted vertices (n,), whose normal opposes their faces, and of folded faces (f,)."""
     loops = connectivity.face_vertices, connectivity.face_offsets
     normals = geometry.normals(vertices, connectivity.neighbors)
     vectors = np.add.reduceat(face_geometry.fan_vectors(vertices, *loops), loops[1][:-1], axis=0)
@@ -118,33 +118,7 @@ def misoriented(vertices: Array, connectivity: Connectivity) -> tuple[NDArray[np
 
 
 def check(vertices: Array, connectivity: Connectivity, *, crossings: bool = False) -> Report:
-    """Return the defects of a mesh: completeness, finite positions, degenerate geometry, orientation, crossings.
-
-    Parameters
-    ----------
-    vertices : (n, 3) array of float
-        Positions; if some are NaN or infinite they are reported, and the geometric checks are skipped.
-    connectivity : Connectivity
-        The topology.
-    crossings : bool
-        Also look for self-intersections, faces that cross.
-
-    Returns
-    -------
-    Report
-        True when no defect was found.
-
-    References
-    ----------
-    Completeness: H. Delingette, thesis, 1994, section 2.1.
-
-    Examples
-    --------
-    >>> from simplexmesh.mesh.shapes import sphere
-    >>> ball = sphere(2)
-    >>> print(check(-ball.vertices, ball.connectivity))
-    the mesh is inside out: it encloses a volume of -3.76601
-    """
+    """Return the defects of a mesh; if positions are not finite, the geometric checks are left out."""
     found = _incomplete(connectivity) | {"not_finite": np.flatnonzero(~np.isfinite(vertices).all(axis=1))}
     problems = []
     if not len(found["not_finite"]):
@@ -152,7 +126,7 @@ def check(vertices: Array, connectivity: Connectivity, *, crossings: bool = Fals
         if volume < 0 and not connectivity.n_holes:
             problems.append(f"the mesh is inside out: it encloses a volume of {volume:g}")
         inverted, folded = misoriented(vertices, connectivity)
-        found |= _degenerate(vertices, connectivity)
+        found |= degenerate(vertices, connectivity)
         found |= {"inverted": np.flatnonzero(inverted), "folded": np.flatnonzero(folded)}
         if crossings:
             found["crossing"] = self_intersections(vertices, connectivity)

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from simplexmesh import _check
-from simplexmesh.errors import TopologyError
+from simplexmesh._base import checks
+from simplexmesh._base.errors import TopologyError
 from simplexmesh.mesh import _kernels
 
 Indices = NDArray[np.int32]
@@ -29,11 +29,11 @@ def _read_only(values: NDArray[Any]) -> NDArray[Any]:
 
 def _checked_twin(twin: ArrayLike) -> Indices:
     """Return `twin` as a read-only array, or raise `TopologyError` naming a vertex where it is not a simplex mesh."""
-    given = _check.array("twin", twin, (None, 3), np.int64)
+    given = checks.array("twin", twin, (None, 3), np.int64)
     n = len(given)
     if not 4 <= n <= MAX_VERTICES:
         raise TopologyError(f"twin must have 4 to {MAX_VERTICES} rows, one for each vertex, not {n}")
-    flat = _check.indices("twin", given, (n, 3), 3 * n).ravel()
+    flat = checks.indices("twin", given, (n, 3), 3 * n).ravel()
     darts = np.arange(3 * n)
     if (wrong := flat[flat] != darts).any():
         d = int(wrong.argmax())
@@ -91,8 +91,8 @@ class Connectivity:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "twin", _checked_twin(self.twin))
-        given = _check.any_array("hole_darts", self.hole_darts)
-        darts = _check.indices("hole_darts", given if given.size else np.zeros(0, np.int64), (None,), self.twin.size)
+        given = checks.any_array("hole_darts", self.hole_darts)
+        darts = checks.indices("hole_darts", given if given.size else np.zeros(0, np.int64), (None,), self.twin.size)
         holes = np.unique(self.face.ravel()[darts]) if len(darts) else darts
         object.__setattr__(self, "hole_darts", _read_only(self.face_darts[self.face_offsets[holes]].copy()))
 
@@ -117,8 +117,8 @@ class Connectivity:
         >>> Connectivity.from_neighbors([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]]).twin.tolist()
         [[3, 6, 9], [0, 11, 7], [1, 5, 10], [2, 8, 4]]
         """
-        n = len(_check.array("neighbors", neighbors, (None, 3), np.int64))
-        rows = _check.indices("neighbors", neighbors, (n, 3), n)
+        n = len(checks.array("neighbors", neighbors, (None, 3), np.int64))
+        rows = checks.indices("neighbors", neighbors, (n, 3), n)
         back = rows[rows] == np.arange(n)[:, None, None]
         if (wrong := ~back.any(axis=2)).any():
             i, j = np.argwhere(wrong)[0]
@@ -258,5 +258,5 @@ class Connectivity:
         >>> vertices[offsets[2] : offsets[3]].tolist()
         [0, 1, 2, 3]
         """
-        offsets, vertices = _kernels.rings(self.neighbors, _check.integer("size", size, 0))
+        offsets, vertices = _kernels.rings(self.neighbors, checks.integer("size", size, 0))
         return _read_only(offsets), _read_only(vertices)

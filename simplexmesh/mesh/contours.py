@@ -8,10 +8,10 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from simplexmesh import _check
-from simplexmesh.errors import TopologyError
-from simplexmesh.mesh import seams
+from simplexmesh._base import checks
+from simplexmesh._base.errors import TopologyError
 from simplexmesh.mesh.connectivity import Connectivity
+from simplexmesh.mesh.operators import seams
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 
 Indices = NDArray[np.int64]
@@ -53,8 +53,8 @@ class Contour:
     vertices: Indices
 
     def __post_init__(self) -> None:
-        c = _check.instance("mesh", self.mesh, SimplexMesh).connectivity
-        vertices = _check.frozen(_check.indices("contour", self.vertices, (None,), c.n_vertices))
+        c = checks.instance("mesh", self.mesh, SimplexMesh).connectivity
+        vertices = checks.frozen(checks.indices("contour", self.vertices, (None,), c.n_vertices))
         object.__setattr__(self, "vertices", vertices)
         if len(vertices) < 3:
             raise TopologyError(f"contour must have at least 3 vertices, not {len(vertices)}")
@@ -82,14 +82,14 @@ class Contour:
     @classmethod
     def of_face(cls, mesh: SimplexMesh, face: int) -> Contour:
         """Return the boundary of a face or hole, with the face on its left."""
-        c = _check.instance("mesh", mesh, SimplexMesh).connectivity
-        f = _check.integer("face", face, 0, len(c.face_sizes) - 1)
+        c = checks.instance("mesh", mesh, SimplexMesh).connectivity
+        f = checks.integer("face", face, 0, len(c.face_sizes) - 1)
         return cls(mesh, c.face_vertices[c.face_offsets[f] : c.face_offsets[f + 1]].astype(np.int64))
 
     @classmethod
     def of_holes(cls, mesh: SimplexMesh) -> tuple[Contour, ...]:
         """Return the boundary of each hole, with the hole on its left."""
-        c = _check.instance("mesh", mesh, SimplexMesh).connectivity
+        c = checks.instance("mesh", mesh, SimplexMesh).connectivity
         return tuple(cls.of_face(mesh, int(f)) for f in np.flatnonzero(c.face_is_hole))
 
     @classmethod
@@ -110,7 +110,7 @@ class Contour:
         >>> Contour.of_faces(ball, ball.connectivity.vertex_faces[0])
         (Contour(11 vertices),)
         """
-        inside = _face_mask(_check.instance("mesh", mesh, SimplexMesh).connectivity, faces)
+        inside = _face_mask(checks.instance("mesh", mesh, SimplexMesh).connectivity, faces)
         return tuple(cls(mesh, loop) for loop in _boundary_loops(mesh.connectivity, inside))
 
     @classmethod
@@ -125,8 +125,8 @@ class Contour:
         >>> Contour.through(ring, [x.argmax(), y.argmax(), x.argmin(), y.argmin()]).separates
         False
         """
-        n_vertices = _check.instance("mesh", mesh, SimplexMesh).n_vertices
-        stops = _check.indices("picked", picked, (None,), n_vertices)
+        n_vertices = checks.instance("mesh", mesh, SimplexMesh).n_vertices
+        stops = checks.indices("picked", picked, (None,), n_vertices)
         if len(stops) < 2 or seams.first_repeated(stops) >= 0:
             raise ValueError(f"picked must be at least 2 different vertices, not {stops.tolist()}")
         return cls(mesh, _shortest_closed_path(mesh, stops))
@@ -182,7 +182,7 @@ class Contour:
 def _face_mask(connectivity: Connectivity, faces: ArrayLike) -> NDArray[np.bool_]:
     """Return a nonempty set of faces as a mask."""
     inside = np.zeros(len(connectivity.face_sizes), bool)
-    inside[_check.selection("faces", faces, len(inside))] = True
+    inside[checks.selection("faces", faces, len(inside))] = True
     if not inside.any():
         raise ValueError("faces must be at least one, not none")
     return inside

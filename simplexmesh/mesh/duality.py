@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from simplexmesh import _check
-from simplexmesh.errors import counted, warn
+from simplexmesh._base import checks
+from simplexmesh._base.errors import counted, warn
 from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.mesh.manifold import matched, oriented
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
@@ -33,11 +33,11 @@ def _vertices_and_faces(triangles: Any) -> tuple[Array, Indices]:
     else:
         hint = ": sm.read_triangles reads a file" if isinstance(triangles, str | os.PathLike) else ""
         raise TypeError(f"triangles must be (vertices, faces) or have both, not {type(triangles).__name__}{hint}")
-    vertices = _check.array("triangles.vertices", vertices, (None, 3))
-    faces = _check.array("triangles.faces", faces, (None, 3), np.int64)
+    vertices = checks.array("triangles.vertices", vertices, (None, 3))
+    faces = checks.array("triangles.faces", faces, (None, 3), np.int64)
     if not len(faces):
         raise ValueError("triangles must have at least one face, not none")
-    return vertices, _check.indices("triangles.faces", faces, (None, 3), len(vertices))
+    return vertices, checks.indices("triangles.faces", faces, (None, 3), len(vertices))
 
 
 def dual(triangles: Any, *, outward: bool = True) -> SimplexMesh:
@@ -89,7 +89,7 @@ def dual(triangles: Any, *, outward: bool = True) -> SimplexMesh:
     >>> dual((octahedron, faces[:4]))
     SimplexMesh(8 vertices, 5 faces, genus 0, 1 holes)
     """
-    _check.flag("outward", outward)
+    checks.flag("outward", outward)
     vertices, faces = _vertices_and_faces(triangles)
     faces, mates, repairs = matched(faces)
     faces, mates, flipped = oriented(vertices, faces, mates, outward=outward)
@@ -119,10 +119,7 @@ def _dual_connectivity(mates: Indices) -> Connectivity:
 
 
 def _next_on_border(mates: Indices, border: Indices) -> Indices:
-    """Return the next border half-edge of each one, found by rotating about its end through the triangles.
-
-    Rotation stays on one sheet, so two sheets that touch in a vertex have separate borders.
-    """
+    """Return the next border half-edge of each one, rotating about its end, so that sheets that touch stay apart."""
     current = border.copy()
     turning = np.arange(len(border))
     while len(turning):

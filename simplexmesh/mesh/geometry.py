@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from simplexmesh._vec import cross, dot, norm, normalized
+from simplexmesh._base.vectors import cross, dot, norm, normalized
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int32]
@@ -39,82 +39,18 @@ def _divided(numerator: Array, denominator: Array, otherwise: float) -> Array:
 
 
 def normals(vertices: Array, neighbors: Indices) -> Array:
-    """Return the outward vertex normals, each that of the plane through the three neighbors.
-
-    Parameters
-    ----------
-    vertices : (n, 3) array of float
-        Positions.
-    neighbors : (n, 3) array of int
-        Counter-clockwise seen from outside.
-
-    Returns
-    -------
-    (n, 3) array of float
-        Unit vectors; zero where the neighbors are collinear.
-
-    References
-    ----------
-    H. Delingette, thesis, 1994, equation 3.30.
-
-    Examples
-    --------
-    >>> P = np.array([[0, 0, 1.0], [1, 0, 0], [0, 1, 0], [-1, -1, 0]])
-    >>> normals(P, np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]]))[0]
-    array([0., 0., 1.])
-    """
+    """Return the outward unit normals (n, 3), zero where the neighbors are collinear (equation 3.30)."""
     return normalized(_relative_to_first(vertices, neighbors)[3])
 
 
 def height(vertices: Array, neighbors: Indices) -> Array:
-    """Return the height of each vertex above the plane of its neighbors, along the normal, in the unit of `vertices`.
-
-    Parameters
-    ----------
-    vertices : (n, 3) array of float
-        Positions.
-    neighbors : (n, 3) array of int
-        Counter-clockwise seen from outside.
-
-    Returns
-    -------
-    (n,) array of float
-        Positive where the surface is convex; zero where the neighbors are collinear.
-
-    Examples
-    --------
-    >>> P = np.array([[0, 0, 2.0], [1, 0, 0], [0, 1, 0], [-1, -1, 0]])
-    >>> float(height(P, np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]]))[0])
-    2.0
-    """
+    """Return the height (n,) of each vertex above the plane of its neighbors; zero where these are collinear."""
     p, _, _, w = _relative_to_first(vertices, neighbors)
     return dot(p, normalized(w))
 
 
 def circumcircle(vertices: Array, neighbors: Indices) -> tuple[Array, Array]:
-    """Return the center and radius of the circle through the three neighbors of each vertex.
-
-    Parameters
-    ----------
-    vertices : (n, 3) array of float
-        Positions.
-    neighbors : (n, 3) array of int
-        The neighbors, in any order.
-
-    Returns
-    -------
-    center : (n, 3) array of float
-        C0; NaN where the neighbors are collinear.
-    radius : (n,) array of float
-        r; infinite where the neighbors are collinear.
-
-    Examples
-    --------
-    >>> P = np.array([[5, 5, 5.0], [2, 0, 0], [0, 2, 0], [-2, 0, 0]])
-    >>> center, radius = circumcircle(P, np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]]))
-    >>> center[0].tolist(), round(float(radius[0]), 12)
-    ([0.0, 0.0, 0.0], 2.0)
-    """
+    """Return center (n, 3) and radius (n,) of the circle through the neighbors; NaN and infinite if collinear."""
     _, b, c, w = _relative_to_first(vertices, neighbors)
     ww = dot(w, w)
     offset = cross(dot(b, b)[:, None] * c - dot(c, c)[:, None] * b, w)
@@ -124,34 +60,12 @@ def circumcircle(vertices: Array, neighbors: Indices) -> tuple[Array, Array]:
 
 
 def simplex_angle(vertices: Array, neighbors: Indices) -> Array:
-    """Return the simplex angle: the elevation of each vertex above the plane of its neighbors, as an angle.
+    """Return the simplex angle (n,) in (-pi, pi], the elevation of each vertex above the plane of its neighbors.
 
-    With the notation of this module, `phi = atan2(2 h r, r^2 - d^2 - h^2)`. It is zero where the four points are
-    coplanar with the foot inside the circle, positive where the surface is convex, constant on either side of a sphere
-    through the neighbors, and invariant under rigid motion and scaling. Where the foot is outside the circle, |phi|
-    exceeds pi/2, and is pi in the plane.
-
-    Parameters
-    ----------
-    vertices : (n, 3) array of float
-        Positions.
-    neighbors : (n, 3) array of int
-        Counter-clockwise seen from outside.
-
-    Returns
-    -------
-    (n,) array of float
-        In radians, in (-pi, pi]; zero where the neighbors are collinear.
-
-    References
-    ----------
-    H. Delingette, thesis, 1994, section 3.3.1; IJCV 32 (1999) 111, section 3.2; the sign is for outward normals.
-
-    Examples
-    --------
-    >>> P = np.array([[0, 0, 1.0], [1, 0, 0], [0, 1, 0], [-1, 0, 0]])
-    >>> float(simplex_angle(P, np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]]))[0]) == np.pi / 2
-    True
+    `phi = atan2(2 h r, r^2 - d^2 - h^2)` is zero where the four points are coplanar with the foot inside the circle,
+    constant on either side of a sphere through the neighbors, and invariant under similarities. Where the foot is
+    outside the circle, |phi| exceeds pi/2, and is pi in the plane. Thesis, section 3.3.1; IJCV 32 (1999) 111, section
+    3.2.
     """
     p, b, c, w = _relative_to_first(vertices, neighbors)
     toward_center = cross(dot(b, b)[:, None] * c - dot(c, c)[:, None] * b, w)
@@ -161,33 +75,11 @@ def simplex_angle(vertices: Array, neighbors: Indices) -> Array:
 
 
 def mean_curvature(vertices: Array, neighbors: Indices) -> Array:
-    """Return the mean curvature at each vertex: the curvature of the sphere through it and its neighbors.
+    """Return the mean curvature (n,), that of the sphere through each vertex and its neighbors, in 1 / unit.
 
-    `H = sin(phi) / r = 2 h / sqrt(4 h^2 r^2 + (r^2 - d^2 - h^2)^2)`, so that `|H| = 1 / R` with R the radius of that
-    sphere: exact for any vertices on a sphere, of order two in the edge length on a regular mesh of a smooth surface.
-
-    Parameters
-    ----------
-    vertices : (n, 3) array of float
-        Positions.
-    neighbors : (n, 3) array of int
-        Counter-clockwise seen from outside.
-
-    Returns
-    -------
-    (n,) array of float
-        H, in 1 / unit of `vertices`, positive on a convex surface; zero where the four points are coplanar or
-        coincide.
-
-    References
-    ----------
-    H. Delingette, thesis, 1994, section 3.3.
-
-    Examples
-    --------
-    >>> P = np.array([[0, 0, 2.0], [2, 0, 0], [0, 2, 0], [-2, 0, 0]])
-    >>> float(mean_curvature(P, np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]]))[0])
-    0.5
+    `H = sin(phi) / r = 2 h / sqrt(4 h^2 r^2 + (r^2 - d^2 - h^2)^2)` (thesis, section 3.3) is exact on a sphere, of
+    order two in the edge length on a regular mesh of a smooth surface, and zero where the four points are coplanar or
+    coincide.
     """
     p, b, c, w = _relative_to_first(vertices, neighbors)
     sphere = dot(p, p)[:, None] * w + dot(b, b)[:, None] * cross(c, p) + dot(c, c)[:, None] * cross(p, b)
@@ -195,30 +87,7 @@ def mean_curvature(vertices: Array, neighbors: Indices) -> Array:
 
 
 def metric_parameters(vertices: Array, neighbors: Indices) -> Array:
-    """Return the metric parameters: the barycentric coordinates of each vertex's foot in the triangle of its neighbors.
-
-    Parameters
-    ----------
-    vertices : (n, 3) array of float
-        Positions.
-    neighbors : (n, 3) array of int
-        Counter-clockwise seen from outside.
-
-    Returns
-    -------
-    (n, 3) array of float
-        e1, e2, e3 with sum 1 and `F = e1 A + e2 B + e3 C`; 1/3 each where the neighbors are collinear.
-
-    References
-    ----------
-    H. Delingette, thesis, 1994, equation 3.49.
-
-    Examples
-    --------
-    >>> P = np.array([[0, 0.25, 7.0], [1, 0, 0], [0, 1, 0], [-1, 0, 0]])
-    >>> metric_parameters(P, np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]]))[0]
-    array([0.375, 0.25 , 0.375])
-    """
+    """Return the barycentric coordinates (n, 3) of the foot F, `F = e1 A + e2 B + e3 C`; 1/3 if collinear (3.49)."""
     p, b, c, w = _relative_to_first(vertices, neighbors)
     ww = dot(w, w)
     second = _divided(dot(cross(p, c), w), ww, 1 / 3)
@@ -227,36 +96,11 @@ def metric_parameters(vertices: Array, neighbors: Indices) -> Array:
 
 
 def height_of_angle(radius: ArrayLike, distance: ArrayLike, angle: ArrayLike, *, far: bool = True) -> Array:
-    """Return the height L(r, d, phi) at which a vertex has a given simplex angle.
+    """Return the height L(r, d, phi) of a vertex with a simplex angle, NaN where none exists: `|d sin(phi)| > r`.
 
     For a foot inside the circle, `d <= r`, there is exactly one. For a foot outside, |phi| exceeds pi/2 and two heights
     `L` and `(d^2 - r^2) / L` have that angle: `far` selects the larger, which continues the first case and is the one
-    of the thesis.
-
-    Parameters
-    ----------
-    radius, distance, angle : array_like of float
-        r > 0, d >= 0 and phi in [-pi, pi], broadcast together; the angle in radians.
-    far : bool
-        Whether to return the larger of the two heights for a foot outside the circle.
-
-    Returns
-    -------
-    array of float
-        Heights, with the sign of the angle; NaN where none exists, that is, where `|d sin(phi)| > r`. For a foot
-        outside the circle and |phi| below pi/2, which no vertex has, the height returned has angle `phi - pi` or
-        `phi + pi`.
-
-    References
-    ----------
-    H. Delingette, thesis, 1994, equations 3.7 and 3.10, rearranged to avoid cancellation.
-
-    Examples
-    --------
-    >>> height_of_angle(1.0, 0.0, [0.0, np.pi / 2, -np.pi / 2])
-    array([ 0.,  1., -1.])
-    >>> height_of_angle(1.0, 2.0, [2.8, -2.8]).round(6), height_of_angle(1.0, 2.0, 2.8, far=False).round(6)
-    (array([ 5.028849, -5.028849]), np.float64(0.596558))
+    of the thesis (equations 3.7 and 3.10, rearranged to avoid cancellation).
     """
     r, d, phi = np.broadcast_arrays(*(np.asarray(x, float) for x in (radius, distance, angle)))
     sine, cosine = np.sin(phi), np.cos(phi)

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from simplexmesh._vec import normalized
+from simplexmesh._base.vectors import normalized
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -16,19 +16,7 @@ BASES = ("tetrahedron", "octahedron", "icosahedron")
 
 
 def polyhedron(name: str) -> tuple[Array, Indices]:
-    """Return the corners, on the unit sphere, and the triangles, counter-clockwise seen from outside, of a polyhedron.
-
-    Parameters
-    ----------
-    name : {"icosahedron", "octahedron", "tetrahedron"}
-        The regular polyhedron.
-
-    Examples
-    --------
-    >>> corners, faces = polyhedron("octahedron")
-    >>> len(corners), len(faces)
-    (6, 8)
-    """
+    """Return the corners of a regular polyhedron on the unit sphere, and its triangles."""
     corners: list[list[float]]
     if name == "tetrahedron":
         corners = [[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]]
@@ -47,23 +35,7 @@ def polyhedron(name: str) -> tuple[Array, Indices]:
 
 
 def subdivided(corners: Array, faces: Indices, f: int) -> tuple[Array, Indices]:
-    """Return a triangulation with each triangle divided into f^2, points shared along the edges.
-
-    Parameters
-    ----------
-    corners : (v, 3) array of float
-        Positions.
-    faces : (t, 3) array of int
-        Triangles.
-    f : int
-        The frequency, at least 1.
-
-    Examples
-    --------
-    >>> points, triangles = subdivided(*polyhedron("icosahedron"), 4)
-    >>> len(points), len(triangles)
-    (162, 320)
-    """
+    """Return a triangulation with each triangle divided into f^2, points shared along the edges."""
     i, j = (a.ravel() for a in np.meshgrid(np.arange(f + 1), np.arange(f + 1), indexing="ij"))
     i, j = i[i + j <= f], j[i + j <= f]
     weights = np.stack([f - i - j, i, j], axis=1)
@@ -86,26 +58,7 @@ def subdivided(corners: Array, faces: Indices, f: int) -> tuple[Array, Indices]:
 
 
 def strip(around: int, along: int) -> tuple[Array, Indices]:
-    """Return rows of nearly equilateral triangles on a rectangle, periodic in the first direction.
-
-    Parameters
-    ----------
-    around, along : int
-        Points in a row, at least 3, and number of rows of triangles.
-
-    Returns
-    -------
-    uv : ((along + 1) * around, 2) array of float
-        Coordinates in [0, 1) and [0, 1]; every second row is shifted by half a point.
-    triangles : (2 * around * along, 3) array of int
-        Counter-clockwise in (u, v).
-
-    Examples
-    --------
-    >>> uv, triangles = strip(5, 4)
-    >>> len(uv), len(triangles)
-    (25, 40)
-    """
+    """Return rows of nearly equilateral triangles on the unit square, periodic in u; every second one is shifted."""
     row, i = np.divmod(np.arange((along + 1) * around), around)
     uv = np.stack([(i + 0.5 * (row % 2)) / around, row / along], axis=1)
     row, i = np.divmod(np.arange(along * around), around)
@@ -118,26 +71,7 @@ def strip(around: int, along: int) -> tuple[Array, Indices]:
 
 
 def sheet(across: int, along: int) -> tuple[Array, Indices]:
-    """Return rows of nearly equilateral triangles that fill a rectangle exactly.
-
-    Parameters
-    ----------
-    across, along : int
-        Number of triangles with their base on the first row, and number of rows of triangles.
-
-    Returns
-    -------
-    uv : (p, 2) array of float
-        Coordinates in [0, 1]; rows have `across + 1` and `across + 2` points alternately.
-    triangles : ((2 * across + 1) * along, 3) array of int
-        Counter-clockwise in (u, v).
-
-    Examples
-    --------
-    >>> uv, triangles = sheet(3, 2)
-    >>> len(uv), len(triangles)
-    (13, 14)
-    """
+    """Return rows of nearly equilateral triangles that fill the unit square exactly."""
     short = np.arange(across + 1) / across
     long = np.concatenate([[0.0], (np.arange(across) + 0.5) / across, [1.0]])
     u = [long if row % 2 else short for row in range(along + 1)]
@@ -157,25 +91,6 @@ def sheet(across: int, along: int) -> tuple[Array, Indices]:
 
 
 def tube(around: int, across: int) -> tuple[Array, Indices]:
-    """Return rows of nearly equilateral triangles on a rectangle, periodic in both directions: six at every point.
-
-    Parameters
-    ----------
-    around, across : int
-        Points in a row, at least 3, and number of rows, even and at least 4.
-
-    Returns
-    -------
-    uv : (around * across, 2) array of float
-        Coordinates in [0, 1).
-    triangles : (2 * around * across, 3) array of int
-        Counter-clockwise in (u, v).
-
-    Examples
-    --------
-    >>> uv, triangles = tube(6, 4)
-    >>> len(uv), len(triangles)
-    (24, 48)
-    """
+    """Return rows of nearly equilateral triangles on the unit square, periodic: six at every point."""
     uv, triangles = strip(around, across)
     return uv[: around * across], triangles % (around * across)

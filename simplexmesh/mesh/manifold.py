@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from simplexmesh._vec import cross, dot
-from simplexmesh.errors import TopologyError, counted
+from simplexmesh._base.errors import TopologyError, counted
+from simplexmesh._base.vectors import cross, dot
 from simplexmesh.mesh import _kernels
 
 Array = NDArray[np.float64]
@@ -14,13 +14,7 @@ Indices = NDArray[np.int64]
 
 
 def without_degenerate(faces: Indices) -> tuple[Indices, list[str]]:
-    """Return the triangles without those that repeat a corner, and a phrase for the repair, if any.
-
-    Examples
-    --------
-    >>> without_degenerate(np.array([[0, 1, 2], [2, 2, 3]]))
-    (array([[0, 1, 2]]), ['dropped 1 triangle with a repeated corner'])
-    """
+    """Return the triangles without those that repeat a corner, and a phrase for the repair, if any."""
     a, b, c = faces.T
     degenerate = (a == b) | (b == c) | (c == a)
     if not degenerate.any():
@@ -30,13 +24,7 @@ def without_degenerate(faces: Indices) -> tuple[Indices, list[str]]:
 
 
 def without_duplicates(faces: Indices) -> tuple[Indices, list[str]]:
-    """Return the triangles without duplicates, in any order of corners, and a phrase for the repair, if any.
-
-    Examples
-    --------
-    >>> without_duplicates(np.array([[0, 1, 2], [1, 0, 2]]))
-    (array([[0, 1, 2]]), ['dropped 1 duplicate triangle'])
-    """
+    """Return the triangles without duplicates, in any order of corners, and a phrase for the repair, if any."""
     corners = np.sort(faces, axis=1)
     order = np.lexsort(corners.T)
     duplicate = np.zeros(len(faces), bool)
@@ -47,21 +35,7 @@ def without_duplicates(faces: Indices) -> tuple[Indices, list[str]]:
 
 
 def matched(faces: Indices) -> tuple[Indices, Indices, list[str]]:
-    """Return valid triangles with their half-edges, as from `half_edge_mates`, and phrases for the repairs.
-
-    Duplicates are searched for only if there is a sign of one: an edge of more than two triangles, or a triangle with
-    the same neighbor across all three edges.
-
-    Raises
-    ------
-    TopologyError
-        When no triangle is left, or more than two share an edge.
-
-    Examples
-    --------
-    >>> matched(np.array([[0, 1, 2], [2, 1, 3], [2, 1, 0]]))[2]
-    ['dropped 1 duplicate triangle']
-    """
+    """Return valid triangles, their half-edges as from `half_edge_mates`, and phrases for the repairs, or raise."""
     faces, repairs = without_degenerate(faces)
     if not len(faces):
         raise TopologyError("triangles must have a face with three different corners, not none")
@@ -74,29 +48,7 @@ def matched(faces: Indices) -> tuple[Indices, Indices, list[str]]:
 
 
 def half_edge_mates(faces: Indices) -> Indices:
-    """Return the opposite of each half-edge; half-edge `j` of a triangle runs from corner `j` to corner `j + 1`.
-
-    Parameters
-    ----------
-    faces : (t, 3) array of int
-        Corners of triangles.
-
-    Returns
-    -------
-    (t, 3) array of int
-        Half-edge `3 * u + k` of triangle `u`, or -1 on a border.
-
-    Raises
-    ------
-    TopologyError
-        Where more than two triangles share an edge.
-
-    Examples
-    --------
-    >>> half_edge_mates(np.array([[0, 1, 2], [2, 1, 3]]))
-    array([[-1,  3, -1],
-           [ 1, -1, -1]])
-    """
+    """Return the opposite (t, 3) of each half-edge, `3 u + k` for corner `k` of triangle `u`; -1 on a border."""
     mates, nonmanifold = _kernels.half_edge_mates(faces)
     if nonmanifold >= 0:
         a, b = faces[nonmanifold // 3, [nonmanifold % 3, (nonmanifold + 1) % 3]]
@@ -154,28 +106,7 @@ def _flipped(faces: Indices, mates: Indices, flip: NDArray[np.bool_]) -> tuple[I
 
 
 def oriented(vertices: Array, faces: Indices, mates: Indices, *, outward: bool) -> tuple[Indices, Indices, list[str]]:
-    """Return consistently oriented triangles, their half-edges, and phrases for the repairs.
-
-    Parameters
-    ----------
-    vertices : (v, 3) array of float
-        Positions.
-    faces, mates : (t, 3) arrays of int
-        Triangles, and their half-edges as from `half_edge_mates`.
-    outward : bool
-        Also flip closed components that enclose a negative volume.
-
-    Raises
-    ------
-    TopologyError
-        For a one-sided surface.
-
-    Examples
-    --------
-    >>> faces = np.array([[0, 1, 2], [1, 2, 3]])
-    >>> oriented(np.eye(4)[:, :3], faces, half_edge_mates(faces), outward=True)[2]
-    ['flipped 1 triangle']
-    """
+    """Return triangles, half-edges and phrases for repairs; `outward` flips closed components of negative volume."""
     repairs = []
     flip = to_flip(faces, mates)
     if flip.any():

@@ -6,12 +6,10 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 
-from simplexmesh import _check
+from simplexmesh._base import checks
 
 DEFAULT_VERTICES = 1280
 MAX_VERTICES = 100_000_000
-_WINDOW = 16
-_COUNT_ERROR = 0.03  # relative error of the vertex count that costs as much as edges off by a factor of e
 
 
 def frequency(given: int | None, vertices: int | None, n_triangles: int) -> int:
@@ -19,18 +17,12 @@ def frequency(given: int | None, vertices: int | None, n_triangles: int) -> int:
     if given is not None and vertices is not None:
         raise TypeError("give frequency or vertices, not both")
     if given is not None:
-        return _check.integer("frequency", given, 1, math.isqrt(MAX_VERTICES // n_triangles))
+        return checks.integer("frequency", given, 1, math.isqrt(MAX_VERTICES // n_triangles))
     return _nearest_frequency(_n_wanted(vertices), n_triangles)
 
 
 def base_for(vertices: int | None, n_triangles: Mapping[str, int]) -> str:
-    """Return the first base if its nearest number of vertices is within 10 %, else the base with the nearest one.
-
-    Examples
-    --------
-    >>> base_for(130, {"icosahedron": 20, "octahedron": 8, "tetrahedron": 4})
-    'octahedron'
-    """
+    """Return the first base if its nearest number of vertices is within 10 %, else the base with the nearest one."""
     wanted = _n_wanted(vertices)
     error = {base: abs(n * _nearest_frequency(wanted, n) ** 2 - wanted) for base, n in n_triangles.items()}
     first = next(iter(error))
@@ -43,64 +35,29 @@ def _nearest_frequency(wanted: int, n_triangles: int) -> int:
 
 
 def _n_wanted(vertices: int | None) -> int:
-    return DEFAULT_VERTICES if vertices is None else _check.integer("vertices", vertices, 4, MAX_VERTICES)
+    return DEFAULT_VERTICES if vertices is None else checks.integer("vertices", vertices, 4, MAX_VERTICES)
 
 
 @dataclass(frozen=True)
 class Grid:
-    """A shape with cells in two directions.
+    """A shape with cells in two directions."""
 
-    Attributes
-    ----------
-    first, second : str
-        The names of the two parameters, the numbers of cells.
-    count : callable
-        Number of vertices for given numbers of cells; linear in each (in the second, among those of equal parity).
-    minimum : (2,) tuple of int
-        The smallest numbers of cells.
-    step : int
-        2 when the second must be even.
-    """
-
-    first: str
+    first: str  # the names of the two parameters
     second: str
-    count: Callable[[int, int], int]
+    count: Callable[[int, int], int]  # vertices for numbers of cells; linear in each, the second of equal parity
     minimum: tuple[int, int]
-    step: int = 1
+    step: int = 1  # 2 when the second must be even
 
 
 def cells(grid: Grid, first: int | None, second: int | None, vertices: int | None, aspect: float) -> tuple[int, int]:
-    """Return the two numbers of cells as given, or the best ones for a number of vertices and equal edge lengths.
-
-    A count off by 3 % costs as much as edges off by a factor of e: the exact count often leaves only slivers.
-
-    Parameters
-    ----------
-    grid : Grid
-        The shape.
-    first, second : int, optional
-        The caller's numbers of cells.
-    vertices : int, optional
-        The caller's approximate number of vertices.
-    aspect : float
-        Length of the first direction over that of the second; a cell holds two triangles and has the height of an
-        equilateral one.
-
-    Examples
-    --------
-    >>> ring = Grid("around", "along", lambda n, m: 2 * n * (m + 1), (3, 1))
-    >>> cells(ring, None, None, 100, 3.0)
-    (10, 4)
-    """
+    """Return the numbers of cells, given or best for a number of vertices; `aspect` is the ratio of the two lengths."""
     if (first is None) != (second is None):
         raise TypeError(f"give both {grid.first} and {grid.second}, or neither")
     if first is not None and second is not None:
         if vertices is not None:
             raise TypeError(f"give {grid.first} and {grid.second}, or vertices, not both")
-        one, two = (
-            _check.integer(grid.first, first, grid.minimum[0]),
-            _check.integer(grid.second, second, grid.minimum[1]),
-        )
+        one = checks.integer(grid.first, first, grid.minimum[0])
+        two = checks.integer(grid.second, second, grid.minimum[1])
         if (count := grid.count(one, two)) > MAX_VERTICES:
             names = f"{grid.first} and {grid.second}"
             raise ValueError(f"{names} must give at most {MAX_VERTICES:,} vertices, not {count:,}")
@@ -108,8 +65,9 @@ def cells(grid: Grid, first: int | None, second: int | None, vertices: int | Non
     wanted, ratio = _n_wanted(vertices), aspect * math.sqrt(3) / 2
 
     def cost(pair: tuple[int, int]) -> float:
+        # a count off by 3 % costs as much as edges off by a factor of e: the exact count often leaves only slivers
         count_error = grid.count(*pair) / wanted - 1
-        return (count_error / _COUNT_ERROR) ** 2 + abs(math.log(pair[0] / pair[1] / ratio))
+        return (count_error / 0.03) ** 2 + abs(math.log(pair[0] / pair[1] / ratio))
 
     return min(_candidates(grid, wanted, ratio), key=cost)
 
@@ -120,7 +78,7 @@ def _candidates(grid: Grid, wanted: int, ratio: float) -> Iterator[tuple[int, in
     per_first = grid.count(low + 1, least) - grid.count(low, least)
     most = low + max(0, wanted - grid.count(low, least)) // per_first
     center = min(max(round(math.sqrt(wanted / 2 * ratio)), low), most)
-    for n in range(max(low, center - _WINDOW), center + _WINDOW + 1):
+    for n in range(max(low, center - 16), center + 17):
         base = grid.count(n, least)
         per_step = (grid.count(n, least + 2) - base) / 2 * grid.step
         steps = max(0, math.floor((wanted - base) / per_step))

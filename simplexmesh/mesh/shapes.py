@@ -7,8 +7,8 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from simplexmesh import _check
-from simplexmesh._vec import normalized
+from simplexmesh._base import checks
+from simplexmesh._base.vectors import normalized
 from simplexmesh.mesh import lattices, resolution
 from simplexmesh.mesh.duality import dual
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
@@ -73,10 +73,10 @@ def sphere(
     """
     if base is None:
         base = "icosahedron" if frequency is not None else resolution.base_for(vertices, TRIANGLES)
-    corners, faces = lattices.polyhedron(_check.choice("base", base, lattices.BASES))
+    corners, faces = lattices.polyhedron(checks.choice("base", base, lattices.BASES))
     f = resolution.frequency(frequency, vertices, len(faces))
-    R = _check.number("radius", radius, 0.0, open_low=True)
-    at = _check.array("center", center, (3,))
+    R = checks.number("radius", radius, 0.0, open_low=True)
+    at = checks.array("center", center, (3,))
     points, triangles = lattices.subdivided(corners, faces, f)
     mesh = dual((normalized(points), triangles))
     return mesh.moved(R * normalized(mesh.vertices) + at)
@@ -114,13 +114,13 @@ def ellipsoid(
     >>> bool(np.isclose(ellipsoid((3, 2, 1), 40).volume, 4 / 3 * np.pi * 6, rtol=2e-3))
     True
     """
-    scale = _check.array("radii", radii, (3,))
+    scale = checks.array("radii", radii, (3,))
     if (scale <= 0).any():
         raise ValueError(f"radii must be above 0, not {scale.tolist()}")
-    Q = np.eye(3) if axes is None else _check.array("axes", axes, (3, 3))
+    Q = np.eye(3) if axes is None else checks.array("axes", axes, (3, 3))
     if not np.allclose(Q @ Q.T, np.eye(3), atol=1e-6) or np.linalg.det(Q) < 0:
         raise ValueError("axes must be three orthonormal rows of a rotation")
-    at = _check.array("center", center, (3,))
+    at = checks.array("center", center, (3,))
     ball = sphere(frequency, base, vertices=vertices)
     return ball.moved((ball.vertices * scale) @ Q + at)
 
@@ -158,8 +158,8 @@ def cylinder(
     >>> cylinder(12, 5)
     SimplexMesh(144 vertices, 72 faces, genus 0, 2 holes)
     """
-    R = _check.number("radius", radius, 0.0, open_low=True)
-    L = _check.number("height", height, 0.0, open_low=True)
+    R = checks.number("radius", radius, 0.0, open_low=True)
+    L = checks.number("height", height, 0.0, open_low=True)
     n, m = resolution.cells(CYLINDER, around, along, vertices, 2 * math.pi * R / L)
     uv, triangles = lattices.strip(n, m)
     theta = 2 * math.pi * uv[:, 0]
@@ -200,7 +200,7 @@ def plane(
     >>> plane(4, 3)
     SimplexMesh(42 vertices, 22 faces, genus 0, 1 holes)
     """
-    sides = _check.array("size", size, (2,))
+    sides = checks.array("size", size, (2,))
     if (sides <= 0).any():
         raise ValueError(f"size must be above 0, not {sides.tolist()}")
     n, m = resolution.cells(PLANE, across, along, vertices, sides[0] / sides[1])
@@ -247,8 +247,8 @@ def torus(
     >>> torus(20, 8)
     SimplexMesh(320 vertices, 160 faces, genus 1, 0 holes)
     """
-    R = _check.number("radius", radius, 0.0, open_low=True)
-    r = _check.number("tube_radius", tube_radius, 0.0, open_low=True)
+    R = checks.number("radius", radius, 0.0, open_low=True)
+    r = checks.number("tube_radius", tube_radius, 0.0, open_low=True)
     if r >= R:
         raise ValueError(f"tube_radius must be below radius, {R:g}, not {r:g}")
     n, m = resolution.cells(TORUS, around, across, vertices, R / r)
@@ -269,10 +269,10 @@ def _on_torus(angles: Array, R: float, r: float) -> Array:
 
 def _placed(points: Array, center: ArrayLike, axis: ArrayLike) -> Array:
     """Return points rotated so that z becomes `axis`, then translated to `center`."""
-    z = _check.array("axis", axis, (3,))
+    z = checks.array("axis", axis, (3,))
     if not z.any():
         raise ValueError("axis must have a direction, not [0, 0, 0]")
     z = normalized(z / np.abs(z).max())
     across = np.array([1.0, 0, 0]) if abs(z[0]) < 0.9 else np.array([0, 1.0, 0])
     y = normalized(np.cross(z, across))
-    return points @ np.stack([np.cross(y, z), y, z]) + _check.array("center", center, (3,))
+    return points @ np.stack([np.cross(y, z), y, z]) + checks.array("center", center, (3,))

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from simplexmesh import _check
+from simplexmesh._base import checks
 from simplexmesh.mesh import face_geometry, geometry, triangulation
 from simplexmesh.mesh.check import Report, check
 from simplexmesh.mesh.connectivity import Connectivity
@@ -23,13 +23,13 @@ Array = NDArray[np.float64]
 
 def _vertex_array(name: str, values: ArrayLike, n: int) -> NDArray[Any]:
     """Return a named per-vertex array as read-only numbers, or raise when its rows or its type do not fit."""
-    given = _check.any_array(f"data {name!r}", values)
+    given = checks.any_array(f"data {name!r}", values)
     if given.dtype.kind not in "biuf":
         raise TypeError(f"data {name!r} must be numbers, not {given.dtype}")
     if given.ndim == 0 or len(given) != n:
         raise ValueError(f"data {name!r} must have {n} rows, one for each vertex, not shape {given.shape}")
     read_only = not given.flags.writeable and given.flags.owndata  # already ours: passed on from another mesh
-    return given if read_only else _check.frozen(given)
+    return given if read_only else checks.frozen(given)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -67,10 +67,10 @@ class SimplexMesh:
         if not isinstance(self.connectivity, Connectivity):
             raise TypeError(f"connectivity must be a Connectivity, not {type(self.connectivity).__name__}")
         n = self.connectivity.n_vertices
-        vertices = _check.array("vertices", self.vertices, (n, 3))
-        given = {} if self.data is None else _check.instance("data", self.data, Mapping)  # type: ignore[type-abstract]
+        vertices = checks.array("vertices", self.vertices, (n, 3))
+        given = {} if self.data is None else checks.instance("data", self.data, Mapping)  # type: ignore[type-abstract]
         data = {str(name): _vertex_array(name, values, n) for name, values in given.items()}
-        object.__setattr__(self, "vertices", _check.frozen(vertices, np.float64))
+        object.__setattr__(self, "vertices", checks.frozen(vertices, np.float64))
         object.__setattr__(self, "data", MappingProxyType(data))
 
     def __repr__(self) -> str:
@@ -130,32 +130,32 @@ class SimplexMesh:
     @cached_property
     def normals(self) -> Array:
         """(n, 3) unit normals, outward; see `geometry.normals`."""
-        return _check.frozen(geometry.normals(self.vertices, self.neighbors))
+        return checks.frozen(geometry.normals(self.vertices, self.neighbors))
 
     @cached_property
     def simplex_angle(self) -> Array:
         """(n,) simplex angles in radians, positive where convex; see `geometry.simplex_angle`."""
-        return _check.frozen(geometry.simplex_angle(self.vertices, self.neighbors))
+        return checks.frozen(geometry.simplex_angle(self.vertices, self.neighbors))
 
     @cached_property
     def mean_curvature(self) -> Array:
         """(n,) mean curvatures in 1 / unit, positive where convex; see `geometry.mean_curvature`."""
-        return _check.frozen(geometry.mean_curvature(self.vertices, self.neighbors))
+        return checks.frozen(geometry.mean_curvature(self.vertices, self.neighbors))
 
     @cached_property
     def metric(self) -> Array:
         """(n, 3) metric parameters, with sum 1; see `geometry.metric_parameters`."""
-        return _check.frozen(geometry.metric_parameters(self.vertices, self.neighbors))
+        return checks.frozen(geometry.metric_parameters(self.vertices, self.neighbors))
 
     @cached_property
     def face_areas(self) -> Array:
         """(f,) area of each face, holes included; see `face_geometry.face_areas`."""
-        return _check.frozen(face_geometry.face_areas(self.vertices, *self._faces))
+        return checks.frozen(face_geometry.face_areas(self.vertices, *self._faces))
 
     @cached_property
     def face_gauss(self) -> Array:
         """(f,) Gaussian measure of each face, holes included; see `face_geometry.face_gauss`."""
-        return _check.frozen(face_geometry.face_gauss(self.normals, *self._faces))
+        return checks.frozen(face_geometry.face_gauss(self.normals, *self._faces))
 
     @cached_property
     def area(self) -> float:
@@ -170,7 +170,13 @@ class SimplexMesh:
     @cached_property
     def bounds(self) -> Array:
         """(2, 3) the smallest and the largest coordinates."""
-        return _check.frozen([self.vertices.min(axis=0), self.vertices.max(axis=0)])
+        return checks.frozen([self.vertices.min(axis=0), self.vertices.max(axis=0)])
+
+    @property
+    def diagonal(self) -> float:
+        """Length of the diagonal of the bounding box."""
+        low, high = self.bounds
+        return float(np.linalg.norm(high - low))
 
     def check(self, *, self_intersections: bool = False) -> Report:
         """Return a report of the defects of the mesh, true when there are none; see `check.check`.
@@ -181,13 +187,32 @@ class SimplexMesh:
         >>> print(sphere(4).check(self_intersections=True))
         nothing wrong
         """
-        return check(self.vertices, self.connectivity, crossings=_check.flag("self_intersections", self_intersections))
+        return check(self.vertices, self.connectivity, crossings=checks.flag("self_intersections", self_intersections))
 
     # ---- new objects
 
     def moved(self, vertices: ArrayLike) -> SimplexMesh:
         """Return the mesh with new vertex positions, sharing the connectivity and keeping the data."""
         return SimplexMesh(vertices, self.connectivity, self.data)  # type: ignore[arg-type]
+
+    def transformed(self, T_target_source: ArrayLike) -> SimplexMesh:
+        """Return the mesh in the target frame of a transform, keeping the connectivity and the data.
+
+        Parameters
+        ----------
+        T_target_source : (4, 4) array of float
+            Affine; a reflection, which would turn the mesh inside out, is refused.
+
+        Examples
+        --------
+        >>> from simplexmesh.mesh.shapes import sphere
+        >>> round(sphere(4).transformed(np.diag([2.0, 2.0, 2.0, 1.0])).diagonal / sphere(4).diagonal, 12)
+        2.0
+        """
+        T = checks.affine("T_target_source", T_target_source)
+        if np.linalg.det(T[:3, :3]) < 0:
+            raise ValueError("T_target_source must keep the orientation of a simplex mesh; it is a reflection")
+        return self.moved(self.vertices @ T[:3, :3].T + T[:3, 3])
 
     def with_data(self, **arrays: ArrayLike | None) -> SimplexMesh:
         """Return the mesh with named per-vertex arrays added or replaced; None removes one.
@@ -219,13 +244,13 @@ class SimplexMesh:
         80
         """
         make = {"fan": triangulation.fan, "dual": triangulation.dual_triangles}
-        points, triangles = make[_check.choice("method", method, list(make))](self.vertices, self.connectivity)
+        points, triangles = make[checks.choice("method", method, list(make))](self.vertices, self.connectivity)
         return importlib.import_module("simplexmesh.data.triangles").TriangleMesh(points, triangles)
 
     def save(self, path: str | Path) -> None:
         """Write the mesh to a file in the format given by its extension; VTP keeps everything."""
-        importlib.import_module("simplexmesh.data.writing").write_mesh(self, path)
+        importlib.import_module("simplexmesh.data.io.writing").save(path, self)
 
     def to_pyvista(self) -> Any:
         """Return a `pyvista.PolyData` with the faces as polygons and the vertex data."""
-        return importlib.import_module("simplexmesh.data.writing").polydata(self)
+        return importlib.import_module("simplexmesh.data.io.writing").to_pyvista(self)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from simplexmesh.errors import TopologyError
+from simplexmesh._base.errors import TopologyError
 from simplexmesh.mesh import face_geometry
 from simplexmesh.mesh.connectivity import Connectivity
 
@@ -14,30 +14,7 @@ Indices = NDArray[np.int64]
 
 
 def fan(vertices: Array, connectivity: Connectivity) -> tuple[Array, Indices]:
-    """Triangulate each face as a fan around its centroid, holes left open.
-
-    Parameters
-    ----------
-    vertices : (n, 3) array of float
-        Positions.
-    connectivity : Connectivity
-        With f faces.
-
-    Returns
-    -------
-    points : (n + f, 3) array of float
-        The vertices of the mesh, then the centroids of its faces.
-    triangles : (t, 3) array of int
-        Counter-clockwise seen from outside, ordered by face.
-
-    Examples
-    --------
-    >>> from simplexmesh.mesh.shapes import sphere
-    >>> ball = sphere(1)
-    >>> points, triangles = fan(ball.vertices, ball.connectivity)
-    >>> len(points), len(triangles)
-    (32, 60)
-    """
+    """Return the vertices, then the centroids of the solid faces, and the fan triangles, ordered by face."""
     loops = connectivity.face_vertices, connectivity.face_offsets
     solid = ~connectivity.face_is_hole
     number = connectivity.n_vertices + np.cumsum(solid) - 1
@@ -47,38 +24,10 @@ def fan(vertices: Array, connectivity: Connectivity) -> tuple[Array, Indices]:
 
 
 def dual_triangles(vertices: Array, connectivity: Connectivity) -> tuple[Array, Indices]:
-    """Return the dual triangulation: a corner at the centroid of each face, a triangle for each vertex.
+    """Return the dual triangulation: centroids of solid faces, a triangle for each vertex that is on no hole.
 
-    Vertices on a hole become border edges and have no triangle. `dual` of the result has the same connectivity: dart
-    by dart for a closed mesh, and for an open one whose hole vertices come last, as in the results of `dual`;
-    otherwise up to the order of the vertices.
-
-    Parameters
-    ----------
-    vertices : (n, 3) array of float
-        Positions.
-    connectivity : Connectivity
-        With f faces.
-
-    Returns
-    -------
-    points : (f, 3) array of float
-        The centroids of the faces of the surface.
-    triangles : (t, 3) array of int
-        Counter-clockwise seen from outside, in the order of the mesh's vertices.
-
-    Raises
-    ------
-    TopologyError
-        When every vertex lies on a hole.
-
-    Examples
-    --------
-    >>> from simplexmesh.mesh.shapes import sphere
-    >>> ball = sphere(1)
-    >>> points, triangles = dual_triangles(ball.vertices, ball.connectivity)
-    >>> len(points), len(triangles)
-    (12, 20)
+    `dual` of the result has the same connectivity, dart by dart if the hole vertices come last, as in the results of
+    `dual`; otherwise up to the order of the vertices.
     """
     solid = ~connectivity.face_is_hole
     inner = solid[connectivity.face].all(axis=1)

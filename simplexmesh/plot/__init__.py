@@ -9,14 +9,16 @@ Examples
 >>> plotter.close()
 """
 
-from simplexmesh.plot.attribute_image import signature
 from simplexmesh.plot.camera import looked_at
-from simplexmesh.plot.coloring import classes, heat
-from simplexmesh.plot.curvature_panels import curvature
+from simplexmesh.plot.classes import classes
+from simplexmesh.plot.curvature import curvature
+from simplexmesh.plot.heat import heat
 from simplexmesh.plot.landscape import landscape
 from simplexmesh.plot.overlay import overlay
-from simplexmesh.plot.scenes import beside, panels, surface, together
+from simplexmesh.plot.panels import beside, panels, together
+from simplexmesh.plot.signature import signature
 from simplexmesh.plot.stage import has_display, picture, stage
+from simplexmesh.plot.surface import surface
 
 __all__ = [
     "beside",

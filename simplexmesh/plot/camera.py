@@ -9,7 +9,7 @@ import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
 
-from simplexmesh import _check
+from simplexmesh._base import checks
 from simplexmesh.data.volume import Volume
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 
@@ -86,7 +86,7 @@ def looked_at(
 
 def upright(shown: Any, up: str = "auto") -> str:
     """Return the axis that points up: the given one, or for "auto" the default of the object."""
-    if _check.choice("up", up, ("auto", *UPS)) != "auto":
+    if checks.choice("up", up, ("auto", *UPS)) != "auto":
         return up
     if isinstance(shown, Volume | SimplexMesh):
         return "z"
@@ -96,17 +96,17 @@ def upright(shown: Any, up: str = "auto") -> str:
 
 def _directions(view: str | Sequence[float] | None, up: str) -> tuple[Array, Array]:
     """Return orthogonal unit vectors, to the camera and upward in the picture."""
-    _check.choice("up", up, tuple(UPS))
+    checks.choice("up", up, tuple(UPS))
     sides: tuple[Any, Any]
     if view is None:
         sides = CORNER[up], UPS[up]
     elif isinstance(view, str):
-        name = _check.choice("view", view.removeprefix("-"), tuple(SIDES))
+        name = checks.choice("view", view.removeprefix("-"), tuple(SIDES))
         sides = SIDES[name]
         if view.startswith("-"):
             sides = tuple(-x for x in sides[0]), sides[1]
     else:
-        sides = _check.array("view", view, (3,)), UPS[up]
+        sides = checks.array("view", view, (3,)), UPS[up]
     toward, upward = (np.asarray(side, dtype=float) for side in sides)
     if not np.linalg.norm(toward):
         raise ValueError("view must not be the zero vector")
@@ -143,14 +143,7 @@ def _bands(renderer: Any) -> tuple[float, float, float]:
 
 
 def _window(box: tuple[Array, Array], bands: Array) -> list[int]:
-    """Return the width and height in pixels of the window for a box.
-
-    Examples
-    --------
-    >>> flat, upright, cube = np.array([[9.0, 1, 1], [1, 9, 1], [1, 1, 1]])
-    >>> [_window((0 * size, size), np.zeros(3)) for size in (flat, upright, cube)]
-    [[1200, 720], [600, 1080], [920, 890]]
-    """
+    """Return the width and height in pixels of the window for a box."""
     (width, height, _), (top, bottom, left) = box[1] - box[0], bands
     asked = width / (1 - left - 2 * MARGIN), height / (1 - top - bottom - 2 * MARGIN)
     wide, tall = np.log(WIDE[0] / WIDE[1]), np.log(TALL[0] / TALL[1])

@@ -10,16 +10,16 @@ import pyvista as pv
 from numpy.typing import NDArray
 
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
+from simplexmesh.numerics.rotation_vectors import rotation_vector
 from simplexmesh.plot.camera import looked_at
-from simplexmesh.plot.drawable import per_point
-from simplexmesh.plot.scale import scale
-from simplexmesh.plot.stage import INK, stage
-from simplexmesh.recognition.landscape import NODES, around_rotation, over_patch, over_sphere, rotation_plane
-from simplexmesh.recognition.match import check_comparable, match
-from simplexmesh.recognition.matches import Match
-from simplexmesh.recognition.rotation_vectors import rotation_vector
-from simplexmesh.recognition.sai import SAI
-from simplexmesh.recognition.sphere_domain import sphere_domain
+from simplexmesh.plot.color_scale import scale
+from simplexmesh.plot.polydata import per_point
+from simplexmesh.plot.stage import headline, stage
+from simplexmesh.recognition.sai.attribute_image import SAI
+from simplexmesh.recognition.sai.distance_maps import NODES, around_rotation, over_patch, over_sphere, rotation_plane
+from simplexmesh.recognition.sai.match import check_comparable, match
+from simplexmesh.recognition.sai.match_result import Match
+from simplexmesh.recognition.sai.sphere_domain import sphere_domain
 
 Array = NDArray[np.float64]
 
@@ -38,8 +38,8 @@ COLORS = ("#d1495b", "#edae49", "#f2f2f2")
 
 
 def landscape(
-    sai_a: SAI,
-    sai_b: SAI,
+    source: SAI,
+    target: SAI,
     *,
     found: Sequence[Match] | None = None,
     view: str | Sequence[float] | None = None,
@@ -48,14 +48,14 @@ def landscape(
     """Plot how the distance of two signatures depends on the rotation between them.
 
     The smaller the distance, the higher and brighter the plot. Left, at each point of the sphere: the least distance
-    over all rotations that take a pole of b there. Right: rotations relative to the best one, in the plane of rotation
-    vectors through the second and third hypothesis, up to half a turn at the edge. Balls mark the hypotheses, red the
-    first. A single peak means that the match is unambiguous, several equal ones that the object is symmetric. For
-    signatures on a torus, a cylinder or a disc: the distance under each translation.
+    over all rotations that take a pole of the source there. Right: rotations relative to the best one, in the plane of
+    rotation vectors through the second and third hypothesis, up to half a turn at the edge. Balls mark the hypotheses,
+    red the first. A single peak means that the match is unambiguous, several equal ones that the object is symmetric.
+    For signatures on a torus, a cylinder or a disc: the distance under each translation.
 
     Parameters
     ----------
-    sai_a, sai_b : SAI
+    source, target : SAI
         As for `simplexmesh.match`.
     found : sequence of Match, optional
         As returned by `simplexmesh.match`; computed if not given.
@@ -79,12 +79,16 @@ def landscape(
     >>> one = sm.sai(sm.ellipsoid((3, 2, 1), 12), frequency=5)
     >>> landscape(one, one).close()
     """
-    check_comparable(sai_a, sai_b)
-    hypotheses = list(match(sai_a, sai_b) if found is None else found)
+    check_comparable(source, target)
+    sai_a, sai_b = target, source
+    hypotheses = list(match(source, target) if found is None else found)
     if not hypotheses:
         raise ValueError("found must hold at least one hypothesis, not none")
     if sai_a.topology != "sphere":
-        return _on_patch(sai_a, sai_b, view, title)
+        values, model, plotter = over_patch(sai_a, sai_b), sai_a.domain.mesh, stage()
+        _on_mesh(plotter, model, 0.5 * model.normals, values, (0.0, float(values.max())))
+        headline(plotter, title)
+        return looked_at(plotter, view)
     shown, axes = hypotheses[:SHOWN], rotation_plane(hypotheses)
     pole = shown[0].rotation.T @ (FRONT / np.linalg.norm(FRONT))
     values = over_sphere(sai_a, sai_b, pole)
@@ -96,25 +100,15 @@ def landscape(
     limits = (0.0, float(max(values.max(), np.nanmax(slices))))
     plotter = stage(columns=2)
     _on_mesh(plotter, ground, ground.vertices, values, limits)
-    plotter.add_text(title or "image of a pole of b", position="upper_edge", font_size=11, color=INK)
+    headline(plotter, title or "image of a pole of the source")
     for color, top, vertex in zip(COLORS, tops, at, strict=False):
         _mark(plotter, top * (1.03 + _height(values[vertex], limits)), color)
     plotter.subplot(0, 1)
     _relief(plotter, flat, slices, limits)
-    plotter.add_text("rotations relative to the best", position="upper_edge", font_size=11, color=INK)
+    headline(plotter, "rotations relative to the best")
     for color, one in zip(COLORS, shown, strict=False):
         off = axes @ rotation_vector(one.rotation @ shown[0].rotation.T) / np.pi
         _mark(plotter, np.array([*off, 0.03 + _height(one.distance, limits)]), color)
-    return looked_at(plotter, view)
-
-
-def _on_patch(sai_a: SAI, sai_b: SAI, view: str | Sequence[float] | None, title: str | None) -> pv.Plotter:
-    """Plot the distance under each translation on the domain of the signatures."""
-    values, model = over_patch(sai_a, sai_b), sai_a.domain.mesh
-    plotter = stage()
-    _on_mesh(plotter, model, 0.5 * model.normals, values, (0.0, float(values.max())))
-    if title:
-        plotter.add_text(title, position="upper_edge", font_size=11, color=INK)
     return looked_at(plotter, view)
 
 
@@ -147,11 +141,11 @@ def _disc(axes: Array) -> tuple[Array, Array]:
 
 
 def _relief(plotter: pv.Plotter, flat: Array, values: Array, limits: tuple[float, float]) -> None:
-    """Draw a height field on a disc."""
+    """Draw a height field on a disc, its center first, then ring by ring."""
     k = np.arange(SPOKES)
     fan = np.stack([np.zeros_like(k), 1 + k, 1 + (k + 1) % SPOKES], axis=1)
-    inner = (np.arange(RINGS - 1)[:, None] * SPOKES + 1 + k).ravel()
-    beside = (np.arange(RINGS - 1)[:, None] * SPOKES + 1 + (k + 1) % SPOKES).ravel()
+    rows = np.arange(RINGS - 1)[:, None] * SPOKES + 1
+    inner, beside = (rows + k).ravel(), (rows + (k + 1) % SPOKES).ravel()
     strips = [np.stack([inner, inner + SPOKES, beside + SPOKES], 1), np.stack([inner, beside + SPOKES, beside], 1)]
     values = np.nan_to_num(values, nan=limits[1])
     points = np.column_stack([flat, _height(values, limits)])

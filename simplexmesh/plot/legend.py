@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 import pyvista as pv
@@ -11,6 +10,7 @@ import pyvista as pv
 from simplexmesh.plot.camera import BAR_NAME, LEGEND_NAME
 from simplexmesh.plot.stage import INK
 
+PALETTE = ("#c8553d", "#e3a857", "#7d9d5c", "#4f8a8b", "#5d6fa3", "#9b6a97", "#b98b73", "#d98f9f", "#6f6f6f", "#88b7c9")
 WIDE, COLUMN = 800, 138
 """Pixels: the least width of a panel with a legend at its side; the width of the columns of a legend below it."""
 
@@ -29,25 +29,17 @@ def legend_of_classes(plotter: pv.Plotter, entries: Sequence[tuple[str, str]]) -
     for place, (name, color) in enumerate(entries):
         column, row = divmod(place, rows)
         left, height = begin + column * COLUMN / width, 0.025 + 0.036 * (rows - 1 - row)
-        style: dict[str, Any] = {"viewport": True, "name": f"{BAR_NAME} {place}"}
-        plotter.add_text(name, position=(left + 21 / width, height), font_size=8, color=INK, **style)
-        style["name"] += " dot"
-        plotter.add_text("\u2022", position=(left, height - 0.009), font_size=18, color=color, **style)
+        _write(plotter, name, INK, (left + 21 / width, height), 8, f"{BAR_NAME} {place}")
+        _write(plotter, "\u2022", color, (left, height - 0.009), 18, f"{BAR_NAME} {place} dot")
 
 
 def entry(plotter: pv.Plotter, place: int, name: str, color: str) -> None:
     """Add an entry to the legend at the left: a dot in the given color, and the name."""
     height = 0.93 - 0.034 * place
-    # the width of letters does not depend on that of the panel
-    narrow = 1200 * plotter.shape[1] / plotter.window_size[0]
-    plotter.add_text(
-        "\u2022",
-        position=(0.025 * narrow, height - 0.012),
-        viewport=True,
-        font_size=22,
-        color=color,
-        name=f"{LEGEND_NAME} dot {place}",
-    )
-    plotter.add_text(
-        name, position=(0.05 * narrow, height), viewport=True, font_size=10, color=INK, name=f"{LEGEND_NAME} {place}"
-    )
+    narrow = 1200 * plotter.shape[1] / plotter.window_size[0]  # the width of letters does not depend on the panel's
+    _write(plotter, "\u2022", color, (0.025 * narrow, height - 0.012), 22, f"{LEGEND_NAME} dot {place}")
+    _write(plotter, name, INK, (0.05 * narrow, height), 10, f"{LEGEND_NAME} {place}")
+
+
+def _write(plotter: pv.Plotter, text: str, color: str, at: tuple[float, float], size: int, name: str) -> None:
+    plotter.add_text(text, position=at, viewport=True, font_size=size, color=color, name=name)

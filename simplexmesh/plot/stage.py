@@ -7,14 +7,18 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pyvista as pv
 
-from simplexmesh import _check
-from simplexmesh._draft import draft
+from simplexmesh._base import checks
+from simplexmesh._base.drafts import draft
 
 INK = "#1d2b36"
 LIGHTS = [((-0.9, 0.8, 1.6), 0.8), ((1.4, 0.3, 0.9), 0.35), ((-0.2, -1.0, 1.0), 0.2)]  # key, fill, from below
+SURFACE_LIT = {"ambient": 0.25, "diffuse": 0.85, "specular": 0.08, "specular_power": 25}
+COLORS_LIT = {"ambient": 0.72, "diffuse": 0.22, "specular": 0.0}  # nearly flat, to keep the colors of the scale
 
 
 def stage(columns: int = 1, size: tuple[int, int] | None = None) -> pv.Plotter:
@@ -24,20 +28,38 @@ def stage(columns: int = 1, size: tuple[int, int] | None = None) -> pv.Plotter:
     --------
     >>> stage().close()
     """
-    hidden = not has_display() or None
-    width = size or ((1200, 900) if columns == 1 else (min(720 * columns, 2160), 720))
-    with quiet():
-        plotter = pv.Plotter(
-            shape=(1, columns), border=False, off_screen=hidden, window_size=list(width), lighting="none"
-        )
+    plotter = grid((1, columns), size or ((1200, 900) if columns == 1 else (min(720 * columns, 2160), 720)))
     for column in range(columns):
         plotter.subplot(0, column)
         plotter.set_background("#ffffff", top="#e9eef3")
-        plotter.enable_anti_aliasing("ssaa" if hidden or pv.OFF_SCREEN else "fxaa")
+        plotter.enable_anti_aliasing("fxaa" if has_display() else "ssaa")
     plotter.subplot(0, 0)
+    return plotter
+
+
+def grid(shape: tuple[int, int], size: tuple[int, int]) -> pv.Plotter:
+    """Return an empty plotter with rows and columns of panels, a width and height in pixels, and lights."""
+    with quiet():
+        plotter = pv.Plotter(
+            shape=shape, border=False, off_screen=not has_display() or None, window_size=list(size), lighting="none"
+        )
     for position, strength in LIGHTS:  # each goes to every panel
         plotter.add_light(pv.Light(position=position, intensity=strength, light_type="camera light"))
     return plotter
+
+
+def headline(plotter: pv.Plotter, title: str | None) -> None:
+    """Write a title, if any, over the current panel."""
+    if title:
+        plotter.add_text(title, position="upper_edge", font_size=11, color=INK)
+
+
+def add(plotter: pv.Plotter, polydata: pv.PolyData, light: dict[str, float], **style: Any) -> Any:
+    """Add a surface with smooth shading, or points as balls, the smaller the more there are; return the actor."""
+    if polydata.n_points == polydata.n_cells:
+        dot = float(np.clip(600 / np.sqrt(max(polydata.n_points, 1)), 3.0, 14.0))
+        return plotter.add_mesh(polydata, point_size=dot, render_points_as_spheres=True, **style)
+    return plotter.add_mesh(polydata, smooth_shading=True, **light, **style)
 
 
 def picture(path: str | Path, plotter: pv.Plotter, *, close: bool = True) -> Path:
@@ -66,7 +88,7 @@ def picture(path: str | Path, plotter: pv.Plotter, *, close: bool = True) -> Pat
     if isinstance(plotter, str | os.PathLike):
         raise TypeError(f"plotter must be a pyvista.Plotter, not {plotter!r}")
     path = Path(path)
-    _check.choice("the end of the picture's name", path.suffix.lower(), (".png", ".jpg", ".jpeg", ".tif"))
+    checks.choice("the end of the picture's name", path.suffix.lower(), (".png", ".jpg", ".jpeg", ".tif"))
     with draft(path) as part:
         try:
             with quiet():

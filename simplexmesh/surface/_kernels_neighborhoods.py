@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from simplexmesh._kernels_njit import njit
+from simplexmesh._base._kernels_njit import njit
 
 
 @njit(cache=True)
@@ -28,10 +28,10 @@ def wedges(faces, n_vertices):
 
 
 @njit(cache=True)
-def _walk_fan(begin, start, ahead, behind, first, later, free, out, place):
+def _walk_fan(begin, start, wedges, lists, out, place):
     """Follow a fan of triangles from the wedge `begin`, writing its vertices in order; return the next free place."""
-    out[place] = ahead[begin]
-    current = begin
+    (ahead, behind), (first, later, free) = wedges, lists
+    out[place], current = ahead[begin], begin
     while current >= 0:
         place += 1
         out[place] = end = behind[current]
@@ -42,19 +42,25 @@ def _walk_fan(begin, start, ahead, behind, first, later, free, out, place):
 
 
 @njit(cache=True)
-def _start_at_smallest(cycle):
-    """Rotate a cycle in place so that it begins with its smallest member."""
-    rotated = np.roll(cycle, -np.argmin(cycle))
-    cycle[:] = rotated
+def _start_at_smallest(members, begin, end, rotated):
+    """Rotate the cycle of these members in place so that it begins with the smallest; `rotated` is work space."""
+    smallest = begin
+    for k in range(begin + 1, end):
+        if members[k] < members[smallest]:
+            smallest = k
+    if smallest == begin:
+        return
+    for k in range(begin, end):
+        rotated[k - begin] = members[k]
+    for k in range(begin, end):
+        members[k] = rotated[(smallest - 2 * begin + k) % (end - begin)]
 
 
 @njit(cache=True)
 def ordered_rings(starts, ahead, behind):
-    """Return (offsets, members, closed): one-rings counter-clockwise seen from outside, from the wedges of triangles.
+    """Return (offsets, members, closed): one-rings ccw, cycles from their smallest member, fans in order.
 
-    The ring of an inner vertex is a cycle that begins with its smallest member. At a border it is the fan from its
-    first edge to its last and `closed` is False, as it is where several fans meet: these are concatenated, each vertex
-    once. Linear in the number of wedges, whatever the valences.
+    Where several fans meet they are concatenated, each vertex once, and `closed` is False.
     """
     n_vertices, most = starts.shape[0] - 1, 0
     for i in range(n_vertices):
@@ -65,6 +71,7 @@ def ordered_rings(starts, ahead, behind):
     entered = np.full(n_vertices, -1, np.int64)  # the last center with a wedge that ends at the vertex
     seen = np.full(n_vertices, -1, np.int64)  # the last center with the vertex in its ring
     later, free = np.empty(most, np.int64), np.empty(most, np.bool_)  # ... and links
+    rotated = np.empty(most, np.int64)
     place = 0
     for i in range(n_vertices):
         start, stop, fans = starts[i], starts[i + 1], 0
@@ -76,12 +83,11 @@ def ordered_rings(starts, ahead, behind):
                 if not free[begin - start] or (bordering == 0 and entered[ahead[begin]] == i):
                     continue
                 first_place, fans = place, fans + 1
-                place = _walk_fan(begin, start, ahead, behind, first, later, free, members, place)
+                place = _walk_fan(begin, start, (ahead, behind), (first, later, free), members, place)
                 closed[i] = bordering == 1 and fans == 1 and members[place - 1] == members[first_place]
                 if members[place - 1] == members[first_place]:
                     place -= 1
-                    if members[first_place] != members[first_place:place].min():
-                        _start_at_smallest(members[first_place:place])
+                    _start_at_smallest(members, first_place, place, rotated)
         kept = offsets[i]
         for k in range(offsets[i], place):
             if seen[members[k]] != i:
@@ -97,7 +103,8 @@ def ordered_rings(starts, ahead, behind):
 def _grown(found):
     """Return a copy with twice the capacity."""
     grown = np.empty(2 * found.shape[0], np.int64)
-    grown[: found.shape[0]] = found
+    for k in range(found.shape[0]):
+        grown[k] = found[k]
     return grown
 
 
@@ -139,10 +146,7 @@ def rings(offsets, members, centers, count, most):
 
 @njit(cache=True)
 def connected_balls(offsets, members, points, centers, radius, most):
-    """Return CSR (offsets, members) of the vertices within `radius` connected to each center by edges in the ball.
-
-    Stops once there are more than `most` members in all, as the last offset shows.
-    """
+    """Return CSR (offsets, members) of the vertices connected to each center in a ball, up to `most` in all."""
     stamp = np.full(points.shape[0], -1, np.int64)
     starts = np.zeros(centers.shape[0] + 1, np.int64)
     found = np.empty(max(16, 8 * centers.shape[0]), np.int64)

@@ -3,16 +3,25 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from simplexmesh import _check
-from simplexmesh._check import flag
+from simplexmesh._base import checks
+from simplexmesh._base.checks import flag
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 Mask = NDArray[np.bool_]
+
+
+class Rows(NamedTuple):
+    """Neighbors as kernels take them: those of row r are `members[offsets[r] : offsets[r + 1]]`, closed if a cycle."""
+
+    offsets: Indices
+    members: Indices
+    closed: Mask
 
 
 @dataclass(frozen=True)
@@ -63,8 +72,8 @@ class Neighborhoods:
     Examples
     --------
     >>> import simplexmesh as sm
-    >>> from simplexmesh.surface.samples import as_samples
-    >>> around = as_samples(sm.sphere(4).triangulated("dual")).around(sm.rings(1))
+    >>> from simplexmesh.surface.sampled_surface import as_sampled_surface
+    >>> around = as_sampled_surface(sm.sphere(4).triangulated("dual")).around(sm.rings(1))
     >>> int(around.valence.min()), int(around.valence.max()), bool(around.closed.all())
     (5, 6, True)
     """
@@ -76,9 +85,9 @@ class Neighborhoods:
 
     def __post_init__(self) -> None:
         for name in ("centers", "offsets", "members", "closed"):
-            given, kind = _check.any_array(name, getattr(self, name)), np.bool_ if name == "closed" else np.int64
-            rows = _check.array(name, given if given.size else given.astype(kind), (None,), kind)
-            object.__setattr__(self, name, _check.frozen(rows))
+            given, kind = checks.any_array(name, getattr(self, name)), np.bool_ if name == "closed" else np.int64
+            rows = checks.array(name, given if given.size else given.astype(kind), (None,), kind)
+            object.__setattr__(self, name, checks.frozen(rows))
         n = len(self.centers)
         if len(self.offsets) != n + 1 or len(self.closed) != n:
             raise ValueError(f"offsets and closed must have {n + 1} and {n} entries for {n} centers")
@@ -103,6 +112,11 @@ class Neighborhoods:
         """(c,) array of int: number of neighbors of each center."""
         return np.diff(self.offsets)
 
+    @property
+    def rows(self) -> Rows:
+        """The neighbors as kernels take them."""
+        return Rows(self.offsets, self.members, self.closed)
+
     def taken(self, rows: ArrayLike) -> Neighborhoods:
         """Return some rows, in the given order.
 
@@ -116,7 +130,7 @@ class Neighborhoods:
         >>> around.taken([2]).members
         array([0, 1])
         """
-        chosen = _check.selection("rows", rows, len(self))
+        chosen = checks.selection("rows", rows, len(self))
         counts = self.valence[chosen]
         offsets = np.concatenate([[0], np.cumsum(counts)])
         members = self.members[np.arange(offsets[-1]) + np.repeat(self.offsets[chosen] - offsets[:-1], counts)]
@@ -165,7 +179,7 @@ def rings(count: int = 1) -> Rings:
     >>> rings(2)
     Rings(count=2)
     """
-    return Rings(_check.integer("rings", count, 1))
+    return Rings(checks.integer("rings", count, 1))
 
 
 def ball(radius: float, *, inner: float = 0.0, connected: bool = True) -> Ball:
@@ -193,8 +207,8 @@ def ball(radius: float, *, inner: float = 0.0, connected: bool = True) -> Ball:
     >>> ball(0.5)
     Ball(radius=0.5, connected=True, inner=0.0)
     """
-    radius = _check.number("radius", radius, 0.0, open_low=True)
-    return Ball(radius, flag("connected", connected), _check.number("inner", inner, 0.0, radius))
+    radius = checks.number("radius", radius, 0.0, open_low=True)
+    return Ball(radius, flag("connected", connected), checks.number("inner", inner, 0.0, radius))
 
 
 def nearest(count: int) -> Nearest:
@@ -210,4 +224,4 @@ def nearest(count: int) -> Nearest:
     >>> nearest(12)
     Nearest(count=12)
     """
-    return Nearest(_check.integer("nearest", count, 1))
+    return Nearest(checks.integer("nearest", count, 1))

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from simplexmesh import _check
+from simplexmesh._base import checks
 from simplexmesh.surface import _kernels_spread as kernels
-from simplexmesh.surface.methods import warn_of_failures
 from simplexmesh.surface.neighborhoods import Neighborhood, rings
 from simplexmesh.surface.normals.estimate import starting_normals
-from simplexmesh.surface.samples import as_samples
+from simplexmesh.surface.registry import warn_of_failures
+from simplexmesh.surface.sampled_surface import as_sampled_surface
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -53,7 +53,7 @@ class Spread:
 
     def __post_init__(self) -> None:
         for name in ("distances", "angles", "imbalances", "failed"):
-            object.__setattr__(self, name, _check.frozen(getattr(self, name)))
+            object.__setattr__(self, name, checks.frozen(getattr(self, name)))
 
     def __repr__(self) -> str:
         return f"Spread({len(self.failed):,} vertices)"
@@ -64,7 +64,7 @@ def spread(
     *,
     neighborhood: Neighborhood | None = None,
     normals: str | ArrayLike | None = None,
-    vertices: ArrayLike | None = None,
+    at: ArrayLike | None = None,
 ) -> Spread:
     """Measure how regularly the neighbors of each vertex lie around it, on which the accuracy of estimators depends.
 
@@ -77,8 +77,8 @@ def spread(
     normals : str or (n, 3) array of float, optional
         Normals of the tangent planes: a method of `vertex_normals`, or directions; by default "area", in clouds their
         own or "plane".
-    vertices : (c,) array of int, optional
-        Measure only these vertices.
+    at : (c,) array of int or (n,) array of bool, optional
+        Measure only at these vertices.
 
     Returns
     -------
@@ -101,17 +101,16 @@ def spread(
     >>> import simplexmesh as sm
     >>> x, y = np.meshgrid(np.arange(5.0), np.arange(5.0))
     >>> grid = np.stack([x, y, 0 * x], axis=-1).reshape(-1, 3)
-    >>> middle = sm.spread(grid, neighborhood=sm.nearest(4), vertices=[12])
+    >>> middle = sm.spread(grid, neighborhood=sm.nearest(4), at=[12])
     >>> middle.distances.round(12), middle.angles.round(12), middle.imbalances.round(12)
     (array([0.]), array([0.]), array([0.]))
     """
-    samples = as_samples(surface)
-    around = samples.around(rings(1) if neighborhood is None else neighborhood, vertices)
+    samples = as_sampled_surface(surface)
+    around = samples.around(rings(1) if neighborhood is None else neighborhood, at)
     directions = starting_normals(samples, around, "area", normals)
     n = len(around)
     distances, angles, imbalances = np.full((3, n), np.nan)
     reasons = np.zeros(n, np.uint8)
-    rows = (around.centers, around.offsets, around.members)
-    kernels.spreads(*rows, samples.points, directions, distances, angles, imbalances, reasons)
+    kernels.spreads(around.centers, around.rows, samples.points, directions, distances, angles, imbalances, reasons)
     warn_of_failures("the spread of neighbors", reasons, samples, around)
     return Spread(distances, angles, imbalances, reasons != 0)

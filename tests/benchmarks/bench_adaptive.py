@@ -23,9 +23,9 @@ import igl
 import numpy as np
 
 import simplexmesh as sm
-from simplexmesh.surface.truth import discretized
-from simplexmesh.surface.truth.graphs import graph
-from simplexmesh.surface.truth.noise import noisy
+from simplexmesh.bench.truth import discretized
+from simplexmesh.bench.truth.graphs import graph
+from simplexmesh.bench.truth.noise import noisy
 
 SIZES = {"2.5k": (85, 30), "10k": (170, 60), "41k": (340, 120)}
 COLUMNS = [

@@ -24,7 +24,7 @@ import pyvista
 
 import simplexmesh as sm
 from simplexmesh.surface.curvature.estimate import METHODS
-from simplexmesh.surface.samples import as_samples
+from simplexmesh.surface.sampled_surface import as_sampled_surface
 
 
 def best(function: Callable[[], object], rounds: int = 3) -> float:
@@ -68,7 +68,7 @@ def main(names: list[str], *, million: bool) -> None:
         print(f"| {name} | {1e9 * seconds / n:,.0f} | {n / seconds:,.0f} |", flush=True)
         return seconds
 
-    row("rings alone", best(lambda: as_samples(mesh).one_ring, rounds))
+    row("rings alone", best(lambda: as_sampled_surface(mesh).one_ring, rounds))
     ours = {name: row(name, best(lambda name=name: sm.curvature(mesh, name), rounds)) for name in names}
     theirs = {} if million else {name: row(name, best(call, 1)) for name, call in peers(mesh).items()}
     for peer, seconds in theirs.items():

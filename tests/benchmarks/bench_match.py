@@ -16,11 +16,11 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import simplexmesh as sm
-from simplexmesh.recognition.match import rotation_differences
-from simplexmesh.recognition.partial_signatures import Signature
-from simplexmesh.recognition.rotations import build, rotations
-from simplexmesh.recognition.sphere_domain import sphere_domain
-from tests import reference_recognition as reference
+from simplexmesh.recognition.sai.match import rotation_differences
+from simplexmesh.recognition.sai.partial_signatures import Signature
+from simplexmesh.recognition.sai.rotations import build, rotations
+from simplexmesh.recognition.sai.sphere_domain import sphere_domain
+from tests.recognition import reference as reference
 
 
 def best(function: Callable[[], object], least: int = 5) -> float:
@@ -74,7 +74,7 @@ def whole_steps() -> None:
         start, used = time.perf_counter(), time.process_time()
         other = sm.sai(cloud @ np.diag([-1.0, -1, 1]), frequency)
         spent, used = time.perf_counter() - start, time.process_time() - used
-        print(f"| {frequency} | {spent:.2f} ({used:.2f}) | {1e3 * best(lambda: sm.match(one, other)):.0f} |")  # noqa: B023
+        print(f"| {frequency} | {spent:.2f} ({used:.2f}) | {1e3 * best(lambda: sm.match(other, one)):.0f} |")  # noqa: B023
 
 
 PATCHES = {"kitten.xyz": "torus", "knot1.off": "torus", "fran_face.vtk": "plane", "part_scan.ply": "plane"}
@@ -105,10 +105,12 @@ def other_topologies(runs: int = 10, noise: float = 0.001) -> None:
             start = time.perf_counter()
             two = sm.sai(other, topology=topology)
             middle = time.perf_counter()
-            found = sm.match(two, one)
+            found = sm.match(one, two)
             matches.append(time.perf_counter() - middle)
             fits.append(middle - start)
-            away = [reference.angle(each.T_a_b[:3, :3], R) for each in found[: 3 if name == "knot1.off" else 1]]
+            away = [
+                reference.angle(each.T_target_source[:3, :3], R) for each in found[: 3 if name == "knot1.off" else 1]
+            ]
             angles.append(min(away))  # the knot has a threefold axis
             ratios.append(found[len(away)].distance / found[0].distance)
         print(

@@ -16,7 +16,7 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import simplexmesh as sm
 from simplexmesh.mesh import geometry
-from simplexmesh.mesh.self_intersection import crossing_triangles, self_intersections
+from simplexmesh.mesh.triangles.self_intersection import crossing_triangles, self_intersections
 from simplexmesh.mesh.triangulation import dual_triangles, fan
 
 

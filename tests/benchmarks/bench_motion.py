@@ -18,8 +18,8 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import simplexmesh as sm
-from simplexmesh.motion import _kernels, _kernels_averages
-from tests import reference_motion as reference
+from simplexmesh.motion.model import _kernels_averages, _kernels_step
+from tests.motion import reference as reference
 
 SIZES = (7, 22, 71, 224)  # 20 f^2 vertices: about 1e3, 1e4, 1e5, 1e6
 
@@ -144,24 +144,17 @@ def crossover() -> None:
     )
     for frequency in (3, 5, 7, 10, 14, 20, 32):
         m = sm.DeformableModel(rough_sphere(frequency))
-        frame = (m._vertices, m._neighbors, m._normals, m._inverse_radius, m._curvature, m._area, m._steep)
-        given = (
-            m._vertices,
-            m._previous,
-            m._neighbors,
-            m.metric,
-            m._normals,
-            m._inverse_radius,
-            m._steep,
-            m._curvature,
-        )
-        step = (*given, m._no_gap, m.alpha, m.beta, m.damping, m._next, m._moves, m._energy)
-        average = (m._curvature, m._neighbors, m._scratch[0])
+        frame = (m._vertices, m._neighbors, *m._frames)
+        moving = _kernels_step.Moving(m._vertices, m._previous, m._neighbors, m.metric)
+        forces = _kernels_step.Forces(m.alpha, m.beta, m.damping, m._no_gap)
+        out = _kernels_step.Step(m._next, m._moves, m._energy)
+        step = (m._frames.curvature, moving, m._frames, forces, out)
+        average = (m._frames.curvature, m._neighbors, m._scratch[0])
         cells = []
         for kernel, arguments in (
-            (_kernels.frames, frame),
+            (_kernels_step.frames, frame),
             (_kernels_averages.averages, average),
-            (_kernels.curvature_step, step),
+            (_kernels_step.curvature_step, step),
         ):
             for each in (kernel.serial, kernel.parallel):
                 least = best(lambda: each(*arguments), budget=0.1)  # noqa: B023

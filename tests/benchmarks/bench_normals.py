@@ -20,10 +20,10 @@ import pyvista
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import simplexmesh as sm
+from simplexmesh.bench.truth.discretized import torus
+from simplexmesh.bench.truth.noise import unit_of
 from simplexmesh.surface.normals.estimate import METHODS, found_normals
-from simplexmesh.surface.quality import scale
-from simplexmesh.surface.samples import as_samples
-from simplexmesh.surface.truth.discretized import torus
+from simplexmesh.surface.sampled_surface import as_sampled_surface
 
 ROUNDS = 7
 NOISE = (0.0, 0.01, 0.1)
@@ -63,7 +63,7 @@ def of_pyvista(mesh: pyvista.PolyData) -> np.ndarray:
 def print_rates() -> None:
     """Print vertices a second at the one-ring of a torus of 100,000 vertices, neighbors known, and ratios to peers."""
     mesh = sm.torus(400, 250).triangulated("dual")
-    samples = as_samples(mesh)
+    samples = as_sampled_surface(mesh)
     around = samples.one_ring
     vertices, faces = np.array(mesh.vertices), np.array(mesh.faces)
     polygons = pyvista.PolyData.from_regular_faces(vertices, faces)
@@ -84,10 +84,10 @@ def print_rates() -> None:
         print(f"| {' '.join([name, *options.values()])} | {len(vertices) / ours:,.0f} | {ratios} |", flush=True)
     for name, theirs in peers.items():
         print(f"| {name} | {len(vertices) / theirs:,.0f} | |")
-    rings = seconds(lambda: as_samples(mesh).one_ring)
+    rings = seconds(lambda: as_sampled_surface(mesh).one_ring)
     print(f"ordering the rings: {len(vertices) / rings:,.0f} vertices a second")
     for radius in (1.5, 3.0):
-        asked = sm.ball(radius * scale(mesh), connected=False)
+        asked = sm.ball(radius * unit_of(mesh, "edge"), connected=False)
         balls = seconds(lambda asked=asked: samples.around(asked), 3)
         print(f"balls of {radius} edges: {len(vertices) / balls:,.0f} vertices a second")
 
@@ -95,7 +95,7 @@ def print_rates() -> None:
 def print_errors() -> None:
     """Print mean errors on an irregular torus of 10,000 vertices, clean and with noise in mean edges."""
     ring = torus(160, 64, irregular=True)
-    step, rng = scale(ring.mesh), np.random.default_rng(0)
+    step, rng = unit_of(ring.mesh, "edge"), np.random.default_rng(0)
     clouds = [ring.vertices + noise * step * rng.normal(size=ring.vertices.shape) for noise in NOISE]
     print(f"\n{len(ring.vertices):,} vertices, irregular torus: mean error in degrees, noise in mean edges")
     print(
@@ -108,7 +108,7 @@ def print_errors() -> None:
         wide = {} if rings == 1 else {"neighborhood": sm.rings(rings)}
         errors = []
         for points in clouds:
-            samples = as_samples((points, ring.faces))
+            samples = as_sampled_surface((points, ring.faces))
             around = samples.around(wide.get("neighborhood", sm.rings(1)))
             found = found_normals(samples, around, name)
             known = found.reasons == 0

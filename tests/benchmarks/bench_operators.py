@@ -15,8 +15,8 @@ from scipy.spatial import cKDTree
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import simplexmesh as sm
-from simplexmesh.mesh.editing import EditableMesh
-from simplexmesh.mesh.regularize import regularize
+from simplexmesh.mesh.operators.editable_mesh import EditableMesh
+from simplexmesh.mesh.operators.regularize import regularize
 
 
 def timed(function, rounds: int = 3) -> tuple[float, object]:

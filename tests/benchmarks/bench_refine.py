@@ -20,11 +20,11 @@ import pyvista as pv
 from PIL import Image
 
 import simplexmesh as sm
-from simplexmesh.motion.evolve import Stage, evolved
-from simplexmesh.motion.face_score import face_distance, face_score
-from simplexmesh.motion.initial.primitives import primitive_around
-from simplexmesh.motion.refine import refine_round
-from simplexmesh.motion.subjects import as_subject
+from simplexmesh.motion.density.face_score import face_distance, face_score
+from simplexmesh.motion.density.refine import refine_round
+from simplexmesh.motion.model.stages import Stage
+from simplexmesh.motion.reconstruct.inputs import as_input
+from simplexmesh.motion.start.primitives import primitive_around
 from simplexmesh.motion.targets.triangles import inside_surface, surface_distance
 
 CASES = {
@@ -56,7 +56,7 @@ def rms(values):
 def table(name: str) -> None:
     """Print the distances of even and redistributed meshes of the same size."""
     file, level, sizes, deep = CASES[name]
-    subject = as_subject(folder() / file, level=level, label=None, inside="above", components="largest")
+    subject = as_input(folder() / file, level=level)
     points = subject.points[:: max(1, len(subject.points) // 40_000)]
     percent = 100 / np.linalg.norm(np.ptp(points, axis=0))
     print(f"\n{file}, data to mesh in % of the diagonal")
@@ -86,13 +86,18 @@ def wrapped(points, target, size):
     mesh = primitive_around(points, "sphere", size, facing=None)
     radius = 0.5 * float(np.linalg.norm(np.ptp(points, axis=0)))
     stages = [Stage(6, 2 * radius, 100, beta=0.1), Stage(6, 0.4 * radius, 100), Stage(1, 0.16 * radius, 500, beta=0.3)]
-    return evolved(mesh, target, stages).mesh
+    for stage in stages:
+        model = stage.model(mesh, target)
+        for _ in model.run(stage.iterations):
+            pass
+        mesh = model.mesh
+    return mesh
 
 
 def vase() -> None:
     """Print how the deep cavity of the vase is filled from a sphere of 720 vertices."""
     volume = sm.read_volume(folder() / "vase_ct.vti")
-    points = as_subject(volume, level=25, label=None, inside="above", components="largest").points
+    points = as_input(volume, level=25).points
     start = wrapped(points, sm.targets.Isosurface(volume, 25), 720)
     print("\nvase_ct.vti, level 25, from a sphere: data to mesh in voxels")
     for what, mesh in (

@@ -19,7 +19,7 @@ from scipy.spatial import cKDTree
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import simplexmesh as sm
-from tests import reference_recognition as reference
+from tests.recognition import reference as reference
 
 DATA = Path(os.environ.get("SIMPLEXMESH_DATA", "data"))
 BUNNY = ((1, 1, 0.002), (1, 1, 0.01), (1, 0.7, 0.005), (1, 0.35, 0.005), (0.7, 0.7, 0.005), (0.5, 0.5, 0.005))

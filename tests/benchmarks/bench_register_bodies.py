@@ -1,12 +1,11 @@
-"""How often bodies, and views of them as a camera has them, are found: by `register` and by signatures alone.
+"""How often bodies, and views of them as a camera has them, are found by `register`.
 
 Run with `SIMPLEXMESH_DATA=... python tests/benchmarks/bench_register_bodies.py [motions] [what] [names]`, where what
-is any of whole, views, signatures.
+is any of whole, views.
 Each body is sampled anew with 40,000 points, both times, with noise of 0.5 % of the diagonal, and turned at random.
 A view is what a pinhole camera sees from a random side, at 3 diagonals: one point a pixel, the nearest, of 220 x 220 as
 wide as the body; views of 30 to 50 % of the surface, 0.2 % noise. "First" is the likeliest motion before any
-refinement on the points. "Signatures" tells what each step of theirs gains on the same views: scaled by k alone, with
-scales searched around k, and twenty hypotheses put to the proof on the data. Tables are printed in Markdown.
+refinement on the points. Tables are printed in Markdown.
 """
 
 from __future__ import annotations
@@ -21,11 +20,8 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import simplexmesh as sm
-from simplexmesh.recognition import register as registering
-from simplexmesh.recognition.grid_scoring import grid_scorer
-from simplexmesh.recognition.surfaces import surface_of
-from simplexmesh.recognition.verify import Verifier
-from tests import reference_recognition as reference
+from simplexmesh.recognition.register import register as registering
+from tests.recognition import reference as reference
 
 DATA = Path(os.environ.get("SIMPLEXMESH_DATA", "data"))
 NAMES = ("spot", "lion_head", "elephant", "mannequin", "kitten")
@@ -129,58 +125,13 @@ def bodies(motions: int, views: bool, names: tuple[str, ...]) -> None:
         )
 
 
-def signatures(motions: int, names: tuple[str, ...]) -> None:
-    """Print how often the first hypothesis of signatures is right on views, as steps are added."""
-    print(
-        "\n| view | k alone | scales searched | one of twenty within 8 | verified | not refined | s |"
-        "\n|---|--:|--:|--:|--:|--:|--:|"
-    )
-    for name in names:
-        triangles, rng = body(name), np.random.default_rng(5)
-        right = np.zeros((motions, 5), bool)
-        spent = []
-        for row in right:
-            source, target, T, _ = case(triangles, True, rng)
-            start = time.perf_counter()
-            whole, part = sm.sai(target), sm.sai(source)
-            plain = sm.match(whole, part, best=1, scale=1.0)
-            several = sm.match(whole, part, best=20)
-            errors = [reference.angle(each.T_a_b[:3, :3], T[:3, :3]) for each in several]
-            kept, last = verified(source, target, [each.T_a_b for each in several])
-            spent.append(time.perf_counter() - start)
-            row[0] = bool(plain) and reference.angle(plain[0].T_a_b[:3, :3], T[:3, :3]) < 5
-            row[1], row[2] = errors[0] < 5, min(errors) < 8
-            row[3], row[4] = reference.angle(last, T[:3, :3]) < 5, errors[kept] < 5
-        share = right.mean(axis=0)
-        print(f"| {name} | " + " | ".join(f"{each:.0%}" for each in share) + f" | {np.median(spent):.2f} |", flush=True)
-
-
-def verified(source: np.ndarray, target: np.ndarray, motions: list[np.ndarray]) -> tuple[int, np.ndarray]:
-    """Return which motion fits the data best when refined, and its rotation."""
-    here, there = surface_of(source, "source"), surface_of(target, "target")
-    rng = np.random.default_rng(0)
-    scorer, middle, unit = grid_scorer(here, there, rng)
-    verifier = Verifier.of(scorer.source, scorer.target, scorer.size, registering.SAMPLES, rng)
-    start = here.points.mean(axis=0)
-    motion_rows = np.array([
-        np.hstack([T[:3, :3], ((T[:3, :3] @ start + T[:3, 3] - middle) / unit)[:, None]]).ravel() for T in motions
-    ])  # fmt: skip
-    for stage in (0, 1):
-        motion_rows = scorer.refined(motion_rows, stage=stage)
-    evaluations = [registering.evaluated_candidates(scorer, verifier, row[None])[0] for row in motion_rows]
-    best = int(np.argmax([evaluation.score for evaluation in evaluations]))
-    return best, evaluations[best].T[:3, :3]
-
-
 if __name__ == "__main__":
     words = sys.argv[1:]
     motions = int(words[0]) if words and words[0].isdigit() else 20
-    wanted = [word for word in words if word in ("whole", "views", "signatures")] or ["whole", "views", "signatures"]
+    wanted = [word for word in words if word in ("whole", "views")] or ["whole", "views"]
     names = tuple(word for word in words if word in NAMES) or NAMES
     sm.register(sm.sphere(8), sm.sphere(8))
     if "whole" in wanted:
         bodies(motions, False, names)
     if "views" in wanted:
         bodies(motions, True, names)
-    if "signatures" in wanted:
-        signatures(motions, names)

@@ -22,8 +22,8 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import simplexmesh as sm
-from tests import reference_recognition as reference
 from tests.benchmarks import bench_register as protocol
+from tests.recognition import reference as reference
 
 COARSE, FINE = 0.025, 0.005
 """Voxels, in shares of the diagonal."""

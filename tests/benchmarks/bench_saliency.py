@@ -8,9 +8,9 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 import simplexmesh as sm
-from simplexmesh.surface.diffusion import Diffusion
-from simplexmesh.surface.field_noise import smallest_window
-from simplexmesh.surface.samples import as_samples
+from simplexmesh.surface.saliency.diffusion import Diffusion
+from simplexmesh.surface.saliency.noise import smallest_window
+from simplexmesh.surface.sampled_surface import as_sampled_surface
 
 
 def timed(function, repeats=3):
@@ -36,7 +36,7 @@ def main():
     for around, across in ((200, 100), (400, 250)):
         mesh = sm.torus(around, across).triangulated("dual")
         curvature = sm.curvature(mesh, "sine")
-        diffusion = Diffusion(as_samples(mesh))
+        diffusion = Diffusion(as_sampled_surface(mesh))
         smallest = smallest_window(diffusion)
         scales = [smallest * k for k in (1, 1.5, 2, 2.5, 3, 4, 5, 6)]
         n = mesh.n_vertices

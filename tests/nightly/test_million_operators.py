@@ -12,8 +12,8 @@ import pytest
 from numpy.testing import assert_array_equal
 
 from simplexmesh.mesh.check import check
-from simplexmesh.mesh.editing import EditableMesh
-from tests.test_mesh_editing import MESHES, any_edit, labels_hold
+from simplexmesh.mesh.operators.editable_mesh import EditableMesh
+from tests.mesh.operators.test_editing import MESHES, any_edit, labels_hold
 
 MILLION = 1_000_000
 CHANGE = {1: -2, 2: 2, 5: -12, 6: 12, 7: 0}  # of the number of vertices, about

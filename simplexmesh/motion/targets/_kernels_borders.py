@@ -9,33 +9,28 @@ import math
 import numpy as np
 from numba import prange
 
-from simplexmesh._kernels_njit import njit
-from simplexmesh.motion.targets._kernels_algebra import principal_axes, tangents
+from simplexmesh._base._kernels_njit import njit
+from simplexmesh.numerics._kernels_frames import tangents
+from simplexmesh.numerics._kernels_local_fits import fit_plane
+from simplexmesh.numerics._kernels_vectors import difference, dot, row
 
 
 @njit(cache=True, error_model="numpy", parallel=True)
 def boundary_criteria(points, rows, near, normals, known, gap, offset):
-    """Fill the largest angular `gap` between the neighbors (m, k) of points `rows` (m,) and the `offset` of their mean.
+    """Fill the largest angular gap of the neighbors (m, k) of points, and their mean's offset relative to the farthest.
 
-    Computed in the tangent planes with `normals` (m, 3), which are filled unless they are `known`; `offset` is relative
-    to the distance of the farthest neighbor.
+    Unless they are `known`, the normals (m, 3) of the tangent planes are filled too.
     """
     count = near.shape[1]
     for m in prange(len(rows)):
-        u, v, angles, row = np.zeros(3), np.zeros(3), np.zeros(count), rows[m]
+        angles = np.zeros(count)
         if not known:
-            A, V = np.zeros((3, 3)), np.zeros((3, 3))
-            least = principal_axes(points, row, near[m], u, A, V)
-            for a in range(3):
-                normals[m, a] = V[a, least]
-        tangents(normals[m, 0], normals[m, 1], normals[m, 2], u, v)
+            fit_plane(points, near[m], row(points, rows[m]), math.inf, normals[m])
+        u0, u1, u2, v0, v1, v2 = tangents(normals[m, 0], normals[m, 1], normals[m, 2])
         x = y = farthest = 0.0
         for k in range(count):
-            s = t = 0.0
-            for a in range(3):
-                d = points[near[m, k], a] - points[row, a]
-                s += d * u[a]
-                t += d * v[a]
+            d = difference(points, near[m, k], rows[m])
+            s, t = dot(d, (u0, u1, u2)), dot(d, (v0, v1, v2))
             angles[k] = math.atan2(t, s)
             farthest = max(farthest, s * s + t * t)
             x += s / count

@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 from numba import prange
 
-from simplexmesh._kernels_njit import njit
+from simplexmesh._base._kernels_njit import njit
 
 
 @njit(cache=True, error_model="numpy", parallel=True)
@@ -27,8 +27,7 @@ def count_crossings(mask, counts):
 def fill_crossings(mask, starts, places, axes, gradients):
     """Fill, per crossing, its midpoint, its axis, and the outward direction, in indices of `mask`.
 
-    The direction is minus the first moment of the region within two samples, proportional to a smoothed gradient of its
-    indicator function.
+    The direction is minus the first moment of the region within two samples: a smoothed gradient of its indicator.
     """
     nx, ny, nz = mask.shape
     for i in prange(2, nx - 1):

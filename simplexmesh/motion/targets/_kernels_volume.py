@@ -5,46 +5,64 @@ from __future__ import annotations
 
 import math
 from functools import partial
+from typing import Any, NamedTuple
 
+import numpy as np
 from numba import prange
+from numpy.typing import NDArray
 
-from simplexmesh._kernels_both import FAST, Both
-from simplexmesh._kernels_njit import njit
+from simplexmesh._base._kernels_both import FAST, Both
+from simplexmesh._base._kernels_njit import njit
+from simplexmesh.numerics._kernels_vectors import row
+
+
+class Field(NamedTuple):
+    """A sampled function whose zero level is sought, positive inside: ``sign * (value - level)``."""
+
+    values: NDArray[Any]  # flat: one kernel serves all memory layouts
+    step_i: int  # distance in `values` between neighbors along each axis
+    step_j: int
+    step_k: int
+    ni: int  # samples along each axis
+    nj: int
+    nk: int
+    to_index: NDArray[np.float64]  # (3, 4) from positions to continuous indices
+    level: float
+    sign: float
+    outside: float  # value of samples beyond the volume
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
-def trilinear(values, strides, shape, x, y, z, outside):
-    """Return the trilinear interpolant at a continuous index; samples beyond the volume have the value `outside`."""
-    nx, ny, nz = shape
-    if not (x > -1.0 and y > -1.0 and z > -1.0 and x < nx and y < ny and z < nz):
-        return outside
+def field_value(field, place, along, far):
+    """Return the trilinear interpolant of the field at ``place + far * along``, a continuous index."""
+    x, y, z = place[0] + far * along[0], place[1] + far * along[1], place[2] + far * along[2]
+    if not (x > -1.0 and y > -1.0 and z > -1.0 and x < field.ni and y < field.nj and z < field.nk):
+        return field.sign * (field.outside - field.level)
     i, j, k = math.floor(x), math.floor(y), math.floor(z)
     u, v, w = x - i, y - j, z - k
-    if i >= 0 and j >= 0 and k >= 0 and i < nx - 1 and j < ny - 1 and k < nz - 1:
-        at = i * strides[0] + j * strides[1] + k * strides[2]
-        a, b, c = strides[0], strides[1], strides[2]
+    values, a, b, c = field.values, field.step_i, field.step_j, field.step_k
+    if i >= 0 and j >= 0 and k >= 0 and i < field.ni - 1 and j < field.nj - 1 and k < field.nk - 1:
+        at = i * a + j * b + k * c
         f00 = values[at] * (1.0 - u) + values[at + a] * u
         f10 = values[at + b] * (1.0 - u) + values[at + a + b] * u
         f01 = values[at + c] * (1.0 - u) + values[at + a + c] * u
         f11 = values[at + b + c] * (1.0 - u) + values[at + a + b + c] * u
-        return (f00 * (1.0 - v) + f10 * v) * (1.0 - w) + (f01 * (1.0 - v) + f11 * v) * w
+        return field.sign * ((f00 * (1.0 - v) + f10 * v) * (1.0 - w) + (f01 * (1.0 - v) + f11 * v) * w - field.level)
     total = 0.0
-    for di in range(2):
-        for dj in range(2):
-            for dk in range(2):
-                p, q, r = i + di, j + dj, k + dk
-                weight = (u if di else 1.0 - u) * (v if dj else 1.0 - v) * (w if dk else 1.0 - w)
-                inside = 0 <= p < nx and 0 <= q < ny and 0 <= r < nz
-                sample = values[p * strides[0] + q * strides[1] + r * strides[2]] if inside else outside
-                total += weight * sample
-    return total
+    for corner in range(8):
+        di, dj, dk = corner & 1, (corner >> 1) & 1, corner >> 2
+        p, q, r = i + di, j + dj, k + dk
+        weight = (u if di else 1.0 - u) * (v if dj else 1.0 - v) * (w if dk else 1.0 - w)
+        known = 0 <= p < field.ni and 0 <= q < field.nj and 0 <= r < field.nk
+        total += weight * (values[p * a + q * b + r * c] if known else field.outside)
+    return field.sign * (total - field.level)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
-def crossing_times(shape, px, py, pz, dx, dy, dz):
+def _passage(field, place, along):
     """Return the parameter interval in which a line is within one voxel of the volume; empty if it misses."""
     first, last = -math.inf, math.inf
-    for p, d, count in ((px, dx, shape[0]), (py, dy, shape[1]), (pz, dz, shape[2])):
+    for p, d, count in ((place[0], along[0], field.ni), (place[1], along[1], field.nj), (place[2], along[2], field.nk)):
         if d == 0.0:
             if not -1.0 < p < count:
                 last = -math.inf
@@ -55,66 +73,69 @@ def crossing_times(shape, px, py, pz, dx, dy, dz):
     return first, last
 
 
-@partial(Both, pays_from=1000)  # about 200 nanoseconds per vertex
-def isosurface_gaps(vertices, normals, values, strides, shape, to_index, level, sign, outside, reach, pace, out):
-    """Fill the signed distance along each normal to the nearest crossing from inside (`sign * value` above) to outside.
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _refined(field, place, along, near, far, f_near, f_far):
+    """Return where the field is zero between two parameters at which its signs differ."""
+    middle, fine, last = near, 1e-6 * abs(f_near - f_far), 0
+    inside = f_near > 0.0
+    for _ in range(40):  # regula falsi (Illinois variant): 4 or 5 iterations, more across a kink
+        middle = near + (far - near) * f_near / (f_near - f_far)
+        f_middle = field_value(field, place, along, middle)
+        if abs(f_middle) <= fine:
+            break
+        if (f_middle > 0.0) == inside:
+            near, f_near = middle, f_middle
+            f_far *= 0.5 if last == 1 else 1.0
+            last = 1
+        else:
+            far, f_far = middle, f_middle
+            f_near *= 0.5 if last == 2 else 1.0
+            last = 2
+    return middle
 
-    Inside vertices search outwards and outside vertices inwards, so the first crossing has the right polarity. `pace`
-    is the step in voxels. NaN without a crossing within `reach`. Samples beyond the volume are background, so the
-    search covers just the part of the line within the volume, with one step to either side.
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _crossing(field, place, along, reach, pace):
+    """Return the signed parameter of the first crossing or NaN: outwards from an inside place, inwards from outside.
+
+    The search, in steps of `pace` voxels, covers the part of the line within the volume and one step to either side.
     """
+    fastest = max(abs(along[0]), abs(along[1]), abs(along[2]))
+    if not 0.0 < fastest < math.inf:
+        return math.nan
+    here = field_value(field, place, along, 0.0)
+    way, stride = 1.0 if here > 0.0 else -1.0, pace / fastest
+    first, last = _passage(field, place, along)
+    if way < 0.0:
+        first, last = -last, -first
+    if not (first <= last and last > 0.0 and first < reach):
+        return math.nan
+    skipped = math.floor(max(first, 0.0) / stride)
+    near, f_near = way * skipped * stride, here
+    for k in range(skipped + 1, math.ceil(min(reach, last + stride) / stride) + 1):
+        far = way * min(k * stride, reach)
+        f_far = field_value(field, place, along, far)
+        if (f_far > 0.0) != (here > 0.0):
+            return _refined(field, place, along, near, far, f_near, f_far)
+        near, f_near = far, f_far
+    return math.nan
+
+
+@partial(Both, pays_from=1000)  # about 200 nanoseconds per vertex
+def isosurface_gaps(vertices, normals, field, reach, pace, out):
+    """Fill the signed distance along each normal to the nearest crossing from inside to outside; NaN beyond `reach`."""
+    T = field.to_index
     for i in prange(vertices.shape[0]):
-        x, y, z = vertices[i, 0], vertices[i, 1], vertices[i, 2]
-        a, b, c = normals[i, 0], normals[i, 1], normals[i, 2]
-        px = to_index[0, 0] * x + to_index[0, 1] * y + to_index[0, 2] * z + to_index[0, 3]
-        py = to_index[1, 0] * x + to_index[1, 1] * y + to_index[1, 2] * z + to_index[1, 3]
-        pz = to_index[2, 0] * x + to_index[2, 1] * y + to_index[2, 2] * z + to_index[2, 3]
-        dx = to_index[0, 0] * a + to_index[0, 1] * b + to_index[0, 2] * c
-        dy = to_index[1, 0] * a + to_index[1, 1] * b + to_index[1, 2] * c
-        dz = to_index[2, 0] * a + to_index[2, 1] * b + to_index[2, 2] * c
-        fastest = max(abs(dx), abs(dy), abs(dz))
-        out[i] = math.nan
-        if not 0.0 < fastest < math.inf:
-            continue
-        here = sign * (trilinear(values, strides, shape, px, py, pz, outside) - level)
-        step = pace / fastest if here > 0.0 else -pace / fastest
-        near, far = 0.0, 0.0
-        f_near = f_far = here
-        first, last = crossing_times(shape, px, py, pz, dx, dy, dz)
-        if step < 0.0:
-            first, last = -last, -first
-        stride = abs(step)
-        if not (first <= last and last > 0.0 and first < reach):
-            continue
-        skipped = math.floor(max(first, 0.0) / stride)
-        near = skipped * step
-        steps = math.ceil(min(reach, last + stride) / stride)
-        found = False
-        for k in range(skipped + 1, steps + 1):
-            far = min(k * abs(step), reach) * math.copysign(1.0, step)
-            f_far = sign * (
-                trilinear(values, strides, shape, px + far * dx, py + far * dy, pz + far * dz, outside) - level
-            )
-            if (f_far > 0.0) != (here > 0.0):
-                found = True
-                break
-            near, f_near = far, f_far
-        if not found:
-            continue
-        middle, fine, last = near, 1e-6 * abs(f_near - f_far), 0
-        for _ in range(40):  # regula falsi (Illinois variant): 4 or 5 iterations, more across a kink
-            middle = near + (far - near) * f_near / (f_near - f_far)
-            f_middle = sign * (
-                trilinear(values, strides, shape, px + middle * dx, py + middle * dy, pz + middle * dz, outside) - level
-            )
-            if abs(f_middle) <= fine:
-                break
-            if (f_middle > 0.0) == (here > 0.0):
-                near, f_near = middle, f_middle
-                f_far *= 0.5 if last == 1 else 1.0
-                last = 1
-            else:
-                far, f_far = middle, f_middle
-                f_near *= 0.5 if last == 2 else 1.0
-                last = 2
-        out[i] = middle
+        x, y, z = row(vertices, i)
+        a, b, c = row(normals, i)
+        place = (
+            T[0, 0] * x + T[0, 1] * y + T[0, 2] * z + T[0, 3],
+            T[1, 0] * x + T[1, 1] * y + T[1, 2] * z + T[1, 3],
+            T[2, 0] * x + T[2, 1] * y + T[2, 2] * z + T[2, 3],
+        )
+        along = (
+            T[0, 0] * a + T[0, 1] * b + T[0, 2] * c,
+            T[1, 0] * a + T[1, 1] * b + T[1, 2] * c,
+            T[2, 0] * a + T[2, 1] * b + T[2, 2] * c,
+        )
+        out[i] = _crossing(field, place, along, reach, pace)

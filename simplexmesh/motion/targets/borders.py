@@ -1,4 +1,8 @@
-"""Borders of open data: of triangulated surfaces and of point clouds."""
+"""Borders of open data: of triangulated surfaces and of point clouds.
+
+Those of clouds by the angle and half-disc criteria of G. H. Bendels, R. Schnabel, R. Klein, Detecting holes in point
+set surfaces, Journal of WSCG 14, 2006.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +14,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from simplexmesh._vec import norm
+from simplexmesh._base.vectors import norm
 from simplexmesh.motion.targets import _kernels_borders
 
 Array = NDArray[np.float64]
@@ -26,17 +30,10 @@ MIN_POINTS = 6
 
 @dataclass(frozen=True, eq=False)
 class Border:
-    """Points along the border lines of open data.
+    """Points along the border lines of open data."""
 
-    Attributes
-    ----------
-    points : (k, 3) array of float
-    width : (k,) array of float
-        Bounding box diagonal of the border line each point is on.
-    """
-
-    points: Array
-    width: Array
+    points: Array  # (k, 3)
+    width: Array  # (k,) bounding box diagonal of the border line each point is on
 
     def wider(self, smallest: float) -> Array:
         """Return the points on border lines at least `smallest` wide."""
@@ -55,22 +52,7 @@ def _line_widths(points: Array, links: NDArray[np.int64]) -> tuple[Array, NDArra
 
 
 def border_of_triangles(vertices: Array, faces: NDArray[np.int64], sides: Mask) -> Border:
-    """Return the border of a surface, as points along its edges no farther apart than 1/300 of its diagonal.
-
-    Parameters
-    ----------
-    vertices : (v, 3) array of float
-    faces : (f, 3) array of int
-    sides : (f, 3) array of bool
-        Whether side j of a triangle, from corner j to j + 1, is on the border.
-
-    Examples
-    --------
-    >>> corners = np.array([[0.0, 0, 0], [3, 0, 0], [0, 4, 0]])
-    >>> border = border_of_triangles(corners, np.array([[0, 1, 2]]), np.ones((1, 3), bool))
-    >>> border.width.tolist() == [5.0] * len(border.points)
-    True
-    """
+    """Return the border of a surface, as points along its edges no farther apart than 1/300 of its diagonal."""
     edges = np.stack([faces[sides], np.roll(faces, -1, axis=1)[sides]], axis=1)
     if not len(edges):
         return Border(np.zeros((0, 3)), np.zeros(0))
@@ -84,23 +66,7 @@ def border_of_triangles(vertices: Array, faces: NDArray[np.int64], sides: Mask) 
 
 
 def border_of_points(points: Array) -> Border:
-    """Return the border points of a cloud: those whose neighbors, in the tangent plane, are on one side.
-
-    A point is on the border if its 24 nearest neighbors leave an angular gap of 110 degrees and their mean is offset by
-    a quarter of their distance. Components of fewer than 6 border points are dropped.
-
-    References
-    ----------
-    G. H. Bendels, R. Schnabel, R. Klein, Detecting holes in point set surfaces, Journal of WSCG 14, 2006 (angle and
-    half-disc criteria).
-
-    Examples
-    --------
-    >>> x, y = np.meshgrid(np.arange(12.0), np.arange(10.0))
-    >>> border = border_of_points(np.stack([x.ravel(), y.ravel(), 0 * x.ravel()], axis=1))
-    >>> len(border.points) == 2 * 12 + 2 * 8
-    True
-    """
+    """Return the border points of a cloud: those whose neighbors, in the tangent plane, are on one side."""
     if len(points) > MAX_POINTS:
         points = points[np.random.default_rng(0).choice(len(points), MAX_POINTS, replace=False)]
     k = min(NEIGHBORS, len(points) - 1)

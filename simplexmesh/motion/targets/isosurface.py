@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from simplexmesh import _check
-from simplexmesh.data.convert import as_volume
+from simplexmesh._base import checks
+from simplexmesh.data.conversion import as_volume
 from simplexmesh.motion.targets import _kernels_volume
 from simplexmesh.motion.targets.protocol import BuiltInTarget, checked_arguments
 
@@ -52,17 +52,18 @@ class Isosurface(BuiltInTarget):
 
     def __init__(self, volume: Any, level: float, *, inside: str = "above") -> None:
         self.volume = as_volume(volume)
-        self.level = _check.number("level", level)
-        self.inside = _check.choice("inside", inside, ("above", "below"))
+        self.level = checks.number("level", level)
+        self.inside = checks.choice("inside", inside, ("above", "below"))
         low, high = self.volume.range
         if not low < self.level < high:
             raise ValueError(f"level must be between {low:g} and {high:g}, the range of the volume, not {self.level:g}")
-        values = self.volume.values
-        self._sign = 1.0 if inside == "above" else -1.0
-        self._outside = low if inside == "above" else high
-        self._flat = values.ravel(order="K")
-        self._strides = tuple(stride // values.itemsize for stride in values.strides)
-        self._to_index = np.linalg.inv(self.volume.T_world_index)[:3].copy()
+        values, above = self.volume.values, inside == "above"
+        steps = [stride // values.itemsize for stride in values.strides]
+        to_index = np.array(np.linalg.inv(self.volume.T_world_index)[:3], np.float64)
+        self._field = _kernels_volume.Field(
+            values.ravel(order="K"), steps[0], steps[1], steps[2], *self.volume.shape,
+            to_index, self.level, 1.0 if above else -1.0, float(low if above else high),
+        )  # fmt: skip
 
     def gap(self, vertices: Array, normals: Array, reach: float, *, pace: float = 0.7) -> Array:
         """Return (n,) the signed distance along each normal to the nearest valid crossing, NaN beyond `reach`.
@@ -80,20 +81,7 @@ class Isosurface(BuiltInTarget):
         (n,) array of float
         """
         vertices, normals, reach = checked_arguments(vertices, normals, reach)
-        pace = _check.number("pace", pace, 0.0, open_low=True)
+        pace = checks.number("pace", pace, 0.0, open_low=True)
         out = np.zeros(len(vertices))
-        _kernels_volume.isosurface_gaps(
-            vertices,
-            normals,
-            self._flat,
-            self._strides,
-            self.volume.shape,
-            self._to_index,
-            self.level,
-            self._sign,
-            self._outside,
-            reach,
-            pace,
-            out,
-        )
+        _kernels_volume.isosurface_gaps(vertices, normals, self._field, reach, pace, out)
         return out

@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from simplexmesh._vec import normalized
+from simplexmesh._base.vectors import normalized
 from simplexmesh.data.box import box_around, box_slices
-from simplexmesh.data.convert import as_volume
+from simplexmesh.data.conversion import as_volume
 from simplexmesh.data.volume import Volume
 from simplexmesh.motion.targets import _kernels_labels
 from simplexmesh.motion.targets.points import SurfelTarget
-from simplexmesh.motion.targets.surfels import fitted_surfels
+from simplexmesh.motion.targets.surfels.surfels import fitted_surfels
 
 Array = NDArray[np.float64]
 

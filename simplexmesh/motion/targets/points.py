@@ -9,13 +9,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from simplexmesh import _check
-from simplexmesh.data.convert import as_points
+from simplexmesh._base import checks
+from simplexmesh.data.conversion import as_points
 from simplexmesh.data.points import PointCloud
-from simplexmesh.motion.targets import _kernels_nearest, _kernels_points
 from simplexmesh.motion.targets.borders import Border, border_of_points
 from simplexmesh.motion.targets.protocol import BuiltInTarget, checked_arguments
-from simplexmesh.motion.targets.surfels import Surfels, fitted_surfels
+from simplexmesh.motion.targets.surfels import _kernels_nearest, _kernels_points
+from simplexmesh.motion.targets.surfels.surfels import Surfels, fitted_surfels
+from simplexmesh.numerics.kd_tree import nearest
 
 Array = NDArray[np.float64]
 
@@ -37,7 +38,7 @@ class SurfelTarget(BuiltInTarget):
 
     def _initialize(self, surfels: Surfels, center: Array) -> None:
         self.surfels, self.center = surfels, center
-        self._cache = _kernels_nearest.empty_cache(0)
+        self._cache, self._spacing = _kernels_nearest.empty_cache(0), surfels.spacing(0.99)
 
     def gap(self, vertices: Array, normals: Array, reach: float) -> Array:
         """Return (n,) the signed distance along each normal to the surface of the data, NaN beyond `reach`.
@@ -57,28 +58,13 @@ class SurfelTarget(BuiltInTarget):
         """
         vertices, normals, reach = checked_arguments(vertices, normals, reach)
         s, out = self.surfels, np.zeros(len(vertices))
-        search = reach + s.spacing
+        search = reach + self._spacing
         cache = self._cache  # a local reference: another thread may use this target for another mesh
-        if len(cache[0]) != len(vertices):
+        if len(cache.known) != len(vertices):
             fresh = _kernels_nearest.empty_cache(len(vertices))
-            surfels = s.tree.points, s.heads, s.oriented
-            _kernels_nearest.transfer_cache(vertices, normals, self.center, search**2, *surfels, cache, fresh)
+            _kernels_nearest.transfer_cache(vertices, normals, self.center, search, s, cache, fresh)
             self._cache = cache = fresh
-        _kernels_points.surfel_gaps(
-            vertices,
-            normals,
-            self.center,
-            reach,
-            search,
-            s.heads,
-            s.tree.points,
-            s.neighbors,
-            s.patches,
-            s.wide_tree,
-            s.oriented,
-            cache,
-            out,
-        )
+        _kernels_points.surfel_gaps(vertices, normals, self.center, reach, search, s, cache, out)
         return out
 
     def beyond(self, places: Array, distance: float) -> NDArray[np.bool_]:
@@ -86,11 +72,8 @@ class SurfelTarget(BuiltInTarget):
 
         With large noise the fitted surface, and `gap` with it, extends beyond the border of the data.
         """
-        if not np.isfinite(self.surfels.horizon).any():
-            return np.zeros(len(places), bool)
-        nearest, _ = self.surfels.tree.nearest(np.asarray(places) - self.center, 1)
-        between = 0.5 * float(np.quantile(self.surfels.horizon[np.isfinite(self.surfels.horizon)], 0.9))
-        return np.asarray(nearest[:, 0] > distance + between)
+        nearest_surfel, _ = nearest(self.surfels, np.asarray(places) - self.center, 1)
+        return np.asarray(nearest_surfel[:, 0] > distance + 0.5 * self.surfels.spacing(0.9))
 
     @property
     def noise(self) -> float:
@@ -133,7 +116,7 @@ class Points(SurfelTarget):
 
     @cached_property
     def border(self) -> Border:
-        """The border of the cloud, to which rims of a mesh are attracted."""
+        """The border of the cloud, to which the boundary of a mesh is attracted."""
         return border_of_points(self.cloud.points)
 
     def oriented_by(self, directions: ArrayLike | Callable[[Array], Any]) -> Points:
@@ -147,7 +130,7 @@ class Points(SurfelTarget):
         """
         points = self.cloud.points
         given = directions(points) if callable(directions) else directions
-        outward = _check.array("directions", given, (len(points), 3))
+        outward = checks.array("directions", given, (len(points), 3))
         known = outward.any(axis=1)
         if np.count_nonzero(known) < 4:
             raise ValueError(f"directions must be nonzero at 4 points or more, not {np.count_nonzero(known)}")

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from simplexmesh import _check
+from simplexmesh._base import checks
 
 Array = NDArray[np.float64]
 FLOAT = np.dtype(np.float64)
@@ -19,15 +19,7 @@ class BuiltInTarget:
 
 
 def target_gaps(target: Any, vertices: Array, normals: Array, reach: float, name: str = "target") -> Array:
-    """Return the gaps of a target, checked: one number per vertex.
-
-    A user-defined target gets read-only views of the arrays.
-
-    Raises
-    ------
-    ValueError, TypeError
-        The result has another shape or is not numeric.
-    """
+    """Return the gaps of a target, checked: one number per vertex."""
     if not isinstance(target, BuiltInTarget):
         vertices, normals = read_only(vertices), read_only(normals)
     gaps = np.asarray(target.gap(vertices, normals, reach))
@@ -39,33 +31,14 @@ def target_gaps(target: Any, vertices: Array, normals: Array, reach: float, name
 
 
 def read_only(values: NDArray[Any]) -> NDArray[Any]:
-    """Return a view that cannot be written to.
-
-    Examples
-    --------
-    >>> read_only(np.zeros(3)).flags.writeable
-    False
-    """
+    """Return a view that cannot be written to."""
     view = values.view()
     view.setflags(write=False)
     return view
 
 
 def checked_arguments(vertices: ArrayLike, normals: ArrayLike, reach: float) -> tuple[Array, Array, float]:
-    """Return the arguments of `gap` as kernels need them, uncopied if they already are.
-
-    Raises
-    ------
-    ValueError, TypeError
-        The shapes are not (n, 3) or differ, values are not numeric, or the reach is not positive.
-
-    Examples
-    --------
-    >>> checked_arguments([[0, 0, 0]], [[0, 0, 1], [0, 0, 1]], 1.0)
-    Traceback (most recent call last):
-    ...
-    ValueError: normals must have shape (1, 3), as vertices have, not (2, 3)
-    """
+    """Return the arguments of `gap` as kernels need them, uncopied if they already are."""
     points, outward = _rows("vertices", vertices), _rows("normals", normals)
     if len(points) != len(outward):
         raise ValueError(f"normals must have shape {points.shape}, as vertices have, not {outward.shape}")
@@ -73,18 +46,12 @@ def checked_arguments(vertices: ArrayLike, normals: ArrayLike, reach: float) -> 
 
 
 def checked_reach(reach: float) -> float:
-    """Return a positive reach as a float; infinity is allowed.
-
-    Examples
-    --------
-    >>> checked_reach(math.inf)
-    inf
-    """
+    """Return a positive reach as a float; infinity is allowed."""
     if type(reach) is float and reach > 0.0:
         return reach
     if isinstance(reach, float | np.floating) and reach == math.inf:
         return math.inf
-    return _check.number("reach", reach, 0.0, open_low=True)
+    return checks.number("reach", reach, 0.0, open_low=True)
 
 
 def _rows(name: str, value: ArrayLike) -> Array:

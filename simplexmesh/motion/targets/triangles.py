@@ -9,9 +9,9 @@ import igl
 import numpy as np
 from numpy.typing import NDArray
 
-from simplexmesh import _check
-from simplexmesh._vec import cross, dot, norm, normalized
-from simplexmesh.data.convert import as_triangles
+from simplexmesh._base import checks
+from simplexmesh._base.vectors import cross, dot, norm, normalized
+from simplexmesh.data.conversion import as_triangles
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.mesh import _kernels
 from simplexmesh.motion.targets.borders import Border, border_of_triangles
@@ -54,8 +54,8 @@ class Triangles(BuiltInTarget):
 
     def __init__(self, triangles: Any, *, oriented: bool = True) -> None:
         mesh = as_triangles(triangles)
-        _check.size("triangles", mesh.bounds)
-        self.oriented = _check.flag("oriented", oriented)
+        checks.size("triangles", mesh.bounds)
+        self.oriented = checks.flag("oriented", oriented)
         self.vertices = np.ascontiguousarray(mesh.vertices, dtype=np.float64)
         self.faces = np.ascontiguousarray(mesh.faces, dtype=np.int64)
         a, b, c = (self.vertices[self.faces[:, k]] for k in range(3))
@@ -151,7 +151,7 @@ class Triangles(BuiltInTarget):
 
     @cached_property
     def border(self) -> Border:
-        """Points along the border of an open surface, to which rims of a mesh are attracted."""
+        """Points along the border of an open surface, to which the boundary of a mesh is attracted."""
         return border_of_triangles(self.vertices, self.faces, self._on_border)
 
     def beyond_border(self, points: Array) -> NDArray[np.bool_]:
@@ -173,13 +173,7 @@ class Triangles(BuiltInTarget):
 
 
 def border_sides(faces: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Return (f, 3) bool: whether side j of a triangle, from corner j to j + 1, belongs to no other triangle.
-
-    Examples
-    --------
-    >>> border_sides(np.array([[0, 1, 2], [0, 2, 3]])).tolist()
-    [[True, True, False], [False, True, True]]
-    """
+    """Return (f, 3) bool: whether side j of a triangle, from corner j to j + 1, belongs to no other triangle."""
     mates, crowded = _kernels.half_edge_mates(np.array(faces, dtype=np.int64))
     if crowded < 0:
         return np.asarray(mates.reshape(-1, 3) < 0)
@@ -190,14 +184,7 @@ def border_sides(faces: NDArray[np.int64]) -> NDArray[np.bool_]:
 
 
 def surface_distance(points: Array, vertices: Array, faces: NDArray[np.int64]) -> Array:
-    """Return (n,) the unsigned distances of points to a triangulated surface.
-
-    Examples
-    --------
-    >>> corners = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
-    >>> surface_distance(np.array([[0.2, 0.2, 0.5]]), corners, np.array([[0, 1, 2]]))
-    array([0.5])
-    """
+    """Return (n,) the unsigned distances of points to a triangulated surface."""
     squared, _, _ = igl.point_mesh_squared_distance(
         np.ascontiguousarray(points, dtype=np.float64),
         np.ascontiguousarray(vertices, dtype=np.float64),
@@ -207,15 +194,7 @@ def surface_distance(points: Array, vertices: Array, faces: NDArray[np.int64]) -
 
 
 def inside_surface(points: Array, vertices: Array, faces: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Return (n,) bool: whether points are inside a closed triangulated surface, by winding number (Jacobson 2013).
-
-    Examples
-    --------
-    >>> import simplexmesh as sm
-    >>> ball = sm.sphere(3).triangulated()
-    >>> inside_surface(np.array([[0.0, 0, 0], [2, 0, 0]]), ball.vertices, ball.faces)
-    array([ True, False])
-    """
+    """Return (n,) bool: whether points are inside a closed triangulated surface, by winding number (Jacobson 2013)."""
     if not len(points):
         return np.zeros(0, dtype=bool)
     numbers = igl.fast_winding_number(

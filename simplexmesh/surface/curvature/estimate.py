@@ -7,9 +7,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from simplexmesh import _check
+from simplexmesh._base import checks
 from simplexmesh.surface.curvature.result import Curvature
-from simplexmesh.surface.methods import (
+from simplexmesh.surface.neighborhoods import Neighborhood
+from simplexmesh.surface.normals.estimate import starting_normals
+from simplexmesh.surface.reasons import DEGENERATE, FOUND
+from simplexmesh.surface.registry import (
     Estimates,
     Method,
     chosen,
@@ -17,26 +20,25 @@ from simplexmesh.surface.methods import (
     warn_of_clashing_faces,
     warn_of_failures,
 )
-from simplexmesh.surface.neighborhoods import Neighborhood
-from simplexmesh.surface.normals.estimate import starting_normals
-from simplexmesh.surface.reasons import DEGENERATE, FOUND
-from simplexmesh.surface.samples import as_samples
+from simplexmesh.surface.sampled_surface import as_sampled_surface
 
 Array = NDArray[np.float64]
 
+FANS = "curvature.classic.fans"
+
 METHODS = {
-    "adaptive": Method("curvature.adaptive", {"noise": None, "detail": None}, normals=None, own_scale=True),
-    "chen_schmitt": Method("curvature.chen_schmitt", {"weighted": True, "normalized": False}),
-    "discrete": Method("curvature.discrete", {"area": "mixed", "projected": False}, needs_faces=True),
-    "extended_quadric": Method("curvature.quadric", {"least": 6}, {"terms": 5}),
-    "full_quadric": Method("curvature.quadric", {"least": 6}, {"terms": 6}),
-    "langer": Method("curvature.langer", fixed={"exact": False}),
-    "langer_exact": Method("curvature.langer", fixed={"exact": True}),
-    "principal": Method("curvature.principal", {"radius": 5}, needs_faces=True, own_scale=True),
-    "quadric": Method("curvature.quadric", {"least": 3}, {"terms": 3}),
-    "simplex_angle": Method("curvature.simplex_angle", normals=None, needs_faces=True),
-    "sine": Method("curvature.sine", {"least_swing": False}),
-    "taubin": Method("curvature.taubin"),
+    "adaptive": Method("curvature.adaptive.adaptive", {"noise": None, "detail": None}, normals=None, own_scale=True),
+    "chen_schmitt": Method(FANS, {"weighted": True, "normalized": False}, {"kind": "chen_schmitt"}),
+    "discrete": Method("curvature.classic.discrete", {"area": "mixed", "projected": False}, needs_faces=True),
+    "extended_quadric": Method(FANS, {"least": 6}, {"kind": "quadric", "terms": 5}),
+    "full_quadric": Method(FANS, {"least": 6}, {"kind": "quadric", "terms": 6}),
+    "langer": Method(FANS, fixed={"kind": "langer"}),
+    "langer_exact": Method(FANS, fixed={"kind": "langer_exact"}),
+    "principal": Method("curvature.classic.principal", {"radius": 5}, needs_faces=True, own_scale=True),
+    "quadric": Method(FANS, {"least": 3}, {"kind": "quadric", "terms": 3}),
+    "simplex_angle": Method("curvature.classic.simplex_angle", normals=None, needs_faces=True),
+    "sine": Method(FANS, {"least_swing": False}, {"kind": "sine"}),
+    "taubin": Method(FANS, fixed={"kind": "taubin"}),
 }
 """All curvature estimators."""
 
@@ -47,7 +49,7 @@ def curvature(
     *,
     neighborhood: Neighborhood | None = None,
     normals: str | ArrayLike | None = None,
-    vertices: ArrayLike | None = None,
+    at: ArrayLike | None = None,
     **options: Any,
 ) -> Curvature:
     """Return the principal, mean and Gaussian curvatures at the vertices of a surface.
@@ -64,11 +66,12 @@ def curvature(
         angle defects; "taubin", "langer", "langer_exact" are quadratures; "chen_schmitt" fits circles through opposite
         neighbors; "simplex_angle" the sphere through three neighbors; "principal" is libigl's.
     neighborhood : from `rings`, `ball`, `nearest`, or Neighborhoods, optional
-        The neighbors used; by default the one-ring, in a cloud the 12 nearest points.
+        The neighbors used; by default the one-ring, in a cloud the 12 nearest points. "adaptive" and "principal"
+        choose their own and take none.
     normals : str or (n, 3) array of float, optional
         Initial normals: a method of `vertex_normals`, or unit vectors.
-    vertices : (c,) array of int, optional
-        Measure only these vertices; the result has one row for each.
+    at : (c,) array of int or (n,) array of bool, optional
+        Measure only at these vertices; the result has one row for each.
     **options
         Options of the method. "adaptive": `noise`, its standard deviation along the normal, if known; `detail`, the
         smallest length of interest. Quadrics: `least`, the least number of neighbors. "sine": `least_swing`, take the
@@ -84,7 +87,7 @@ def curvature(
     Raises
     ------
     ValueError
-        An unknown method, normals of another shape, vertices out of range, points without faces for a method that
+        An unknown method, normals of another shape, `at` out of range, points without faces for a method that
         needs them.
     TypeError
         Not a surface, an option the method does not have, normals or neighborhoods that it does not use.
@@ -106,8 +109,8 @@ def curvature(
     (0.5, 0.25)
     """
     kind, settings = chosen(method, METHODS, options)
-    samples = as_samples(surface)
-    around = neighborhoods_for(method, kind, samples, neighborhood, normals, vertices)
+    samples = as_sampled_surface(surface)
+    around = neighborhoods_for(method, kind, samples, neighborhood, normals, at)
     directions = starting_normals(samples, around, kind.normals, normals)
     with np.errstate(over="ignore", invalid="ignore"):
         found = _finite_or_failed(kind.estimate(samples, around, directions, **settings))
@@ -136,7 +139,7 @@ def _result(found: Estimates, directions: Array | None, method: str) -> Curvatur
         if values is None:
             return None
         shown = failed if values.ndim == 1 else failed[:, None]
-        return _check.frozen(np.where(shown, np.nan, values))
+        return checks.frozen(np.where(shown, np.nan, values))
 
     values = {name: masked(getattr(found, name)) for name in ("k1", "k2", "mean", "gauss", "d1", "error", "scale")}
-    return Curvature(**values, normals=masked(normals), failed=_check.frozen(failed), method=method)  # type: ignore[arg-type]
+    return Curvature(**values, normals=masked(normals), failed=checks.frozen(failed), method=method)  # type: ignore[arg-type]

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from simplexmesh._vec import cross
+from simplexmesh._base.vectors import cross
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

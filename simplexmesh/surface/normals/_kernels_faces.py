@@ -7,7 +7,7 @@ import math
 
 from numba import prange
 
-from simplexmesh._kernels_both import Both
+from simplexmesh._base._kernels_both import Both
 from simplexmesh.surface.reasons import DEGENERATE, FEW, FOUND
 
 UNIFORM, AREA, ANGLE, MAX = range(4)
@@ -17,8 +17,9 @@ SLIVER = 1e-10
 
 
 @Both
-def face_means(centers, rows, offsets, ahead, behind, points, weighting, normals, reasons):
+def face_means(centers, rows, wedges, points, weighting, normals, reasons):
     """Fill the normalized sum of the face normals around each center, whose wedges are those of `rows[row]`."""
+    offsets, ahead, behind = wedges
     for row in prange(centers.shape[0]):
         start, stop, i = offsets[rows[row]], offsets[rows[row] + 1], centers[row]
         if start == stop:

@@ -8,9 +8,9 @@ import math
 import numpy as np
 from numba import prange
 
-from simplexmesh._kernels_both import Both
-from simplexmesh._kernels_njit import njit
-from simplexmesh.surface.normals._kernels_small import diagonalize
+from simplexmesh._base._kernels_both import Both
+from simplexmesh._base._kernels_njit import njit
+from simplexmesh.numerics._kernels_matrices import diagonalize
 from simplexmesh.surface.reasons import DEGENERATE, FEW, FOUND
 
 STRAIGHT = 1e-12
@@ -18,18 +18,16 @@ STRAIGHT = 1e-12
 
 
 @njit(cache=True, error_model="numpy")
-def _scatter(points, i, members, start, stop, mean, matrix):
+def _scatter(points, i, near, mean, matrix):
     """Fill the mean of center and neighbors, seen from the center, and the upper left 3 x 3 with their scatter."""
-    count = 1.0 + stop - start
     mean[:] = 0.0
-    for m in range(start, stop):
+    for j in near:
         for axis in range(3):
-            mean[axis] += (points[members[m], axis] - points[i, axis]) / count
+            mean[axis] += (points[j, axis] - points[i, axis]) / (1.0 + near.shape[0])
     for p in range(3):
         for q in range(p, 3):
             total = mean[p] * mean[q]
-            for m in range(start, stop):
-                j = members[m]
+            for j in near:
                 total += (points[j, p] - points[i, p] - mean[p]) * (points[j, q] - points[i, q] - mean[q])
             matrix[p, q] = matrix[q, p] = total
 
@@ -50,26 +48,21 @@ def _eigenvalues(matrix, axes, n):
 
 
 @Both
-def planes(centers, offsets, members, points, homogeneous, normals, reasons):
-    """Fill the unit normal of the least-squares plane per row, with either sign.
-
-    The plane passes through the mean of the points or, if `homogeneous`, is the unit 4-vector (n, d) that minimizes the
-    sum of (n . p + d)^2.
-    """
+def planes(centers, rows, points, homogeneous, normals, reasons):
+    """Fill unit normals, of either sign, of planes through the mean or, if `homogeneous`, of least sum (n.p + d)^2."""
     for row in prange(centers.shape[0]):
-        start, stop, i = offsets[row], offsets[row + 1], centers[row]
-        if stop - start < 2:
-            reasons[row] = FEW
+        i, near = centers[row], rows.members[rows.offsets[row] : rows.offsets[row + 1]]
+        reasons[row] = FEW if near.shape[0] < 2 else DEGENERATE
+        if near.shape[0] < 2:
             continue
         mean, matrix, axes = np.zeros(3), np.zeros((4, 4)), np.zeros((4, 4))
-        _scatter(points, i, members, start, stop, mean, matrix)
+        _scatter(points, i, near, mean, matrix)
         least, first, second = _eigenvalues(matrix, axes, 3)
         if not second > STRAIGHT * first:
-            reasons[row] = DEGENERATE
             continue
         if homogeneous:
-            count = 1.0 + stop - start
-            _scatter(points, i, members, start, stop, mean, matrix)
+            count = 1.0 + near.shape[0]
+            _scatter(points, i, near, mean, matrix)
             for p in range(3):
                 mean[p] += points[i, p]
             for p in range(3):
@@ -80,8 +73,6 @@ def planes(centers, offsets, members, points, homogeneous, normals, reasons):
             least, first, second = _eigenvalues(matrix, axes, 4)
         x, y, z = axes[0, least], axes[1, least], axes[2, least]
         length = math.sqrt(x * x + y * y + z * z)
-        if not length > STRAIGHT:
-            reasons[row] = DEGENERATE
-            continue
-        normals[row, 0], normals[row, 1], normals[row, 2] = x / length, y / length, z / length
-        reasons[row] = FOUND
+        if length > STRAIGHT:
+            normals[row, 0], normals[row, 1], normals[row, 2] = x / length, y / length, z / length
+            reasons[row] = FOUND

@@ -4,14 +4,19 @@ from __future__ import annotations
 
 from typing import Any
 
-from simplexmesh.surface.curvature.adaptive import jets
-from simplexmesh.surface.methods import Normals
+from simplexmesh.surface.curvature.adaptive.adaptive import jets
 from simplexmesh.surface.neighborhoods import Neighborhoods
-from simplexmesh.surface.samples import Samples
+from simplexmesh.surface.registry import Normals
+from simplexmesh.surface.sampled_surface import SampledSurface
 
 
 def estimate(
-    samples: Samples, around: Neighborhoods, normals: Any, *, noise: float | None = None, detail: float | None = None
+    samples: SampledSurface,
+    around: Neighborhoods,
+    normals: Any,
+    *,
+    noise: float | None = None,
+    detail: float | None = None,
 ) -> Normals:
     """Return the normals of polynomials fitted at adaptive scales; options as in `curvature`."""
     found = jets(samples, around, noise=noise, detail=detail)

@@ -8,8 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from simplexmesh import _check, _vec
-from simplexmesh.surface.methods import (
+from simplexmesh._base import checks, vectors
+from simplexmesh.surface.neighborhoods import Neighborhood, Neighborhoods
+from simplexmesh.surface.reasons import DEGENERATE, FOUND
+from simplexmesh.surface.registry import (
     Method,
     Normals,
     chosen,
@@ -17,9 +19,7 @@ from simplexmesh.surface.methods import (
     warn_of_clashing_faces,
     warn_of_failures,
 )
-from simplexmesh.surface.neighborhoods import Neighborhood, Neighborhoods
-from simplexmesh.surface.reasons import DEGENERATE, FOUND
-from simplexmesh.surface.samples import Samples, as_samples
+from simplexmesh.surface.sampled_surface import SampledSurface, as_sampled_surface
 
 Array = NDArray[np.float64]
 
@@ -43,7 +43,7 @@ def vertex_normals(
     *,
     neighborhood: Neighborhood | None = None,
     normals: str | ArrayLike | None = None,
-    vertices: ArrayLike | None = None,
+    at: ArrayLike | None = None,
     **options: Any,
 ) -> Array:
     """Return unit normals at the vertices of a surface, oriented as its faces or a cloud's own normals.
@@ -62,8 +62,8 @@ def vertex_normals(
     normals : str or (n, 3) array of float, optional
         Initial normals of the estimators from neighbors, which determine the orientation too: a method, or directions;
         by default "area", or a cloud's or simplex mesh's own.
-    vertices : (c,) array of int, optional
-        Measure only these vertices.
+    at : (c,) array of int or (n,) array of bool, optional
+        Measure only at these vertices.
     **options
         Options of the method. "adaptive": `noise`, `detail`; "plane": `variant` ("pca", "svd4"); "quadric": `passes`;
         "chen_schmitt": `normalized`; "extended_sine": `solver` ("newton", "ternary"), `tolerance`, `iterations`.
@@ -95,8 +95,8 @@ def vertex_normals(
     True
     """
     kind, _ = chosen(method, METHODS, options)
-    samples = as_samples(surface)
-    around = neighborhoods_for(method, kind, samples, neighborhood, normals, vertices)
+    samples = as_sampled_surface(surface)
+    around = neighborhoods_for(method, kind, samples, neighborhood, normals, at)
     found = found_normals(samples, around, method, normals=normals, **options)
     warn_of_failures("a normal", found.reasons, samples, around)
     warn_of_clashing_faces(samples, found.reasons, normals)
@@ -104,14 +104,19 @@ def vertex_normals(
 
 
 def found_normals(
-    samples: Samples, around: Neighborhoods, method: str, *, normals: str | ArrayLike | None = None, **options: Any
+    samples: SampledSurface,
+    around: Neighborhoods,
+    method: str,
+    *,
+    normals: str | ArrayLike | None = None,
+    **options: Any,
 ) -> Normals:
     """Return normals around each center by a method of `vertex_normals`, with reasons where there is none."""
     return _found(samples, around, method, "method", normals, options)
 
 
 def _found(
-    samples: Samples,
+    samples: SampledSurface,
     around: Neighborhoods,
     name: str,
     called: str,
@@ -133,24 +138,15 @@ def _found(
 
 
 def starting_normals(
-    samples: Samples, around: Neighborhoods, default: str | None, given: str | ArrayLike | None
+    samples: SampledSurface, around: Neighborhoods, default: str | None, given: str | ArrayLike | None
 ) -> Array | None:
-    """Return (c, 3) initial unit normals for an estimator, one per center.
-
-    Parameters
-    ----------
-    default : str or None
-        Method used if the caller gives none and the surface has no normals; "plane" instead, for points without faces,
-        of one that needs faces. None: the estimator needs no normals.
-    given : str, (n, 3) array of float or None
-        The method or normals given by the caller.
-    """
+    """Return (c, 3) initial unit normals: given, else the surface's own, else by the `default` method or "plane"."""
     if isinstance(given, str):
         return _found(samples, around, given, "normals").normals
     if given is not None:
-        chosen_normals = _check.array("normals", given, (len(samples.points), 3))[around.centers]
+        chosen_normals = checks.array("normals", given, (len(samples.points), 3))[around.centers]
         largest = np.abs(chosen_normals).max(axis=1, initial=0.0)[:, None]
-        return _vec.normalized(chosen_normals / np.where(largest > 0.0, largest, 1.0))
+        return vectors.normalized(chosen_normals / np.where(largest > 0.0, largest, 1.0))
     if default is None:
         return None
     if samples.outward is not None:

@@ -5,22 +5,18 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from simplexmesh import _vec
+from simplexmesh._base import vectors
+from simplexmesh.orientation.propagation import propagated
 from simplexmesh.surface.neighborhoods import Neighborhoods
 from simplexmesh.surface.normals import _kernels_plane as kernels
 from simplexmesh.surface.normals import faces
-from simplexmesh.surface.propagation import propagated
-from simplexmesh.surface.samples import Samples
+from simplexmesh.surface.sampled_surface import SampledSurface
 
 Array = NDArray[np.float64]
 
 
-def outward_directions(samples: Samples, around: Neighborhoods) -> Array:
-    """Return (c, 3) directions, one per center, with which its outward normal makes at most a right angle.
-
-    Known normals, else the area-weighted normal of the faces; in a cloud without normals, `consistent_normals`. Where
-    faces have none, it is the direction from the centroid of all points.
-    """
+def outward_directions(samples: SampledSurface, around: Neighborhoods) -> Array:
+    """Return (c, 3) directions at most a right angle from outward normals: known, of faces, or propagated."""
     if samples.outward is not None:
         return samples.outward[around.centers]
     if not samples.is_connected and not around.closed.any():
@@ -30,17 +26,14 @@ def outward_directions(samples: Samples, around: Neighborhoods) -> Array:
     return np.where(known.reasons[:, None] == 0, known.normals, from_centroid)
 
 
-def consistent_normals(samples: Samples) -> Array:
-    """Return (n, 3) normals of the planes of nearest points, signs propagated between them, outward as a whole.
-
-    Rough normals of a cloud that has none; which side of an open surface is outward is a guess.
-    """
+def consistent_normals(samples: SampledSurface) -> Array:
+    """Return (n, 3) normals of the planes of nearest points, signs propagated between them, outward as a whole."""
     ring, n = samples.one_ring, len(samples.points)
     planes, reasons, homogeneous = np.zeros((n, 3)), np.zeros(n, np.uint8), False
-    kernels.planes(ring.centers, ring.offsets, ring.members, samples.points, homogeneous, planes, reasons)
-    return propagated(ring, samples.points, planes)
+    kernels.planes(ring.centers, ring.rows, samples.points, homogeneous, planes, reasons)
+    return propagated(ring.offsets, ring.members, samples.points, planes)
 
 
 def oriented(normals: Array, directions: Array) -> Array:
     """Return the normals, reversed where the scalar product with `directions` is negative."""
-    return np.where(_vec.dot(normals, directions)[:, None] < 0, -normals, normals)
+    return np.where(vectors.dot(normals, directions)[:, None] < 0, -normals, normals)

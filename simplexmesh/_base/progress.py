@@ -1,0 +1,53 @@
+"""Progress reports: a bar, or calls of the user's function."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+COMPILING = "compiling, this first time"
+
+Report = Callable[[float, str], None]
+"""Called with the fraction done, 0 to 1, and a message."""
+
+
+def _silent(fraction: float, message: str) -> None:
+    """Do nothing."""
+
+
+@contextmanager
+def reporting(progress: bool | Report) -> Iterator[Report]:  # noqa: FBT001  the caller's own keyword
+    """Yield a function to report to: the user's, one that updates a bar on the terminal or notebook, or a dummy."""
+    if callable(progress):
+        yield progress
+    elif progress:
+        from rich.progress import Progress
+
+        with Progress(transient=True) as bar, bar_reporting(bar, "reconstructing") as report:
+            yield report
+    else:
+        yield _silent
+
+
+@contextmanager
+def bar_reporting(bar: Any, title: str, prefix: str = "") -> Iterator[Report]:
+    """Yield a function that updates a `rich` progress bar, which also shows when kernels are being compiled."""
+    from simplexmesh._base._kernels_compiled import compiling
+
+    task = bar.add_task(title, total=1.0)
+    description = title
+
+    def update(fraction: float, message: str) -> None:
+        nonlocal description
+        description = prefix + message
+        bar.update(task, completed=fraction, description=description)
+
+    def begun() -> None:
+        bar.update(task, description=f"{description} ({COMPILING})")
+
+    def ended() -> None:
+        bar.update(task, description=description)
+
+    with compiling(begun, ended):
+        yield update

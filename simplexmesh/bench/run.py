@@ -1,0 +1,86 @@
+"""Run all trials, and write their tables, figures and page."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from simplexmesh._base.interrupts import held_interrupts
+from simplexmesh.bench import pictures
+from simplexmesh.bench.page import index
+from simplexmesh.bench.report import INDEX
+from simplexmesh.bench.tables import as_csv
+from simplexmesh.bench.trials import meshes, ratings
+from simplexmesh.bench.trials.curve import Curve
+from simplexmesh.bench.trials.pointwise import Pointwise, rows_of, spreads, tilts
+from simplexmesh.bench.truth.graphs import Graph
+
+Report = Callable[[float, str], None]
+Rows = list[dict[str, Any]]
+
+
+@dataclass
+class Results:
+    """Results of the trials, a row per case."""
+
+    names: Mapping[str, Sequence[str]]
+    curves: dict[str, list[Curve]] = field(default_factory=dict)
+    meshes: Rows = field(default_factory=list)
+    tilts: Rows = field(default_factory=list)
+    tori: Rows = field(default_factory=list)
+    border: Rows = field(default_factory=list)
+    ratings: dict[str, Rows] = field(default_factory=dict)
+
+
+def measured(
+    surfaces: Sequence[Graph], names: Mapping[str, Sequence[str]], report: Report, *, quick: bool = False
+) -> Results:
+    """Run all trials; a quick run has smaller meshes and one size of torus, and the same ratings."""
+    found = Results(names)
+    report(0.0, "points")
+    test = Pointwise(surfaces)
+    found.curves = {kind: [curve for name in names[kind] for curve in test.curves(kind, name)] for kind in names}
+    found.tilts += tilts(surfaces, names)
+    sizes = meshes.SIZES[:3] if quick else meshes.SIZES
+    work, done = sum(size**2 for size in sizes) * (2 * len(surfaces) + 2), 0
+    for place, made in meshes.refined(surfaces, sizes):
+        report(0.05 + 0.45 * done / work, f"{place['mesh']} {place['surface']}, {place['size']}")
+        found.meshes += [place | line for line in meshes.mesh_errors(made, names)]
+        done += place["size"] ** 2
+    cases = [case for case in meshes.CASES if not quick or (case.size == "2.5k" and case.shape == "torus")]
+    for at, case in enumerate(cases):
+        report(0.5 + 0.29 * at / len(cases), case.title)
+        found.tori += meshes.case_errors(case, names)
+    report(0.79, "borders")
+    found.border += meshes.border_errors(names)
+    for kind in names:
+        found.ratings[kind] = [
+            ratings.rated(kind, name, [c for c in found.curves[kind] if c.method == name], found.meshes)
+            for name in names[kind]
+        ]
+    return found
+
+
+def write(found: Results, folder: Path, report: Report, *, quick: bool = False) -> None:
+    """Write the tables, figures and page to an existing folder."""
+    curves = [*found.curves["curvature"], *found.curves["normals"]]
+    tables = {
+        "pointwise": rows_of(curves),
+        "spread": list(spreads(curves)),
+        "meshes": found.meshes,
+        "tilts": found.tilts,
+        "tori": found.tori,
+        "border": found.border,
+        **{f"ratings_{kind}": rows for kind, rows in found.ratings.items()},
+    }
+    for name, rows in tables.items():
+        (folder / f"{name}.csv").write_text(as_csv(rows), encoding="utf-8")
+    shown = [*pictures.of_curves(curves, ("cubic",) if quick else None), *pictures.of_surfaces(found.names, few=quick)]
+    for at, (name, _, draw) in enumerate(shown):
+        report(0.8 + 0.2 * at / len(shown), f"picture {name}")
+        with held_interrupts():
+            pictures.save(folder / f"{name}.png", draw())
+    captions = {name: caption for name, caption, _ in shown}
+    (folder / INDEX).write_text(index(found, captions, quick=quick), encoding="utf-8")

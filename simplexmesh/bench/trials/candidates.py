@@ -1,0 +1,97 @@
+"""The methods compared: all that are registered, called through the public functions."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplexmesh._base.errors import SimplexMeshWarning
+from simplexmesh.bench.truth.exact import Exact
+from simplexmesh.surface.curvature import estimate as curvatures
+from simplexmesh.surface.neighborhoods import Neighborhood, Neighborhoods
+from simplexmesh.surface.normals import estimate as normal_estimates
+from simplexmesh.surface.registry import Method
+from simplexmesh.surface.sampled_surface import SampledSurface
+
+Array = NDArray[np.float64]
+Estimate = tuple[str, str, Array]
+"""Method, quantity ("H", "K", or "N", the normal) and values, NaN where there is no estimate."""
+
+REGISTRIES = {"curvature": curvatures.METHODS, "normals": normal_estimates.METHODS}
+
+
+def named(wanted: str) -> dict[str, list[str]]:
+    """Return the methods of each kind that "all", or names separated by commas, select; a name may be of both kinds."""
+    names = chosen("methods", wanted, list(dict.fromkeys(name for each in REGISTRIES.values() for name in each)))
+    return {kind: [name for name in registry if name in names] for kind, registry in REGISTRIES.items()}
+
+
+def chosen(option: str, wanted: str, known: Sequence[str]) -> list[str]:
+    """Return the names in a comma-separated list, or all that are known; `option` names the list in errors."""
+    names = list(known) if wanted == "all" else [name.strip() for name in wanted.split(",") if name.strip()]
+    if not names:
+        raise ValueError(f"--{option} must name some of {', '.join(sorted(known))}, or be all")
+    for name in names:
+        if name not in known:
+            raise ValueError(f"--{option} must be all or among {', '.join(sorted(known))}, not {name!r}")
+    return names
+
+
+def estimates(
+    kind: str,
+    names: Sequence[str],
+    samples: SampledSurface,
+    *,
+    normals: Array | None = None,
+    around: Neighborhood | None = None,
+) -> Iterator[Estimate]:
+    """Yield what the methods that accept the input estimate for the rows of `around`, or all vertices.
+
+    Initial `normals` are passed to methods that start from them and do not choose their scale.
+    """
+    call: Callable[..., Any] = curvatures.curvature if kind == "curvature" else normal_estimates.vertex_normals
+    for name in names:
+        method = REGISTRIES[kind][name]
+        asked = _selection(method, around)
+        if normals is not None and starts(method):
+            asked["normals"] = normals
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", SimplexMeshWarning)
+            try:
+                found = call(samples, name, **asked)
+            except ValueError:  # too few neighbors, or none of the faces that it reads
+                continue
+        if kind == "curvature":
+            yield name, "H", found.mean
+            yield name, "K", found.gauss
+        else:
+            yield name, "N", np.where((found != 0).any(axis=1)[:, None], found, np.nan)
+
+
+def starts(method: Method) -> bool:
+    """Return whether a method uses given initial normals."""
+    return method.normals is not None and not method.own_scale
+
+
+def _selection(method: Method, around: Neighborhood | None) -> dict[str, Any]:
+    """Return the keyword for the neighborhoods, or for the vertices if the method does not take neighborhoods."""
+    if around is None:
+        return {}
+    if method.own_scale or method.needs_faces:
+        return {"at": around.centers} if isinstance(around, Neighborhoods) else {}
+    return {"neighborhood": around}
+
+
+def truth(quantity: str, exact: Exact) -> Array:
+    """Return the exact values of a quantity."""
+    return {"H": exact.mean, "K": exact.gauss, "N": exact.normals}[quantity]
+
+
+def distance(values: Array, exact: Array) -> Array:
+    """Return absolute errors; of normals, (n, 3), the distance of unit vectors."""
+    off = np.abs(values - exact)
+    return off if off.ndim == 1 else np.linalg.norm(off, axis=1)

@@ -1,0 +1,138 @@
+"""Convert arguments to this library's data types, from arrays, PyVista and trimesh objects, and paths."""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+import numpy as np
+
+from simplexmesh._base import checks
+from simplexmesh.data.points import PointCloud
+from simplexmesh.data.triangles import TriangleMesh
+from simplexmesh.data.volume import Volume
+
+
+def as_data(value: Any, name: str = "data") -> Any:
+    """Return a Volume, PointCloud, TriangleMesh or SimplexMesh from any of them, a path, or an object of a library.
+
+    Arrays are (n, 3) points, (n, 6) with normals, (nx, ny, nz) samples, or a pair of vertices and faces.
+    """
+    if isinstance(value, Volume | TriangleMesh) or _is_simplex_mesh(value):
+        return value
+    if isinstance(value, PointCloud):
+        return value.merged()
+    if isinstance(value, str | os.PathLike):
+        from simplexmesh.data.io.reading import read
+
+        found = read(value)
+        return found.merged() if isinstance(found, PointCloud) else found
+    if hasattr(value, "IsA") and hasattr(value, "GetPointData"):
+        from simplexmesh.data.io import vtk
+
+        found = vtk.from_dataset(value, name)
+        return found.merged() if isinstance(found, PointCloud) else _welded(found)
+    if _is_trimesh(value):
+        return _from_trimesh(value)
+    if _is_pair(value, name):
+        return TriangleMesh(*value)
+    if isinstance(value, np.ndarray | list | tuple) or hasattr(value, "__array__"):
+        return _from_array(value, name)
+    raise TypeError(
+        f"{name} must be a Volume, PointCloud, TriangleMesh, SimplexMesh, array, PyVista or trimesh object or path, "
+        f"not {type(value).__name__}"
+    )
+
+
+def as_volume(value: Any, name: str = "volume") -> Volume:
+    """Return a Volume from any supported input; see `as_data`."""
+    out = as_data(value, name)
+    if not isinstance(out, Volume):
+        raise TypeError(f"{name} must be a volume, not {_description(value, out)}")
+    return out
+
+
+def as_points(value: Any, name: str = "points") -> PointCloud:
+    """Return a PointCloud from any supported input, duplicates merged; a surface gives its vertices and normals."""
+    out = as_data(value, name)
+    if isinstance(out, PointCloud):
+        return out
+    if isinstance(out, TriangleMesh):
+        normals = out.vertex_normals
+        return PointCloud(out.vertices, normals if normals.any(axis=1).all() else None).merged()
+    if _is_simplex_mesh(out):
+        return PointCloud(out.vertices, out.normals if out.normals.any(axis=1).all() else None).merged()
+    raise TypeError(f"{name} must be points, not {_description(value, out)}")
+
+
+def as_triangles(value: Any, name: str = "triangles") -> TriangleMesh:
+    """Return a TriangleMesh from any supported input, also `(vertices, faces)`; a simplex mesh is triangulated."""
+    pair = isinstance(value, tuple | list) and len(value) == 2
+    if pair and all(checks.any_array(name, part).ndim == 2 for part in value):
+        return TriangleMesh(value[0], value[1])
+    out = as_data(value, name)
+    if isinstance(out, TriangleMesh):
+        return out
+    if _is_simplex_mesh(out):
+        return out.triangulated()
+    raise TypeError(f"{name} must be a surface of triangles, not {_description(value, out)}")
+
+
+def _from_array(value: Any, name: str) -> Volume | PointCloud:
+    array = checks.any_array(name, value)
+    if array.dtype.kind not in "biuf":
+        raise TypeError(f"{name} must be numbers, not {type(value).__name__} of {array.dtype}")
+    if array.ndim == 3:
+        return Volume(array)
+    if array.ndim == 2 and array.shape[1] == 3:
+        return PointCloud(array).merged()
+    if array.ndim == 2 and array.shape[1] == 6:
+        return PointCloud(array[:, :3], array[:, 3:]).merged()
+    raise ValueError(
+        f"{name} must have shape (*, 3) for points, (*, 6) with normals or (nx, ny, nz) for a volume, not {array.shape}"
+    )
+
+
+def _is_pair(value: Any, name: str) -> bool:
+    """Whether the value is (vertices, faces): a tuple of two tables or a list of two arrays, the second of integers."""
+    if not (isinstance(value, tuple | list) and len(value) == 2):
+        return False
+    if isinstance(value, list) and not all(isinstance(part, np.ndarray) for part in value):
+        return False
+    vertices, faces = (checks.any_array(name, part) for part in value)
+    if not (vertices.ndim == faces.ndim == 2 and faces.dtype.kind in "iu" and faces.shape[1] == 3):
+        if vertices.ndim == faces.ndim == 2 and (isinstance(value, tuple) or vertices.shape[1] == faces.shape[1] == 3):
+            wanted = "(vertices, faces), the latter (f, 3) whole numbers, or a PointCloud of points and normals"
+            found = " and ".join(f"{part.shape} {part.dtype}" for part in (vertices, faces))
+            raise ValueError(f"{name} must be {wanted}, not a pair of {found}")
+        return False
+    return isinstance(value, tuple) or vertices.dtype.kind == "f"  # a list of two integer arrays is ambiguous
+
+
+def _is_simplex_mesh(value: Any) -> bool:
+    return hasattr(value, "connectivity") and hasattr(value, "triangulated")
+
+
+def _is_trimesh(value: Any) -> bool:
+    return type(value).__module__.partition(".")[0] == "trimesh" and hasattr(value, "vertices")
+
+
+def _from_trimesh(value: Any) -> TriangleMesh | PointCloud:
+    vertices = np.asarray(value.vertices)
+    faces = getattr(value, "faces", None)
+    if faces is None or not len(faces):
+        return PointCloud(vertices).merged()
+    return _welded(TriangleMesh(vertices, np.asarray(faces)))
+
+
+def _welded(value: Any) -> Any:
+    return value.welded() if isinstance(value, TriangleMesh) else value
+
+
+def _description(value: Any, out: Any) -> str:
+    """Return what was given and what it was read as, for messages."""
+    if isinstance(value, str | os.PathLike):
+        return f"the {type(out).__name__} in {os.path.basename(os.fspath(value))}"
+    if type(value) is type(out):
+        return f"a {type(out).__name__}"
+    return f"a {type(value).__name__} read as {type(out).__name__}"

@@ -1,0 +1,1 @@
+"""Triangle meshes cut by planes, by one another, and into smaller triangles."""

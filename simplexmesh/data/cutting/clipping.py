@@ -1,0 +1,94 @@
+"""Clip surfaces by a plane, with or without a cap, with VTK's filters."""
+
+from __future__ import annotations
+
+import warnings
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+from vtkmodules.vtkCommonDataModel import vtkPlane, vtkPlaneCollection
+from vtkmodules.vtkFiltersCore import vtkClipPolyData
+from vtkmodules.vtkFiltersGeneral import vtkClipClosedSurface
+
+from simplexmesh._base import checks
+from simplexmesh._base.errors import SimplexMeshWarning
+from simplexmesh._base.vectors import normalized
+from simplexmesh.data.conversion import as_triangles
+from simplexmesh.data.io import polydata, vtk
+from simplexmesh.data.triangles import TriangleMesh
+
+TOLERANCE = 1e-9
+"""Positions closer than this fraction of the diagonal are merged."""
+
+
+def clipped(surface: Any, origin: ArrayLike, normal: ArrayLike, *, cap: bool = False) -> TriangleMesh:
+    """Return the part of a surface in front of a plane, on the side its normal points to.
+
+    Parameters
+    ----------
+    surface : TriangleMesh, SimplexMesh, PyVista or trimesh object, or path
+        The surface; a simplex mesh is triangulated.
+    origin, normal : (3,) array of float
+        A point of the plane and its normal, of any length.
+    cap : bool
+        Close the cut with a flat face, so that a closed surface stays closed. Without it the cut is a border.
+
+    Returns
+    -------
+    TriangleMesh
+
+    Raises
+    ------
+    ValueError
+        The normal is zero, nothing is in front of the plane, or a cap is requested for an open surface.
+
+    Examples
+    --------
+    >>> import simplexmesh as sm
+    >>> half = sm.clipped(sm.sphere(16), (0, 0, 0), (0, 0, 1), cap=True)
+    >>> half.is_closed, round(half.volume, 1)  # 2 pi / 3
+    (True, 2.1)
+    >>> sm.clipped(sm.sphere(16), (0, 0, 0), (0, 0, 1)).is_closed
+    False
+    """
+    mesh = as_triangles(surface, "surface").welded(report=False)
+    checks.size("surface", mesh.bounds)
+    at, direction = checks.array("origin", origin, (3,)), checks.array("normal", normal, (3,))
+    checks.flag("cap", cap)
+    if not direction.any():
+        raise ValueError("normal must not be the zero vector")
+    direction = normalized(direction / np.abs(direction).max())  # lengths whose squares overflow are legal
+    if cap and not mesh.is_closed:
+        raise ValueError("surface must be closed to be capped, it has a border")
+    inward = cap and mesh.volume < 0
+    unit = 2.0 ** np.frexp(np.ptp(mesh.bounds, axis=0).max())[1]  # VTK's tolerances suit sizes of about one
+    plane = vtkPlane()
+    plane.SetOrigin(*(at / unit))
+    plane.SetNormal(*direction)
+    faces = mesh.faces[:, ::-1] if inward else mesh.faces
+    data = polydata.polydata(mesh.vertices / unit, np.full(len(faces), 3), faces.ravel(), {}, None)
+    out = _cut(data, plane, cap=cap)
+    if not out.GetNumberOfPolys():
+        raise ValueError("surface must have a part in front of the plane, it has none")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", SimplexMeshWarning)  # about slivers where the plane passes through a vertex
+        found = as_triangles(vtk.from_dataset(out, "surface"))
+    found = TriangleMesh(unit * found.vertices, found.faces[:, ::-1] if inward else found.faces)
+    return found.welded(tolerance=TOLERANCE * mesh.diagonal, report=False)
+
+
+def _cut(data: Any, plane: Any, *, cap: bool) -> Any:
+    if cap:
+        planes = vtkPlaneCollection()
+        planes.AddItem(plane)
+        cutter = vtkClipClosedSurface()
+        cutter.SetClippingPlanes(planes)
+        cutter.TriangulationErrorDisplayOff()
+    else:
+        cutter = vtkClipPolyData()
+        cutter.SetClipFunction(plane)
+        cutter.SetOutputPointsPrecision(1)  # double
+    cutter.SetInputData(data)
+    cutter.Update()
+    return cutter.GetOutput()

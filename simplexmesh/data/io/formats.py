@@ -1,0 +1,180 @@
+"""File format detection, by the first bytes and then by the name."""
+
+from __future__ import annotations
+
+import gzip
+import re
+import zlib
+from pathlib import Path
+
+NAMES = {
+    "metaimage": "MetaImage",
+    "nrrd": "NRRD",
+    "nifti": "NIfTI",
+    "dicom": "DICOM",
+    "tiff": "TIFF",
+    "vti": "VTI",
+    "vtp": "VTP",
+    "vtk": "VTK",
+    "ply": "PLY",
+    "stl": "STL",
+    "obj": "OBJ",
+    "off": "OFF",
+    "pcd": "PCD",
+    "text": "XYZ",
+}
+
+SUFFIXES = {
+    ".mhd": "metaimage",
+    ".mha": "metaimage",
+    ".nrrd": "nrrd",
+    ".nhdr": "nrrd",
+    ".nii": "nifti",
+    ".nii.gz": "nifti",
+    ".dcm": "dicom",
+    ".tif": "tiff",
+    ".tiff": "tiff",
+    ".vti": "vti",
+    ".vtp": "vtp",
+    ".vtk": "vtk",
+    ".ply": "ply",
+    ".stl": "stl",
+    ".obj": "obj",
+    ".off": "off",
+    ".pcd": "pcd",
+    ".xyz": "text",
+    ".xyzn": "text",
+    ".xyzc": "text",
+    ".csv": "text",
+    ".txt": "text",
+    ".pts": "text",
+    ".asc": "text",
+}
+
+HEAD = 4096
+MARK = "\xef\xbb\xbf"  # the byte order mark of UTF-8, which spreadsheets write, as Latin-1
+_MAGIC = [
+    (b"NRRD000", "nrrd"),
+    (b"ply\n", "ply"),
+    (b"ply\r", "ply"),
+    (b"# vtk DataFile", "vtk"),
+    (b"II*\0", "tiff"),
+    (b"MM\0*", "tiff"),
+    (b"II+\0", "tiff"),
+    (b"MM\0+", "tiff"),
+    (b"# .PCD", "pcd"),
+    (b"VERSION", "pcd"),
+]
+
+
+_DATABASE = b"SQLite format 3\0"
+
+
+def suffix(path: Path) -> str:
+    """Return the file name extension in lower case, `.nii.gz` as one."""
+    name = path.name.lower()
+    return ".nii.gz" if name.endswith(".nii.gz") else path.suffix.lower()
+
+
+def format_of(path: Path) -> str:
+    """Return the format of a file, as a key of `NAMES`."""
+    if not path.is_file():
+        raise OSError(f"{path.name} must be a regular file, not a pipe or a device")
+    size = path.stat().st_size
+    if not size:
+        raise OSError(f"{path.name} is empty")
+    with path.open("rb") as file:
+        head = file.read(HEAD)
+    found = _by_content(head, size)
+    named = SUFFIXES.get(suffix(path))
+    if found is None and named == "text" and _is_text(head):
+        return "text"
+    if found is None and named == "stl" and is_binary_stl(head, size):
+        return "stl"
+    if found is None and named == "stl" and not _is_text(head) and len(head) >= 84:
+        raise OSError(
+            f"{path.name} must have {stl_size(head):,} bytes as STL, it has {size:,}: truncated, or not an STL file"
+        )
+    if found is None and named is not None:
+        raise OSError(f"{path.name} is not {with_article(NAMES[named])} file, or its beginning is damaged")
+    if found is None and head.startswith(_DATABASE):
+        raise OSError(f"{path.name} is an SQLite database: open libraries of models with sm.ModelLibrary")
+    if found is None:
+        known = ", ".join(sorted(SUFFIXES))
+        raise OSError(f"{path.name} has an unknown format; known ones are {known}")
+    return found
+
+
+def with_article(name: str) -> str:
+    """Return the name of a format with its indefinite article."""
+    return ("an " if name in ("NRRD", "STL", "OBJ", "OFF", "XYZ") else "a ") + name
+
+
+def _by_content(head: bytes, size: int) -> str | None:
+    for magic, name in _MAGIC:
+        if head.startswith(magic):
+            return name
+    if head[:2] == b"\x1f\x8b":
+        return "nifti" if _is_nifti(_unzipped(head)) else None
+    if _is_nifti(head):
+        return "nifti"
+    if head[128:132] == b"DICM":
+        return "dicom"
+    if _is_stl(head, size):
+        return "stl"
+    return _by_text(head)
+
+
+def _by_text(head: bytes) -> str | None:
+    text = head.decode("latin-1").removeprefix(MARK)
+    if "<VTKFile" in text:
+        kind = re.search(r'<VTKFile[^>]*\btype="(\w+)"', text)
+        return {"ImageData": "vti", "PolyData": "vtp"}.get(kind[1]) if kind else None
+    if re.search(r"^\s*(NDims|ObjectType)\s*=", text, re.MULTILINE):
+        return "metaimage"
+    if re.match(r"(\s*#[^\n]*\n|\s)*(ST)?C?N?4?n?OFF\b", text):
+        return "off"
+    if re.match(r"\s*solid\b", text, re.IGNORECASE) and re.search(r"\bfacet\b", text, re.IGNORECASE):
+        return "stl"
+    if re.search(r"^(v|vn|vt)\s+-?[\d.]+\s", text, re.MULTILINE):
+        return "obj"
+    if re.match(r"\s*Points\s*:=\s*\[", text):
+        return "text"
+    return "text" if _has_numbers(text) else None
+
+
+def _is_text(head: bytes) -> bool:
+    return b"\0" not in head
+
+
+def _has_numbers(text: str) -> bool:
+    """Whether one of the first lines holds at least three numbers."""
+    number = r"[-+]?(\d+\.?\d*|\.\d+|nan|inf)([eE][-+]?\d+)?"
+    line = rf"^\s*{number}([\s,;]+{number}){{2,}}"
+    return any(re.match(line, row) for row in text.splitlines()[:20])
+
+
+def _is_nifti(head: bytes) -> bool:
+    return head[344:348] in (b"n+1\0", b"ni1\0") or head[4:8] in (b"n+2\0", b"ni2\0")
+
+
+def _is_stl(head: bytes, size: int) -> bool:
+    """Whether the file size is that of a binary STL: an 80-byte header, a count, and 50 bytes per triangle."""
+    return len(head) >= 84 and size == stl_size(head)
+
+
+def is_binary_stl(head: bytes, size: int) -> bool:
+    """Whether a file known to be STL is binary and complete; some programs write more after the triangles."""
+    return _is_stl(head, size) or (not _is_text(head) and 84 < stl_size(head) <= size)
+
+
+def stl_size(head: bytes) -> int:
+    """Return the size of a binary STL file by the number of triangles in its header."""
+    return 84 + 50 * int.from_bytes(head[80:84], "little")
+
+
+def _unzipped(head: bytes) -> bytes:
+    try:
+        return zlib.decompressobj(wbits=31).decompress(head, 512)
+    except (zlib.error, gzip.BadGzipFile):
+        return b""

@@ -1,0 +1,207 @@
+"""Checks of volume files that ITK does not make: it reads truncated NIfTI and TIFF files silently.
+
+For MetaImage it only prints the errors, and it reads damaged compressed samples of MetaImage and NRRD files.
+"""
+
+from __future__ import annotations
+
+import gzip
+import re
+import struct
+import zlib
+from collections.abc import Callable
+from pathlib import Path
+from typing import BinaryIO
+
+_META_BYTES = {"CHAR": 1, "SHORT": 2, "INT": 4, "LONG": 4, "LONG_LONG": 8, "FLOAT": 4, "DOUBLE": 8}
+_PIECE = 1 << 16  # bytes read at once; unpacked they may be a thousand times as many
+_ANY_STREAM, _GZIP = 47, b"\x1f\x8b"
+_TILE_WIDTH = 322  # a tag of TIFF
+
+
+def check_metaimage(path: Path) -> None:
+    """Check that the header is complete and consistent, and that all samples are present and undamaged."""
+    with path.open("rb") as file:
+        text = file.read(1 << 16).decode("latin-1")
+    fields = dict(re.findall(r"^\s*(\w+)\s*=\s*(.*?)\s*$", text.split("\0")[0], re.MULTILINE))
+    name = fields.get("ElementDataFile")
+    if name is None or not {"DimSize", "ElementType"} <= fields.keys():
+        raise OSError(f"{path.name} is a MetaImage header without DimSize, ElementType or ElementDataFile")
+    try:
+        wanted, skipped = _meta_size(path.name, fields), max(0, int(fields.get("HeaderSize", "0")))
+    except ValueError:
+        raise OSError(f"{path.name} is a MetaImage with a damaged header") from None
+    if name.upper() == "LIST" or "%" in name:
+        return
+    packed = fields.get("CompressedData", "False")[:1] in ("T", "t", "1")
+    if packed and "CompressedDataSize" not in fields:
+        raise OSError(f"{path.name} is a compressed MetaImage without CompressedDataSize")
+    raw = path
+    if name.upper() == "LOCAL":
+        end = re.search(r"ElementDataFile\s*=\s*LOCAL\s*?\n", text, re.IGNORECASE)
+        skipped = end.end() if end else 0
+    else:
+        raw = path.parent / name
+        if not raw.is_file():
+            raise FileNotFoundError(f"{path.name} refers to {name}, which is not in its folder")
+    stored = int(fields["CompressedDataSize"]) if packed else wanted
+    _check_length(path, raw, skipped + stored)
+    if packed and _unpacked_size(raw, skipped, stored) != wanted:
+        raise OSError(f"{path.name} has damaged compressed samples")
+
+
+def _meta_size(name: str, fields: dict[str, str]) -> int:
+    """Return the number of bytes of the samples of a MetaImage."""
+    dimensions = int(fields.get("NDims", "3"))
+    for line in ("DimSize", "ElementSpacing", "ElementSize"):
+        words = fields.get(line, "").split()
+        if line in fields and len(words) != dimensions:
+            raise OSError(f"{name} has a damaged header: {line} must have {dimensions} numbers, not {len(words)}")
+        if line != "DimSize" and any(float(word) <= 0 for word in words):
+            raise OSError(f"{name} must have positive spacing, not {line} = {fields[line]}")
+    size = _META_BYTES.get(fields["ElementType"].removeprefix("MET_").replace("UCHAR", "CHAR").removeprefix("U"), 0)
+    for word in [*fields["DimSize"].split(), fields.get("ElementNumberOfChannels", "1")]:
+        size *= int(word)
+    return size
+
+
+def _check_length(path: Path, raw: Path, wanted: int) -> None:
+    if raw.stat().st_size < wanted:
+        where = "" if raw == path else f" in {raw.name}"
+        raise OSError(f"{path.name} must have {wanted:,} bytes{where}, it has {raw.stat().st_size:,}: truncated")
+
+
+def _unpacked_size(path: Path, start: int, stored: int) -> int:
+    """Return the number of bytes in the zlib or gzip stream of a file, -1 if it is damaged or cut off."""
+    unpack, total, piece, end = zlib.decompressobj(wbits=_ANY_STREAM), 0, b"", start + stored
+    with path.open("rb") as file:
+        file.seek(start)
+        try:
+            while piece or (piece := file.read(max(0, min(end - file.tell(), _PIECE)))):
+                if unpack.eof and not piece.startswith(_GZIP):
+                    break
+                unpack = zlib.decompressobj(wbits=_ANY_STREAM) if unpack.eof else unpack
+                total += len(unpack.decompress(piece))
+                piece = unpack.unused_data
+        except zlib.error:
+            return -1
+    return total if unpack.eof else -1
+
+
+def check_nrrd(path: Path) -> None:
+    """Check that samples compressed by gzip are undamaged."""
+    with path.open("rb") as file:
+        head, found, _ = file.read(1 << 16).partition(b"\n\n")
+    text = head.decode("latin-1").replace("\r", "")
+    fields = {key.lower(): value for key, value in re.findall(r"(?m)^([^#:\n]+):=?[ \t]*(.*?)[ \t]*$", text)}
+    if fields.get("encoding", "").lower() not in ("gzip", "gz") or {"line skip", "byte skip"} & fields.keys():
+        return
+    name = fields.get("data file", fields.get("datafile"))
+    raw = path if name is None else path.parent / name
+    if not raw.is_file() or (name is None and not found):  # several files, or none: left to ITK
+        return
+    if _unpacked_size(raw, 0 if name else len(head) + 2, raw.stat().st_size) < 0:
+        raise OSError(f"{path.name} has damaged compressed samples")
+
+
+def check_nifti(path: Path) -> None:
+    """Check that all samples are present, and undamaged if compressed."""
+    with path.open("rb") as file:
+        zipped = file.read(2) == _GZIP
+    try:
+        with gzip.open(path) if zipped else path.open("rb") as stream:
+            head = stream.read(352)
+    except (zlib.error, EOFError):
+        raise OSError(f"{path.name} has damaged compressed samples") from None
+    wanted = _nifti_size(head)
+    if head[344:347] == b"ni1" or head[4:7] == b"ni2":
+        _check_pair(path, wanted)
+    elif not zipped:
+        _check_length(path, path, wanted)
+    elif (have := _unpacked_size(path, 0, path.stat().st_size)) < wanted:
+        found = "is truncated or damaged" if have < 0 else f"must have {wanted:,} bytes, it has {have:,}: truncated"
+        raise OSError(f"{path.name} {found}")
+
+
+def _check_pair(path: Path, wanted: int) -> None:
+    """Check that the samples beside a NIfTI header are present."""
+    raw = nifti_samples(path)
+    if raw is None:
+        raise FileNotFoundError(f"{path.name} refers to {path.stem}.img, which is not in its folder")
+    if raw.suffix != ".gz":
+        _check_length(path, raw, wanted)
+
+
+def nifti_samples(path: Path) -> Path | None:
+    """Return the file of the samples beside a NIfTI header."""
+    names = (path.with_suffix(ending) for ending in (".img", ".IMG", ".img.gz"))
+    return next((each for each in names if each.is_file()), None)
+
+
+def nifti_scaling(head: bytes) -> tuple[int, str, float, float]:
+    """Return the place and form of slope and offset in a NIfTI header, and these."""
+    little = "<" if head[:4] in (b"\x5c\x01\0\0", b"\x1c\x02\0\0") else ">"
+    at, form = (176, little + "2d") if head[4:7] in (b"n+2", b"ni2") else (112, little + "2f")
+    slope, offset = struct.unpack_from(form, head, at)
+    return at, form, slope, offset
+
+
+def _nifti_size(head: bytes) -> int:
+    little = "<" if head[:4] in (b"\x5c\x01\0\0", b"\x1c\x02\0\0") else ">"
+    if head[4:7] in (b"n+2", b"ni2"):
+        bits = struct.unpack(little + "h", head[14:16])[0]
+        dims = struct.unpack(little + "8q", head[16:80])
+        offset = struct.unpack(little + "q", head[168:176])[0]
+    else:
+        dims = struct.unpack(little + "8h", head[40:56])
+        bits = struct.unpack(little + "h", head[72:74])[0]
+        offset = int(struct.unpack(little + "f", head[108:112])[0])
+    samples = 1
+    for n in dims[1 : 1 + min(max(dims[0], 0), 7)]:
+        samples *= n
+    return offset + samples * bits // 8
+
+
+def check_tiff(path: Path) -> None:
+    """Check that the list of pages is not cut off, and that no page is tiled, of which ITK makes colors."""
+    size = path.stat().st_size
+    with path.open("rb") as file:
+        head = file.read(16)
+        order = "<" if head[:2] == b"II" else ">"
+        big = struct.unpack(order + "H", head[2:4])[0] == 43
+        if len(head) < 16:
+            raise OSError(f"{path.name} has only {size} bytes: truncated")
+        page = struct.unpack(order + "Q", head[8:16])[0] if big else struct.unpack(order + "I", head[4:8])[0]
+        pages = 0
+        seen = set()
+        while page and page not in seen:
+            seen.add(page)
+            following = _next_page(file, page, order, big=big)
+            if following is None:
+                raise OSError(f"{path.name} ends within page {pages + 1} of its images: truncated")
+            page, pages = following, pages + 1
+
+
+def _next_page(file: BinaryIO, page: int, order: str, *, big: bool) -> int | None:
+    count_form, entry, offset_form = ("Q", 20, "Q") if big else ("H", 12, "I")
+    file.seek(page)
+    count = file.read(struct.calcsize(order + count_form))
+    if len(count) < struct.calcsize(order + count_form):
+        return None
+    length = entry * struct.unpack(order + count_form, count)[0]
+    tags = file.read(min(length, _PIECE))
+    if any(struct.unpack_from(order + "H", tags, at)[0] == _TILE_WIDTH for at in range(0, len(tags) - 1, entry)):
+        raise OSError(f"{Path(file.name).name} is a tiled TIFF file; only strips are supported")
+    file.seek(page + struct.calcsize(order + count_form) + length)
+    offset = file.read(struct.calcsize(order + offset_form))
+    return (
+        struct.unpack(order + offset_form, offset)[0] if len(offset) == struct.calcsize(order + offset_form) else None
+    )
+
+
+CHECKS: dict[str, Callable[[Path], None]] = {
+    "metaimage": check_metaimage,
+    "nrrd": check_nrrd,
+    "nifti": check_nifti,
+    "tiff": check_tiff,
+}

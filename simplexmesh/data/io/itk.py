@@ -1,0 +1,192 @@
+"""Read volumes from NIfTI, NRRD, MetaImage, DICOM and TIFF; the only module that imports SimpleITK.
+
+Physical space is ITK's: LPS (x to the left of the patient, y to the back, z to the head). ITK converts NIfTI files,
+which are RAS, by changing the sign of x and y.
+"""
+
+from __future__ import annotations
+
+import gzip
+import re
+import shutil
+import struct
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import SimpleITK as sitk  # noqa: N813
+
+from simplexmesh._base.errors import warn
+from simplexmesh.data.io import formats, integrity
+from simplexmesh.data.volume import Volume
+
+_SPACING_TOLERANCE = 0.01
+
+
+class _Samples:
+    """NumPy view of the samples of an ITK image that keeps the image alive, so that volumes are not copied."""
+
+    def __init__(self, image: sitk.Image) -> None:
+        self.image = image
+        self.__array_interface__ = sitk.GetArrayViewFromImage(image).__array_interface__
+
+
+def read_image(path: Path) -> Volume:
+    """Read a volume from one file; its header may refer to another."""
+    kind = formats.format_of(path)
+    if kind in integrity.CHECKS:
+        integrity.CHECKS[kind](path)
+    with _unambiguous(path) as unambiguous, _scaled_by_standard(unambiguous, kind) as readable:
+        reader = sitk.ImageFileReader()
+        reader.SetFileName(str(readable))
+        return _volume(path, _execute(path, reader))
+
+
+@contextmanager
+def _unambiguous(path: Path) -> Iterator[Path]:
+    """Link `scan.nii.gz` under another name if `scan.nii` exists too: ITK would read the samples of the latter."""
+    if formats.suffix(path) != ".nii.gz" or not path.with_name(path.name[:-3]).exists():
+        yield path
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        link = Path(folder, "volume.nii.gz")
+        link.symlink_to(path.absolute())
+        yield link
+
+
+@contextmanager
+def _scaled_by_standard(path: Path, kind: str) -> Iterator[Path]:
+    """Copy a NIfTI file whose slope is zero, which means no scaling: ITK would add the offset."""
+    with path.open("rb") as file:
+        opened: Any = gzip.open if file.read(2) == b"\x1f\x8b" else open
+    at, form, slope, offset = 0, "", 1.0, 0.0
+    if kind == "nifti":
+        with opened(path, "rb") as file:
+            head = file.read(352)
+        at, form, slope, offset = integrity.nifti_scaling(head)
+    if offset == 0 or (slope != 0 and np.isfinite(slope)):
+        yield path
+        return
+    pair = head[344:347] == b"ni1" or head[4:7] == b"ni2"
+    with tempfile.TemporaryDirectory() as folder:
+        copy = Path(folder, "volume.hdr" if pair else "volume.nii")
+        with opened(path, "rb") as source, copy.open("w+b") as out:
+            shutil.copyfileobj(source, out)
+            out.seek(at)
+            out.write(struct.pack(form, 1.0, 0.0))
+        samples = integrity.nifti_samples(path) if pair else None
+        if samples is not None:
+            Path(folder, "volume" + samples.name[len(path.stem) :]).symlink_to(samples.absolute())
+        yield copy
+
+
+def read_series(folder: Path) -> Volume:
+    """Read a volume from a folder of slices: a DICOM series, or TIFF files in the order of their names."""
+    files = sorted((f for f in folder.iterdir() if f.is_file()), key=_natural_order)
+    tiffs = [f for f in files if formats.suffix(f) in (".tif", ".tiff")]
+    dicom = _dicom_slices(folder)
+    _check_positions(folder, dicom)
+    slices = dicom or [str(f) for f in tiffs]
+    if not slices:
+        raise OSError(f"{folder.name} must be a folder of DICOM or TIFF slices; none of its {len(files)} files is one")
+    if len(slices) == 1:
+        return read_image(Path(slices[0]))
+    for file in [] if dicom else tiffs:
+        if formats.format_of(file) == "tiff":
+            integrity.check_tiff(file)
+    reader = sitk.ImageSeriesReader()
+    reader.SetFileNames(slices)
+    return _volume(folder, _execute(folder, reader))
+
+
+def _dicom_slices(folder: Path) -> list[str]:
+    sitk.ProcessObject.GlobalWarningDisplayOff()
+    series: Sequence[str] = sitk.ImageSeriesReader.GetGDCMSeriesIDs(str(folder))
+    if not series:
+        return []
+    found = [list(sitk.ImageSeriesReader.GetGDCMSeriesFileNames(str(folder), name)) for name in series]
+    longest = max(found, key=len)
+    if len(found) > 1:
+        sizes = ", ".join(str(len(slices)) for slices in found)
+        warn(f"{folder.name} holds {len(found)} DICOM series ({sizes} slices): the longest was read")
+    return longest
+
+
+def _check_positions(folder: Path, slices: Sequence[str]) -> None:
+    """Check that slices are equally spaced along their normal: ITK would use the mean distance, stretch or shear."""
+    if len(slices) < 2:
+        return
+    reader = sitk.ImageFileReader()
+    reader.SetImageIO("GDCMImageIO")
+    origins, normals = [], []
+    for name in slices:
+        reader.SetFileName(name)
+        try:
+            reader.ReadImageInformation()
+        except RuntimeError as error:
+            raise OSError(f"{folder.name}: {Path(name).name} cannot be read: {_reason(str(error))}") from None
+        origins.append(reader.GetOrigin())
+        normals.append(np.reshape(reader.GetDirection(), (3, 3))[:, 2])
+    steps = np.diff(origins, axis=0)
+    along = (steps * normals[0]).sum(axis=1)
+    gaps = np.abs(along)
+    if not gaps.any():
+        found = "slices at one position, or without any: a series in time, or of unknown order and distance"
+        warn(f"{folder.name} holds {len(slices)} {found}")
+        return
+    usual = float(np.median(gaps[gaps > 0]))
+    k = int(np.abs(gaps - usual).argmax())
+    if abs(gaps[k] - usual) > _SPACING_TOLERANCE * usual:
+        seems = "a slice seems to be missing" if gaps[k] > usual else "slices seem to be duplicated"
+        raise OSError(
+            f"{folder.name} has a gap of {gaps[k]:g} mm between slices {k + 1} and {k + 2}, others {usual:g} mm; "
+            f"{seems}"
+        )
+    aside = float(np.linalg.norm(steps - along[:, None] * normals[0], axis=1).max())
+    if aside > _SPACING_TOLERANCE * usual:
+        raise OSError(
+            f"{folder.name} has slices shifted by {aside:g} mm against each other, as with a tilted gantry; "
+            "the axes of a volume must be perpendicular"
+        )
+
+
+def _execute(path: Path, reader: Any) -> sitk.Image:
+    sitk.ProcessObject.GlobalWarningDisplayOff()
+    try:
+        return reader.Execute()
+    except RuntimeError as error:
+        raise OSError(f"{path.name} cannot be read as a volume: {_reason(str(error))}") from None
+
+
+def _reason(text: str) -> str:
+    """Return the error message of ITK without its source locations."""
+    lines = [line.strip() for line in text.splitlines() if line.strip()]
+    lines = [
+        re.sub(r"^(sitk::ERROR|itk::ERROR|ITK ERROR): ", "", line) for line in lines if "Exception thrown" not in line
+    ]
+    lines = [re.sub(r"^\w+\(0x[0-9a-f]+\): ", "", line) for line in lines]
+    return re.sub(r"^\[nrrd\] \w+: ", "", lines[-1]).rstrip(".") if lines else "no reason given"
+
+
+def _volume(path: Path, image: sitk.Image) -> Volume:
+    if image.GetNumberOfComponentsPerPixel() != 1:
+        raise ValueError(f"{path.name} must hold one number per voxel, not {image.GetNumberOfComponentsPerPixel()}")
+    while image.GetDimension() > 3 and image.GetSize()[-1] == 1:
+        image = image[(slice(None),) * (image.GetDimension() - 1) + (0,)]
+    if image.GetDimension() != 3:
+        raise ValueError(f"{path.name} must hold one volume of 3 dimensions, not an image of size {image.GetSize()}")
+    if min(image.GetSize()) < 2:
+        raise ValueError(
+            f"{path.name} must hold a volume, not one slice {image.GetSize()}; give the folder of all slices"
+        )
+    values = np.asarray(_Samples(image)).T
+    direction = np.reshape(image.GetDirection(), (3, 3))
+    return Volume(values, spacing=image.GetSpacing(), origin=image.GetOrigin(), direction=direction)
+
+
+def _natural_order(path: Path) -> list[Any]:
+    """Return a sort key that compares runs of digits as numbers."""
+    return [int(part) if part.isdigit() else part for part in re.split(r"(\d+)", path.name.lower())]

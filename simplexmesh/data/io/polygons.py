@@ -1,0 +1,88 @@
+"""Triangulation of polygons and strips."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplexmesh._base.vectors import cross, dot, norm
+
+Indices = NDArray[np.int64]
+
+ROUNDING = 1e-6
+"""Triangles turned over by less than this times the squared area of their polygon are due to rounding."""
+
+
+def triangulated(points: NDArray[np.float64], sizes: Indices, flat: NDArray[Any]) -> Indices:
+    """Return the triangles of polygons, given by their sizes and all their corners, in their order.
+
+    Convex ones are fans; those whose fan turns a triangle over, as in most concave polygons, are cut by VTK.
+    """
+    triangles = fans(sizes, flat)
+    if sizes.max(initial=0) <= 3 or not 0 <= triangles.min() <= triangles.max() < len(points):
+        return triangles
+    with np.errstate(over="ignore", invalid="ignore"):
+        extent = float(np.ptp(points, axis=0).max())
+    if not 0 < extent < np.inf:
+        return triangles
+    points = (points - points.min(axis=0)) / extent
+    polygon = np.repeat(np.arange(len(sizes)), np.maximum(sizes - 2, 0))
+    areas = _vector_areas(points, triangles)
+    whole = _sums(areas, polygon, len(sizes))
+    turned = dot(areas, whole[polygon]) < -ROUNDING * dot(whole, whole)[polygon]
+    concave = np.unique(polygon[turned])
+    if not len(concave):
+        return triangles
+    from simplexmesh.data.io import vtk
+
+    corners = _whole(flat)[np.repeat(np.isin(np.arange(len(sizes)), concave), sizes)]
+    used, corners = np.unique(corners, return_inverse=True)
+    pieces, of = vtk.polygon_triangles(points[used], sizes[concave], corners.reshape(-1))
+    pieces, of = used[pieces], concave[of]
+    missing = _sums(_vector_areas(points, pieces), of, len(sizes)) - whole
+    complete = norm(missing) <= ROUNDING * norm(whole)
+    kept, cut = ~(complete & np.isin(np.arange(len(sizes)), concave))[polygon], complete[of]
+    order = np.argsort(np.concatenate([polygon[kept], of[cut]]), kind="stable")
+    return np.concatenate([triangles[kept], pieces[cut]])[order]
+
+
+def _vector_areas(points: NDArray[np.float64], triangles: Indices) -> NDArray[np.float64]:
+    a, b, c = (points[triangles[:, j]] for j in range(3))
+    return cross(b - a, c - a)
+
+
+def _sums(vectors: NDArray[np.float64], groups: Indices, n: int) -> NDArray[np.float64]:
+    """Return the sums (n, 3) of the vectors in each group."""
+    return np.stack([np.bincount(groups, vectors[:, j], n) for j in range(3)], axis=1)
+
+
+def fans(sizes: Indices, flat: NDArray[Any]) -> Indices:
+    """Return the triangles of polygons stored consecutively, each triangulated as a fan around its first corner."""
+    corners = _whole(flat)
+    starts = np.cumsum(sizes) - sizes
+    cuts = np.maximum(sizes - 2, 0)
+    first = np.repeat(starts, cuts)
+    step = np.arange(cuts.sum()) - np.repeat(np.cumsum(cuts) - cuts, cuts) + 1
+    return np.stack([corners[first], corners[first + step], corners[first + step + 1]], axis=1)
+
+
+def strips(flat: NDArray[Any]) -> Indices:
+    """Return the triangles of strips stored consecutively, with -1 after each; every other triangle is turned over."""
+    corners = _whole(flat)
+    triples = np.stack([corners[:-2], corners[1:-1], corners[2:]], axis=1)
+    ends = np.flatnonzero(corners < 0)
+    starts = np.concatenate([[0], ends + 1])
+    at = np.arange(len(triples))
+    odd = (at - starts[np.searchsorted(starts, at, side="right") - 1]) % 2 == 1
+    triples[odd] = triples[odd][:, [1, 0, 2]]
+    a, b, c = triples.T
+    return triples[(triples >= 0).all(axis=1) & (a != b) & (b != c) & (c != a)]
+
+
+def _whole(corners: NDArray[Any]) -> Indices:
+    """Return indices read from a file as integers."""
+    if corners.dtype.kind == "f" and not (np.isfinite(corners) & (corners == np.rint(corners))).all():
+        raise ValueError("faces must be whole numbers")
+    return corners.astype(np.int64)

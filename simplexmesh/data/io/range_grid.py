@@ -1,0 +1,61 @@
+"""Triangulation and normals of range scans, from their acquisition grid."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplexmesh._base import vectors
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+VIEW = (0.0, 0.0, 1.0)
+LONGEST = 5.0
+STEEPEST = np.deg2rad(85.0)
+
+
+def grid_faces(points: Array, grid: Indices) -> Indices:
+    """Return the triangles (f, 3) between neighboring cells of a range grid, ccw seen from the sensor at +z.
+
+    `grid` (rows, columns) holds the index of the point measured in each cell, -1 for none. Triangles across steps in
+    depth are left out: those with long edges, and those seen at a grazing angle (Curless and Levoy 1996, section 3).
+    """
+    a, b, c, d = grid[:-1, :-1].ravel(), grid[:-1, 1:].ravel(), grid[1:, 1:].ravel(), grid[1:, :-1].ravel()
+    # -1 in `grid` indexes the last point here; the masks below discard these
+    across = vectors.norm(points[a] - points[c]) <= vectors.norm(points[b] - points[d])
+    full = (a >= 0) & (b >= 0) & (c >= 0) & (d >= 0)
+    groups = [
+        (full & across, [(a, b, c), (a, c, d)]),
+        (full & ~across, [(a, b, d), (b, c, d)]),
+        (~full & (a < 0), [(b, c, d)]),
+        (~full & (b < 0), [(a, c, d)]),
+        (~full & (c < 0), [(a, b, d)]),
+        (~full & (d < 0), [(a, b, c)]),
+    ]
+    faces = np.concatenate([np.stack(corner, axis=1)[mask] for mask, corners in groups for corner in corners])
+    faces = faces[(faces >= 0).all(axis=1)]
+    steps = _face_vectors(points, faces)
+    if (steps @ VIEW).sum() < 0:
+        faces, steps = faces[:, ::-1], -steps
+    corners = points[faces]
+    edges = vectors.norm(corners - np.roll(corners, 1, axis=1))
+    long = edges.max(axis=1) > LONGEST * np.median(edges) if len(edges) else np.zeros(0, dtype=bool)
+    steep = steps @ VIEW <= np.cos(STEEPEST) * vectors.norm(steps)
+    return np.ascontiguousarray(faces[~long & ~steep])
+
+
+def grid_normals(points: Array, grid: Indices) -> Array:
+    """Return unit vertex normals (n, 3) of a range grid, towards the sensor; see `grid_faces`."""
+    faces = grid_faces(points, grid)
+    steps = _face_vectors(points, faces)
+    normals = np.zeros_like(points)
+    for j in range(3):
+        np.add.at(normals, faces[:, j], steps)
+    normals[~normals.any(axis=1)] = VIEW
+    return vectors.normalized(normals)
+
+
+def _face_vectors(points: Array, faces: Indices) -> Array:
+    a, b, c = (points[faces[:, j]] for j in range(3))
+    return vectors.cross(b - a, c - a)

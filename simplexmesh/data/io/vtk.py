@@ -1,0 +1,185 @@
+"""Conversion from VTK data sets, and VTK's file readers."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkFiltersCore import vtkTriangleFilter
+from vtkmodules.vtkIOGeometry import vtkOBJReader, vtkSTLReader
+from vtkmodules.vtkIOLegacy import vtkDataSetReader
+from vtkmodules.vtkIOXML import vtkXMLImageDataReader, vtkXMLPolyDataReader
+
+from simplexmesh._base.errors import warn
+from simplexmesh.data.io.polydata import HOLES, TWIN, TYPES, captured_output, polydata, vtk_array, vtk_reason
+from simplexmesh.data.points import PointCloud, cloud_of_file
+from simplexmesh.data.triangles import TriangleMesh
+from simplexmesh.data.volume import Volume
+from simplexmesh.mesh.connectivity import Connectivity
+from simplexmesh.mesh.simplex_mesh import SimplexMesh
+
+_READERS: dict[str, Callable[[], Any]] = {
+    "vti": vtkXMLImageDataReader,
+    "vtp": vtkXMLPolyDataReader,
+    "vtk": vtkDataSetReader,
+    "stl": vtkSTLReader,
+    "obj": vtkOBJReader,
+}
+
+
+def read_dataset(path: Path, kind: str) -> Any:
+    """Return the VTK data set in a file; errors that VTK prints are raised."""
+    reader = _READERS[kind]()
+    reader.SetFileName(str(path))
+    if kind == "vtk":
+        reader.ReadAllScalarsOn()
+    with captured_output() as output:
+        reader.Update()
+    complaint = output.GetOutput().strip()
+    if complaint or reader.GetErrorCode():
+        raise OSError(
+            f"{path.name} cannot be read as {kind.upper()}: {vtk_reason(complaint).replace(str(path), path.name)}"
+        )
+    out = reader.GetOutput()
+    if out is None or not out.GetNumberOfPoints():
+        raise OSError(f"{path.name} holds no points, or is damaged")
+    if out.IsA("vtkPolyData") and not out.GetNumberOfCells():
+        warn(f"{path.name} holds {out.GetNumberOfPoints():,} points but no polygons: it may be truncated")
+    return out
+
+
+def from_dataset(dataset: Any, name: str, *, owned: bool = False) -> Volume | TriangleMesh | PointCloud | SimplexMesh:
+    """Return a VTK image as a Volume, polygons as a TriangleMesh or the simplex mesh they were, points as a PointCloud.
+
+    With `owned`, the samples of an image are not copied: nothing else may refer to it.
+    """
+    if dataset.IsA("vtkImageData"):
+        return _volume(dataset, name, owned=owned)
+    if not dataset.IsA("vtkPolyData"):
+        raise TypeError(f"{name} must be a VTK image or polygons (vtkPolyData), not {dataset.GetClassName()}")
+    if dataset.GetFieldData().HasArray(TWIN):
+        topology, types = _topology(dataset, name)
+        if _has_polygons(dataset, topology):
+            return _simplex_mesh(dataset, name, topology, types)
+        warn(f"{name}: the polygons are no longer those of the simplex mesh they were, and are read as triangles")
+    if dataset.GetNumberOfPolys() or dataset.GetNumberOfStrips():
+        return _triangles(dataset)
+    normals = dataset.GetPointData().GetNormals()
+    return cloud_of_file(name, _points(dataset), None if normals is None else vtk_to_numpy(normals).astype(float))
+
+
+def _points(dataset: Any) -> NDArray[np.float64]:
+    points = dataset.GetPoints()
+    if points is None or not points.GetNumberOfPoints():
+        return np.zeros((0, 3))
+    return np.asarray(vtk_to_numpy(points.GetData()), dtype=np.float64)
+
+
+def _triangles(dataset: Any) -> TriangleMesh:
+    for cells in (dataset.GetPolys(), dataset.GetStrips()):
+        corners = vtk_to_numpy(cells.GetConnectivityArray())
+        ends = vtk_to_numpy(cells.GetOffsetsArray())  # VTK does not check them, and would read outside its memory
+        if ends[0] != 0 or ends[-1] != len(corners) or (ends[1:] < ends[:-1]).any():
+            raise ValueError(f"faces must end one after the other, at corner {len(corners)} of {len(corners)}")
+        if len(corners) and not 0 <= corners.min() <= corners.max() < dataset.GetNumberOfPoints():
+            raise ValueError(f"faces refer to points outside 0..{dataset.GetNumberOfPoints() - 1}")
+    cutter = vtkTriangleFilter()
+    cutter.SetInputData(dataset)
+    cutter.PassVertsOff()
+    cutter.PassLinesOff()
+    cutter.Update()
+    out = cutter.GetOutput()
+    corners = vtk_to_numpy(out.GetPolys().GetConnectivityArray()).astype(np.int64)
+    return TriangleMesh(_points(out), corners.reshape(-1, 3))
+
+
+def polygon_triangles(
+    points: NDArray[np.float64], sizes: NDArray[Any], corners: NDArray[Any]
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return triangles (t, 3) of polygons by ear clipping, and the polygon of each; given as to `polydata`."""
+    dataset = polydata(points, sizes, corners, {})
+    dataset.GetCellData().AddArray(vtk_array("polygon", np.arange(len(sizes))))
+    cutter = vtkTriangleFilter()
+    cutter.SetInputData(dataset)
+    with captured_output():
+        cutter.Update()
+    out = cutter.GetOutput()
+    triangles = vtk_to_numpy(out.GetPolys().GetConnectivityArray()).astype(np.int64).reshape(-1, 3)
+    return triangles, vtk_to_numpy(out.GetCellData().GetArray("polygon")).astype(np.int64)
+
+
+def _volume(image: Any, name: str, *, owned: bool) -> Volume:
+    on_points, on_cells = _number_arrays(image.GetPointData()), _number_arrays(image.GetCellData())
+    centered = not on_points
+    own = on_points or on_cells
+    if not own:
+        raise ValueError(f"{name} must hold samples, it has none")
+    active = (image.GetCellData() if centered else image.GetPointData()).GetScalars()
+    array = active if active is not None else next((a for a in own if a.GetNumberOfComponents() == 1), own[0])
+    if array.GetNumberOfComponents() != 1:
+        raise ValueError(f"{name} must hold one number per voxel, not {array.GetNumberOfComponents()}")
+    shape = np.array(image.GetDimensions()) - centered
+    if array.GetNumberOfTuples() != np.prod(shape):
+        raise OSError(f"{name} must hold {np.prod(shape)} samples, not {array.GetNumberOfTuples()}")
+    values = vtk_to_numpy(array).reshape(shape, order="F")
+    values.setflags(write=not owned)
+    others = [a for a in on_points + on_cells if a.GetNumberOfComponents() == 1 and a is not array]
+    if others:
+        which = "first" if active is None else "active"
+        left = ", ".join(repr(other.GetName()) for other in others)
+        warn(f"{name} holds several arrays: {array.GetName()!r}, the {which} one, was read, not {left}")
+    matrix = image.GetDirectionMatrix()
+    direction = np.array([[matrix.GetElement(i, j) for j in range(3)] for i in range(3)])
+    spacing = np.array(image.GetSpacing())
+    first = np.array(image.GetExtent()[::2]) + 0.5 * centered
+    origin = np.array(image.GetOrigin()) + direction @ (spacing * first)
+    return Volume(values, spacing, origin, direction)
+
+
+def _number_arrays(data: Any) -> list[Any]:
+    """Return the arrays of numbers: for one of words VTK returns None."""
+    arrays = [data.GetArray(i) for i in range(data.GetNumberOfArrays())]
+    return [array for array in arrays if array is not None]
+
+
+def _topology(dataset: Any, name: str) -> tuple[Connectivity, dict[str, Any]]:
+    """Return the topology of a simplex mesh stored with its polygons, and the types of its data."""
+    fields = dataset.GetFieldData()
+    try:
+        types = dict(json.loads(fields.GetAbstractArray(TYPES).GetValue(0)))
+        twin = np.array(vtk_to_numpy(fields.GetArray(TWIN))).reshape(-1, 3)
+        holes = fields.GetArray(HOLES)
+        hole_darts: NDArray[np.int32] = np.array([] if holes is None else vtk_to_numpy(holes), np.int32).reshape(-1)
+    except (AttributeError, ValueError, TypeError):
+        raise OSError(f"{name} is a simplex mesh with damaged topology or arrays") from None
+    return Connectivity(twin, hole_darts), types
+
+
+def _has_polygons(dataset: Any, topology: Connectivity) -> bool:
+    """Whether the polygons are the faces of a simplex mesh: filters of VTK change polygons but keep the topology."""
+    surface = ~topology.face_is_hole
+    ends = np.concatenate([[0], np.cumsum(topology.face_sizes[surface])])
+    corners = topology.face_vertices[np.repeat(surface, topology.face_sizes)]
+    cells = dataset.GetPolys()
+    return (
+        dataset.GetNumberOfPoints() == topology.n_vertices
+        and np.array_equal(vtk_to_numpy(cells.GetOffsetsArray()), ends)
+        and np.array_equal(vtk_to_numpy(cells.GetConnectivityArray()), corners)
+    )
+
+
+def _simplex_mesh(dataset: Any, name: str, topology: Connectivity, types: dict[str, Any]) -> SimplexMesh:
+    data = {}
+    try:
+        for key, (kind, shape) in types.items():
+            values = np.array(vtk_to_numpy(dataset.GetPointData().GetArray(key)))
+            values = values.view(bool) if np.dtype(kind) == bool else values.astype(kind)
+            data[key] = values.reshape(len(values), *shape)
+    except (AttributeError, ValueError, TypeError):
+        raise OSError(f"{name} is a simplex mesh with damaged topology or arrays") from None
+    return SimplexMesh(_points(dataset), topology, data)

@@ -1,0 +1,1 @@
+"""Decimation: fewer vertices with the same shape and topology."""

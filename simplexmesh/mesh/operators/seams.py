@@ -1,0 +1,171 @@
+"""Seams: dart surgery for cutting along a cycle of edges (T3) and sewing two faces together (T4).
+
+On a closed path each vertex has a dart onward, a dart back, and a third one to the left or to the right. When sewn, the
+dart onward of each vertex is the twin of the dart back of the next one. When cut, that holds among the vertices of each
+side separately, and a new face closes each side. Cutting and sewing are thus inverse by construction. H. Delingette,
+thesis, 1994, section 2.6.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplexmesh.mesh.operators._kernels_edit import Darts, adjacent
+
+Indices = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Seam:
+    """A closed path of edges, given by its darts."""
+
+    onward: Indices  # (k,) the dart of each vertex to the next one on the path
+    back: Indices  # (k,) and to the one before
+    left: NDArray[np.bool_]  # (k,) whether the third edge of the vertex is on the left of the path
+
+    @property
+    def left_darts(self) -> Indices:
+        """The darts whose left face, after the cut, is the new face that closes the left side."""
+        return self.back[self.left]
+
+    @property
+    def right_darts(self) -> Indices:
+        """The darts whose left face, after the cut, is the new face that closes the right side."""
+        return self.onward[~self.left]
+
+    def sew(self, twin: NDArray[np.int32]) -> None:
+        """Close the seam: pair the darts along the path in `twin` (3n,)."""
+        ahead = np.roll(self.back, -1)
+        twin[self.onward], twin[ahead] = ahead, self.onward
+
+    def open(self, twin: NDArray[np.int32]) -> None:
+        """Open the seam: pair the darts of each side separately in `twin` (3n,)."""
+        for side in (self.left, ~self.left):
+            onward, ahead = self.onward[side], np.roll(self.back[side], -1)
+            twin[onward], twin[ahead] = ahead, onward
+
+
+def along(twin: NDArray[np.int32], darts: Indices) -> Seam:
+    """Return the seam along a closed path, given by its darts onward."""
+    back = np.roll(twin[darts].astype(np.int64), 1)
+    return Seam(darts, back, _rotated(_rotated(darts)) == back)
+
+
+def between(darts_a: Indices, darts_b: Indices, start_a: int, start_b: int) -> Seam:
+    """Return the seam that joins two faces, vertices alternating evenly, the second one traversed backward."""
+    a_is_small = len(darts_a) <= len(darts_b)
+    forward = np.roll(darts_a, -start_a)
+    backward = np.roll(np.roll(darts_b, -start_b)[::-1], 1)
+    small, large = (forward, backward) if a_is_small else (backward, forward)
+    p, q = len(small), len(large)
+    before = np.arange(p) * q // p  # number of vertices of the large face before each of the small one
+    position = np.concatenate([np.arange(p) + before, np.arange(q) + np.searchsorted(before, np.arange(q), "right")])
+    order = np.argsort(position)
+    darts = np.concatenate([small, large])[order]
+    of_b = np.repeat([not a_is_small, a_is_small], [p, q])[order]
+    return Seam(np.where(of_b, _rotated(darts), darts), np.where(of_b, darts, _rotated(darts)), of_b)
+
+
+def _rotated(darts: Indices) -> Indices:
+    """Return the next dart at the same vertex, counter-clockwise."""
+    return 3 * (darts // 3) + (darts + 1) % 3
+
+
+def first_repeated(values: NDArray[np.integer[Any]]) -> int:
+    """Return the smallest value that occurs more than once in an array, -1 when all differ."""
+    ordered = np.sort(values)
+    repeated = ordered[1:][ordered[1:] == ordered[:-1]]
+    return int(repeated[0]) if len(repeated) else -1
+
+
+def sewn_faces(seam: Seam, face: NDArray[np.int32]) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+    """Return the faces on the left and right of each edge of a seam after sewing, given those before."""
+    k = len(seam.onward)
+    vertices = np.arange(2 * k) % k
+    last_left = np.maximum.accumulate(np.where(seam.left[vertices], np.arange(2 * k), -1))[k:]
+    next_right = np.minimum.accumulate(np.where(seam.left[vertices], 2 * k, np.arange(2 * k))[::-1])[::-1][1 : k + 1]
+    return face[seam.onward[last_left % k]], face[seam.back[next_right % k]]
+
+
+def refusal_of_path(twin: NDArray[np.int32], darts: Indices) -> str:
+    """Return the reason why a sequence of darts is not a contour, "" if it is one."""
+    vertices = darts // 3
+    if len(darts) < 3:
+        return f"it has {len(darts)} edges, where a contour has at least 3"
+    if (apart := twin[darts] // 3 != np.roll(vertices, -1)).any():
+        i = int(apart.argmax())
+        return f"dart {darts[i]} does not lead to the vertex of the next one, {darts[(i + 1) % len(darts)]}"
+    if (repeated := first_repeated(vertices)) >= 0:
+        return f"it visits vertex {repeated} twice"
+    neighbors = twin[3 * vertices[:, None] + np.arange(3)] // 3
+    if (full := np.isin(neighbors, vertices).all(axis=1)).any():
+        return f"its vertex {vertices[full.argmax()]} has all three neighbors on it"
+    return ""
+
+
+def refusal_to_cut(seam: Seam, face: NDArray[np.int32]) -> str:
+    """Return the reason why T3 along a seam would not leave a complete mesh, "" if it would."""
+    sides = (
+        ("left", seam.left, seam.onward, face[seam.onward[seam.left]]),
+        ("right", ~seam.left, seam.back, face[seam.back[~seam.left]]),
+    )
+    for side, third, darts, _ in sides:
+        if not third.any():
+            return f"it is face {face[darts[0]]} itself, so there is nothing to cut off"
+        if (count := int(third.sum())) < 3:
+            return f"it has {count} edges on its {side}, where a cut needs at least 3"
+    for side, _, _, beside in sides:
+        if (repeated := first_repeated(beside)) >= 0:
+            return (
+                f"face {repeated} lies along its {side} in two places, "
+                "so the face that closes the cut would share two edges with it"
+            )
+    return ""
+
+
+def refusal_to_join(d: Darts, a: int, b: int, around_a: Indices) -> str:
+    """Return the reason why T4 on two faces is illegal, whatever the seam, "" if it is legal."""
+    if a == b:
+        return "they are the same"
+    if adjacent(d, a, b):
+        return "they share an edge"
+    for across in d.face[d.twin[around_a]].tolist():
+        if adjacent(d, across, b):
+            return f"face {across} shares an edge with both"
+    return ""
+
+
+def refusal_to_sew(d: Darts, seam: Seam) -> str:
+    """Return the reason why a seam cannot be sewn, faces that would share a second edge along it, "" if it can."""
+    for one, other in zip(*(side.tolist() for side in sewn_faces(seam, d.face)), strict=True):
+        if adjacent(d, one, other):
+            return f"faces {one} and {other}, which would share an edge there, already share one"
+    return ""
+
+
+def open_faces(d: Darts, seam: Seam, left: int, right: int) -> None:
+    """Open a seam and close its sides by two new faces."""
+    seam.open(d.twin)
+    for new, mine, other in (
+        (left, seam.left_darts, seam.onward[seam.left]),
+        (right, seam.right_darts, seam.back[~seam.left]),
+    ):
+        np.subtract.at(d.face_size, d.face[mine], 1)
+        d.face_dart[d.face[other]] = other
+        d.face[mine] = new
+        d.face_dart[new], d.face_size[new] = mine[0], len(mine)
+
+
+def sew_faces(d: Darts, seam: Seam, a: int, b: int) -> None:
+    """Close a seam between two faces, which are thereby removed."""
+    on_left, on_right = sewn_faces(seam, d.face)
+    before = np.roll(on_right, 1)
+    seam.sew(d.twin)
+    d.face[seam.onward], d.face[seam.back] = on_left, before
+    np.add.at(d.face_size, on_left[~seam.left], 1)
+    np.add.at(d.face_size, before[seam.left], 1)
+    d.face_dart[[a, b]] = -1

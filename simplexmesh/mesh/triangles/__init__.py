@@ -1,0 +1,1 @@
+"""Triangulated surfaces: their topology, self-intersections, tunnels, and a tree of closest points."""

@@ -1,0 +1,51 @@
+"""Self-intersections: pairs of triangles, or of faces as fans, that cross.
+
+Triangles cross when an edge of one passes through the interior of the other; touching, meeting in a shared corner or
+edge, and overlapping in one plane do not count. Orientation determinants decide, with a bound on their rounding errors:
+J. R. Shewchuk, *Adaptive precision floating-point arithmetic and fast robust geometric predicates*, Discrete Comput.
+Geom. 18 (1997) 305.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplexmesh.mesh import triangulation
+from simplexmesh.mesh.connectivity import Connectivity
+from simplexmesh.mesh.triangles import _kernels_crossing
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+
+def crossing_triangles(points: Array, triangles: Indices) -> Indices:
+    """Return the pairs (m, 2) of triangles that cross, sorted, the smaller index first."""
+    triangles = np.ascontiguousarray(triangles, np.int64)
+    if not len(triangles):
+        return np.zeros((0, 2), np.int64)
+    a, b, c = points[triangles.T]
+    low, high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
+    pairs = overlapping_boxes(low, high, 2 * float((high - low).max(axis=1).mean()))
+    pairs = pairs[_kernels_crossing.are_crossing(np.ascontiguousarray(points, np.float64), triangles, pairs)]
+    return pairs[np.lexsort(pairs.T[::-1])]
+
+
+def overlapping_boxes(low: Array, high: Array, cell: float) -> Indices:
+    """Return the pairs (m, 2) of overlapping boxes (b, 3), by a grid whose cells grow until they are about 8 a box."""
+    origin, largest = low.min(axis=0), float((high - low).max())
+    size = high.max(axis=0) - origin
+    cell = max(cell, largest / 16, float(size.max()) * 1e-6, np.finfo(float).tiny)
+    while math.prod((size // cell + 1).tolist()) > 8 * len(low) + 64:
+        cell *= 1.25
+    return _kernels_crossing.overlapping_boxes(low, high, origin, cell, (size // cell).astype(np.int64) + 1)
+
+
+def self_intersections(vertices: Array, connectivity: Connectivity) -> Indices:
+    """Return the sorted pairs (m, 2) of faces whose fans cross; one whose fan crosses itself is paired with itself."""
+    points, triangles = triangulation.fan(vertices, connectivity)
+    faces = np.flatnonzero(~connectivity.face_is_hole)
+    owner = np.repeat(faces, connectivity.face_sizes[faces])
+    return np.unique(np.sort(owner[crossing_triangles(points, triangles)], axis=1), axis=0)

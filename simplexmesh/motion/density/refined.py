@@ -1,0 +1,149 @@
+"""Results of `refine` and `redistribute`: the mesh, vertex and face maps, and a record of each round."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplexmesh._base import checks
+from simplexmesh.mesh.operators.results import Edited
+from simplexmesh.mesh.simplex_mesh import SimplexMesh
+from simplexmesh.motion.density.face_edits import Maps, composed_maps, mapped_zone
+from simplexmesh.motion.model.deform import DeformableModel
+from simplexmesh.motion.model.state import Target
+from simplexmesh.motion.model.untangle import untangled
+
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Round:
+    """One round of refinement.
+
+    Attributes
+    ----------
+    above : int
+        Number of faces with a score above the threshold, before the round.
+    highest : float
+        The highest score, before the round.
+    cut, ringed : int
+        Numbers of faces divided in two (T2), and divided into a ring of faces (T6).
+    n_vertices : int
+        Number of vertices after the round.
+    merged : int
+        Number of pairs of faces merged (T1), by `redistribute` only.
+    swapped : int
+        Number of edges swapped (T7) to even out face sizes; not counted in zones.
+    """
+
+    above: int
+    highest: float
+    cut: int
+    ringed: int
+    n_vertices: int
+    merged: int = 0
+    swapped: int = 0
+
+
+@dataclass(frozen=True, eq=False)
+class Refined(Edited):
+    """A refined mesh, with vertex and face maps and the record of the rounds.
+
+    Attributes
+    ----------
+    rounds : tuple of Round
+        One per round.
+    converged : bool
+        Whether no face that may be divided scored above the threshold at the last evaluation; of `redistribute`,
+        whether the number of vertices is within 1 % of that requested.
+    interrupted : bool
+        Whether the refinement was interrupted (Ctrl-C); `mesh` is then the last complete state.
+    """
+
+    rounds: tuple[Round, ...] = ()
+    converged: bool = False
+    interrupted: bool = False
+
+    @property
+    def inserted(self) -> int:
+        """Number of vertices added; negative when some were removed."""
+        return self.mesh.n_vertices - int(self.vertex_map.size)
+
+    def __repr__(self) -> str:
+        end = "interrupted" if self.interrupted else "converged" if self.converged else "not converged"
+        change = f"{abs(self.inserted)} vertices {'added' if self.inserted >= 0 else 'removed'}"
+        return f"Refined({self.mesh!r}, {change} in {len(self.rounds)} rounds, {end})"
+
+
+@dataclass
+class Refinement:
+    """A refinement in progress: the present mesh and zone, the accumulated maps, and the rounds done.
+
+    After each round the mesh moves under the parameters of `DeformableModel`, then `watch` is called. An interrupt
+    during the motion leaves the state before the round.
+    """
+
+    mesh: SimplexMesh
+    target: Target
+    reach: float
+    iterations: int
+    adaptation: float
+    rigidity: int
+    zone: Mask | None = None
+    watch: Callable[[Round, SimplexMesh], None] | None = None
+
+    def __post_init__(self) -> None:
+        checks.integer("iterations", self.iterations, 0)
+        checks.number("adaptation", self.adaptation, 0.0, 0.25)
+        checks.integer("rigidity", self.rigidity, 0, 1000)
+        if self.watch is not None and not callable(self.watch):
+            raise TypeError(f"watch must be a function of a Round and the mesh, not {type(self.watch).__name__}")
+        self.rounds: list[Round] = []
+        self.converged = self.interrupted = False
+        c = self.mesh.connectivity
+        self.maps: Maps = np.arange(c.n_vertices, dtype=np.int32), np.arange(c.face_sizes.size, dtype=np.int32)
+
+    @contextmanager
+    def interruptible(self) -> Iterator[None]:
+        """End with the last complete state when interrupted (Ctrl-C)."""
+        try:
+            yield
+        except KeyboardInterrupt:
+            self.interrupted = True
+
+    def apply(self, step: Refined) -> None:
+        """Move the mesh of one round of edits and make it the present one."""
+        zone = None if self.zone is None else mapped_zone(self.zone, step)
+        mesh = self._moved(step.mesh, zone, self.iterations, attempts=3)
+        self.mesh, self.zone, self.maps = mesh, zone, composed_maps(self.maps, step)
+        self.rounds += step.rounds
+        if self.watch is not None:
+            self.watch(self.rounds[-1], mesh)
+
+    def finish(self) -> None:
+        """Move the mesh for the last time: longer, with more attempts at untangling."""
+        self.mesh = self._moved(self.mesh, self.zone, max(self.iterations, 40), attempts=10)
+
+    def _moved(self, mesh: SimplexMesh, zone: Mask | None, iterations: int, *, attempts: int) -> SimplexMesh:
+        """Return the mesh after motion, and untangling unless there is a zone of faces, outside which nothing moves."""
+        if not self.iterations:
+            return mesh
+        free = 0.4 if zone is None else 0.4 * zone[mesh.connectivity.vertex_faces].any(axis=1)
+        model = DeformableModel(
+            mesh, self.target, rigidity=self.rigidity, reach=self.reach, alpha=free, beta=free,
+            adaptation=self.adaptation,
+        )  # fmt: skip
+        for _ in model.run(iterations):
+            pass
+        if zone is not None:
+            return model.mesh
+        return untangled(model.mesh, self.target, reach=self.reach, rounds=attempts)[0]
+
+    def result(self) -> Refined:
+        """Return the result record."""
+        maps = checks.frozen(self.maps[0]), checks.frozen(self.maps[1])
+        return Refined(self.mesh, *maps, tuple(self.rounds), self.converged, self.interrupted)

@@ -1,0 +1,1 @@
+"""The deformable model: forces, parameters, the boundary, coarse-to-fine motion, untangling."""

@@ -1,0 +1,156 @@
+"""Removal of folds and self-intersections by local smoothing; the rest of the mesh is not moved."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from simplexmesh._base.errors import DivergedError, warn
+from simplexmesh.mesh.simplex_mesh import SimplexMesh
+from simplexmesh.mesh.tangles import tangled_with
+from simplexmesh.mesh.triangles.self_intersection import self_intersections
+from simplexmesh.motion.model.deform import DeformableModel
+from simplexmesh.motion.model.state import Target
+from simplexmesh.motion.topology.face_regions import dilated
+
+Mask = NDArray[np.bool_]
+
+PATIENCE = 3
+"""Attempts at smoothing before remaining tangles are moved back towards the start, if there is one."""
+
+
+@dataclass(frozen=True, eq=False)
+class Tangles:
+    """A mesh and its tangled vertices: inverted, or on faces that are folded or intersect."""
+
+    mesh: SimplexMesh
+
+    @cached_property
+    def pairs(self) -> NDArray[np.int64]:
+        """(m, 2) pairs of faces that intersect; a face whose own triangles do is paired with itself."""
+        return self_intersections(self.mesh.vertices, self.mesh.connectivity)
+
+    @cached_property
+    def vertices(self) -> Mask:
+        """(n,) mask of the tangled vertices."""
+        return tangled_with(self.mesh, self.pairs)
+
+    @property
+    def count(self) -> int:
+        """The number of tangled vertices."""
+        return int(self.vertices.sum())
+
+    def improved(self, moved: SimplexMesh, free: Mask) -> Tangles:
+        """Return the mesh with positions from `moved` in the regions of `free` where that leaves fewer tangles."""
+        other = self.with_positions(moved, free)
+        region = self.regions(other, free | other.vertices)
+        better = (np.bincount(region, other.vertices) < np.bincount(region, self.vertices))[region]
+        mixed = other if better[free].all() else self.with_positions(moved, free & better)
+        return mixed if mixed.count < self.count else self
+
+    def with_positions(self, moved: SimplexMesh, free: Mask) -> Tangles:
+        """Return the mesh with the positions of some vertices from another."""
+        return Tangles(self.mesh.moved(np.where(free[:, None], moved.vertices, self.mesh.vertices)))
+
+    def regions(self, other: Tangles, marked: Mask) -> NDArray[np.int32]:
+        """Return (n,) labels of regions: marked vertices connected by edges or by an intersection in either mesh."""
+        c = self.mesh.connectivity
+        edges = c.edge_vertices[marked[c.edge_vertices].all(axis=1)]
+        first = c.face_vertices[c.face_offsets[:-1]]
+        rows, columns = np.concatenate([edges, first[self.pairs], first[other.pairs]]).T
+        graph = coo_array((np.ones(len(rows), bool), (rows, columns)), shape=(c.n_vertices, c.n_vertices))
+        return np.asarray(connected_components(graph, directed=False)[1])
+
+
+def untangled(
+    mesh: SimplexMesh, target: Target, *, reach: float, start: SimplexMesh | None = None, rounds: int = 10
+) -> tuple[SimplexMesh, int]:
+    """Return the mesh with folds and self-intersections removed, and the number of vertices still tangled.
+
+    Tangled vertices and their neighborhoods, larger in each of at most `rounds` attempts, first relax without data
+    under orientation continuity, then are fitted again, stiffer each time. A region keeps its old positions where that
+    does not help. Remaining tangles are blended with `start`, the same mesh at untangled positions near the data. In
+    the end all moved vertices are fitted to the data again, less stiffly, where that tangles nothing.
+    """
+    tangles = _smoothed(Tangles(mesh), target, reach, range(min(PATIENCE, rounds)))
+    tangles = _blended_with_start(tangles, start)
+    if rounds > PATIENCE and tangles.count:
+        tangles = _blended_with_start(_smoothed(tangles, target, reach, range(PATIENCE, rounds)), start)
+    if tangles.mesh is not mesh:
+        tangles = _refitted(tangles, mesh, target, reach)
+    return tangles.mesh, tangles.count
+
+
+def _smoothed(tangles: Tangles, target: Target, reach: float, attempts: Iterable[int]) -> Tangles:
+    """Return the mesh with its tangled regions relaxed without data, then fitted again, stiffer with each attempt."""
+    for attempt in attempts:
+        if not tangles.count:
+            break
+        marked = dilated(tangles.vertices, tangles.mesh.neighbors, 2 + attempt)
+        free = marked.astype(float)
+        relaxing = DeformableModel(tangles.mesh, alpha=0.5 * free, damping=1.0, constraint="orientation")
+        try:
+            for _ in relaxing.run(5 + 5 * attempt):
+                pass
+            refitting = DeformableModel(
+                relaxing.mesh,
+                target,
+                alpha=0.4 * free,
+                beta=0.2 / (1 + attempt) * free,
+                damping=1.0,
+                reach=reach,
+                rigidity=3 + attempt,
+                seeking=0.2 / (1 + attempt),
+            )
+            for _ in refitting.run(20):
+                pass
+        except DivergedError as error:  # a mesh too coarse for its topology has no smooth shape
+            warn(f"untangling ended early: {error}")
+            break
+        tangles = tangles.improved(refitting.mesh, marked)
+    return tangles
+
+
+def _blended_with_start(tangles: Tangles, start: SimplexMesh | None) -> Tangles:
+    """Return the mesh with its tangled regions blended with the start, larger each time, where that helps."""
+    for rings in range(2, 9):
+        if start is None or not tangles.count:
+            break
+        mesh = tangles.mesh
+        share = dilated(tangles.vertices, mesh.neighbors, rings).astype(float)
+        for _ in range(rings):
+            share = 0.25 * (share + share[mesh.neighbors].sum(axis=1))
+        back = mesh.moved(mesh.vertices + share[:, None] * (start.vertices - mesh.vertices))
+        tangles = tangles.improved(back, share > 0)
+    return tangles
+
+
+def _refitted(tangles: Tangles, before: SimplexMesh, target: Target, reach: float) -> Tangles:
+    """Return the mesh with the vertices moved since `before` fitted to the data again, except where that tangles."""
+    neighbors = tangles.mesh.neighbors
+    marked = dilated((tangles.mesh.vertices != before.vertices).any(axis=1), neighbors, 1)
+    for _ in range(4):
+        free = marked.astype(float)
+        model = DeformableModel(tangles.mesh, target, alpha=0.4 * free, beta=0.4 * free, damping=1.0, reach=reach)
+        try:
+            for _ in model.run(10):
+                pass
+        except DivergedError as error:
+            warn(f"parts that were untangled are not fitted to the data again: {error}")
+            break
+        refitted = tangles.with_positions(model.mesh, marked)
+        region = tangles.regions(refitted, marked | refitted.vertices)
+        worse = (np.bincount(region, refitted.vertices) > np.bincount(region, tangles.vertices))[region]
+        back = tangles.with_positions(model.mesh, marked & ~worse) if worse.any() else refitted
+        if back.count <= tangles.count:
+            tangles = back
+        marked = marked & worse & ~dilated(refitted.vertices, neighbors, 2)
+        if not marked.any():
+            break
+    return tangles

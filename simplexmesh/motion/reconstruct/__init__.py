@@ -1,0 +1,1 @@
+"""Reconstruction of a surface model from data in one call."""

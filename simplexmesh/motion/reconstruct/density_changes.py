@@ -1,0 +1,111 @@
+"""The changes of density in a reconstruction: faces divided where the data asks for it, vertices redistributed."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from simplexmesh.mesh.face_geometry import face_areas
+from simplexmesh.mesh.operators.editable_mesh import EditableMesh
+from simplexmesh.mesh.simplex_mesh import SimplexMesh
+from simplexmesh.mesh.tangles import folded_vertices, tangled_vertices
+from simplexmesh.motion.density.boundary_refine import divided_boundary
+from simplexmesh.motion.density.face_edits import divide_faces, with_even_metric
+from simplexmesh.motion.density.redistribute import redistribute_round
+from simplexmesh.motion.density.refine import refine_round
+from simplexmesh.motion.density.refine_options import THRESHOLDS
+from simplexmesh.motion.model.stages import mean_edge
+from simplexmesh.motion.reconstruct.run import Run
+
+THIN = 4.5
+"""In mean edges: the large faces on both sides of a thinner body would come to intersect."""
+
+
+def refine_and_fit(run: Run) -> None:
+    """Alternate motion and division of faces, by a quarter more vertices a round, as wanted; then move to rest."""
+    fine = run.stages[-2]
+    if run.options.refine != "none":
+        motion, before = replace(fine, iterations=21), run.mesh.n_vertices
+        for k in range(16):  # enough for 720 vertices to become 20,000
+            run.move(motion, until=0.4 + 0.25 * (k + 1) / 16)
+            n = run.mesh.n_vertices
+            if run.options.vertices - n < 4:
+                break
+            _divide(run, min(run.options.vertices - n, n // 4), fine.reach)
+            run.fallback = None
+            if run.mesh.n_vertices == n:
+                break
+        run.count(refined=run.mesh.n_vertices - before)
+    run.move(fine, until=0.7)
+
+
+def _divide(run: Run, budget: int, reach: float) -> None:
+    """Divide long edges on holes, then faces of high score, and on flat data, where none has one, the largest."""
+    most = run.mesh.n_vertices + budget
+    run.mesh = with_even_metric(divided_boundary(run.mesh, budget // 6))
+    threshold, budget = THRESHOLDS.get(run.options.refine or "", 1e-12), most - run.mesh.n_vertices
+    step = refine_round(run.mesh, run.target, reach=reach, threshold=threshold, budget=budget)
+    run.mesh = step.mesh
+    run.count(swapped=step.rounds[0].swapped)
+    if step.inserted < budget // 2 and run.options.refine == "auto":
+        run.mesh, swaps = _with_largest_divided(run.mesh, budget - step.inserted)
+        run.count(swapped=swaps)
+
+
+def _with_largest_divided(mesh: SimplexMesh, budget: int) -> tuple[SimplexMesh, int]:
+    """Return the mesh with its largest faces divided regardless of score, and the number of edges swapped."""
+    c = mesh.connectivity
+    area = np.where(c.face_is_hole, 0.0, face_areas(mesh.vertices, c.face_vertices, c.face_offsets))
+    largest = np.argsort(-area, kind="stable")[: np.count_nonzero(~c.face_is_hole) // 2]
+    edit = EditableMesh(mesh)
+    divide_faces(edit, mesh, largest, budget, np.ones(len(area), bool))
+    swaps = edit.even_out()
+    return with_even_metric(edit.result()), swaps
+
+
+def redistribute(run: Run) -> None:
+    """Alternate merging faces of low score for divisions of high ones with motion, if wanted; then untangle.
+
+    If that fails, but succeeds on the mesh before, all is reverted: large faces intersect thin walls.
+    """
+    fine = run.stages[-2]
+    if not fine.iterations or not _is_wanted(run):
+        return
+    before, wanted, find = (run.mesh, run.fallback, run.topology), run.mesh.n_vertices, tangled_vertices
+    for k in range(5):  # each takes time for less gain
+        tangled = find(run.mesh)
+        find = find if tangled.any() else folded_vertices  # cheaper, and enough once nothing intersects
+        step = redistribute_round(run.mesh, run.target, reach=fine.reach, vertices=wanted, tangled=tangled)
+        (done,) = step.rounds
+        run.mesh, run.fallback = step.mesh, None
+        run.count(exchanged=done.merged, swapped=done.swapped)
+        run.move(replace(fine, iterations=20), until=0.7 + 0.2 * (k + 1) / 5)
+        if done.merged < 0.01 * run.mesh.n_faces:
+            break
+    if not run.untangle(fine.reach):
+        return
+    after = run.mesh, run.fallback, run.topology
+    run.mesh, run.fallback, run.topology = before
+    if run.untangle(fine.reach):
+        run.mesh, run.fallback, run.topology = after
+
+
+def _is_wanted(run: Run) -> bool:
+    """Return whether the vertices of this mesh are to be redistributed."""
+    if run.options.placement != "closed":
+        return run.options.placement == "adaptive"
+    thin = run.found is not None and run.data.encloses and is_thin(run.start)
+    return not (thin or run.mesh.n_holes)
+
+
+def is_thin(mesh: SimplexMesh) -> bool:
+    """Return whether the mean thickness of a closed body, twice volume over area, is small in mean edges.
+
+    Examples
+    --------
+    >>> import simplexmesh as sm
+    >>> is_thin(sm.sphere(12)), is_thin(sm.ellipsoid((1.0, 1.0, 0.1), 12))
+    (False, True)
+    """
+    return bool(2 * mesh.volume < THIN * mesh.area * mean_edge(mesh))

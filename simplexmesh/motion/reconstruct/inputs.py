@@ -1,0 +1,325 @@
+"""The kinds of data that can be reconstructed: each gives points of its surface, a target and a start."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplexmesh._base import checks
+from simplexmesh._base.errors import TopologyError, warn
+from simplexmesh.data.conversion import as_data, as_triangles
+from simplexmesh.data.points import PointCloud
+from simplexmesh.data.triangles import TriangleMesh
+from simplexmesh.data.volume import Volume
+from simplexmesh.mesh.simplex_mesh import SimplexMesh
+from simplexmesh.motion.model.state import Target
+from simplexmesh.motion.reconstruct.open_data import are_inward, outward_cloud
+from simplexmesh.motion.reconstruct.scans import are_scans, joined_scans
+from simplexmesh.motion.start.crossings import outer_crossings
+from simplexmesh.motion.start.from_points import start_from_points
+from simplexmesh.motion.start.from_volume import start_from_volume
+from simplexmesh.motion.start.start import StartReport
+from simplexmesh.motion.start.stray_points import without_stray_points
+from simplexmesh.motion.start.threshold import otsu_threshold
+from simplexmesh.motion.targets.isosurface import Isosurface
+from simplexmesh.motion.targets.labels import LabelSurface
+from simplexmesh.motion.targets.points import Points
+from simplexmesh.motion.targets.triangles import Triangles
+from simplexmesh.orientation.consistency import with_consistent_normals
+
+Array = NDArray[np.float64]
+Start = tuple[SimplexMesh, Target, StartReport]
+
+MOST_LEFT_OUT = 0.1
+"""Fraction of the surface on omitted components above which a warning is given."""
+
+
+class Input(ABC):
+    """Data to be reconstructed; nothing about it changes.
+
+    Attributes
+    ----------
+    components : {"largest", "all"}
+        Which components are wanted.
+    encloses : bool
+        Whether there may be other surfaces inside the one wanted.
+    surface : TriangleMesh or None
+        The triangles, of a surface that is given as such.
+    """
+
+    components: str
+    encloses = False
+    surface: TriangleMesh | None = None
+
+    @property
+    def oriented(self) -> bool:
+        """Whether the normals of `samples` are known to point outwards."""
+        return False
+
+    @property
+    @abstractmethod
+    def resolution(self) -> float:
+        """Distance between neighboring samples, in the data's unit."""
+
+    @property
+    @abstractmethod
+    def points(self) -> Array:
+        """(m, 3) points on the surface wanted, to which distances are measured."""
+
+    @property
+    @abstractmethod
+    def target(self) -> Target:
+        """The target that attracts a mesh, as oriented as the data."""
+
+    @abstractmethod
+    def samples(self) -> PointCloud:
+        """Return points spread over the surface, with normals where the data has them."""
+
+    @abstractmethod
+    def start(self, vertices: int, tunnels: float | None) -> Start:
+        """Return a mesh near the data with its topology and about this number of vertices, the target, and a report."""
+
+    def turned_outward(self, *, enclosed: bool = True) -> Input:
+        """Return the data with normals away from the centroid of its border: a start outside sees its outer side.
+
+        Points without normals get some if `enclosed`; a start amid them finds more of them without.
+        """
+        return self
+
+
+@dataclass(frozen=True, eq=False)
+class VolumeInput(Input):
+    """The isosurface of a volume, its object above the level, or one region of a label volume."""
+
+    volume: Volume
+    components: str
+    level: float | None
+    label: int | None
+    encloses = True
+
+    @property
+    def resolution(self) -> float:
+        """The smallest spacing."""
+        return float(np.min(self.volume.spacing))
+
+    @cached_property
+    def target(self) -> Isosurface | LabelSurface:
+        """The isosurface, or the boundary of the region."""
+        return LabelSurface(self.volume, self.label) if self.level is None else Isosurface(self.volume, self.level)
+
+    @cached_property
+    def points(self) -> Array:
+        """(m, 3) points where grid lines leave the object, with a warning if many are on components left out."""
+        volume, level = self.volume, self.level
+        if level is None:
+            assert self.label is not None
+            volume, level = volume.mask(self.label), 0.5
+        points = outer_crossings(volume, level)
+        if self.components == "all":
+            return points
+        largest = outer_crossings(volume, level, largest=True)
+        left = 1 - len(largest) / max(len(points), 1)
+        if left > MOST_LEFT_OUT:
+            warn(f"{left:.0%} of the surface is on smaller pieces that are left out; components='all' keeps them")
+        return largest
+
+    def samples(self) -> PointCloud:
+        """Return the points, without normals."""
+        return PointCloud(self.points)
+
+    def start(self, vertices: int, tunnels: float | None) -> Start:
+        """Return the dual of a coarse isosurface, of the smoothed region for a label."""
+        options: Any = {"components": self.components, "tunnels": tunnels}
+        start = start_from_volume(self.volume, self.level, self.label, vertices, **options)
+        return start.mesh, self.target, start.report
+
+
+@dataclass(frozen=True, eq=False)
+class PointsInput(Input):
+    """A point cloud, with or without normals."""
+
+    cloud: PointCloud
+    components: str
+
+    @property
+    def resolution(self) -> float:
+        """The diagonal over the square root of the number of points."""
+        return float(np.linalg.norm(np.ptp(self.points, axis=0))) / max(np.sqrt(len(self.points)), 1.0)
+
+    @property
+    def points(self) -> Array:
+        """(m, 3) the points themselves."""
+        return self.cloud.points
+
+    @cached_property
+    def target(self) -> Points:
+        """The surface of the points."""
+        return Points(self.cloud)
+
+    def samples(self) -> PointCloud:
+        """Return the points themselves."""
+        return self.cloud
+
+    def start(self, vertices: int, tunnels: float | None) -> Start:
+        """Return the dual of a coarse surface around the points, and the target with normals that point out of it."""
+        cloud = self.cloud
+        options: Any = {"components": self.components, "tunnels": tunnels or 0.0}
+        try:
+            start = start_from_points(cloud, vertices, **options)
+        except TopologyError:
+            if cloud.normals is None:
+                raise
+            cloud = PointCloud(cloud.points)
+            start = start_from_points(cloud, vertices, **options)
+            warn("the points' normals bound no solid and were left out")
+        assert start.indicator is not None
+        inward = start.indicator.at(cloud.points)[1]
+        if cloud.normals is None:
+            known = inward.any(axis=1)
+            cloud = PointCloud(cloud.points[known], -inward[known])
+        elif (inward * cloud.normals).sum() > 0:
+            warn("the points' normals point inwards and were flipped")
+            cloud = PointCloud(cloud.points, -cloud.normals)
+        return start.mesh, Points(cloud), start.report
+
+    def turned_outward(self, *, enclosed: bool = True) -> PointsInput:
+        """Return the points with normals away from the center of their openings."""
+        if self.cloud.normals is None and not enclosed:
+            return self
+        return replace(self, cloud=outward_cloud(self.cloud))
+
+
+@dataclass(frozen=True, eq=False)
+class TrianglesInput(Input):
+    """A triangulated surface."""
+
+    surface: TriangleMesh = field()
+    components: str
+
+    @property
+    def resolution(self) -> float:
+        """Half a percent of the diagonal."""
+        return float(np.linalg.norm(np.ptp(self.surface.vertices, axis=0))) / 200
+
+    @property
+    def oriented(self) -> bool:
+        """Whether the surface is closed: its triangles then have been turned outward."""
+        return not self.surface.topology.n_borders
+
+    @cached_property
+    def points(self) -> Array:
+        """(m, 3) the vertices used by faces, and even samples of the surface."""
+        used = np.unique(self.surface.faces)
+        return np.concatenate([self.surface.vertices[used], self._sampled.points])
+
+    @cached_property
+    def target(self) -> Triangles:
+        """The surface itself."""
+        return Triangles(self.surface)
+
+    @cached_property
+    def _sampled(self) -> PointCloud:
+        return self.surface.sampled(40_000, rng=0)
+
+    def samples(self) -> PointCloud:
+        """Return even samples of the surface with normals, always the same."""
+        return self._sampled
+
+    def start(self, vertices: int, tunnels: float | None) -> Start:
+        """Return the dual of a coarse surface around even samples of the triangles."""
+        start = start_from_points(self._sampled, vertices, components=self.components, tunnels=tunnels or 0.0)
+        known = self.surface.topology
+        if known.n_components == 1 and not known.n_borders and known.genus != start.report.genus and not tunnels:
+            warn(
+                f"the surface has genus {known.genus}, the model has {start.report.genus}: handles finer than the "
+                "resolution of its start are lost; more vertices may keep them"
+            )
+        return start.mesh, self.target, start.report
+
+    def turned_outward(self, *, enclosed: bool = True) -> TrianglesInput:
+        """Return an open surface with its triangles turned away from the centroid of its border."""
+        border, surface = self.target.border.points, self.surface
+        if not len(border):
+            return self
+        centers = surface.vertices[surface.faces].mean(axis=1)
+        if not are_inward(centers, surface.face_vectors, border.mean(axis=0)):
+            return self
+        return replace(self, surface=TriangleMesh(surface.vertices, surface.faces[:, ::-1]))
+
+
+def as_input(
+    data: Any,
+    *,
+    level: float | None = None,
+    label: int | None = None,
+    inside: str = "above",
+    components: str = "largest",
+    poses: Any = None,
+) -> Input:
+    """Return data of any kind as an input: own types, arrays, PyVista or trimesh objects, a path, or scans.
+
+    Raises
+    ------
+    ValueError, TypeError, OSError
+        For invalid data, or a level or label that does not fit it.
+    """
+    if isinstance(data, VolumeInput | PointsInput | TrianglesInput):
+        return data
+    checks.choice("inside", inside, ("above", "below"))
+    if isinstance(data, list | tuple) and not data:
+        raise ValueError("data must be at least one scan, not an empty list")
+    if are_scans(data) or poses is not None:
+        item: Any = joined_scans(data if isinstance(data, list | tuple) else [data], poses)
+    elif isinstance(data, tuple) and len(data) == 2:
+        item = as_triangles(data, "data")
+    else:
+        item = as_data(data)
+    checks.size("data", item.bounds)
+    if isinstance(item, Volume):
+        return _volume_input(item, level, label, inside, components)
+    if level is not None or label is not None:
+        raise ValueError(f"level and label are for volumes, not for {type(item).__name__}")
+    if inside != "above":
+        raise ValueError(f"inside is for a level of a volume, not for {type(item).__name__}")
+    if isinstance(item, SimplexMesh):
+        item = item.triangulated()
+    if isinstance(item, TriangleMesh):
+        return TrianglesInput(item.oriented(), components)
+    return PointsInput(with_consistent_normals(without_stray_points(item)), components)
+
+
+def _volume_input(volume: Volume, level: float | None, label: int | None, inside: str, components: str) -> Input:
+    """Return the isosurface or the region of a volume."""
+    low, high = volume.range
+    if low == high and label is None:
+        raise ValueError(f"volume must hold an object and its surroundings; it is {low:g} everywhere")
+    if level is not None and label is not None:
+        raise ValueError("give level or label, not both")
+    if level is not None:
+        level = Isosurface(volume, level).level  # checked
+        if inside == "below":
+            values = volume.values
+            volume, level = replace(volume, values=-values.astype(np.result_type(values, np.float32))), -level
+        return VolumeInput(volume, components, level, None)
+    if label is None and not volume.is_labels:
+        raise ValueError(
+            f"level must be given for a volume of intensities ({low:g} to {high:g}); "
+            f"Otsu's threshold would be {otsu_threshold(volume.values):.4g}"
+        )
+    if inside != "above":
+        raise ValueError("inside is for a level of a volume, not for labels")
+    if label is None:
+        regions = [name for name in volume.labels() if name != 0]
+        if not regions:
+            raise ValueError("volume must hold a labeled region; it is 0 everywhere")
+        if len(regions) != 1:
+            raise ValueError(f"label must be given, one of {regions}, for a volume of labels")
+        label = regions[0]
+    label = checks.integer("label", label, -(2**31))
+    volume.mask(label)  # raises if there is none
+    return VolumeInput(volume, components, None, label)

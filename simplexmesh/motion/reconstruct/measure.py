@@ -1,0 +1,73 @@
+"""The last step of a reconstruction: distances between model and data, and warnings about a poor model."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from simplexmesh._base.errors import warn
+from simplexmesh.motion.reconstruct.result import Distance, Summary
+from simplexmesh.motion.reconstruct.run import Run
+from simplexmesh.motion.targets.triangles import inside_surface, surface_distance
+from simplexmesh.motion.topology.missing import genus_message, open_data_message
+
+MOST_POINTS = 200_000
+"""Of the data, drawn at random, for distances to the mesh."""
+
+MOST_UNSEEN, MOST_MISSED = 0.25, 0.05
+"""Fractions of the model without data nearby, and of the data without model nearby, above which a warning is given."""
+
+FAR = 0.04
+"""In diagonals of the data: beyond any noise."""
+
+
+def measure(run: Run) -> None:
+    """Measure the distances both ways, keep that of each vertex to the data on the mesh, and warn of a poor model.
+
+    For a vertex without data along its normal within reach it is the distance to the nearest point of the data.
+    """
+    run.report(0.95, "measuring")
+    mesh, reach, points = run.mesh, run.stages[-1].reach, run.data.points
+    if len(points) > MOST_POINTS:
+        points = points[np.random.default_rng(0).choice(len(points), MOST_POINTS, replace=False)]
+    gaps = run.target.gap(np.ascontiguousarray(mesh.vertices), np.ascontiguousarray(mesh.normals), reach)
+    away = np.where(np.isnan(gaps), cKDTree(points).query(mesh.vertices, workers=-1)[0], np.abs(gaps))
+    surface = mesh.triangulated(method="fan")
+    missing = surface_distance(points, surface.vertices, surface.faces)
+    enclosed = np.zeros(len(points), bool)
+    if not mesh.n_holes:
+        far = np.flatnonzero(missing > reach)
+        enclosed[far[inside_surface(points[far], surface.vertices, surface.faces)]] = True
+    run.distance = Distance(Summary.of(away), Summary.of(missing), Summary.of(missing[enclosed]))
+    run.mesh = mesh.with_data(distance=away)
+    limit = max(reach, FAR * float(np.linalg.norm(np.ptp(points, axis=0))))
+    _warn_of_poor_fit(run, float((away > limit).mean()), float(((missing > limit) & ~enclosed).mean()))
+    _warn_of_topology(run)
+    run.report(1.0, "done")
+
+
+def _warn_of_poor_fit(run: Run, unseen: float, missed: float) -> None:
+    """Warn when much of the model has no data nearby, or much of the data no model nearby."""
+    if unseen > MOST_UNSEEN:
+        hint = "" if run.mesh.n_holes else "; where the data is an open surface, give init='plane'"
+        warn(f"{unseen:.0%} of the model is far from any data{hint}")
+    if missed > MOST_MISSED:
+        dropped = run.options.components != "all" and run.found is not None and run.found.components_dropped
+        hint = "components='all' keeps all its pieces" if dropped else "more vertices or another start may reach it"
+        warn(f"{missed:.0%} of the data is far from the model; {hint}")
+
+
+def _warn_of_topology(run: Run) -> None:
+    """Warn of open data under a closed model, of missing handles, and of tangled vertices."""
+    messages = []
+    if run.options.holes == "auto":
+        messages.append(open_data_message(run.target, run.data.points, run.mesh))
+    if run.surface is not None:
+        messages.append(genus_message(run.surface, run.mesh, run.topology.handles))
+    if run.tangled:
+        messages.append(
+            f"{run.tangled} vertices are on faces that are folded or cross others; more vertices or another start "
+            "may help"
+        )
+    for message in filter(None, messages):
+        warn(message)

@@ -1,0 +1,111 @@
+"""The choices of the user of `reconstruct`, checked, with their defaults."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from simplexmesh._base import checks
+from simplexmesh.data.io.reading import read_mesh
+from simplexmesh.mesh.simplex_mesh import SimplexMesh
+from simplexmesh.motion.density.refine_options import THRESHOLDS
+from simplexmesh.motion.start.primitives import PRIMITIVES
+
+FEWEST_VERTICES, MOST_VERTICES = 20, 20_000_000
+"""More vertices would take tens of gigabytes, and the process would be killed."""
+
+START_SHARE, FEWEST_START = 0.42, 720
+"""Fraction of the vertices in the start when refinement adds the others: 720 of 1,700, as in the thesis; and the number
+that finds holes, which a smaller model takes up to eight tenths of its vertices for."""
+
+Choice = str | Sequence[Any] | Callable[[Any], bool]
+
+
+@dataclass(frozen=True)
+class Options:
+    """The parameters of `reconstruct`, checked; by default primitives change in every way, meshes given in none.
+
+    Attributes
+    ----------
+    init : str or SimplexMesh
+        A mesh that was named by path has been read.
+    holes, handles : str, function or list
+    refine : {"none", "auto", "coarse", "medium", "fine"}
+    placement : {"even", "adaptive", "closed"}
+        "closed" redistributes vertices only without holes, among whose coarse faces the boundary strays, and in bodies
+        of a volume that are not thin.
+    """
+
+    init: Any
+    vertices: int
+    components: str
+    tunnels: float | None
+    iterations: int
+    rigidity: int
+    adaptation: float | None
+    placement: str | None
+    holes: Choice | None
+    handles: Choice | None
+    refine: str | None
+
+    def __post_init__(self) -> None:
+        placement, adaptation, init = self.placement, self.adaptation, checked_init(self.init)
+        if adaptation is None:
+            adaptation = 0.0 if placement == "even" else 0.05
+        adaptation = checks.number("adaptation", adaptation, 0.0, 0.25)
+        primitive = "auto" if init in PRIMITIVES else "none"
+        if placement is None:
+            placement = "even" if isinstance(init, SimplexMesh) or not adaptation else "closed"
+        else:
+            checks.choice("placement", placement, ("adaptive", "even"))
+        refine = primitive if self.refine is None else self.refine
+        checked = {
+            "init": init,
+            "vertices": checks.integer("vertices", self.vertices, FEWEST_VERTICES, MOST_VERTICES),
+            "components": checks.choice("components", self.components, ("largest", "all")),
+            "tunnels": None if self.tunnels is None else checks.number("tunnels", self.tunnels, 0.0),
+            "iterations": checks.integer("iterations", self.iterations, 0),
+            "rigidity": checks.integer("rigidity", self.rigidity, 0),
+            "adaptation": adaptation,
+            "placement": placement,
+            "holes": _choice("holes", self.holes, primitive),
+            "handles": _choice("handles", self.handles, primitive),
+            "refine": checks.choice("refine", refine, ("none", "auto", *THRESHOLDS)),
+        }
+        if self.components == "all" and init != "auto":
+            raise ValueError("components='all' needs init='auto'; a given start keeps its components")
+        for name, value in checked.items():
+            object.__setattr__(self, name, value)
+
+    @property
+    def first_vertices(self) -> int:
+        """Number of vertices of the start; refinement adds the others."""
+        if self.refine == "none":
+            return self.vertices
+        return max(int(START_SHARE * self.vertices), min(int(0.8 * self.vertices), FEWEST_START))
+
+
+def checked_init(init: Any) -> str | SimplexMesh:
+    """Return the mesh that is given or named by path, or the name of a start to be computed."""
+    if isinstance(init, SimplexMesh) or (isinstance(init, str) and init in ("auto", *PRIMITIVES)):
+        return init
+    if isinstance(init, Path) or (isinstance(init, str) and Path(init).suffix):
+        return read_mesh(init)
+    if not isinstance(init, str):
+        raise TypeError(f"init must be a name, a path or a SimplexMesh, not {type(init).__name__}")
+    return checks.choice("init", init, ("auto", *PRIMITIVES))
+
+
+def _choice(name: str, given: Choice | None, default: str) -> Choice:
+    """Return the choice of holes or handles, checked; sequences as lists, since arrays do not compare with names."""
+    if given is None:
+        return default
+    if isinstance(given, str):
+        return checks.choice(name, given, ("auto", "none"))
+    if callable(given):
+        return given
+    if not hasattr(given, "__len__"):
+        raise TypeError(f"{name} must be 'auto', 'none', a function or a sequence, not {type(given).__name__}")
+    return list(given)

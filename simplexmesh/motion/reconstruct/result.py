@@ -1,0 +1,163 @@
+"""The result of a reconstruction: the model, its distances to the data, and the record of how it was made."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplexmesh.mesh.simplex_mesh import SimplexMesh
+from simplexmesh.motion.model.state import State
+from simplexmesh.motion.start.start import StartReport
+from simplexmesh.motion.topology.handles import HandleProposal
+from simplexmesh.motion.topology.holes import HoleProposal
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Summary:
+    """Mean, root mean square, 95th percentile, maximum and number of a set of distances.
+
+    Examples
+    --------
+    >>> Summary.of(np.array([0.0, 3.0, 4.0, np.nan]))
+    Summary(mean=2.333, rms=2.887, p95=3.9, max=4, count=3)
+    """
+
+    mean: float
+    rms: float
+    p95: float
+    max: float
+    count: int
+
+    @classmethod
+    def of(cls, distances: Array) -> Summary:
+        """Return the summary of the absolute values of the finite ones of (n,) distances; NaN without any."""
+        known = np.abs(distances[np.isfinite(distances)])
+        if not len(known):
+            return cls(float("nan"), float("nan"), float("nan"), float("nan"), 0)
+        return cls(
+            float(known.mean()),
+            float(np.sqrt((known**2).mean())),
+            float(np.percentile(known, 95)),
+            float(known.max()),
+            len(known),
+        )
+
+    def __repr__(self) -> str:
+        numbers = ", ".join(f"{name}={getattr(self, name):.4g}" for name in ("mean", "rms", "p95", "max"))
+        return f"Summary({numbers}, count={self.count})"
+
+
+@dataclass(frozen=True)
+class Distance:
+    """Distances between a mesh and its data, both ways, in the data's unit.
+
+    Attributes
+    ----------
+    mesh_to_data : Summary
+        From the vertices of the mesh to the surface in the data along their normals, or to the nearest point of the
+        data where there is none within reach.
+    data_to_mesh : Summary
+        From the points of the data to the surface of the mesh (its fan triangulation). Of a volume, these are the
+        points reached from the background.
+    enclosed : Summary
+        The part of `data_to_mesh` inside the model and far from its surface: walls of cavities that the model closes
+        over, such as airways behind sealed nostrils.
+    """
+
+    mesh_to_data: Summary
+    data_to_mesh: Summary
+    enclosed: Summary
+
+    def as_dict(self) -> dict[str, dict[str, float]]:
+        """Return plain numbers, ready for JSON."""
+        return asdict(self)
+
+
+UNMEASURED = Distance(*(Summary.of(np.zeros(0)) for _ in range(3)))
+
+
+@dataclass(frozen=True)
+class TopologyRecord:
+    """The changes of topology and connectivity made by a reconstruction.
+
+    Attributes
+    ----------
+    holes : tuple of HoleProposal
+        The zones far from the data, each cut off or with the reason for refusal.
+    handles : tuple of HandleProposal
+        The pairs of faces considered for a handle, likewise.
+    refined : int
+        Number of vertices added by refinement.
+    exchanged : int
+        Number of pairs of faces merged in exchange for divisions of other faces.
+    swapped : int
+        Number of edges swapped to even out face sizes, except while wrapping.
+    exceptions : tuple of int
+        The faces of the final mesh, without holes, that have fewer than five or more than seven vertices.
+    """
+
+    holes: tuple[HoleProposal, ...] = ()
+    handles: tuple[HandleProposal, ...] = ()
+    refined: int = 0
+    exchanged: int = 0
+    swapped: int = 0
+    exceptions: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True, repr=False)
+class Reconstruction:
+    """A reconstructed surface model, its quality of fit, and the record of how it was made.
+
+    Attributes
+    ----------
+    mesh : SimplexMesh
+        The model, in the data's physical space; its data array `distance` is that of each vertex to the data.
+    distance : Distance
+        Mean, rms, 95th percentile and maximum distance, from mesh to data and from data to mesh, in the data's unit.
+        NaN when the run was interrupted before they were measured.
+    history : tuple of State
+        One state per iteration.
+    converged : bool
+        Whether the mesh came to rest within the iterations.
+    start : SimplexMesh
+        The start mesh.
+    found : StartReport or None
+        Report of the automatic start: grid, genus, tunnels sealed, pieces dropped. Also where a sphere did not come to
+        the genus of the data, and the model continued from the automatic start.
+    tangled : int or None
+        Number of vertices on faces that are folded or intersect others after untangling: 0, unless the model is too
+        coarse for the data or of another topology. `mesh.check(self_intersections=True)` lists them. None when the
+        motion was interrupted before the test.
+    interrupted : bool
+        Whether the run was interrupted (Ctrl-C); `mesh` is then the last complete state.
+    topology : TopologyRecord
+        The holes and handles proposed, each accepted or refused with a reason, and the counts of refinement.
+
+    Examples
+    --------
+    >>> import simplexmesh as sm
+    >>> model = sm.reconstruct(sm.sphere(16).vertices, vertices=300)
+    >>> model.mesh.n_vertices, model.tangled, model.interrupted
+    (300, 0, False)
+    """
+
+    mesh: SimplexMesh
+    distance: Distance
+    history: tuple[State, ...] = ()
+    converged: bool = False
+    start: SimplexMesh | None = None
+    found: StartReport | None = None
+    tangled: int | None = None
+    interrupted: bool = False
+    topology: TopologyRecord = field(default_factory=TopologyRecord)
+
+    def __repr__(self) -> str:
+        rest = "interrupted" if self.interrupted else "at rest" if self.converged else "still moving"
+        return (
+            f"Reconstruction({self.mesh!r}, mesh to data rms {self.distance.mesh_to_data.rms:.4g}, "
+            f"data to mesh rms {self.distance.data_to_mesh.rms:.4g}, {rest} after {len(self.history)} iterations)"
+        )

@@ -1,0 +1,104 @@
+"""A reconstruction in progress: the one object that every step of the pipeline changes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from simplexmesh._base.progress import Report
+from simplexmesh.mesh.simplex_mesh import SimplexMesh
+from simplexmesh.motion.model.stages import Stage, is_at_rest, mean_edge
+from simplexmesh.motion.model.state import State, Target
+from simplexmesh.motion.model.untangle import untangled
+from simplexmesh.motion.reconstruct.inputs import Input
+from simplexmesh.motion.reconstruct.options import Options
+from simplexmesh.motion.reconstruct.result import UNMEASURED, Distance, Reconstruction, TopologyRecord
+from simplexmesh.motion.start.start import StartReport
+
+
+@dataclass
+class Run:
+    """A reconstruction in progress; the attributes beyond these are those of `Reconstruction`.
+
+    Attributes
+    ----------
+    data : Input
+        With normals turned outward where the start needs that.
+    mesh : SimplexMesh
+        The present mesh, always a complete state.
+    target : Target
+        The data that attracts it.
+    stages : list of Stage
+        The stiff ones, the fine one and the last.
+    surface : SimplexMesh or None
+        The automatic start of closed data, around which `mesh`, which encloses it, is wrapped.
+    fallback : SimplexMesh or None
+        An untangled mesh of the same connectivity near the data, when one is known.
+    done : float
+        Share of the motion done, 0 to 1.
+    """
+
+    options: Options
+    data: Input
+    report: Report
+    start: SimplexMesh
+    mesh: SimplexMesh
+    target: Target
+    stages: list[Stage]
+    found: StartReport | None = None
+    surface: SimplexMesh | None = None
+    fallback: SimplexMesh | None = None
+    topology: TopologyRecord = field(default_factory=TopologyRecord)
+    history: list[State] = field(default_factory=list)
+    distance: Distance = UNMEASURED
+    done: float = 0.0
+    converged: bool = False
+    interrupted: bool = False
+    tangled: int | None = None
+
+    def move(self, *stages: Stage, until: float) -> None:
+        """Move through stages, each until it is at rest; `until` is the share of the motion done then."""
+        begun, total = self.done, sum(stage.iterations for stage in stages)
+        before = 0
+        for stage in stages:
+            self.converged = False
+            still, states = 1e-3 * mean_edge(self.mesh), len(self.history)
+            model = stage.model(self.mesh, self.target)
+            try:
+                for state in model.run(stage.iterations):
+                    self.history.append(state)
+                    self.progress(begun + (until - begun) * (before + state.iteration) / total)
+                    self.converged = is_at_rest(self.history[states:], still)
+                    if self.converged:
+                        break
+            finally:
+                self.mesh = model.mesh
+            before += stage.iterations
+        self.done = until
+
+    def progress(self, done: float) -> None:
+        """Record and report the share of the motion done."""
+        self.done = done
+        self.report(0.1 + 0.8 * done, "fitting")
+
+    def untangle(self, reach: float) -> int:
+        """Remove folds and intersections; return the number of vertices still tangled."""
+        self.mesh, left = untangled(self.mesh, self.target, reach=reach, start=self.fallback)
+        if not left:
+            self.fallback = self.mesh
+        return left
+
+    def count(self, **numbers: int) -> None:
+        """Add to counts in the record of changes."""
+        more = {name: getattr(self.topology, name) + number for name, number in numbers.items()}
+        self.topology = replace(self.topology, **more)
+
+    def result(self) -> Reconstruction:
+        """Return the model as it is now."""
+        c = self.mesh.connectivity
+        irregular = np.flatnonzero(((c.face_sizes < 5) | (c.face_sizes > 7)) & ~c.face_is_hole)
+        return Reconstruction(
+            self.mesh, self.distance, tuple(self.history), self.converged, self.start, self.found, self.tangled,
+            self.interrupted, replace(self.topology, exceptions=tuple(irregular.tolist())),
+        )  # fmt: skip

@@ -1,0 +1,173 @@
+"""Edge flips and tangential relaxation of closed triangulations.
+
+Half-edge `3 * t + j` runs from corner j to corner j + 1 of triangle t; `mates` (3t,) holds its opposite half-edge and
+`corners` (3t,) its start vertex. References in `tests/motion/start/reference.py`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from simplexmesh._base._kernels_njit import njit
+
+_FLAGS = {"nsz", "arcp", "contract", "reassoc"}
+
+MIN_COSINE = 0.5
+"""Of the angle by which a flip or a move may turn a triangle."""
+
+
+@njit(cache=True, error_model="numpy")
+def _next(h):  # type: ignore[no-untyped-def]
+    return h - 2 if h % 3 == 2 else h + 1
+
+
+@njit(cache=True, error_model="numpy")
+def _previous(h):  # type: ignore[no-untyped-def]
+    return h + 2 if h % 3 == 0 else h - 1
+
+
+@njit(cache=True, error_model="numpy", fastmath=_FLAGS)
+def _area_normal(p, q, r):  # type: ignore[no-untyped-def]
+    ux, uy, uz = q[0] - p[0], q[1] - p[1], q[2] - p[2]
+    vx, vy, vz = r[0] - p[0], r[1] - p[1], r[2] - p[2]
+    return uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+
+
+@njit(cache=True, error_model="numpy", fastmath=_FLAGS)
+def _cosine(a, b):  # type: ignore[no-untyped-def]
+    norm = np.sqrt((a[0] * a[0] + a[1] * a[1] + a[2] * a[2]) * (b[0] * b[0] + b[1] * b[1] + b[2] * b[2]))
+    return (a[0] * b[0] + a[1] * b[1] + a[2] * b[2]) / norm if norm > 0 else -1.0
+
+
+@njit(cache=True, error_model="numpy", fastmath=_FLAGS)
+def _quality(p, q, r):  # type: ignore[no-untyped-def]
+    """Return twice the area over the sum of squared sides: 0.289 if equilateral, 0 if degenerate."""
+    n = _area_normal(p, q, r)
+    sides = 0.0
+    for i in range(3):
+        sides += (p[i] - q[i]) ** 2 + (q[i] - r[i]) ** 2 + (r[i] - p[i]) ** 2
+    return np.sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]) / sides if sides > 0 else 0.0
+
+
+@njit(cache=True, error_model="numpy")
+def _is_adjacent(corners, mates, h, other):  # type: ignore[no-untyped-def]
+    """Return whether the start vertex of half-edge h has an edge to `other`."""
+    k = h
+    while True:
+        if corners[_next(k)] == other:
+            return True
+        k = mates[_previous(k)]
+        if k == h:
+            return False
+
+
+@njit(cache=True, error_model="numpy", fastmath=_FLAGS)
+def _flip_is_valid(vertices, a, b, c, d):  # type: ignore[no-untyped-def]
+    """Return whether flipping edge ab to cd in the quadrangle a d b c neither folds nor flattens a triangle."""
+    p, q, r, s = vertices[a], vertices[b], vertices[c], vertices[d]
+    one, two = _area_normal(p, q, r), _area_normal(q, p, s)
+    if _cosine(one, two) < MIN_COSINE:
+        return False
+    mean = one[0] + two[0], one[1] + two[1], one[2] + two[2]
+    if _cosine(_area_normal(p, s, r), mean) < MIN_COSINE or _cosine(_area_normal(s, q, r), mean) < MIN_COSINE:
+        return False
+    was = min(_quality(p, q, r), _quality(q, p, s))
+    return min(_quality(p, s, r), _quality(s, q, r)) > 0.25 * was
+
+
+@njit(cache=True, error_model="numpy")
+def _flip(corners, mates, h):  # type: ignore[no-untyped-def]
+    g = mates[h]
+    bc, ca, ad, db = _next(h), _previous(h), _next(g), _previous(g)
+    a, b, c, d = corners[h], corners[bc], corners[ca], corners[db]
+    outer = mates[ad], mates[ca], mates[db], mates[bc]
+    t, u = 3 * (h // 3), 3 * (g // 3)
+    corners[t], corners[t + 1], corners[t + 2] = a, d, c
+    corners[u], corners[u + 1], corners[u + 2] = d, b, c
+    mates[t], mates[t + 2], mates[u], mates[u + 1] = outer
+    mates[outer[0]], mates[outer[1]], mates[outer[2]], mates[outer[3]] = t, t + 2, u, u + 1
+    mates[t + 1], mates[u + 2] = u + 2, t + 1
+
+
+@njit(cache=True, error_model="numpy")
+def flip_round(vertices, corners, mates, valence):  # type: ignore[no-untyped-def]
+    """Flip, in place, each edge whose flip brings the valences closer to six; return the number of flips."""
+    flips = 0
+    for h in range(len(mates)):
+        g = mates[h]
+        if g < h:
+            continue
+        a, b, c, d = corners[h], corners[g], corners[_previous(h)], corners[_previous(g)]
+        va, vb, vc, vd = valence[a], valence[b], valence[c], valence[d]
+        if va <= 4 or vb <= 4 or va + vb - vc - vd <= 2:
+            continue
+        if _is_adjacent(corners, mates, _previous(h), d) or not _flip_is_valid(vertices, a, b, c, d):
+            continue
+        _flip(corners, mates, h)
+        valence[a] -= 1
+        valence[b] -= 1
+        valence[c] += 1
+        valence[d] += 1
+        flips += 1
+    return flips
+
+
+@njit(cache=True, error_model="numpy", fastmath=_FLAGS)
+def _one_ring(vertices, corners, mates, first, normal, center):  # type: ignore[no-untyped-def]
+    """Fill the area normal and the area-weighted centroid of the one-ring triangles of a vertex."""
+    normal[:] = 0.0
+    center[:] = 0.0
+    total = 0.0
+    k = first
+    while True:
+        p, q, r = vertices[corners[k]], vertices[corners[_next(k)]], vertices[corners[_previous(k)]]
+        n = _area_normal(p, q, r)
+        area = np.sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2])
+        total += area
+        for i in range(3):
+            normal[i] += n[i]
+            center[i] += area * (p[i] + q[i] + r[i]) / 3
+        k = mates[_previous(k)]
+        if k == first:
+            break
+    for i in range(3):
+        center[i] = center[i] / total if total > 0 else vertices[corners[first], i]
+
+
+@njit(cache=True, error_model="numpy", fastmath=_FLAGS)
+def _move_is_valid(vertices, corners, mates, first, moved):  # type: ignore[no-untyped-def]
+    """Return whether moving a vertex to `moved` turns no triangle around it by more than 60 degrees."""
+    k = first
+    while True:
+        p, q, r = vertices[corners[k]], vertices[corners[_next(k)]], vertices[corners[_previous(k)]]
+        if _cosine(_area_normal(p, q, r), _area_normal(moved, q, r)) < MIN_COSINE:
+            return False
+        k = mates[_previous(k)]
+        if k == first:
+            return True
+
+
+@njit(cache=True, error_model="numpy", fastmath=_FLAGS)
+def relax_round(vertices, corners, mates, first, step):  # type: ignore[no-untyped-def]
+    """Move each vertex in turn, in place, a fraction `step` of the way to the centroid of its triangles, tangentially.
+
+    A move that would turn a triangle by more than 60 degrees is halved, at most three times, then skipped.
+    """
+    normal, center, moved = np.zeros(3), np.zeros(3), np.zeros(3)
+    for v in range(len(vertices)):
+        if first[v] < 0:
+            continue
+        _one_ring(vertices, corners, mates, first[v], normal, center)
+        square = dot = 0.0
+        for i in range(3):
+            square += normal[i] ** 2
+            dot += normal[i] * (center[i] - vertices[v, i])
+        part = dot / square if square > 0 else 0.0
+        scale = step
+        for _ in range(4):
+            for i in range(3):
+                moved[i] = vertices[v, i] + scale * (center[i] - vertices[v, i] - part * normal[i])
+            if _move_is_valid(vertices, corners, mates, first[v], moved):
+                vertices[v] = moved
+                break
+            scale *= 0.5

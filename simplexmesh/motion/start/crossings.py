@@ -1,0 +1,67 @@
+"""Points where the grid lines of a volume cross the outer surface of an object."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from simplexmesh.data.box import box_around, box_slices
+from simplexmesh.data.volume import Volume
+
+Array = NDArray[np.float64]
+
+
+def outer_crossings(volume: Volume, level: float, *, sign: float = 1.0, largest: bool = False) -> Array:
+    """Return (m, 3) points where grid lines leave an object, above the level for sign 1, for the background around it.
+
+    Outside the volume is background; cavities are not. With `largest`, only the largest component is the object.
+    """
+    first, part = _cropped(volume.values, level, sign)
+    values = np.full(np.add(part.shape, 2), -np.inf, dtype=np.float32)
+    contrast = min(abs(level - bound) for bound in volume.range)
+    unit = sign * 2.0 ** round(np.log2(contrast)) if contrast > 0 else sign
+    most = float(np.finfo(np.float32).max)
+    for slab, samples in zip(values[1:-1, 1:-1, 1:-1], part, strict=True):  # in float64, as the values may be large
+        slab[...] = np.clip((samples.astype(np.float64) - level) / unit, -most, most)
+    if largest:
+        pieces, _ = ndimage.label(values > 0)
+        sizes = np.bincount(pieces.ravel())
+        sizes[0] = 0
+        values[(values > 0) & (pieces != sizes.argmax())] = -np.inf
+    background, _ = ndimage.label(values <= 0)
+    outside = background == background[0, 0, 0]
+    points = []
+    for axis in range(3):
+        low = np.moveaxis(values, axis, 0)
+        off = np.moveaxis(outside, axis, 0)
+        solid = low > 0
+        leaving, entering = solid[:-1] & off[1:], off[:-1] & solid[1:]
+        at = np.argwhere(leaving | entering)
+        a, b = low[:-1][leaving | entering].astype(float), low[1:][leaving | entering].astype(float)
+        share = np.where(np.isinf(a) | np.isinf(b), 0.5, 0.0)
+        known = share == 0.0
+        share[known] = a[known] / (a[known] - b[known])
+        index = at.astype(float)
+        index[:, 0] += share
+        points.append(_axes_back(index, axis))
+    return volume.to_world(np.concatenate(points) - 1 + first)
+
+
+def _axes_back(index: Array, axis: int) -> Array:
+    """Return index columns in the order i, j, k, given those with `axis` moved to the front."""
+    order = [axis, *(a for a in range(3) if a != axis)]
+    out = np.zeros_like(index)
+    out[:, order] = index
+    return out
+
+
+def _cropped(values: NDArray[Any], level: float, sign: float) -> tuple[NDArray[np.int64], NDArray[Any]]:
+    """Return the first index and the samples of the object's bounding box, with a margin of one sample."""
+    box = box_around(values > level if sign > 0 else values < level)
+    if box is None:
+        return np.zeros(3, dtype=np.int64), values[:1, :1, :1]
+    part = box_slices(*box, values.shape, margin=1)
+    return np.array([side.start for side in part]), values[part]

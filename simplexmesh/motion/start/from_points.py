@@ -1,0 +1,93 @@
+"""Initial mesh from points: the dual of a coarse Poisson reconstruction.
+
+Without normals, those of local plane fits are oriented by a flood fill of the outside, on the finest grid that does not
+leak, and by iterated Poisson reconstruction.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplexmesh._base.errors import TopologyError
+from simplexmesh.data.points import PointCloud
+from simplexmesh.motion.start.budget import FEWEST, cell_size
+from simplexmesh.motion.start.solid_mesh import solid_mesh
+from simplexmesh.motion.start.start import Start, StartReport
+from simplexmesh.motion.start.topology import pieces, without_cavities, without_tunnels
+from simplexmesh.numerics.plane_fits import planes, spacing_of
+from simplexmesh.orientation.indicator import Indicator, Poisson
+from simplexmesh.orientation.poisson import oriented_indicator
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+MOST_POINTS = 60_000
+"""Points used, unless there are more vertices: more take longer and do not change the topology."""
+
+COARSEST, FINEST = 128, 256
+"""Cells along the longest side: time against the narrowest tunnel."""
+
+MOST_OPEN = 0.8
+"""Openness from which points bound no solid."""
+
+
+def start_from_points(
+    cloud: PointCloud,
+    vertices: int = 4000,
+    *,
+    components: str = "largest",
+    tunnels: float = 0.0,
+) -> Start:
+    """Return a closed mesh near points sampled from the surface of a solid; tunnels narrower than given are sealed."""
+    indicator = _indicator(cloud, vertices)
+    openness = _openness(indicator)
+    if openness > MOST_OPEN:
+        raise TopologyError("points must bound a solid for init='auto', these do not; give init='plane' or 'sphere'")
+    cell = indicator.grid.cell
+    field = np.pad(indicator.values, 1, constant_values=-0.5)
+    smallest = FEWEST / vertices * np.count_nonzero(field > 0)
+    solid, dropped = pieces(field > 0, components, smallest)
+    solid, sealed = without_tunnels(without_cavities(solid), tunnels / (2 * cell))
+    T_world_cell = np.diag([cell, cell, cell, 1.0])
+    T_world_cell[:3, 3] = indicator.grid.to_world(np.full((1, 3), -1.0))[0]
+    mesh, _ = solid_mesh(field, solid, T_world_cell, vertices)
+    report = StartReport(indicator.grid.shape, cell, mesh.genus, mesh.n_components, sealed, dropped, openness)
+    return Start(mesh, report, indicator)
+
+
+def _indicator(cloud: PointCloud, vertices: int) -> Indicator:
+    """Return the indicator function of the solid that the points bound."""
+    points, normals = cloud.points, cloud.normals
+    most = max(MOST_POINTS, 2 * vertices)
+    if len(points) > most:
+        chosen = np.random.default_rng(0).choice(len(points), most, replace=False)
+        points, normals = points[chosen], None if normals is None else normals[chosen]
+    if normals is None:
+        found = planes(points)
+        return oriented_indicator(points, found, _cell(points, found.spacing, vertices))
+    out = Poisson.of(points, _cell(points, spacing_of(points), vertices)).indicator(normals)
+    return out if _border_values(out).mean() < 0 else Indicator(out.grid, -out.values)
+
+
+def _cell(points: Array, spacing: float, vertices: int) -> float:
+    """Return the cell size: the longest side over 128 to 256, depending on the vertices, but at least 0.8 spacings."""
+    longest = float(np.ptp(points, axis=0).max())
+    cells = longest / cell_size(len(points) * spacing**2, vertices)
+    return max(0.8 * spacing, longest / float(np.clip(cells, COARSEST, FINEST)))
+
+
+def _border_values(indicator: Indicator) -> Array:
+    """Return the samples on the six sides of the grid."""
+    values = indicator.values
+    return np.concatenate([np.take(values, side, axis=axis).ravel() for axis in range(3) for side in (0, -1)])
+
+
+def _openness(indicator: Indicator) -> float:
+    """Return the spread of the field on the border of the grid, relative to its jump: 0 for closed surfaces."""
+    border, inside = _border_values(indicator), indicator.values[indicator.values > 0]
+    if not len(inside):
+        return float(np.inf)
+    jump = float(np.median(inside) - np.median(border))
+    low, high = np.quantile(border, [0.05, 0.95])
+    return float((high - low) / jump) if jump > 0 else float(np.inf)

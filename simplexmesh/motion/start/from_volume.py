@@ -1,0 +1,154 @@
+"""Initial mesh from a volume: the dual of a coarse isosurface with repaired topology.
+
+The volume is cropped, resampled to cubic cells that suit the number of vertices, and thresholded. Smaller components
+are dropped, cavities filled, and tunnels too narrow for the mesh sealed. Solids cut by the border of the volume are
+closed there.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from simplexmesh._base import checks
+from simplexmesh._base.errors import TopologyError, warn
+from simplexmesh.data.box import box_around, box_slices
+from simplexmesh.data.volume import Volume
+from simplexmesh.motion.start.budget import FEWEST, cell_size, edge_length, surface_area
+from simplexmesh.motion.start.solid_mesh import solid_mesh
+from simplexmesh.motion.start.start import Start, StartReport
+from simplexmesh.motion.start.topology import pieces, without_cavities, without_tunnels
+
+Array = NDArray[np.float64]
+
+MOST_CELLS, MOST_CELLS_THIN = 3_000_000, 8_000_000
+"""Grid cells, also for thin solids: time and memory against detail."""
+
+CELLS_ACROSS = 5
+"""Cells wanted across the mean thickness of a solid."""
+
+BLUR = 0.6
+"""Smoothing, in cells, against steps of the resampled surface; thin solids take less."""
+
+
+def start_from_volume(
+    volume: Volume,
+    level: float | None = None,
+    label: int | None = None,
+    vertices: int = 4000,
+    *,
+    components: str = "largest",
+    tunnels: float | None = None,
+) -> Start:
+    """Return a closed mesh near the isosurface of a volume at `level`, its object above it, or near that of a label.
+
+    Tunnels narrower than given are sealed: by default 3 edges of the mesh or 13 voxels (3 for a label), if these are
+    more.
+    """
+    native, first, left_out = _field(volume, level, label, components)
+    body = without_cavities(native > 0)
+    area = surface_area(body, volume.spacing)
+    cell = _cell(volume, body, area, vertices)
+    field, cell = _finely_resampled(native, volume.spacing, cell, binary=label is not None)
+    smallest = max(30.0, FEWEST / vertices * np.count_nonzero(field > 0))
+    solid, dropped = pieces(field > 0, components, smallest)
+    if tunnels is None:
+        voxel = float(np.prod(volume.spacing)) ** (1 / 3)
+        tunnels = max(3 * edge_length(area, vertices), (13 if label is None else 3) * voxel)
+    solid, sealed = without_tunnels(without_cavities(solid), min(tunnels / (2 * cell), max(solid.shape) / 8))
+    T_world_cell = volume.T_world_index @ np.diag([*(cell / volume.spacing), 1.0])
+    T_world_cell[:3, 3] += volume.T_world_index[:3, :3] @ first
+    mesh, solid = solid_mesh(field, solid, T_world_cell, vertices)
+    report = StartReport(solid.shape, cell, mesh.genus, mesh.n_components, sealed, max(left_out, dropped))
+    return Start(mesh, report)
+
+
+def _cell(volume: Volume, solid: NDArray[np.bool_], area: float, vertices: int) -> float:
+    """Return the cell size: for twice the triangles needed, about a voxel, with a limit to the number of cells."""
+    voxel = float(np.prod(volume.spacing)) ** (1 / 3)
+    thickness = 2 * np.count_nonzero(solid) * float(np.prod(volume.spacing)) / area
+    wanted = min(cell_size(area, vertices), thickness / CELLS_ACROSS)
+    cells = MOST_CELLS if thickness > CELLS_ACROSS * 1.5 * voxel else MOST_CELLS_THIN
+    most = voxel * (solid.size / cells) ** (1 / 3)
+    return max(float(np.clip(wanted, 0.5 * voxel, 1.5 * voxel)), most)
+
+
+def _field(
+    volume: Volume, level: float | None, label: int | None, components: str
+) -> tuple[NDArray[np.float32], Array, int]:
+    """Return the samples around the solid, positive inside, the index of the first, and the components dropped."""
+    inside, middle, contrast = _inside(volume, level, label)
+    low, high = _box(inside)
+    kept, dropped = pieces(inside[box_slices(low, high, volume.shape)], components, corners=True)
+    low_kept, high_kept = _box(kept)
+    low, high = np.maximum(low, 0) + low_kept, np.maximum(low, 0) + high_kept
+    cut = box_slices(low, high, volume.shape)
+    values = inside[cut] if label is not None else volume.values[cut]
+    offset = values.astype(np.result_type(values, np.float32)) - middle  # in full precision: values may be large
+    unit = 2.0 ** max(round(np.log2(contrast)), int(np.finfo(offset.dtype).minexp))  # for values beyond float32
+    out = (np.clip(offset, -contrast, contrast) / unit).astype(np.float32)
+    pad = [(max(0, -a), max(0, b - n)) for a, b, n in zip(low, high, volume.shape, strict=True)]
+    return np.pad(out, pad, constant_values=-contrast / unit), low.astype(float), dropped
+
+
+def _box(inside: NDArray[np.bool_]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return the bounding box of a non-empty mask, widened by a margin; it may extend beyond the grid."""
+    box = box_around(inside)
+    assert box is not None
+    return box[0] - 3, box[1] + 3
+
+
+def _inside(volume: Volume, level: float | None, label: int | None) -> tuple[NDArray[np.bool_], float, float]:
+    """Return the mask of the solid, the value at its surface, and the contrast at which values are clipped.
+
+    They are clipped symmetrically, so that smoothing does not shift the surface towards the brightest regions.
+    """
+    if level is not None and label is not None:
+        raise ValueError("one of level and label must be given, not both")
+    if label is not None:
+        return np.asarray(volume.mask(label).values) > 0, 0.5, 0.5
+    if level is None:
+        raise ValueError("one of level and label must be given, got none")
+    low, high = volume.range
+    if not low < checks.number("level", level) < high:
+        raise ValueError(f"level must be between {low:g} and {high:g}, the range of the volume, not {level:g}")
+    return volume.values > level, level, min(level - low, high - level)
+
+
+def _finely_resampled(
+    native: NDArray[Any], spacing: Array, cell: float, *, binary: bool
+) -> tuple[NDArray[np.float32], float]:
+    """Return the field resampled to cells of this side, or a smaller one for a thin solid, and the side."""
+    for side in cell * np.array([1.0, 0.6, 0.36]):
+        if side < cell and native.size * np.prod(spacing) > MOST_CELLS_THIN * side**3:
+            break
+        field = _resampled(native, spacing, side, binary=binary)
+        if field is not None:
+            if binary and side < cell:
+                warn("the solid is only a voxel or two thick: its model may be off by more than a voxel at its edges")
+            return field, float(side)
+        finest = side
+    raise TopologyError(f"the solid is too thin for a grid of cells {finest:.3g} wide, the finest possible")
+
+
+def _resampled(native: NDArray[Any], spacing: Array, cell: float, *, binary: bool) -> NDArray[np.float32] | None:
+    """Return the field smoothed and resampled to cubic cells, with the same first sample.
+
+    It is smoothed less where half of the volume would be lost; None if that is lost even so.
+    """
+    factor = cell / spacing
+    shape = tuple(np.ceil((np.array(native.shape) - 1) / factor).astype(int) + 2)
+    wanted = np.count_nonzero(native > 0) / float(np.prod(factor))
+    out: NDArray[np.float32]
+    for blur in (BLUR, BLUR / 2, 0.0):
+        sigma = blur * (factor.clip(1) if binary else factor)
+        smooth = ndimage.gaussian_filter(native, sigma, mode="nearest") if blur else native
+        out = ndimage.affine_transform(
+            smooth, factor, output_shape=shape, order=1, mode="constant", cval=float(native[0, 0, 0])
+        )
+        if np.count_nonzero(out > 0) > 0.5 * wanted:
+            return out
+    return None

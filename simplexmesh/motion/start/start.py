@@ -1,0 +1,55 @@
+"""The result of the automatic initialization, and its report."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from simplexmesh.mesh.simplex_mesh import SimplexMesh
+from simplexmesh.orientation.indicator import Indicator
+
+
+@dataclass(frozen=True)
+class StartReport:
+    """What the automatic initialization found and decided.
+
+    Attributes
+    ----------
+    grid : tuple of int
+        Shape of the grid that determined the topology.
+    cell : float
+        Size of its cells, in the unit of the data.
+    genus, components : int
+        Of the mesh, the genus summed over its components.
+    tunnels_removed : int
+        Tunnels sealed because they are too narrow for the mesh.
+    components_dropped : int
+        Smaller components left out.
+    openness : float
+        For points: how far they are from enclosing a solid. 0 if they do, 0.1 to 0.25 for solids scanned from all
+        sides but one, more for open surfaces.
+    """
+
+    grid: tuple[int, int, int]
+    cell: float
+    genus: int
+    components: int
+    tunnels_removed: int = 0
+    components_dropped: int = 0
+    openness: float = 0.0
+
+    def __str__(self) -> str:
+        parts = [f"start of genus {self.genus}", f"{self.components} components" if self.components > 1 else ""]
+        parts.append(f"from a grid of {' x '.join(map(str, self.grid))} cells of {self.cell:.3g}")
+        parts.append(f"{self.tunnels_removed} small tunnels sealed" if self.tunnels_removed else "")
+        parts.append(f"{self.components_dropped} smaller pieces left out" if self.components_dropped else "")
+        parts.append("the data is open, the mesh closes it where there are no points" if self.openness > 0.25 else "")
+        return ", ".join(part for part in parts if part)
+
+
+@dataclass(frozen=True, eq=False)
+class Start:
+    """A closed initial mesh, normals outward, and its report; for points also the indicator, positive inside."""
+
+    mesh: SimplexMesh
+    report: StartReport
+    indicator: Indicator | None = None

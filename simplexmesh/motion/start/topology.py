@@ -1,0 +1,189 @@
+"""Topology of a voxel solid: count, remove and seal components, cavities and tunnels.
+
+A solid is a boolean grid with 6-connected inside and 26-connected outside, so that the digital topology is consistent
+(Rosenfeld 1970). Its border is empty. Its Euler number is that of the cubical complex of inside cells and their
+adjacent pairs, quadruples and octuples (Kong and Rosenfeld 1989).
+"""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from simplexmesh.orientation import _kernels_grid
+
+Mask = NDArray[np.bool_]
+
+_CORNERS = np.ones((3, 3, 3))
+
+
+def genus(solid: Mask) -> int:
+    """Return the number of tunnels of a solid without cavities: the genus of its surface, summed over components."""
+    return int(ndimage.label(solid)[1]) - euler(solid)
+
+
+def euler(solid: Mask) -> int:
+    """Return the Euler number of a solid: components - tunnels + cavities."""
+    number = 0
+    for corner in range(8):
+        cells = solid
+        for axis in range(3):
+            if corner >> axis & 1:
+                front, back = [slice(None)] * 3, [slice(None)] * 3
+                front[axis], back[axis] = slice(1, None), slice(None, -1)
+                cells = cells[tuple(front)] & cells[tuple(back)]
+        number += (-1) ** (corner.bit_count()) * int(np.count_nonzero(cells))
+    return number
+
+
+def pieces(
+    solid: Mask, components: str = "largest", smallest: float = 0.0, *, corners: bool = False
+) -> tuple[Mask, int]:
+    """Return the largest component of a solid, or all of at least `smallest` cells, and the number of those dropped."""
+    label, count = ndimage.label(solid, _CORNERS if corners else None)
+    if count <= 1:
+        return solid, 0
+    size = np.bincount(label.ravel())
+    size[0] = 0
+    kept = np.zeros(count + 1, bool)
+    kept[size.argmax()] = True
+    if components == "all":
+        kept |= size >= max(1.0, smallest)
+        kept[0] = False
+    return kept[label], count - int(kept.sum())
+
+
+def without_cavities(solid: Mask) -> Mask:
+    """Return the solid with its cavities filled; its border must be empty."""
+    label, count = ndimage.label(~solid, _CORNERS)
+    return label != label[0, 0, 0] if count > 1 else solid
+
+
+def closed(solid: Mask, radius: float) -> Mask:
+    """Return the morphological closing of a solid by a ball of `radius` cells, cavities filled."""
+    grown = ndimage.distance_transform_edt(~solid) <= radius
+    return without_cavities(_components_containing((ndimage.distance_transform_edt(grown) > radius) | solid, solid))
+
+
+def _components_containing(grown: Mask, solid: Mask) -> Mask:
+    """Return the components of a grown solid that contain cells of the original one."""
+    label, count = ndimage.label(grown)
+    kept = np.zeros(count + 1, bool)
+    kept[np.unique(label[solid])] = True
+    return kept[label]
+
+
+def thickened(solid: Mask, places: NDArray[np.int64], rings: int) -> Mask:
+    """Return a solid without cavities dilated by one layer of cells within `rings` cells of given places (n, 3).
+
+    Pinholes and narrow clefts close, wider hollows stay open.
+    """
+    near = np.zeros(solid.shape, bool)
+    near[tuple(np.clip(places, 0, np.array(solid.shape) - 1).T)] = True
+    near = ndimage.binary_dilation(near, _CORNERS, iterations=rings)
+    out = solid | (near & ndimage.binary_dilation(solid, _CORNERS))
+    for axis in range(3):
+        side = np.moveaxis(out, axis, 0)
+        side[0] = side[-1] = False
+    return without_cavities(_reopened(_components_containing(out, solid), solid))
+
+
+def _reopened(grown: Mask, solid: Mask) -> Mask:
+    """Return the grown solid without the added cells that closed off hollows that outlast two erosions."""
+    while True:
+        label, count = ndimage.label(~grown, _CORNERS)
+        if count <= 1:
+            return grown
+        wide = np.unique(label[ndimage.binary_erosion(label > 0, _CORNERS, iterations=2)])
+        hollows = np.isin(label, wide[(wide > 0) & (wide != label[0, 0, 0])])
+        added = ndimage.label(grown & ~solid, _CORNERS)[0]
+        plugs = np.unique(added[ndimage.binary_dilation(hollows, _CORNERS)])
+        plugs = plugs[plugs > 0]
+        if not len(plugs):
+            return grown
+        grown = grown & ~np.isin(added, plugs)
+
+
+def pinched(solid: Mask) -> Mask:
+    """Return the samples of all grid cubes in which inside cells meet only along an edge or at a corner."""
+    corner = {}
+    for shift in product((0, 1), repeat=3):
+        corner[shift] = solid[tuple(slice(s, n - 1 + s) for s, n in zip(shift, solid.shape, strict=True))]
+    bad = np.zeros(tuple(n - 1 for n in solid.shape), bool)
+    count = sum(c.astype(np.int8) for c in corner.values())
+    for axis, side in product(range(3), (0, 1)):
+        a, b, c, d = (corner[_corner(axis, side, p, q)] for p, q in ((0, 0), (1, 1), (0, 1), (1, 0)))
+        bad |= (a == b) & (c == d) & (a != c)
+    for p, q in product((0, 1), repeat=2):
+        a, b = corner[0, p, q], corner[1, 1 - p, 1 - q]
+        bad |= (a == b) & (count == np.where(a, 2, 6))
+    out = np.zeros(solid.shape, bool)
+    for shift in corner:
+        out[tuple(slice(s, n - 1 + s) for s, n in zip(shift, solid.shape, strict=True))] |= bad
+    return out
+
+
+def _corner(axis: int, side: int, p: int, q: int) -> tuple[int, ...]:
+    at = [p, q]
+    at.insert(axis, side)
+    return tuple(at)
+
+
+def _block_adjacency(*, corners: bool) -> NDArray[np.int64]:
+    """Return the adjacency lists (27, 27) of a 3x3x3 block without its center, padded by -1, for the `thin` kernel."""
+    at = np.stack(np.unravel_index(np.arange(27), (3, 3, 3)), axis=1)
+    apart = np.abs(at[:, None] - at[None])
+    near = (apart.max(axis=2) == 1) if corners else (apart.sum(axis=2) == 1)
+    if not corners:
+        far = np.abs(at - 1).sum(axis=1) == 3
+        near[:, far] = False
+        near[far] = False
+    out = np.full((27, 27), -1)
+    for cell in range(27):
+        others = [other for other in np.flatnonzero(near[cell]) if other != 13]
+        out[cell, : len(others)] = others
+    return out
+
+
+_ADJACENCY6 = _block_adjacency(corners=False)
+_ADJACENCY26 = _block_adjacency(corners=True)
+
+
+def thinned(solid: Mask, keep: Mask, rounds: int = 100) -> Mask:
+    """Return `solid` thinned towards `keep` by removal of simple cells (Bertrand and Malandain 1994), from outside."""
+    spare = solid & ~keep
+    if not spare.any():
+        return solid
+    depth = ndimage.distance_transform_edt(solid)
+    cells = np.argwhere(spare)
+    cells = cells[np.argsort(depth[tuple(cells.T)], kind="stable")]
+    out = solid.copy()
+    _kernels_grid.thin(out, keep, cells, _ADJACENCY6, _ADJACENCY26, rounds)
+    return out
+
+
+def without_tunnels(solid: Mask, radius: float) -> tuple[Mask, int]:
+    """Return the solid with the tunnels sealed that a ball of `radius` cells does not pass, and their number.
+
+    The smallest closing that leaves the fewest tunnels determines the topology; what it added is thinned to membranes
+    across them. What closes at a third of its radius stays filled: narrow pits (airways) are no part of the surface.
+    """
+    before = genus(solid)
+    if before == 0 or radius < 1:
+        return solid, 0
+    solid = np.pad(solid, int(radius) + 2)
+    inner = tuple(slice(int(radius) + 2, -int(radius) - 2) for _ in range(3))
+    best, fewest, used = solid, before, 0.0
+    for part in (0.2, 0.4, 0.7, 1.0):
+        trial = closed(solid, part * radius) if part * radius >= 1 else solid
+        left = genus(trial)
+        if left < fewest:
+            best, fewest, used = trial, left, part * radius
+        if fewest == 0:
+            break
+    keep = closed(solid, used / 3) if used >= 3 else solid
+    out = thinned(best, keep)
+    return out[inner], before - genus(out)

@@ -1,0 +1,199 @@
+"""Surfels: robust quadratic fits around many places, at one or many scales; see `_kernels_fit` for their rows."""
+
+# mypy: allow-untyped-defs
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import prange
+
+from simplexmesh._base._kernels_njit import njit
+from simplexmesh.motion.targets.surfels._kernels_fit import MAX_POINTS, NO_FIT, Report, fit, new_local
+from simplexmesh.numerics._kernels_local_fits import fit_plane
+from simplexmesh.numerics._kernels_tree import within
+from simplexmesh.numerics._kernels_vectors import row
+
+MIN_COSINE = 0.3  # between the normals of points on one surface
+RATIO = math.sqrt(2.0)  # of successive scales
+MIN_ROUNDNESS = 0.2  # minimum second moment across a row of points relative to that along it
+
+
+@njit(cache=True, error_model="numpy")
+def _gather(cloud, local, surfel, at, radius):
+    """List the points within `radius` of the surfel that face the same way as point `at`; return their number."""
+    place, found = (surfel[0], surfel[1], surfel[2]), local.members
+    count = within(cloud, place, radius, 1, found)
+    if count > len(found):
+        stride = (count + len(found) - 1) // len(found)
+        within(cloud, place, radius, stride, found)
+        count = (count + stride - 1) // stride
+    if len(cloud.normals) == 0:
+        return count
+    kept = 0
+    for i in range(count):
+        if _cosine(cloud, found[i], row(cloud.normals, at)) > MIN_COSINE:
+            found[kept] = found[i]
+            kept += 1
+    return kept
+
+
+@njit(cache=True, error_model="numpy")
+def _cosine(cloud, p, direction):
+    return cloud.normals[p, 0] * direction[0] + cloud.normals[p, 1] * direction[1] + cloud.normals[p, 2] * direction[2]
+
+
+@njit(cache=True, error_model="numpy")
+def _start(cloud, local, count, at, radius, surfel):
+    """Make the surfel a plane through point `at`, fitted to the members, oriented if the points have normals."""
+    for a in range(3):
+        surfel[a] = cloud.points[at, a]
+    surfel[6:] = 0.0
+    fit_plane(cloud.points, local.members[:count], row(cloud.points, at), radius, surfel[3:6])
+    if len(cloud.normals) > 0 and _cosine(cloud, at, (surfel[3], surfel[4], surfel[5])) < 0.0:
+        for a in range(3, 6):
+            surfel[a] = -surfel[a]
+
+
+@njit(cache=True, error_model="numpy")
+def _reach(radius, noise):
+    """Return how far the points may be that are within `radius` along the surface."""
+    return min(math.sqrt(radius * radius + 12.0 * noise * noise), 1.5 * radius)
+
+
+@njit(cache=True, error_model="numpy")
+def _fit_growing(cloud, local, at, base, largest, reports):
+    """Fill `reports` (levels, 6), as `fit_scales` does, of fits around point `at`."""
+    surfel, before = np.zeros(12), np.zeros(12)
+    surfel[:3] = cloud.points[at]
+    settled, failures, last_variance, noise = False, 0, math.inf, 0.0
+    for level in range(len(reports)):
+        radius = base * RATIO**level
+        if radius > largest:
+            break
+        count = _gather(cloud, local, surfel, at, _reach(radius, noise))
+        if count >= MAX_POINTS - 1 and level > 0:
+            break
+        before[:] = surfel
+        if not settled:
+            if count < 6:
+                continue
+            _start(cloud, local, count, at, radius, surfel)
+        iterations, prior = (1, 2.5 * noise) if settled else (2, 0.0)
+        report = fit(cloud, local, count, radius, iterations, prior, surfel)
+        if not report.used > 0.0:
+            surfel[:] = before
+            continue
+        resolved = radius > 3.0 * report.noise
+        if settled and resolved:
+            doubt = max(last_variance - report.variance, 0.25 * last_variance)
+            if report.offset**2 > max(36.0 * doubt, 1e-12 * radius * radius):
+                failures += 1
+                if failures > 1:
+                    break
+        if report.curvature * radius > 1.5:
+            break
+        for k in range(6):
+            reports[level, k] = report[k]
+        noise = report.noise
+        if not (settled and resolved):
+            reports[level, 0] = math.nan  # there is no earlier fit to compare with
+        if resolved:
+            settled, last_variance = True, report.variance
+        else:
+            surfel[:] = before
+
+
+@njit(cache=True, error_model="numpy", parallel=True)
+def fit_scales(cloud, centers, bases, largest, reports):
+    """Fill `reports` (m, levels, 6) of fits around points `centers` (m,) at radii ``base RATIO^level``.
+
+    NaN where there is no fit: too few points, a radius above `largest`, a curvature too large for a height field, or a
+    jump from the previous scale of more than 6 standard deviations.
+    """
+    for c in prange(len(centers)):
+        reports[c] = math.nan
+        _fit_growing(cloud, new_local(), centers[c], bases[c], largest, reports[c])
+
+
+@njit(cache=True, error_model="numpy")
+def _fit_place(cloud, local, at, radius, surfel):
+    """Fit around point `at` at one radius, after a smaller fit, kept if the two differ by 5 standard deviations."""
+    surfel[:3] = cloud.points[at]
+    count = _gather(cloud, local, surfel, at, radius)
+    if count < 3:
+        return NO_FIT
+    small = radius / RATIO
+    _start(cloud, local, count, at, small, surfel)
+    first = fit(cloud, local, count, small, 2, 0.0, surfel)
+    if not first.used > 0.0:
+        small = radius
+        _start(cloud, local, count, at, radius, surfel)
+        first = fit(cloud, local, count, radius, 2, 0.0, surfel)
+        if not first.used > 0.0:
+            return NO_FIT
+    count = _gather(cloud, local, surfel, at, _reach(radius, first.noise))
+    before = surfel.copy()
+    report = fit(cloud, local, count, radius, 1, 2.0 * first.noise, surfel)
+    jump = 5.0 * math.sqrt(first.variance) + 1e-3 * radius
+    sure = small < radius and first.used >= 12.0
+    if not report.used > 0.0 or (sure and abs(report.offset) > jump):
+        surfel[:] = before
+        return first
+    noise, variance = report.noise, report.variance
+    if noise > first.noise:  # misfit of the wider fit to noiseless points is no noise
+        variance *= 1.0 if len(cloud.spread) > 0 else (first.noise / noise) ** 2
+        noise = first.noise
+    return Report(report.offset, variance, noise, report.used, report.eccentricity, report.curvature)
+
+
+@njit(cache=True, error_model="numpy", parallel=True)
+def widen(tree, centers, largest, radii):
+    """Widen `radii` (m,) until the points around points `centers` (m,) are not collinear, up to `largest` (m,).
+
+    In row-by-row scans the nearest points may all be in one row, which does not determine the surface.
+    """
+    for q in prange(len(centers)):
+        members, normal = np.empty(MAX_POINTS, np.int64), np.zeros(3)
+        place, radius = row(tree.points, centers[q]), radii[q]
+        while radius <= largest[q]:
+            count = within(tree, place, radius, 1, members)
+            if count >= MAX_POINTS:
+                break
+            if count >= 3:
+                _, (a, b, c) = fit_plane(tree.points, members[:count], place, radius, normal)
+                if b - a > MIN_ROUNDNESS * c:
+                    radii[q] = radius if radius == radii[q] else 1.25 * radius  # room for the smaller fit before it
+                    break
+            radius *= RATIO
+
+
+@njit(cache=True, error_model="numpy", parallel=True)
+def fit_all(cloud, centers, radii, isotropic, surfels, reports):
+    """Fill `surfels` (m, 12) and `reports` (m, 6) with fits around points `centers` at given radii; NaN if none.
+
+    The reported offsets are those of the points from the fits. `radii` are reduced where the surface is too curved.
+    `isotropic` errors of standard deviation s shift the mean height of a surface inwards by s^2 (k1 + k2) / 2, which is
+    corrected.
+    """
+    for c in prange(len(centers)):
+        local, surfel = new_local(), np.zeros(12)
+        surfels[c], reports[c] = math.nan, math.nan
+        for shrunk in range(5):
+            radius = radii[c] / RATIO**shrunk
+            report = _fit_place(cloud, local, centers[c], radius, surfel)
+            if not report.used > 0.0:
+                break
+            for k in range(6):
+                reports[c, k] = report[k]
+            reports[c, 0] = 0.0
+            for a in range(3):
+                reports[c, 0] += (cloud.points[centers[c], a] - surfel[a]) * surfel[3 + a]
+            shift = 0.5 * report.noise**2 * (surfel[6] + surfel[7] + surfel[8])
+            shift = max(-0.5 * report.noise, min(0.5 * report.noise, shift)) if isotropic else 0.0
+            surfel[:3] -= shift * surfel[3:6]
+            surfels[c] = surfel
+            if report.curvature * radius < 1.6 or radius < 5.0 * report.noise:
+                radii[c] = radius
+                break

@@ -1,0 +1,149 @@
+"""Surfels: points converted to small quadratic surface pieces, each fitted at a data-driven scale."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplexmesh._base.vectors import norm
+from simplexmesh.motion.targets.surfels import _kernels_patches
+from simplexmesh.motion.targets.surfels import _kernels_surfels as kernels
+from simplexmesh.motion.targets.surfels._kernels_fit import Cloud, Report
+from simplexmesh.motion.targets.surfels.scales import NEIGHBORS, centers_and_radii, thinned
+from simplexmesh.numerics.kd_tree import Tree, kd_tree, nearest
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+
+class Surfels(NamedTuple):
+    """Surface elements with their adjacency; the first four fields are those of a `kd_tree.Tree`."""
+
+    points: Array  # (m, 3)
+    starts: NDArray[np.int64]
+    ends: NDArray[np.int64]
+    boxes: Array
+    table: Array  # (m, 12) see `_kernels_fit`; the normal is zero if it is unknown: a mere point
+    heads: Array  # (m, 9) what is read first per vertex: point, normal (NaN if unknown), radius of influence, and
+    # squared distances: along the surface up to where there is data, of the nearest surfel outside of the patch
+    neighbors: NDArray[np.int32]  # (m, 12) the nearest surfels, nearest first
+    horizon: Array  # (m,) lower bound of the distance of all others
+    patches: NDArray[np.float32]  # (m, 14, 8) each surfel with its nearest: see `_kernels_patches.pack_patches`
+    noise: Array  # (m,) standard deviation of the points along the normal
+    radius: Array  # (m,) of the neighborhood of each fit
+    oriented: bool  # whether the normals are oriented away from the solid
+
+    def spacing(self, share: float) -> float:
+        """Return a quantile of `horizon`, which bounds how far a place on the surface is from a surfel; or 0."""
+        finite = self.horizon[np.isfinite(self.horizon)]
+        return float(np.quantile(finite, share)) if len(finite) else 0.0
+
+
+def fitted_surfels(points: Array, normals: Array | None = None, spread: Array | None = None) -> Surfels:
+    """Fit surfels to points (n, 3), with radii from the data and spacings proportional to the radii.
+
+    Points whose outward `normals` face away from a place are excluded from its fit. `spread` (n, 3) is one standard
+    deviation of each point's error along a known direction; without it errors are isotropic, of unknown size.
+    """
+    first = _first_occurrences(points)
+    tree, none = kd_tree(points[first]), np.zeros((0, 3))
+    facing = none if normals is None else np.ascontiguousarray(normals[first][tree.order], np.float64)
+    errors = none if spread is None else np.ascontiguousarray(spread[first][tree.order], np.float64)
+    cloud = Cloud(*tree[:4], facing, errors)
+    centers, radii = centers_and_radii(cloud)
+    cell = float(np.quantile(radii, 0.1)) / 5
+    table, reports = np.zeros((len(centers), 12)), np.zeros((len(centers), len(Report._fields)))
+    kernels.fit_all(cloud, centers, radii, spread is None, table, reports)
+    report = Report(*reports.T)
+    noise, trusted = np.asarray(report.noise), _trusted(report, radii)
+    if spread is not None and normals is not None:  # without outliers, places too thin for a fit are kept as points
+        lone = centers[~trusted]
+        table[~trusted] = np.hstack([tree.points[lone], facing[lone], np.zeros((len(lone), 6))])
+        noise[~trusted] = norm(errors[lone])
+        trusted[:] = True
+    good = np.flatnonzero(trusted)
+    if len(good) < 4:  # too few points, or too scattered: the points themselves
+        table = np.zeros((len(tree.points), 12))
+        table[:, :3], table[:, 3:6] = tree.points, 0.0 if normals is None else facing
+        return assembled(table, np.zeros(len(table)), np.zeros(len(table)), oriented=normals is not None)
+    keep: NDArray[np.int64] = good[thinned(table[good, :3], cell)]
+    blended = _blended(table[keep], oriented=normals is not None)
+    return assembled(blended, noise[keep], radii[keep], oriented=normals is not None)
+
+
+def _first_occurrences(points: Array) -> NDArray[np.int64]:
+    """Return the index of one point of each group of equal ones, in order; by a scalar sort, which is fast."""
+    along = (points - points[0]) @ np.array([0.5772156649, 0.9159655942, 0.2614972128])
+    order = np.argsort(along, kind="stable")
+    fresh = np.ones(len(points), dtype=bool)
+    fresh[1:] = (points[order[1:]] != points[order[:-1]]).any(axis=1)
+    return np.sort(order[fresh])
+
+
+def _trusted(report: Report, radii: Array) -> Mask:
+    """Return which fits represent a surface: thin relative to the radius, surrounded by points, close to the place."""
+    noise = np.asarray(report.noise)
+    return np.asarray(
+        (noise < 0.3 * radii)
+        & (np.asarray(report.eccentricity) < 0.5)
+        & (np.asarray(report.used) >= 6)
+        & (np.sqrt(report.variance) <= np.minimum(0.1 * radii, 1.2 * noise))
+        & (report.curvature * radii < 1.6)
+        & (np.abs(report.offset) < 4.0 * noise + 0.1 * radii)
+    )
+
+
+def _blended(table: Array, *, oriented: bool) -> Array:
+    """Return surfels averaged with their neighbors."""
+    tree = kd_tree(table[:, :3])
+    distance, index = _nearest_others(tree)
+    support = np.maximum(1.2 * _largest(distance[:, :8]), 1e-300)
+    out, back = np.zeros_like(table), np.argsort(tree.order)
+    _kernels_patches.blend_all(table[tree.order], support, index[:, :NEIGHBORS], oriented, out)
+    return out[back]
+
+
+def assembled(table: Array, noise: Array, radius: Array, *, oriented: bool) -> Surfels:
+    """Return surfels, sorted, with their search structures."""
+    tree = kd_tree(table[:, :3])
+    table = table[tree.order]
+    known: Mask = np.asarray(table[:, 3:6].any(axis=1))
+    distance, index = _nearest_others(tree)
+    neighbors = index[:, :NEIGHBORS].astype(np.int32)
+    support, patches = np.zeros(len(table)), np.zeros((len(table), 14, _kernels_patches.LANES), np.float32)
+    _kernels_patches.limit_support(np.maximum(1.5 * _largest(distance[:, :3]), 1e-300), neighbors, support)
+    _kernels_patches.pack_patches(table, support, neighbors, oriented, patches)
+    normals, beside, beyond = np.where(known[:, None], table[:, 3:6], np.nan), distance[:, -1], distance[:, 7]
+    heads = np.column_stack([table[:, :3], normals, support, 2.25 * beside**2, beyond**2])
+    return Surfels(
+        *tree[:4],
+        table=table,
+        heads=heads,
+        neighbors=neighbors,
+        horizon=distance[:, -1].copy(),
+        patches=patches,
+        noise=noise[tree.order],
+        radius=radius[tree.order],
+        oriented=oriented,
+    )
+
+
+def _largest(distances: Array) -> Array:
+    """Return the largest finite distance in each row, 0 if there is none."""
+    return np.asarray(np.where(np.isfinite(distances), distances, 0.0).max(axis=1))
+
+
+def _nearest_others(tree: Tree) -> tuple[Array, NDArray[np.int64]]:
+    """Return the distances and indices (m, 13) of the nearest other points, padded by the point itself at infinity."""
+    m = len(tree.points)
+    distance, index = nearest(tree, tree.points, min(NEIGHBORS + 2, m))
+    own: Mask = np.asarray(index == np.arange(m)[:, None])
+    own[~own.any(axis=1), -1] = True
+    distance, index = distance[~own].reshape(m, -1), index[~own].reshape(m, -1)
+    pad = NEIGHBORS + 1 - index.shape[1]
+    if pad > 0:
+        index = np.concatenate([index, np.repeat(np.arange(m)[:, None], pad, axis=1)], axis=1)
+        distance = np.concatenate([distance, np.full((m, pad), np.inf)], axis=1)
+    return distance, index

@@ -1,0 +1,1 @@
+"""Changes of topology: holes, handles, and wrapping of data from outside."""

@@ -1,0 +1,102 @@
+"""Local planes and quadrics through the neighbors of points. Arrays in, arrays out; no checks."""
+
+# mypy: allow-untyped-defs
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import prange
+
+from simplexmesh._base._kernels_njit import njit
+from simplexmesh.numerics._kernels_frames import tangents
+from simplexmesh.numerics._kernels_matrices import diagonalize, solve
+from simplexmesh.numerics._kernels_vectors import difference, dot, minus, row
+
+
+@njit(cache=True, error_model="numpy")
+def fit_plane(points, members, place, radius, normal):
+    """Fill the unit normal, of either sign, of a plane fit; return the members' mean about a place and their moments.
+
+    The three moments, mean squares along the principal axes, ascend: the first is the variance about the plane. Weights
+    fall as 1 - t^2 with the distance t from the place in radii; an infinite radius weights all alike.
+    """
+    falling = 1.0 / (radius * radius)
+    total = x = y = z = 0.0
+    for p in members:
+        d = minus(row(points, p), place)
+        w = max(1.0 - dot(d, d) * falling, 0.02)
+        total, x, y, z = total + w, x + w * d[0], y + w * d[1], z + w * d[2]
+    middle = x / total, y / total, z / total
+    moments, axes = np.zeros((3, 3)), np.zeros((3, 3))
+    for p in members:
+        d = minus(row(points, p), place)
+        w = max(1.0 - dot(d, d) * falling, 0.02) / total
+        x, y, z = minus(d, middle)
+        moments[0, 0] += w * x * x
+        moments[0, 1] += w * x * y
+        moments[0, 2] += w * x * z
+        moments[1, 1] += w * y * y
+        moments[1, 2] += w * y * z
+        moments[2, 2] += w * z * z
+    moments[1, 0], moments[2, 0], moments[2, 1] = moments[0, 1], moments[0, 2], moments[1, 2]
+    diagonalize(moments, axes, 3)
+    least = most = 0
+    for a in range(1, 3):
+        least = a if moments[a, a] < moments[least, least] else least
+        most = a if moments[a, a] >= moments[most, most] else most
+    for a in range(3):
+        normal[a] = axes[a, least]
+    between = 3 - least - most
+    return middle, (max(0.0, moments[least, least]), moments[between, between], moments[most, most])
+
+
+@njit(cache=True, error_model="numpy", parallel=True)
+def fit_planes(points, near, normals, variance, projected):
+    """Fit planes to neighbors `near` (n, k), the point itself first.
+
+    `normals` (n, 3) get unit normals of either sign, `variance` (n,) the mean squared distance of the neighbors to the
+    plane, `projected` (n, 3) the projection of the point to it.
+    """
+    for i in prange(len(near)):
+        place = row(points, near[i, 0])
+        middle, moments = fit_plane(points, near[i], place, math.inf, normals[i])
+        offset = dot(middle, row(normals, i))
+        variance[i] = moments[0]
+        for a in range(3):
+            projected[i, a] = place[a] + offset * normals[i, a]
+
+
+@njit(cache=True, error_model="numpy", parallel=True)
+def fit_quadrics(points, near, normals, projected, quadric_normals):
+    """Fit quadratic height functions over planes to neighbors `near` (n, k), the point itself first.
+
+    `projected` (n, 3) get the projections of the points to the graphs along `normals` (n, 3), `quadric_normals` the
+    unit normals there. Where a fit is singular, point and normal are copied.
+    """
+    n, count = near.shape
+    for i in prange(n):
+        A, x, basis = np.zeros((6, 6)), np.zeros(6), np.ones(6)
+        normal = row(normals, i)
+        u0, u1, u2, v0, v1, v2 = tangents(normal[0], normal[1], normal[2])
+        reach = 1e-300
+        for k in range(count):
+            d = difference(points, near[i, k], near[i, 0])
+            reach = max(reach, math.sqrt(dot(d, d)))
+        for k in range(count):
+            d = difference(points, near[i, k], near[i, 0])
+            u, v = dot(d, (u0, u1, u2)) / reach, dot(d, (v0, v1, v2)) / reach
+            basis[1], basis[2], basis[3], basis[4], basis[5] = u, v, u * u, u * v, v * v
+            for a in range(6):
+                x[a] += basis[a] * dot(d, normal) / reach
+                for b in range(a + 1):
+                    A[a, b] += basis[a] * basis[b]
+        projected[i], quadric_normals[i] = points[near[i, 0]], normals[i]
+        if solve(A, x, 6):
+            slope = math.sqrt(1 + x[1] ** 2 + x[2] ** 2)
+            for a in range(3):
+                projected[i, a] += x[0] * reach * normal[a]
+            quadric_normals[i, 0] = (normal[0] - x[1] * u0 - x[2] * v0) / slope
+            quadric_normals[i, 1] = (normal[1] - x[1] * u1 - x[2] * v1) / slope
+            quadric_normals[i, 2] = (normal[2] - x[1] * u2 - x[2] * v2) / slope

@@ -1,0 +1,126 @@
+"""Color scales: their limits, the blue-to-red table, and the scalar bar under the picture."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pyvista as pv
+from numpy.typing import NDArray
+
+from simplexmesh._base import checks
+from simplexmesh.plot.stage import INK
+
+Array = NDArray[np.float64]
+
+BLUE_TO_RED = ("#2a3fd0", "#28c4e8", "#3fbf4d", "#f4e04a", "#d7281e")
+"""From low to high: blue, cyan, green, yellow, red."""
+
+FAILED = "#7d7d7d"
+"""Color of vertices without a value: gray, which is not on the scale."""
+
+SHOWN = 95.0
+"""Percent of the area whose values are within the automatic limits."""
+
+OFTEN, MOST = 85.0, 4.0
+"""Values of both signs are cut at `MOST` times their median magnitude, but with at least `OFTEN` percent of the area
+within: curvatures have long tails, and limits at their ends would make everything else green."""
+
+ROUND = (1.0, 1.2, 1.4, 1.6, 1.8, 2.0, 2.4, 2.8, 3.0, 3.2, 3.6, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0)
+"""Limits of a scale that begins or is centered at zero are one of these times a power of ten, for short labels."""
+
+
+def blue_to_red(low: float, high: float) -> pv.LookupTable:
+    """Return the lookup table between two values; values beyond have the color of the end, NaN is gray."""
+    stops = np.array([pv.Color(color).int_rgba for color in BLUE_TO_RED], dtype=float)
+    at = np.linspace(0, len(stops) - 1, 256)
+    channels = [np.interp(at, np.arange(len(stops)), channel) for channel in stops.T]
+    table = pv.LookupTable()
+    table.values = np.stack(channels, axis=1).round().astype(np.uint8)
+    table.scalar_range = (low, high)
+    table.nan_color = FAILED
+    return table
+
+
+def ends(values: Array, limits: Any, areas: Array) -> tuple[float, float]:
+    """Return the given limits of the blue-to-red scale, or automatic ones that include most of the area."""
+    if limits is not None:
+        if not isinstance(limits, Sequence | np.ndarray) or len(limits) != 2:
+            raise ValueError(f"limits must be two numbers, not {limits}")
+        low, high = (checks.number("limits", each) for each in limits)
+        if not low < high:
+            raise ValueError(f"limits must increase, not go from {low:g} to {high:g}")
+        return low, high
+    there = np.isfinite(values)
+    known, seen = values[there], areas[there]
+    if not len(known):
+        return 0.0, 1.0
+    low, high = _percentiles(known, seen, [100 - SHOWN, SHOWN])
+    if low < 0 < high:
+        middle, often, nearly_all = _percentiles(np.abs(known), seen, [50.0, OFTEN, SHOWN])
+        high = _rounded(min(max(MOST * middle, often) or nearly_all, nearly_all))  # the median may be zero
+        low = -high
+    elif 0 <= low < 0.5 * high:
+        low, high = 0.0, _rounded(high)
+    return (low, high) if low < high else (low - 0.5, low + 0.5)
+
+
+def _percentiles(values: Array, weights: Array, percents: Sequence[float]) -> list[float]:
+    """Return the weighted percentiles of values."""
+    order = np.argsort(values)
+    mass = np.cumsum(weights[order])
+    if not mass[-1] > 0:
+        mass = np.arange(1.0, len(values) + 1)
+    places = np.searchsorted(mass, np.asarray(percents) / 100 * mass[-1])
+    return [float(x) for x in values[order][np.minimum(places, len(values) - 1)]]
+
+
+def _rounded(value: float) -> float:
+    """Return the smallest round number that is at least as large."""
+    power = float(f"1e{math.floor(math.log10(value))}")
+    return float(f"{next(step for step in ROUND if step * power >= value * (1 - 1e-9)) * power:.6g}")
+
+
+def scale(values: Array, title: str, *, diverging: bool, limits: tuple[float, float] | None) -> dict[str, Any]:
+    """Return the options of `add_mesh` for scalars of simplex meshes: colormap, limits and scalar bar."""
+    known = values[np.isfinite(values)]
+    if limits is None and diverging:
+        most = float(np.percentile(np.abs(known), 98)) if len(known) else 1.0
+        limits = (-most or -1.0, most or 1.0)
+    elif limits is None and len(known):
+        low, high = (float(known.min()), float(known.max()))
+        if low >= 0:  # distances: from zero, clipped so that a few outliers do not hide the others
+            low, high = 0.0, min(high, max(4 * float(np.median(known)), float(np.percentile(known, 98))) or high)
+        limits = (low, high if high > low else low + 1.0)
+    return {
+        "scalars": "scalars",
+        "cmap": "coolwarm" if diverging else "viridis",
+        "clim": limits or (0.0, 1.0),
+        "scalar_bar_args": bar(title),
+        "nan_color": "#b0b0b0",
+    }
+
+
+def titled(name: str, unit: str, power: int) -> str:
+    """Return the title of a scale: the name of the quantity with its unit, a power of the unit of length."""
+    spelled = {1: unit, -1: f"1/{unit}"}.get(power, "") if unit else ""
+    return f"{name} ({spelled})" if spelled else name
+
+
+def bar(title: str, largest: float = 1.0) -> dict[str, Any]:
+    """Return the options of the scalar bar under a picture; thousands are written without exponent."""
+    return {
+        "title": f"{title}\n",  # the line break keeps it clear of the labels
+        "vertical": False,
+        "width": 0.5,
+        "height": 0.1,
+        "position_x": 0.25,
+        "position_y": 0.03,
+        "n_labels": 5,
+        "fmt": "%.0f" if 1e3 <= largest < 1e5 else "%.3g",
+        "color": INK,
+        "title_font_size": 16,
+        "label_font_size": 13,
+    }

@@ -1,0 +1,166 @@
+"""Plots of several objects: in panels under one camera, data beside its model, and together in one scene."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import pyvista as pv
+
+from simplexmesh.data.points import PointCloud
+from simplexmesh.data.volume import Volume
+from simplexmesh.mesh.simplex_mesh import SimplexMesh
+from simplexmesh.plot.camera import looked_at, upright
+from simplexmesh.plot.legend import PALETTE, entry
+from simplexmesh.plot.polydata import as_drawable, oriented_like
+from simplexmesh.plot.stage import stage
+from simplexmesh.plot.surface import check_choice, surface
+
+
+def panels(
+    things: Mapping[str, Any],
+    *,
+    scalars: str | None = None,
+    view: str | Sequence[float] | None = None,
+    up: str = "auto",
+    **options: Any,
+) -> pv.Plotter:
+    """Plot several objects in panels with titles, under one camera.
+
+    Parameters
+    ----------
+    things : mapping of str to anything `surface` takes
+        Title and object of each panel.
+    scalars : str, optional
+        As for `surface`, for the simplex meshes among them.
+    view : str or (3,) vector, optional
+        As for `looked_at`.
+    up : {"auto", "x", "y", "z", "-x", "-y", "-z"}
+        As for `surface`; "auto" is determined by the first object.
+    **options
+        Passed on to `surface`.
+
+    Returns
+    -------
+    pyvista.Plotter
+
+    Raises
+    ------
+    TypeError, ValueError
+        `things` is no mapping, or an empty one; otherwise as for `surface`.
+
+    Examples
+    --------
+    >>> from simplexmesh.mesh.shapes import sphere
+    >>> plotter = panels({"coarse": sphere(3), "fine": sphere(9)})
+    >>> plotter.close()
+    """
+    _check_mapping("things", things)
+    shown = {title: as_drawable(thing) for title, thing in things.items()}
+    level, label, data = (options.pop(name, None) for name in ("level", "label", "data"))
+    inside = options.pop("inside", "above")
+    check_choice([*shown.values(), data], level, label, inside)
+    plotter = stage(columns=len(shown))
+    for column, (title, one) in enumerate(shown.items()):
+        plotter.subplot(0, column)
+        of: dict[str, Any] = {"scalars": scalars} if isinstance(one, SimplexMesh) else {}
+        if isinstance(one, Volume) or (isinstance(one, SimplexMesh) and data is not None):
+            of |= {"data": data, "level": level, "label": label, "inside": inside}
+        surface(one, title=title, plotter=plotter, **of, **options)
+    return looked_at(plotter, view, up=upright(next(iter(shown.values())), up))
+
+
+def beside(
+    data: Any,
+    mesh: Any,
+    *,
+    scalars: str | None = None,
+    level: float | None = None,
+    label: int | None = None,
+    inside: str = "above",
+    unit: str = "",
+    view: str | Sequence[float] | None = None,
+    up: str = "auto",
+) -> pv.Plotter:
+    """Plot data and its model in two panels, under one camera.
+
+    Parameters
+    ----------
+    data : Volume, PointCloud, TriangleMesh or anything convertible to these
+        A volume is shown as its surface at `level` or of `label`.
+    mesh : SimplexMesh or Reconstruction
+        The model.
+    scalars, level, label, inside, unit, view, up
+        As for `surface` and `panels`.
+
+    Examples
+    --------
+    >>> from simplexmesh.mesh.shapes import sphere
+    >>> ball = sphere(5)
+    >>> plotter = beside(ball.vertices, ball, scalars="distance")
+    >>> plotter.close()
+    """
+    given, model = as_drawable(data), as_drawable(mesh)
+    if isinstance(given, PointCloud) and isinstance(model, SimplexMesh):
+        given = oriented_like(given, model)
+    counts = f"model, {model.n_vertices:,} vertices" if isinstance(model, SimplexMesh) else "model"
+    things = {"data": given, counts: model}
+    options = {"level": level, "label": label, "inside": inside, "unit": unit}
+    return panels(things, scalars=scalars, data=given, view=view, up=up, **options)
+
+
+def together(
+    meshes: Mapping[str, Any],
+    *,
+    colors: Sequence[str] = PALETTE,
+    opacity: float | Mapping[str, float] = 1.0,
+    edges: bool = False,
+    view: str | Sequence[float] | None = None,
+    up: str = "z",
+    legend: bool = True,
+) -> pv.Plotter:
+    """Plot several meshes in one scene, each in its color, with a legend.
+
+    Parameters
+    ----------
+    meshes : mapping of str to anything `surface` takes
+        Names and meshes.
+    colors : sequence of str
+        Used in turn.
+    opacity : float or mapping of name to float
+        From 0, invisible, to 1.
+    edges, legend : bool
+        Whether to draw the edges of polygons, and the legend.
+    view : str or (3,) vector, optional
+        As for `looked_at`.
+    up : {"x", "y", "z", "-x", "-y", "-z"}
+        The axis that points up.
+
+    Raises
+    ------
+    TypeError, ValueError
+        `meshes` is no mapping, or an empty one; otherwise as for `surface`.
+
+    Examples
+    --------
+    >>> from simplexmesh.mesh.shapes import sphere
+    >>> plotter = together({"one": sphere(4), "other": sphere(4, center=(2, 0, 0))})
+    >>> plotter.close()
+    """
+    _check_mapping("meshes", meshes)
+    plotter = stage()
+    for place, (name, mesh) in enumerate(meshes.items()):
+        color = colors[place % len(colors)]
+        clear = opacity.get(name, 1.0) if isinstance(opacity, Mapping) else opacity
+        surface(mesh, color=color, opacity=clear, edges=edges, plotter=plotter)
+        if legend:
+            entry(plotter, place, name, color)
+    return looked_at(plotter, view, up=up, window=True)
+
+
+def _check_mapping(name: str, given: Any) -> None:
+    """Refuse anything but a mapping of names to objects that holds some."""
+    if not isinstance(given, Mapping):
+        raise TypeError(f"{name} must be a mapping of titles to objects, not {type(given).__name__}")
+    if not given:
+        raise ValueError(f"{name} must hold at least one object, not none")

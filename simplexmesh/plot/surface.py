@@ -1,0 +1,139 @@
+"""Plot of one mesh, cloud or volume."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pyvista as pv
+from numpy.typing import ArrayLike
+
+from simplexmesh._base import checks
+from simplexmesh.data.points import PointCloud
+from simplexmesh.data.volume import Volume
+from simplexmesh.mesh.simplex_mesh import SimplexMesh
+from simplexmesh.plot.camera import looked_at, upright
+from simplexmesh.plot.color_scale import scale, titled
+from simplexmesh.plot.polydata import as_drawable, geometry, per_point
+from simplexmesh.plot.scalars import scalars_of
+from simplexmesh.plot.stage import COLORS_LIT, INK, SURFACE_LIT, add, headline, stage
+
+CLAY = "#c9d3dc"
+DATA = "#d9c3a5"
+MOST_EDGES = 25_000
+"""With more vertices, edges of polygons would only darken the surface."""
+
+
+def surface(
+    mesh: Any,
+    *,
+    scalars: str | ArrayLike | None = None,
+    data: Any = None,
+    level: float | None = None,
+    label: int | None = None,
+    edges: bool | None = None,
+    color: str = CLAY,
+    opacity: float = 1.0,
+    title: str | None = None,
+    unit: str = "",
+    limits: tuple[float, float] | None = None,
+    inside: str = "above",
+    view: str | Sequence[float] | None = None,
+    up: str = "auto",
+    plotter: pv.Plotter | None = None,
+) -> pv.Plotter:
+    """Plot a mesh with smooth shading and the edges of its polygons.
+
+    Parameters
+    ----------
+    mesh : SimplexMesh, Reconstruction, TriangleMesh, PointCloud, Volume or anything convertible to these
+        A volume is shown as its surface at `level` or of `label`.
+    scalars : {"mean_curvature", "simplex_angle", "distance"}, name of a vertex array, or (n,) array, optional
+        Quantity to color by. "distance" is that of each vertex to the surface in `data`, along its normal, as in
+        `Reconstruction.distance`; vertices without data nearby are gray. Curvatures and
+        angles have a diverging colormap centered at zero, clipped at the 98th percentile of their magnitude; others a
+        sequential one, from zero for nonnegative quantities, to the 98th percentile or four times the median.
+    data : Volume, PointCloud, TriangleMesh or anything convertible to these, optional
+        What "distance" is measured to; default: the mesh's array of that name, which `reconstruct` stores.
+    level, label : float, int, optional
+        Isovalue, or region, where `mesh` or `data` is a volume.
+    edges : bool, optional
+        Whether edges are drawn; by default up to 25,000 vertices.
+    color : str
+        Color without scalars.
+    opacity : float
+        From 0, invisible, to 1.
+    title : str, optional
+        Text over the picture.
+    unit : str
+        Unit of length, for the color scale (curvatures are in its inverse).
+    limits : (2,) tuple of float, optional
+        Ends of the color scale.
+    inside : {"above", "below"}
+        Whether the object is above or below `level` in a volume.
+    view : str or (3,) vector, optional
+        As for `looked_at`, when the plotter is new.
+    up : {"auto", "x", "y", "z", "-x", "-y", "-z"}
+        The axis that points up. "auto": z, but y for triangle meshes and points whose extent along y exceeds that along
+        z by a tenth.
+    plotter : pyvista.Plotter, optional
+        Plotter to add the mesh to, without placing the camera (see `looked_at`); a new one if not given.
+
+    Returns
+    -------
+    pyvista.Plotter
+
+    Raises
+    ------
+    ValueError
+        An unknown name, a wrong number of scalars, "distance" without data or such an array; `level`, `label` or
+        `inside` without a volume.
+
+    Examples
+    --------
+    >>> from simplexmesh.mesh.shapes import torus
+    >>> plotter = surface(torus(), scalars="mean_curvature", unit="mm")
+    >>> plotter.close()
+    """
+    alone, plotter = plotter is None, stage() if plotter is None else plotter
+    shown = as_drawable(mesh)
+    check_choice([shown, data], level, label, inside)
+    if not isinstance(shown, SimplexMesh) and scalars is not None:
+        raise TypeError(f"scalars need a SimplexMesh to color, not {type(shown).__name__}")
+    is_cloud = isinstance(shown, PointCloud)
+    polydata, lines = geometry(shown, level, label, inside)
+    style: dict[str, Any] = {"color": DATA if is_cloud else color, "culling": "back" if is_cloud else None}
+    light = SURFACE_LIT
+    if scalars is not None:
+        found = scalars_of(shown, scalars, data, level, label, inside)
+        polydata["scalars"] = per_point(shown, found.values)
+        title_of_scale = titled(found.name, unit, found.power)
+        style = scale(found.values, title_of_scale, diverging=found.diverging, limits=limits)
+        light = COLORS_LIT
+    actor = add(plotter, polydata, light, opacity=opacity, **style)
+    if not is_cloud:
+        actor.mapper.SetResolveCoincidentTopologyToPolygonOffset()  # so that edges are drawn in front of faces
+        actor.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(2.0, 2.0)
+        # The mode is global in VTK. With its default offset for points, half of those drawn as spheres would be hidden.
+        actor.mapper.SetResolveCoincidentTopologyPointOffsetParameter(0.0)
+    wanted = shown.n_vertices <= MOST_EDGES if isinstance(shown, SimplexMesh) and edges is None else edges
+    if wanted and isinstance(shown, Volume):
+        lines = polydata.extract_all_edges()
+    if wanted and lines is not None:
+        strong = np.clip(3000 / max(1, len(polydata.points)), 0.15, 0.6)
+        plotter.add_mesh(lines, color=INK, line_width=1.0, opacity=float(strong) * opacity, lighting=False)
+    headline(plotter, title)
+    return looked_at(plotter, view, up=upright(shown, up), window=True) if alone else plotter
+
+
+def check_choice(things: Sequence[Any], level: float | None, label: int | None, inside: str) -> None:
+    """Refuse `level` and `label` without a volume, and `inside` without a level."""
+    checks.choice("inside", inside, ("above", "below"))
+    things = [as_drawable(one) for one in things if one is not None]
+    volumes = any(isinstance(one, Volume) for one in things)
+    if (level, label) != (None, None) and not volumes:
+        raise ValueError(f"level and label are for volumes, not for {type(things[-1]).__name__}")
+    of = "labels" if volumes else type(things[-1]).__name__
+    if inside != "above" and (level is None or label is not None):
+        raise ValueError(f"inside is for a level of a volume, not for {of}")

@@ -1,0 +1,1 @@
+"""Parts in contact: occlusion under constraints."""

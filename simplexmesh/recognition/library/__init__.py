@@ -1,0 +1,1 @@
+"""Libraries of models, and the recognition of models in scans."""

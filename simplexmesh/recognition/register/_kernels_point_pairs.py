@@ -1,0 +1,130 @@
+"""Point pair features: a hash table, and votes for motions. Arrays in, arrays out; no checks.
+
+The feature of a pair is its distance, the angles of its line with the two normals, and the angle between these.
+"""
+
+# mypy: allow-untyped-defs
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import prange
+from numpy.typing import NDArray
+
+from simplexmesh._base._kernels_njit import njit
+
+FLAGS = {"nsz", "arcp", "contract", "reassoc"}
+ANGLES, TURNS = 12, 24
+"""Bins of each angle of a feature, over pi, and of the rotation about a normal: finer ones collect fewer votes."""
+
+
+class Framed(NamedTuple):
+    """Points (n, 3), and frames (n, 3, 3) whose rows are the unit normal and two tangents."""
+
+    points: NDArray[np.float64]
+    frames: NDArray[np.float64]
+
+
+class PairTable(NamedTuple):
+    """All pairs of points sorted by bin: those of bin k are ``starts[k] : starts[k + 1]`` of `firsts` and `turns`."""
+
+    step: float  # width of a distance bin
+    distances: int  # number of distance bins
+    starts: NDArray[np.int64]
+    firsts: NDArray[np.int32]  # the first point of each pair
+    turns: NDArray[np.float32]  # the angle of the second about the normal of the first
+
+
+@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+def _bin(framed, i, j, step, distances):
+    """Return the bin of the feature of points i and j, or -1."""
+    p, q, n, m = framed.points[i], framed.points[j], framed.frames[i, 0], framed.frames[j, 0]
+    dx, dy, dz = q[0] - p[0], q[1] - p[1], q[2] - p[2]
+    length = math.sqrt(dx * dx + dy * dy + dz * dz)
+    d = int(length / step)
+    if d < 1 or d >= distances:
+        return -1
+    a = (dx * n[0] + dy * n[1] + dz * n[2]) / length
+    b = (dx * m[0] + dy * m[1] + dz * m[2]) / length
+    c = n[0] * m[0] + n[1] * m[1] + n[2] * m[2]
+    key = d
+    for cosine in (a, b, c):
+        bin_ = int(math.acos(min(1.0, max(-1.0, cosine))) * (ANGLES / math.pi))
+        key = key * ANGLES + min(bin_, ANGLES - 1)
+    return key
+
+
+@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+def _angle_about_normal(framed, i, j):
+    """Return the angle of point j about the normal of point i, in the frame of i."""
+    y = z = 0.0
+    for a in range(3):
+        d = framed.points[j, a] - framed.points[i, a]
+        y += framed.frames[i, 1, a] * d
+        z += framed.frames[i, 2, a] * d
+    return math.atan2(z, y)
+
+
+@njit(cache=True, error_model="numpy")
+def pair_table(framed, step, distances):
+    """Return all pairs of points sorted by bin (counting sort)."""
+    n = len(framed.points)
+    starts = np.zeros(distances * ANGLES**3 + 2, np.int64)
+    firsts, turns = np.zeros(n * n, np.int32), np.zeros(n * n, np.float32)
+    for i in range(n):
+        for j in range(n):
+            if i != j:
+                key = _bin(framed, i, j, step, distances)
+                if key >= 0:
+                    starts[key + 2] += 1
+    for k in range(2, len(starts)):
+        starts[k] += starts[k - 1]
+    for i in range(n):
+        for j in range(n):
+            if i != j:
+                key = _bin(framed, i, j, step, distances)
+                if key >= 0:
+                    slot = starts[key + 1]
+                    starts[key + 1] += 1
+                    firsts[slot] = i
+                    turns[slot] = _angle_about_normal(framed, i, j)
+    return PairTable(step, distances, starts, firsts, turns)
+
+
+@njit(cache=True, error_model="numpy", parallel=True)
+def vote(references, source, table, n_target, maximum, found):
+    """Fill `found` (r, p, 2): the p target points and rotations about the normal with most votes per reference point.
+
+    Rotations are in radians. Bins with more than `maximum` pairs are not distinctive and are skipped.
+    """
+    for r in prange(len(references)):
+        i = references[r]
+        count = np.zeros((n_target, TURNS), np.float32)
+        for j in range(len(source.points)):
+            if i == j:
+                continue
+            key = _bin(source, i, j, table.step, table.distances)
+            if key < 0 or table.starts[key + 1] - table.starts[key] > maximum:
+                continue
+            turn = _angle_about_normal(source, i, j)
+            for k in range(table.starts[key], table.starts[key + 1]):
+                slot = (table.turns[k] - turn) * (TURNS / (2 * math.pi))
+                low = math.floor(slot)
+                fraction = slot - low
+                low %= TURNS
+                high = (low + 1) % TURNS
+                count[table.firsts[k], low] += 1 - fraction
+                count[table.firsts[k], high] += fraction
+        for p in range(found.shape[1]):
+            best, at, bin_ = np.float32(-1.0), 0, 0
+            for t in range(n_target):
+                for b in range(TURNS):
+                    if count[t, b] > best:
+                        best, at, bin_ = count[t, b], t, b
+            found[r, p, 0] = at
+            found[r, p, 1] = bin_ * (2 * math.pi / TURNS)
+            for b in range(-1, 2):
+                count[at, (bin_ + b) % TURNS] = -1

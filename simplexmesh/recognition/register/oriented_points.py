@@ -1,0 +1,193 @@
+"""What is registered: points of a surface with outward normals, sampling density and noise."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.spatial import cKDTree
+
+from simplexmesh._base.errors import TopologyError
+from simplexmesh._base.vectors import dot, norm
+from simplexmesh.data.conversion import as_data
+from simplexmesh.data.points import distinct
+from simplexmesh.data.volume import Volume
+from simplexmesh.motion.reconstruct.inputs import as_input
+from simplexmesh.motion.reconstruct.open_data import are_inward
+from simplexmesh.motion.targets.borders import border_of_points
+from simplexmesh.numerics import _kernels_local_fits
+from simplexmesh.numerics.plane_fits import Planes
+from simplexmesh.numerics.rigid import relative_extents
+from simplexmesh.orientation.poisson import oriented_indicator
+
+Array = NDArray[np.float64]
+
+MOST_POINTS = 40_000
+"""Larger data is subsampled at random; more points do not improve the pose within its covariance."""
+
+FEWEST_POINTS = 50
+FEW_NEIGHBORS, MANY_NEIGHBORS, NOISE_RATIO = 16, 40, 0.25
+"""Numbers of neighbors that planes are fitted to, and the ratio of noise to spacing from which many are used."""
+
+SUBSET, ORIENTED = 2_000, 4_000
+"""Points that spacing, noise and borders are estimated from, and those that are oriented together: more take longer."""
+
+
+@dataclass(frozen=True, eq=False)
+class OrientedPoints:
+    """Points (n, 3) of a surface, with unit normals (n, 3): outward, as far as the data determines that."""
+
+    points: Array
+    normals: Array
+    spacing: float  # square root of the area per point
+    noise: float  # median distance of points to planes fitted to their neighbors
+    smooth: Array  # (n, 3) on these planes: a third of the noise, and a bias shared by both surfaces
+    fine: Array | None = None  # (2, n, 3) points and normals of fitted quadrics: less noise, and hardly any bias
+    neighbor_distances: Array | None = None  # (n,) distance to the sixth neighbor
+    given: bool = False  # whether the sign of the normals is that of the data, which may be wrong
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+    @property
+    def extent(self) -> float:
+        """Diagonal of the bounding box of the points."""
+        return float(norm(np.ptp(self.points, axis=0)))
+
+    @property
+    def area(self) -> float:
+        """Approximate area of the sampled surface, in the data's unit squared."""
+        return len(self.points) * self.spacing**2
+
+    def normalized_to(self, center: Array, unit: float) -> OrientedPoints:
+        """Return the surface with its origin at `center`, scaled by 1 / `unit`."""
+        fine = None if self.fine is None else np.stack([(self.fine[0] - center) / unit, self.fine[1]])
+        return OrientedPoints(
+            (self.points - center) / unit, self.normals, self.spacing / unit, self.noise / unit,
+            (self.smooth - center) / unit, fine,
+        )  # fmt: skip
+
+    def on_planes(self) -> OrientedPoints:
+        """Return the surface with its points projected to planes fitted to their neighbors."""
+        return OrientedPoints(self.smooth, self.normals, self.spacing, 0.35 * self.noise, self.smooth)
+
+    def on_quadrics(self) -> OrientedPoints:
+        """Return the surface with its points on quadrics fitted to their neighbors, if these are known.
+
+        Unlike planes, quadrics do not bias surfaces of different density differently.
+        """
+        return self if self.fine is None else replace(self, points=self.fine[0], normals=self.fine[1])
+
+    def flipped(self) -> OrientedPoints:
+        """Return the surface with opposite normals."""
+        fine = None if self.fine is None else np.stack([self.fine[0], -self.fine[1]])
+        return replace(self, normals=-self.normals, fine=fine)
+
+    def sample(self, count: int, rng: np.random.Generator) -> NDArray[np.int64]:
+        """Return the indices of at most `count` points, drawn at random."""
+        if len(self.points) <= count:
+            return np.arange(len(self.points))
+        return np.sort(rng.choice(len(self.points), count, replace=False))
+
+
+def oriented_points(
+    data: Any, name: str, *, level: float | None = None, label: int | None = None, inside: str = "above",
+    poses: ArrayLike | None = None, maximum: int = MOST_POINTS, fine: bool = True,
+) -> OrientedPoints:  # fmt: skip
+    """Return the surface of any data; without quadrics unless `fine`."""
+    points, known, given = _points_of(data, name, level=level, label=label, inside=inside, poses=poses)
+    first = distinct(points)[0]
+    points, known = points[first], None if known is None else known[first]
+    _check_extent(points, name)
+    if len(points) > maximum:
+        chosen = np.sort(np.random.default_rng(0).choice(len(points), maximum, replace=False))
+        points, known = points[chosen], None if known is None else known[chosen]
+    spacing, noise, near = neighborhoods(points)
+    normals, _, smooth = _planes_of(points, near)
+    if known is not None:
+        normals = np.where(dot(normals, known)[:, None] < 0, -normals, normals)
+    else:
+        normals = outward_normals(points, Planes(normals, spacing, noise))
+    quadrics = np.empty((2, len(points), 3)) if fine else None
+    if quadrics is not None:
+        _kernels_local_fits.fit_quadrics(points, near, normals, *quadrics)
+    neighbor_distances = norm(points[near[:, 5]] - points)
+    return OrientedPoints(points, normals, spacing, noise, smooth, quadrics, neighbor_distances, given)
+
+
+def _points_of(data: Any, name: str, **options: Any) -> tuple[Array, Array | None, bool]:
+    """Return points (n, 3) on the surface of any data, their normals where the data has them, and if unchecked."""
+    if isinstance(data, str | os.PathLike):
+        data = as_data(data, name)
+    try:
+        if not isinstance(data, list | tuple):
+            data = as_data(data)
+        if not isinstance(data, Volume):
+            options["inside"] = "above"
+        found = as_input(data, components="all", **options)
+    except (ValueError, TypeError) as error:
+        kind = type(error) if isinstance(error, TypeError | TopologyError) else ValueError
+        message = str(error).removeprefix("data ")
+        raise kind(f"{name} {message}" if message != str(error) else f"{name}: {error}") from None
+    cloud = found.samples()
+    return cloud.points, cloud.normals, cloud.normals is not None and not found.oriented
+
+
+def _check_extent(points: Array, name: str) -> None:
+    """Require enough points that are not collinear."""
+    if len(points) < FEWEST_POINTS:
+        raise ValueError(f"{name} must hold at least {FEWEST_POINTS} points to be registered, not {len(points)}")
+    if relative_extents(points)[1] < 1e-3:
+        raise ValueError(f"{name} must be points on a surface to be registered; they lie on a line")
+
+
+def check_units(source: OrientedPoints, target: OrientedPoints) -> None:
+    """Require two surfaces in one unit: neither may be smaller than about the other's point spacing."""
+    spacing, size = max(source.spacing, target.spacing), min(source.extent, target.extent)
+    if spacing > 0.5 * size:
+        raise ValueError(
+            f"source and target must be in one unit: points of the larger are {spacing:.3g} apart, and the extent of "
+            f"the smaller is {size:.3g}"
+        )
+
+
+def neighborhoods(points: Array) -> tuple[float, float, NDArray[np.int64]]:
+    """Return spacing, noise, and the nearest neighbors (n, k) of points, each itself first; more if noisy."""
+    tree = cKDTree(points)
+    few = min(FEW_NEIGHBORS, len(points))
+    sample = points if len(points) <= SUBSET else points[:: len(points) // SUBSET]
+    distance, near = tree.query(sample, k=few, workers=-1)
+    spacing = float(np.median(distance[:, -1])) * np.sqrt(np.pi / few)
+    noise = float(np.sqrt(np.median(_planes_of(points, near)[1])))
+    count = few if noise < NOISE_RATIO * spacing else min(MANY_NEIGHBORS, len(points))
+    if count > few or sample is not points:
+        _, near = tree.query(points, k=count, workers=-1)
+    return spacing, noise, near
+
+
+def _planes_of(points: Array, near: NDArray[np.int64]) -> tuple[Array, Array, Array]:
+    """Return normals (m, 3), mean squared distances (m,) and projections (m, 3) of planes through neighbors (m, k)."""
+    out = np.empty((len(near), 3)), np.empty(len(near)), np.empty((len(near), 3))
+    _kernels_local_fits.fit_planes(points, near, *out)
+    return out
+
+
+def outward_normals(points: Array, found: Planes) -> Array:
+    """Return the normals (n, 3) of planes, oriented outward from the body or shell that the points sample.
+
+    The mean normal points away from the center of a shell's border, or of a body.
+    """
+    sample, planes = points, found
+    if len(points) > ORIENTED:
+        sample = points[np.sort(np.random.default_rng(0).choice(len(points), ORIENTED, replace=False))]
+        spacing, noise, near = neighborhoods(sample)
+        planes = Planes(_planes_of(sample, near)[0], spacing, noise)
+    cell = float(np.ptp(points, axis=0).max()) / 32
+    inward = oriented_indicator(sample, planes, cell).at(points)[1]
+    normals = np.where(dot(found.normals, inward)[:, None] > 0, -found.normals, found.normals)
+    border = border_of_points(sample[:: max(1, len(sample) // SUBSET)])
+    center = border.points.mean(axis=0) if len(border.points) else points.mean(axis=0)
+    return -normals if are_inward(points, normals, center) else normals

@@ -1,0 +1,1 @@
+"""Spherical attribute images: shape signatures, and their comparison."""

@@ -1,0 +1,1 @@
+"""The adaptive estimator: polynomials whose neighborhood follows sampling, noise and detail."""

@@ -1,0 +1,99 @@
+"""For the choice of scales: rough normals and their orientation, spacings, nearest probes, averages over neighbors."""
+# mypy: allow-untyped-defs
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from simplexmesh._base._kernels_njit import njit
+
+
+@njit(cache=True, error_model="numpy")
+def area_vectors(faces, points):
+    """Return the sum of the area vectors, doubled, of the triangles around each vertex."""
+    out = np.zeros(points.shape)
+    for f in range(faces.shape[0]):
+        i, j, k = faces[f]
+        ax, ay, az = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1], points[j, 2] - points[i, 2]
+        bx, by, bz = points[k, 0] - points[i, 0], points[k, 1] - points[i, 1], points[k, 2] - points[i, 2]
+        x, y, z = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+        for v in (i, j, k):
+            out[v, 0] += x
+            out[v, 1] += y
+            out[v, 2] += z
+    return out
+
+
+@njit(cache=True, error_model="numpy")
+def spacings(offsets, members, points):
+    """Return the edge length of a regular triangulation as dense as the points around each vertex; 0 without neighbors.
+
+    The v nearest of points with one on each area a have the mean square distance a (v + 1) / (2 pi).
+    """
+    out = np.zeros(points.shape[0])
+    for i in range(points.shape[0]):
+        total, count = 0.0, offsets[i + 1] - offsets[i]
+        for m in range(offsets[i], offsets[i + 1]):
+            j = members[m]
+            for axis in range(3):
+                total += (points[j, axis] - points[i, axis]) ** 2
+        if count:
+            area = 2.0 * math.pi / (count + 1.0) * total / count
+            out[i] = math.sqrt(area * 2.0 / math.sqrt(3.0))
+    return out
+
+
+@njit(cache=True, error_model="numpy")
+def smoothed(offsets, members, values, passes, signed):
+    """Return the rows averaged with those of their neighbors, `passes` times; up to sign if not `signed`."""
+    now, then = values.copy(), values.copy()
+    for _ in range(passes):
+        for i in range(values.shape[0]):
+            for c in range(values.shape[1]):
+                then[i, c] = now[i, c]
+            for m in range(offsets[i], offsets[i + 1]):
+                j = members[m]
+                sign = 1.0
+                if not signed:
+                    total = 0.0
+                    for c in range(values.shape[1]):
+                        total += now[i, c] * now[j, c]
+                    sign = math.copysign(1.0, total)
+                for c in range(values.shape[1]):
+                    then[i, c] += sign * now[j, c]
+            for c in range(values.shape[1]):
+                then[i, c] /= 1.0 + offsets[i + 1] - offsets[i]
+        now, then = then, now
+    return now
+
+
+@njit(cache=True)
+def nearest_probe(offsets, members, points, probes):
+    """Return the row of the probe fewest edges from each vertex, of several the nearest; -1 where unconnected."""
+    n = offsets.shape[0] - 1
+    out, distance = np.full(n, -1, np.int64), np.zeros(n, np.int64)
+    queue = np.empty(n, np.int64)
+    stop = probes.shape[0]
+    for row in range(stop):
+        out[probes[row]] = row
+        queue[row] = probes[row]
+    start = 0
+    while start < stop:
+        i = queue[start]
+        start += 1
+        for m in range(offsets[i], offsets[i + 1]):
+            j = members[m]
+            if out[j] < 0:
+                out[j], distance[j] = out[i], distance[i] + 1
+                queue[stop] = j
+                stop += 1
+            elif distance[j] == distance[i] + 1 and out[j] != out[i]:
+                now = then = 0.0
+                for axis in range(3):
+                    now += (points[probes[out[j]], axis] - points[j, axis]) ** 2
+                    then += (points[probes[out[i]], axis] - points[j, axis]) ** 2
+                if then < now:
+                    out[j] = out[i]
+    return out

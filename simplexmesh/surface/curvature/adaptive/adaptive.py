@@ -1,0 +1,82 @@
+"""Jets of adaptive scale: polynomials of degree 2 to 6 whose neighborhood follows sampling, noise and detail.
+
+After Cazals and Pouget (2005, Estimating differential quantities using polynomial fitting of osculating jets), with
+scales chosen by Lepski's method (1990), empirical Bayes priors on the coefficients, and chords as tangential
+coordinates, which make the terms of higher degree small.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplexmesh._base import checks
+from simplexmesh._base.errors import warn
+from simplexmesh.surface._kernels_fan import chunks
+from simplexmesh.surface.curvature.adaptive import _kernels_jets as kernels
+from simplexmesh.surface.curvature.adaptive._kernels_balls import Surface
+from simplexmesh.surface.curvature.adaptive.scales import WIDEST, Scales, scales_of, surface_of
+from simplexmesh.surface.neighborhoods import Neighborhoods
+from simplexmesh.surface.registry import Estimates
+from simplexmesh.surface.sampled_surface import SampledSurface
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+
+class Jets(NamedTuple):
+    """Fits around c centers; `shape` holds k1 and k2, (c, 2), `scale` the mean radius."""
+
+    shape: Array
+    d1: Array
+    normals: Array
+    error: Array
+    scale: Array
+    reasons: NDArray[np.uint8]
+
+
+def estimate(
+    samples: SampledSurface,
+    around: Neighborhoods,
+    normals: Any,
+    *,
+    noise: float | None = None,
+    detail: float | None = None,
+) -> Estimates:
+    """Fit a polynomial height around each center, at the radius that minimizes the expected error of curvature."""
+    found = jets(samples, around, noise=noise, detail=detail)
+    k1, k2 = found.shape.T.copy()
+    mean, gauss = (k1 + k2) / 2, k1 * k2
+    return Estimates(k1, k2, mean, gauss, found.reasons, found.d1, found.normals, found.error, found.scale)
+
+
+def jets(samples: SampledSurface, around: Neighborhoods, *, noise: float | None, detail: float | None) -> Jets:
+    """Fit a jet around each center: balls, probes, scales, fits; options as in `curvature`."""
+    if noise is not None:
+        noise = checks.number("noise", noise, 0.0)
+    if detail is not None:
+        detail = checks.number("detail", detail, 0.0, open_low=True)
+    surface = surface_of(samples)
+    scales = scales_of(samples, surface, noise=noise, detail=detail)
+    if detail is not None:
+        _warn_of_unreached(detail, scales.spacing[scales.spacing > 0])
+    return fitted(surface, around.centers, scales)
+
+
+def fitted(surface: Surface, rows: Indices, scales: Scales) -> Jets:
+    """Fit jets around the points `rows`."""
+    n = len(rows)
+    out = Jets(np.zeros((n, 2)), np.zeros((n, 3)), np.zeros((n, 3)), np.zeros(n), np.zeros(n), np.zeros(n, np.uint8))
+    kernels.jets(rows, surface, scales, chunks(n), out)
+    return out
+
+
+def _warn_of_unreached(detail: float, spacing: Array) -> None:
+    """Warn if balls of so few points as are fitted do not extend to a detail."""
+    if len(spacing) and detail > WIDEST * (middle := float(np.median(spacing))):
+        warn(
+            f"detail of {detail:g} is not reached: neighborhoods end at 250 points, here at a radius of about "
+            f"{WIDEST * middle:.2g}; decimate the surface first"
+        )

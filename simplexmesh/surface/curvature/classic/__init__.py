@@ -1,0 +1,1 @@
+"""The literature's estimators of curvature, one a file."""

@@ -1,0 +1,95 @@
+"""Curvatures of a simplex mesh: the sphere through a vertex and its three neighbors, and its Gauss map."""
+# mypy: allow-untyped-defs
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import prange
+
+from simplexmesh._base._kernels_both import Both
+from simplexmesh._base._kernels_njit import njit
+from simplexmesh.surface.reasons import DEGENERATE, FOUND, OPEN
+
+THIN = 1e-12
+"""Three neighbors whose triangle is a smaller share of its squared sides have no plane."""
+
+
+@njit(cache=True)
+def adjacent_faces(faces, n_vertices):
+    """Return (f, 3): the face across the edge j, j + 1 of each face, -1 where there is none or more than one."""
+    offsets = np.zeros(n_vertices + 1, np.int64)
+    for corner in range(faces.size):
+        offsets[faces[corner // 3, corner % 3] + 1] += 1
+    offsets = np.cumsum(offsets)
+    corners, filled = np.empty(faces.size, np.int64), offsets[:-1].copy()
+    for corner in range(faces.size):
+        i = faces[corner // 3, corner % 3]
+        corners[filled[i]] = corner
+        filled[i] += 1
+    across = np.full(faces.shape, -1, np.int64)
+    for f in range(faces.shape[0]):
+        for j in range(3):
+            a, b = faces[f, j], faces[f, (j + 1) % 3]
+            at, other, turn = (b, a, 1) if offsets[b + 1] - offsets[b] <= offsets[a + 1] - offsets[a] else (a, b, 2)
+            found = same = 0
+            for m in range(offsets[at], offsets[at + 1]):
+                g, k = corners[m] // 3, corners[m] % 3
+                if faces[g, (k + turn) % 3] == other:
+                    found += 1
+                    across[f, j] = g
+                if faces[g, (k + 3 - turn) % 3] == other:
+                    same += 1
+            if found > 1 or same > 1:
+                across[f, j] = -1
+    return across
+
+
+@Both
+def mean_curvatures(neighbors, points, mean, normals, areas, reasons):
+    """Fill H, the normal of the three neighbors' plane and the area of their triangle per row (Delingette 1994)."""
+    for i in prange(neighbors.shape[0]):
+        a, b, c = neighbors[i, 0], neighbors[i, 1], neighbors[i, 2]
+        if a < 0 or b < 0 or c < 0:
+            reasons[i] = OPEN
+            continue
+        px, py, pz = points[i, 0] - points[a, 0], points[i, 1] - points[a, 1], points[i, 2] - points[a, 2]
+        bx, by, bz = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1], points[b, 2] - points[a, 2]
+        cx, cy, cz = points[c, 0] - points[a, 0], points[c, 1] - points[a, 1], points[c, 2] - points[a, 2]
+        wx, wy, wz = by * cz - bz * cy, bz * cx - bx * cz, bx * cy - by * cx
+        pp, bb, cc = px * px + py * py + pz * pz, bx * bx + by * by + bz * bz, cx * cx + cy * cy + cz * cz
+        double = math.sqrt(wx * wx + wy * wy + wz * wz)
+        if double <= THIN * (bb + cc):
+            reasons[i] = DEGENERATE
+            continue
+        sx = pp * wx + bb * (cy * pz - cz * py) + cc * (py * bz - pz * by)
+        sy = pp * wy + bb * (cz * px - cx * pz) + cc * (pz * bx - px * bz)
+        sz = pp * wz + bb * (cx * py - cy * px) + cc * (px * by - py * bx)
+        bottom = math.sqrt(sx * sx + sy * sy + sz * sz)
+        if bottom <= THIN * double * (pp + bb + cc):
+            reasons[i] = DEGENERATE
+            continue
+        mean[i] = 2.0 * (px * wx + py * wy + pz * wz) / bottom
+        normals[i, 0], normals[i, 1], normals[i, 2] = wx / double, wy / double, wz / double
+        areas[i] = 0.5 * double
+        reasons[i] = FOUND
+
+
+@Both
+def gauss_curvatures(neighbors, normals, areas, found, gauss, reasons):
+    """Fill K, the solid angle of the three neighbors' normals over the area of their triangle, per row."""
+    for i in prange(neighbors.shape[0]):
+        reasons[i] = found[i]
+        if found[i] != FOUND:
+            continue
+        a, b, c = neighbors[i, 0], neighbors[i, 1], neighbors[i, 2]
+        if found[a] != FOUND or found[b] != FOUND or found[c] != FOUND:
+            reasons[i] = max(found[a], found[b], found[c])
+            continue
+        ax, ay, az = normals[a, 0], normals[a, 1], normals[a, 2]
+        bx, by, bz = normals[b, 0], normals[b, 1], normals[b, 2]
+        cx, cy, cz = normals[c, 0], normals[c, 1], normals[c, 2]
+        volume = ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)
+        sides = ax * bx + ay * by + az * bz + bx * cx + by * cy + bz * cz + cx * ax + cy * ay + cz * az
+        gauss[i] = 2.0 * math.atan2(volume, 1.0 + sides) / areas[i]

@@ -1,0 +1,44 @@
+"""The estimators from the neighbors in the frame of a normal; docs/curvature.md says what each is good for.
+
+Sine: Charton, Gueorguieva, Desbarats 2013 (Charton 2014, 2.3). Quadratures: Taubin 1995; Langer, Belyaev, Seidel 2007
+(2.1.3). Quadrics: McIvor, Valkenburg 1997 (2.1.2). Circles: Chen, Schmitt 1992 (2.1.4).
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplexmesh._base import checks
+from simplexmesh.surface._kernels_fan import chunks
+from simplexmesh.surface.curvature.classic import _kernels_fans as kernels
+from simplexmesh.surface.neighborhoods import Neighborhoods
+from simplexmesh.surface.registry import Estimates
+from simplexmesh.surface.sampled_surface import SampledSurface
+
+Array = NDArray[np.float64]
+
+ESTIMATORS = {
+    "sine": kernels.SINE,
+    "taubin": kernels.TAUBIN,
+    "langer": kernels.LANGER,
+    "langer_exact": kernels.LANGER_EXACT,
+    "quadric": kernels.QUADRIC,
+    "chen_schmitt": kernels.CHEN_SCHMITT,
+}
+
+
+def estimate(samples: SampledSurface, around: Neighborhoods, normals: Array, *, kind: str, **options: Any) -> Estimates:
+    """Return the curvatures of an estimator of `ESTIMATORS`; `options` are those of its registry entry."""
+    for name in ("least_swing", "weighted", "normalized"):
+        if name in options:
+            checks.flag(name, options[name])
+    if "least" in options:
+        options["least"] = checks.integer("least", options["least"], options["terms"])
+    choice = kernels.Choice(ESTIMATORS[kind], **options)
+    n = len(around)
+    out = kernels.Curvatures(np.zeros(n), np.zeros(n), np.zeros((n, 3)), np.zeros((n, 3)), np.zeros(n, np.uint8))
+    kernels.curvatures(around.centers, around.rows, samples.points, normals, choice, chunks(n), out)
+    return Estimates(out.k1, out.k2, (out.k1 + out.k2) / 2, out.k1 * out.k2, out.reasons, out.d1, out.normals)

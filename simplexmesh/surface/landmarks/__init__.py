@@ -1,0 +1,1 @@
+"""Landmarks, circles, junctions, and deformation by landmarks."""

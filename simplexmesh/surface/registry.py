@@ -1,0 +1,139 @@
+"""Registry entries of the estimators, and what the functions that select among them share."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from simplexmesh._base import checks
+from simplexmesh._base.errors import warn
+from simplexmesh.data.welding import distinct_positions
+from simplexmesh.orientation._kernels_consistency import clashing_edges
+from simplexmesh.surface.neighborhoods import Ball, Nearest, Neighborhood, Neighborhoods, Rings, rings
+from simplexmesh.surface.reasons import EXPLANATIONS, FEW, OPEN
+from simplexmesh.surface.sampled_surface import SampledSurface
+
+Array = NDArray[np.float64]
+
+
+class Estimates(NamedTuple):
+    """Result of a curvature estimator, one row per center; rows where `reasons` is not 0 are undefined."""
+
+    k1: Array
+    k2: Array
+    mean: Array
+    gauss: Array
+    reasons: NDArray[np.uint8]
+    d1: Array | None = None
+    normals: Array | None = None
+    error: Array | None = None
+    scale: Array | None = None
+
+
+class Normals(NamedTuple):
+    """Result of a normal estimator: (c, 3) unit vectors, zero where `reasons` is not 0."""
+
+    normals: Array
+    reasons: NDArray[np.uint8]
+
+
+class Estimator(Protocol):
+    """The function `estimate` of an estimator's module."""
+
+    def __call__(self, samples: SampledSurface, around: Neighborhoods, normals: Any, **options: Any) -> Any:
+        """Return the estimates at the centers."""
+        ...
+
+
+@dataclass(frozen=True)
+class Method:
+    """An estimator and what it needs."""
+
+    module: str  # of its function `estimate`, below `simplexmesh.surface`
+    options: Mapping[str, Any] = field(default_factory=dict)  # with their defaults
+    fixed: Mapping[str, Any] = field(default_factory=dict)  # arguments that callers cannot change
+    normals: str | None = "area"  # default method of the initial normals on meshes; None if it needs none
+    orients: bool = False  # needs no initial normals but orients its result by given ones
+    needs_faces: bool = False  # reads the ordered ring of triangles, which clouds do not have
+    own_scale: bool = False  # chooses its neighborhoods itself
+
+    @property
+    def estimate(self) -> Estimator:
+        """The estimator's function, imported on first use."""
+        found: Estimator = importlib.import_module(f"simplexmesh.surface.{self.module}").estimate
+        return found
+
+
+def chosen(
+    name: Any, methods: Mapping[str, Method], options: Mapping[str, Any], called: str = "method"
+) -> tuple[Method, dict[str, Any]]:
+    """Return a method and its options with defaults; `called` is the argument that named it, for messages."""
+    method = methods[checks.choice(called, name, sorted(methods))]
+    for option in options:
+        if option not in method.options:
+            known = ", ".join(sorted(method.options)) or "none"
+            raise TypeError(f"method {name!r} has no option {option!r}; its options: {known}")
+    return method, {**method.fixed, **method.options, **options}
+
+
+def neighborhoods_for(
+    name: str,
+    method: Method,
+    samples: SampledSurface,
+    neighborhood: Neighborhood | None,
+    normals: Any,
+    vertices: ArrayLike | None,
+) -> Neighborhoods:
+    """Return the neighborhoods for a method; without members if it chooses its own."""
+    if normals is not None and method.normals is None and not method.orients:
+        raise TypeError(f"normals must be left out: method {name!r} starts from none")
+    if method.own_scale:
+        if neighborhood is not None:
+            raise TypeError(f"neighborhood must be left out: method {name!r} chooses its own")
+        n = len(samples.points)
+        centers = np.arange(n) if vertices is None else checks.selection("at", vertices, n)
+        offsets = np.zeros(len(centers) + 1, np.int64)
+        return Neighborhoods(centers, offsets, np.zeros(0, np.int64), np.zeros(len(centers), bool))
+    ignored = isinstance(neighborhood, Rings | Ball | Nearest) and neighborhood != rings(1)
+    if ignored and method.needs_faces and samples.is_connected:
+        raise TypeError(f"neighborhood must be left out: method {name!r} takes the faces around each vertex")
+    return samples.around(rings(1) if neighborhood is None else neighborhood, vertices)
+
+
+def warn_of_failures(what: str, reasons: NDArray[np.uint8], samples: SampledSurface, around: Neighborhoods) -> None:
+    """Warn once how many rows have no estimate and why, with advice if vertices are duplicated."""
+    counts = np.bincount(reasons, minlength=len(EXPLANATIONS)).tolist()
+    if failed := sum(counts[1:]):
+        why = ", ".join(f"{count:,} {said}" for count, said in zip(counts, EXPLANATIONS, strict=True) if said and count)
+        advice = _advice_on_duplicates(samples, around.centers[(reasons == FEW) | (reasons == OPEN)])
+        warn(f"{what} could not be estimated at {failed:,} of {len(reasons):,} vertices: {why}{advice}")
+
+
+def warn_of_clashing_faces(samples: SampledSurface, reasons: NDArray[np.uint8], normals: Any) -> None:
+    """Warn if triangles disagree on which side is outward, unless the caller gives normals or all rows failed."""
+    if samples.faces is None or reasons.all() or not (normals is None or isinstance(normals, str)):
+        return
+    if count := int(clashing_edges(*samples.wedges)):
+        edges = f"{count:,} edge{'s' if count > 1 else ''}"
+        warn(
+            f"triangles disagree on which side is outward across {edges}, so that normals and signs of curvature are "
+            "wrong nearby: orient them with TriangleMesh(vertices, faces).oriented()"
+        )
+
+
+def _advice_on_duplicates(samples: SampledSurface, unconnected: NDArray[np.int64]) -> str:
+    """Return advice if vertices lack neighbors because of duplicate vertices, else an empty string."""
+    if samples.faces is None or not len(unconnected):
+        return ""
+    _, position = distinct_positions(samples.points, 0.0)
+    copies = int(np.count_nonzero(np.bincount(position)[position[unconnected]] > 1))
+    if not copies:
+        return ""
+    separate = np.bincount(samples.faces.ravel()).max() == 1
+    problem = "the triangles share no vertices" if separate else f"{copies:,} of these lie where other vertices do"
+    return f"; {problem}, merge them with TriangleMesh(vertices, faces).welded()"

@@ -1,0 +1,1 @@
+"""Fields on surfaces: saliency, salient points, surface types, regions, level lines."""

@@ -1,0 +1,105 @@
+"""The mesh class: immutable, with shared connectivity, checked arguments."""
+
+from __future__ import annotations
+
+import copy
+import pickle
+from dataclasses import FrozenInstanceError
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+import simplexmesh as sm
+from tests.mesh.families import ALL, together
+
+BALL = sm.sphere(3)
+
+
+def test_says_what_it_is():
+    assert repr(ALL["torus"]) == "SimplexMesh(168 vertices, 84 faces, genus 1, 0 holes)"
+    assert repr(together(BALL, ALL["least plane"])).endswith("genus 0, 1 holes, 2 components)")
+    assert repr(BALL.connectivity) == "Connectivity(180 vertices, 92 faces, 0 holes)"
+
+
+def test_nothing_can_be_written_to():
+    vertices = BALL.vertices.copy()
+    mesh = sm.SimplexMesh(vertices, BALL.connectivity, {"weight": np.ones(180)})
+    vertices[0] = 99
+    assert_array_equal(mesh.vertices, BALL.vertices)
+    with pytest.raises(FrozenInstanceError):
+        mesh.vertices = vertices
+    with pytest.raises(TypeError):
+        mesh.data["weight"] = np.zeros(180)
+    for values in (mesh.vertices, mesh.normals, mesh.metric, mesh.data["weight"], mesh.bounds, mesh.face_areas):
+        with pytest.raises(ValueError, match="read-only"):
+            values[0] = 0
+
+
+def test_moving_shares_the_connectivity_and_renews_the_geometry():
+    mesh = BALL.with_data(weight=np.arange(180))
+    curvature = mesh.mean_curvature
+    other = mesh.moved(2 * mesh.vertices)
+    assert other.connectivity is mesh.connectivity
+    assert other.data["weight"] is mesh.data["weight"]
+    assert mesh.mean_curvature is curvature
+    assert_allclose(other.mean_curvature, curvature / 2)
+    assert_array_equal(other.bounds, 2 * mesh.bounds)
+
+
+def test_data_are_added_replaced_and_dropped():
+    mesh = BALL.with_data(a=np.ones(180), b=np.zeros((180, 3)))
+    assert list(mesh.data) == ["a", "b"]
+    assert mesh.with_data(a=2 * np.ones(180)).data["a"][0] == 2
+    assert list(mesh.with_data(a=None).data) == ["b"]
+    assert list(BALL.data) == []
+
+
+def test_a_copy_is_the_same_mesh():
+    mesh = ALL["cylinder"].with_data(a=np.arange(ALL["cylinder"].n_vertices))
+    for other in (copy.copy(mesh), copy.deepcopy(mesh), pickle.loads(pickle.dumps(mesh))):
+        assert_array_equal(other.vertices, mesh.vertices)
+        assert_array_equal(other.connectivity.twin, mesh.connectivity.twin)
+        assert_array_equal(other.connectivity.hole_darts, mesh.connectivity.hole_darts)
+        assert_array_equal(other.data["a"], mesh.data["a"])
+        assert not other.connectivity.twin.flags.writeable
+
+
+@pytest.mark.parametrize("method", ["fan", "dual"])
+def test_triangulated(method):
+    triangles = BALL.triangulated(method)
+    assert len(triangles.faces) == {"fan": 540, "dual": 180}[method]
+    assert sm.dual(triangles).genus == 0
+
+
+def test_saved_and_read_back(tmp_path):
+    mesh = ALL["plane"].with_data(weight=np.arange(ALL["plane"].n_vertices))
+    mesh.save(tmp_path / "plane.vtp")
+    other = sm.read(tmp_path / "plane.vtp")
+    assert_array_equal(other.vertices, mesh.vertices)
+    assert_array_equal(other.connectivity.twin, mesh.connectivity.twin)
+    assert other.n_holes == 1
+    assert mesh.to_pyvista().n_points == mesh.n_vertices
+
+
+@pytest.mark.parametrize(
+    ("make", "error", "message"),
+    [
+        (
+            lambda: sm.SimplexMesh(np.zeros((5, 3)), BALL.connectivity),
+            ValueError,
+            r"vertices must have shape \(180, 3\)",
+        ),
+        (lambda: BALL.moved(np.full((180, 3), np.nan)), ValueError, "vertices must be finite"),
+        (lambda: sm.SimplexMesh(BALL.vertices, BALL.neighbors), TypeError, "connectivity must be a Connectivity"),
+        (lambda: BALL.with_data(a=np.ones(3)), ValueError, "data 'a' must have 180 rows"),
+        (lambda: BALL.with_data(a=["x"] * 180), TypeError, "data 'a' must be numbers"),
+        (lambda: BALL.with_data(a=[[1], [2, 3]]), ValueError, "^data 'a' must be an array, but its rows have"),
+        (lambda: sm.SimplexMesh(BALL.vertices, BALL.connectivity, 5), TypeError, "^data must be a Mapping, not int$"),
+        (lambda: sm.SimplexMesh(BALL.vertices, BALL.connectivity, np.ones(3)), TypeError, "^data must be a Mapping"),
+        (lambda: BALL.triangulated("cut"), ValueError, "method must be one of 'fan', 'dual', not 'cut'"),
+    ],
+)
+def test_bad_input(make, error, message):
+    with pytest.raises(error, match=message):
+        make()

@@ -1,0 +1,479 @@
+"""Refinement and redistribution: scores, edits, budgets, zones, and smaller distances to the data."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+import simplexmesh as sm
+from simplexmesh.mesh.operators.editable_mesh import EditableMesh
+from simplexmesh.mesh.tangles import tangled_vertices
+from simplexmesh.motion.density import _kernels_refine
+from simplexmesh.motion.density.face_edits import (
+    MOST_MERGED,
+    divide_faces,
+    removable_edges,
+    with_even_faces,
+    with_even_metric,
+)
+from simplexmesh.motion.density.face_score import face_distance, face_score
+from simplexmesh.motion.density.redistribute import redistribute_round
+from simplexmesh.motion.density.refine import THRESHOLDS, refine_round, refinement_scores
+from simplexmesh.motion.density.refined import Refined
+from simplexmesh.motion.model.stages import Stage
+from simplexmesh.motion.reconstruct.inputs import as_input
+from simplexmesh.motion.start.primitives import primitive_around
+from simplexmesh.motion.targets.triangles import inside_surface, surface_distance
+from tests.mesh.families import ALL, shaken
+from tests.motion.density import reference as reference
+
+EGG = sm.ellipsoid((1.0, 1.2, 2.0), 24).triangulated()
+COARSE = sm.reconstruct(EGG, vertices=160, adaptation=0.0).mesh
+
+
+class Sphere:
+    """The unit sphere as a target, seen from anywhere within reach."""
+
+    def gap(self, vertices, normals, reach):
+        gaps = 1 - np.linalg.norm(vertices, axis=1)
+        return np.where(np.abs(gaps) <= reach, gaps, np.nan)
+
+
+def data_to_mesh(mesh, points):
+    surface = mesh.triangulated(method="fan")
+    return np.sqrt((surface_distance(points, surface.vertices, surface.faces) ** 2).mean())
+
+
+def around_faces(mesh, faces):
+    """The vertices of each face in order, from the smallest on."""
+    loops = reference.loops(mesh.connectivity)
+    return [tuple(np.roll(loops[f], -int(np.argmin(loops[f])))) for f in faces]
+
+
+@pytest.fixture(scope="module")
+def fine():
+    return sm.refine(COARSE, EGG, threshold="fine", rounds=60)
+
+
+class TestScore:
+    @pytest.mark.parametrize("name", sorted(ALL))
+    def test_is_that_of_the_naive_twin(self, name):
+        rng = np.random.default_rng(1)
+        mesh = shaken(ALL[name], rng)
+        away = rng.uniform(0, 0.7, mesh.connectivity.face_sizes.size)
+        away[::5] = np.nan
+        expected = reference.score(mesh, away, 0.5)
+        np.testing.assert_allclose(face_score(mesh, away, 0.5).total, expected, rtol=1e-9, atol=1e-15)
+
+    def test_on_a_sphere_bending_is_the_gaussian_measure(self):
+        ball = sm.sphere(12)
+        nowhere = np.zeros(ball.connectivity.face_sizes.size)
+        bent, gauss = face_score(ball, nowhere, 1.0).curvature, ball.face_gauss
+        sizes = ball.connectivity.face_sizes
+        np.testing.assert_allclose(bent[sizes == 6], gauss[sizes == 6], rtol=0.05)
+        np.testing.assert_allclose(bent[sizes == 5], gauss[sizes == 5], rtol=0.3)
+
+    def test_sees_creases_that_have_no_gaussian_curvature(self):
+        tube = sm.cylinder(24, 24)
+        away = np.full(tube.connectivity.face_sizes.size, 1e-4)
+        inside = np.abs([tube.vertices[loop][:, 2].mean() for loop in reference.loops(tube.connectivity)]) < 0.5
+        inside &= ~tube.connectivity.face_is_hole
+        assert np.abs(tube.face_gauss[inside]).max() < 1e-9
+        assert (face_score(tube, away, 1.0).curvature[inside] > 1e-3).all()
+
+    def test_of_flat_faces_far_away_is_not_zero(self):
+        sheet = sm.plane(8, 8)
+        far = face_score(sheet, np.full(sheet.connectivity.face_sizes.size, 0.1), 1.0)
+        assert (far.total[~sheet.connectivity.face_is_hole] > 0).all()
+
+    def test_of_holes_and_of_faces_without_data_is_zero(self):
+        sheet = sm.plane(8, 8)
+        c = sheet.connectivity
+        assert (face_score(sheet, np.ones(c.face_sizes.size), 1.0).total[c.face_is_hole] == 0).all()
+        assert (face_score(sheet, np.full(c.face_sizes.size, np.nan), 1.0).total == 0).all()
+
+    @given(seed=st.integers(0, 10**6), size=st.floats(1e-3, 1e3))
+    def test_does_not_depend_on_place_and_size(self, seed, size):
+        rng = np.random.default_rng(seed)
+        mesh = shaken(sm.ellipsoid((1, 2, 3), 3), rng)
+        away = rng.uniform(0, 1, mesh.connectivity.face_sizes.size)
+        moved = mesh.moved(size * Rotation.random(rng=rng).apply(np.array(mesh.vertices)) + rng.normal(size=3))
+        before, after = face_score(mesh, away, 0.5).total, face_score(moved, size * away, size * 0.5).total
+        np.testing.assert_allclose(after, before, rtol=1e-6, atol=1e-12)
+
+    def test_falls_with_the_cube_of_the_number_of_faces(self):
+        scores = [
+            np.median(face_score(ball, face_distance(ball, Sphere(), 0.5), 0.5).total)
+            for ball in (sm.sphere(6), sm.sphere(12))
+        ]
+        assert scores[0] / scores[1] == pytest.approx(4**3, rel=0.2)
+
+    def test_the_distance_of_a_face_is_that_of_its_middle_when_its_vertices_are_there(self):
+        ball = sm.sphere(3)
+        away = face_distance(ball, Sphere(), 0.5)
+        middles = [1 - np.linalg.norm(ball.vertices[loop].mean(axis=0)) for loop in ball.faces]
+        np.testing.assert_allclose(away, middles, rtol=1e-9)
+
+    def test_the_distance_of_a_face_without_data_is_unknown(self):
+        assert np.isnan(face_distance(sm.sphere(3, radius=3.0), Sphere(), 0.5)).all()
+
+
+class TestCuts:
+    @pytest.mark.parametrize("name", ["icosahedron-5", "torus", "cylinder", "plane"])
+    def test_the_pair_is_the_best_of_all(self, name):
+        rng = np.random.default_rng(2)
+        mesh = shaken(ALL[name], rng)
+        c = mesh.connectivity
+        faces = np.flatnonzero(~c.face_is_hole)
+        may_grow = rng.uniform(size=c.face_sizes.size) < 0.8
+        out = np.zeros((len(faces), 2), np.int32)
+        loops = c.twin.reshape(-1), c.face.reshape(-1), c.face_darts, c.face_offsets
+        _kernels_refine.best_cuts(np.asarray(mesh.vertices), *loops, may_grow, faces, out)
+        for face, pair in zip(faces.tolist(), out.tolist(), strict=True):
+            costs = reference.cut_costs(mesh, face, may_grow, 0.1)
+            if not costs:
+                assert pair == [-1, -1]
+            else:
+                assert costs[frozenset(pair)] == pytest.approx(min(costs.values()), rel=1e-12)
+
+    @given(seed=st.integers(0, 10**6), limit=st.integers(0, 30))
+    def test_groups_apart_are_those_of_the_naive_twin(self, seed, limit):
+        rng = np.random.default_rng(seed)
+        groups = rng.integers(0, 40, (30, 4)).astype(np.int32)
+        free = rng.uniform(size=40) < 0.9
+        out = np.zeros(30, np.int64)
+        count = _kernels_refine.disjoint_rows(groups, free.copy(), limit, out)
+        assert out[:count].tolist() == reference.apart(groups, free, limit)
+
+
+class TestRound:
+    def test_only_faces_above_the_threshold_are_divided(self):
+        out = refine_round(COARSE, sm.targets.Triangles(EGG), reach=0.4, threshold=1e9)
+        assert (out.inserted, out.converged) == (0, True)
+
+    def test_faces_of_more_than_five_vertices_are_cut_others_ringed(self):
+        mesh = sm.sphere(4)
+        sizes = mesh.connectivity.face_sizes
+        for face, expected in ((int(np.argmax(sizes)), (1, 0, 2)), (int(np.argmin(sizes)), (0, 1, 10))):
+            zone = np.arange(sizes.size) == face
+            grow = np.ones(sizes.size, bool)
+            edit = EditableMesh(mesh)
+            done = divide_faces(edit, mesh, np.flatnonzero(zone), 100, grow)
+            assert (*done, edit.result().mesh.n_vertices - mesh.n_vertices) == expected
+
+    @pytest.mark.parametrize("budget", [0, 1, 2, 9, 10, 47, 200])
+    def test_keeps_to_its_budget(self, budget):
+        out = refine_round(COARSE, sm.targets.Triangles(EGG), reach=0.4, threshold=1e-12, budget=budget)
+        assert budget - 10 < out.inserted <= budget or out.inserted >= COARSE.n_faces
+        assert out.inserted <= budget
+        assert out.mesh.check().ok
+
+    def test_tangled_faces_are_left_alone(self):
+        vertices = np.array(COARSE.vertices)
+        vertices[0] = 3 * vertices[COARSE.neighbors[0, 0]] - 2 * vertices[0]
+        tangled = COARSE.moved(vertices)
+        target = sm.targets.Triangles(EGG)
+        faces = tangled.connectivity.vertex_faces[tangled_vertices(tangled)]
+        assert len(faces) > 0
+        assert (face_score(tangled, face_distance(tangled, target, 0.4), 0.4).total[faces] > 0).any()
+        assert (refinement_scores(tangled, target, 0.4)[faces] == 0).all()
+        assert (refinement_scores(tangled, target, 0.4) > 0).sum() > 20
+
+
+class TestRefine:
+    def test_ends_with_no_face_above_the_threshold(self, fine):
+        assert isinstance(fine, Refined)
+        assert fine.converged
+        assert fine.inserted == fine.mesh.n_vertices - COARSE.n_vertices > 0
+        assert [r.n_vertices for r in fine.rounds] == sorted(r.n_vertices for r in fine.rounds)
+        assert fine.mesh.check(self_intersections=True).ok
+
+    def test_finer_thresholds_are_nearer(self, fine):
+        coarse, medium = (sm.refine(COARSE, EGG, threshold=name) for name in ("coarse", "medium"))
+        meshes = [COARSE, coarse.mesh, medium.mesh, fine.mesh]
+        away = [data_to_mesh(mesh, EGG.vertices) for mesh in meshes]
+        assert [m.n_vertices for m in meshes] == sorted(m.n_vertices for m in meshes)
+        assert away[3] < 0.55 * away[2] < 0.5 * away[0]
+        again = sm.refine(COARSE, EGG, threshold=THRESHOLDS["fine"], rounds=60)
+        assert again.mesh.n_vertices == fine.mesh.n_vertices
+
+    def test_a_sphere_on_a_sphere_gets_nearer(self):
+        points = sm.sphere(30).vertices
+        ball = sm.sphere(4)
+        out = sm.refine(ball, Sphere(), threshold="fine", reach=0.5)
+        assert data_to_mesh(out.mesh, points) < 0.5 * data_to_mesh(ball, points)
+
+    def test_where_the_data_bends_vertices_are_nearer_to_each_other(self, fine):
+        spacing = np.linalg.norm(
+            fine.mesh.vertices[fine.mesh.neighbors] - fine.mesh.vertices[:, None], axis=2
+        ).mean(axis=1)  # fmt: skip
+        tip = np.abs(fine.mesh.vertices[:, 2]) > 1.7
+        assert spacing[tip].mean() < 0.8 * spacing[~tip].mean()
+
+    def test_the_maps_follow_vertices_and_faces(self):
+        out = sm.refine(COARSE, EGG, threshold="medium", iterations=0, adaptation=0.0, rounds=1)
+        assert (out.vertex_map >= 0).all()
+        assert len(np.unique(out.vertex_map)) == COARSE.n_vertices
+        assert (out.face_map >= 0).all()
+        moved = np.linalg.norm(out.mesh.vertices[out.vertex_map] - COARSE.vertices, axis=1)
+        assert np.median(moved) < 0.1
+
+    @pytest.mark.parametrize("budget", [160, 161, 200, 300])
+    def test_never_exceeds_the_number_of_vertices_requested(self, budget):
+        out = sm.refine(COARSE, EGG, threshold=1e-12, vertices=budget)
+        assert budget - 10 < out.mesh.n_vertices <= budget
+
+    def test_keeps_genus_holes_and_metric_of_a_tube(self):
+        tube = sm.cylinder(16, 12)
+        flared = tube.moved(tube.vertices * (1 + 0.5 * tube.vertices[:, 2:] ** 2) ** [1, 1, 0])
+        out = sm.refine(tube, flared.triangulated(), threshold="fine", reach=1.0)
+        assert out.inserted > 0
+        assert (out.mesh.genus, out.mesh.n_holes) == (tube.genus, tube.n_holes)
+        np.testing.assert_allclose(out.mesh.data["metric"].sum(axis=1), 1.0)
+        assert out.mesh.check().ok
+
+    def test_an_interrupt_keeps_the_last_whole_state(self):
+        seen = []
+
+        def stop(done, mesh):
+            seen.append(mesh)
+            if len(seen) == 2:
+                raise KeyboardInterrupt
+
+        out = sm.refine(COARSE, EGG, threshold="fine", watch=stop)
+        assert out.interrupted
+        assert not out.converged
+        assert out.mesh is seen[1]
+        assert len(out.rounds) == 2
+        assert out.inserted == seen[1].n_vertices - COARSE.n_vertices
+
+    def test_takes_data_of_all_kinds(self):
+        x, y, z = np.mgrid[-12:13, -12:13, -12:13].astype(float)
+        ball = sm.Volume(8 - np.sqrt(x * x + y * y + z * z), origin=(-12, -12, -12))
+        start = sm.sphere(3, radius=8.0)
+        for target, more in ((ball, {"level": 0.0}), (sm.targets.Isosurface(ball, 0.0), {})):
+            out = sm.refine(start, target, threshold="fine", **more)
+            assert out.inserted > 0
+            np.testing.assert_allclose(np.linalg.norm(out.mesh.vertices, axis=1), 8, atol=0.05)
+        assert sm.refine(sm.sphere(3), sm.sphere(30).vertices, threshold="medium").mesh.genus == 0
+
+
+class TestZones:
+    ZONE = np.flatnonzero(np.array([COARSE.vertices[loop][:, 2].mean() for loop in COARSE.faces]) > 0.8)
+
+    def outside(self):
+        return np.setdiff1d(np.arange(COARSE.connectivity.face_sizes.size), self.ZONE)
+
+    def test_faces_outside_are_untouched(self):
+        out = sm.refine(COARSE, EGG, threshold="fine", zones=self.ZONE)
+        assert out.inserted > 20
+        before, after = around_faces(COARSE, self.outside()), around_faces(out.mesh, out.face_map[self.outside()])
+        renumbered = [tuple(out.vertex_map[list(loop)]) for loop in before]
+        assert {frozenset(loop) for loop in renumbered} == {frozenset(loop) for loop in after}
+        assert out.mesh.check(self_intersections=True).ok
+
+    def test_vertices_outside_do_not_move(self):
+        out = sm.refine(COARSE, EGG, threshold="fine", zones=self.ZONE)
+        inside = np.isin(COARSE.connectivity.vertex_faces, self.ZONE).any(axis=1)
+        np.testing.assert_array_equal(out.mesh.vertices[out.vertex_map[~inside]], COARSE.vertices[~inside])
+
+    def test_inside_the_mesh_gets_nearer(self):
+        out = sm.refine(COARSE, EGG, threshold="fine", zones=self.ZONE)
+        top = EGG.vertices[EGG.vertices[:, 2] > 1.2]
+        assert data_to_mesh(out.mesh, top) < 0.5 * data_to_mesh(COARSE, top)
+
+    def test_may_be_given_as_masks(self):
+        faces = np.isin(np.arange(COARSE.connectivity.face_sizes.size), self.ZONE)
+        vertices = ~np.isin(COARSE.connectivity.vertex_faces, self.outside()).any(axis=1)
+        assert sm.refine(COARSE, EGG, zones=faces).inserted == sm.refine(COARSE, EGG, zones=self.ZONE).inserted
+        inner = sm.refine(COARSE, EGG, threshold="fine", zones=vertices)
+        assert 0 < inner.inserted < sm.refine(COARSE, EGG, threshold="fine", zones=self.ZONE).inserted
+
+    def test_no_faces_at_all_changes_nothing(self):
+        assert sm.refine(COARSE, EGG, threshold="fine", zones=[]).mesh is COARSE
+
+    def test_sizes_are_made_even_within(self):
+        uneven = sm.refine_face(sm.refine_face(sm.sphere(8), 40).mesh, 40).mesh
+        zone = np.ones(uneven.connectivity.face_sizes.size, bool)
+        assert set(np.unique(with_even_faces(uneven, zone).mesh.connectivity.face_sizes)) <= {5, 6, 7}
+        assert with_even_faces(uneven, ~zone).mesh is uneven
+
+
+class TestRedistribute:
+    EVEN = sm.reconstruct(EGG, vertices=400, adaptation=0.0).mesh
+
+    @pytest.mark.parametrize("wanted", [200, 400, 402, 900])
+    def test_reaches_the_number_requested(self, wanted):
+        out = sm.redistribute(self.EVEN, EGG, vertices=wanted)
+        assert out.mesh.n_vertices == pytest.approx(wanted, rel=0.01)
+        assert out.mesh.check(self_intersections=True).ok
+        assert (out.mesh.genus, out.converged) == (0, True)
+
+    def test_the_same_number_of_vertices_is_nearer(self):
+        part = sm.TriangleMesh(*box())
+        even = sm.reconstruct(part, vertices=600, adaptation=0.0).mesh
+        out = sm.redistribute(even, part, vertices=even.n_vertices)
+        points = part.sampled(20_000, rng=0).points
+        assert out.mesh.n_vertices <= even.n_vertices
+        assert data_to_mesh(out.mesh, points) < 0.75 * data_to_mesh(even, points)
+
+    def test_keeps_holes(self):
+        tube = sm.cylinder(20, 20)
+        flared = tube.moved(tube.vertices * (1 + 0.5 * tube.vertices[:, 2:] ** 2) ** [1, 1, 0])
+        out = sm.redistribute(tube, flared.triangulated(), vertices=300, reach=1.0)
+        assert (out.mesh.genus, out.mesh.n_holes) == (tube.genus, tube.n_holes)
+        assert out.mesh.check().ok
+
+    def test_an_interrupt_keeps_the_last_whole_state(self):
+        def stop(done, mesh):
+            raise KeyboardInterrupt
+
+        out = sm.redistribute(self.EVEN, EGG, vertices=900, watch=stop)
+        assert (out.interrupted, out.converged, len(out.rounds)) == (True, False, 1)
+        assert out.mesh.n_vertices == out.rounds[0].n_vertices
+
+    def test_faces_are_merged_for_others_where_that_pays_only(self):
+        ball = sm.sphere(6)  # all faces are similar
+        assert redistribute_round(ball, Sphere(), reach=0.5, vertices=ball.n_vertices).rounds[0].merged == 0
+        part = sm.targets.Triangles(sm.TriangleMesh(*box()))
+        even = sm.reconstruct(sm.TriangleMesh(*box()), vertices=600, adaptation=0.0).mesh
+        step = redistribute_round(even, part, reach=0.2, vertices=even.n_vertices)
+        assert step.rounds[0].merged > 10
+        assert step.mesh.n_vertices == even.n_vertices
+
+    def test_edges_that_may_go_leave_no_large_faces_and_no_triangles(self):
+        mesh = self.EVEN
+        score = face_score(mesh, face_distance(mesh, sm.targets.Triangles(EGG), 0.4), 0.4)
+        darts, around, merged = removable_edges(mesh.connectivity, score)
+        sizes = mesh.connectivity.face_sizes[around]
+        assert (sizes[:, :2].sum(axis=1) - 4 <= MOST_MERGED).all()
+        edit = EditableMesh(mesh)
+        assert edit.remove_edges(darts[:1]).done.all()
+        assert edit.result().mesh.connectivity.face_sizes.min() >= 4
+        assert (merged >= score.total[around[:, 0]]).all()
+
+
+def box():
+    """A box of fine triangles, with sharp edges."""
+    import pyvista as pv
+
+    surface = pv.Box((-1, 1, -0.7, 0.7, -0.5, 0.5), level=20, quads=False).clean()
+    return np.asarray(surface.points, float), surface.regular_faces
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "message"),
+    [
+        ((EGG, EGG, {}), TypeError, "mesh must be a SimplexMesh, not TriangleMesh"),
+        (
+            (COARSE, object(), {}),
+            TypeError,
+            r"target must have a method gap\(vertices, normals, reach\) or be data; .+",
+        ),
+        (
+            (COARSE, EGG, {"threshold": "finest"}),
+            ValueError,
+            "threshold must be one of 'coarse', 'medium', 'fine', not 'finest': did you mean 'fine'\\?",
+        ),
+        ((COARSE, EGG, {"threshold": 0.0}), ValueError, "threshold must be .*0"),
+        ((COARSE, EGG, {"vertices": 100}), ValueError, "vertices must be at least the 160 of the mesh, not 100"),
+        ((COARSE, EGG, {"zones": [3, 82]}), ValueError, r"zones\[1\] is 82, outside 0..81"),
+        (
+            (COARSE, EGG, {"zones": np.ones(7, bool)}),
+            ValueError,
+            r"zones must be a mask of the 82 faces or of the 160 vertices, not one of shape \(7,\)",
+        ),
+        ((COARSE, EGG, {"reach": -1.0}), ValueError, "reach must be .*"),
+        ((COARSE, Sphere(), {"level": 3.0}), ValueError, "level and label are for volumes, not for Sphere"),
+        ((COARSE, EGG, {"zones": [[1], [2, 3]]}), ValueError, "zones must be an array, but its rows have .*"),
+        ((COARSE, EGG, {"watch": "no"}), TypeError, "watch must be a function of a Round and the mesh, not str"),
+        ((COARSE, EGG, {"adaptation": 2}), ValueError, "adaptation must be .*"),
+    ],
+)
+def test_bad_arguments_are_named(arguments, error, message):
+    mesh, target, options = arguments
+    with pytest.raises(error, match=f"^{message}$"):
+        sm.refine(mesh, target, **options)
+
+
+def test_only_new_vertices_get_equal_metric_parameters():
+    metric = np.random.default_rng(0).dirichlet([5, 5, 5], COARSE.n_vertices)
+    step = sm.refine_face(COARSE.with_data(metric=metric), 7)
+    now = with_even_metric(step).data["metric"]
+    assert np.array_equal(now[step.vertex_map], metric)
+    new = np.setdiff1d(np.arange(len(now)), step.vertex_map)
+    assert len(new) == len(now) - len(metric) > 0
+    assert (now[new] == 1 / 3).all()
+
+
+def test_a_mesh_without_size_is_refused():
+    point = COARSE.moved(np.ones((160, 3)))
+    for action in (sm.refine, sm.redistribute, sm.open_holes):
+        with pytest.raises(ValueError, match=r"^mesh must have some size, but all its vertices are at one point$"):
+            action(point, sm.targets.Triangles(EGG))
+
+
+def test_redistribute_has_not_converged_when_the_number_was_not_reached():
+    assert sm.redistribute(COARSE, EGG, vertices=170, rounds=0).converged
+    ring = sm.torus(14, 6)
+    out = sm.redistribute(ring, ring.triangulated(), vertices=20, rounds=1, iterations=1)
+    assert out.mesh.n_vertices > 20
+    assert not out.converged
+    assert repr(out).endswith("rounds, not converged)")
+    assert f"{168 - out.mesh.n_vertices} vertices removed" in repr(out)
+
+
+def test_redistribute_names_bad_arguments():
+    with pytest.raises(TypeError, match=r"^mesh must be a SimplexMesh, not TriangleMesh$"):
+        sm.redistribute(EGG, EGG)
+    with pytest.raises(ValueError, match=r"^vertices must be .*20.*3$"):
+        sm.redistribute(COARSE, EGG, vertices=3)
+    eight = sm.join(sm.torus(14, 6), sm.torus(14, 6), 0, 0).mesh
+    with pytest.raises(ValueError, match=r"^vertices must be at least 24, for genus 2, not 20$"):
+        sm.redistribute(eight, EGG, vertices=20)
+    with pytest.raises(TypeError, match=r"^watch must be a function of a Round and the mesh, not int$"):
+        sm.redistribute(COARSE, EGG, watch=3)
+
+
+def test_the_bottom_of_a_deep_cavity_is_filled(data_folder):
+    volume = sm.read_volume(data_folder / "vase_ct.vti")
+    points = as_input(volume, level=25).points
+    sphere = primitive_around(points, "sphere", 720, facing=None)
+    radius = 0.5 * np.linalg.norm(np.ptp(points, axis=0))
+    stages = [Stage(6, 2 * radius, 100, beta=0.1), Stage(6, 0.4 * radius, 100), Stage(1, 0.16 * radius, 500, beta=0.3)]
+    start, target = sphere, sm.targets.Isosurface(volume, 25)
+    for stage in stages:
+        model = stage.model(start, target)
+        for _ in model.run(stage.iterations):
+            pass
+        start = model.mesh
+    out = sm.refine(start, volume, level=25)
+    away = []
+    for mesh in (start, out.mesh):
+        surface = mesh.triangulated(method="fan")
+        away.append(surface_distance(points, surface.vertices, surface.faces))
+    assert (away[0] > 2).mean() > 0.2  # voxels: the bottom is missed
+    assert away[0].max() > 8
+    assert (away[1] > 2).mean() < 0.01
+    assert np.sqrt((away[1] ** 2).mean()) < 0.3 * np.sqrt((away[0] ** 2).mean())
+    assert out.mesh.check(self_intersections=True).ok
+
+
+@pytest.mark.parametrize(("name", "level", "vertices"), [("head_ct.mhd", 500, 3000), ("fandisk.off", None, 2000)])
+def test_placed_where_needed_the_same_number_of_vertices_is_a_quarter_nearer(data_folder, name, level, vertices):
+    even = sm.reconstruct(data_folder / name, level=level, vertices=vertices, adaptation=0.0)
+    out = sm.redistribute(even.mesh, data_folder / name, level=level)
+    subject = as_input(data_folder / name, level=level)
+    points = subject.points[:: max(1, len(subject.points) // 30_000)]
+    closed = np.zeros(len(points), bool)  # walls of airways that a model closes over
+    for mesh in (even.mesh, out.mesh):
+        surface = mesh.triangulated(method="fan")
+        deep = surface_distance(points, surface.vertices, surface.faces) > 4
+        closed |= deep & inside_surface(points, surface.vertices, surface.faces)
+    assert closed.mean() < 0.25
+    assert out.mesh.n_vertices <= even.mesh.n_vertices
+    assert data_to_mesh(out.mesh, points[~closed]) < 0.75 * data_to_mesh(even.mesh, points[~closed])
+    assert not tangled_vertices(out.mesh).any()

@@ -1,0 +1,248 @@
+"""Input that `reconstruct` accepts, repairs with a warning, or refuses."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import simplexmesh as sm
+from simplexmesh.motion.reconstruct.scans import joined_scans
+from simplexmesh.motion.start.stray_points import without_stray_points
+
+
+def ball_volume(radius=8.3, half=11, **place):
+    axis = np.arange(-half, half + 1.0)
+    r = np.sqrt(axis[:, None, None] ** 2 + axis[:, None] ** 2 + axis**2)
+    return sm.Volume(radius - r, **place)
+
+
+def test_triangles_and_their_files_are_reconstructed(tmp_path):
+    ball = sm.sphere(6, radius=2.0, center=(5, 0, 0)).triangulated()
+    path = tmp_path / "ball.ply"
+    sm.sphere(6, radius=2.0, center=(5, 0, 0)).save(path)
+    for data in (ball, (ball.vertices, ball.faces), path, str(path)):
+        mesh = sm.reconstruct(data, vertices=400).mesh
+        assert mesh.genus == 0
+        assert_allclose(np.linalg.norm(mesh.vertices - [5, 0, 0], axis=1), 2, atol=0.05)
+
+
+def test_scans_are_put_together_by_their_poses(tmp_path):
+    ball = sm.sphere(20).vertices
+    parts = [ball[ball[:, 0] > -0.1], ball[ball[:, 0] < 0.1]]
+    poses = []
+    for k, part in enumerate(parts):
+        turn = np.linalg.qr(np.random.default_rng(k).normal(size=(3, 3)))[0]
+        turn *= np.sign(np.linalg.det(turn))
+        pose = np.eye(4)
+        pose[:3, :3], pose[:3, 3] = turn, [k, 2, 3]
+        np.savetxt(tmp_path / f"scan{k}.xyz", (part - pose[:3, 3]) @ turn)
+        poses.append(pose)
+    files = [tmp_path / "scan0.xyz", tmp_path / "scan1.xyz"]
+    (tmp_path / "poses.json").write_text(json.dumps({f"scan{k}": pose.tolist() for k, pose in enumerate(poses)}))
+    by_file, by_order = joined_scans(files, tmp_path / "poses.json"), joined_scans(files, poses)
+    assert_allclose(by_file.points, by_order.points)
+    assert_allclose(np.linalg.norm(by_file.points, axis=1), 1, atol=1e-9)
+    mesh = sm.reconstruct(files, poses=tmp_path / "poses.json", vertices=500).mesh
+    assert_allclose(np.linalg.norm(mesh.vertices, axis=1), 1, atol=0.02)
+    with pytest.raises(ValueError, match=r"poses must have an entry for scan1.xyz"):
+        joined_scans(files, {"scan0": poses[0]})
+    with pytest.raises(ValueError, match="poses must be one per scan"):
+        joined_scans(files, poses[:1])
+    with pytest.raises(TypeError, match="poses must be a path, matrices by name or one per scan, not int"):
+        joined_scans(files, 3)
+
+
+@pytest.mark.parametrize(
+    ("data", "options", "error", "message"),
+    [
+        (ball_volume(), {}, ValueError, r"level must be given for a volume of intensities \(.*\); Otsu's threshold"),
+        (
+            ball_volume(),
+            {"label": 0},
+            ValueError,
+            r"volume holds intensities \(.*\), not labels; give level \(--level\), ",
+        ),
+        (ball_volume(), {"level": 99.0}, ValueError, "level must be between .* the range of the volume, not 99"),
+        (ball_volume(), {"level": "high"}, TypeError, "level must be a number, not str"),
+        (ball_volume(), {"level": 0.0, "label": 1}, ValueError, "give level or label, not both"),
+        (ball_volume(), {"level": 0.0, "vertices": 3}, ValueError, "vertices must be at least 20, not 3"),
+        (
+            ball_volume(),
+            {"level": 0.0, "vertices": 10**9},
+            ValueError,
+            "vertices must be at most 20000000, not 1",
+        ),
+        (
+            sm.sphere(4).vertices * 1e160,
+            {},
+            ValueError,
+            r"data must be within 1e-60 and 1e\+60 .*, not reach to 9",
+        ),
+        (sm.sphere(4).vertices * 1e-310, {}, ValueError, r"data must be within 1e-60 and .*, not be 1.9\de-310 long"),
+        (
+            ball_volume(spacing=1e90),
+            {"level": 0.0},
+            ValueError,
+            r"data must be within 1e-60 and 1e\+60 .*, not reach to",
+        ),
+        (ball_volume(), {"level": 0.0, "vertices": 1e3}, TypeError, "vertices must be a whole number, not float"),
+        (ball_volume(), {"level": 0.0, "init": "cube"}, ValueError, "init must be one of 'auto', 'sphere'"),
+        (ball_volume(), {"level": 0.0, "init": 3}, TypeError, "init must be a name, a path or a SimplexMesh, not int"),
+        (ball_volume(), {"level": 0.0, "init": "nowhere.vtp"}, OSError, "nowhere.vtp"),
+        (ball_volume(), {"level": 0.0, "inside": "left"}, ValueError, "inside must be one of 'above', 'below'"),
+        (ball_volume(), {"level": 0.0, "components": "two"}, ValueError, "components must be one of 'largest', 'all'"),
+        (
+            ball_volume(),
+            {"level": 0.0, "init": "sphere", "components": "all"},
+            ValueError,
+            "components='all' needs init",
+        ),
+        (
+            sm.sphere(4).vertices,
+            {"inside": "below"},
+            ValueError,
+            "inside is for a level of a volume, not for PointCloud",
+        ),
+        (ball_volume(), {"level": 0.0, "tunnels": -1}, ValueError, "tunnels must be at least 0, not -1"),
+        (ball_volume(), {"level": 0.0, "adaptation": 2}, ValueError, "adaptation must be between 0 and 0.25, not 2"),
+        (np.zeros((3, 3)), {}, ValueError, "points"),
+        (np.zeros((5, 5, 5)), {"level": 0.5}, ValueError, "volume must hold an object and its surroundings; it is 0"),
+        (np.ones((5, 5, 5)), {}, ValueError, "volume must hold an object and its surroundings; it is 1"),
+        (np.full((30, 3), np.nan), {}, ValueError, "finite"),
+        (np.zeros((30, 2)), {}, ValueError, "shape"),
+        (np.zeros((0, 3)), {}, ValueError, "points"),
+        (np.random.default_rng(0).normal(size=(50, 3)), {"level": 1.0}, ValueError, "level and label are for volumes"),
+        ("nowhere.nii", {}, OSError, "nowhere.nii"),
+        ([], {}, ValueError, "data must be at least one scan, not an empty list"),
+        (None, {}, TypeError, "data must be"),
+    ],
+)
+def test_bad_input_gets_one_sentence(data, options, error, message):
+    with pytest.raises(error, match=message) as caught:
+        sm.reconstruct(data, **options)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_label_must_be_given_and_present():
+    values = np.zeros((20, 20, 20), dtype=np.uint8)
+    values[4:10, 4:14, 4:14] = 1
+    values[10:16, 4:14, 4:14] = 7
+    volume = sm.Volume(values)
+    with pytest.raises(ValueError, match=r"label must be given, one of \[1, 7\]"):
+        sm.reconstruct(volume)
+    with pytest.raises(ValueError, match="label must be present in the volume, 3 is not"):
+        sm.reconstruct(volume, label=3)
+    mesh = sm.reconstruct(volume, label=7, vertices=300).mesh
+    assert_allclose(mesh.vertices.mean(axis=0), [12.5, 8.5, 8.5], atol=0.3)
+
+
+def test_inward_and_inconsistent_normals_are_reported():
+    ball = sm.sphere(12)
+    right = sm.reconstruct(sm.PointCloud(ball.vertices, ball.normals), vertices=400)
+    with pytest.warns(sm.SimplexMeshWarning, match="point inwards and were flipped"):
+        wrong = sm.reconstruct(sm.PointCloud(ball.vertices, -ball.normals), vertices=400)
+    assert wrong.distance.mesh_to_data.rms == pytest.approx(right.distance.mesh_to_data.rms, rel=0.2)
+    signs = np.random.default_rng(0).choice([-1, 1], (ball.n_vertices, 1))
+    with pytest.warns(sm.SimplexMeshWarning, match=r"contradict each other \(\d+%\); they were left out"):
+        mixed = sm.reconstruct(sm.PointCloud(ball.vertices, signs * ball.normals), vertices=400)
+    assert_allclose(np.linalg.norm(mixed.mesh.vertices, axis=1), 1, atol=0.01)
+
+
+def test_triangles_are_repaired_or_refused():
+    ball = sm.sphere(8).triangulated()
+    turned = np.where(np.arange(len(ball.faces))[:, None] % 3 == 0, ball.faces[:, ::-1], ball.faces)
+    for faces in (turned, ball.faces[:, ::-1]):
+        with pytest.warns(sm.SimplexMeshWarning, match=r"flipped [\d,]+ of 3,840 triangles"):
+            model = sm.reconstruct(sm.TriangleMesh(ball.vertices, faces), vertices=400)
+        assert model.mesh.genus == 0
+        assert_allclose(np.linalg.norm(model.mesh.vertices, axis=1), 1, atol=0.02)
+    fin = np.concatenate([ball.faces, [[ball.faces[0, 0], ball.faces[0, 1], ball.faces[-1, 2]]]])
+    with pytest.raises(sm.TopologyError, match="edge"):
+        sm.reconstruct((ball.vertices, fin), vertices=400)
+
+
+def test_lost_handles_are_reported():
+    thin = sm.torus(40, 8, radius=1.0, tube_radius=0.97).triangulated()
+    with pytest.warns(sm.SimplexMeshWarning, match="the surface has genus 1, the model has 0"):
+        sm.reconstruct(thin, vertices=200)
+
+
+@pytest.mark.filterwarnings("ignore::simplexmesh._base.errors.SimplexMeshWarning")  # the ball has no such handle
+def test_pairs_of_faces_may_be_an_array():
+    ball = sm.sphere(12).triangulated()
+    model = sm.reconstruct(ball, init=sm.sphere(4), handles=np.array([[3, 60]]), iterations=5)
+    assert [proposal.accepted for proposal in model.topology.handles] == [True]
+
+
+def test_scans_may_be_arrays_and_a_mesh_may_be_fitted_to_a_mesh():
+    ball = sm.sphere(12)
+    front, back = ball.vertices[ball.vertices[:, 0] > -0.1], ball.vertices[ball.vertices[:, 0] < 0.1]
+    for scans, poses in (([front, back], None), ((front, back), [np.eye(4), np.eye(4)]), ([ball.vertices], None)):
+        mesh = sm.reconstruct(scans, poses=poses, vertices=400).mesh
+        assert_allclose(np.linalg.norm(mesh.vertices, axis=1), 1, atol=0.01)
+    with pytest.raises(ValueError, match="poses must be one per scan; there are 3 for 2 scans"):
+        sm.reconstruct([front, back], poses=[np.eye(4)] * 3)
+    mesh = sm.reconstruct(ball, vertices=400).mesh
+    assert_allclose(np.linalg.norm(mesh.vertices, axis=1), 1, atol=0.02)
+
+
+def test_omitted_components_of_a_volume_are_reported():
+    axis = np.arange(-10, 11.0)
+    x, y, z = np.meshgrid(np.arange(-10, 33.0), axis, axis, indexing="ij")
+    two = np.maximum(8 - np.sqrt(x * x + y * y + z * z), 7.4 - np.sqrt((x - 21) ** 2 + y * y + z * z))
+    with pytest.warns(sm.SimplexMeshWarning, match=r"4\d% of the surface is on smaller pieces that are left out"):
+        assert sm.reconstruct(sm.Volume(two), level=0.0, vertices=400).mesh.n_components == 1
+    with pytest.warns(sm.SimplexMeshWarning, match=r"4\d% of the surface is on smaller pieces"):
+        sm.reconstruct(sm.Volume((two > 0).astype(np.uint8)), label=1, vertices=400)
+    assert sm.reconstruct(sm.Volume(two), level=0.0, vertices=400, components="all").mesh.n_components == 2
+
+
+def test_scans_with_opposed_normals_are_fitted_without_them():
+    ball = sm.sphere(16)
+    upper = ball.vertices[:, 2] > -0.05
+    halves = [sm.PointCloud(ball.vertices[upper], ball.normals[upper])]
+    halves.append(sm.PointCloud(ball.vertices[~upper], -ball.normals[~upper]))
+    with pytest.warns(sm.SimplexMeshWarning, match="the points' normals bound no solid and were left out"):
+        mesh = sm.reconstruct(halves, vertices=400).mesh
+    assert_allclose(np.linalg.norm(mesh.vertices, axis=1), 1, atol=0.01)
+
+
+@pytest.mark.parametrize("unit", [1e-50, 1e-30, 1e20, 1e50])
+@pytest.mark.parametrize("init", ["auto", "sphere"])
+def test_units_beyond_single_precision_give_the_same_model(unit, init):
+    egg = sm.sphere(14).vertices * [3, 2, 1]
+    model = sm.reconstruct(unit * egg, vertices=400, init=init)
+    assert model.mesh.genus == 0
+    assert model.tangled == 0
+    assert model.distance.data_to_mesh.rms < 0.02 * unit
+
+
+@pytest.mark.parametrize("init", ["auto", "sphere"])
+def test_values_beyond_single_precision_give_the_same_model(init):
+    ball = ball_volume()
+    missing = np.where(ball.values > -3, ball.values, -np.finfo(float).max)
+    for values in (missing, 1e300 * ball.values, 1e-200 * ball.values):
+        model = sm.reconstruct(sm.Volume(values, origin=(-11, -11, -11)), level=0.0, vertices=400, init=init)
+        assert_allclose(np.linalg.norm(model.mesh.vertices, axis=1), 8.3, atol=0.1)
+        assert model.distance.data_to_mesh.rms < 0.15
+
+
+def test_stray_points_far_from_all_others_are_left_out_with_a_warning():
+    egg = sm.sphere(14).vertices * [3, 2, 1]
+    points = np.vstack([[1e6, 0, 0], egg, [0, -600, 0]])
+    for data, init in ((points, "auto"), (points, "sphere"), (sm.PointCloud(points, points), "auto")):
+        with pytest.warns(sm.SimplexMeshWarning, match="left out 2 of 3,922 points, isolated and far"):
+            model = sm.reconstruct(data, vertices=400, init=init)
+        assert model.distance.data_to_mesh.max < 0.1
+    with pytest.warns(sm.SimplexMeshWarning, match="left out 2"):
+        found = sm.register(points, egg + np.array([7, 0, 0]))
+    assert_allclose(np.abs(found.T_target_source @ [0, 0, 0, 1]), [7, 0, 0, 1], atol=0.01)
+
+
+def test_small_dense_pieces_far_away_are_no_stray_points():
+    ball, crumb = sm.sphere(20), sm.sphere(1, radius=0.02, center=(30, 0, 0))
+    cloud = sm.PointCloud(np.vstack([ball.vertices, crumb.vertices]))
+    assert without_stray_points(cloud) is cloud

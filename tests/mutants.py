@@ -1,0 +1,151 @@
+"""Draw faults, put each in a copy of the repository, run the tests of its room, and print which ones survive.
+
+    python tests/mutants.py --count 30 --seed 0
+
+A fault is one change of one expression: a comparison flipped, + and - or * and / swapped, a number changed by half or
+by one, a sign or a `not` dropped, a condition negated, `and` and `or` swapped, a call left out. Messages, docstrings,
+types, plots and the command are left out.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ast
+import os
+import random
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+ROOMS = ("_base", "numerics", "mesh", "data", "orientation", "motion", "surface", "recognition")
+AT_LEAST = 0.9
+COMPARED = {ast.Lt: ast.GtE, ast.LtE: ast.Gt, ast.Gt: ast.LtE, ast.GtE: ast.Lt, ast.Eq: ast.NotEq, ast.NotEq: ast.Eq}
+SWAPPED = {ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult, ast.And: ast.Or, ast.Or: ast.And}
+SILENT = {"warn", "report", "update", "TypeVar", "field"}
+
+
+def places(tree: ast.AST) -> Iterator[ast.AST]:
+    """The nodes that a fault may change."""
+    for node in ast.iter_child_nodes(tree):
+        told = isinstance(node, ast.Raise | ast.Assert | ast.JoinedStr | ast.ImportFrom | ast.Import)
+        told = told or (isinstance(node, ast.FunctionDef) and node.name == "__repr__")
+        told = told or (isinstance(node, ast.Call) and getattr(node.func, "id", "") in SILENT)
+        told = told or (
+            isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING"
+        )
+        if told:
+            continue
+        yield node
+        if isinstance(node, ast.AnnAssign):
+            yield from (node.value, *places(node.value)) if node.value else ()
+        elif isinstance(node, ast.FunctionDef):
+            for part in (*node.args.defaults, *filter(None, node.args.kw_defaults), *node.body):
+                yield from (part, *places(part)) if not isinstance(part, ast.Raise | ast.Assert) else ()
+        else:
+            yield from places(node)
+
+
+def faults(node: ast.AST) -> Iterator[tuple[ast.expr, str]]:
+    """The changes of one node: the expression that is replaced, and by what."""
+    if isinstance(node, ast.Compare) and len(node.ops) == 1 and type(node.ops[0]) in COMPARED:
+        yield node, ast.unparse(ast.Compare(node.left, [COMPARED[type(node.ops[0])]()], node.comparators))
+    if isinstance(node, ast.BinOp) and type(node.op) in SWAPPED:
+        yield node, ast.unparse(ast.BinOp(node.left, SWAPPED[type(node.op)](), node.right))
+    if isinstance(node, ast.BoolOp):
+        yield node, ast.unparse(ast.BoolOp(SWAPPED[type(node.op)](), node.values))
+    if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not | ast.USub | ast.Invert):
+        yield node, ast.unparse(node.operand)
+    if isinstance(node, ast.Constant) and isinstance(node.value, int | float) and not isinstance(node.value, bool):
+        yield node, repr(node.value + 1 if isinstance(node.value, int) else 1.5 * node.value or 0.5)
+    if isinstance(node, ast.If):
+        yield node.test, f"not ({ast.unparse(node.test)})"
+    if isinstance(node, ast.Return) and node.value is not None and isinstance(node.value, ast.Call):
+        yield from [(node.value, ast.unparse(node.value.args[0]))] if len(node.value.args) == 1 else []
+
+
+def all_faults() -> list[tuple[Path, ast.expr, str]]:
+    """Every fault that can be put in, by file, the expression and its replacement."""
+    found = []
+    for room in ROOMS:
+        for path in sorted((ROOT / "simplexmesh" / room).rglob("*.py")):
+            tree = ast.parse(path.read_text(encoding="utf-8"))
+            seen: set[tuple[int, int, str]] = set()
+            for node in places(tree):
+                for old, new in faults(node):
+                    key = old.lineno, old.col_offset, new
+                    if key not in seen:
+                        seen.add(key)
+                        found.append((path.relative_to(ROOT), old, new))
+    return found
+
+
+def replaced(text: str, old: ast.expr, new: str) -> str:
+    """The text with one expression, given by its place, replaced; columns of `ast` count bytes."""
+    lines = text.encode().splitlines(keepends=True)
+    before = b"".join(lines[: old.lineno - 1]) + lines[old.lineno - 1][: old.col_offset]
+    after = lines[old.end_lineno - 1][old.end_col_offset :] + b"".join(lines[old.end_lineno :])
+    return (before + f"({new})".encode() + after).decode()
+
+
+def exit_code(copy: Path, room: str, limit: float) -> int | None:
+    """The exit code of the tests of a room, None if they do not end in time."""
+    places = [place for place in (copy / "tests" / room.strip("_"), copy / "simplexmesh" / room) if place.exists()]
+    command = [sys.executable, "-m", "pytest", "-q", "-x", "-n0", "-p", "no:cacheprovider", *map(str, places)]
+    try:
+        done = subprocess.run(
+            command,
+            cwd=copy,
+            env=os.environ | {"PYTHONPATH": str(copy)},
+            capture_output=True,
+            timeout=limit,
+            check=False,
+        )
+        return done.returncode
+    except subprocess.TimeoutExpired:
+        return None
+
+
+def is_caught(copy: Path, path: Path, old: ast.expr, new: str, *, limit: float) -> bool:
+    """Whether the tests of a file's room fail with a fault in it, or do not end in time."""
+    file = copy / path
+    sound = file.read_text(encoding="utf-8")
+    file.write_text(replaced(sound, old, new), encoding="utf-8")
+    try:
+        return exit_code(copy, path.parts[1], limit) in (1, 2, None)  # 2: the fault breaks an import
+    finally:
+        file.write_text(sound, encoding="utf-8")
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--count", type=int, default=30, help="how many faults")
+    parser.add_argument("--seed", type=int, default=0, help="which ones")
+    parser.add_argument("--room", choices=ROOMS, help="in one room only")
+    parser.add_argument("--limit", type=float, default=1800.0, help="seconds for the tests of a room")
+    asked = parser.parse_args()
+    known = [fault for fault in all_faults() if asked.room in (None, fault[0].parts[1])]
+    drawn = random.Random(asked.seed).sample(known, min(max(asked.count, 1), len(known)))
+    survivors = 0
+    with tempfile.TemporaryDirectory() as folder:
+        copy = Path(folder, "copy")
+        skipped = shutil.ignore_patterns(".git", ".venv", ".*_cache", ".hypothesis", "demo_output", "_build")
+        shutil.copytree(ROOT, copy, ignore=skipped)
+        for room in sorted({path.parts[1] for path, _, _ in drawn}):
+            if exit_code(copy, room, asked.limit) != 0:
+                sys.exit(f"the tests of {room} fail without any fault")
+        for number, (path, old, new) in enumerate(drawn, 1):
+            caught = is_caught(copy, path, old, new, limit=asked.limit)
+            survivors += not caught
+            told = f"{path}:{old.lineno}: {ast.unparse(old)} -> {new}"
+            print(f"{number}/{len(drawn)} {'caught  ' if caught else 'SURVIVED'} {told}", flush=True)  # noqa: T201
+    share = 1 - survivors / len(drawn)
+    print(f"{share:.0%} of {len(drawn)} faults caught, of {len(known):,} possible ones")  # noqa: T201
+    return 0 if share >= AT_LEAST else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

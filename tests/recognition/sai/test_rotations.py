@@ -1,0 +1,186 @@
+"""Tables of rotations: a group, its coverings of all rotations, and how they are shared."""
+
+from __future__ import annotations
+
+from contextlib import nullcontext
+
+import numpy as np
+import pytest
+
+from simplexmesh.numerics.rotation_vectors import angles_between
+from simplexmesh.recognition.sai import rotations as tables
+from simplexmesh.recognition.sai.sphere_domain import mobius_centering, mobius_map, sphere_domain
+from tests.recognition import reference as reference
+
+
+@pytest.fixture
+def cache(tmp_path, monkeypatch):
+    """An empty folder for tables, and a memory without any."""
+    monkeypatch.setenv("SIMPLEXMESH_CACHE", str(tmp_path / "tables"))
+    tables.rotations.cache_clear()
+    yield tmp_path / "tables"
+    tables.rotations.cache_clear()
+
+
+class TestGroup:
+    def test_is_a_group_of_60_proper_rotations(self):
+        group = tables.icosahedral_group()
+        assert group.shape == (60, 3, 3)
+        assert np.allclose(group @ np.swapaxes(group, 1, 2), np.eye(3))
+        assert np.allclose(np.linalg.det(group), 1)
+        products = np.einsum("gab,hbc->ghac", group, group).reshape(-1, 3, 3)
+        assert angles_between(products, group).min(axis=1).max() < 1e-6
+
+    @pytest.mark.parametrize("frequency", [5, 6, 9])
+    def test_takes_the_sphere_to_itself_vertex_by_vertex(self, frequency):
+        table, here = tables.build(frequency, "darts"), sphere_domain(frequency)
+        for R, turn in zip(table.group, table.turns, strict=True):
+            assert np.allclose(here.vertices @ R.T, here.vertices[turn], atol=1e-9)
+            assert {tuple(sorted(row)) for row in turn[here.mesh.neighbors]} == {
+                tuple(sorted(row)) for row in here.mesh.neighbors
+            }
+
+
+class TestFamilies:
+    def test_darts_are_the_3n_rotations_from_one_dart_to_every_other(self):
+        table, here = tables.build(5, "darts"), sphere_domain(5)
+        assert len(table) == 3 * here.mesh.n_vertices
+        images = table.matrices @ here.vertices[0]
+        at = np.argmax(images @ here.vertices.T, axis=1)
+        assert np.bincount(at, minlength=500).tolist() == [3] * 500
+        assert np.allclose(images, here.vertices[at], atol=1e-9)
+        toward = table.matrices @ here.vertices[here.mesh.neighbors[0, 0]]
+        other = here.mesh.neighbors[
+            at, np.argmax(np.einsum("kb,kjb->kj", toward, here.vertices[here.mesh.neighbors[at]]), axis=1)
+        ]
+        assert len(set(zip(at.tolist(), other.tolist(), strict=True))) == 1500
+
+    @pytest.mark.parametrize(("family", "mean", "most"), [("even", 7.0, 15.0), ("darts", 16.0, 33.0)])
+    def test_no_rotation_is_far_from_one_of_the_table(self, family, mean, most):
+        rng = np.random.default_rng(1)
+        some = np.stack([reference.random_rotation(rng) for _ in range(500)])
+        nearest = np.degrees(angles_between(some, tables.build(5, family).matrices).min(axis=1))
+        assert nearest.mean() < mean
+        assert nearest.max() < most
+
+    @pytest.mark.parametrize("family", tables.FAMILIES)
+    def test_indices_name_the_nearest_vertex(self, family):
+        table = tables.build(5, family)
+        rows = table.indices()
+        assert rows.shape == (len(table), 500)
+        here = sphere_domain(5)
+        for k in range(0, len(table), 97):
+            images = here.vertices @ table.matrices[k].T
+            found = np.einsum("ij,ij->i", images, here.vertices[rows[k]])
+            assert np.allclose(found, (images @ here.vertices.T).max(axis=1), atol=1e-9)
+        assert np.allclose(np.linalg.det(table.matrices), 1)
+
+
+class TestSharing:
+    def test_a_second_process_finds_what_the_first_left(self, cache, monkeypatch):
+        first = tables.rotations(5, "darts")
+        (left,) = cache.iterdir()
+        tables.rotations.cache_clear()
+        monkeypatch.setattr(tables, "build", lambda *_: pytest.fail("built again"))
+        second = tables.rotations(5, "darts")
+        assert left.suffix == ".npz"
+        assert np.array_equal(first.maps, second.maps)
+        assert np.array_equal(first.turns, second.turns)
+        assert np.array_equal(first.matrices, second.matrices)
+
+    @pytest.mark.parametrize("keep", [0, 10, 2000, -30])
+    def test_a_damaged_file_is_built_anew(self, cache, keep):
+        tables.rotations(5, "darts")
+        (left,) = cache.iterdir()
+        whole = left.read_bytes()
+        left.write_bytes(whole[:keep])
+        tables.rotations.cache_clear()
+        assert len(tables.rotations(5, "darts")) == 1500
+        tables.rotations.cache_clear()
+        assert tables._read(left, 5, "darts") is not None
+
+    @pytest.mark.parametrize("representatives", [np.zeros((0, 3, 3)), np.float64(1.0)])
+    def test_a_file_without_representatives_is_rejected(self, tmp_path, representatives):
+        table = tables.build(5, "darts")
+        parts = {"maps": table.maps[:0], "group": table.group, "turns": table.turns}
+        np.savez(tmp_path / "table.npz", representatives=representatives, **parts)
+        assert tables._read(tmp_path / "table.npz", 5, "darts") is None
+
+    def test_a_file_of_another_frequency_is_not_believed(self, cache):
+        tables.rotations(6, "darts")
+        (left,) = cache.iterdir()
+        assert tables._read(left, 6, "darts") is not None
+        assert tables._read(left, 5, "darts") is None
+
+    def test_a_folder_that_is_a_file_is_nobodys_problem(self, tmp_path, monkeypatch):
+        (tmp_path / "file").write_text("not a folder")
+        monkeypatch.setenv("SIMPLEXMESH_CACHE", str(tmp_path / "file"))
+        tables.rotations.cache_clear()
+        assert len(tables.rotations(5, "darts")) == 1500
+        tables.rotations.cache_clear()
+        assert (tmp_path / "file").read_text() == "not a folder"
+
+    @pytest.mark.parametrize("stop", [KeyboardInterrupt, SystemExit, OSError])
+    def test_writing_that_is_interrupted_leaves_nothing(self, tmp_path, monkeypatch, stop):
+        found = tables.build(5, "darts")
+
+        def stopped(file, **_):
+            file.write(b"half of it")
+            raise stop
+
+        monkeypatch.setattr(tables.np, "savez", stopped)
+        with nullcontext() if stop is OSError else pytest.raises(stop):
+            tables._save(tmp_path / "table.npz", found)
+        assert list(tmp_path.iterdir()) == []
+
+    @pytest.mark.parametrize("frequency", [4, 13, 0, -1])
+    def test_frequency_out_of_range(self, frequency):
+        with pytest.raises(ValueError, match=rf"frequency must be at .* not {frequency}"):
+            tables.rotations(frequency)
+
+
+class TestSphere:
+    def test_interpolation_is_that_of_the_plain_search_for_a_triangle(self):
+        rng = np.random.default_rng(2)
+        values, directions = rng.normal(size=500), rng.normal(size=(40, 3))
+        directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+        here = sphere_domain(5)
+        plain = [reference.interpolated(5, values, d) for d in directions]
+        assert np.allclose(here.interpolated(values, here.locate(directions)), plain, atol=1e-9)
+
+    def test_walks_end_where_they_should(self):
+        rng = np.random.default_rng(3)
+        directions = rng.normal(size=(200, 3))
+        directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+        here = sphere_domain(7)
+        near = here.locate(directions)
+        nearest = np.argmax(directions @ here.vertices.T, axis=1)
+        assert (near.vertex == nearest).mean() > 0.9
+        assert (
+            np.isin(nearest, near.vertex) | (here.mesh.neighbors[near.vertex] == nearest[:, None]).any(axis=1)
+        ).all()
+        assert near.weights.min() > -1e-9
+        assert np.allclose(near.weights.sum(axis=1), 1)
+
+    def test_boosts_keep_circles_and_angles(self):
+        here, b = sphere_domain(5), np.array([0.4, -0.2, 0.3])
+        images = mobius_map(here.vertices, b)
+        assert np.allclose(np.linalg.norm(images, axis=1), 1)
+        turns = np.linspace(0, 2 * np.pi, 9)[:-1]
+        circle = np.stack([0.6 * np.cos(turns), 0.6 * np.sin(turns), np.full(8, 0.8)], axis=1)
+        moved = mobius_map(circle, b)
+        flat = np.linalg.svd(moved - moved.mean(axis=0))[1]
+        assert flat[2] < 1e-12 * flat[0]
+
+    def test_centering_undoes_any_boost_but_for_a_rotation(self):
+        here = sphere_domain(6)
+        weights = 1 + 0.5 * here.vertices[:, 0] ** 2 + 0.3 * here.vertices[:, 1]
+
+        def centered(points):
+            for b in mobius_centering(points, weights):
+                points = mobius_map(points, b)
+            return points
+
+        one = centered(here.vertices)
+        other = centered(mobius_map(here.vertices, np.array([0.3, 0.5, -0.2])))
+        assert np.allclose(one @ one.T, other @ other.T, atol=1e-6)
