@@ -559,7 +559,7 @@ class TestSmoothedCurvature:
         (mean, gauss, error), (whole, _, left) = shrunk(diffusion, c)
         assert rms(mean - whole) < 0.1 * rms(c.mean - whole)
         assert rms(gauss - 1) < 0.7 * rms(c.gauss - 1)
-        assert left.mean() <= error.mean() < 0.8 * local_noise(diffusion, c).mean()
+        assert left.mean() < 1.001 * error.mean() < 0.8 * local_noise(diffusion, c).mean()
 
     def test_methods_without_directions_or_errors_are_averaged(self):
         mesh = ball(8)
