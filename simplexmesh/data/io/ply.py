@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import io
+import itertools
 import re
 import warnings
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -60,22 +62,27 @@ def _range_scan(path: Path, points: Array, info: dict[str, str], grid: Ragged) -
 
 def _contents(path: Path) -> Contents:
     """Return what a file contains, from all its numbers at once if it is text as it should be, else by plyfile."""
-    triangles = {"face": {"vertex_indices": 3, "vertex_index": 3}}
     try:
         with warnings.catch_warnings(action="ignore"):  # one for each empty list
-            if _is_text(path) and (found := _text_contents(path.read_bytes())) is not None:
-                return found
-            try:
-                data = plyfile.PlyData.read(str(path), known_list_len=triangles)
-            except (plyfile.PlyParseError, KeyError, ValueError):  # polygons: one by one
-                data = plyfile.PlyData.read(str(path))
+            if _is_text(path):
+                with suppress(_Irregular):
+                    return _text_contents(path.read_bytes())
+            return _plyfile_contents(path)
     except (plyfile.PlyParseError, ValueError, KeyError, EOFError, OverflowError, MemoryError) as error:
         raise OSError(f"{path.name} cannot be read as PLY, it is truncated or damaged: {error}") from None
+
+
+def _plyfile_contents(path: Path) -> Contents:
+    triangles = {"face": {"vertex_indices": 3, "vertex_index": 3}}
+    try:
+        data = plyfile.PlyData.read(str(path), known_list_len=triangles)
+    except (plyfile.PlyParseError, KeyError, ValueError):  # polygons: one by one
+        data = plyfile.PlyData.read(str(path))
     table, lists = {}, {}
     for element in data.elements:
-        if element.name == "vertex":
-            table = {p.name: element.data[p.name] for p in element.properties}
         listed = [p.name for p in element.properties if isinstance(p, plyfile.PlyListProperty)]
+        if element.name == "vertex":
+            table = {p.name: element.data[p.name] for p in element.properties if p.name not in listed}
         if listed and len(element.data):
             column = element.data[_of_indices(listed)]
             if column.dtype == object:
@@ -90,57 +97,69 @@ def _is_text(path: Path) -> bool:
         return re.match(rb"ply\s+format\s+ascii", file.read(100)) is not None
 
 
-def _text_contents(raw: bytes) -> Contents | None:
-    """Return what plyfile would read of a text file, which takes it 3 s for a scan; None if it is irregular."""
+class _Irregular(Exception):  # noqa: N818  nothing that a caller sees
+    """A text file whose rows are not what its header says."""
+
+
+def _text_contents(raw: bytes) -> Contents:
+    """Return what plyfile would read of a text file, which takes it 3 s for a scan; also empty lines, and 2.0 for 2."""
     head, *body = re.split(rb"(?m)^end_header\s*?$", raw.replace(b"\r\n", b"\n"), maxsplit=1)
-    text = re.compile(rb"(?m)^format\s+ascii")
     if not body:
-        return None
+        raise _Irregular
+    rows = [words for line in body[0].splitlines() if (words := line.split())]
     try:
-        numbers = np.array(body[0].split()).astype(np.float64)
+        numbers = np.array([*itertools.chain.from_iterable(rows)]).astype(np.float64)
     except ValueError:
-        return None
-    element = re.compile(rb"(?m)^(element\s+\S+)\s+(\d+)")
-    empty_head = text.sub(b"format binary_little_endian", element.sub(rb"\1 0", head))
+        raise _Irregular from None
+    ends = np.cumsum([len(row) for row in rows], dtype=np.int64)
+    starts = np.concatenate([[0], ends[:-1]])[: len(ends)]
+    element = re.compile(rb"(?m)^(element[ \t]+\S+)[ \t]+(\d+)")
+    empty_head = re.sub(rb"(?m)^format\s+ascii", b"format binary_little_endian", element.sub(rb"\1 0", head))
     empty = plyfile.PlyData.read(io.BytesIO(empty_head + b"end_header\n"))
-    counts = [found[1] for found in element.findall(head)]
     table: dict[str, Array] = {}
     lists: dict[str, Ragged] = {}
     at = 0
-    for part, count in zip(empty.elements, map(int, counts), strict=True):
-        kinds = [isinstance(p, plyfile.PlyListProperty) for p in part.properties]
-        names = [p.name for p in part.properties]
-        if any(kinds) and part.name == "vertex":
-            return None
-        if any(kinds):
-            chosen = names.index(_of_indices([name for name, is_list in zip(names, kinds, strict=True) if is_list]))
-            found = _rows_of_lists(numbers[at:].tolist(), count, kinds, chosen)
-            if found is None:
-                return None
-            sizes, starts, length = found
-            inside = np.repeat(starts - np.cumsum(sizes) + sizes, sizes) + np.arange(sizes.sum())
-            lists |= {part.name: (sizes, numbers[at:][inside])} if count else {}
-            at += length
+    for part, (_, digits) in zip(empty.elements, element.findall(head), strict=True):
+        count = int(digits)
+        if len(ends) < at + count:
+            raise _Irregular
+        columns, ragged = _columns(part.properties, numbers, starts[at : at + count], ends[at : at + count])
+        at += count
+        if part.name == "vertex":
+            table = columns
+        if ragged and count:
+            lists[part.name] = ragged[_of_indices(list(ragged))]
+    return table, lists, _info(empty)
+
+
+def _columns(properties: Any, numbers: Array, starts: Indices, ends: Indices) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return the columns and the lists of an element by name; its rows start and end (n,) there among the numbers."""
+    columns, lists, at = {}, {}, starts.copy()
+    for each in properties:
+        if (at >= ends).any():
+            raise _Irregular
+        if not isinstance(each, plyfile.PlyListProperty):
+            columns[each.name] = _exactly(numbers[at], each.val_dtype)
+            at += 1
             continue
-        rows = numbers[at : at + count * len(names)]
-        at += count * len(names)
-        if part.name == "vertex" and at <= len(numbers):
-            table = {p.name: rows[i :: len(names)].astype(p.val_dtype) for i, p in enumerate(part.properties)}
-    return (table, lists, _info(empty)) if at == len(numbers) else None
+        sizes = _exactly(numbers[at], each.len_dtype).astype(np.int64)
+        at += 1
+        if (sizes < 0).any() or (sizes > ends - at).any():
+            raise _Irregular
+        inside = np.repeat(at - np.cumsum(sizes) + sizes, sizes) + np.arange(sizes.sum())
+        lists[each.name] = sizes, _exactly(numbers[inside], each.val_dtype)
+        at += sizes
+    if not np.array_equal(at, ends):
+        raise _Irregular
+    return columns, lists
 
 
-def _rows_of_lists(values: list[float], count: int, kinds: list[bool], chosen: int) -> tuple[Any, Any, int] | None:
-    """Return sizes and starts (count,) of the chosen list in each row, and the length of all; None if they run out."""
-    sizes, starts, at = np.zeros(count, np.int64), np.zeros(count, np.int64), 0
-    for row in range(count):
-        for column, is_list in enumerate(kinds):
-            if at >= len(values) or (is_list and not (values[at] >= 0 and values[at].is_integer())):
-                return None
-            size = int(values[at]) if is_list else 0
-            if column == chosen:
-                sizes[row], starts[row] = size, at + 1
-            at += size + 1
-    return (sizes, starts, at) if at <= len(values) else None
+def _exactly(values: Array, kind: str) -> NDArray[Any]:
+    """Return numbers in the type that the header says, which must hold them if it is one of whole numbers."""
+    out = values.astype(kind)
+    if out.dtype.kind != "f" and not np.array_equal(out, values):
+        raise _Irregular
+    return out
 
 
 def _info(data: plyfile.PlyData) -> dict[str, str]:

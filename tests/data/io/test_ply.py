@@ -5,10 +5,14 @@ from __future__ import annotations
 import warnings
 
 import numpy as np
+import plyfile
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from numpy.testing import assert_array_equal
 
 import simplexmesh as sm
+from simplexmesh.data.io.ply import read_ply
 
 POINTS = "element vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
 FACES = "element face 4\nproperty list uchar int vertex_indices\n"
@@ -86,3 +90,42 @@ def test_damaged(old, new, tmp_path):
     (tmp_path / "a.ply").write_text(whole.replace(old, new))
     with pytest.raises((OSError, ValueError), match=r"a.ply.*(damaged|whole numbers)"):
         read(tmp_path / "a.ply")
+
+
+@st.composite
+def texts(draw):
+    """Text files of points and triangles, some with lists at vertices, empty faces, numbers too many or displaced."""
+    kind, ending = draw(st.sampled_from(["float", "int", "uchar"])), draw(st.sampled_from(["\n", "\r\n"]))
+    number = st.sampled_from(["0", "1", "2", "3", "7"]) | st.sampled_from(["0.5", "256", "-1"])
+    tags = draw(st.none() | st.lists(st.sampled_from(["1 5", "0", "2 6 8", "-1", "300"]), min_size=4, max_size=4))
+    points = [[*map(str, point)] for point in VERTICES]
+    points[draw(st.integers(0, 3))][draw(st.integers(0, 2))] = draw(number)
+    rows = [[*point, *tag.split()] for point, tag in zip(points, tags or [""] * 4, strict=True)]
+    faces = draw(st.lists(st.sampled_from([*TRIANGLES, []]), max_size=4))
+    faces += TRIANGLES[:1] * bool(faces)
+    rows += [[str(len(face)), *map(str, face)] for face in faces]
+    for _ in range(draw(st.integers(0, 1))):
+        rows[draw(st.integers(0, len(rows) - 1))].append(draw(number))
+        rows[draw(st.integers(0, len(rows) - 1))].pop(draw(st.sampled_from([0, -1])))
+    header = POINTS.replace("float", kind) + "property list uchar int tags\n" * (tags is not None)
+    header += f"comment element face 9\nelement face {len(faces)}\nproperty list uchar int vertex_indices\n"
+    body = "".join(" ".join(row) + "\n" for row in rows) + draw(st.sampled_from(["", "\n", "9 9\n"]))
+    return text(header, body).replace("\n", ending)
+
+
+@given(texts())
+@pytest.mark.filterwarnings("ignore")
+def test_text_is_read_as_plyfile_reads_it(tmp_path_factory, content):
+    path = tmp_path_factory.mktemp("text") / "a.ply"
+    path.write_text(content, newline="")
+    try:
+        wanted = plyfile.PlyData.read(str(path))
+    except (plyfile.PlyParseError, ValueError, OverflowError):
+        with pytest.raises(OSError, match="truncated or damaged"):
+            read_ply(path)
+        return
+    found = read_ply(path)
+    points = found.vertices if isinstance(found, sm.TriangleMesh) else found.points
+    assert_array_equal(points, np.stack([wanted["vertex"][c] for c in "xyz"], axis=1))
+    faces = [row.tolist() for row in wanted["face"]["vertex_indices"] if len(row)]
+    assert faces == (found.faces.tolist() if isinstance(found, sm.TriangleMesh) else [])
