@@ -19,7 +19,7 @@ def draft(path: Path) -> Iterator[Path]:
         raise IsADirectoryError(f"path must be a file, {str(path)!r} is a folder")
     if target.exists() and not target.is_file():
         raise OSError(f"path must be a regular file, {str(path)!r} is a pipe or a device")
-    part = target.with_name(f".part{os.getpid()}.{target.name}")
+    part = target.with_name(f".part{os.getpid()}.{target.name.lower()}")  # ITK knows no formats in capitals
     try:
         yield part
         if target.exists():

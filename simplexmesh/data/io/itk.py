@@ -42,6 +42,8 @@ def read_image(path: Path) -> Volume:
     with _unambiguous(path) as unambiguous, _scaled_by_standard(unambiguous, kind) as readable:
         reader = sitk.ImageFileReader()
         reader.SetFileName(str(readable))
+        if kind == "metaimage":
+            reader.SetImageIO("MetaImageIO")  # by itself ITK knows endings in small letters only
         return _volume(path, _execute(path, reader))
 
 

@@ -100,7 +100,7 @@ def to_pyvista(value: Any) -> Any:
         return pyvista.PolyData(_dataset(_content(value)), deep=False)
     out = pyvista.ImageData(dimensions=value.shape, spacing=value.spacing, origin=value.origin)
     out.direction_matrix = value.direction
-    out.point_data["values"] = value.values.ravel(order="F")
+    out.point_data["values"] = value.values.flatten(order="F")
     return out
 
 

@@ -371,7 +371,7 @@ class TestVolumes:
         direction=[[0, -1, 0], [1, 0, 0], [0, 0, 1]],
     )
 
-    @pytest.mark.parametrize("ending", [".mha", ".nrrd", ".nii", ".nii.gz", ".vti"])
+    @pytest.mark.parametrize("ending", [".mha", ".nrrd", ".nii", ".nii.gz", ".vti", ".MHA", ".NII.GZ", ".VTI"])
     def test_come_back_where_they_were(self, ending, tmp_path):
         self.VOLUME.save(tmp_path / f"a{ending}")
         assert [path.name for path in tmp_path.iterdir()] == [f"a{ending}"]
@@ -384,6 +384,11 @@ class TestVolumes:
         again = as_volume(self.VOLUME.to_pyvista())
         assert_array_equal(again.values, self.VOLUME.values)
         np.testing.assert_allclose(again.T_world_index, self.VOLUME.T_world_index, atol=1e-12)
+
+    def test_what_pyvista_changes_is_its_own(self):
+        before = self.VOLUME.values.copy()
+        self.VOLUME.to_pyvista().point_data["values"][:] = -1
+        assert_array_equal(self.VOLUME.values, before)
 
     def test_in_formats_of_surfaces_are_refused(self, tmp_path):
         with pytest.raises(ValueError, match=r"^path must end with one of .mha, .nrrd, .nii, .nii.gz, .vti for a vol"):
