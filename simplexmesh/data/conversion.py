@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from simplexmesh._base import checks
-from simplexmesh.data.points import PointCloud
+from simplexmesh.data.points import PointCloud, cloud_of_vertices
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.data.volume import Volume
 
@@ -58,10 +58,9 @@ def as_points(value: Any, name: str = "points") -> PointCloud:
     if isinstance(out, PointCloud):
         return out
     if isinstance(out, TriangleMesh):
-        normals = out.vertex_normals
-        return PointCloud(out.vertices, normals if normals.any(axis=1).all() else None).merged()
+        return cloud_of_vertices(out.vertices, out.vertex_normals).merged()
     if _is_simplex_mesh(out):
-        return PointCloud(out.vertices, out.normals if out.normals.any(axis=1).all() else None).merged()
+        return cloud_of_vertices(out.vertices, out.normals).merged()
     raise TypeError(f"{name} must be points, not {_description(value, out)}")
 
 

@@ -149,6 +149,11 @@ class PointCloud:
         )
 
 
+def cloud_of_vertices(vertices: Array, normals: Array) -> PointCloud:
+    """Return the vertices of a surface as points, with their normals if all have one."""
+    return PointCloud(vertices, normals if normals.any(axis=1).all() else None)
+
+
 def cloud_of_file(name: str, points: Array, normals: Array | None, *, missing: bool = False) -> PointCloud:
     """Return the cloud read from a file without points whose normals are zero or NaN, and warn of their number."""
     keep: NDArray[np.bool_] = np.ones(len(points), dtype=bool)

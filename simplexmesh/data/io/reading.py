@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from simplexmesh._base import checks
 from simplexmesh._base.errors import TopologyError, warn
 from simplexmesh.data.io import formats
-from simplexmesh.data.points import PointCloud
+from simplexmesh.data.points import PointCloud, cloud_of_vertices
 from simplexmesh.data.poses import read_poses
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.data.volume import Volume
@@ -130,9 +130,9 @@ def read_points(path: str | os.PathLike[str]) -> PointCloud:
     if isinstance(out, PointCloud):
         return out
     if isinstance(out, TriangleMesh):
-        return PointCloud(out.vertices, out.vertex_normals if out.vertex_normals.any(axis=1).all() else None)
+        return cloud_of_vertices(out.vertices, out.vertex_normals)
     if hasattr(out, "connectivity"):
-        return PointCloud(out.vertices, out.normals if out.normals.any(axis=1).all() else None)
+        return cloud_of_vertices(out.vertices, out.normals)
     raise _wrong_content("points", path, out)
 
 
