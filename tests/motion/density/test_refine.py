@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -31,7 +33,12 @@ from tests.mesh.families import ALL, shaken
 from tests.motion.density import reference as reference
 
 EGG = sm.ellipsoid((1.0, 1.2, 2.0), 24).triangulated()
-COARSE = sm.reconstruct(EGG, vertices=160, adaptation=0.0).mesh
+BALL = sm.sphere(3)
+
+
+@functools.cache
+def egg_of(vertices):
+    return sm.reconstruct(EGG, vertices=vertices, adaptation=0.0).mesh
 
 
 class Sphere:
@@ -55,7 +62,7 @@ def around_faces(mesh, faces):
 
 @pytest.fixture(scope="module")
 def fine():
-    return sm.refine(COARSE, EGG, threshold="fine", rounds=60)
+    return sm.refine(egg_of(160), EGG, threshold="fine", rounds=60)
 
 
 class TestScore:
@@ -151,7 +158,7 @@ class TestCuts:
 
 class TestRound:
     def test_only_faces_above_the_threshold_are_divided(self):
-        out = refine_round(COARSE, sm.targets.Triangles(EGG), reach=0.4, threshold=1e9)
+        out = refine_round(egg_of(160), sm.targets.Triangles(EGG), reach=0.4, threshold=1e9)
         assert (out.inserted, out.converged) == (0, True)
 
     def test_faces_of_more_than_five_vertices_are_cut_others_ringed(self):
@@ -166,15 +173,15 @@ class TestRound:
 
     @pytest.mark.parametrize("budget", [0, 1, 2, 9, 10, 47, 200])
     def test_keeps_to_its_budget(self, budget):
-        out = refine_round(COARSE, sm.targets.Triangles(EGG), reach=0.4, threshold=1e-12, budget=budget)
-        assert budget - 10 < out.inserted <= budget or out.inserted >= COARSE.n_faces
+        out = refine_round(egg_of(160), sm.targets.Triangles(EGG), reach=0.4, threshold=1e-12, budget=budget)
+        assert budget - 10 < out.inserted <= budget or out.inserted >= egg_of(160).n_faces
         assert out.inserted <= budget
         assert out.mesh.check().ok
 
     def test_tangled_faces_are_left_alone(self):
-        vertices = np.array(COARSE.vertices)
-        vertices[0] = 3 * vertices[COARSE.neighbors[0, 0]] - 2 * vertices[0]
-        tangled = COARSE.moved(vertices)
+        vertices = np.array(egg_of(160).vertices)
+        vertices[0] = 3 * vertices[egg_of(160).neighbors[0, 0]] - 2 * vertices[0]
+        tangled = egg_of(160).moved(vertices)
         target = sm.targets.Triangles(EGG)
         faces = tangled.connectivity.vertex_faces[tangled_vertices(tangled)]
         assert len(faces) > 0
@@ -187,17 +194,17 @@ class TestRefine:
     def test_ends_with_no_face_above_the_threshold(self, fine):
         assert isinstance(fine, Refined)
         assert fine.converged
-        assert fine.inserted == fine.mesh.n_vertices - COARSE.n_vertices > 0
+        assert fine.inserted == fine.mesh.n_vertices - egg_of(160).n_vertices > 0
         assert [r.n_vertices for r in fine.rounds] == sorted(r.n_vertices for r in fine.rounds)
         assert fine.mesh.check(self_intersections=True).ok
 
     def test_finer_thresholds_are_nearer(self, fine):
-        coarse, medium = (sm.refine(COARSE, EGG, threshold=name) for name in ("coarse", "medium"))
-        meshes = [COARSE, coarse.mesh, medium.mesh, fine.mesh]
+        coarse, medium = (sm.refine(egg_of(160), EGG, threshold=name) for name in ("coarse", "medium"))
+        meshes = [egg_of(160), coarse.mesh, medium.mesh, fine.mesh]
         away = [data_to_mesh(mesh, EGG.vertices) for mesh in meshes]
         assert [m.n_vertices for m in meshes] == sorted(m.n_vertices for m in meshes)
         assert away[3] < 0.55 * away[2] < 0.5 * away[0]
-        again = sm.refine(COARSE, EGG, threshold=THRESHOLDS["fine"], rounds=60)
+        again = sm.refine(egg_of(160), EGG, threshold=THRESHOLDS["fine"], rounds=60)
         assert again.mesh.n_vertices == fine.mesh.n_vertices
 
     def test_a_sphere_on_a_sphere_gets_nearer(self):
@@ -214,16 +221,16 @@ class TestRefine:
         assert spacing[tip].mean() < 0.8 * spacing[~tip].mean()
 
     def test_the_maps_follow_vertices_and_faces(self):
-        out = sm.refine(COARSE, EGG, threshold="medium", iterations=0, adaptation=0.0, rounds=1)
+        out = sm.refine(egg_of(160), EGG, threshold="medium", iterations=0, adaptation=0.0, rounds=1)
         assert (out.vertex_map >= 0).all()
-        assert len(np.unique(out.vertex_map)) == COARSE.n_vertices
+        assert len(np.unique(out.vertex_map)) == egg_of(160).n_vertices
         assert (out.face_map >= 0).all()
-        moved = np.linalg.norm(out.mesh.vertices[out.vertex_map] - COARSE.vertices, axis=1)
+        moved = np.linalg.norm(out.mesh.vertices[out.vertex_map] - egg_of(160).vertices, axis=1)
         assert np.median(moved) < 0.1
 
     @pytest.mark.parametrize("budget", [160, 161, 200, 300])
     def test_never_exceeds_the_number_of_vertices_requested(self, budget):
-        out = sm.refine(COARSE, EGG, threshold=1e-12, vertices=budget)
+        out = sm.refine(egg_of(160), EGG, threshold=1e-12, vertices=budget)
         assert budget - 10 < out.mesh.n_vertices <= budget
 
     def test_keeps_genus_holes_and_metric_of_a_tube(self):
@@ -243,12 +250,12 @@ class TestRefine:
             if len(seen) == 2:
                 raise KeyboardInterrupt
 
-        out = sm.refine(COARSE, EGG, threshold="fine", watch=stop)
+        out = sm.refine(egg_of(160), EGG, threshold="fine", watch=stop)
         assert out.interrupted
         assert not out.converged
         assert out.mesh is seen[1]
         assert len(out.rounds) == 2
-        assert out.inserted == seen[1].n_vertices - COARSE.n_vertices
+        assert out.inserted == seen[1].n_vertices - egg_of(160).n_vertices
 
     def test_takes_data_of_all_kinds(self):
         x, y, z = np.mgrid[-12:13, -12:13, -12:13].astype(float)
@@ -261,39 +268,44 @@ class TestRefine:
         assert sm.refine(sm.sphere(3), sm.sphere(30).vertices, threshold="medium").mesh.genus == 0
 
 
+@pytest.fixture(scope="module")
+def zone():
+    return np.flatnonzero(np.array([egg_of(160).vertices[loop][:, 2].mean() for loop in egg_of(160).faces]) > 0.8)
+
+
+@pytest.fixture(scope="module")
+def outside(zone):
+    return np.setdiff1d(np.arange(egg_of(160).connectivity.face_sizes.size), zone)
+
+
 class TestZones:
-    ZONE = np.flatnonzero(np.array([COARSE.vertices[loop][:, 2].mean() for loop in COARSE.faces]) > 0.8)
-
-    def outside(self):
-        return np.setdiff1d(np.arange(COARSE.connectivity.face_sizes.size), self.ZONE)
-
-    def test_faces_outside_are_untouched(self):
-        out = sm.refine(COARSE, EGG, threshold="fine", zones=self.ZONE)
+    def test_faces_outside_are_untouched(self, zone, outside):
+        out = sm.refine(egg_of(160), EGG, threshold="fine", zones=zone)
         assert out.inserted > 20
-        before, after = around_faces(COARSE, self.outside()), around_faces(out.mesh, out.face_map[self.outside()])
+        before, after = around_faces(egg_of(160), outside), around_faces(out.mesh, out.face_map[outside])
         renumbered = [tuple(out.vertex_map[list(loop)]) for loop in before]
         assert {frozenset(loop) for loop in renumbered} == {frozenset(loop) for loop in after}
         assert out.mesh.check(self_intersections=True).ok
 
-    def test_vertices_outside_do_not_move(self):
-        out = sm.refine(COARSE, EGG, threshold="fine", zones=self.ZONE)
-        inside = np.isin(COARSE.connectivity.vertex_faces, self.ZONE).any(axis=1)
-        np.testing.assert_array_equal(out.mesh.vertices[out.vertex_map[~inside]], COARSE.vertices[~inside])
+    def test_vertices_outside_do_not_move(self, zone):
+        out = sm.refine(egg_of(160), EGG, threshold="fine", zones=zone)
+        inside = np.isin(egg_of(160).connectivity.vertex_faces, zone).any(axis=1)
+        np.testing.assert_array_equal(out.mesh.vertices[out.vertex_map[~inside]], egg_of(160).vertices[~inside])
 
-    def test_inside_the_mesh_gets_nearer(self):
-        out = sm.refine(COARSE, EGG, threshold="fine", zones=self.ZONE)
+    def test_inside_the_mesh_gets_nearer(self, zone):
+        out = sm.refine(egg_of(160), EGG, threshold="fine", zones=zone)
         top = EGG.vertices[EGG.vertices[:, 2] > 1.2]
-        assert data_to_mesh(out.mesh, top) < 0.5 * data_to_mesh(COARSE, top)
+        assert data_to_mesh(out.mesh, top) < 0.5 * data_to_mesh(egg_of(160), top)
 
-    def test_may_be_given_as_masks(self):
-        faces = np.isin(np.arange(COARSE.connectivity.face_sizes.size), self.ZONE)
-        vertices = ~np.isin(COARSE.connectivity.vertex_faces, self.outside()).any(axis=1)
-        assert sm.refine(COARSE, EGG, zones=faces).inserted == sm.refine(COARSE, EGG, zones=self.ZONE).inserted
-        inner = sm.refine(COARSE, EGG, threshold="fine", zones=vertices)
-        assert 0 < inner.inserted < sm.refine(COARSE, EGG, threshold="fine", zones=self.ZONE).inserted
+    def test_may_be_given_as_masks(self, zone, outside):
+        faces = np.isin(np.arange(egg_of(160).connectivity.face_sizes.size), zone)
+        vertices = ~np.isin(egg_of(160).connectivity.vertex_faces, outside).any(axis=1)
+        assert sm.refine(egg_of(160), EGG, zones=faces).inserted == sm.refine(egg_of(160), EGG, zones=zone).inserted
+        inner = sm.refine(egg_of(160), EGG, threshold="fine", zones=vertices)
+        assert 0 < inner.inserted < sm.refine(egg_of(160), EGG, threshold="fine", zones=zone).inserted
 
     def test_no_faces_at_all_changes_nothing(self):
-        assert sm.refine(COARSE, EGG, threshold="fine", zones=[]).mesh is COARSE
+        assert sm.refine(egg_of(160), EGG, threshold="fine", zones=[]).mesh is egg_of(160)
 
     def test_sizes_are_made_even_within(self):
         uneven = sm.refine_face(sm.refine_face(sm.sphere(8), 40).mesh, 40).mesh
@@ -303,11 +315,9 @@ class TestZones:
 
 
 class TestRedistribute:
-    EVEN = sm.reconstruct(EGG, vertices=400, adaptation=0.0).mesh
-
     @pytest.mark.parametrize("wanted", [200, 400, 402, 900])
     def test_reaches_the_number_requested(self, wanted):
-        out = sm.redistribute(self.EVEN, EGG, vertices=wanted)
+        out = sm.redistribute(egg_of(400), EGG, vertices=wanted)
         assert out.mesh.n_vertices == pytest.approx(wanted, rel=0.01)
         assert out.mesh.check(self_intersections=True).ok
         assert (out.mesh.genus, out.converged) == (0, True)
@@ -331,7 +341,7 @@ class TestRedistribute:
         def stop(done, mesh):
             raise KeyboardInterrupt
 
-        out = sm.redistribute(self.EVEN, EGG, vertices=900, watch=stop)
+        out = sm.redistribute(egg_of(400), EGG, vertices=900, watch=stop)
         assert (out.interrupted, out.converged, len(out.rounds)) == (True, False, 1)
         assert out.mesh.n_vertices == out.rounds[0].n_vertices
 
@@ -345,7 +355,7 @@ class TestRedistribute:
         assert step.mesh.n_vertices == even.n_vertices
 
     def test_edges_that_may_go_leave_no_large_faces_and_no_triangles(self):
-        mesh = self.EVEN
+        mesh = egg_of(400)
         score = face_score(mesh, face_distance(mesh, sm.targets.Triangles(EGG), 0.4), 0.4)
         darts, around, merged = removable_edges(mesh.connectivity, score)
         sizes = mesh.connectivity.face_sizes[around]
@@ -369,28 +379,28 @@ def box():
     [
         ((EGG, EGG, {}), TypeError, "mesh must be a SimplexMesh, not TriangleMesh"),
         (
-            (COARSE, object(), {}),
+            (BALL, object(), {}),
             TypeError,
             r"target must have a method gap\(vertices, normals, reach\) or be data; .+",
         ),
         (
-            (COARSE, EGG, {"threshold": "finest"}),
+            (BALL, EGG, {"threshold": "finest"}),
             ValueError,
             "threshold must be one of 'coarse', 'medium', 'fine', not 'finest': did you mean 'fine'\\?",
         ),
-        ((COARSE, EGG, {"threshold": 0.0}), ValueError, "threshold must be .*0"),
-        ((COARSE, EGG, {"vertices": 100}), ValueError, "vertices must be at least the 160 of the mesh, not 100"),
-        ((COARSE, EGG, {"zones": [3, 82]}), ValueError, r"zones\[1\] is 82, outside 0..81"),
+        ((BALL, EGG, {"threshold": 0.0}), ValueError, "threshold must be .*0"),
+        ((BALL, EGG, {"vertices": 100}), ValueError, "vertices must be at least the 180 of the mesh, not 100"),
+        ((BALL, EGG, {"zones": [3, 92]}), ValueError, r"zones\[1\] is 92, outside 0..91"),
         (
-            (COARSE, EGG, {"zones": np.ones(7, bool)}),
+            (BALL, EGG, {"zones": np.ones(7, bool)}),
             ValueError,
-            r"zones must be a mask of the 82 faces or of the 160 vertices, not one of shape \(7,\)",
+            r"zones must be a mask of the 92 faces or of the 180 vertices, not one of shape \(7,\)",
         ),
-        ((COARSE, EGG, {"reach": -1.0}), ValueError, "reach must be .*"),
-        ((COARSE, Sphere(), {"level": 3.0}), ValueError, "level and label are for volumes, not for Sphere"),
-        ((COARSE, EGG, {"zones": [[1], [2, 3]]}), ValueError, "zones must be an array, but its rows have .*"),
-        ((COARSE, EGG, {"watch": "no"}), TypeError, "watch must be a function of a Round and the mesh, not str"),
-        ((COARSE, EGG, {"adaptation": 2}), ValueError, "adaptation must be .*"),
+        ((BALL, EGG, {"reach": -1.0}), ValueError, "reach must be .*"),
+        ((BALL, Sphere(), {"level": 3.0}), ValueError, "level and label are for volumes, not for Sphere"),
+        ((BALL, EGG, {"zones": [[1], [2, 3]]}), ValueError, "zones must be an array, but its rows have .*"),
+        ((BALL, EGG, {"watch": "no"}), TypeError, "watch must be a function of a Round and the mesh, not str"),
+        ((BALL, EGG, {"adaptation": 2}), ValueError, "adaptation must be .*"),
     ],
 )
 def test_bad_arguments_are_named(arguments, error, message):
@@ -400,8 +410,8 @@ def test_bad_arguments_are_named(arguments, error, message):
 
 
 def test_only_new_vertices_get_equal_metric_parameters():
-    metric = np.random.default_rng(0).dirichlet([5, 5, 5], COARSE.n_vertices)
-    step = sm.refine_face(COARSE.with_data(metric=metric), 7)
+    metric = np.random.default_rng(0).dirichlet([5, 5, 5], egg_of(160).n_vertices)
+    step = sm.refine_face(egg_of(160).with_data(metric=metric), 7)
     now = with_even_metric(step).data["metric"]
     assert np.array_equal(now[step.vertex_map], metric)
     new = np.setdiff1d(np.arange(len(now)), step.vertex_map)
@@ -410,14 +420,14 @@ def test_only_new_vertices_get_equal_metric_parameters():
 
 
 def test_a_mesh_without_size_is_refused():
-    point = COARSE.moved(np.ones((160, 3)))
+    point = egg_of(160).moved(np.ones((160, 3)))
     for action in (sm.refine, sm.redistribute, sm.open_holes):
         with pytest.raises(ValueError, match=r"^mesh must have some size, but all its vertices are at one point$"):
             action(point, sm.targets.Triangles(EGG))
 
 
 def test_redistribute_has_not_converged_when_the_number_was_not_reached():
-    assert sm.redistribute(COARSE, EGG, vertices=170, rounds=0).converged
+    assert sm.redistribute(egg_of(160), EGG, vertices=170, rounds=0).converged
     ring = sm.torus(14, 6)
     out = sm.redistribute(ring, ring.triangulated(), vertices=20, rounds=1, iterations=1)
     assert out.mesh.n_vertices > 20
@@ -430,12 +440,12 @@ def test_redistribute_names_bad_arguments():
     with pytest.raises(TypeError, match=r"^mesh must be a SimplexMesh, not TriangleMesh$"):
         sm.redistribute(EGG, EGG)
     with pytest.raises(ValueError, match=r"^vertices must be .*20.*3$"):
-        sm.redistribute(COARSE, EGG, vertices=3)
+        sm.redistribute(egg_of(160), EGG, vertices=3)
     eight = sm.join(sm.torus(14, 6), sm.torus(14, 6), 0, 0).mesh
     with pytest.raises(ValueError, match=r"^vertices must be at least 24, for genus 2, not 20$"):
         sm.redistribute(eight, EGG, vertices=20)
     with pytest.raises(TypeError, match=r"^watch must be a function of a Round and the mesh, not int$"):
-        sm.redistribute(COARSE, EGG, watch=3)
+        sm.redistribute(egg_of(160), EGG, watch=3)
 
 
 def test_the_bottom_of_a_deep_cavity_is_filled(data_folder):

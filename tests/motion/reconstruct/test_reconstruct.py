@@ -268,70 +268,78 @@ def test_an_interrupt_between_stages_keeps_the_last_one(monkeypatch):
     assert_array_equal(model.mesh.vertices, made[1].vertices)
 
 
+BOX = pv.Box((-1, 1, -0.7, 0.7, -0.5, 0.5)).triangulate().subdivide(3)
+
+
+@pytest.fixture(scope="module")
+def adaptive():
+    return sm.reconstruct(BOX, vertices=600)
+
+
+@pytest.fixture(scope="module")
+def even():
+    return sm.reconstruct(BOX, vertices=600, placement="even")
+
+
 class TestPlacement:
     """Redistribution on a box: vertices concentrate at edges and corners."""
 
-    BOX = pv.Box((-1, 1, -0.7, 0.7, -0.5, 0.5)).triangulate().subdivide(3)
-    ADAPTIVE = sm.reconstruct(BOX, vertices=600)
-    EVEN = sm.reconstruct(BOX, vertices=600, placement="even")
-
-    def test_is_adaptive_by_default_and_a_quarter_nearer_with_no_more_vertices(self):
-        points = sm.TriangleMesh(np.array(self.BOX.points, float), self.BOX.regular_faces).sampled(20_000, rng=0).points
+    def test_is_adaptive_by_default_and_a_quarter_nearer_with_no_more_vertices(self, adaptive, even):
+        points = sm.TriangleMesh(np.array(BOX.points, float), BOX.regular_faces).sampled(20_000, rng=0).points
         rms = []
-        for model in (self.EVEN, self.ADAPTIVE):
+        for model in (even, adaptive):
             surface = model.mesh.triangulated(method="fan")
             rms.append(np.sqrt((surface_distance(points, surface.vertices, surface.faces) ** 2).mean()))
-        assert self.ADAPTIVE.mesh.n_vertices <= self.EVEN.mesh.n_vertices
+        assert adaptive.mesh.n_vertices <= even.mesh.n_vertices
         assert rms[1] < 0.75 * rms[0]
 
-    def test_keeps_the_mesh_valid(self):
-        mesh = self.ADAPTIVE.mesh
+    def test_keeps_the_mesh_valid(self, adaptive):
+        mesh = adaptive.mesh
         assert mesh.check(self_intersections=True).ok
-        assert (mesh.genus, mesh.n_holes, self.ADAPTIVE.tangled) == (0, 0, 0)
+        assert (mesh.genus, mesh.n_holes, adaptive.tangled) == (0, 0, 0)
 
-    def test_is_reported(self):
-        record = self.ADAPTIVE.topology
-        sizes = self.ADAPTIVE.mesh.connectivity.face_sizes
+    def test_is_reported(self, adaptive):
+        record = adaptive.topology
+        sizes = adaptive.mesh.connectivity.face_sizes
         assert record.exchanged > 10
         assert record.swapped > 10
         assert record.exceptions == tuple(np.flatnonzero((sizes < 5) | (sizes > 7)))
         assert len(record.exceptions) <= 0.02 * len(sizes)
 
-    def test_even_keeps_the_faces_of_the_start_and_spaces_vertices_evenly(self):
-        model = self.EVEN
-        assert_array_equal(model.mesh.neighbors, model.start.neighbors)
-        assert (model.topology.exchanged, model.topology.swapped) == (0, 0)
-        assert_array_equal(sm.reconstruct(self.BOX, vertices=600, adaptation=0.0).mesh.vertices, model.mesh.vertices)
+    def test_even_keeps_the_faces_of_the_start_and_spaces_vertices_evenly(self, even):
+        assert_array_equal(even.mesh.neighbors, even.start.neighbors)
+        assert (even.topology.exchanged, even.topology.swapped) == (0, 0)
+        assert_array_equal(sm.reconstruct(BOX, vertices=600, adaptation=0.0).mesh.vertices, even.mesh.vertices)
 
-    def test_faces_of_a_given_start_are_kept_by_default(self):
-        start = self.EVEN.mesh
-        assert_array_equal(sm.reconstruct(self.BOX, init=start).mesh.neighbors, start.neighbors)
-        asked = sm.reconstruct(self.BOX, init=start, placement="adaptive")
+    def test_faces_of_a_given_start_are_kept_by_default(self, even):
+        start = even.mesh
+        assert_array_equal(sm.reconstruct(BOX, init=start).mesh.neighbors, start.neighbors)
+        asked = sm.reconstruct(BOX, init=start, placement="adaptive")
         assert asked.topology.exchanged > 10
         assert asked.mesh.n_vertices == start.n_vertices
 
     def test_works_from_a_sphere_and_counts_all_swaps(self):
-        model = sm.reconstruct(self.BOX, init="sphere", vertices=600, handles="none", holes="none")
+        model = sm.reconstruct(BOX, init="sphere", vertices=600, handles="none", holes="none")
         assert model.topology.refined > 0
         assert model.topology.exchanged > 0
         assert model.mesh.check(self_intersections=True).ok
 
     def test_without_iterations_nothing_is_exchanged(self):
-        assert sm.reconstruct(self.BOX, vertices=600, iterations=0).topology.exchanged == 0
+        assert sm.reconstruct(BOX, vertices=600, iterations=0).topology.exchanged == 0
 
     def test_an_interrupt_keeps_a_whole_state(self):
         def impatient(share, message):
             if share > 0.1 + 0.8 * 0.8:
                 raise KeyboardInterrupt
 
-        model = sm.reconstruct(self.BOX, vertices=600, progress=impatient)
+        model = sm.reconstruct(BOX, vertices=600, progress=impatient)
         assert model.interrupted
         assert model.topology.exchanged > 0
         assert model.mesh.check().ok
 
     def test_of_another_name_is_refused(self):
         with pytest.raises(ValueError, match=r"^placement must be .*adaptive.*even.*odd"):
-            sm.reconstruct(self.BOX, placement="odd")
+            sm.reconstruct(BOX, placement="odd")
 
 
 def test_the_bar_moves_while_a_sphere_is_wrapped_around_closed_data():
