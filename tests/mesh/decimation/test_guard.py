@@ -82,6 +82,15 @@ def test_penalties_equal_the_naive_reference(name, seed, size):
             assert (guard.local_penalty(g, i, BOUNDS, most) > most) == (total > most)
 
 
+def test_triangles_without_area_count_as_reversed():
+    ball = shapes.sphere(3)
+    point, c = ball.moved(np.ones_like(ball.vertices)), ball.connectivity
+    unknown = np.zeros((len(c.face_sizes), 3))
+    g = arrays(Guard(point, faces_of(c), unknown, np.ones(ball.n_vertices, bool)), point)
+    corners = c.face_sizes[np.unique(c.vertex_faces[[0, *c.neighbors[0]]])].sum()
+    assert guard.local_penalty(g, 0, BOUNDS, np.inf) == pytest.approx((corners + 4) * (BOUNDS.mutual + 2))
+
+
 @settings(max_examples=8, deadline=None)
 @given(name=names, seed=seeds, size=st.sampled_from([0.5, 2.0]))
 def test_crossings_are_those_of_the_mesh(name, seed, size):
