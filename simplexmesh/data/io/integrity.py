@@ -114,7 +114,7 @@ def check_nifti(path: Path) -> None:
     except (zlib.error, EOFError):
         raise OSError(f"{path.name} has damaged compressed samples") from None
     wanted = _nifti_size(head)
-    if head[344:347] == b"ni1" or head[4:7] == b"ni2":
+    if is_nifti_pair(head):
         _check_pair(path, wanted)
     elif not zipped:
         _check_length(path, path, wanted)
@@ -132,6 +132,16 @@ def _check_pair(path: Path, wanted: int) -> None:
         _check_length(path, raw, wanted)
 
 
+def is_nifti_pair(head: bytes) -> bool:
+    """Whether the samples of a NIfTI header are in a file beside it."""
+    return head[344:347] == b"ni1" or head[4:7] == b"ni2"
+
+
+def _nifti_kind(head: bytes) -> tuple[str, bool]:
+    """Return the byte order of a NIfTI header, and whether it is of version 2."""
+    return "<" if head[:4] in (b"\x5c\x01\0\0", b"\x1c\x02\0\0") else ">", head[4:7] in (b"n+2", b"ni2")
+
+
 def nifti_samples(path: Path) -> Path | None:
     """Return the file of the samples beside a NIfTI header."""
     names = (path.with_suffix(ending) for ending in (".img", ".IMG", ".img.gz"))
@@ -140,22 +150,22 @@ def nifti_samples(path: Path) -> Path | None:
 
 def nifti_scaling(head: bytes) -> tuple[int, str, float, float]:
     """Return the place and form of slope and offset in a NIfTI header, and these."""
-    little = "<" if head[:4] in (b"\x5c\x01\0\0", b"\x1c\x02\0\0") else ">"
-    at, form = (176, little + "2d") if head[4:7] in (b"n+2", b"ni2") else (112, little + "2f")
+    order, second = _nifti_kind(head)
+    at, form = (176, order + "2d") if second else (112, order + "2f")
     slope, offset = struct.unpack_from(form, head, at)
     return at, form, slope, offset
 
 
 def _nifti_size(head: bytes) -> int:
-    little = "<" if head[:4] in (b"\x5c\x01\0\0", b"\x1c\x02\0\0") else ">"
-    if head[4:7] in (b"n+2", b"ni2"):
-        bits = struct.unpack(little + "h", head[14:16])[0]
-        dims = struct.unpack(little + "8q", head[16:80])
-        offset = struct.unpack(little + "q", head[168:176])[0]
+    order, second = _nifti_kind(head)
+    if second:
+        bits = struct.unpack(order + "h", head[14:16])[0]
+        dims = struct.unpack(order + "8q", head[16:80])
+        offset = struct.unpack(order + "q", head[168:176])[0]
     else:
-        dims = struct.unpack(little + "8h", head[40:56])
-        bits = struct.unpack(little + "h", head[72:74])[0]
-        offset = int(struct.unpack(little + "f", head[108:112])[0])
+        dims = struct.unpack(order + "8h", head[40:56])
+        bits = struct.unpack(order + "h", head[72:74])[0]
+        offset = int(struct.unpack(order + "f", head[108:112])[0])
     samples = 1
     for n in dims[1 : 1 + min(max(dims[0], 0), 7)]:
         samples *= n

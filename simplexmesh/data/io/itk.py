@@ -72,7 +72,7 @@ def _scaled_by_standard(path: Path, kind: str) -> Iterator[Path]:
     if offset == 0 or (slope != 0 and np.isfinite(slope)):
         yield path
         return
-    pair = head[344:347] == b"ni1" or head[4:7] == b"ni2"
+    pair = integrity.is_nifti_pair(head)
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder, "volume.hdr" if pair else "volume.nii")
         with opened(path, "rb") as source, copy.open("w+b") as out:
