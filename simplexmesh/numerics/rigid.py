@@ -81,9 +81,13 @@ def plane_jacobian(points: Array, normals: Array) -> Array:
 
 
 def robust_weights(residuals: Array, floor: float) -> Array:
-    """Return Geman-McClure weights at twice the robust standard deviation of residuals, at least `floor`."""
-    scale = max(2 * 1.4826 * float(np.median(np.abs(residuals))), floor)
-    return np.asarray(1 / (1 + (residuals / scale) ** 2) ** 2)
+    """Return Geman-McClure weights at the robust scale of residuals."""
+    return np.asarray(1 / (1 + (residuals / robust_scale(residuals, floor)) ** 2) ** 2)
+
+
+def robust_scale(residuals: Array, floor: float) -> float:
+    """Return twice the robust standard deviation of residuals, at least `floor`."""
+    return max(2 * 1.4826 * float(np.median(np.abs(residuals))), floor)
 
 
 def small_motion(vector: Array, shift: Array, center: Array) -> Array:

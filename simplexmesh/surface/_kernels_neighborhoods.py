@@ -71,8 +71,7 @@ def ordered_rings(starts, ahead, behind):
     entered = np.full(n_vertices, -1, np.int64)  # the last center with a wedge that ends at the vertex
     seen = np.full(n_vertices, -1, np.int64)  # the last center with the vertex in its ring
     later, free = np.empty(most, np.int64), np.empty(most, np.bool_)  # ... and links
-    rotated = np.empty(most, np.int64)
-    place = 0
+    rotated, place = np.empty(most, np.int64), offsets[0]  # numba would compile all twice for a plain 0
     for i in range(n_vertices):
         start, stop, fans = starts[i], starts[i + 1], 0
         for wedge in range(stop - 1, start - 1, -1):

@@ -12,6 +12,7 @@ from simplexmesh._base import checks
 from simplexmesh.surface import _kernels_spread as kernels
 from simplexmesh.surface.neighborhoods import Neighborhood, rings
 from simplexmesh.surface.normals.estimate import starting_normals
+from simplexmesh.surface.reasons import FOUND
 from simplexmesh.surface.registry import warn_of_failures
 from simplexmesh.surface.sampled_surface import as_sampled_surface
 
@@ -113,4 +114,4 @@ def spread(
     reasons = np.zeros(n, np.uint8)
     kernels.spreads(around.centers, around.rows, samples.points, directions, distances, angles, imbalances, reasons)
     warn_of_failures("the spread of neighbors", reasons, samples, around)
-    return Spread(distances, angles, imbalances, reasons != 0)
+    return Spread(distances, angles, imbalances, reasons != FOUND)

@@ -114,6 +114,15 @@ class TestMeshes:
             sm.vertex_normals(sm.torus(20, 12).triangulated("dual"), method, neighborhood=asked)
         sm.vertex_normals(sm.torus(20, 12).triangulated("dual"), method, neighborhood=sm.rings(1))
 
+    @pytest.mark.parametrize("method", OF_FACES)
+    def test_means_of_faces_refuse_other_neighborhoods_made_before(self, method):
+        mesh = sm.torus(20, 12).triangulated("dual")
+        samples = as_sampled_surface(mesh)
+        some = samples.around(sm.rings(1), [7, 3])
+        assert_allclose(sm.vertex_normals(mesh, method, neighborhood=some), sm.vertex_normals(mesh, method)[[7, 3]])
+        with pytest.raises(ValueError, match=rf"^neighborhood must be rings\(1\) for method '{method}'"):
+            sm.vertex_normals(mesh, method, neighborhood=samples.around(sm.rings(2)))
+
 
 class TestFailures:
     def test_too_few_neighbors_are_zero_with_one_warning(self):

@@ -131,7 +131,7 @@ def _finite_or_failed(found: Estimates) -> Estimates:
 
 def _result(found: Estimates, directions: Array | None, method: str) -> Curvature:
     """Return the result, with NaN exactly where the mask says failed."""
-    failed = found.reasons != 0
+    failed = found.reasons != FOUND
     normals = found.normals if found.normals is not None else directions
     normals = np.zeros((len(failed), 3)) if normals is None else normals
 

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from simplexmesh._base import checks
 from simplexmesh._base.errors import warn
 from simplexmesh._base.vectors import cross, norm, normalized, tangents
+from simplexmesh.numerics.rigid import robust_scale, robust_weights
 from simplexmesh.surface.curvature.result import Curvature
 from simplexmesh.surface.saliency.fields import known_curvature
 from simplexmesh.surface.sampled_surface import as_sampled_surface
@@ -214,8 +215,8 @@ def _robust_fit(
     least = 1e-9  # of the scale, over the extent of the points
     for _ in range(60):
         residual, rows = _residuals(at, center, normal, radius)
-        spread = max(2 * 1.4826 * float(np.median(norm(residual))), least)
-        w = np.repeat(weight / (1 + (norm(residual) / spread) ** 2) ** 2, 2)
+        off = norm(residual)
+        w = np.repeat(weight * robust_weights(off, least), 2)
         flat = rows.reshape(-1, 6)
         x = -np.linalg.pinv((flat * w[:, None]).T @ flat, rcond=1e-12, hermitian=True) @ (
             flat.T @ (w * residual.ravel())
@@ -225,7 +226,7 @@ def _robust_fit(
         normal = normalized(normal + x[3] * u + x[4] * v)
         if np.linalg.norm(x) < 1e-12:
             break
-    return center, normal, radius, spread
+    return center, normal, radius, robust_scale(off, least)
 
 
 def _ransac(at: Array, weight: Array) -> tuple[Array, Array, float] | None:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh._base import checks, vectors
+from simplexmesh.surface.face_cycles import one_rings
 from simplexmesh.surface.neighborhoods import Neighborhood, Neighborhoods
 from simplexmesh.surface.reasons import DEGENERATE, FOUND
 from simplexmesh.surface.registry import (
@@ -97,6 +98,8 @@ def vertex_normals(
     kind, _ = chosen(method, METHODS, options)
     samples = as_sampled_surface(surface)
     around = neighborhoods_for(method, kind, samples, neighborhood, normals, at)
+    if kind.needs_faces and samples.is_connected:
+        one_rings(samples, around, method)
     found = found_normals(samples, around, method, normals=normals, **options)
     warn_of_failures("a normal", found.reasons, samples, around)
     warn_of_clashing_faces(samples, found.reasons, normals)

@@ -10,6 +10,7 @@ from simplexmesh.orientation.propagation import propagated
 from simplexmesh.surface.neighborhoods import Neighborhoods
 from simplexmesh.surface.normals import _kernels_plane as kernels
 from simplexmesh.surface.normals import faces
+from simplexmesh.surface.reasons import FOUND
 from simplexmesh.surface.sampled_surface import SampledSurface
 
 Array = NDArray[np.float64]
@@ -23,7 +24,7 @@ def outward_directions(samples: SampledSurface, around: Neighborhoods) -> Array:
         return consistent_normals(samples)[around.centers]
     known = faces.estimate(samples, around, weighting="area")
     from_centroid = samples.points[around.centers] - samples.points.mean(axis=0)
-    return np.where(known.reasons[:, None] == 0, known.normals, from_centroid)
+    return np.where(known.reasons[:, None] == FOUND, known.normals, from_centroid)
 
 
 def consistent_normals(samples: SampledSurface) -> Array:

@@ -152,7 +152,7 @@ def fitted(found, points, directions, radius, degree, priors, noise, slack, lean
     return np.array([k1, k2]) / radius, up, d1 / np.linalg.norm(d1), error, excess / allowed, hidden / radius**2
 
 
-def estimated(rings, points, directions, center, radius, smallest, degree, priors, beyond, noise):
+def estimated(rings, closed, points, directions, center, radius, smallest, degree, priors, beyond, noise):
     """The whole row: wider at borders, blended with shorter radii where residuals are not noise."""
     found = reached(rings, points, center, radius)
     radius = shortened(found, radius)
@@ -183,7 +183,7 @@ def estimated(rings, points, directions, center, radius, smallest, degree, prior
         if rest <= 0 or radius * kernels.SHORTER < smallest:
             break
         radius, slack = radius * kernels.SHORTER, slack * 2
-    border = kernels.BORDER_ERROR if lean > kernels.LEANING else 1.0
+    border = kernels.BORDER_ERROR if lean > kernels.LEANING and not closed[found].all() else 1.0
     return bends, up / np.linalg.norm(up), border * np.sqrt(square + min(beyond**2, shown)), used
 
 

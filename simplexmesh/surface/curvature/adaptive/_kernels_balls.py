@@ -27,12 +27,17 @@ ZERO, ONE = np.uint64(0), np.uint64(1)
 
 jit = njit(cache=True, error_model="numpy", fastmath=FAST)
 
+inlined = njit(cache=True, error_model="numpy", fastmath=FAST, inline="always")
+"""For links of a chain of calls: numba would compile all that follows again at each. Never within a parallel loop,
+whose threads would share what such functions add up."""
+
 
 class Surface(NamedTuple):
     """What balls are gathered from: one-rings in CSR form, unsigned; points; rough normals, and if they have a side."""
 
     offsets: NDArray[np.uint64]
     members: NDArray[np.uint64]
+    closed: NDArray[np.bool_]
     points: NDArray[np.float64]
     directions: NDArray[np.float64]
     oriented: bool
@@ -112,6 +117,15 @@ def leaning(around, count, radius, normal):
         z += around[2, k]
     height = normal[0] * x + normal[1] * y + normal[2] * z
     return math.sqrt(max(x * x + y * y + z * z - height * height, 0.0)) / (count * radius)
+
+
+@jit
+def reaches_border(found, count, closed):
+    """Return whether one of the points found has an open ring; in clouds all have."""
+    border = False
+    for k in range(count):
+        border |= not closed[found[k]]
+    return border
 
 
 @jit

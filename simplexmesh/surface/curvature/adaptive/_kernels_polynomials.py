@@ -15,8 +15,9 @@ from simplexmesh.surface.curvature.adaptive._kernels_balls import jit, whole
 
 Array = NDArray[np.float64]
 
-HIGHEST = 6
-"""The highest degree fitted."""
+HIGHEST, QUADRIC_TERMS, FIRST, SECOND = np.array([6, 6, 3, 5])
+"""The highest degree fitted; coefficients of a quadric, and places of those of u^2 and v^2. Of an array, as numba
+compiles a function again for each plain constant that it is called with."""
 
 TERMS = 28
 """Coefficients of a polynomial of that degree."""
@@ -59,9 +60,9 @@ class Work(NamedTuple):
 def workspace(most):
     """Return work arrays for balls of so many points."""
     n = whole(most)
-    matrix, frame = np.zeros((TERMS, TERMS)), np.zeros((3, 3))
+    matrix, frame = np.empty((TERMS, TERMS)), np.empty((3, 3))
     around, places, columns, sums = np.empty((6, n)), np.empty((3, n)), np.empty((TERMS, n)), np.empty(4 * TERMS)
-    u, v, z, y, x, w = np.empty(n), np.empty(n), np.empty(n), np.zeros(TERMS), np.zeros(TERMS), np.zeros(TERMS)
+    u, v, z, y, x, w = np.empty(n), np.empty(n), np.empty(n), np.empty(TERMS), np.empty(TERMS), np.empty(TERMS)
     return Work(np.empty(most + 1, np.uint64), around, places, u, v, z, columns, sums, matrix, y, x, w, frame)
 
 
@@ -252,9 +253,9 @@ def flattened(count, work):
     aligned(u, v, count, frame)
     for _pass in range(QUADRIC_PASSES):
         quadric_equations(u, v, z, count, matrix, y)
-        if factored(matrix, y, 6, SINGULAR) < 6:
+        if factored(matrix, y, QUADRIC_TERMS, SINGULAR) < QUADRIC_TERMS:
             return False
-        solved(matrix, y, 6, x)
+        solved(matrix, y, QUADRIC_TERMS, x)
         a, b, c = turned(frame, x[1], x[2], 2.0 * x[3], x[4], 2.0 * x[5])
         projected(places, count, frame, u, v, z)
         chords(u, v, z, count, a, b, c)

@@ -12,6 +12,7 @@ from simplexmesh.surface.curvature.adaptive._kernels_balls import (
     CAPACITY,
     collected,
     gathered,
+    inlined,
     jit,
     seen,
     shortened,
@@ -56,7 +57,7 @@ def _part(begin, end, centers, surface, out):
                 _fit(row, k, radius, kept, work, out)
 
 
-@jit
+@inlined
 def _fit(row, k, radius, kept, work, out):
     """Fit the highest degree that the points determine, and write its statistics."""
     degree, y = affordable(kept, HIGHEST), work.y

@@ -1,4 +1,4 @@
-"""For the choice of scales: rough normals and their orientation, spacings, nearest probes, averages over neighbors."""
+"""For the choice of scales: averages over neighbors and nearest probes."""
 # mypy: allow-untyped-defs
 
 from __future__ import annotations
@@ -8,41 +8,6 @@ import math
 import numpy as np
 
 from simplexmesh._base._kernels_njit import njit
-
-
-@njit(cache=True, error_model="numpy")
-def area_vectors(faces, points):
-    """Return the sum of the area vectors, doubled, of the triangles around each vertex."""
-    out = np.zeros(points.shape)
-    for f in range(faces.shape[0]):
-        i, j, k = faces[f]
-        ax, ay, az = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1], points[j, 2] - points[i, 2]
-        bx, by, bz = points[k, 0] - points[i, 0], points[k, 1] - points[i, 1], points[k, 2] - points[i, 2]
-        x, y, z = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
-        for v in (i, j, k):
-            out[v, 0] += x
-            out[v, 1] += y
-            out[v, 2] += z
-    return out
-
-
-@njit(cache=True, error_model="numpy")
-def spacings(offsets, members, points):
-    """Return the edge length of a regular triangulation as dense as the points around each vertex; 0 without neighbors.
-
-    The v nearest of points with one on each area a have the mean square distance a (v + 1) / (2 pi).
-    """
-    out = np.zeros(points.shape[0])
-    for i in range(points.shape[0]):
-        total, count = 0.0, offsets[i + 1] - offsets[i]
-        for m in range(offsets[i], offsets[i + 1]):
-            j = members[m]
-            for axis in range(3):
-                total += (points[j, axis] - points[i, axis]) ** 2
-        if count:
-            area = 2.0 * math.pi / (count + 1.0) * total / count
-            out[i] = math.sqrt(area * 2.0 / math.sqrt(3.0))
-    return out
 
 
 @njit(cache=True, error_model="numpy")

@@ -10,6 +10,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+from simplexmesh._base.vectors import cross
 from simplexmesh.surface.curvature.adaptive import _kernels_scales as kernels
 from simplexmesh.surface.curvature.adaptive._kernels_balls import Surface
 from simplexmesh.surface.curvature.adaptive._kernels_polynomials import HIGHEST
@@ -75,13 +76,32 @@ def surface_of(samples: SampledSurface) -> Surface:
     ring = samples.one_ring
     links, oriented = (ring.offsets, ring.members), True
     if samples.faces is not None:
-        directions = kernels.area_vectors(samples.faces, samples.points)
+        directions = _area_vectors(samples.points, samples.faces)
     elif samples.outward is not None:
         directions = np.ascontiguousarray(samples.outward)
     else:
         directions, oriented = consistent_normals(samples), False
     smooth = kernels.smoothed(*links, directions, 2, oriented)
-    return Surface(ring.offsets.view(np.uint64), ring.members.view(np.uint64), samples.points, smooth, oriented)
+    unsigned = ring.offsets.view(np.uint64), ring.members.view(np.uint64)
+    return Surface(*unsigned, ring.closed, samples.points, smooth, oriented)
+
+
+def _area_vectors(points: Array, faces: Indices) -> Array:
+    """Return the sum of the area vectors, doubled, of the triangles around each vertex."""
+    a, b, c = (points[faces[:, corner]] for corner in range(3))
+    parts = np.repeat(cross(b - a, c - a), 3, axis=0).T
+    return np.stack([np.bincount(faces.ravel(), part, len(points)) for part in parts], axis=1)
+
+
+def spacings(samples: SampledSurface) -> Array:
+    """Return the edge length of a regular triangulation as dense as the points around each vertex; 0 without neighbors.
+
+    The v nearest of points with one on each area a have the mean square distance a (v + 1) / (2 pi).
+    """
+    ends, lengths = samples.ring_edges
+    count = samples.one_ring.valence
+    areas = 2 * np.pi * np.bincount(ends, lengths**2, len(count)) / np.maximum(count * (count + 1), 1)
+    return np.asarray(np.sqrt(areas * 2 / np.sqrt(3)))
 
 
 def scales_of(
@@ -89,7 +109,7 @@ def scales_of(
 ) -> Scales:
     """Choose the scale of every point; options as in `curvature`."""
     ring = samples.one_ring
-    raw_spacing = kernels.spacings(ring.offsets, ring.members, samples.points)
+    raw_spacing = spacings(samples)
     connected = np.flatnonzero(raw_spacing > 0)
     logs = np.log(np.where(raw_spacing > 0, raw_spacing, 1.0))[:, None]
     smoothed_spacing = np.exp(kernels.smoothed(ring.offsets, ring.members, logs, 2, SIGNED)[:, 0])

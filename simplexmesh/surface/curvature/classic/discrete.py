@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from simplexmesh._base import checks
 from simplexmesh.surface.curvature.classic import _kernels_discrete as kernels
-from simplexmesh.surface.curvature.classic.face_cycles import face_cycles
+from simplexmesh.surface.face_cycles import face_cycles
 from simplexmesh.surface.neighborhoods import Neighborhoods
 from simplexmesh.surface.registry import Estimates
 from simplexmesh.surface.sampled_surface import SampledSurface

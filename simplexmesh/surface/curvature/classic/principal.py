@@ -12,7 +12,7 @@ from simplexmesh._base import checks
 from simplexmesh._base.vectors import cross, dot, norm, normalized
 from simplexmesh.surface.neighborhoods import Neighborhoods, rings
 from simplexmesh.surface.normals import faces as face_normals
-from simplexmesh.surface.reasons import DEGENERATE, FEW
+from simplexmesh.surface.reasons import DEGENERATE, FEW, FOUND
 from simplexmesh.surface.registry import Estimates
 from simplexmesh.surface.sampled_surface import SampledSurface
 
@@ -39,7 +39,7 @@ def estimate(samples: SampledSurface, around: Neighborhoods, normals: Array, *, 
     used, local, faces = _safe_part((samples.points - samples.points.mean(axis=0)) / size, samples.faces, radius)
     if len(used):
         first, second, greater, less, bad = igl.principal_curvature(local, faces, radius, useKring=True)
-        reasons[used] = 0
+        reasons[used] = FOUND
         reasons[used[np.asarray(bad, np.int64)]] = FEW
         swapped = (greater < less)[:, None]
         d1[used], d2[used] = np.where(swapped, second, first), np.where(swapped, first, second)
@@ -56,13 +56,13 @@ def _with_directions(
     k1: Array, k2: Array, d1: Array, d2: Array, reasons: NDArray[np.uint8], normals: Array
 ) -> Estimates:
     """Return estimates with normals orthogonal to both directions; on planes, where libigl has none, any directions."""
-    reasons[~np.isfinite(k1 + k2) & (reasons == 0)] = DEGENERATE
+    reasons[~np.isfinite(k1 + k2) & (reasons == FOUND)] = DEGENERATE
     out = cross(d1, d2)
     out *= np.where(np.einsum("ij,ij->i", out, normals) < 0, -1.0, 1.0)[:, None]
     undirected = ~(np.abs(norm(out) - 1) < 1e-6)
     out[undirected] = normals[undirected]
     d1[undirected] = normalized(cross(out[undirected], np.eye(3)[np.abs(out[undirected]).argmin(axis=1)]))
-    reasons[(norm(out) < 0.5) & (reasons == 0)] = DEGENERATE
+    reasons[(norm(out) < 0.5) & (reasons == FOUND)] = DEGENERATE
     return Estimates(k1, k2, (k1 + k2) / 2, k1 * k2, reasons, d1, out)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh.surface.curvature.classic import _kernels_simplex_angle as kernels
-from simplexmesh.surface.curvature.classic.face_cycles import one_rings, simplex_neighbors
+from simplexmesh.surface.face_cycles import one_rings, simplex_neighbors
 from simplexmesh.surface.neighborhoods import Neighborhoods
 from simplexmesh.surface.reasons import DEGENERATE, FEW, FOUND, OPEN
 from simplexmesh.surface.registry import Estimates
