@@ -80,8 +80,7 @@ def _fit_growing(cloud, local, at, base, largest, reports):
             if count < 6:
                 continue
             _start(cloud, local, count, at, radius, surfel)
-        iterations, prior = (1, 2.5 * noise) if settled else (2, 0.0)
-        report = fit(cloud, local, count, radius, iterations, prior, surfel)
+        report = fit(cloud, local, count, radius, 2.5 * noise if settled else 0.0, surfel)
         if not report.used > 0.0:
             surfel[:] = before
             continue
@@ -126,16 +125,16 @@ def _fit_place(cloud, local, at, radius, surfel):
         return NO_FIT
     small = radius / RATIO
     _start(cloud, local, count, at, small, surfel)
-    first = fit(cloud, local, count, small, 2, 0.0, surfel)
+    first = fit(cloud, local, count, small, 0.0, surfel)
     if not first.used > 0.0:
         small = radius
         _start(cloud, local, count, at, radius, surfel)
-        first = fit(cloud, local, count, radius, 2, 0.0, surfel)
+        first = fit(cloud, local, count, radius, 0.0, surfel)
         if not first.used > 0.0:
             return NO_FIT
     count = _gather(cloud, local, surfel, at, _reach(radius, first.noise))
     before = surfel.copy()
-    report = fit(cloud, local, count, radius, 1, 2.0 * first.noise, surfel)
+    report = fit(cloud, local, count, radius, 2.0 * first.noise, surfel)
     jump = 5.0 * math.sqrt(first.variance) + 1e-3 * radius
     sure = small < radius and first.used >= 12.0
     if not report.used > 0.0 or (sure and abs(report.offset) > jump):
