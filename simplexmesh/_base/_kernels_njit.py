@@ -62,7 +62,11 @@ def source_hash(module: str) -> str:
 
 
 class Kernel(CPUDispatcher):  # type: ignore[misc]
-    """A compiled function whose read-only array arguments are typed as writable."""
+    """A compiled function whose read-only array arguments are typed as writable, and its numbers as of full width."""
+
+    def get_call_template(self, args, kws):
+        """Return how a kernel calls this one with these types; one compilation serves all literals and widths."""
+        return super().get_call_template(tuple(map(plain, args)), {name: plain(kind) for name, kind in kws.items()})
 
     def _compile_for_args(self, *args, **kws):
         """Return the machine code for these arguments; numba calls this once per combination of types."""
@@ -73,6 +77,12 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]
         code = self.compile(tuple(wanted))
         self._insert([kind._code for kind in given], code, objectmode=False)
         return code
+
+
+def plain(kind):
+    """Return the type of a number without its value and width: numba would compile anew for each."""
+    kind = types.unliteral(kind)
+    return types.int64 if isinstance(kind, types.Integer) and kind.signed else kind
 
 
 def writable(kind):

@@ -18,6 +18,13 @@ def row(points: Array, i: int) -> Vector:
 
 
 @njit(cache=True)
+def assign(out: Array, values: Array) -> None:
+    """Copy the first ``len(out)`` values; for ``out[:] = values`` numba compiles two seconds of error messages."""
+    for k in range(len(out)):
+        out[k] = values[k]
+
+
+@njit(cache=True)
 def minus(a: Vector, b: Vector) -> Vector:
     """Return the difference of two vectors."""
     return a[0] - b[0], a[1] - b[1], a[2] - b[2]

@@ -64,6 +64,12 @@ class TestOnce:
                 assert kernel(wrap(left, right)) == 1
         assert len(kernel.signatures) == 1
 
+    def test_literals_and_integers_of_all_widths_are_one_type_between_kernels(self):
+        twice = njit()(lambda n: n * 2)
+        kernel = njit()(lambda ints: twice(1) + twice(3) + twice(len(ints)) + twice(ints[0]))
+        assert kernel(np.array([5], np.int32)) == 2 + 6 + 2 + 10
+        assert twice.signatures == [(numba.int64,)]
+
     def test_types_and_layouts_remain_apart(self):
         kernel = njit()(lambda x: x[0])
         assert kernel(frozen([1, 2])) == 1

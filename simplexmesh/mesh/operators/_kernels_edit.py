@@ -247,8 +247,9 @@ def rotate_edge(d: Darts, dart: int) -> None:
 def swap(d: Darts, dart: int) -> None:
     """T7: rotate an edge, and log the values of its ends."""
     row = d.used[EDITS]
-    d.log_values[row, 0] = d.values[dart // 3]
-    d.log_values[row, 1] = d.values[d.twin[dart] // 3]
+    for k in range(d.values.shape[1]):
+        d.log_values[row, 0, k] = d.values[dart // 3, k]
+        d.log_values[row, 1, k] = d.values[d.twin[dart] // 3, k]
     record(d, SWAP, dart, 0, 0, 0, 0)
     rotate_edge(d, dart)
 
@@ -271,5 +272,6 @@ def undo_swap(d: Darts, dart: int, row: int) -> None:
     d.face_size[right] += 1
     d.face_size[near] -= 1
     d.face_size[far] -= 1
-    d.values[dart // 3] = d.log_values[row, 0]
-    d.values[back // 3] = d.log_values[row, 1]
+    for k in range(d.values.shape[1]):
+        d.values[dart // 3, k] = d.log_values[row, 0, k]
+        d.values[back // 3, k] = d.log_values[row, 1, k]

@@ -70,10 +70,9 @@ def boxes_by_cell(
     offsets = np.zeros(shape[0] * shape[1] * shape[2] + 1, np.int64)
     for fill in range(2):
         if fill:
-            for at in range(offsets.size - 1, 0, -1):
-                offsets[at] = offsets[at - 1]
-            offsets[0] = 0
-            offsets[:] = np.cumsum(offsets)
+            before = 0
+            for at in range(offsets.size):
+                offsets[at], before = before, before + offsets[at]
             boxes = np.empty(offsets[-1], np.int64)
             cursor = offsets[:-1].copy()
         else:

@@ -80,7 +80,8 @@ def _collapse(vertices, corners, mates, heap, h):  # type: ignore[no-untyped-def
     g = mates[h]
     a, b = corners[h], corners[g]
     stays, goes = min(a, b), max(a, b)
-    vertices[stays] = 0.5 * (vertices[a] + vertices[b])
+    for i in range(3):
+        vertices[stays, i] = 0.5 * (vertices[a, i] + vertices[b, i])
     first = h if a == goes else g
     k = first
     while True:

@@ -168,6 +168,7 @@ def relax_round(vertices, corners, mates, first, step):  # type: ignore[no-untyp
             for i in range(3):
                 moved[i] = vertices[v, i] + scale * (center[i] - vertices[v, i] - part * normal[i])
             if _move_is_valid(vertices, corners, mates, first[v], moved):
-                vertices[v] = moved
+                for i in range(3):
+                    vertices[v, i] = moved[i]
                 break
             scale *= 0.5

@@ -80,7 +80,7 @@ def test_fit_is_weighted_least_squares(seed):
     surfel, local, none = np.zeros(12), new_local(), np.zeros((0, 3))
     surfel[3:6] = normal
     local.members[:60] = np.arange(60)
-    report = fit(Cloud(*kd_tree(points)[:4], none, none), local, 60, 1.2, 1, 0.0, surfel)
+    report = fit(Cloud(*kd_tree(points)[:4], none, none), local, 60, 1.2, 1e9, surfel)
     expected = normal - x[1] * u - x[2] * v
     np.testing.assert_allclose(surfel[:3], 1.2 * x[0] * normal, atol=1e-9)
     np.testing.assert_allclose(surfel[3:6], expected / np.linalg.norm(expected), atol=1e-9)

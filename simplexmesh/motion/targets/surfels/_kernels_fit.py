@@ -18,6 +18,7 @@ from simplexmesh._base._kernels_both import FAST
 from simplexmesh._base._kernels_njit import njit
 from simplexmesh.numerics._kernels_frames import tangents
 from simplexmesh.numerics._kernels_matrices import solve
+from simplexmesh.numerics._kernels_tree import select
 from simplexmesh.numerics._kernels_vectors import cross_product, dot, minus, row, unit
 
 Array = NDArray[np.float64]
@@ -50,6 +51,7 @@ class Local(NamedTuple):
     w: Array  # weight, without that of robustness
     e: Array  # known variance of the height; 1 if it is unknown
     rest: Array
+    order: NDArray[np.int64]
 
 
 class Report(NamedTuple):
@@ -70,7 +72,8 @@ NO_FIT = Report(math.nan, math.nan, math.nan, math.nan, math.nan, math.nan)
 def new_local():
     """Return memory for the largest neighborhood."""
     work = np.empty((6, MAX_POINTS))
-    return Local(np.empty(MAX_POINTS, np.int64), work[0], work[1], work[2], work[3], work[4], work[5])
+    members, order = np.empty(MAX_POINTS, np.int64), np.empty(MAX_POINTS, np.int64)
+    return Local(members, work[0], work[1], work[2], work[3], work[4], work[5], order)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -185,8 +188,9 @@ def _deviation(local, n, x, unknowns, cutoff, square, used):
     """Return the standard deviation of the residuals: from their median, or corrected for the tails that were cut."""
     if cutoff >= UNBOUNDED:
         for i in range(n):
-            local.rest[i] = abs(local.h[i] - _height(x, local.s[i], local.t[i]))
-        return 1.4826 * np.partition(local.rest[:n], n // 2)[n // 2] * n / max(n - unknowns, 1)
+            local.rest[i], local.order[i] = abs(local.h[i] - _height(x, local.s[i], local.t[i])), i
+        select(local.rest, local.order, 0, n, n // 2)
+        return 1.4826 * local.rest[local.order[n // 2]] * n / max(n - unknowns, 1)
     square *= used / max(used - unknowns, 1.0)
     sigma = math.sqrt(square)
     for _ in range(3):  # Gaussian errors assumed
@@ -217,12 +221,12 @@ def _set_form(surfel, u, v, bend, scale):
 
 
 @njit(cache=True, error_model="numpy")
-def fit(cloud, local, count, radius, iterations, noise, surfel):
+def fit(cloud, local, count, radius, noise, surfel):
     """Fit a quadric to the members around `surfel` (initial point and normal), in place; return a report.
 
     Weights fall as 1 - t^2 with the tangential distance t in radii, and with the inverse variance of known errors. With
-    `noise` 0 the first iteration is ordinary least squares and the others use Tukey weights; else all do, and `surfel`
-    must be a fit already. The frame follows the fit.
+    `noise` 0 a first iteration is ordinary least squares and a second uses Tukey weights; else there is only the
+    second, and `surfel` must be a fit already. The frame follows the fit.
     """
     m, x, first, bend = np.zeros((6, 6)), np.zeros(6), np.zeros(6), np.zeros(6)
     start, normal = (surfel[0], surfel[1], surfel[2]), (surfel[3], surfel[4], surfel[5])
@@ -234,7 +238,7 @@ def fit(cloud, local, count, radius, iterations, noise, surfel):
         bend[3], bend[5] = 0.5 * radius * _bilinear(surfel, u, u), 0.5 * radius * _bilinear(surfel, v, v)
         bend[4] = radius * _bilinear(surfel, u, v)
     length, sigma, gain, used, center = 1.0, 0.0, 0.0, 0.0, 0.0
-    for _ in range(iterations):
+    for _ in range(1 if noise > 0.0 else 2):
         n = _set_coordinates(cloud, local, count, surfel, (u, v, normal), radius)
         if n < 3:
             return NO_FIT

@@ -160,7 +160,8 @@ def blend_all(table, support, neighbors, oriented, out):
                 q[r] += w * table[j, 6 + r]
             total += abs(w)
         length = math.sqrt(gx * gx + gy * gy + gz * gz)
-        out[i] = table[i]
+        for k in range(table.shape[1]):
+            out[i, k] = table[i, k]
         if not length > 0.3 * total:
             continue
         move = -value / length

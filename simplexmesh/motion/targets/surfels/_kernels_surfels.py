@@ -13,7 +13,7 @@ from simplexmesh._base._kernels_njit import njit
 from simplexmesh.motion.targets.surfels._kernels_fit import MAX_POINTS, NO_FIT, Report, fit, new_local
 from simplexmesh.numerics._kernels_local_fits import fit_plane
 from simplexmesh.numerics._kernels_tree import within
-from simplexmesh.numerics._kernels_vectors import row
+from simplexmesh.numerics._kernels_vectors import assign, row
 
 MIN_COSINE = 0.3  # between the normals of points on one surface
 RATIO = math.sqrt(2.0)  # of successive scales
@@ -66,7 +66,7 @@ def _reach(radius, noise):
 def _fit_growing(cloud, local, at, base, largest, reports):
     """Fill `reports` (levels, 6), as `fit_scales` does, of fits around point `at`."""
     surfel, before = np.zeros(12), np.zeros(12)
-    surfel[:3] = cloud.points[at]
+    surfel[0], surfel[1], surfel[2] = row(cloud.points, at)
     settled, failures, last_variance, noise = False, 0, math.inf, 0.0
     for level in range(len(reports)):
         radius = base * RATIO**level
@@ -75,15 +75,14 @@ def _fit_growing(cloud, local, at, base, largest, reports):
         count = _gather(cloud, local, surfel, at, _reach(radius, noise))
         if count >= MAX_POINTS - 1 and level > 0:
             break
-        before[:] = surfel
+        assign(before, surfel)
         if not settled:
             if count < 6:
                 continue
             _start(cloud, local, count, at, radius, surfel)
-        iterations, prior = (1, 2.5 * noise) if settled else (2, 0.0)
-        report = fit(cloud, local, count, radius, iterations, prior, surfel)
+        report = fit(cloud, local, count, radius, 2.5 * noise if settled else 0.0, surfel)
         if not report.used > 0.0:
-            surfel[:] = before
+            assign(surfel, before)
             continue
         resolved = radius > 3.0 * report.noise
         if settled and resolved:
@@ -102,7 +101,7 @@ def _fit_growing(cloud, local, at, base, largest, reports):
         if resolved:
             settled, last_variance = True, report.variance
         else:
-            surfel[:] = before
+            assign(surfel, before)
 
 
 @njit(cache=True, error_model="numpy", parallel=True)
@@ -120,26 +119,26 @@ def fit_scales(cloud, centers, bases, largest, reports):
 @njit(cache=True, error_model="numpy")
 def _fit_place(cloud, local, at, radius, surfel):
     """Fit around point `at` at one radius, after a smaller fit, kept if the two differ by 5 standard deviations."""
-    surfel[:3] = cloud.points[at]
+    surfel[0], surfel[1], surfel[2] = row(cloud.points, at)
     count = _gather(cloud, local, surfel, at, radius)
     if count < 3:
         return NO_FIT
     small = radius / RATIO
     _start(cloud, local, count, at, small, surfel)
-    first = fit(cloud, local, count, small, 2, 0.0, surfel)
+    first = fit(cloud, local, count, small, 0.0, surfel)
     if not first.used > 0.0:
         small = radius
         _start(cloud, local, count, at, radius, surfel)
-        first = fit(cloud, local, count, radius, 2, 0.0, surfel)
+        first = fit(cloud, local, count, radius, 0.0, surfel)
         if not first.used > 0.0:
             return NO_FIT
     count = _gather(cloud, local, surfel, at, _reach(radius, first.noise))
     before = surfel.copy()
-    report = fit(cloud, local, count, radius, 1, 2.0 * first.noise, surfel)
+    report = fit(cloud, local, count, radius, 2.0 * first.noise, surfel)
     jump = 5.0 * math.sqrt(first.variance) + 1e-3 * radius
     sure = small < radius and first.used >= 12.0
     if not report.used > 0.0 or (sure and abs(report.offset) > jump):
-        surfel[:] = before
+        assign(surfel, before)
         return first
     noise, variance = report.noise, report.variance
     if noise > first.noise:  # misfit of the wider fit to noiseless points is no noise
@@ -193,7 +192,7 @@ def fit_all(cloud, centers, radii, isotropic, surfels, reports):
             shift = 0.5 * report.noise**2 * (surfel[6] + surfel[7] + surfel[8])
             shift = max(-0.5 * report.noise, min(0.5 * report.noise, shift)) if isotropic else 0.0
             surfel[:3] -= shift * surfel[3:6]
-            surfels[c] = surfel
+            assign(surfels[c], surfel)
             if report.curvature * radius < 1.6 or radius < 5.0 * report.noise:
                 radii[c] = radius
                 break
