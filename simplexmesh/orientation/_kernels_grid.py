@@ -40,14 +40,13 @@ def _fill_span(filled, i, j, k, spans, top):
 
 
 @njit(cache=True, error_model="numpy")
-def flood(blocked, outside):
-    """Fill `outside` with the 6-connected component of the samples not `blocked` that contains sample (0, 0, 0)."""
-    nx, ny, nz = blocked.shape
-    outside[:] = blocked
+def flood(filled):
+    """Fill the free samples, those not `filled`, that are 6-connected to sample (0, 0, 0)."""
+    nx, ny, nz = filled.shape
     spans = np.empty((nx * ny * (nz // 2 + 1), 4), np.int32)
     top = 0
-    if not blocked[0, 0, 0]:
-        _fill_span(outside, 0, 0, 0, spans, top)
+    if not filled[0, 0, 0]:
+        _fill_span(filled, 0, 0, 0, spans, top)
         top += 1
     while top > 0:
         top -= 1
@@ -56,12 +55,11 @@ def flood(blocked, outside):
             a, b = i + (side == 0) - (side == 1), j + (side == 2) - (side == 3)
             if a < 0 or b < 0 or a >= nx or b >= ny:
                 continue
-            line = outside[a, b]
+            line = filled[a, b]
             for c in range(low, high + 1):
                 if not line[c]:
-                    _fill_span(outside, a, b, c, spans, top)
+                    _fill_span(filled, a, b, c, spans, top)
                     top += 1
-    outside ^= blocked
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
