@@ -151,7 +151,7 @@ def recognize(
         interrupts.check()
         if picture is not None and found:
             with written_to(picture, "the picture"):
-                _draw(picture, data, models, found[0], level, label)
+                _draw(picture, data, models, found[0], level=level, label=label, inside=inside)
     if not found:
         note("no model of the library fits")
     if json:
@@ -169,10 +169,10 @@ def recognize(
     )
 
 
-def _draw(path: Path, scan: Any, models: Any, best: Any, level: float | None, label: int | None) -> None:
-    """Write a picture of the scan with the best model, before and after placing it."""
+def _draw(path: Path, scan: Any, models: Any, best: Any, **surface: Any) -> None:
+    """Write a picture of the scan, a `surface` of a volume, with the best model before and after placing it."""
     from simplexmesh import plot
 
     titles = (f"the scan, and {best.name} as stored in the library", f"{best.name} in the pose found")
     model, T = models.points(best.name), best.T_scan_model
-    plot.picture(path, plot.overlay(model, scan, T, level=level, label=label, titles=titles))
+    plot.picture(path, plot.overlay(model, scan, T, titles=titles, **surface))

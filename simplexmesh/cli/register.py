@@ -50,7 +50,8 @@ def command(
             with written_to(picture, "the picture"):
                 from simplexmesh import plot
 
-                plot.picture(picture, plot.overlay(here, there, found.T_target_source, level=level, label=label))
+                of: dict[str, Any] = {"level": level, "label": label, "inside": inside}
+                plot.picture(picture, plot.overlay(here, there, found.T_target_source, **of))
     if found.ambiguous:
         note("the pose is ambiguous: the objects, or their common part, are symmetric")
     if json:

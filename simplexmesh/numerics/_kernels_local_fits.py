@@ -68,6 +68,33 @@ def fit_planes(points, near, normals, variance, projected):
             projected[i, a] = place[a] + offset * normals[i, a]
 
 
+@njit(cache=True, error_model="numpy")
+def _fit_quadric(points, near, normal, projected, quadric_normal):
+    """Fill what `fit_quadrics` fills for one point, the first of its neighbors `near` (k,)."""
+    A, x, basis = np.zeros((6, 6)), np.zeros(6), np.ones(6)
+    u0, u1, u2, v0, v1, v2 = tangents(normal[0], normal[1], normal[2])
+    reach = 1e-300
+    for k in near:
+        d = difference(points, k, near[0])
+        reach = max(reach, math.sqrt(dot(d, d)))
+    for k in near:
+        d = difference(points, k, near[0])
+        u, v = dot(d, (u0, u1, u2)) / reach, dot(d, (v0, v1, v2)) / reach
+        basis[1], basis[2], basis[3], basis[4], basis[5] = u, v, u * u, u * v, v * v
+        for a in range(6):
+            x[a] += basis[a] * dot(d, normal) / reach
+            for b in range(a + 1):
+                A[a, b] += basis[a] * basis[b]
+    if not solve(A, x, 6):
+        x[:] = 0.0
+    slope = math.sqrt(1 + x[1] ** 2 + x[2] ** 2)
+    for a in range(3):
+        projected[a] = points[near[0], a] + x[0] * reach * normal[a]
+    quadric_normal[0] = (normal[0] - x[1] * u0 - x[2] * v0) / slope
+    quadric_normal[1] = (normal[1] - x[1] * u1 - x[2] * v1) / slope
+    quadric_normal[2] = (normal[2] - x[1] * u2 - x[2] * v2) / slope
+
+
 @njit(cache=True, error_model="numpy", parallel=True)
 def fit_quadrics(points, near, normals, projected, quadric_normals):
     """Fit quadratic height functions over planes to neighbors `near` (n, k), the point itself first.
@@ -75,28 +102,5 @@ def fit_quadrics(points, near, normals, projected, quadric_normals):
     `projected` (n, 3) get the projections of the points to the graphs along `normals` (n, 3), `quadric_normals` the
     unit normals there. Where a fit is singular, point and normal are copied.
     """
-    n, count = near.shape
-    for i in prange(n):
-        A, x, basis = np.zeros((6, 6)), np.zeros(6), np.ones(6)
-        normal = row(normals, i)
-        u0, u1, u2, v0, v1, v2 = tangents(normal[0], normal[1], normal[2])
-        reach = 1e-300
-        for k in range(count):
-            d = difference(points, near[i, k], near[i, 0])
-            reach = max(reach, math.sqrt(dot(d, d)))
-        for k in range(count):
-            d = difference(points, near[i, k], near[i, 0])
-            u, v = dot(d, (u0, u1, u2)) / reach, dot(d, (v0, v1, v2)) / reach
-            basis[1], basis[2], basis[3], basis[4], basis[5] = u, v, u * u, u * v, v * v
-            for a in range(6):
-                x[a] += basis[a] * dot(d, normal) / reach
-                for b in range(a + 1):
-                    A[a, b] += basis[a] * basis[b]
-        projected[i], quadric_normals[i] = points[near[i, 0]], normals[i]
-        if solve(A, x, 6):
-            slope = math.sqrt(1 + x[1] ** 2 + x[2] ** 2)
-            for a in range(3):
-                projected[i, a] += x[0] * reach * normal[a]
-            quadric_normals[i, 0] = (normal[0] - x[1] * u0 - x[2] * v0) / slope
-            quadric_normals[i, 1] = (normal[1] - x[1] * u1 - x[2] * v1) / slope
-            quadric_normals[i, 2] = (normal[2] - x[1] * u2 - x[2] * v2) / slope
+    for i in prange(len(near)):
+        _fit_quadric(points, near[i], normals[i], projected[i], quadric_normals[i])

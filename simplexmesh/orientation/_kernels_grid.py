@@ -41,7 +41,7 @@ def _fill_span(filled, i, j, k, spans, top):
 
 @njit(cache=True, error_model="numpy")
 def flood(filled):
-    """Fill the 6-connected component of the free samples that contains sample (0, 0, 0)."""
+    """Fill the free samples, those not `filled`, that are 6-connected to sample (0, 0, 0)."""
     nx, ny, nz = filled.shape
     spans = np.empty((nx * ny * (nz // 2 + 1), 4), np.int32)
     top = 0

@@ -37,8 +37,8 @@ class Flood:
 def flooded(points: Array, cell: float) -> Flood:
     """Return the flood fill, from the border, of a grid with cells of side `cell` around the points."""
     grid = Grid.around(points, cell, margin=WALL_RADIUS + 3)
-    near = np.zeros(grid.shape, bool)
-    _kernels_grid.mark_near(grid.to_index(points), WALL_RADIUS, near)
-    filled = near.copy()
+    wall = np.zeros(grid.shape, bool)
+    _kernels_grid.mark_near(grid.to_index(points), WALL_RADIUS, wall)
+    filled = wall.copy()
     _kernels_grid.flood(filled)
-    return Flood(grid, filled ^ near, near)
+    return Flood(grid, filled ^ wall, wall)

@@ -41,8 +41,10 @@ def models(files):
     return library.path
 
 
-def test_dark_objects(command, tmp_path):
-    """A cavity is a body whose inside is below the level: in the library as such, and found as such."""
+def test_dark_objects(command, tmp_path, monkeypatch):
+    """A cavity is a body whose inside is below the level: in the library, found and drawn as such."""
+    drawn, overlay = [], sm.plot.overlay
+    monkeypatch.setattr(sm.plot, "overlay", lambda *given, **how: drawn.append(how["inside"]) or overlay(*given, **how))
     image = SimpleITK.GetImageFromArray(egg_distance().astype(np.float32))
     SimpleITK.WriteImage(image, tmp_path / "dark.nrrd")
     code, _, _ = command("add", tmp_path / "models.sml", tmp_path / "dark.nrrd", "--level", 0, "--inside", "below")
@@ -50,11 +52,12 @@ def test_dark_objects(command, tmp_path):
     cloud = sm.ModelLibrary(tmp_path / "models.sml").points("dark")
     away = cloud.points - cloud.points.mean(axis=0)
     assert ((cloud.normals * away).sum(axis=1) > 0).mean() > 0.99
-    options = ("--level", 0, "--inside", "below", "--json")
+    options = ("--level", 0, "--inside", "below", "--json", "--picture", tmp_path / "seen.png")
     code, out, _ = command("recognize", tmp_path / "models.sml", tmp_path / "dark.nrrd", *options)
     assert json.loads(out)["models"][0]["score"] > 0.9
-    image = ("register", str(tmp_path / "dark.nrrd"), str(tmp_path / "dark.nrrd"), *map(str, options[:4]))
+    image = ("register", str(tmp_path / "dark.nrrd"), str(tmp_path / "dark.nrrd"), *map(str, options))
     assert app.run(image) == 0
+    assert drawn == ["below", "below"]
 
 
 def egg_distance():

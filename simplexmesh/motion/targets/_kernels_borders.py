@@ -15,28 +15,34 @@ from simplexmesh.numerics._kernels_local_fits import fit_plane
 from simplexmesh.numerics._kernels_vectors import difference, dot, row
 
 
+@njit(cache=True, error_model="numpy")
+def _criteria(points, index, near, normal):
+    """Return the largest angular gap of the neighbors of a point, and their mean's offset relative to the farthest."""
+    count = len(near)
+    angles = np.zeros(count)
+    u0, u1, u2, v0, v1, v2 = tangents(normal[0], normal[1], normal[2])
+    x = y = farthest = 0.0
+    for k in range(count):
+        d = difference(points, near[k], index)
+        s, t = dot(d, (u0, u1, u2)), dot(d, (v0, v1, v2))
+        angles[k] = math.atan2(t, s)
+        farthest = max(farthest, s * s + t * t)
+        x += s / count
+        y += t / count
+    angles.sort()
+    gap = angles[0] + 2 * math.pi - angles[count - 1]
+    for k in range(1, count):
+        gap = max(gap, angles[k] - angles[k - 1])
+    return gap, math.sqrt(x * x + y * y) / max(math.sqrt(farthest), 1e-300)
+
+
 @njit(cache=True, error_model="numpy", parallel=True)
 def boundary_criteria(points, rows, near, normals, known, gap, offset):
     """Fill the largest angular gap of the neighbors (m, k) of points, and their mean's offset relative to the farthest.
 
     Unless they are `known`, the normals (m, 3) of the tangent planes are filled too.
     """
-    count = near.shape[1]
     for m in prange(len(rows)):
-        angles = np.zeros(count)
         if not known:
             fit_plane(points, near[m], row(points, rows[m]), math.inf, normals[m])
-        u0, u1, u2, v0, v1, v2 = tangents(normals[m, 0], normals[m, 1], normals[m, 2])
-        x = y = farthest = 0.0
-        for k in range(count):
-            d = difference(points, near[m, k], rows[m])
-            s, t = dot(d, (u0, u1, u2)), dot(d, (v0, v1, v2))
-            angles[k] = math.atan2(t, s)
-            farthest = max(farthest, s * s + t * t)
-            x += s / count
-            y += t / count
-        angles.sort()
-        gap[m] = angles[0] + 2 * math.pi - angles[count - 1]
-        for k in range(1, count):
-            gap[m] = max(gap[m], angles[k] - angles[k - 1])
-        offset[m] = math.sqrt(x * x + y * y) / max(math.sqrt(farthest), 1e-300)
+        gap[m], offset[m] = _criteria(points, rows[m], near[m], normals[m])

@@ -15,27 +15,24 @@ from simplexmesh._base._kernels_njit import njit
 INFINITE = 2**30
 
 
-@njit(cache=True, error_model="numpy", parallel=True)
+@njit(cache=True, error_model="numpy")
 def _transform_first_axis(seeds, out, square):
-    """Fill the label of the nearest seed along the first axis, the earlier of two, and its squared distance."""
-    nx, ny, nz = seeds.shape
-    for j in prange(ny):
-        last = np.empty(nz, np.int64)
-        last[:] = -1
-        for i in range(nx):
-            for k in range(nz):
-                if seeds[i, j, k] >= 0:
-                    last[k] = i
-                out[i, j, k] = seeds[last[k], j, k] if last[k] >= 0 else -1
-                square[i, j, k] = (i - last[k]) ** 2 if last[k] >= 0 else INFINITE
-        last[:] = -1
-        for i in range(nx - 1, -1, -1):
-            for k in range(nz):
-                if seeds[i, j, k] >= 0:
-                    last[k] = i
-                if last[k] >= 0 and (last[k] - i) ** 2 < square[i, j, k]:
-                    out[i, j, k] = seeds[last[k], j, k]
-                    square[i, j, k] = (last[k] - i) ** 2
+    """Fill the nearest seed's label along the first axis of a plane, the earlier of two, and its squared distance."""
+    nx, nz = seeds.shape
+    last = np.full(nz, -1)
+    for i in range(nx):
+        for k in range(nz):
+            if seeds[i, k] >= 0:
+                last[k] = i
+            out[i, k] = seeds[last[k], k] if last[k] >= 0 else -1
+            square[i, k] = (i - last[k]) ** 2 if last[k] >= 0 else INFINITE
+    last[:] = -1
+    for i in range(nx - 1, -1, -1):
+        for k in range(nz):
+            if seeds[i, k] >= 0:
+                last[k] = i
+            if last[k] >= 0 and (last[k] - i) ** 2 < square[i, k]:
+                out[i, k], square[i, k] = seeds[last[k], k], (last[k] - i) ** 2
 
 
 @njit(cache=True, error_model="numpy")
@@ -64,6 +61,18 @@ def _transform_line(values, square, positions, labels, heights):
         values[i], square[i] = labels[at], heights[at] + (positions[at] - i) ** 2
 
 
+@njit(cache=True, error_model="numpy")
+def _transform_other_axes(values, square):
+    """Replace the labels of a plane by those of the nearest cells, along its first axis, then along its second."""
+    ny, nz = values.shape
+    positions, heights = np.empty(max(ny, nz), np.int64), np.empty(max(ny, nz), np.int64)
+    labels = np.empty(max(ny, nz), np.int32)
+    for k in range(nz):
+        _transform_line(values[:, k], square[:, k], positions, labels, heights)
+    for j in range(ny):
+        _transform_line(values[j, ::1], square[j, ::1], positions, labels, heights)  # the type of a column
+
+
 @njit(cache=True, error_model="numpy", parallel=True)
 def fill_nearest(seeds, out):
     """Fill `out` with the label of the nearest seed, a cell of `seeds` that is not negative; -1 if there is none.
@@ -72,12 +81,7 @@ def fill_nearest(seeds, out):
     """
     nx, ny, nz = seeds.shape
     square = np.empty((nx, ny, nz), np.int32)
-    _transform_first_axis(seeds, out, square)
+    for j in prange(ny):
+        _transform_first_axis(seeds[:, j], out[:, j], square[:, j])
     for i in prange(nx):
-        longest = max(ny, nz)
-        positions, heights = np.empty(longest, np.int64), np.empty(longest, np.int64)
-        labels = np.empty(longest, np.int32)
-        for k in range(nz):
-            _transform_line(out[i, :, k], square[i, :, k], positions, labels, heights)
-        for j in range(ny):
-            _transform_line(out[i, j], square[i, j], positions, labels, heights)
+        _transform_other_axes(out[i], square[i])

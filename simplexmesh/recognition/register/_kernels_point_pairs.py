@@ -94,6 +94,39 @@ def pair_table(framed, step, distances):
     return PairTable(step, distances, starts, firsts, turns)
 
 
+@njit(cache=True, error_model="numpy")
+def _vote_of(i, source, table, maximum, count):
+    """Add the votes of a point i of the source to `count` (n, TURNS), of each target point and rotation."""
+    for j in range(len(source.points)):
+        key = _bin(source, i, j, table.step, table.distances) if j != i else -1
+        if key < 0 or table.starts[key + 1] - table.starts[key] > maximum:
+            continue
+        turn = _angle_about_normal(source, i, j)
+        for k in range(table.starts[key], table.starts[key + 1]):
+            slot = (table.turns[k] - turn) * (TURNS / (2 * math.pi))
+            low = math.floor(slot)
+            fraction = slot - low
+            low %= TURNS
+            high = (low + 1) % TURNS
+            count[table.firsts[k], low] += 1 - fraction
+            count[table.firsts[k], high] += fraction
+
+
+@njit(cache=True, error_model="numpy")
+def _peaks(count, found):
+    """Fill `found` (p, 2) with the rows and rotations of the largest entries of `count`, which are erased."""
+    for p in range(len(found)):
+        best, at, bin_ = np.float32(-1.0), 0, 0
+        for t in range(len(count)):
+            for b in range(TURNS):
+                if count[t, b] > best:
+                    best, at, bin_ = count[t, b], t, b
+        found[p, 0] = at
+        found[p, 1] = bin_ * (2 * math.pi / TURNS)
+        for b in range(-1, 2):
+            count[at, (bin_ + b) % TURNS] = -1
+
+
 @njit(cache=True, error_model="numpy", parallel=True)
 def vote(references, source, table, n_target, maximum, found):
     """Fill `found` (r, p, 2): the p target points and rotations about the normal with most votes per reference point.
@@ -101,30 +134,6 @@ def vote(references, source, table, n_target, maximum, found):
     Rotations are in radians. Bins with more than `maximum` pairs are not distinctive and are skipped.
     """
     for r in prange(len(references)):
-        i = references[r]
         count = np.zeros((n_target, TURNS), np.float32)
-        for j in range(len(source.points)):
-            if i == j:
-                continue
-            key = _bin(source, i, j, table.step, table.distances)
-            if key < 0 or table.starts[key + 1] - table.starts[key] > maximum:
-                continue
-            turn = _angle_about_normal(source, i, j)
-            for k in range(table.starts[key], table.starts[key + 1]):
-                slot = (table.turns[k] - turn) * (TURNS / (2 * math.pi))
-                low = math.floor(slot)
-                fraction = slot - low
-                low %= TURNS
-                high = (low + 1) % TURNS
-                count[table.firsts[k], low] += 1 - fraction
-                count[table.firsts[k], high] += fraction
-        for p in range(found.shape[1]):
-            best, at, bin_ = np.float32(-1.0), 0, 0
-            for t in range(n_target):
-                for b in range(TURNS):
-                    if count[t, b] > best:
-                        best, at, bin_ = count[t, b], t, b
-            found[r, p, 0] = at
-            found[r, p, 1] = bin_ * (2 * math.pi / TURNS)
-            for b in range(-1, 2):
-                count[at, (bin_ + b) % TURNS] = -1
+        _vote_of(references[r], source, table, maximum, count)
+        _peaks(count, found[r])

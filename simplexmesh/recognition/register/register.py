@@ -257,7 +257,7 @@ def refined_candidates(source: Source, grid: TargetGrid, motions: Array) -> Arra
 
 def evaluated_candidates(verifier: Verifier, motions: Array) -> list[Evaluation]:
     """Return the evaluations of motions (h, 12), refined on a sample of the points, distinct and best first."""
-    found = sorted((verifier.settled(motion) for motion in motions), key=lambda evaluation: -evaluation.score)
+    found = sorted((verifier.settled(motion, 8) for motion in motions), key=lambda evaluation: -evaluation.score)
     ends = np.array([evaluation.T[:3].ravel() for evaluation in found])
     return [found[k] for k in distinct(ends, EVALUATED, verifier.size, factor=1.5)]  # flat minima are wide
 

@@ -54,12 +54,13 @@ class Verifier:
         samples = source.sample(count, rng), target.sample(count, rng)
         return Verifier(source, target, trees, samples, width, max(2.5 * spacing, 2.0 * width), size)
 
-    def settled(self, motion: Array) -> Evaluation:
-        """Return the evaluation of a motion (12,) after a few steps of refinement on the source's sample."""
+    def settled(self, motion: Array, iterations: int) -> Evaluation:
+        """Return the evaluation of a motion (12,) after so many steps of refinement on the source's sample."""
         start = np.vstack([motion.reshape(3, 4), [0, 0, 0, 1]])
         T = refined(
-            self.source, self.target, self.trees[1], start, 2 * self.reach, chosen=self.samples[0], iterations=8
-        )
+            self.source, self.target, self.trees[1], start, 2 * self.reach,
+            chosen=self.samples[0], iterations=iterations,
+        )  # fmt: skip
         return self.evaluated(T)
 
     def correspondences(self, T: Array) -> tuple[Correspondences, Correspondences]:
