@@ -79,7 +79,8 @@ def reconstruct(
         Whether holes are opened where the data ends: "auto" (the default for primitives), "none", those that a
         function of a `HoleProposal` accepts, or the zones given, by the faces of the start.
     handles : {"auto", "none"}, callable or sequence of pairs of int
-        The same for handles, given by the pairs of faces to join.
+        Whether handles are added to a sphere or ellipsoid (with `holes` "auto" or "none"; the default there), or those
+        that a function of a `HandleProposal` accepts; or the pairs of faces of any start to join.
     refine : {"none", "auto", "coarse", "medium", "fine"}
         Refinement of faces that bend or are far from the data: "auto" (the default for primitives) begins with fewer
         vertices and uses all of `vertices`, the others stop at their threshold or at `vertices`.

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from simplexmesh._base.progress import Report
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
@@ -33,6 +34,8 @@ class Run:
         The stiff ones, the fine one and the last.
     surface : SimplexMesh or None
         The automatic start of closed data, around which `mesh`, which encloses it, is wrapped.
+    zones : list of array of bool
+        The faces of holes that the user gave.
     fallback : SimplexMesh or None
         An untangled mesh of the same connectivity near the data, when one is known.
     done : float
@@ -48,6 +51,7 @@ class Run:
     stages: list[Stage]
     found: StartReport | None = None
     surface: SimplexMesh | None = None
+    zones: list[NDArray[np.bool_]] = field(default_factory=list)
     fallback: SimplexMesh | None = None
     topology: TopologyRecord = field(default_factory=TopologyRecord)
     history: list[State] = field(default_factory=list)

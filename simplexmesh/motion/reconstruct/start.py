@@ -14,7 +14,8 @@ from simplexmesh.motion.reconstruct.inputs import Input, Start
 from simplexmesh.motion.reconstruct.options import Options
 from simplexmesh.motion.reconstruct.run import Run
 from simplexmesh.motion.start.primitives import ENCLOSING, primitive_around
-from simplexmesh.motion.topology.handles import add_handles
+from simplexmesh.motion.topology.handles import add_handles, given_pairs
+from simplexmesh.motion.topology.holes import given_zones
 from simplexmesh.motion.topology.missing import border_width
 
 FEWEST_WRAPPED = 60
@@ -27,12 +28,13 @@ OPEN = 0.05
 def started(data: Input, options: Options, report: Report) -> Run:
     """Return the reconstruction at its start, pairs of faces that the user gave joined to handles."""
     init, target, found, surface = options.init, None, None, None
+    wraps = init in ENCLOSING and not isinstance(options.handles, list) and options.handles != "none"
     if isinstance(init, SimplexMesh):
         mesh = init
     elif init == "auto":
         mesh, target, found = data.start(options.vertices, options.tunnels)
     else:
-        closed = _closed_start(data, options) if _wraps(options) else None
+        closed = _closed_start(data, options) if wraps else None
         if closed is not None:
             surface, target, found = closed
         elif init != "plane":
@@ -46,30 +48,38 @@ def started(data: Input, options: Options, report: Report) -> Run:
         fallback=mesh if near else None,
     )  # fmt: skip
     run.stages = stages_from(mesh, data, options, cell=found.cell if found and near else None)
-    if isinstance(options.handles, list):
-        out = add_handles(mesh, pairs=options.handles)
-        run.mesh, run.fallback, run.topology = out.mesh, None, replace(run.topology, handles=out.proposals)
+    _apply_given_faces(run)
     return run
 
 
-def _wraps(options: Options) -> bool:
-    """Return whether the start is to be wrapped around the data, if that is closed."""
-    handles = options.handles != "none" and not isinstance(options.handles, list)
-    return (
-        options.init in ENCLOSING and handles and isinstance(options.holes, str) and options.vertices >= FEWEST_WRAPPED
-    )
+def _apply_given_faces(run: Run) -> None:
+    """Check the zones and pairs of faces that the user gave, join the pairs, and number the zones as after that."""
+    zones, pairs = run.options.holes, run.options.handles
+    if isinstance(zones, list):
+        run.zones = [zone & ~run.mesh.connectivity.face_is_hole for zone in given_zones(run.mesh, zones, "holes")]
+    if isinstance(pairs, list):
+        pairs = given_pairs(run.mesh, pairs, "handles")
+        if any(zone[pairs].any() for zone in run.zones):
+            raise ValueError("holes and handles must not share a face of the start")
+        out = add_handles(run.mesh, pairs=pairs)
+        run.mesh, run.fallback, run.topology = out.mesh, None, replace(run.topology, handles=out.proposals)
+        faces = np.arange(len(out.mesh.connectivity.face_sizes))
+        run.zones = [np.isin(faces, out.face_map[zone]) for zone in run.zones]
 
 
 def _closed_start(data: Input, options: Options) -> Start | None:
-    """Return the automatic start of closed connected data; None for open data and where there is none."""
-    if border_width(data.target, data.points) >= OPEN:
+    """Return the automatic start of closed data; None for other data, and a user's function is told why."""
+    few = options.vertices < FEWEST_WRAPPED
+    if few or border_width(data.target, data.points) >= OPEN:
+        if callable(options.handles):
+            reason = "the model has too few vertices" if few else "the data is open"
+            warn(f"no handles are looked for, as {reason}")
         return None
     try:
-        start = data.start(options.vertices, options.tunnels)
+        return data.start(options.vertices, options.tunnels)
     except TopologyError as error:
         warn(f"no handles are looked for, as the genus of the data is not known: {error}")
         return None
-    return start if start[0].n_components == 1 else None
 
 
 def stages_from(start: SimplexMesh, data: Input, options: Options, *, cell: float | None) -> list[Stage]:
