@@ -95,7 +95,7 @@ def _is_wanted(run: Run) -> bool:
     """Return whether the vertices of this mesh are to be redistributed."""
     if run.options.placement != "closed":
         return run.options.placement == "adaptive"
-    thin = run.found is not None and run.data.encloses and is_thin(run.start)
+    thin = run.found is not None and run.data.layered and is_thin(run.start)
     return not (thin or run.mesh.n_holes)
 
 

@@ -10,10 +10,12 @@ from simplexmesh._base.errors import TopologyError, warn
 from simplexmesh._base.progress import Report
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.model.stages import Stage, mean_edge
-from simplexmesh.motion.reconstruct.inputs import Input, Start
+from simplexmesh.motion.model.state import Target
+from simplexmesh.motion.reconstruct.inputs import Input
 from simplexmesh.motion.reconstruct.options import Options
 from simplexmesh.motion.reconstruct.run import Run
 from simplexmesh.motion.start.primitives import ENCLOSING, primitive_around
+from simplexmesh.motion.start.report import Start
 from simplexmesh.motion.topology.handles import add_handles, given_pairs
 from simplexmesh.motion.topology.holes import given_zones
 from simplexmesh.motion.topology.missing import border_width
@@ -27,27 +29,25 @@ OPEN = 0.05
 
 def started(data: Input, options: Options, report: Report) -> Run:
     """Return the reconstruction at its start, pairs of faces that the user gave joined to handles."""
-    init, target, found, surface = options.init, None, None, None
+    init, target, found = options.init, None, None
     wraps = init in ENCLOSING and not isinstance(options.handles, list) and options.handles != "none"
     if isinstance(init, SimplexMesh):
         mesh = init
     elif init == "auto":
-        mesh, target, found = data.start(options.vertices, options.tunnels)
+        found, target = data.start(options.vertices, options.tunnels)
+        mesh = found.mesh
     else:
-        closed = _closed_start(data, options) if wraps else None
-        if closed is not None:
-            surface, target, found = closed
-        elif init != "plane":
+        found, target = _closed_start(data, options) if wraps else (None, None)
+        if found is None and init != "plane":
             data = data.turned_outward(enclosed=init in ENCLOSING)
         normals = data.samples().normals
         facing = None if normals is None else normals.mean(axis=0)
         mesh = primitive_around(data.points, init, options.first_vertices, facing=facing)
-    near = found is not None and surface is None
-    run = Run(
-        options, data, report, mesh, mesh, data.target if target is None else target, [], found, surface,
-        fallback=mesh if near else None,
-    )  # fmt: skip
-    run.stages = stages_from(mesh, data, options, cell=found.cell if found and near else None)
+    run = Run(options, data, report, mesh, mesh, data.target if target is None else target, [])
+    if found is not None:
+        run.found = found.report
+        run.surface, run.fallback = (None, mesh) if init == "auto" else (found.mesh, None)
+    run.stages = stages_from(mesh, data, options, cell=found.report.cell if found and init == "auto" else None)
     _apply_given_faces(run)
     return run
 
@@ -67,19 +67,19 @@ def _apply_given_faces(run: Run) -> None:
         run.zones = [np.isin(faces, out.face_map[zone]) for zone in run.zones]
 
 
-def _closed_start(data: Input, options: Options) -> Start | None:
+def _closed_start(data: Input, options: Options) -> tuple[Start, Target] | tuple[None, None]:
     """Return the automatic start of closed data; None for other data, and a user's function is told why."""
     few = options.vertices < FEWEST_WRAPPED
     if few or border_width(data.target, data.points) >= OPEN:
         if callable(options.handles):
             reason = "the model has too few vertices" if few else "the data is open"
             warn(f"no handles are looked for, as {reason}")
-        return None
+        return None, None
     try:
         return data.start(options.vertices, options.tunnels)
     except TopologyError as error:
         warn(f"no handles are looked for, as the genus of the data is not known: {error}")
-        return None
+        return None, None
 
 
 def stages_from(start: SimplexMesh, data: Input, options: Options, *, cell: float | None) -> list[Stage]:
@@ -92,7 +92,7 @@ def stages_from(start: SimplexMesh, data: Input, options: Options, *, cell: floa
     last = max(2 * data.resolution, edge)
     if cell is not None:
         error = max(data.resolution, cell, min(1.2 * edge, 1.5 * data.resolution))  # few vertices are farther off
-        near = 1.25 * error if data.encloses else max(3 * data.resolution, 2 * edge)
+        near = 1.25 * error if data.layered else max(3 * data.resolution, 2 * edge)
         reach = min(near, 0.2 * radius)
         return [
             Stage(max(2, rigidity), reach, 40, beta=0.2),

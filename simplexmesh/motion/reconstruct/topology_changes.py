@@ -12,9 +12,8 @@ from scipy.spatial import cKDTree
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.model.stages import Stage, mean_edge
 from simplexmesh.motion.model.state import Target
-from simplexmesh.motion.reconstruct.fitting import settle
 from simplexmesh.motion.reconstruct.options import FEWEST_VERTICES
-from simplexmesh.motion.reconstruct.run import Run
+from simplexmesh.motion.reconstruct.run import Run, settle
 from simplexmesh.motion.reconstruct.start import stages_from
 from simplexmesh.motion.topology.holes import HoleProposal, open_holes
 from simplexmesh.motion.topology.wrapping import wrapped

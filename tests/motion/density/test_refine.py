@@ -24,7 +24,7 @@ from simplexmesh.motion.density.redistribute import redistribute_round
 from simplexmesh.motion.density.refine import THRESHOLDS, refine_round, refinement_scores
 from simplexmesh.motion.density.refined import Refined
 from simplexmesh.motion.model.stages import Stage
-from simplexmesh.motion.reconstruct.inputs import as_input
+from simplexmesh.motion.reconstruct.conversion import as_input
 from simplexmesh.motion.start.primitives import primitive_around
 from simplexmesh.motion.targets.triangles import inside_surface, surface_distance
 from tests.mesh.families import ALL, shaken

@@ -9,8 +9,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import simplexmesh as sm
-from simplexmesh.motion.reconstruct.scans import joined_scans
-from simplexmesh.motion.start.stray_points import without_stray_points
+from simplexmesh.motion.reconstruct.conversion import joined_scans, without_stray_points
 
 
 def ball_volume(radius=8.3, half=11, **place):
