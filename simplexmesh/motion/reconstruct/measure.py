@@ -31,7 +31,8 @@ def measure(run: Run) -> None:
     if len(points) > MOST_POINTS:
         points = points[np.random.default_rng(0).choice(len(points), MOST_POINTS, replace=False)]
     gaps = run.target.gap(np.ascontiguousarray(mesh.vertices), np.ascontiguousarray(mesh.normals), reach)
-    away = np.where(np.isnan(gaps), cKDTree(points).query(mesh.vertices, workers=-1)[0], np.abs(gaps))
+    away, unseen = np.abs(gaps), np.isnan(gaps)
+    away[unseen] = cKDTree(points).query(mesh.vertices[unseen], workers=-1)[0]
     surface = mesh.triangulated(method="fan")
     missing = surface_distance(points, surface.vertices, surface.faces)
     enclosed = np.zeros(len(points), bool)
