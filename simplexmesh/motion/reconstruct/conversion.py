@@ -47,7 +47,7 @@ def as_input(
     ValueError, TypeError, OSError
         For invalid data, or a level or label that does not fit it.
     """
-    if isinstance(data, VolumeInput | PointsInput | TrianglesInput):
+    if isinstance(data, Input):
         return data
     checks.choice("inside", inside, ("above", "below"))
     if isinstance(data, list | tuple) and not data:

@@ -12,13 +12,13 @@ from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.model.stages import Stage, mean_edge
 from simplexmesh.motion.model.state import Target
 from simplexmesh.motion.reconstruct.inputs import Input
+from simplexmesh.motion.reconstruct.open_data import border_width
 from simplexmesh.motion.reconstruct.options import Options
 from simplexmesh.motion.reconstruct.run import Run
 from simplexmesh.motion.start.primitives import ENCLOSING, primitive_around
 from simplexmesh.motion.start.report import Start
 from simplexmesh.motion.topology.handles import add_handles, given_pairs
 from simplexmesh.motion.topology.holes import given_zones
-from simplexmesh.motion.topology.missing import border_width
 
 FEWEST_WRAPPED = 60
 """Meshes of fewer vertices would collapse when they are wrapped around the data, and have no room for handles."""

@@ -10,6 +10,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
+from simplexmesh.motion.model.border_attraction import wide_border
 from simplexmesh.motion.model.stages import Stage, mean_edge
 from simplexmesh.motion.model.state import Target
 from simplexmesh.motion.reconstruct.options import FEWEST_VERTICES
@@ -54,8 +55,7 @@ def _open_holes(run: Run) -> None:
 
 def _near_border(target: Target, edge: float) -> Callable[[HoleProposal], bool | str]:
     """Return a predicate that accepts zones near a border of the data; elsewhere the mesh has not reached it yet."""
-    border = getattr(target, "border", None)
-    points = np.zeros((0, 3)) if border is None else border.wider(3 * edge)
+    points = wide_border(target, edge)
     tree = cKDTree(points) if len(points) else None
 
     def accept(proposal: HoleProposal) -> bool | str:

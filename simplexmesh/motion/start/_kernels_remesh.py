@@ -3,15 +3,15 @@
 Half-edge `3 * t + j` runs from corner j to corner j + 1 of triangle t; `mates` (3t,) holds its opposite half-edge and
 `corners` (3t,) its start vertex. References in `tests/motion/start/reference.py`.
 """
+# mypy: allow-untyped-defs
 
 from __future__ import annotations
 
 import numpy as np
 
+from simplexmesh._base._kernels_both import FAST
 from simplexmesh._base._kernels_njit import njit
 from simplexmesh.numerics._kernels_heap import new_heap, put
-
-_FLAGS = {"nsz", "arcp", "contract", "reassoc"}
 
 REMOVED = -1
 
@@ -20,30 +20,30 @@ MIN_COSINE = 0.5
 
 
 @njit(cache=True, error_model="numpy")
-def _next(h):  # type: ignore[no-untyped-def]
+def _next(h):
     return h - 2 if h % 3 == 2 else h + 1
 
 
 @njit(cache=True, error_model="numpy")
-def _previous(h):  # type: ignore[no-untyped-def]
+def _previous(h):
     return h + 2 if h % 3 == 0 else h - 1
 
 
-@njit(cache=True, error_model="numpy", fastmath=_FLAGS)
-def _area_normal(p, q, r):  # type: ignore[no-untyped-def]
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _area_normal(p, q, r):
     ux, uy, uz = q[0] - p[0], q[1] - p[1], q[2] - p[2]
     vx, vy, vz = r[0] - p[0], r[1] - p[1], r[2] - p[2]
     return uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
 
 
-@njit(cache=True, error_model="numpy", fastmath=_FLAGS)
-def _cosine(a, b):  # type: ignore[no-untyped-def]
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _cosine(a, b):
     norm = np.sqrt((a[0] * a[0] + a[1] * a[1] + a[2] * a[2]) * (b[0] * b[0] + b[1] * b[1] + b[2] * b[2]))
     return (a[0] * b[0] + a[1] * b[1] + a[2] * b[2]) / norm if norm > 0 else -1.0
 
 
-@njit(cache=True, error_model="numpy", fastmath=_FLAGS)
-def _quality(p, q, r):  # type: ignore[no-untyped-def]
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _quality(p, q, r):
     """Return twice the area over the sum of squared sides: 0.289 if equilateral, 0 if degenerate."""
     n = _area_normal(p, q, r)
     sides = 0.0
@@ -53,7 +53,7 @@ def _quality(p, q, r):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def _is_adjacent(corners, mates, h, other):  # type: ignore[no-untyped-def]
+def _is_adjacent(corners, mates, h, other):
     """Return whether the start vertex of half-edge h has an edge to `other`."""
     k = h
     while True:
@@ -64,8 +64,8 @@ def _is_adjacent(corners, mates, h, other):  # type: ignore[no-untyped-def]
             return False
 
 
-@njit(cache=True, error_model="numpy", fastmath=_FLAGS)
-def _flip_is_valid(vertices, a, b, c, d):  # type: ignore[no-untyped-def]
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _flip_is_valid(vertices, a, b, c, d):
     """Return whether flipping edge ab to cd in the quadrangle a d b c neither folds nor flattens a triangle."""
     p, q, r, s = vertices[a], vertices[b], vertices[c], vertices[d]
     one, two = _area_normal(p, q, r), _area_normal(q, p, s)
@@ -79,7 +79,7 @@ def _flip_is_valid(vertices, a, b, c, d):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def _flip(corners, mates, h):  # type: ignore[no-untyped-def]
+def _flip(corners, mates, h):
     g = mates[h]
     bc, ca, ad, db = _next(h), _previous(h), _next(g), _previous(g)
     a, b, c, d = corners[h], corners[bc], corners[ca], corners[db]
@@ -93,7 +93,7 @@ def _flip(corners, mates, h):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def flip_round(vertices, corners, mates, valence):  # type: ignore[no-untyped-def]
+def flip_round(vertices, corners, mates, valence):
     """Flip, in place, each edge whose flip brings the valences closer to six; return the number of flips."""
     flips = 0
     for h in range(len(mates)):
@@ -115,8 +115,8 @@ def flip_round(vertices, corners, mates, valence):  # type: ignore[no-untyped-de
     return flips
 
 
-@njit(cache=True, error_model="numpy", fastmath=_FLAGS)
-def _one_ring(vertices, corners, mates, first, normal, center):  # type: ignore[no-untyped-def]
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _one_ring(vertices, corners, mates, first, normal, center):
     """Fill the area normal and the area-weighted centroid of the one-ring triangles of a vertex."""
     normal[:] = 0.0
     center[:] = 0.0
@@ -137,8 +137,8 @@ def _one_ring(vertices, corners, mates, first, normal, center):  # type: ignore[
         center[i] = center[i] / total if total > 0 else vertices[corners[first], i]
 
 
-@njit(cache=True, error_model="numpy", fastmath=_FLAGS)
-def _move_is_valid(vertices, corners, mates, first, moved):  # type: ignore[no-untyped-def]
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _move_is_valid(vertices, corners, mates, first, moved):
     """Return whether moving a vertex to `moved` turns no triangle around it by more than 60 degrees."""
     k = first
     while True:
@@ -150,8 +150,8 @@ def _move_is_valid(vertices, corners, mates, first, moved):  # type: ignore[no-u
             return True
 
 
-@njit(cache=True, error_model="numpy", fastmath=_FLAGS)
-def relax_round(vertices, corners, mates, first, step):  # type: ignore[no-untyped-def]
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def relax_round(vertices, corners, mates, first, step):
     """Move each vertex in turn, in place, a fraction `step` of the way to the centroid of its triangles, tangentially.
 
     A move that would turn a triangle by more than 60 degrees is halved, at most three times, then skipped.
@@ -177,14 +177,14 @@ def relax_round(vertices, corners, mates, first, step):  # type: ignore[no-untyp
 
 
 @njit(cache=True, error_model="numpy")
-def _put_edge(vertices, corners, mates, heap, h):  # type: ignore[no-untyped-def]
+def _put_edge(vertices, corners, mates, heap, h):
     """Enter an edge in the priority queue by its squared length, under the smaller of its two half-edges."""
     p, q = vertices[corners[h]], vertices[corners[_next(h)]]
     put(heap, min(h, mates[h]), (p[0] - q[0]) ** 2 + (p[1] - q[1]) ** 2 + (p[2] - q[2]) ** 2)
 
 
 @njit(cache=True, error_model="numpy")
-def _keeps_topology(corners, mates, h, seen):  # type: ignore[no-untyped-def]
+def _keeps_topology(corners, mates, h, seen):
     """Return whether an edge satisfies the link condition and is on no tetrahedron; `seen` (v,) is scratch."""
     k, neighbors = h, 0
     while True:
@@ -210,7 +210,7 @@ def _keeps_topology(corners, mates, h, seen):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def _keeps_orientation(vertices, corners, mates, h, x, y, z, turn):  # type: ignore[no-untyped-def]
+def _keeps_orientation(vertices, corners, mates, h, x, y, z, turn):
     """Return whether moving the start of h turns no triangle with area that stays around it too far."""
     moved = (x, y, z)
     k = mates[_previous(h)]
@@ -225,7 +225,7 @@ def _keeps_orientation(vertices, corners, mates, h, x, y, z, turn):  # type: ign
 
 
 @njit(cache=True, error_model="numpy")
-def _remove_triangle(corners, mates, heap, h):  # type: ignore[no-untyped-def]
+def _remove_triangle(corners, mates, heap, h):
     """Remove the triangle of a half-edge, pair the mates of its other two sides, and return one of them."""
     one, other = mates[_next(h)], mates[_previous(h)]
     put(heap, min(one, _next(h)), np.inf)
@@ -237,7 +237,7 @@ def _remove_triangle(corners, mates, heap, h):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def _collapse(vertices, corners, mates, heap, h):  # type: ignore[no-untyped-def]
+def _collapse(vertices, corners, mates, heap, h):
     """Collapse an edge to its midpoint; the end with the smaller number is kept."""
     g = mates[h]
     a, b = corners[h], corners[g]
@@ -263,7 +263,7 @@ def _collapse(vertices, corners, mates, heap, h):  # type: ignore[no-untyped-def
 
 
 @njit(cache=True, error_model="numpy")
-def collapse_shortest(vertices, corners, mates, triangles, turn):  # type: ignore[no-untyped-def]
+def collapse_shortest(vertices, corners, mates, triangles, turn):
     """Collapse the shortest edge to its midpoint, in place, until `triangles` are left; return how many are left.
 
     Edges that may not go now are tried again after one of their ends has moved. Removed triangles have corners
