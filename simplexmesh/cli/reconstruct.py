@@ -110,7 +110,7 @@ def command(
 def loaded(inputs: list[Path], poses: Path | None) -> Any:
     """Return the data of the files: of a single one as it is; of several, or one with a pose, as joined points."""
     from simplexmesh.data.conversion import as_data
-    from simplexmesh.motion.reconstruct.scans import joined_scans
+    from simplexmesh.motion.reconstruct.conversion import joined_scans
 
     if len(inputs) == 1 and poses is None:
         return as_data(inputs[0])

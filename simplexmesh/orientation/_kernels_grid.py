@@ -1,4 +1,4 @@
-"""Kernels on voxel grids: flood fill, trilinear splatting and interpolation, and topology-preserving thinning."""
+"""Kernels on voxel grids: flood fill and trilinear splatting and interpolation."""
 
 # mypy: allow-untyped-defs
 
@@ -92,71 +92,3 @@ def interpolate(field, points, values, gradients):
             gz += (f if c else -f) * wx * wy
         values[p] = value
         gradients[p, 0], gradients[p, 1], gradients[p, 2] = gx, gy, gz
-
-
-@njit(cache=True, error_model="numpy")
-def _count_components(inside, wanted, adjacency, mark, stack):
-    """Count the components of the `wanted` value in a 3x3x3 block that are adjacent to its center, up to two.
-
-    `adjacency[s]` lists the neighbors of cell s within the block, terminated by -1; row 13 is that of the center.
-    """
-    mark[:] = False
-    found = 0
-    for first in range(26):
-        seed = adjacency[13, first]
-        if seed < 0:
-            break
-        if inside[seed] != wanted or mark[seed]:
-            continue
-        found += 1
-        if found > 1:
-            return found
-        mark[seed] = True
-        stack[0] = seed
-        top = 1
-        while top > 0:
-            top -= 1
-            here = stack[top]
-            for step in range(26):
-                there = adjacency[here, step]
-                if there < 0:
-                    break
-                if inside[there] == wanted and not mark[there]:
-                    mark[there] = True
-                    stack[top] = there
-                    top += 1
-    return found
-
-
-@njit(cache=True, error_model="numpy")
-def thin(solid, keep, distance_order, adjacency6, adjacency26, rounds):
-    """Remove simple cells of `solid` that are not in `keep`, in place; return their number. Preserves the topology.
-
-    A cell is simple if one 6-connected component of the solid and one 26-connected component of the outside are
-    adjacent to it in its 3x3x3 block. `distance_order` (m, 3) lists the cells to try, outermost first.
-    """
-    block = np.zeros(27, np.int8)
-    mark = np.zeros(27, np.bool_)
-    stack = np.zeros(27, np.int64)
-    removed = 0
-    for _ in range(rounds):
-        before = removed
-        for m in range(len(distance_order)):
-            i, j, k = distance_order[m]
-            if not solid[i, j, k] or keep[i, j, k]:
-                continue
-            s = 0
-            for a in range(i - 1, i + 2):
-                for b in range(j - 1, j + 2):
-                    for c in range(k - 1, k + 2):
-                        block[s] = solid[a, b, c]
-                        s += 1
-            if block.all():
-                continue
-            inner = _count_components(block, 1, adjacency6, mark, stack)
-            if inner == 1 and _count_components(block, 0, adjacency26, mark, stack) == 1:
-                solid[i, j, k] = False
-                removed += 1
-        if removed == before:
-            break
-    return removed

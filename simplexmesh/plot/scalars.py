@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from simplexmesh._base import checks
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.model.stages import mean_edge
-from simplexmesh.motion.reconstruct.inputs import as_input
+from simplexmesh.motion.reconstruct.conversion import as_input
 from simplexmesh.plot.polydata import as_drawable
 
 Array = NDArray[np.float64]

@@ -9,7 +9,7 @@ from numpy.testing import assert_array_equal
 import simplexmesh as sm
 from simplexmesh._base.errors import SimplexMeshWarning
 from simplexmesh.data.conversion import as_data, as_points, as_triangles, as_volume
-from simplexmesh.motion.reconstruct.scans import are_scans
+from simplexmesh.motion.reconstruct.conversion import are_scans
 
 POINTS = np.random.default_rng(0).normal(size=(30, 3))
 

@@ -7,10 +7,11 @@ import math
 
 import numpy as np
 
+from simplexmesh._base._kernels_both import FAST
 from simplexmesh._base._kernels_njit import njit
 
 
-@njit(cache=True, error_model="numpy", fastmath={"nsz", "arcp", "contract", "reassoc"})
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def lengths_and_areas(vertices, face_vertices, offsets, elongation, area):
     """Fill, for each face, 1 + (longest - shortest edge) / median edge, and the area of the fan around the centroid."""
     for f in range(offsets.size - 1):
@@ -34,7 +35,7 @@ def lengths_and_areas(vertices, face_vertices, offsets, elongation, area):
         area[f] = total
 
 
-@njit(cache=True, error_model="numpy", fastmath={"nsz", "arcp", "contract", "reassoc"})
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def best_cuts(vertices, twin, face, face_darts, offsets, may_grow, faces, out):
     """Fill, for each of `faces`, the two darts between whose midpoints it is best cut; -1 where no cut is allowed.
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from simplexmesh._base import checks
 from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.mesh.operators.editable_mesh import EditableMesh
-from simplexmesh.mesh.operators.regularize import regularize
+from simplexmesh.mesh.operators.regularize import Regularized, regularize
 from simplexmesh.mesh.operators.results import Edited
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.density import _kernels_refine
@@ -115,6 +115,14 @@ def with_even_faces(mesh: SimplexMesh, zone: Mask | None) -> Edited:
         mesh, maps = step.mesh, composed_maps(maps, step)
         zone = mapped_zone(zone, step)
     return Edited(mesh, checks.frozen(maps[0]), checks.frozen(maps[1]))
+
+
+def evened(step: Edited, zone: Mask | None = None) -> tuple[Edited, int]:
+    """Return edits followed by `with_even_faces`, in a zone of the mesh before if given, and the swaps without one."""
+    even = with_even_faces(step.mesh, None if zone is None else mapped_zone(zone, step))
+    maps = composed_maps((step.vertex_map, step.face_map), even)
+    out = Edited(even.mesh, checks.frozen(maps[0]), checks.frozen(maps[1]))
+    return out, even.swaps if isinstance(even, Regularized) else 0
 
 
 def disjoint_groups(groups: NDArray[np.int32], count: int, most: int, free: Mask | None = None) -> Indices:

@@ -12,14 +12,12 @@ from numpy.typing import NDArray
 from simplexmesh._base import checks
 from simplexmesh.mesh.decimation.vertex_bound import minimum_vertices
 from simplexmesh.mesh.operators.editable_mesh import EditableMesh
-from simplexmesh.mesh.operators.regularize import regularize
-from simplexmesh.mesh.operators.results import Edited
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.mesh.tangles import tangled_vertices
 from simplexmesh.motion.density.face_edits import (
-    composed_maps,
     disjoint_groups,
     divide_faces,
+    evened,
     removable_edges,
     with_even_metric,
 )
@@ -154,11 +152,8 @@ def redistribute_round(
     removed_darts = darts[lowest[: _merge_count(merged[lowest], scores[highest], change)]]
     removed = int(edit.remove_edges(removed_darts, in_order=True).done.sum())
     cut, _ = divide_faces(edit, mesh, highest, 2 * max(change + removed, 0), np.ones(scores.size, bool), fewest=5)
-    first = edit.result()
-    even = regularize(first.mesh)
-    maps = composed_maps((first.vertex_map, first.face_map), even)
-    out = Edited(even.mesh, checks.frozen(maps[0]), checks.frozen(maps[1]))
-    done = Round(0, float(scores.max(initial=0.0)), cut, 0, out.mesh.n_vertices, removed, even.swaps)
+    out, swaps = evened(edit.result())
+    done = Round(0, float(scores.max(initial=0.0)), cut, 0, out.mesh.n_vertices, removed, swaps)
     return Refined(with_even_metric(out), out.vertex_map, out.face_map, (done,))
 
 

@@ -10,17 +10,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh._base import checks
 from simplexmesh.mesh.operators.editable_mesh import EditableMesh
-from simplexmesh.mesh.operators.regularize import Regularized
-from simplexmesh.mesh.operators.results import Edited
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.mesh.tangles import tangled_vertices
-from simplexmesh.motion.density.face_edits import (
-    composed_maps,
-    divide_faces,
-    mapped_zone,
-    with_even_faces,
-    with_even_metric,
-)
+from simplexmesh.motion.density.face_edits import divide_faces, evened, with_even_metric
 from simplexmesh.motion.density.face_score import face_distance, face_score
 from simplexmesh.motion.density.refine_options import THRESHOLDS as THRESHOLDS
 from simplexmesh.motion.density.refine_options import as_target, default_reach, threshold_of, zone_of
@@ -153,14 +145,9 @@ def refine_round(
     may_grow = np.ones(scores.size, bool) if zone is None else zone
     most = 20 * len(above) * 2 if budget is None else budget
     cut, ringed = divide_faces(edit, mesh, above, most, may_grow)
-    first = edit.result()
-    even = with_even_faces(first.mesh, None if zone is None else mapped_zone(zone, first))
-    maps = composed_maps((first.vertex_map, first.face_map), even)
-    out = Edited(even.mesh, *(checks.frozen(part) for part in maps))
-    done = Round(
-        len(above), float(scores[allowed].max(initial=0.0)), cut, ringed, out.mesh.n_vertices,
-        swapped=even.swaps if isinstance(even, Regularized) else 0,
-    )  # fmt: skip
+    out, swaps = evened(edit.result(), zone)
+    highest = float(scores[allowed].max(initial=0.0))
+    done = Round(len(above), highest, cut, ringed, out.mesh.n_vertices, swapped=swaps)
     return Refined(with_even_metric(out), out.vertex_map, out.face_map, (done,), not len(above))
 
 

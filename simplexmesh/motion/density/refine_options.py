@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from simplexmesh._base import checks
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.model.state import Target
-from simplexmesh.motion.reconstruct.inputs import as_input
+from simplexmesh.motion.reconstruct.conversion import as_input
 from simplexmesh.motion.targets.protocol import checked_reach
 
 Mask = NDArray[np.bool_]
@@ -58,8 +58,8 @@ def zone_of(mesh: SimplexMesh, zones: ArrayLike) -> Mask:
 def as_target(target: Any, *, level: float | None, label: int | None, inside: str = "above") -> Target:
     """Return a target unchanged, and the target made from data of any kind that `reconstruct` accepts."""
     if callable(getattr(target, "gap", None)):
-        if level is not None or label is not None:
-            raise ValueError(f"level and label are for volumes, not for {type(target).__name__}")
+        if level is not None or label is not None or inside != "above":
+            raise ValueError(f"level, label and inside are for volumes, not for {type(target).__name__}")
         return target
     try:
         return as_input(target, level=level, label=label, inside=inside).target

@@ -14,6 +14,7 @@ from simplexmesh.mesh.operators.results import Edited
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.density.face_edits import Maps, composed_maps, mapped_zone
 from simplexmesh.motion.model.deform import DeformableModel
+from simplexmesh.motion.model.parameters import MOST_RIGID
 from simplexmesh.motion.model.state import Target
 from simplexmesh.motion.model.untangle import untangled
 
@@ -99,7 +100,7 @@ class Refinement:
     def __post_init__(self) -> None:
         checks.integer("iterations", self.iterations, 0)
         checks.number("adaptation", self.adaptation, 0.0, 0.25)
-        checks.integer("rigidity", self.rigidity, 0, 1000)
+        checks.integer("rigidity", self.rigidity, 0, MOST_RIGID)
         if self.watch is not None and not callable(self.watch):
             raise TypeError(f"watch must be a function of a Round and the mesh, not {type(self.watch).__name__}")
         self.rounds: list[Round] = []

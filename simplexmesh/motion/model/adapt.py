@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from simplexmesh.motion.model import _kernels_adapt
+from simplexmesh.motion.model import _kernels_averages
 
 Array = NDArray[np.float64]
 
@@ -26,7 +26,7 @@ def curvedness(vertices: Array, normals: Array, neighbors: NDArray[np.int32], *,
     It tends to sqrt((k1^2 + k2^2) / 2) under refinement: 1 / R on a sphere.
     """
     out = np.zeros(len(vertices))
-    _kernels_adapt.curvedness(np.asarray(vertices), np.asarray(normals), neighbors, shortest, out)
+    _kernels_averages.curvedness(np.asarray(vertices), np.asarray(normals), neighbors, shortest, out)
     return out
 
 
@@ -39,5 +39,5 @@ def adapted_metric(
     least `least` and its mean over the mesh: on flat parts the thesis's ratio amplifies noise.
     """
     floor, out = max(float(np.abs(curvature).mean()), least), np.empty_like(metric)
-    _kernels_adapt.adapted(metric, curvature, floor, neighbors, float(strength), LOWEST, HIGHEST, out)
+    _kernels_averages.adapted(metric, curvature, floor, neighbors, float(strength), LOWEST, HIGHEST, out)
     return out

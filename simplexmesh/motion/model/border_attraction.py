@@ -20,6 +20,12 @@ MAX_SPACING = 1.5
 """In distances between neighbors along a hole: points of the border farther away belong to other holes."""
 
 
+def wide_border(target: Any, edge: float) -> Array:
+    """Return the points (k, 3) on the border of a target that a mesh of this mean edge resolves."""
+    border = getattr(target, "border", None)
+    return np.zeros((0, 3)) if border is None else np.asarray(border.wider(MIN_WIDTH * edge))
+
+
 class BorderAttraction:
     """Attraction of boundary vertices to points (k, 3) on the border of the data, across their hole.
 
@@ -35,8 +41,7 @@ class BorderAttraction:
     @classmethod
     def of(cls, target: Any, edge: float, weight: float) -> BorderAttraction:
         """Return the attraction of a target's border to a mesh of this mean edge; of no points without a border."""
-        border = getattr(target, "border", None) if weight else None
-        return cls(np.zeros((0, 3)) if border is None else border.wider(MIN_WIDTH * edge), weight)
+        return cls(wide_border(target if weight else None, edge), weight)
 
     def displacements(self, vertices: Array, outlines: Outlines, reach: float) -> Array:
         """Return (m, 3) the displacement of each boundary vertex towards the border.

@@ -27,6 +27,7 @@ from simplexmesh.motion.model.border_attraction import BorderAttraction
 from simplexmesh.motion.model.boundary import Boundary
 from simplexmesh.motion.model.forces import CONSTRAINTS, Force, Frame, total_displacement
 from simplexmesh.motion.model.parameters import (
+    MOST_RIGID,
     as_forces,
     constraint_codes,
     given_or_stored,
@@ -126,7 +127,7 @@ class DeformableModel:
         self._start = mesh
         self._neighbors = mesh.connectivity.neighbors
         seeking = checks.number("seeking", seeking, 0.0, 1.0)
-        self.rigidity = whole_per_vertex("rigidity", given_or_stored(rigidity, mesh, "rigidity", 1), n, 0, 1000)
+        self.rigidity = whole_per_vertex("rigidity", given_or_stored(rigidity, mesh, "rigidity", 1), n, 0, MOST_RIGID)
         self.alpha = per_vertex("alpha", alpha, n, 0.0, 0.5)
         self.beta = per_vertex("beta", beta, n, 0.0, 1.0)
         self.damping = per_vertex("damping", damping, n, 1e-3, 1.0)

@@ -13,6 +13,9 @@ from simplexmesh.motion.model.forces import CONSTRAINTS, Force
 
 Array = NDArray[np.float64]
 
+MOST_RIGID = 1000
+"""Largest radius, in edges, over which curvature is averaged."""
+
 
 def given_or_stored(given: Any, mesh: SimplexMesh, name: str, default: Any) -> Any:
     """Return the caller's value, else the mesh's data array of this name, else the default."""

@@ -26,7 +26,7 @@ def refine_and_fit(run: Run) -> None:
     """Alternate motion and division of faces, by a quarter more vertices a round, as wanted; then move to rest."""
     fine = run.stages[-2]
     if run.options.refine != "none":
-        motion, before = replace(fine, iterations=21), run.mesh.n_vertices
+        motion = replace(fine, iterations=21)
         for k in range(16):  # enough for 720 vertices to become 20,000
             run.move(motion, until=0.4 + 0.25 * (k + 1) / 16)
             n = run.mesh.n_vertices
@@ -34,9 +34,9 @@ def refine_and_fit(run: Run) -> None:
                 break
             _divide(run, min(run.options.vertices - n, n // 4), fine.reach)
             run.fallback = None
+            run.count(refined=run.mesh.n_vertices - n)
             if run.mesh.n_vertices == n:
                 break
-        run.count(refined=run.mesh.n_vertices - before)
     run.move(fine, until=0.7)
 
 
@@ -95,7 +95,7 @@ def _is_wanted(run: Run) -> bool:
     """Return whether the vertices of this mesh are to be redistributed."""
     if run.options.placement != "closed":
         return run.options.placement == "adaptive"
-    thin = run.found is not None and run.data.encloses and is_thin(run.start)
+    thin = run.found is not None and run.data.layered and is_thin(run.start)
     return not (thin or run.mesh.n_holes)
 
 

@@ -10,30 +10,22 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from simplexmesh._base import checks
 from simplexmesh._base.errors import TopologyError, warn
-from simplexmesh.data.conversion import as_data, as_triangles
 from simplexmesh.data.points import PointCloud
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.data.volume import Volume
-from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.model.state import Target
 from simplexmesh.motion.reconstruct.open_data import are_inward, outward_cloud
-from simplexmesh.motion.reconstruct.scans import are_scans, joined_scans
 from simplexmesh.motion.start.crossings import outer_crossings
 from simplexmesh.motion.start.from_points import start_from_points
 from simplexmesh.motion.start.from_volume import start_from_volume
-from simplexmesh.motion.start.start import StartReport
-from simplexmesh.motion.start.stray_points import without_stray_points
-from simplexmesh.motion.start.threshold import otsu_threshold
+from simplexmesh.motion.start.report import Start
 from simplexmesh.motion.targets.isosurface import Isosurface
 from simplexmesh.motion.targets.labels import LabelSurface
 from simplexmesh.motion.targets.points import Points
 from simplexmesh.motion.targets.triangles import Triangles
-from simplexmesh.orientation.consistency import with_consistent_normals
 
 Array = NDArray[np.float64]
-Start = tuple[SimplexMesh, Target, StartReport]
 
 MOST_LEFT_OUT = 0.1
 """Fraction of the surface on omitted components above which a warning is given."""
@@ -46,14 +38,14 @@ class Input(ABC):
     ----------
     components : {"largest", "all"}
         Which components are wanted.
-    encloses : bool
-        Whether there may be other surfaces inside the one wanted.
+    layered : bool
+        Whether other surfaces may lie close inside the one wanted.
     surface : TriangleMesh or None
         The triangles, of a surface that is given as such.
     """
 
     components: str
-    encloses = False
+    layered = False
     surface: TriangleMesh | None = None
 
     @property
@@ -81,8 +73,8 @@ class Input(ABC):
         """Return points spread over the surface, with normals where the data has them."""
 
     @abstractmethod
-    def start(self, vertices: int, tunnels: float | None) -> Start:
-        """Return a mesh near the data with its topology and about this number of vertices, the target, and a report."""
+    def start(self, vertices: int, tunnels: float | None) -> tuple[Start, Target]:
+        """Return a mesh near the data with its topology and about this number of vertices, and the target."""
 
     def turned_outward(self, *, enclosed: bool = True) -> Input:
         """Return the data with normals away from the centroid of its border: a start outside sees its outer side.
@@ -100,7 +92,7 @@ class VolumeInput(Input):
     components: str
     level: float | None
     label: int | None
-    encloses = True
+    layered = True
 
     @property
     def resolution(self) -> float:
@@ -132,11 +124,10 @@ class VolumeInput(Input):
         """Return the points, without normals."""
         return PointCloud(self.points)
 
-    def start(self, vertices: int, tunnels: float | None) -> Start:
+    def start(self, vertices: int, tunnels: float | None) -> tuple[Start, Target]:
         """Return the dual of a coarse isosurface, of the smoothed region for a label."""
         options: Any = {"components": self.components, "tunnels": tunnels}
-        start = start_from_volume(self.volume, self.level, self.label, vertices, **options)
-        return start.mesh, self.target, start.report
+        return start_from_volume(self.volume, self.level, self.label, vertices, **options), self.target
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,7 +156,7 @@ class PointsInput(Input):
         """Return the points themselves."""
         return self.cloud
 
-    def start(self, vertices: int, tunnels: float | None) -> Start:
+    def start(self, vertices: int, tunnels: float | None) -> tuple[Start, Target]:
         """Return the dual of a coarse surface around the points, and the target with normals that point out of it."""
         cloud = self.cloud
         options: Any = {"components": self.components, "tunnels": tunnels or 0.0}
@@ -185,7 +176,7 @@ class PointsInput(Input):
         elif (inward * cloud.normals).sum() > 0:
             warn("the points' normals point inwards and were flipped")
             cloud = PointCloud(cloud.points, -cloud.normals)
-        return start.mesh, Points(cloud), start.report
+        return start, Points(cloud)
 
     def turned_outward(self, *, enclosed: bool = True) -> PointsInput:
         """Return the points with normals away from the center of their openings."""
@@ -230,7 +221,7 @@ class TrianglesInput(Input):
         """Return even samples of the surface with normals, always the same."""
         return self._sampled
 
-    def start(self, vertices: int, tunnels: float | None) -> Start:
+    def start(self, vertices: int, tunnels: float | None) -> tuple[Start, Target]:
         """Return the dual of a coarse surface around even samples of the triangles."""
         start = start_from_points(self._sampled, vertices, components=self.components, tunnels=tunnels or 0.0)
         known = self.surface.topology
@@ -239,7 +230,7 @@ class TrianglesInput(Input):
                 f"the surface has genus {known.genus}, the model has {start.report.genus}: handles finer than the "
                 "resolution of its start are lost; more vertices may keep them"
             )
-        return start.mesh, self.target, start.report
+        return start, self.target
 
     def turned_outward(self, *, enclosed: bool = True) -> TrianglesInput:
         """Return an open surface with its triangles turned away from the centroid of its border."""
@@ -250,76 +241,3 @@ class TrianglesInput(Input):
         if not are_inward(centers, surface.face_vectors, border.mean(axis=0)):
             return self
         return replace(self, surface=TriangleMesh(surface.vertices, surface.faces[:, ::-1]))
-
-
-def as_input(
-    data: Any,
-    *,
-    level: float | None = None,
-    label: int | None = None,
-    inside: str = "above",
-    components: str = "largest",
-    poses: Any = None,
-) -> Input:
-    """Return data of any kind as an input: own types, arrays, PyVista or trimesh objects, a path, or scans.
-
-    Raises
-    ------
-    ValueError, TypeError, OSError
-        For invalid data, or a level or label that does not fit it.
-    """
-    if isinstance(data, VolumeInput | PointsInput | TrianglesInput):
-        return data
-    checks.choice("inside", inside, ("above", "below"))
-    if isinstance(data, list | tuple) and not data:
-        raise ValueError("data must be at least one scan, not an empty list")
-    if are_scans(data) or poses is not None:
-        item: Any = joined_scans(data if isinstance(data, list | tuple) else [data], poses)
-    elif isinstance(data, tuple) and len(data) == 2:
-        item = as_triangles(data, "data")
-    else:
-        item = as_data(data)
-    checks.size("data", item.bounds)
-    if isinstance(item, Volume):
-        return _volume_input(item, level, label, inside, components)
-    if level is not None or label is not None:
-        raise ValueError(f"level and label are for volumes, not for {type(item).__name__}")
-    if inside != "above":
-        raise ValueError(f"inside is for a level of a volume, not for {type(item).__name__}")
-    if isinstance(item, SimplexMesh):
-        item = item.triangulated()
-    if isinstance(item, TriangleMesh):
-        return TrianglesInput(item.oriented(), components)
-    return PointsInput(with_consistent_normals(without_stray_points(item)), components)
-
-
-def _volume_input(volume: Volume, level: float | None, label: int | None, inside: str, components: str) -> Input:
-    """Return the isosurface or the region of a volume."""
-    low, high = volume.range
-    if low == high and label is None:
-        raise ValueError(f"volume must hold an object and its surroundings; it is {low:g} everywhere")
-    if level is not None and label is not None:
-        raise ValueError("give level or label, not both")
-    if level is not None:
-        level = Isosurface(volume, level).level  # checked
-        if inside == "below":
-            values = volume.values
-            volume, level = replace(volume, values=-values.astype(np.result_type(values, np.float32))), -level
-        return VolumeInput(volume, components, level, None)
-    if label is None and not volume.is_labels:
-        raise ValueError(
-            f"level must be given for a volume of intensities ({low:g} to {high:g}); "
-            f"Otsu's threshold would be {otsu_threshold(volume.values):.4g}"
-        )
-    if inside != "above":
-        raise ValueError("inside is for a level of a volume, not for labels")
-    if label is None:
-        regions = [name for name in volume.labels() if name != 0]
-        if not regions:
-            raise ValueError("volume must hold a labeled region; it is 0 everywhere")
-        if len(regions) != 1:
-            raise ValueError(f"label must be given, one of {regions}, for a volume of labels")
-        label = regions[0]
-    label = checks.integer("label", label, -(2**31))
-    volume.mask(label)  # raises if there is none
-    return VolumeInput(volume, components, None, label)

@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from simplexmesh._base.errors import warn
+from simplexmesh.mesh.simplex_mesh import SimplexMesh
+from simplexmesh.motion.model.stages import mean_edge
+from simplexmesh.motion.model.state import Target
+from simplexmesh.motion.reconstruct.open_data import border_width
 from simplexmesh.motion.reconstruct.result import Distance, Summary
 from simplexmesh.motion.reconstruct.run import Run
 from simplexmesh.motion.targets.triangles import inside_surface, surface_distance
-from simplexmesh.motion.topology.missing import genus_message, open_data_message
+from simplexmesh.motion.topology.handles import HandleProposal
 
 MOST_POINTS = 200_000
 """Of the data, drawn at random, for distances to the mesh."""
@@ -19,6 +26,9 @@ MOST_UNSEEN, MOST_MISSED = 0.25, 0.05
 
 FAR = 0.04
 """In diagonals of the data: beyond any noise."""
+
+CLEARLY_OPEN = 0.2
+"""Width of the border of data, in its diagonals, from which a model without holes is warned of."""
 
 
 def measure(run: Run) -> None:
@@ -31,7 +41,8 @@ def measure(run: Run) -> None:
     if len(points) > MOST_POINTS:
         points = points[np.random.default_rng(0).choice(len(points), MOST_POINTS, replace=False)]
     gaps = run.target.gap(np.ascontiguousarray(mesh.vertices), np.ascontiguousarray(mesh.normals), reach)
-    away = np.where(np.isnan(gaps), cKDTree(points).query(mesh.vertices, workers=-1)[0], np.abs(gaps))
+    away, unseen = np.abs(gaps), np.isnan(gaps)
+    away[unseen] = cKDTree(points).query(mesh.vertices[unseen], workers=-1)[0]
     surface = mesh.triangulated(method="fan")
     missing = surface_distance(points, surface.vertices, surface.faces)
     enclosed = np.zeros(len(points), bool)
@@ -71,3 +82,20 @@ def _warn_of_topology(run: Run) -> None:
         )
     for message in filter(None, messages):
         warn(message)
+
+
+def genus_message(surface: SimplexMesh, mesh: SimplexMesh, proposals: Sequence[HandleProposal]) -> str:
+    """Return a message about a model that lacks handles of a surface near its data; empty if the user refused any."""
+    if mesh.genus == surface.genus or any(not proposal.accepted for proposal in proposals):
+        return ""
+    return f"the data has genus {surface.genus}, the model has {mesh.genus}; init='auto' finds all its handles"
+
+
+def open_data_message(target: Target, points: NDArray[np.float64], mesh: SimplexMesh) -> str:
+    """Return a message about a model without holes of points whose target has a wide border, else an empty one."""
+    if mesh.n_holes or border_width(target, points) < CLEARLY_OPEN:
+        return ""
+    return (
+        "the data ends along a wide border, but the model is closed: no zone off the data was found to open "
+        f"(edges of {mean_edge(mesh):.3g}); more vertices or init='plane' may"
+    )

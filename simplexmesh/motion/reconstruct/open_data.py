@@ -1,4 +1,4 @@
-"""Which side of open data is its outside: the one away from the centroid of its border.
+"""Open data: how wide its border is, and which side is its outside: the one away from the centroid of its border.
 
 A mesh that encloses the data must not be attracted to the inner side of a shell.
 """
@@ -11,6 +11,7 @@ from scipy.spatial import cKDTree
 
 from simplexmesh._base.vectors import dot, norm
 from simplexmesh.data.points import PointCloud
+from simplexmesh.motion.model.state import Target
 from simplexmesh.motion.targets.borders import border_of_points
 from simplexmesh.numerics.plane_fits import planes
 from simplexmesh.orientation.poisson import oriented_indicator
@@ -20,6 +21,12 @@ Array = NDArray[np.float64]
 
 STRAIGHT = 0.05
 """Mean cosine below which data is too flat to have an outer side: it keeps the side that it has."""
+
+
+def border_width(target: Target, points: NDArray[np.float64]) -> float:
+    """Return the width of the widest border of the data, in diagonals of its points; 0 without any."""
+    border = getattr(target, "border", None)
+    return 0.0 if border is None else float(border.width.max(initial=0.0) / norm(np.ptp(points, axis=0)))
 
 
 def are_inward(points: Array, normals: Array, center: Array) -> bool:

@@ -11,7 +11,8 @@ from simplexmesh._base import checks
 from simplexmesh.data.io.reading import read_mesh
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.density.refine_options import THRESHOLDS
-from simplexmesh.motion.start.primitives import PRIMITIVES
+from simplexmesh.motion.model.parameters import MOST_RIGID
+from simplexmesh.motion.start.primitives import ENCLOSING, PRIMITIVES
 
 FEWEST_VERTICES, MOST_VERTICES = 20, 20_000_000
 """More vertices would take tens of gigabytes, and the process would be killed."""
@@ -61,17 +62,25 @@ class Options:
         else:
             checks.choice("placement", placement, ("adaptive", "even"))
         refine = primitive if self.refine is None else self.refine
+        holes = _choice("holes", self.holes, primitive)
+        wraps = init in ENCLOSING and isinstance(holes, str)
+        handles = _choice("handles", self.handles, "auto" if wraps else "none")
+        if not wraps and (callable(handles) or (handles == "auto" and init != "auto")):
+            raise ValueError(
+                "handles are found from init='sphere' or 'ellipsoid' with holes='auto' or 'none' only; "
+                "elsewhere give pairs of faces"
+            )
         checked = {
             "init": init,
             "vertices": checks.integer("vertices", self.vertices, FEWEST_VERTICES, MOST_VERTICES),
             "components": checks.choice("components", self.components, ("largest", "all")),
             "tunnels": None if self.tunnels is None else checks.number("tunnels", self.tunnels, 0.0),
             "iterations": checks.integer("iterations", self.iterations, 0),
-            "rigidity": checks.integer("rigidity", self.rigidity, 0),
+            "rigidity": checks.integer("rigidity", self.rigidity, 0, MOST_RIGID),
             "adaptation": adaptation,
             "placement": placement,
-            "holes": _choice("holes", self.holes, primitive),
-            "handles": _choice("handles", self.handles, primitive),
+            "holes": holes,
+            "handles": handles,
             "refine": checks.choice("refine", refine, ("none", "auto", *THRESHOLDS)),
         }
         if self.components == "all" and init != "auto":

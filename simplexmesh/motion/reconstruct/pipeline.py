@@ -7,12 +7,12 @@ from typing import Any
 
 from simplexmesh._base.progress import Report, reporting
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
+from simplexmesh.motion.reconstruct.conversion import as_input
 from simplexmesh.motion.reconstruct.density_changes import redistribute, refine_and_fit
-from simplexmesh.motion.reconstruct.fitting import finish, settle
-from simplexmesh.motion.reconstruct.inputs import as_input
 from simplexmesh.motion.reconstruct.measure import measure
 from simplexmesh.motion.reconstruct.options import Choice, Options
 from simplexmesh.motion.reconstruct.result import Reconstruction
+from simplexmesh.motion.reconstruct.run import finish, settle
 from simplexmesh.motion.reconstruct.start import started
 from simplexmesh.motion.reconstruct.topology_changes import change_topology
 
@@ -79,7 +79,8 @@ def reconstruct(
         Whether holes are opened where the data ends: "auto" (the default for primitives), "none", those that a
         function of a `HoleProposal` accepts, or the zones given, by the faces of the start.
     handles : {"auto", "none"}, callable or sequence of pairs of int
-        The same for handles, given by the pairs of faces to join.
+        Whether handles are added to a sphere or ellipsoid (with `holes` "auto" or "none"; the default there), or those
+        that a function of a `HandleProposal` accepts; or the pairs of faces of any start to join.
     refine : {"none", "auto", "coarse", "medium", "fine"}
         Refinement of faces that bend or are far from the data: "auto" (the default for primitives) begins with fewer
         vertices and uses all of `vertices`, the others stop at their threshold or at `vertices`.

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.model.state import State
-from simplexmesh.motion.start.start import StartReport
+from simplexmesh.motion.start.report import StartReport
 from simplexmesh.motion.topology.handles import HandleProposal
 from simplexmesh.motion.topology.holes import HoleProposal
 

@@ -1,20 +1,23 @@
-"""A reconstruction in progress: the one object that every step of the pipeline changes."""
+"""A reconstruction in progress: the one object that every step of the pipeline changes; its first and last motion."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from simplexmesh._base.progress import Report
+from simplexmesh.mesh.operators.regularize import regularize
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
+from simplexmesh.motion.model.boundary_unfold import unfolded_boundary
 from simplexmesh.motion.model.stages import Stage, is_at_rest, mean_edge
 from simplexmesh.motion.model.state import State, Target
 from simplexmesh.motion.model.untangle import untangled
 from simplexmesh.motion.reconstruct.inputs import Input
 from simplexmesh.motion.reconstruct.options import Options
 from simplexmesh.motion.reconstruct.result import UNMEASURED, Distance, Reconstruction, TopologyRecord
-from simplexmesh.motion.start.start import StartReport
+from simplexmesh.motion.start.report import StartReport
 
 
 @dataclass
@@ -33,6 +36,8 @@ class Run:
         The stiff ones, the fine one and the last.
     surface : SimplexMesh or None
         The automatic start of closed data, around which `mesh`, which encloses it, is wrapped.
+    zones : list of array of bool
+        The faces of holes that the user gave.
     fallback : SimplexMesh or None
         An untangled mesh of the same connectivity near the data, when one is known.
     done : float
@@ -48,6 +53,7 @@ class Run:
     stages: list[Stage]
     found: StartReport | None = None
     surface: SimplexMesh | None = None
+    zones: list[NDArray[np.bool_]] = field(default_factory=list)
     fallback: SimplexMesh | None = None
     topology: TopologyRecord = field(default_factory=TopologyRecord)
     history: list[State] = field(default_factory=list)
@@ -102,3 +108,27 @@ class Run:
             self.mesh, self.distance, tuple(self.history), self.converged, self.start, self.found, self.tangled,
             self.interrupted, replace(self.topology, exceptions=tuple(irregular.tolist())),
         )  # fmt: skip
+
+
+def settle(run: Run) -> None:
+    """Move stiffly towards the data, unless the mesh is to be wrapped around it; untangle a start found near it."""
+    if run.surface is not None:
+        return
+    stiff = run.stages[:-2]
+    run.move(*stiff, until=0.25)
+    if run.fallback is not None:
+        run.untangle(stiff[-1].reach)
+
+
+def finish(run: Run) -> None:
+    """Even out face sizes where refinement left others than five to seven, move to rest, and untangle."""
+    last = run.stages[-1]
+    if run.options.refine != "none":
+        even = regularize(run.mesh)
+        if even.swaps:
+            run.mesh, run.fallback = even.mesh, None
+            run.count(swapped=even.swaps)
+    run.move(last, until=1.0)
+    run.report(0.92, "untangling")
+    left = run.untangle(last.reach)
+    run.mesh, run.tangled = unfolded_boundary(run.mesh) if run.mesh.n_holes else run.mesh, left

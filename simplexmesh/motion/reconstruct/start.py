@@ -10,12 +10,15 @@ from simplexmesh._base.errors import TopologyError, warn
 from simplexmesh._base.progress import Report
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.model.stages import Stage, mean_edge
-from simplexmesh.motion.reconstruct.inputs import Input, Start
+from simplexmesh.motion.model.state import Target
+from simplexmesh.motion.reconstruct.inputs import Input
+from simplexmesh.motion.reconstruct.open_data import border_width
 from simplexmesh.motion.reconstruct.options import Options
 from simplexmesh.motion.reconstruct.run import Run
 from simplexmesh.motion.start.primitives import ENCLOSING, primitive_around
-from simplexmesh.motion.topology.handles import add_handles
-from simplexmesh.motion.topology.missing import border_width
+from simplexmesh.motion.start.report import Start
+from simplexmesh.motion.topology.handles import add_handles, given_pairs
+from simplexmesh.motion.topology.holes import given_zones
 
 FEWEST_WRAPPED = 60
 """Meshes of fewer vertices would collapse when they are wrapped around the data, and have no room for handles."""
@@ -26,50 +29,57 @@ OPEN = 0.05
 
 def started(data: Input, options: Options, report: Report) -> Run:
     """Return the reconstruction at its start, pairs of faces that the user gave joined to handles."""
-    init, target, found, surface = options.init, None, None, None
+    init, target, found = options.init, None, None
+    wraps = init in ENCLOSING and not isinstance(options.handles, list) and options.handles != "none"
     if isinstance(init, SimplexMesh):
         mesh = init
     elif init == "auto":
-        mesh, target, found = data.start(options.vertices, options.tunnels)
+        found, target = data.start(options.vertices, options.tunnels)
+        mesh = found.mesh
     else:
-        closed = _closed_start(data, options) if _wraps(options) else None
-        if closed is not None:
-            surface, target, found = closed
-        elif init != "plane":
+        found, target = _closed_start(data, options) if wraps else (None, None)
+        if found is None and init != "plane":
             data = data.turned_outward(enclosed=init in ENCLOSING)
         normals = data.samples().normals
         facing = None if normals is None else normals.mean(axis=0)
         mesh = primitive_around(data.points, init, options.first_vertices, facing=facing)
-    near = found is not None and surface is None
-    run = Run(
-        options, data, report, mesh, mesh, data.target if target is None else target, [], found, surface,
-        fallback=mesh if near else None,
-    )  # fmt: skip
-    run.stages = stages_from(mesh, data, options, cell=found.cell if found and near else None)
-    if isinstance(options.handles, list):
-        out = add_handles(mesh, pairs=options.handles)
-        run.mesh, run.fallback, run.topology = out.mesh, None, replace(run.topology, handles=out.proposals)
+    run = Run(options, data, report, mesh, mesh, data.target if target is None else target, [])
+    if found is not None:
+        run.found = found.report
+        run.surface, run.fallback = (None, mesh) if init == "auto" else (found.mesh, None)
+    run.stages = stages_from(mesh, data, options, cell=found.report.cell if found and init == "auto" else None)
+    _apply_given_faces(run)
     return run
 
 
-def _wraps(options: Options) -> bool:
-    """Return whether the start is to be wrapped around the data, if that is closed."""
-    handles = options.handles != "none" and not isinstance(options.handles, list)
-    return (
-        options.init in ENCLOSING and handles and isinstance(options.holes, str) and options.vertices >= FEWEST_WRAPPED
-    )
+def _apply_given_faces(run: Run) -> None:
+    """Check the zones and pairs of faces that the user gave, join the pairs, and number the zones as after that."""
+    zones, pairs = run.options.holes, run.options.handles
+    if isinstance(zones, list):
+        run.zones = [zone & ~run.mesh.connectivity.face_is_hole for zone in given_zones(run.mesh, zones, "holes")]
+    if isinstance(pairs, list):
+        pairs = given_pairs(run.mesh, pairs, "handles")
+        if any(zone[pairs].any() for zone in run.zones):
+            raise ValueError("holes and handles must not share a face of the start")
+        out = add_handles(run.mesh, pairs=pairs)
+        run.mesh, run.fallback, run.topology = out.mesh, None, replace(run.topology, handles=out.proposals)
+        faces = np.arange(len(out.mesh.connectivity.face_sizes))
+        run.zones = [np.isin(faces, out.face_map[zone]) for zone in run.zones]
 
 
-def _closed_start(data: Input, options: Options) -> Start | None:
-    """Return the automatic start of closed connected data; None for open data and where there is none."""
-    if border_width(data.target, data.points) >= OPEN:
-        return None
+def _closed_start(data: Input, options: Options) -> tuple[Start, Target] | tuple[None, None]:
+    """Return the automatic start of closed data; None for other data, and a user's function is told why."""
+    few = options.vertices < FEWEST_WRAPPED
+    if few or border_width(data.target, data.points) >= OPEN:
+        if callable(options.handles):
+            reason = "the model has too few vertices" if few else "the data is open"
+            warn(f"no handles are looked for, as {reason}")
+        return None, None
     try:
-        start = data.start(options.vertices, options.tunnels)
+        return data.start(options.vertices, options.tunnels)
     except TopologyError as error:
         warn(f"no handles are looked for, as the genus of the data is not known: {error}")
-        return None
-    return start if start[0].n_components == 1 else None
+        return None, None
 
 
 def stages_from(start: SimplexMesh, data: Input, options: Options, *, cell: float | None) -> list[Stage]:
@@ -82,7 +92,7 @@ def stages_from(start: SimplexMesh, data: Input, options: Options, *, cell: floa
     last = max(2 * data.resolution, edge)
     if cell is not None:
         error = max(data.resolution, cell, min(1.2 * edge, 1.5 * data.resolution))  # few vertices are farther off
-        near = 1.25 * error if data.encloses else max(3 * data.resolution, 2 * edge)
+        near = 1.25 * error if data.layered else max(3 * data.resolution, 2 * edge)
         reach = min(near, 0.2 * radius)
         return [
             Stage(max(2, rigidity), reach, 40, beta=0.2),

@@ -10,10 +10,11 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
+from simplexmesh.motion.model.border_attraction import wide_border
 from simplexmesh.motion.model.stages import Stage, mean_edge
 from simplexmesh.motion.model.state import Target
-from simplexmesh.motion.reconstruct.fitting import settle
-from simplexmesh.motion.reconstruct.run import Run
+from simplexmesh.motion.reconstruct.options import FEWEST_VERTICES
+from simplexmesh.motion.reconstruct.run import Run, settle
 from simplexmesh.motion.reconstruct.start import stages_from
 from simplexmesh.motion.topology.holes import HoleProposal, open_holes
 from simplexmesh.motion.topology.wrapping import wrapped
@@ -21,8 +22,8 @@ from simplexmesh.motion.topology.wrapping import wrapped
 FAR_FROM_BORDER = 6.0
 """In mean edges: holes are opened automatically only within this distance of the border of the data."""
 
-WRAPPED, FEWEST_FOR_TUNNELS, FEWEST = 0.5, 1200, 20
-"""Fraction of the vertices while wrapping, the fewest that get through the holes of objects, and the fewest of all."""
+WRAPPED, FEWEST_FOR_TUNNELS = 0.5, 1200
+"""Fraction of the vertices while wrapping, the fewest that get through the holes of objects."""
 
 
 def change_topology(run: Run) -> None:
@@ -42,7 +43,7 @@ def _open_holes(run: Run) -> None:
         if wanted == "auto":
             choice = {"accept": _near_border(run.target, mean_edge(mesh))}
         elif isinstance(wanted, list):
-            choice = {"zones": wanted}
+            choice = {"zones": run.zones}
         out = open_holes(mesh, run.target, fewest=max(3, mesh.n_faces // 100), **choice)
         before = [proposal for proposal in run.topology.holes if proposal.accepted]
         run.topology = replace(run.topology, holes=(*before, *out.proposals))
@@ -54,8 +55,7 @@ def _open_holes(run: Run) -> None:
 
 def _near_border(target: Target, edge: float) -> Callable[[HoleProposal], bool | str]:
     """Return a predicate that accepts zones near a border of the data; elsewhere the mesh has not reached it yet."""
-    border = getattr(target, "border", None)
-    points = np.zeros((0, 3)) if border is None else border.wider(3 * edge)
+    points = wide_border(target, edge)
     tree = cKDTree(points) if len(points) else None
 
     def accept(proposal: HoleProposal) -> bool | str:
@@ -79,7 +79,7 @@ def _wrap(run: Run, surface: SimplexMesh) -> None:
 
     wanted = run.options.vertices
     if run.options.refine != "none":
-        wanted = max(min(max(int(WRAPPED * wanted), FEWEST_FOR_TUNNELS), int(0.85 * wanted)), FEWEST)
+        wanted = max(min(max(int(WRAPPED * wanted), FEWEST_FOR_TUNNELS), int(0.85 * wanted)), FEWEST_VERTICES)
     accept = run.options.handles if callable(run.options.handles) else None
     out = wrapped(run.mesh, surface, vertices=wanted, accept=accept, watch=watch)
     run.mesh, run.topology = out.mesh, replace(run.topology, handles=out.proposals)

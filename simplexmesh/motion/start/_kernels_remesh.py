@@ -1,46 +1,49 @@
-"""Edge flips and tangential relaxation of closed triangulations.
+"""Collapses and flips of edges and tangential relaxation of closed triangulations.
 
 Half-edge `3 * t + j` runs from corner j to corner j + 1 of triangle t; `mates` (3t,) holds its opposite half-edge and
 `corners` (3t,) its start vertex. References in `tests/motion/start/reference.py`.
 """
+# mypy: allow-untyped-defs
 
 from __future__ import annotations
 
 import numpy as np
 
+from simplexmesh._base._kernels_both import FAST
 from simplexmesh._base._kernels_njit import njit
+from simplexmesh.numerics._kernels_heap import new_heap, put
 
-_FLAGS = {"nsz", "arcp", "contract", "reassoc"}
+REMOVED = -1
 
 MIN_COSINE = 0.5
 """Of the angle by which a flip or a move may turn a triangle."""
 
 
 @njit(cache=True, error_model="numpy")
-def _next(h):  # type: ignore[no-untyped-def]
+def _next(h):
     return h - 2 if h % 3 == 2 else h + 1
 
 
 @njit(cache=True, error_model="numpy")
-def _previous(h):  # type: ignore[no-untyped-def]
+def _previous(h):
     return h + 2 if h % 3 == 0 else h - 1
 
 
-@njit(cache=True, error_model="numpy", fastmath=_FLAGS)
-def _area_normal(p, q, r):  # type: ignore[no-untyped-def]
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _area_normal(p, q, r):
     ux, uy, uz = q[0] - p[0], q[1] - p[1], q[2] - p[2]
     vx, vy, vz = r[0] - p[0], r[1] - p[1], r[2] - p[2]
     return uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
 
 
-@njit(cache=True, error_model="numpy", fastmath=_FLAGS)
-def _cosine(a, b):  # type: ignore[no-untyped-def]
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _cosine(a, b):
     norm = np.sqrt((a[0] * a[0] + a[1] * a[1] + a[2] * a[2]) * (b[0] * b[0] + b[1] * b[1] + b[2] * b[2]))
     return (a[0] * b[0] + a[1] * b[1] + a[2] * b[2]) / norm if norm > 0 else -1.0
 
 
-@njit(cache=True, error_model="numpy", fastmath=_FLAGS)
-def _quality(p, q, r):  # type: ignore[no-untyped-def]
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _quality(p, q, r):
     """Return twice the area over the sum of squared sides: 0.289 if equilateral, 0 if degenerate."""
     n = _area_normal(p, q, r)
     sides = 0.0
@@ -50,7 +53,7 @@ def _quality(p, q, r):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def _is_adjacent(corners, mates, h, other):  # type: ignore[no-untyped-def]
+def _is_adjacent(corners, mates, h, other):
     """Return whether the start vertex of half-edge h has an edge to `other`."""
     k = h
     while True:
@@ -61,8 +64,8 @@ def _is_adjacent(corners, mates, h, other):  # type: ignore[no-untyped-def]
             return False
 
 
-@njit(cache=True, error_model="numpy", fastmath=_FLAGS)
-def _flip_is_valid(vertices, a, b, c, d):  # type: ignore[no-untyped-def]
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _flip_is_valid(vertices, a, b, c, d):
     """Return whether flipping edge ab to cd in the quadrangle a d b c neither folds nor flattens a triangle."""
     p, q, r, s = vertices[a], vertices[b], vertices[c], vertices[d]
     one, two = _area_normal(p, q, r), _area_normal(q, p, s)
@@ -76,7 +79,7 @@ def _flip_is_valid(vertices, a, b, c, d):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def _flip(corners, mates, h):  # type: ignore[no-untyped-def]
+def _flip(corners, mates, h):
     g = mates[h]
     bc, ca, ad, db = _next(h), _previous(h), _next(g), _previous(g)
     a, b, c, d = corners[h], corners[bc], corners[ca], corners[db]
@@ -90,7 +93,7 @@ def _flip(corners, mates, h):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def flip_round(vertices, corners, mates, valence):  # type: ignore[no-untyped-def]
+def flip_round(vertices, corners, mates, valence):
     """Flip, in place, each edge whose flip brings the valences closer to six; return the number of flips."""
     flips = 0
     for h in range(len(mates)):
@@ -112,8 +115,8 @@ def flip_round(vertices, corners, mates, valence):  # type: ignore[no-untyped-de
     return flips
 
 
-@njit(cache=True, error_model="numpy", fastmath=_FLAGS)
-def _one_ring(vertices, corners, mates, first, normal, center):  # type: ignore[no-untyped-def]
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _one_ring(vertices, corners, mates, first, normal, center):
     """Fill the area normal and the area-weighted centroid of the one-ring triangles of a vertex."""
     normal[:] = 0.0
     center[:] = 0.0
@@ -134,8 +137,8 @@ def _one_ring(vertices, corners, mates, first, normal, center):  # type: ignore[
         center[i] = center[i] / total if total > 0 else vertices[corners[first], i]
 
 
-@njit(cache=True, error_model="numpy", fastmath=_FLAGS)
-def _move_is_valid(vertices, corners, mates, first, moved):  # type: ignore[no-untyped-def]
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _move_is_valid(vertices, corners, mates, first, moved):
     """Return whether moving a vertex to `moved` turns no triangle around it by more than 60 degrees."""
     k = first
     while True:
@@ -147,8 +150,8 @@ def _move_is_valid(vertices, corners, mates, first, moved):  # type: ignore[no-u
             return True
 
 
-@njit(cache=True, error_model="numpy", fastmath=_FLAGS)
-def relax_round(vertices, corners, mates, first, step):  # type: ignore[no-untyped-def]
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def relax_round(vertices, corners, mates, first, step):
     """Move each vertex in turn, in place, a fraction `step` of the way to the centroid of its triangles, tangentially.
 
     A move that would turn a triangle by more than 60 degrees is halved, at most three times, then skipped.
@@ -172,3 +175,120 @@ def relax_round(vertices, corners, mates, first, step):  # type: ignore[no-untyp
                     vertices[v, i] = moved[i]
                 break
             scale *= 0.5
+
+
+@njit(cache=True, error_model="numpy")
+def _put_edge(vertices, corners, mates, heap, h):
+    """Enter an edge in the priority queue by its squared length, under the smaller of its two half-edges."""
+    p, q = vertices[corners[h]], vertices[corners[_next(h)]]
+    put(heap, min(h, mates[h]), (p[0] - q[0]) ** 2 + (p[1] - q[1]) ** 2 + (p[2] - q[2]) ** 2)
+
+
+@njit(cache=True, error_model="numpy")
+def _keeps_topology(corners, mates, h, seen):
+    """Return whether an edge satisfies the link condition and is on no tetrahedron; `seen` (v,) is scratch."""
+    k, neighbors = h, 0
+    while True:
+        seen[corners[_next(k)]] = h
+        neighbors += 1
+        k = mates[_previous(k)]
+        if k == h:
+            break
+    g, common = mates[h], 0
+    k = g
+    while True:
+        common += seen[corners[_next(k)]] == h
+        neighbors += 1
+        k = mates[_previous(k)]
+        if k == g:
+            break
+    k = h
+    while True:
+        seen[corners[_next(k)]] = -1
+        k = mates[_previous(k)]
+        if k == h:
+            return common == 2 and neighbors > 6
+
+
+@njit(cache=True, error_model="numpy")
+def _keeps_orientation(vertices, corners, mates, h, x, y, z, turn):
+    """Return whether moving the start of h turns no triangle with area that stays around it too far."""
+    moved = (x, y, z)
+    k = mates[_previous(h)]
+    last = mates[h]
+    while _next(last) != k:
+        p, q, r = vertices[corners[k]], vertices[corners[_next(k)]], vertices[corners[_previous(k)]]
+        was = _area_normal(p, q, r)
+        if was != (0.0, 0.0, 0.0) and _cosine(was, _area_normal(moved, q, r)) < turn:
+            return False
+        k = mates[_previous(k)]
+    return True
+
+
+@njit(cache=True, error_model="numpy")
+def _remove_triangle(corners, mates, heap, h):
+    """Remove the triangle of a half-edge, pair the mates of its other two sides, and return one of them."""
+    one, other = mates[_next(h)], mates[_previous(h)]
+    put(heap, min(one, _next(h)), np.inf)
+    put(heap, min(other, _previous(h)), np.inf)
+    mates[one], mates[other] = other, one
+    t = 3 * (h // 3)
+    corners[t : t + 3] = REMOVED
+    return other
+
+
+@njit(cache=True, error_model="numpy")
+def _collapse(vertices, corners, mates, heap, h):
+    """Collapse an edge to its midpoint; the end with the smaller number is kept."""
+    g = mates[h]
+    a, b = corners[h], corners[g]
+    stays, goes = min(a, b), max(a, b)
+    for i in range(3):
+        vertices[stays, i] = 0.5 * (vertices[a, i] + vertices[b, i])
+    first = h if a == goes else g
+    k = first
+    while True:
+        corners[k] = stays
+        k = mates[_previous(k)]
+        if k == first:
+            break
+    put(heap, min(h, g), np.inf)
+    start = _remove_triangle(corners, mates, heap, h)
+    _remove_triangle(corners, mates, heap, g)
+    k = start if corners[start] == stays else mates[start]
+    first = k
+    while True:
+        _put_edge(vertices, corners, mates, heap, k)
+        k = mates[_previous(k)]
+        if k == first:
+            break
+
+
+@njit(cache=True, error_model="numpy")
+def collapse_shortest(vertices, corners, mates, triangles, turn):
+    """Collapse the shortest edge to its midpoint, in place, until `triangles` are left; return how many are left.
+
+    Edges that may not go now are tried again after one of their ends has moved. Removed triangles have corners
+    `REMOVED`.
+    """
+    heap = new_heap(len(mates))
+    for h in range(len(mates)):
+        if h < mates[h] and corners[h] != REMOVED:
+            _put_edge(vertices, corners, mates, heap, h)
+    seen = np.full(len(vertices), -1)
+    left = np.count_nonzero(corners != REMOVED) // 3
+    while left > max(triangles, 4) and heap.size[0]:
+        h = heap.item[0]
+        put(heap, h, np.inf)
+        g = mates[h]
+        p, q = vertices[corners[h]], vertices[corners[g]]
+        x, y, z = 0.5 * (p[0] + q[0]), 0.5 * (p[1] + q[1]), 0.5 * (p[2] + q[2])
+        if not _keeps_topology(corners, mates, h, seen):
+            continue
+        if not _keeps_orientation(vertices, corners, mates, h, x, y, z, turn):
+            continue
+        if not _keeps_orientation(vertices, corners, mates, g, x, y, z, turn):
+            continue
+        _collapse(vertices, corners, mates, heap, h)
+        left -= 2
+    return left

@@ -14,15 +14,15 @@ from simplexmesh.data.volume import Volume
 Array = NDArray[np.float64]
 
 
-def outer_crossings(volume: Volume, level: float, *, sign: float = 1.0, largest: bool = False) -> Array:
-    """Return (m, 3) points where grid lines leave an object, above the level for sign 1, for the background around it.
+def outer_crossings(volume: Volume, level: float, *, largest: bool = False) -> Array:
+    """Return (m, 3) points where grid lines leave an object, above the level, for the background around it.
 
     Outside the volume is background; cavities are not. With `largest`, only the largest component is the object.
     """
-    first, part = _cropped(volume.values, level, sign)
+    first, part = _cropped(volume.values, level)
     values = np.full(np.add(part.shape, 2), -np.inf, dtype=np.float32)
     contrast = min(abs(level - bound) for bound in volume.range)
-    unit = sign * 2.0 ** round(np.log2(contrast)) if contrast > 0 else sign
+    unit = 2.0 ** round(np.log2(contrast)) if contrast > 0 else 1.0
     most = float(np.finfo(np.float32).max)
     for slab, samples in zip(values[1:-1, 1:-1, 1:-1], part, strict=True):  # in float64, as the values may be large
         slab[...] = np.clip((samples.astype(np.float64) - level) / unit, -most, most)
@@ -58,9 +58,9 @@ def _axes_back(index: Array, axis: int) -> Array:
     return out
 
 
-def _cropped(values: NDArray[Any], level: float, sign: float) -> tuple[NDArray[np.int64], NDArray[Any]]:
+def _cropped(values: NDArray[Any], level: float) -> tuple[NDArray[np.int64], NDArray[Any]]:
     """Return the first index and the samples of the object's bounding box, with a margin of one sample."""
-    box = box_around(values > level if sign > 0 else values < level)
+    box = box_around(values > level)
     if box is None:
         return np.zeros(3, dtype=np.int64), values[:1, :1, :1]
     part = box_slices(*box, values.shape, margin=1)

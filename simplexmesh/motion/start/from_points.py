@@ -11,9 +11,8 @@ from numpy.typing import NDArray
 
 from simplexmesh._base.errors import TopologyError
 from simplexmesh.data.points import PointCloud
-from simplexmesh.motion.start.budget import FEWEST, cell_size
-from simplexmesh.motion.start.solid_mesh import solid_mesh
-from simplexmesh.motion.start.start import Start, StartReport
+from simplexmesh.motion.start.report import Start, StartReport
+from simplexmesh.motion.start.solid_mesh import FEWEST, cell_size, solid_mesh
 from simplexmesh.motion.start.topology import pieces, without_cavities, without_tunnels
 from simplexmesh.numerics.plane_fits import planes, spacing_of
 from simplexmesh.orientation.indicator import Indicator, Poisson

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh.mesh.manifold import half_edge_mates
-from simplexmesh.motion.start import _kernels_collapse, _kernels_remesh
+from simplexmesh.motion.start import _kernels_remesh
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -28,9 +28,9 @@ def decimated(vertices: Array, faces: Indices, triangles: int) -> tuple[Array, I
     mates = np.array(half_edge_mates(faces), dtype=np.int64).ravel()
     corners = np.array(faces, dtype=np.int64).ravel()
     for cosine in (_kernels_remesh.MIN_COSINE, -2.0):
-        if _kernels_collapse.collapse_shortest(positions, corners, mates, triangles, cosine) <= triangles:
+        if _kernels_remesh.collapse_shortest(positions, corners, mates, triangles, cosine) <= triangles:
             break
-    used, left = np.unique(corners[corners != _kernels_collapse.REMOVED], return_inverse=True)
+    used, left = np.unique(corners[corners != _kernels_remesh.REMOVED], return_inverse=True)
     return positions[used], left.reshape(-1, 3)
 
 

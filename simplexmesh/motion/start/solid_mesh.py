@@ -1,20 +1,50 @@
-"""Simplex mesh of a voxel solid without self-intersections: the solid is thickened where it is too thin."""
+"""Simplex mesh of a voxel solid with a given number of vertices, thickened where the mesh would intersect itself."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
+from simplexmesh._base.errors import TopologyError
+from simplexmesh.mesh.duality import dual
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.mesh.tangles import tangled_vertices
-from simplexmesh.motion.start.budget import SUBDIVIDE_FROM, dual_mesh, min_triangles
-from simplexmesh.motion.start.polygonize import isosurface
+from simplexmesh.motion.start.polygonize import isosurface, subdivided
+from simplexmesh.motion.start.remesh import decimated, relaxed
 from simplexmesh.motion.start.topology import thickened
 
 Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+SUBDIVIDE_FROM = 200_000
+"""Vertices from which a start is subdivided from a coarser one: collapsing a million edges takes most of a minute."""
+
+FEWEST = 20
+"""Vertices of the smallest component that is kept."""
 
 THICKENINGS = 8
 """Maximum number: the motion corrects excess thickness, but does not untangle a mesh that starts tangled."""
+
+
+def cell_size(area: float, vertices: int) -> float:
+    """Return the cell size at which marching cubes give twice `vertices` triangles."""
+    return float(np.sqrt(3 * area / (2 * vertices)))  # a surface meets 1.5 area / cell^2 cells, two triangles in each
+
+
+def edge_length(area: float, vertices: int) -> float:
+    """Return the side of the regular hexagons that tile an area with `vertices` corners."""
+    return float(np.sqrt(4 * area / (3 * np.sqrt(3) * vertices)))
+
+
+def surface_area(solid: NDArray[np.bool_], spacing: Array) -> float:
+    """Estimate the surface area of a voxel solid as two thirds of the area of its boundary faces."""
+    total = 0.0
+    for axis in range(3):
+        front, back = [slice(None)] * 3, [slice(None)] * 3
+        front[axis], back[axis] = slice(1, None), slice(None, -1)
+        faces = np.count_nonzero(solid[tuple(front)] != solid[tuple(back)])
+        total += float(faces * np.prod(spacing) / spacing[axis])
+    return total * 2 / 3
 
 
 def solid_mesh(
@@ -37,7 +67,25 @@ def solid_mesh(
 
 
 def _mesh_of(field: NDArray[np.float32], solid: NDArray[np.bool_], T_world_cell: Array, vertices: int) -> SimplexMesh:
-    positions, faces = isosurface(field, solid, min_triangles(vertices))
+    positions, faces = isosurface(field, solid, _min_triangles(vertices))
     if np.linalg.det(T_world_cell[:3, :3]) < 0:
         faces = faces[:, ::-1]
-    return dual_mesh(positions @ T_world_cell[:3, :3].T + T_world_cell[:3, 3], faces, vertices)
+    return _dual_mesh(positions @ T_world_cell[:3, :3].T + T_world_cell[:3, 3], faces, vertices)
+
+
+def _min_triangles(vertices: int) -> int:
+    """Return the minimum number of triangles of the isosurface, 15 % more than wanted; 0 for very large meshes."""
+    return int(1.15 * vertices) if vertices < SUBDIVIDE_FROM else 0
+
+
+def _dual_mesh(positions: Array, faces: Indices, vertices: int) -> SimplexMesh:
+    """Return the simplex mesh with `vertices` vertices from a closed triangulation: decimated, relaxed, dualized."""
+    if not len(faces):
+        raise TopologyError("the grid holds no surface to start from")
+    levels = 0
+    while vertices >= SUBDIVIDE_FROM and len(faces) * 4**levels < vertices:
+        levels += 1
+    positions, faces = decimated(positions, faces, vertices // 4**levels)
+    for _ in range(levels):
+        positions, faces = subdivided(positions, faces)
+    return dual(relaxed(positions, faces))

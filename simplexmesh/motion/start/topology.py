@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from simplexmesh.orientation import _kernels_grid
+from simplexmesh.motion.start import _kernels_thinning
 
 Mask = NDArray[np.bool_]
 
@@ -161,7 +161,7 @@ def thinned(solid: Mask, keep: Mask, rounds: int = 100) -> Mask:
     cells = np.argwhere(spare)
     cells = cells[np.argsort(depth[tuple(cells.T)], kind="stable")]
     out = solid.copy()
-    _kernels_grid.thin(out, keep, cells, _ADJACENCY6, _ADJACENCY26, rounds)
+    _kernels_thinning.thin(out, keep, cells, _ADJACENCY6, _ADJACENCY26, rounds)
     return out
 
 

@@ -151,7 +151,7 @@ def add_handles(
         checks.angle("angle", angle),
     )
     if pairs is not None:
-        proposals = [_measured(mesh, a, b, target) for a, b in _checked_pairs(mesh, pairs)]
+        proposals = [_measured(mesh, a, b, target) for a, b in given_pairs(mesh, pairs)]
     else:
         holes = np.flatnonzero(mesh.connectivity.face_is_hole).tolist()
         found = [_measured(mesh, a, b, target) for a, b in combinations(holes, 2)]
@@ -159,20 +159,20 @@ def add_handles(
     return _joined(mesh, proposals, accept)
 
 
-def _checked_pairs(mesh: SimplexMesh, pairs: Iterable[Sequence[int]]) -> list[list[int]]:
+def given_pairs(mesh: SimplexMesh, pairs: Iterable[Sequence[int]], name: str = "pairs") -> list[list[int]]:
     """Return the user's pairs of faces, checked."""
     try:
         listed = list(pairs)
     except TypeError:
-        raise TypeError(f"pairs must be pairs of faces, not {type(pairs).__name__}") from None
+        raise TypeError(f"{name} must be pairs of faces, not {type(pairs).__name__}") from None
     n = len(mesh.connectivity.face_sizes)
-    out = [checks.indices(f"pairs[{k}]", pair, (2,), n).tolist() for k, pair in enumerate(listed)]
+    out = [checks.indices(f"{name}[{k}]", pair, (2,), n).tolist() for k, pair in enumerate(listed)]
     seen: dict[int, int] = {}
     for k, pair in enumerate(out):
         for face in pair:
             if face in seen:
-                where = "twice" if seen[face] == k else f"and in pairs[{seen[face]}]"
-                raise ValueError(f"pairs must not share a face; face {face} is in pairs[{k}] {where}")
+                where = "twice" if seen[face] == k else f"and in {name}[{seen[face]}]"
+                raise ValueError(f"{name} must not share a face; face {face} is in {name}[{k}] {where}")
             seen[face] = k
     return out
 

@@ -156,7 +156,7 @@ def open_holes(
         assert target is not None
         found = zones_far(mesh, unseen(mesh, target, limit))
     else:
-        found, fewest = _given_zones(mesh, zones), 1
+        found, fewest = given_zones(mesh, zones), 1
     away = np.full(mesh.n_vertices, np.nan) if target is None else _distances(mesh, target)
     areas = face_areas(mesh.vertices, mesh.connectivity.face_vertices, mesh.connectivity.face_offsets)
     proposals = [_proposed(mesh, zone, away, areas, fewest) for zone in found]
@@ -181,7 +181,7 @@ def zones_far(mesh: SimplexMesh, far: Mask) -> list[Mask]:
     return [zone for zone in whole if (zone & ~c.face_is_hole).any()]
 
 
-def _given_zones(mesh: SimplexMesh, zones: Iterable[ArrayLike]) -> list[Mask]:
+def given_zones(mesh: SimplexMesh, zones: Iterable[ArrayLike], name: str = "zones") -> list[Mask]:
     """Return the connected components of the user's zones as masks that include adjacent holes, checked."""
     c = mesh.connectivity
     taken = np.zeros(len(c.face_sizes), bool)
@@ -189,16 +189,16 @@ def _given_zones(mesh: SimplexMesh, zones: Iterable[ArrayLike]) -> list[Mask]:
     try:
         listed = list(zones)
     except TypeError:
-        raise TypeError(f"zones must be lists of faces, not {type(zones).__name__}") from None
+        raise TypeError(f"{name} must be lists of faces, not {type(zones).__name__}") from None
     for k, faces in enumerate(listed):
-        numbers = checks.selection(f"zones[{k}]", faces, len(taken))
+        numbers = checks.selection(f"{name}[{k}]", faces, len(taken))
         if not len(numbers):
-            raise ValueError(f"zones[{k}] must hold at least one face")
+            raise ValueError(f"{name}[{k}] must hold at least one face")
         if (hole := c.face_is_hole[numbers]).any():
-            raise ValueError(f"zones[{k}] must be faces; {numbers[hole.argmax()]} is a hole")
+            raise ValueError(f"{name}[{k}] must be faces; {numbers[hole.argmax()]} is a hole")
         if (twice := taken[numbers]).any():
             raise ValueError(
-                f"zones must not overlap; face {numbers[twice.argmax()]} is in zones[{k}] and in an earlier one"
+                f"{name} must not overlap; face {numbers[twice.argmax()]} is in {name}[{k}] and in an earlier one"
             )
         taken[numbers] = True
         zone = np.zeros(len(taken), bool)

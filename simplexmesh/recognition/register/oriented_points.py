@@ -15,7 +15,7 @@ from simplexmesh._base.vectors import dot, norm
 from simplexmesh.data.conversion import as_data
 from simplexmesh.data.points import distinct
 from simplexmesh.data.volume import Volume
-from simplexmesh.motion.reconstruct.inputs import as_input
+from simplexmesh.motion.reconstruct.conversion import as_input
 from simplexmesh.motion.reconstruct.open_data import are_inward
 from simplexmesh.motion.targets.borders import border_of_points
 from simplexmesh.numerics import _kernels_local_fits

@@ -26,7 +26,7 @@ from simplexmesh.motion.density.redistribute import redistribute_round
 from simplexmesh.motion.density.refine import THRESHOLDS, refine_round, refinement_scores
 from simplexmesh.motion.density.refined import Refined
 from simplexmesh.motion.model.stages import Stage
-from simplexmesh.motion.reconstruct.inputs import as_input
+from simplexmesh.motion.reconstruct.conversion import as_input
 from simplexmesh.motion.start.primitives import primitive_around
 from simplexmesh.motion.targets.triangles import inside_surface, surface_distance
 from tests.mesh.families import ALL, shaken
@@ -397,7 +397,8 @@ def box():
             r"zones must be a mask of the 92 faces or of the 180 vertices, not one of shape \(7,\)",
         ),
         ((BALL, EGG, {"reach": -1.0}), ValueError, "reach must be .*"),
-        ((BALL, Sphere(), {"level": 3.0}), ValueError, "level and label are for volumes, not for Sphere"),
+        ((BALL, Sphere(), {"level": 3.0}), ValueError, "level, label and inside are for volumes, not for Sphere"),
+        ((BALL, Sphere(), {"inside": "below"}), ValueError, "level, label and inside are for .*"),
         ((BALL, EGG, {"zones": [[1], [2, 3]]}), ValueError, "zones must be an array, but its rows have .*"),
         ((BALL, EGG, {"watch": "no"}), TypeError, "watch must be a function of a Round and the mesh, not str"),
         ((BALL, EGG, {"adaptation": 2}), ValueError, "adaptation must be .*"),

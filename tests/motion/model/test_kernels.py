@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from scipy.spatial.transform import Rotation
 
 import simplexmesh as sm
-from simplexmesh.motion.model import _kernels_adapt, _kernels_averages, _kernels_boundary, _kernels_step
+from simplexmesh.motion.model import _kernels_averages, _kernels_boundary, _kernels_step
 from simplexmesh.motion.model._kernels_boundary import Outlines
 from simplexmesh.motion.model._kernels_step import Forces, Frames, Moving, Step, Wanted
 from simplexmesh.motion.model.boundary import BoundaryShape
@@ -205,12 +205,12 @@ def test_adaptation_kernels_are_the_formula_of_the_thesis(which, seed, strength)
     vertices[3] = vertices[neighbors[3, 1]]
     lengths = np.linalg.norm(vertices[neighbors] - vertices[:, None], axis=2)
     for shortest in (0.0, float(np.median(lengths))):
-        getattr(_kernels_adapt.curvedness, which)(vertices, normals, neighbors, shortest, size)
+        getattr(_kernels_averages.curvedness, which)(vertices, normals, neighbors, shortest, size)
         assert_allclose(size, reference.curvedness(vertices, normals, neighbors, shortest), rtol=1e-9, atol=1e-12)
     size = rng.normal(size=len(size)) ** 3 * (rng.random(len(size)) < 0.8)
     metric, out = rng.dirichlet([9.0, 9.0, 9.0], len(size)), np.zeros((len(size), 3))
     floor = np.abs(size).mean()
-    getattr(_kernels_adapt.adapted, which)(metric, size, floor, neighbors, strength, 0.05, 0.833, out)
+    getattr(_kernels_averages.adapted, which)(metric, size, floor, neighbors, strength, 0.05, 0.833, out)
     assert_allclose(out, reference.adapted_metric(metric, size, neighbors, strength, 0.05, 0.833), atol=1e-12)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import simplexmesh as sm
-from simplexmesh.motion.reconstruct.inputs import as_input
+from simplexmesh.motion.reconstruct.conversion import as_input
 from simplexmesh.motion.targets.triangles import inside_surface, surface_distance
 
 pytestmark = pytest.mark.data

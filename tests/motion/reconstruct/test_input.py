@@ -9,8 +9,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import simplexmesh as sm
-from simplexmesh.motion.reconstruct.scans import joined_scans
-from simplexmesh.motion.start.stray_points import without_stray_points
+from simplexmesh.motion.reconstruct.conversion import joined_scans, without_stray_points
 
 
 def ball_volume(radius=8.3, half=11, **place):
@@ -106,6 +105,21 @@ def test_scans_are_put_together_by_their_poses(tmp_path):
             ValueError,
             "inside is for a level of a volume, not for PointCloud",
         ),
+        *(
+            (
+                ball_volume(),
+                {"level": 0.0, **options},
+                ValueError,
+                "handles are found from init='sphere' or 'ellipsoid'",
+            )
+            for options in (
+                {"handles": callable},
+                {"init": "torus", "handles": "auto"},
+                {"init": sm.sphere(4), "handles": callable},
+                {"init": "sphere", "holes": callable, "handles": callable},
+                {"init": "sphere", "holes": [[0]], "handles": "auto"},
+            )
+        ),
         (ball_volume(), {"level": 0.0, "tunnels": -1}, ValueError, "tunnels must be at least 0, not -1"),
         (ball_volume(), {"level": 0.0, "adaptation": 2}, ValueError, "adaptation must be between 0 and 0.25, not 2"),
         (np.zeros((3, 3)), {}, ValueError, "points"),
@@ -175,6 +189,40 @@ def test_pairs_of_faces_may_be_an_array():
     ball = sm.sphere(12).triangulated()
     model = sm.reconstruct(ball, init=sm.sphere(4), handles=np.array([[3, 60]]), iterations=5)
     assert [proposal.accepted for proposal in model.topology.handles] == [True]
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"rigidity": 1001}, "rigidity must be .* 1000, not 1001"),
+        ({"holes": [[0, 10**6]]}, r"holes\[0\]\[1\] is 1000000, outside"),
+        ({"holes": [[0], [0]]}, r"holes must not overlap; face 0 is in holes\[1\]"),
+        ({"handles": [[3, 3]]}, r"handles must not share a face; face 3 is in handles\[0\] twice"),
+        ({"holes": [[3, 4]], "handles": [[3, 60]]}, "holes and handles must not share a face of the start"),
+    ],
+)
+def test_faces_and_rigidity_are_checked_before_any_motion(monkeypatch, options, message):
+    monkeypatch.setattr("simplexmesh.motion.reconstruct.pipeline.settle", None)
+    with pytest.raises(ValueError, match=message):
+        sm.reconstruct(sm.sphere(12).triangulated(), init=sm.sphere(4), **options)
+
+
+@pytest.mark.filterwarnings("ignore::simplexmesh._base.errors.SimplexMeshWarning")
+def test_zones_of_holes_are_faces_of_the_start_also_beside_handles():
+    ball = sm.sphere(6, radius=1.05)
+    cap = [face for face, corners in enumerate(ball.faces) if (ball.vertices[corners, 0] > 0.8).all()]
+    pair = [int(np.argmax([s * ball.vertices[corners, 2].mean() for corners in ball.faces])) for s in (1, -1)]
+    model = sm.reconstruct(sm.sphere(12).triangulated(), init=ball, holes=[cap], handles=[pair], iterations=5)
+    (zone,) = model.topology.holes
+    assert len(zone.faces) == len(cap)
+    assert zone.contour.mesh.vertices[zone.vertices][:, 0].min() > 0.6
+
+
+def test_a_function_that_is_never_asked_for_handles_is_told_why():
+    ball = sm.sphere(12).vertices
+    for data, vertices, reason in ((ball, 40, "model has too few"), (ball[ball[:, 2] > 0], 200, "data is open")):
+        with pytest.warns(sm.SimplexMeshWarning, match=f"no handles are looked for, as the {reason}"):
+            sm.reconstruct(data, init="sphere", vertices=vertices, handles=callable, iterations=5)
 
 
 def test_scans_may_be_arrays_and_a_mesh_may_be_fitted_to_a_mesh():

@@ -9,9 +9,9 @@ from numpy.testing import assert_allclose, assert_array_equal
 import simplexmesh as sm
 from simplexmesh.mesh.tangles import tangled_vertices
 from simplexmesh.motion.model.untangle import untangled
+from simplexmesh.motion.reconstruct.conversion import otsu_threshold
 from simplexmesh.motion.start.crossings import outer_crossings
 from simplexmesh.motion.start.primitives import primitive_around, principal_frame
-from simplexmesh.motion.start.threshold import otsu_threshold
 from simplexmesh.motion.targets.triangles import inside_surface
 
 

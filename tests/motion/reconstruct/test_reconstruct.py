@@ -337,6 +337,16 @@ class TestPlacement:
         assert model.topology.exchanged > 0
         assert model.mesh.check().ok
 
+    def test_an_interrupt_counts_the_vertices_added_until_then(self):
+        def impatient(share, message):
+            if share > 0.1 + 0.8 * 0.5:
+                raise KeyboardInterrupt
+
+        options = {"init": "sphere", "vertices": 1500, "handles": "none", "holes": "none", "progress": impatient}
+        model = sm.reconstruct(self.BOX, **options)
+        assert model.interrupted
+        assert model.topology.refined == model.mesh.n_vertices - model.start.n_vertices > 0
+
     def test_of_another_name_is_refused(self):
         with pytest.raises(ValueError, match=r"^placement must be .*adaptive.*even.*odd"):
             sm.reconstruct(BOX, placement="odd")

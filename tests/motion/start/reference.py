@@ -147,7 +147,7 @@ def relax_round(vertices, faces, step):
 
 
 def collapse_shortest(vertices, faces, triangles, turn):
-    """The shortest edge collapsed to its midpoint, repeatedly, as by `_kernels_collapse.collapse_shortest`."""
+    """The shortest edge collapsed to its midpoint, repeatedly, as by `_kernels_remesh.collapse_shortest`."""
     at = {v: np.array(p) for v, p in enumerate(vertices)}
     faces = {tuple(face) for face in faces.tolist()}
     refused = set()

@@ -10,7 +10,7 @@ from skimage.measure import marching_cubes
 from simplexmesh.mesh.duality import dual
 from simplexmesh.mesh.manifold import half_edge_mates
 from simplexmesh.mesh.shapes import sphere
-from simplexmesh.motion.start import _kernels_collapse
+from simplexmesh.motion.start import _kernels_remesh
 from simplexmesh.motion.start.polygonize import isosurface, subdivided
 from simplexmesh.motion.start.remesh import decimated, relaxed
 from simplexmesh.motion.start.topology import (
@@ -149,7 +149,7 @@ def test_decimation_passes_over_triangles_without_area():
     assert flat.sum() > 10
     vertices, corners = faces[0].astype(float), faces[1].astype(np.int64).ravel()
     mates = np.array(half_edge_mates(faces[1]), np.int64).ravel()
-    assert _kernels_collapse.collapse_shortest(vertices, corners, mates, 200, 0.5) == 200
+    assert _kernels_remesh.collapse_shortest(vertices, corners, mates, 200, 0.5) == 200
     left = np.flatnonzero(corners.reshape(-1, 3)[:, 0] >= 0)
     used, left = np.unique(corners.reshape(-1, 3)[left], return_inverse=True)
     assert dual((vertices[used], left.reshape(-1, 3))).volume > 0.9 * 4 / 3 * 5**3

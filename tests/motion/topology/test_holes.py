@@ -18,7 +18,7 @@ from simplexmesh.motion.model.border_attraction import BorderAttraction
 from simplexmesh.motion.model.boundary import outlines_of
 from simplexmesh.motion.model.boundary_unfold import unfolded_boundary
 from simplexmesh.motion.model.stages import mean_edge
-from simplexmesh.motion.reconstruct.inputs import as_input
+from simplexmesh.motion.reconstruct.conversion import as_input
 from simplexmesh.motion.targets import _kernels_borders
 from simplexmesh.motion.targets.borders import border_of_points
 from simplexmesh.motion.topology.face_regions import cuttable, face_components, with_holes_beside

@@ -1,4 +1,4 @@
-"""The result of the automatic initialization, and its report."""
+"""The start found in data, and the report on it."""
 
 from __future__ import annotations
 
