@@ -30,7 +30,7 @@ IMPORTED = re.compile(rb"^from ([\w.]+) import", re.MULTILINE)
 """An import as it is written in kernel files."""
 
 
-LEAN = {"cache": True, "error_model": "numpy", "_nrt": False}
+LEAN = {"cache": True, "error_model": "numpy", "_nrt": False, "forceinline": True}
 """Options of small functions called per vertex and candidate: without numba's counting of references to arrays, which
 costs more than their arithmetic. Such functions cannot allocate or slice arrays."""
 
