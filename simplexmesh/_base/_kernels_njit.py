@@ -31,8 +31,8 @@ IMPORTED = re.compile(rb"^from ([\w.]+) import", re.MULTILINE)
 
 
 LEAN = {"cache": True, "error_model": "numpy", "_nrt": False, "forceinline": True}
-"""Options of small functions called per vertex and candidate: inlined, as passing arrays on costs more than their
-arithmetic, and without numba's counting of references to arrays. Such functions cannot allocate or slice arrays."""
+"""Options of small functions called per vertex and candidate: inlined, and without numba's counting of references to
+arrays, which costs more than their arithmetic. Such functions cannot allocate or slice arrays."""
 
 
 def njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:
