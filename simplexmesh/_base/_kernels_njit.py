@@ -30,9 +30,9 @@ IMPORTED = re.compile(rb"^from ([\w.]+) import", re.MULTILINE)
 """An import as it is written in kernel files."""
 
 
-LEAN = {"cache": True, "error_model": "numpy", "_nrt": False}
-"""Options of small functions called per vertex and candidate: without numba's counting of references to arrays, which
-costs more than their arithmetic. Such functions cannot allocate or slice arrays."""
+LEAN = {"cache": True, "error_model": "numpy", "_nrt": False, "forceinline": True}
+"""Options of small functions called per vertex and candidate: inlined, and without numba's counting of references to
+arrays, which costs more than their arithmetic. Such functions cannot allocate or slice arrays."""
 
 
 def njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:

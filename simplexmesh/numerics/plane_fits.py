@@ -8,6 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from simplexmesh.numerics import _kernels_local_fits
+
 Array = NDArray[np.float64]
 
 FEW_NEIGHBORS, MANY_NEIGHBORS = 16, 40
@@ -23,11 +25,11 @@ class Planes:
     noise: float  # median root mean square distance of the neighbors to their plane
 
 
-def planes(points: Array, neighbors: int | None = None) -> Planes:
+def planes(points: Array) -> Planes:
     """Return the planes through the nearest neighbors of each point: 16, or 40 if the noise exceeds 0.45 spacings."""
     tree = cKDTree(points)
-    out = _fit(points, tree, neighbors or min(FEW_NEIGHBORS, len(points)))
-    if neighbors is None and out.noise > NOISE_RATIO * out.spacing and len(points) > 2 * MANY_NEIGHBORS:
+    out = _fit(points, tree, min(FEW_NEIGHBORS, len(points)))
+    if out.noise > NOISE_RATIO * out.spacing and len(points) > 2 * MANY_NEIGHBORS:
         out = _fit(points, tree, MANY_NEIGHBORS)
     return out
 
@@ -37,13 +39,16 @@ def spacing_of(points: Array, most: int = 5000) -> float:
     some = points[:: max(1, len(points) // most)]
     count = min(FEW_NEIGHBORS, len(points))
     distance = cKDTree(points).query(some, k=[count], workers=-1)[0]
-    return float(np.median(distance)) * np.sqrt(np.pi / count)
+    return _spacing(distance, count)
 
 
 def _fit(points: Array, tree: cKDTree, count: int) -> Planes:
     distance, near = tree.query(points, k=count, workers=-1)
-    local = points[near]
-    local -= local.mean(axis=1, keepdims=True)
-    values, vectors = np.linalg.eigh(np.einsum("nki,nkj->nij", local, local) / count)
-    spacing = float(np.median(distance[:, -1])) * np.sqrt(np.pi / count)
-    return Planes(vectors[:, :, 0], spacing, float(np.sqrt(max(0.0, np.median(values[:, 0])))))
+    normals, variance = np.empty((len(points), 3)), np.empty(len(points))
+    _kernels_local_fits.fit_planes(np.ascontiguousarray(points), near, normals, variance, np.empty_like(normals))
+    return Planes(normals, _spacing(distance[:, -1], count), float(np.sqrt(np.median(variance))))
+
+
+def _spacing(farthest: Array, count: int) -> float:
+    """Return the spacing of points from the distances within which they have `count` neighbors, themselves included."""
+    return float(np.median(farthest)) * np.sqrt(np.pi / count)

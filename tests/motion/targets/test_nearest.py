@@ -20,9 +20,10 @@ def check_search(s, place, normal, reach):
     cache, query = _kernels_nearest.empty_cache(1), (tuple(place), tuple(normal), reach)
     found = _kernels_nearest.nearest_searched(s, cache, 0, query)
     assert found == naive.nearest_facing(s.table, place, normal, s.oriented, reach)
-    known = _kernels_nearest.nearest_cached(s.points, s.heads, s.oriented, cache.known, cache.listed, 0, query)
-    assert known in (found, _kernels_nearest.STALE)  # unless 16 nearer ones almost face the right way
     squared, bound = ((s.table[:, :3] - place) ** 2).sum(axis=1), cache.known[0, 6] ** 2
+    known = _kernels_nearest.nearest_cached(s.points, s.heads, s.oriented, cache.known, cache.listed, 0, query)
+    nearest = squared[found] if found in cache.listed else reach**2  # 16 nearer ones may almost face the right way
+    assert known == (found if nearest < bound * (1 - 2e-12) else _kernels_nearest.STALE)
     around = naive.around(s.table, place, normal, s.oriented, 4 * reach**2)
     count = min(np.count_nonzero(squared[around] < bound * (1 - 1e-12)), _kernels_nearest.NEAREST)
     np.testing.assert_array_equal(cache.listed[0, :count], around[:count])

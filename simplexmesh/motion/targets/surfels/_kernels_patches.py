@@ -1,7 +1,7 @@
 """Surfels packed with their neighbors for vector arithmetic, and the blending of their height functions.
 
 A surfel's row: point, unit normal, second-order form (xx, yy, zz, xy, xz, yz); see `_kernels_fit`. Functions called per
-vertex take a pointer to the first patch (see `_kernels_pointers`) and the offset of theirs, whose row r is at 8 r.
+vertex take all patches and the number of theirs; places and directions are relative to its surfel, in its supports.
 """
 
 # mypy: allow-untyped-defs
@@ -22,9 +22,9 @@ MAX_SUPPORT_RATIO = 1.5  # limit of the ratio of neighboring supports
 
 @njit(cache=True, error_model="numpy")
 def _same_sheet(table, i, j, oriented):
-    """Return the cosine between the normals of two surfels on one sheet, 0 if they are on different sheets.
+    """Return the cosine between the normals of two surfels, 0 if they are on different sheets.
 
-    If the normals differ by 60 degrees, or the line between them is not tangential to the first.
+    They are on one sheet if their normals are within 60 degrees and the line between them is tangential to the first.
     """
     dx, dy, dz = table[j, 0] - table[i, 0], table[j, 1] - table[i, 1], table[j, 2] - table[i, 2]
     nx, ny, nz = table[i, 3], table[i, 4], table[i, 5]
