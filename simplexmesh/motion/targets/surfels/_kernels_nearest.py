@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from simplexmesh._base._kernels_njit import LEAN, njit
 from simplexmesh.motion.targets.surfels._kernels_patches import count_closer
 from simplexmesh.numerics._kernels_tree import box_distance, squared_distance
-from simplexmesh.numerics._kernels_vectors import dot, minus, row
+from simplexmesh.numerics._kernels_vectors import assign, dot, minus, row
 
 FACING = 0.2  # minimum cosine between the normals of a vertex and of its surfel
 TURN = 0.15  # lists are valid while the normal has changed by less than this
@@ -199,5 +199,7 @@ def transfer_cache(vertices, normals, center, reach, surfels, old, new):
         query = place, row(normals, v), reach
         for w in range(at, min(at + MAX_REMOVED, len(old.known))):
             if nearest_cached(points, heads, oriented, old.known, old.listed, w, query) != STALE:
-                new.known[v], new.listed[v], at = old.known[w], old.listed[w], w + 1
+                assign(new.known[v], old.known[w])
+                assign(new.listed[v], old.listed[w])
+                at = w + 1
                 break
