@@ -1,4 +1,4 @@
-"""Every Python block of the README and the documentation runs, page by page, in an empty folder."""
+"""Every Python block of the README and the documentation runs on its own, as a reader who copies one would run it."""
 
 from __future__ import annotations
 
@@ -37,10 +37,9 @@ def blocks(text, language):
 
 
 def run(page, text):
-    """Run the Python blocks of a page one after the other, with the page's own line numbers in tracebacks."""
-    space = {"__name__": "page"}
+    """Run each Python block of a page, with the page's own line numbers in tracebacks."""
     for line, source in blocks(text, "python"):
-        exec(compile("\n" * (line - 1) + source, str(page), "exec"), space)
+        exec(compile("\n" * (line - 1) + source, str(page), "exec"), {"__name__": "page"})
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
@@ -79,13 +78,13 @@ def test_commands_exist_as_written(page):
 
 def test_a_failing_block_is_seen():
     with pytest.raises(AssertionError):
-        run("page.md", "```python\nx = 1\n```\ntext\n```python\nassert x == 2\n```\n")
+        run("page.md", "```python\nx = 1\n```\ntext\n```python\nx = 1\nassert x == 2\n```\n")
+    with pytest.raises(NameError):
+        run("page.md", "```python\nx = 1\n```\ntext\n```python\nassert x == 1\n```\n")
 
 
-def test_blocks_share_names_and_marked_ones_are_left_out():
-    text = (
-        "```python\nx = 1\n```\n<!-- not run: needs a window -->\n```python\n1 / 0\n```\n```python\nassert x == 1\n```"
-    )
+def test_marked_blocks_are_left_out():
+    text = "```python\nx = 1\n```\n<!-- not run: needs a window -->\n```python\n1 / 0\n```\n```python\nx = 2\n```"
     assert [line for line, _ in blocks(text, "python")] == [2, 9]
     run("page.md", text)
 
