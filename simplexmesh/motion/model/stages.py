@@ -13,6 +13,12 @@ from simplexmesh.motion.model.deform import DeformableModel
 from simplexmesh.motion.model.state import State, Target
 
 
+STILL, LEVEL = 0.01, 0.02
+"""Of the mean edge, the longest step, and of the mean energy, its change, of a motion at rest. A tenth and a quarter of
+them take up to three times the iterations, in which vertices slide along the data; with twice the step boundaries of
+holes stop halfway."""
+
+
 @dataclass(frozen=True)
 class Stage:
     """One stage of a coarse-to-fine motion; the parameters are those of `DeformableModel`."""
@@ -38,11 +44,11 @@ def mean_edge(mesh: SimplexMesh) -> float:
     return float(norm(ends[:, 0] - ends[:, 1]).mean())
 
 
-def is_at_rest(states: Sequence[State], still: float) -> bool:
-    """Return whether no vertex moved by more than `still` in the last ten of a stage's states, or the energy rests."""
+def is_at_rest(states: Sequence[State], edge: float) -> bool:
+    """Return whether in the last ten of a stage's states no vertex moved by much of an `edge`, or the energy rests."""
     if len(states) < 20 or len(states) % 10:
         return False
-    if max(state.move for state in states[-10:]) <= still:
+    if max(state.move for state in states[-10:]) <= STILL * edge:
         return True
     now, then = (float(np.mean([state.energy for state in part])) for part in (states[-10:], states[-20:-10]))
-    return abs(now - then) <= 5e-3 * max(then, 1e-300)
+    return abs(now - then) <= LEVEL * then

@@ -69,13 +69,13 @@ class Run:
         before = 0
         for stage in stages:
             self.converged = False
-            still, states = 1e-3 * mean_edge(self.mesh), len(self.history)
+            edge, states = mean_edge(self.mesh), len(self.history)
             model = stage.model(self.mesh, self.target)
             try:
                 for state in model.run(stage.iterations):
                     self.history.append(state)
                     self.progress(begun + (until - begun) * (before + state.iteration) / total)
-                    self.converged = is_at_rest(self.history[states:], still)
+                    self.converged = is_at_rest(self.history[states:], edge)
                     if self.converged:
                         break
             finally:
