@@ -63,7 +63,7 @@ def _warn_of_poor_fit(run: Run, unseen: float, missed: float) -> None:
         hint = "" if run.mesh.n_holes else "; where the data is an open surface, give init='plane'"
         warn(f"{unseen:.0%} of the model is far from any data{hint}")
     if missed > MOST_MISSED:
-        dropped = run.options.components != "all" and run.found is not None and run.found.components_dropped
+        dropped = run.data.components != "all" and run.found is not None and run.found.components_dropped
         hint = "components='all' keeps all its pieces" if dropped else "more vertices or another start may reach it"
         warn(f"{missed:.0%} of the data is far from the model; {hint}")
 

@@ -33,6 +33,8 @@ class Options:
     init : str or SimplexMesh
         A mesh that was named by path has been read.
     holes, handles : str, function or list
+    components : {"auto", "largest", "all"}
+        "largest" for a start that is given.
     refine : {"none", "auto", "coarse", "medium", "fine"}
     placement : {"even", "adaptive", "closed"}
         "closed" redistributes vertices only without holes, among whose coarse faces the boundary strays, and in bodies
@@ -73,7 +75,7 @@ class Options:
         checked = {
             "init": init,
             "vertices": checks.integer("vertices", self.vertices, FEWEST_VERTICES, MOST_VERTICES),
-            "components": checks.choice("components", self.components, ("largest", "all")),
+            "components": checks.choice("components", self.components, ("auto", "largest", "all")),
             "tunnels": None if self.tunnels is None else checks.number("tunnels", self.tunnels, 0.0),
             "iterations": checks.integer("iterations", self.iterations, 0),
             "rigidity": checks.integer("rigidity", self.rigidity, 0, MOST_RIGID),
@@ -85,6 +87,8 @@ class Options:
         }
         if self.components == "all" and init != "auto":
             raise ValueError("components='all' needs init='auto'; a given start keeps its components")
+        if init != "auto":
+            checked["components"] = "largest"
         for name, value in checked.items():
             object.__setattr__(self, name, value)
 
