@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -36,6 +36,8 @@ class Options:
     components : {"auto", "largest", "all"}
         "largest" for a start that is given.
     refine : {"none", "auto", "coarse", "medium", "fine"}
+    closes : bool
+        Whether the model closes open data although nobody asked for it.
     placement : {"even", "adaptive", "closed"}
         "closed" redistributes vertices only without holes, among whose coarse faces the boundary strays, and in bodies
         of a volume that are not thin.
@@ -52,6 +54,7 @@ class Options:
     holes: Choice | None
     handles: Choice | None
     refine: str | None
+    closes: bool = field(default=False, init=False)
 
     def __post_init__(self) -> None:
         placement, adaptation, init = self.placement, self.adaptation, checked_init(self.init)
@@ -82,6 +85,7 @@ class Options:
             "adaptation": adaptation,
             "placement": placement,
             "holes": holes,
+            "closes": init == "auto" and self.holes is None,
             "handles": handles,
             "refine": checks.choice("refine", refine, ("none", "auto", *THRESHOLDS)),
         }

@@ -329,3 +329,29 @@ def test_small_dense_pieces_far_away_are_no_stray_points():
     ball, crumb = sm.sphere(20), sm.sphere(1, radius=0.02, center=(30, 0, 0))
     cloud = sm.PointCloud(np.vstack([ball.vertices, crumb.vertices]))
     assert without_stray_points(cloud) is cloud
+
+
+@pytest.mark.parametrize("kind", ["points", "triangles"])
+def test_a_lid_over_open_data_is_told_unless_it_is_wanted(kind):
+    ball = sm.sphere(30).triangulated("dual")
+    faces = ball.faces[(ball.vertices[ball.faces][:, :, 2] > 0).all(axis=1)]
+    bowl = sm.TriangleMesh(ball.vertices[np.unique(faces)], np.unique(faces, return_inverse=True)[1].reshape(-1, 3))
+    data = bowl if kind == "triangles" else bowl.vertices
+    with pytest.warns(
+        sm.SimplexMeshWarning, match=r"the model closes it: [23]\d% of its area has no data nearby"
+    ) as told:
+        closed = sm.reconstruct(data, vertices=600)
+    assert len(told) == 1
+    assert closed.mesh.n_holes == 0
+    assert 0.2 < closed.bare < 1 / 3  # the disk is a third, its rim near the data
+    assert f"{closed.bare:.0%} of its area without data" in repr(closed)
+    assert sm.reconstruct(data, vertices=600, holes="none").mesh.n_holes == 0
+    opened = sm.reconstruct(data, vertices=600, holes="auto")
+    assert opened.mesh.n_holes == 1
+    assert opened.bare < 0.05
+
+
+def test_a_model_of_closed_data_has_data_everywhere():
+    model = sm.reconstruct(sm.sphere(16).vertices, vertices=300)
+    assert model.bare == 0
+    assert "without data" not in repr(model)
