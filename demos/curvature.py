@@ -1,8 +1,8 @@
-"""Mean curvature of a simplex mesh.
+"""Curvature of the sphere through a vertex and its neighbors.
 
-It is the inverse radius of the sphere through a vertex and its three neighbors: exact on a sphere, for any distribution
-of its vertices, and of second order in the spacing on regular hexagons, as of a cylinder. The picture shows a sphere
-with bumps.
+It is the mean curvature on a sphere, for any distribution of its vertices, and of second order in the spacing on
+regular hexagons, as of a cylinder. On other meshes it is not: there `mean_curvature` is right. The picture shows that
+of a sphere with bumps.
 """
 
 import numpy as np
@@ -17,7 +17,7 @@ def main(size="large"):
     ball = ball.moved(scattered / np.linalg.norm(scattered, axis=1, keepdims=True))
     around = (12, 24, 48, 96) if size == "large" else (12, 24)
     return {
-        "sphere": float(np.abs(ball.mean_curvature - 1).max()),
+        "sphere": float(np.abs(ball.sphere_curvature - 1).max()),
         "cylinders": [cylinder_error(n) for n in around],
         "bumpy": bumpy(24 if size == "large" else 8),
     }
@@ -27,7 +27,7 @@ def cylinder_error(around):
     """Return the largest relative error on a cylinder of radius 1 and regular hexagons, away from its ends."""
     tube = sm.cylinder(around, 2 * around, height=2 * np.pi * np.sqrt(3))
     middle = np.abs(tube.vertices[:, 2]) < 2
-    return float(np.abs(tube.mean_curvature[middle] - 0.5).max() / 0.5)
+    return float(np.abs(tube.sphere_curvature[middle] - 0.5).max() / 0.5)
 
 
 def bumpy(frequency):
@@ -37,7 +37,7 @@ def bumpy(frequency):
 
 
 def show(out):
-    """Color the sphere by its curvature."""
+    """Color the sphere by its mean curvature."""
     return sm.plot.surface(out["bumpy"], scalars="mean_curvature")
 
 

@@ -33,7 +33,7 @@ def sphericity(mesh):
 
 def show(out):
     """Draw the states in panels, colored by curvature."""
-    return sm.plot.panels(out["meshes"], view=(0.6, -1.0, 0.4), scalars="mean_curvature", limits=(-2, 2))
+    return sm.plot.panels(out["meshes"], view=(0.6, -1.0, 0.4), scalars="sphere_curvature", limits=(-2, 2))
 
 
 if __name__ == "__main__":

@@ -25,12 +25,11 @@ Report = Callable[[float, str], None]
 
 
 class Organ(NamedTuple):
-    """Label in the volume, vertices and color of the model, components to keep, width of tunnels to close."""
+    """Label in the volume, vertices and color of the model, width of tunnels to close."""
 
     label: int
     vertices: int
     color: str
-    components: str = "largest"
     tunnels: float | None = None
 
 
@@ -38,15 +37,15 @@ ORGANS = {
     "heart": Organ(6, 2000, "#c0392b"),
     "liver": Organ(10, 5000, "#8e4b3a"),
     "stomach": Organ(15, 15_000, "#d9a066", tunnels=4.0),
-    "lung": Organ(11, 3000, "#d98f9f", "all"),
+    "lung": Organ(11, 3000, "#d98f9f"),
     "kidney": Organ(8, 2500, "#9c5b7d"),
     "large intestine": Organ(9, 2500, "#7d9d5c"),
-    "ileum": Organ(7, 2500, "#a9b665", "all"),
+    "ileum": Organ(7, 2500, "#a9b665"),
     "duodenum": Organ(3, 2500, "#c9b458"),
     "spleen": Organ(14, 600, "#5b4a8a"),
     "brain": Organ(2, 2000, "#88b7c9"),
-    "retina": Organ(4, 5000, "#3c5a78", "all", 12.0),
-    "skeleton": Organ(13, 40_000, "#d8cdb4", "all", 0.0),
+    "retina": Organ(4, 5000, "#3c5a78", 12.0),
+    "skeleton": Organ(13, 40_000, "#d8cdb4", 0.0),
 }
 HIDDEN = ("spleen",)  # covered by others from every side
 SCANNED = "liver"
@@ -66,8 +65,7 @@ def main(size: str = "large", progress: Report | None = None) -> dict[str, Any]:
         report(place / (len(organs) + 1), name)
         began = time.perf_counter()
         with warnings_prefixed(name):
-            how: dict[str, Any] = {"vertices": organ.vertices, "components": organ.components, "tunnels": organ.tunnels}
-            found[name] = sm.reconstruct(volume, label=organ.label, **how)
+            found[name] = sm.reconstruct(volume, label=organ.label, vertices=organ.vertices, tunnels=organ.tunnels)
         seconds[name] = time.perf_counter() - began
     report(len(organs) / (len(organs) + 1), f"{scanned} from a noisy scan")
     began = time.perf_counter()

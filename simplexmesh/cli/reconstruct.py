@@ -48,7 +48,9 @@ def command(
         str, typer.Option(help="Start: auto, sphere, ellipsoid, cylinder, plane, torus, or a .vtp file of a mesh.")
     ] = "auto",
     poses: Annotated[Path | None, typer.Option(help="File of the pose of each scan, such as bun.conf.")] = None,
-    components: Annotated[str, typer.Option(help="Components to keep: largest or all.")] = "largest",
+    components: Annotated[
+        str, typer.Option(help="Pieces to keep: largest, all, or auto: all of a label, else the largest.")
+    ] = "auto",
     tunnels: Annotated[
         float | None, typer.Option(help="Close tunnels narrower than this, in the unit of the data.")
     ] = None,

@@ -74,12 +74,12 @@ def simplex_angle(vertices: Array, neighbors: Indices) -> Array:
     return np.arctan2(sine, cosine)
 
 
-def mean_curvature(vertices: Array, neighbors: Indices) -> Array:
-    """Return the mean curvature (n,), that of the sphere through each vertex and its neighbors, in 1 / unit.
+def sphere_curvature(vertices: Array, neighbors: Indices) -> Array:
+    """Return the curvature (n,) of the sphere through each vertex and its neighbors, in 1 / unit.
 
-    `H = sin(phi) / r = 2 h / sqrt(4 h^2 r^2 + (r^2 - d^2 - h^2)^2)` (thesis, section 3.3) is exact on a sphere, of
-    order two in the edge length on a regular mesh of a smooth surface, and zero where the four points are coplanar or
-    coincide.
+    `H = sin(phi) / r = 2 h / sqrt(4 h^2 r^2 + (r^2 - d^2 - h^2)^2)` (thesis, section 3.3) is zero where the four points
+    are coplanar or coincide. The mean curvature of the surface is this on a sphere, and in the limit of a regular mesh;
+    elsewhere it depends on the directions of the neighbors, however near they are.
     """
     p, b, c, w = _relative_to_first(vertices, neighbors)
     sphere = dot(p, p)[:, None] * w + dot(b, b)[:, None] * cross(c, p) + dot(c, c)[:, None] * cross(p, b)

@@ -53,7 +53,7 @@ class SimplexMesh:
     >>> ball = sphere(6, radius=2.0)
     >>> ball
     SimplexMesh(720 vertices, 362 faces, genus 0, 0 holes)
-    >>> bool(np.allclose(ball.mean_curvature, 1 / 2.0))
+    >>> bool(np.allclose(ball.sphere_curvature, 1 / 2.0))
     True
     >>> round(ball.moved(2 * ball.vertices).area / ball.area, 12)
     4.0
@@ -138,9 +138,12 @@ class SimplexMesh:
         return checks.frozen(geometry.simplex_angle(self.vertices, self.neighbors))
 
     @cached_property
-    def mean_curvature(self) -> Array:
-        """(n,) mean curvatures in 1 / unit, positive where convex; see `geometry.mean_curvature`."""
-        return checks.frozen(geometry.mean_curvature(self.vertices, self.neighbors))
+    def sphere_curvature(self) -> Array:
+        """(n,) curvature of the sphere through a vertex and its neighbors, 1 / unit; see `geometry.sphere_curvature`.
+
+        It is what the forces of the deformable model even out. Of the surface it is the mean curvature on spheres only.
+        """
+        return checks.frozen(geometry.sphere_curvature(self.vertices, self.neighbors))
 
     @cached_property
     def metric(self) -> Array:
@@ -226,7 +229,15 @@ class SimplexMesh:
         data = {name: values for name, values in {**self.data, **arrays}.items() if values is not None}
         return SimplexMesh(self.vertices, self.connectivity, data)  # type: ignore[arg-type]
 
-    # ---- conversions, imported when called: they belong to higher packages, but users look for them on the mesh
+    # ---- imported when called: these belong to higher packages, but users look for them on the mesh
+
+    @cached_property
+    def mean_curvature(self) -> Array:
+        """(n,) mean curvature of the surface in 1 / unit, positive where convex: `mean` of `simplexmesh.curvature`.
+
+        NaN, with a warning, where there is no estimate.
+        """
+        return importlib.import_module("simplexmesh.surface.curvature.estimate").curvature(self).mean
 
     def triangulated(self, method: str = "fan") -> Any:
         """Return a `TriangleMesh` of the surface, holes left open.

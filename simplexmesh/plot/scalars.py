@@ -28,7 +28,11 @@ class Scalars(NamedTuple):
     diverging: bool = False
 
 
-DIVERGING = {"mean_curvature": ("mean curvature", -1), "simplex_angle": ("simplex angle, rad", 0)}
+DIVERGING = {
+    "mean_curvature": ("mean curvature", -1),
+    "sphere_curvature": ("curvature of spheres", -1),
+    "simplex_angle": ("simplex angle, rad", 0),
+}
 
 
 def scalars_of(

@@ -49,11 +49,12 @@ def surface(
     ----------
     mesh : SimplexMesh, Reconstruction, TriangleMesh, PointCloud, Volume or anything convertible to these
         A volume is shown as its surface at `level` or of `label`.
-    scalars : {"mean_curvature", "simplex_angle", "distance"}, name of a vertex array, or (n,) array, optional
-        Quantity to color by. "distance" is that of each vertex to the surface in `data`, along its normal, as in
-        `Reconstruction.distance`; vertices without data nearby are gray. Curvatures and
-        angles have a diverging colormap centered at zero, clipped at the 98th percentile of their magnitude; others a
-        sequential one, from zero for nonnegative quantities, to the 98th percentile or four times the median.
+    scalars : str or (n,) array, optional
+        Quantity to color by: "mean_curvature", "sphere_curvature", "simplex_angle", "distance", or a vertex array.
+        "distance" is that of each vertex to the surface in `data`, along its normal, as in `Reconstruction.distance`;
+        vertices without data nearby are gray. Curvatures and angles have a diverging colormap centered at zero, clipped
+        at the 98th percentile of their magnitude; others a sequential one, from zero for nonnegative quantities, to the
+        98th percentile or four times the median.
     data : Volume, PointCloud, TriangleMesh or anything convertible to these, optional
         What "distance" is measured to; default: the mesh's array of that name, which `reconstruct` stores.
     level, label : float, int, optional

@@ -51,7 +51,7 @@ def main(vertices: int = 1_000_000) -> None:
     row("neighborhoods of two edges", best(lambda: mesh.connectivity.rings(2)))
     row("dual of a triangulation", best(lambda: sm.dual((points, triangles))))
     row("the same, triangles in random order", best(lambda: sm.dual((points, shuffled))))
-    for name in ("normals", "simplex_angle", "mean_curvature", "metric_parameters"):
+    for name in ("normals", "simplex_angle", "sphere_curvature", "metric_parameters"):
         row(name, best(lambda name=name: getattr(geometry, name)(mesh.vertices, mesh.neighbors)))
     row("area, volume", best(lambda: (mesh.moved(mesh.vertices).area, mesh.moved(mesh.vertices).volume)))
     row("sphere of that size", best(lambda: sm.sphere(vertices=vertices), 1))

@@ -18,7 +18,7 @@ meshes = st.builds(
     lambda name, seed: shaken(ALL[name], np.random.default_rng(seed)), st.sampled_from(sorted(ALL)), seeds
 )
 # Quantity -> its power of the scale, and its sign when the surface is seen from inside.
-SCALARS = {"simplex_angle": (0, -1), "mean_curvature": (-1, -1)}
+SCALARS = {"simplex_angle": (0, -1), "sphere_curvature": (-1, -1)}
 
 
 def rotation(rng):
@@ -34,12 +34,12 @@ def random_tetrahedra(rng, n):
 
 class TestSphere:
     @given(seed=seeds, log_radius=st.floats(-6, 6), offset=st.floats(-3, 3))
-    def test_mean_curvature_is_one_over_the_radius_anywhere_on_a_sphere(self, seed, log_radius, offset):
+    def test_sphere_curvature_is_one_over_the_radius_anywhere_on_a_sphere(self, seed, log_radius, offset):
         rng = np.random.default_rng(seed)
         points, neighbors = random_tetrahedra(rng, 100)
         points /= np.linalg.norm(points, axis=1)[:, None]
         R = 10**log_radius
-        H = geometry.mean_curvature(R * (points + offset), neighbors)
+        H = geometry.sphere_curvature(R * (points + offset), neighbors)
         a, b, c = points[neighbors].transpose(1, 0, 2)
         spread = np.abs(np.einsum("ij,ij->i", points - a, np.cross(b - a, c - a)))  # six times the volume
         good = spread > 1e-3
@@ -49,14 +49,14 @@ class TestSphere:
     @pytest.mark.parametrize("f", [1, 3, 8, 20])
     def test_curvature_is_positive_with_outward_normals(self, base, f):
         ball = shapes.sphere(f, base, radius=2.5, center=(1, 2, 3))
-        assert_allclose(ball.mean_curvature, 1 / 2.5, rtol=1e-9)
+        assert_allclose(ball.sphere_curvature, 1 / 2.5, rtol=1e-9)
         assert (ball.simplex_angle > 0).all()
         assert (np.einsum("ij,ij->i", ball.normals, ball.vertices - [1, 2, 3]) > 0).all()
 
     @given(seed=seeds)
     def test_radius_is_that_of_the_sphere_through_the_four_points(self, seed):
         points, neighbors = random_tetrahedra(np.random.default_rng(seed), 10)
-        H = geometry.mean_curvature(points, neighbors)
+        H = geometry.sphere_curvature(points, neighbors)
         for i in range(0, 40, 4):
             R = reference.sphere_radius(*points[[i, *neighbors[i]]])
             assert_allclose(abs(H[i]), 1 / R, rtol=1e-7)
@@ -150,12 +150,12 @@ class TestPlane:
         foot *= rng.uniform(0.1, 0.9) ** (1 if inside else -1) / np.linalg.norm(foot)
         points = np.vstack([foot, circle])
         assert_allclose(abs(geometry.simplex_angle(points, ONE)[0]), 0 if inside else np.pi, atol=1e-12)
-        assert geometry.mean_curvature(points, ONE)[0] == 0
+        assert geometry.sphere_curvature(points, ONE)[0] == 0
 
     def test_neighbors_on_one_line_are_an_ordinary_case(self):
         points = np.array([[0.3, 2.0, 0.1], [0, 0, 0], [1, 1, 1], [3, 3, 3.0]])
         assert_array_equal(geometry.normals(points, ONE)[0], 0)
-        for quantity in (geometry.height, geometry.simplex_angle, geometry.mean_curvature):
+        for quantity in (geometry.height, geometry.simplex_angle, geometry.sphere_curvature):
             assert quantity(points, ONE)[0] == 0
         assert_allclose(geometry.metric_parameters(points, ONE)[0], 1 / 3, rtol=1e-15)
         center, radius = geometry.circumcircle(points, ONE)
@@ -170,12 +170,12 @@ class TestPlane:
         assume(np.linalg.norm(line[1] - line[0]) > 0.05)
         assume(np.linalg.norm(line[2] - line[0]) > 0.05)
         assert_array_equal(geometry.normals(points, ONE)[0], 0)
-        assert geometry.mean_curvature(points, ONE)[0] == 0
+        assert geometry.sphere_curvature(points, ONE)[0] == 0
 
     @pytest.mark.parametrize("scale", [1e-8, 1.0, 1e8])
     def test_coinciding_points_give_finite_numbers(self, scale):
         for points in (np.zeros((4, 3)), scale * np.eye(4)[[0, 0, 1, 2], :3], scale * np.eye(4)[[3, 0, 0, 1], :3]):
-            for quantity in (geometry.normals, geometry.height, geometry.simplex_angle, geometry.mean_curvature):
+            for quantity in (geometry.normals, geometry.height, geometry.simplex_angle, geometry.sphere_curvature):
                 assert np.isfinite(quantity(points, ONE)).all()
             assert np.isfinite(geometry.metric_parameters(points, ONE)).all()
 
@@ -240,7 +240,7 @@ class TestConvergence:
         for step in t:
             uv = [(0, 0)] + [(step * v * np.cos(a), step * v * np.sin(a)) for a, v in zip(angles, speeds, strict=True)]
             points = np.array([surface(*p) for p in uv])
-            errors.append(abs(geometry.mean_curvature(points, ONE)[0] - H))
+            errors.append(abs(geometry.sphere_curvature(points, ONE)[0] - H))
         return np.polyfit(np.log(t), np.log(errors), 1)[0]
 
     @pytest.mark.parametrize("turn", [0.0, 0.4, 1.1])
@@ -266,7 +266,7 @@ class TestConvergence:
         uv = [(0, 0), *(t * v[:, None] * np.stack([np.cos(angles), np.sin(angles)], axis=1))]
         points = np.array([(x, y, -(k1 * x * x + k2 * y * y) / 2) for x, y in uv])
         limit = (k1 + k2) / 2 + (k1 - k2) / 2 * a / b
-        assert_allclose(geometry.mean_curvature(points, ONE)[0], limit, rtol=1e-3)
+        assert_allclose(geometry.sphere_curvature(points, ONE)[0], limit, rtol=1e-3)
 
     def test_order_two_on_a_regular_mesh(self):
         """Regular hexagons rolled into a cylinder: every inner vertex, refined three times."""
@@ -276,12 +276,12 @@ class TestConvergence:
             mesh = shapes.cylinder(n, along, radius=2.0, height=along * np.sqrt(3) / 2 * 2 * np.pi * 2.0 / n)
             c = mesh.connectivity
             inner = ~c.face_is_hole[c.face[c.neighbors]].any(axis=(1, 2))
-            errors.append(np.abs(mesh.mean_curvature - 1 / (2 * 2.0))[inner].max())
+            errors.append(np.abs(mesh.sphere_curvature - 1 / (2 * 2.0))[inner].max())
         assert_allclose(np.log2(np.array(errors[:-1]) / errors[1:]), 2, atol=0.1)
 
 
 @pytest.mark.parametrize("name", CLOSED)
-def test_mean_curvature_agrees_with_the_angle(name):
+def test_sphere_curvature_agrees_with_the_angle(name):
     mesh = CLOSED[name]
     _, r = geometry.circumcircle(mesh.vertices, mesh.neighbors)
-    assert_allclose(mesh.mean_curvature, np.sin(mesh.simplex_angle) / r, rtol=1e-9, atol=1e-12)
+    assert_allclose(mesh.sphere_curvature, np.sin(mesh.simplex_angle) / r, rtol=1e-9, atol=1e-12)

@@ -38,13 +38,30 @@ def test_nothing_can_be_written_to():
 
 def test_moving_shares_the_connectivity_and_renews_the_geometry():
     mesh = BALL.with_data(weight=np.arange(180))
-    curvature = mesh.mean_curvature
+    curvature = mesh.sphere_curvature
     other = mesh.moved(2 * mesh.vertices)
     assert other.connectivity is mesh.connectivity
     assert other.data["weight"] is mesh.data["weight"]
-    assert mesh.mean_curvature is curvature
-    assert_allclose(other.mean_curvature, curvature / 2)
+    assert mesh.sphere_curvature is curvature
+    assert_allclose(other.sphere_curvature, curvature / 2)
     assert_array_equal(other.bounds, 2 * mesh.bounds)
+
+
+def test_mean_curvature_is_that_of_the_surface_also_where_spheres_through_neighbors_have_another():
+    for around in (48, 96):
+        ring = sm.torus(around, around // 3 // 2 * 2, radius=1.0, tube_radius=0.35)
+        cosine = (np.hypot(*ring.vertices[:, :2].T) - 1) / 0.35
+        exact = (1 + 0.7 * cosine) / (0.7 * (1 + 0.35 * cosine))
+        assert np.abs(ring.mean_curvature - exact).mean() < 0.01
+        assert np.abs(ring.sphere_curvature - exact).mean() > 0.3  # on a finer mesh, too
+    assert ring.mean_curvature is ring.mean_curvature
+    with pytest.raises(ValueError, match="read-only"):
+        ring.mean_curvature[0] = 0
+
+
+def test_mean_curvature_is_unknown_with_a_warning_on_the_smallest_mesh():
+    with pytest.warns(sm.SimplexMeshWarning, match="4 of 4 vertices: 4 with too few neighbors"):
+        assert np.isnan(sm.sphere(1, "tetrahedron").mean_curvature).all()
 
 
 def test_data_are_added_replaced_and_dropped():

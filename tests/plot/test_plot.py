@@ -146,9 +146,12 @@ class TestScalars:
 
     def test_curvature_is_in_inverse_lengths(self, ball):
         values, name, power, diverging = scalars_of(ball, "mean_curvature", None)
-        np.testing.assert_allclose(values, 0.5)
+        np.testing.assert_allclose(values, 0.5, rtol=1e-3)
         assert titled(name, "mm", power) == "mean curvature (1/mm)"
         assert diverging
+        values, name, power, diverging = scalars_of(ball, "sphere_curvature", None)
+        np.testing.assert_allclose(values, 0.5)
+        assert (titled(name, "mm", power), diverging) == ("curvature of spheres (1/mm)", True)
 
     def test_named_arrays(self, ball):
         values, name, *_ = scalars_of(ball.with_data(heat=ball.vertices[:, 0]), "heat", None)
@@ -158,7 +161,10 @@ class TestScalars:
     @pytest.mark.parametrize(
         ("wanted", "message"),
         [
-            ("heat", "scalars must be one of 'mean_curvature', 'simplex_angle', 'distance', not 'heat'"),
+            (
+                "heat",
+                "scalars must be one of 'mean_curvature', 'sphere_curvature', 'simplex_angle', 'distance', not 'heat'",
+            ),
             (
                 "distance",
                 "scalars 'distance' needs data to measure to: data is None, and the mesh has no such array",

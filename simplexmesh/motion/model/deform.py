@@ -94,7 +94,7 @@ class DeformableModel:
     >>> model = DeformableModel(rough, rigidity=4)
     >>> for state in model.run(100):
     ...     pass
-    >>> bool(model.mesh.mean_curvature.std() < 0.1 * rough.mean_curvature.std())
+    >>> bool(model.mesh.sphere_curvature.std() < 0.1 * rough.sphere_curvature.std())
     True
     """
 

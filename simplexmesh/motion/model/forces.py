@@ -20,9 +20,9 @@ CONSTRAINTS = ("free", "orientation", "angle", "mean_curvature", "shape", "curva
 ``free``            none along the normal: vertices are spaced evenly, normals may be discontinuous
 ``orientation``     continuous normals, simplex angle 0; shrinks closed surfaces
 ``angle``           the mean simplex angle of the vertices within `rigidity` edges
-``mean_curvature``  the mean H of the vertices within `rigidity` edges; a sphere is at rest
+``mean_curvature``  the mean H, `sphere_curvature`, of the vertices within `rigidity` edges; a sphere is at rest
 ``shape``           the simplex angle and metric parameters of a reference mesh: elastic shape memory, at any scale
-``curvature``       a prescribed mean curvature
+``curvature``       a prescribed H
 ==================  =============================================================================================
 
 On the boundary, `free` keeps the curvature of the hole's outline as a line, `orientation` straightens it, `shape`
@@ -42,6 +42,7 @@ class Frame:
     vertices, normals : (n, 3) array of float
     neighbors : (n, 3) array of int
     mean_curvature : (n,) array of float
+        Of the sphere through each vertex and its neighbors.
     iteration : int
     """
 

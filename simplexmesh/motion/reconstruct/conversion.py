@@ -61,6 +61,7 @@ def as_input(
     checks.size("data", item.bounds)
     if isinstance(item, Volume):
         return _volume_input(item, level, label, inside, components)
+    components = "largest" if components == "auto" else components
     if level is not None or label is not None:
         raise ValueError(f"level and label are for volumes, not for {type(item).__name__}")
     if inside != "above":
@@ -84,7 +85,7 @@ def _volume_input(volume: Volume, level: float | None, label: int | None, inside
         if inside == "below":
             values = volume.values
             volume, level = replace(volume, values=-values.astype(np.result_type(values, np.float32))), -level
-        return VolumeInput(volume, components, level, None)
+        return VolumeInput(volume, "largest" if components == "auto" else components, level, None)
     if label is None and not volume.is_labels:
         raise ValueError(
             f"level must be given for a volume of intensities ({low:g} to {high:g}); "
@@ -101,7 +102,7 @@ def _volume_input(volume: Volume, level: float | None, label: int | None, inside
         label = regions[0]
     label = checks.integer("label", label, -(2**31))
     volume.mask(label)  # raises if there is none
-    return VolumeInput(volume, components, None, label)
+    return VolumeInput(volume, "all" if components == "auto" else components, None, label)
 
 
 def otsu_threshold(values: NDArray[Any]) -> float:

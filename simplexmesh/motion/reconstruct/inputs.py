@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from simplexmesh._base.errors import TopologyError, warn
+from simplexmesh._base.errors import TopologyError, counted, warn
 from simplexmesh.data.points import PointCloud
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.data.volume import Volume
@@ -29,6 +29,9 @@ Array = NDArray[np.float64]
 
 MOST_LEFT_OUT = 0.1
 """Fraction of the surface on omitted components above which a warning is given."""
+
+LEAST_TOLD = 0.001
+"""Share of a label on pieces too small for a mesh from which a warning is given: most labels have stray voxels."""
 
 
 class Input(ABC):
@@ -75,6 +78,10 @@ class Input(ABC):
     @abstractmethod
     def start(self, vertices: int, tunnels: float | None) -> tuple[Start, Target]:
         """Return a mesh near the data with its topology and about this number of vertices, and the target."""
+
+    def without(self, start: Start) -> Input:
+        """Return the data without the pieces that a start left out: no distances are measured to them."""
+        return self
 
     def turned_outward(self, *, enclosed: bool = True) -> Input:
         """Return the data with normals away from the centroid of its border: a start outside sees its outer side.
@@ -127,7 +134,19 @@ class VolumeInput(Input):
     def start(self, vertices: int, tunnels: float | None) -> tuple[Start, Target]:
         """Return the dual of a coarse isosurface, of the smoothed region for a label."""
         options: Any = {"components": self.components, "tunnels": tunnels}
-        return start_from_volume(self.volume, self.level, self.label, vertices, **options), self.target
+        start = start_from_volume(self.volume, self.level, self.label, vertices, **options)
+        if start.report.share_dropped >= LEAST_TOLD:
+            pieces = counted(start.report.components_dropped, "piece", "pieces")
+            share = f"{100 * start.report.share_dropped:.2g} % of its samples"
+            warn(f"left out {pieces} of the label, {share}: too small for a mesh of {vertices:,} vertices")
+        return start, self.target
+
+    def without(self, start: Start) -> VolumeInput:
+        """Return the region without the pieces that a start left out."""
+        if start.left_out is None or self.label is None:
+            return self
+        kept = self.volume.mask(self.label).values.astype(bool) & ~start.left_out
+        return replace(self, volume=replace(self.volume, values=kept.astype(np.uint8)), label=1)
 
 
 @dataclass(frozen=True, eq=False)

@@ -30,6 +30,10 @@ FAR = 0.04
 CLEARLY_OPEN = 0.2
 """Width of the border of data, in its diagonals, from which a model without holes is warned of."""
 
+LEAST_LID = 0.15
+"""Share of the area of a closed model on lids over open data from which a warning is given: the bottom of an object
+scanned from all other sides is 4 to 11 %, the back of a face or of a single range image 30 to 40 %."""
+
 
 def measure(run: Run) -> None:
     """Measure the distances both ways, keep that of each vertex to the data on the mesh, and warn of a poor model.
@@ -52,7 +56,12 @@ def measure(run: Run) -> None:
     run.distance = Distance(Summary.of(away), Summary.of(missing), Summary.of(missing[enclosed]))
     run.mesh = mesh.with_data(distance=away)
     limit = max(reach, FAR * float(np.linalg.norm(np.ptp(points, axis=0))))
-    _warn_of_poor_fit(run, float((away > limit).mean()), float(((missing > limit) & ~enclosed).mean()))
+    run.bare = _share_of_area(mesh, away > 2 * reach)
+    closed = lid_message(run.target, points, mesh, run.bare) if run.options.closes else ""
+    if closed:
+        warn(closed)
+    else:
+        _warn_of_poor_fit(run, float((away > limit).mean()), float(((missing > limit) & ~enclosed).mean()))
     _warn_of_topology(run)
     run.report(1.0, "done")
 
@@ -63,7 +72,7 @@ def _warn_of_poor_fit(run: Run, unseen: float, missed: float) -> None:
         hint = "" if run.mesh.n_holes else "; where the data is an open surface, give init='plane'"
         warn(f"{unseen:.0%} of the model is far from any data{hint}")
     if missed > MOST_MISSED:
-        dropped = run.options.components != "all" and run.found is not None and run.found.components_dropped
+        dropped = run.data.components != "all" and run.found is not None and run.found.components_dropped
         hint = "components='all' keeps all its pieces" if dropped else "more vertices or another start may reach it"
         warn(f"{missed:.0%} of the data is far from the model; {hint}")
 
@@ -89,6 +98,23 @@ def genus_message(surface: SimplexMesh, mesh: SimplexMesh, proposals: Sequence[H
     if mesh.genus == surface.genus or any(not proposal.accepted for proposal in proposals):
         return ""
     return f"the data has genus {surface.genus}, the model has {mesh.genus}; init='auto' finds all its handles"
+
+
+def _share_of_area(mesh: SimplexMesh, chosen: NDArray[np.bool_]) -> float:
+    """Return the share of the area of the surface around vertices."""
+    c = mesh.connectivity
+    areas = (mesh.face_areas * ~c.face_is_hole / c.face_sizes)[c.face].sum(axis=1)
+    return float(areas[chosen].sum() / areas.sum())
+
+
+def lid_message(target: Target, points: NDArray[np.float64], mesh: SimplexMesh, bare: float) -> str:
+    """Return a message about a model that closes open data with lids, a share `bare` of its area, else an empty one."""
+    if mesh.n_holes or bare < LEAST_LID or border_width(target, points) < CLEARLY_OPEN:
+        return ""
+    return (
+        f"the data ends along a wide border, and the model closes it: {bare:.0%} of its area has no data nearby; "
+        "holes='auto' leaves it open, holes='none' closes it without this warning"
+    )
 
 
 def open_data_message(target: Target, points: NDArray[np.float64], mesh: SimplexMesh) -> str:

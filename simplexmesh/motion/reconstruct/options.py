@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -33,7 +33,11 @@ class Options:
     init : str or SimplexMesh
         A mesh that was named by path has been read.
     holes, handles : str, function or list
+    components : {"auto", "largest", "all"}
+        "largest" for a start that is given.
     refine : {"none", "auto", "coarse", "medium", "fine"}
+    closes : bool
+        Whether the model closes open data although nobody asked for it.
     placement : {"even", "adaptive", "closed"}
         "closed" redistributes vertices only without holes, among whose coarse faces the boundary strays, and in bodies
         of a volume that are not thin.
@@ -50,6 +54,7 @@ class Options:
     holes: Choice | None
     handles: Choice | None
     refine: str | None
+    closes: bool = field(default=False, init=False)
 
     def __post_init__(self) -> None:
         placement, adaptation, init = self.placement, self.adaptation, checked_init(self.init)
@@ -73,18 +78,21 @@ class Options:
         checked = {
             "init": init,
             "vertices": checks.integer("vertices", self.vertices, FEWEST_VERTICES, MOST_VERTICES),
-            "components": checks.choice("components", self.components, ("largest", "all")),
+            "components": checks.choice("components", self.components, ("auto", "largest", "all")),
             "tunnels": None if self.tunnels is None else checks.number("tunnels", self.tunnels, 0.0),
             "iterations": checks.integer("iterations", self.iterations, 0),
             "rigidity": checks.integer("rigidity", self.rigidity, 0, MOST_RIGID),
             "adaptation": adaptation,
             "placement": placement,
             "holes": holes,
+            "closes": init == "auto" and self.holes is None,
             "handles": handles,
             "refine": checks.choice("refine", refine, ("none", "auto", *THRESHOLDS)),
         }
         if self.components == "all" and init != "auto":
             raise ValueError("components='all' needs init='auto'; a given start keeps its components")
+        if init != "auto":
+            checked["components"] = "largest"
         for name, value in checked.items():
             object.__setattr__(self, name, value)
 

@@ -25,7 +25,7 @@ def reconstruct(
     vertices: int = 4000,
     init: str | Path | SimplexMesh = "auto",
     inside: str = "above",
-    components: str = "largest",
+    components: str = "auto",
     tunnels: float | None = None,
     poses: Any = None,
     iterations: int = 500,
@@ -56,8 +56,10 @@ def reconstruct(
         topology (`vertices` is then ignored).
     inside : {"above", "below"}
         Whether the object of a volume is above or below `level`.
-    components : {"largest", "all"}
-        Whether to keep the largest component or all; "all" needs ``init="auto"``.
+    components : {"auto", "largest", "all"}
+        Which pieces to keep: by default all of a label, and the largest one of a level, of points and of triangles.
+        "all" needs ``init="auto"``, other starts take the largest. Pieces of a label too small for a mesh are left out;
+        `found` tells their share, from a thousandth on also a warning.
     tunnels : float, optional
         Width, in the data's unit, below which the automatic start seals tunnels through the body; 0 keeps them all.
         Default: what the mesh cannot resolve and, for a level of a volume, 13 voxels; points keep theirs.
@@ -124,7 +126,7 @@ def reconstruct(
     )
     with reporting(progress) as report:
         report(0.0, "reading")
-        known = as_input(data, level=level, label=label, inside=inside, components=components, poses=poses)
+        known = as_input(data, level=level, label=label, inside=inside, components=options.components, poses=poses)
         report(0.05, "finding a start")
         run = started(known, options, report)
         try:

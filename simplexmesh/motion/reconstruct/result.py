@@ -108,6 +108,10 @@ class TopologyRecord:
     exceptions: tuple[int, ...] = ()
 
 
+LEAST_BARE = 0.02
+"""Share of a model without data nearby from which it is printed."""
+
+
 @dataclass(frozen=True, repr=False)
 class Reconstruction:
     """A reconstructed surface model, its quality of fit, and the record of how it was made.
@@ -136,6 +140,8 @@ class Reconstruction:
         Whether the run was interrupted (Ctrl-C); `mesh` is then the last complete state.
     topology : TopologyRecord
         The holes and handles proposed, each accepted or refused with a reason, and the counts of refinement.
+    bare : float
+        Share of the area of the mesh without data nearby, as of a lid that closes open data; NaN as for `distance`.
 
     Examples
     --------
@@ -154,10 +160,12 @@ class Reconstruction:
     tangled: int | None = None
     interrupted: bool = False
     topology: TopologyRecord = field(default_factory=TopologyRecord)
+    bare: float = float("nan")
 
     def __repr__(self) -> str:
         rest = "interrupted" if self.interrupted else "at rest" if self.converged else "still moving"
+        bare = f"{self.bare:.0%} of its area without data, " if self.bare >= LEAST_BARE else ""
         return (
             f"Reconstruction({self.mesh!r}, mesh to data rms {self.distance.mesh_to_data.rms:.4g}, "
-            f"data to mesh rms {self.distance.data_to_mesh.rms:.4g}, {rest} after {len(self.history)} iterations)"
+            f"data to mesh rms {self.distance.data_to_mesh.rms:.4g}, {bare}{rest} after {len(self.history)} iterations)"
         )

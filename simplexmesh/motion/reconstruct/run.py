@@ -58,6 +58,7 @@ class Run:
     topology: TopologyRecord = field(default_factory=TopologyRecord)
     history: list[State] = field(default_factory=list)
     distance: Distance = UNMEASURED
+    bare: float = float("nan")
     done: float = 0.0
     converged: bool = False
     interrupted: bool = False
@@ -106,7 +107,7 @@ class Run:
         irregular = np.flatnonzero(((c.face_sizes < 5) | (c.face_sizes > 7)) & ~c.face_is_hole)
         return Reconstruction(
             self.mesh, self.distance, tuple(self.history), self.converged, self.start, self.found, self.tangled,
-            self.interrupted, replace(self.topology, exceptions=tuple(irregular.tolist())),
+            self.interrupted, replace(self.topology, exceptions=tuple(irregular.tolist())), self.bare,
         )  # fmt: skip
 
 

@@ -35,7 +35,7 @@ def started(data: Input, options: Options, report: Report) -> Run:
         mesh = init
     elif init == "auto":
         found, target = data.start(options.vertices, options.tunnels)
-        mesh = found.mesh
+        data, mesh = data.without(found), found.mesh
     else:
         found, target = _closed_start(data, options) if wraps else (None, None)
         if found is None and init != "plane":

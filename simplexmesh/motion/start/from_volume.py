@@ -7,6 +7,7 @@ closed there.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -29,6 +30,8 @@ MOST_CELLS, MOST_CELLS_THIN = 3_000_000, 8_000_000
 CELLS_ACROSS = 5
 """Cells wanted across the mean thickness of a solid."""
 
+_CORNERS = np.ones((3, 3, 3))
+
 BLUR = 0.6
 """Smoothing, in cells, against steps of the resampled surface; thin solids take less."""
 
@@ -47,7 +50,7 @@ def start_from_volume(
     Tunnels narrower than given are sealed: by default 3 edges of the mesh or 13 voxels (3 for a label), if these are
     more.
     """
-    native, first, left_out = _field(volume, level, label, components)
+    native, first, left_out = _field(volume, level, label, components, 0.5 * FEWEST / vertices)
     body = without_cavities(native > 0)
     area = surface_area(body, volume.spacing)
     cell = _cell(volume, body, area, vertices)
@@ -62,7 +65,29 @@ def start_from_volume(
     T_world_cell[:3, 3] += volume.T_world_index[:3, :3] @ first
     mesh, solid = solid_mesh(field, solid, T_world_cell, vertices)
     report = StartReport(solid.shape, cell, mesh.genus, mesh.n_components, sealed, max(left_out, dropped))
-    return Start(mesh, report)
+    if label is None or components != "all":
+        return Start(mesh, report)
+    whole = np.asarray(volume.mask(label).values) > 0
+    missing, count = _missing(whole, solid, first, cell / volume.spacing)
+    share = np.count_nonzero(missing) / np.count_nonzero(whole)
+    report = replace(report, components_dropped=count, share_dropped=share)
+    return Start(mesh, report, left_out=missing if count else None)
+
+
+def _missing(
+    inside: NDArray[np.bool_], solid: NDArray[np.bool_], first: Array, factor: Array
+) -> tuple[NDArray[np.bool_], int]:
+    """Return the samples of pieces of which nothing is left in a solid, too small or thin for a mesh, and their number.
+
+    The first cell of the solid is at the sample `first`, and cells are `factor` samples apart.
+    """
+    near = ndimage.binary_dilation(np.pad(solid, 2))
+    sides = zip(inside.shape, near.shape, first, factor, strict=True)
+    at = [np.rint((np.arange(n) - low) / step).astype(int).clip(-2, m - 3) + 2 for n, m, low, step in sides]
+    label, count = ndimage.label(inside, _CORNERS)
+    kept = np.zeros(count + 1, bool)
+    kept[0] = kept[label[near[np.ix_(*at)]]] = True
+    return ~kept[label], int(np.count_nonzero(~kept))
 
 
 def _cell(volume: Volume, solid: NDArray[np.bool_], area: float, vertices: int) -> float:
@@ -76,12 +101,16 @@ def _cell(volume: Volume, solid: NDArray[np.bool_], area: float, vertices: int) 
 
 
 def _field(
-    volume: Volume, level: float | None, label: int | None, components: str
+    volume: Volume, level: float | None, label: int | None, components: str, smallest: float
 ) -> tuple[NDArray[np.float32], Array, int]:
-    """Return the samples around the solid, positive inside, the index of the first, and the components dropped."""
+    """Return the samples around the solid, positive inside, the index of the first, and the components dropped.
+
+    Of all components, those are dropped that have less than the share `smallest` of the samples.
+    """
     inside, middle, contrast = _inside(volume, level, label)
     low, high = _box(inside)
-    kept, dropped = pieces(inside[box_slices(low, high, volume.shape)], components, corners=True)
+    part = inside[box_slices(low, high, volume.shape)]
+    kept, dropped = pieces(part, components, smallest * np.count_nonzero(part), corners=True)
     low_kept, high_kept = _box(kept)
     low, high = np.maximum(low, 0) + low_kept, np.maximum(low, 0) + high_kept
     cut = box_slices(low, high, volume.shape)

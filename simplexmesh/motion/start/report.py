@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.orientation.indicator import Indicator
 
@@ -24,6 +27,8 @@ class StartReport:
         Tunnels sealed because they are too narrow for the mesh.
     components_dropped : int
         Smaller components left out.
+    share_dropped : float
+        Of a label whose pieces are all wanted: the share of its samples on those left out, too small for a mesh.
     openness : float
         For points: how far they are from enclosing a solid. 0 if they do, 0.1 to 0.25 for solids scanned from all
         sides but one, more for open surfaces.
@@ -35,21 +40,27 @@ class StartReport:
     components: int
     tunnels_removed: int = 0
     components_dropped: int = 0
+    share_dropped: float = 0.0
     openness: float = 0.0
 
     def __str__(self) -> str:
         parts = [f"start of genus {self.genus}", f"{self.components} components" if self.components > 1 else ""]
         parts.append(f"from a grid of {' x '.join(map(str, self.grid))} cells of {self.cell:.3g}")
         parts.append(f"{self.tunnels_removed} small tunnels sealed" if self.tunnels_removed else "")
-        parts.append(f"{self.components_dropped} smaller pieces left out" if self.components_dropped else "")
+        share = f" ({100 * self.share_dropped:.2g} % of the label)" if self.share_dropped else ""
+        parts.append(f"{self.components_dropped} smaller pieces left out{share}" if self.components_dropped else "")
         parts.append("the data is open, the mesh closes it where there are no points" if self.openness > 0.25 else "")
         return ", ".join(part for part in parts if part)
 
 
 @dataclass(frozen=True, eq=False)
 class Start:
-    """A closed initial mesh, normals outward, and its report; for points also the indicator, positive inside."""
+    """A closed initial mesh, normals outward, and its report.
+
+    For points also the indicator, positive inside; for a label the samples of pieces left out, if there are any.
+    """
 
     mesh: SimplexMesh
     report: StartReport
     indicator: Indicator | None = None
+    left_out: NDArray[np.bool_] | None = None

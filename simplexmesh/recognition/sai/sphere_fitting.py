@@ -101,7 +101,7 @@ def _run_phase(
         if iteration % CHECK_EVERY == 0:
             now = model.mesh
             free = np.isnan(gaps)
-            bulging = (now.mean_curvature < 0) | box.outside(now.vertices)
+            bulging = (now.sphere_curvature < 0) | box.outside(now.vertices)
             model.constraint = np.where(free & bulging, ORIENTATION, CURVATURE)
             model.damping = np.where(free, 0.6, phase.damping)  # vertices without data would oscillate
             if norm(now.vertices - before).max() <= limit:

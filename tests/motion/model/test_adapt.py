@@ -76,7 +76,7 @@ def test_vertices_migrate_to_high_curvature():
     def correlation(strength):
         mesh = evolved(start, 400, Ellipsoid(), adaptation=strength)
         density = -np.log(reference.size_of_stars(mesh.vertices, mesh.neighbors))
-        return np.corrcoef(density, np.log(np.abs(mesh.mean_curvature)))[0, 1], mesh
+        return np.corrcoef(density, np.log(np.abs(mesh.sphere_curvature)))[0, 1], mesh
 
     even, adapted = correlation(0.0), correlation(0.2)
     assert adapted[0] > 0.6

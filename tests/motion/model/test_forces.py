@@ -75,7 +75,7 @@ def test_a_force_gets_the_present_mesh_and_cannot_change_it():
         assert iteration == k
         assert_array_equal(vertices, here.vertices)
         assert_allclose(normals, here.normals, atol=1e-12)
-        assert_allclose(curvature, here.mean_curvature, rtol=1e-9)
+        assert_allclose(curvature, here.sphere_curvature, rtol=1e-9)
 
 
 def test_pull_draws_a_vertex_to_the_point_and_its_surroundings_less():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -92,7 +93,12 @@ def test_scans_are_put_together_by_their_poses(tmp_path):
         (ball_volume(), {"level": 0.0, "init": 3}, TypeError, "init must be a name, a path or a SimplexMesh, not int"),
         (ball_volume(), {"level": 0.0, "init": "nowhere.vtp"}, OSError, "nowhere.vtp"),
         (ball_volume(), {"level": 0.0, "inside": "left"}, ValueError, "inside must be one of 'above', 'below'"),
-        (ball_volume(), {"level": 0.0, "components": "two"}, ValueError, "components must be one of 'largest', 'all'"),
+        (
+            ball_volume(),
+            {"level": 0.0, "components": "two"},
+            ValueError,
+            "components must be one of 'auto', 'largest', 'all'",
+        ),
         (
             ball_volume(),
             {"level": 0.0, "init": "sphere", "components": "all"},
@@ -244,8 +250,37 @@ def test_omitted_components_of_a_volume_are_reported():
     with pytest.warns(sm.SimplexMeshWarning, match=r"4\d% of the surface is on smaller pieces that are left out"):
         assert sm.reconstruct(sm.Volume(two), level=0.0, vertices=400).mesh.n_components == 1
     with pytest.warns(sm.SimplexMeshWarning, match=r"4\d% of the surface is on smaller pieces"):
-        sm.reconstruct(sm.Volume((two > 0).astype(np.uint8)), label=1, vertices=400)
+        sm.reconstruct(sm.Volume((two > 0).astype(np.uint8)), label=1, vertices=400, components="largest")
     assert sm.reconstruct(sm.Volume(two), level=0.0, vertices=400, components="all").mesh.n_components == 2
+
+
+def test_all_pieces_of_a_label_are_kept_and_those_too_small_for_a_mesh_are_told_with_their_share():
+    axis = np.arange(-10, 11.0)
+    x, y, z = np.meshgrid(np.arange(-10, 33.0), axis, axis, indexing="ij")
+    two = (np.hypot(np.hypot(x, y), z) < 8) | (np.hypot(np.hypot(x - 21, y), z) < 7.4)
+    model = sm.reconstruct(sm.Volume(two.astype(np.uint8)), vertices=400)
+    assert model.mesh.n_components == 2
+    assert (model.found.components_dropped, model.found.share_dropped) == (0, 0.0)
+    specks = two.copy()
+    specks[10:12, 0:2, 0:2] = specks[30, 20, 20] = specks[42, 0, 0] = True
+    share = 10 / specks.sum()
+    told = re.escape(f"left out 3 pieces of the label, {100 * share:.2g} % of its samples: too small for a mesh of 400")
+    with pytest.warns(sm.SimplexMeshWarning, match=told):
+        noisy = sm.reconstruct(sm.Volume(specks.astype(np.uint8) * 7), label=7, vertices=400)
+    assert noisy.mesh.n_components == 2
+    assert (noisy.found.components_dropped, noisy.found.share_dropped) == (3, share)
+    assert "3 smaller pieces left out (0.2" in str(noisy.found)
+    assert noisy.distance.data_to_mesh.max < 1.5  # not measured to the pieces left out
+    assert noisy.distance.data_to_mesh.count == model.distance.data_to_mesh.count
+
+
+def test_a_start_that_is_given_keeps_the_largest_piece_of_a_label():
+    x, y, z = np.mgrid[-9:10, -9:10, -9:10]
+    ball = np.pad((x * x + y * y + z * z < 60).astype(np.uint8), ((0, 12), (0, 0), (0, 0)))
+    ball[26:29, 8:11, 8:11] = 1
+    model = sm.reconstruct(sm.Volume(ball), init="sphere", vertices=300)
+    assert model.mesh.n_components == 1
+    assert model.distance.data_to_mesh.max < 2
 
 
 def test_scans_with_opposed_normals_are_fitted_without_them():
@@ -294,3 +329,29 @@ def test_small_dense_pieces_far_away_are_no_stray_points():
     ball, crumb = sm.sphere(20), sm.sphere(1, radius=0.02, center=(30, 0, 0))
     cloud = sm.PointCloud(np.vstack([ball.vertices, crumb.vertices]))
     assert without_stray_points(cloud) is cloud
+
+
+@pytest.mark.parametrize("kind", ["points", "triangles"])
+def test_a_lid_over_open_data_is_told_unless_it_is_wanted(kind):
+    ball = sm.sphere(30).triangulated("dual")
+    faces = ball.faces[(ball.vertices[ball.faces][:, :, 2] > 0).all(axis=1)]
+    bowl = sm.TriangleMesh(ball.vertices[np.unique(faces)], np.unique(faces, return_inverse=True)[1].reshape(-1, 3))
+    data = bowl if kind == "triangles" else bowl.vertices
+    with pytest.warns(
+        sm.SimplexMeshWarning, match=r"the model closes it: [23]\d% of its area has no data nearby"
+    ) as told:
+        closed = sm.reconstruct(data, vertices=600)
+    assert len(told) == 1
+    assert closed.mesh.n_holes == 0
+    assert 0.2 < closed.bare < 1 / 3  # the disk is a third, its rim near the data
+    assert f"{closed.bare:.0%} of its area without data" in repr(closed)
+    assert sm.reconstruct(data, vertices=600, holes="none").mesh.n_holes == 0
+    opened = sm.reconstruct(data, vertices=600, holes="auto")
+    assert opened.mesh.n_holes == 1
+    assert opened.bare < 0.05
+
+
+def test_a_model_of_closed_data_has_data_everywhere():
+    model = sm.reconstruct(sm.sphere(16).vertices, vertices=300)
+    assert model.bare == 0
+    assert "without data" not in repr(model)

@@ -381,7 +381,7 @@ class TestClosedForms:
     def test_simplex_angles_of_a_simplex_mesh_are_its_own(self):
         mesh = sm.sphere(9, radius=2.0)
         found = sm.curvature(mesh, "simplex_angle")
-        assert found.mean == pytest.approx(np.asarray(mesh.mean_curvature), rel=1e-12)
+        assert found.mean == pytest.approx(np.asarray(mesh.sphere_curvature), rel=1e-12)
         assert found.mean == pytest.approx(0.5, rel=1e-9)
         assert found.normals == pytest.approx(np.asarray(mesh.normals), abs=1e-12)
         assert np.median(found.gauss) == pytest.approx(0.25, rel=0.02)
@@ -916,7 +916,7 @@ class TestOptions:
         rim = c.face_is_hole[c.face].any(axis=1)
         found, heard = quietly(mesh, "simplex_angle")
         assert found.failed.tolist() == rim.tolist()
-        assert found.mean[~rim] == pytest.approx(mesh.mean_curvature[~rim], rel=1e-9)
+        assert found.mean[~rim] == pytest.approx(mesh.sphere_curvature[~rim], rel=1e-9)
         expected = (
             f"curvature could not be estimated at {rim.sum()} of {len(rim)} vertices: {rim.sum()} {EXPLANATIONS[OPEN]}"
         )
