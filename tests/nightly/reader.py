@@ -1,0 +1,64 @@
+"""A process that reads files named on its standard input, and tells in JSON how each of them ended."""
+
+from __future__ import annotations
+
+import json
+import resource
+import sys
+import warnings
+from pathlib import Path
+
+import simplexmesh as sm
+
+ROOM = 1 << 30  # bytes that reading a small file may need beyond what the process has
+SENTENCE = 350
+
+
+def read(path: str) -> object:
+    if path.endswith(".npz"):
+        return sm.SAI.load(path)
+    if path.endswith(".sml"):
+        library = sm.ModelLibrary(path)
+        return [library[name] for name in library]
+    if path.endswith(".conf"):
+        return sm.read_poses(path)
+    return sm.read(path)
+
+
+def complaint(error: BaseException) -> str:
+    """What is wrong with an error about a damaged file; nothing, if it is one sentence of the right kind."""
+    text = str(error)
+    if not isinstance(error, OSError | ValueError) or isinstance(error, UnicodeError):
+        return f"{type(error).__name__}: {text[:SENTENCE]}"
+    if "\n" in text or not 0 < len(text) < SENTENCE or "0x" in text:
+        return f"not one sentence: {text[:1000]}"
+    return ""
+
+
+def outcome(path: str) -> dict[str, str]:
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            warnings.simplefilter("ignore", sm.SimplexMeshWarning)
+            return {"read": type(read(path)).__name__}
+    except Exception as error:
+        wrong = complaint(error)
+        return {"wrong": wrong} if wrong else {"refused": str(error)}
+
+
+def size() -> int:
+    return int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+
+
+def main() -> None:
+    for path in sys.argv[1:]:  # sound files, with which everything is imported
+        found = outcome(path)
+        assert "read" in found, found
+    resource.setrlimit(resource.RLIMIT_AS, (size() + ROOM,) * 2)
+    print("ready", flush=True)  # noqa: T201
+    for line in sys.stdin:
+        print(json.dumps(outcome(line.rstrip("\n"))), flush=True)  # noqa: T201
+
+
+if __name__ == "__main__":
+    main()
