@@ -18,8 +18,7 @@ def read(path: str) -> object:
     if path.endswith(".npz"):
         return sm.SAI.load(path)
     if path.endswith(".sml"):
-        library = sm.ModelLibrary(path)
-        return [library[name] for name in library]
+        return sm.ModelLibrary(path).recognize(sm.sphere(4).triangulated())
     if path.endswith(".conf"):
         return sm.read_poses(path)
     return sm.read(path)

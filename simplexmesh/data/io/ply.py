@@ -69,7 +69,8 @@ def _contents(path: Path) -> Contents:
                     return _text_contents(path.read_bytes())
             return _plyfile_contents(path)
     except (plyfile.PlyParseError, ValueError, KeyError, EOFError, OverflowError, MemoryError) as error:
-        raise OSError(f"{path.name} cannot be read as PLY, it is truncated or damaged: {error}") from None
+        reason = "it has bytes that are no text" if isinstance(error, UnicodeError) else error
+        raise OSError(f"{path.name} cannot be read as PLY, it is truncated or damaged: {reason}") from None
 
 
 def _plyfile_contents(path: Path) -> Contents:
