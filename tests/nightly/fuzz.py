@@ -108,7 +108,7 @@ class Reader:
             return f"no answer within {self.seconds:g} s" if code is None else f"ended the process with {code}"
         answer = json.loads(line)
         told = self.log.read_bytes()[printed:].decode("latin-1")
-        return answer.get("wrong", "") or (f"printed {told[:300]!r}" if told else "")
+        return answer.get("wrong", "") or (f"printed {told[-300:]!r}" if "Traceback" in told else "")
 
     def stop(self) -> None:
         if self._process is not None:

@@ -18,7 +18,7 @@ def read(path: str) -> object:
     if path.endswith(".npz"):
         return sm.SAI.load(path)
     if path.endswith(".sml"):
-        return sm.ModelLibrary(path).recognize(sm.sphere(4).triangulated())
+        return sm.ModelLibrary(path).points("ball")
     if path.endswith(".conf"):
         return sm.read_poses(path)
     return sm.read(path)

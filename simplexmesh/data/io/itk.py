@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import gzip
 import re
-import shutil
 import struct
 import tempfile
 from collections.abc import Iterator, Sequence
@@ -77,7 +76,10 @@ def _scaled_by_standard(path: Path, kind: str) -> Iterator[Path]:
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder, "volume.hdr" if pair else "volume.nii")
         with opened(path, "rb") as source, copy.open("w+b") as out:
-            shutil.copyfileobj(source, out)
+            left = max(volumes.nifti_size(head), len(head))  # what follows may be without end
+            while left > 0 and (piece := source.read(min(left, volumes.MEGABYTE))):
+                out.write(piece)
+                left -= len(piece)
             out.seek(at)
             out.write(struct.pack(form, 1.0, 0.0))
         samples = volumes.nifti_samples(path) if pair else None
