@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 import select
 import subprocess
@@ -20,7 +21,7 @@ NUMBERS = [
     *(b"1e-320", b"", b"x", b"0.5", b"-7"),
 ]
 HEAD = 3000  # bytes in which headers mostly lie
-READER = Path(__file__).with_name("reader.py")
+ROOT = Path(__file__).parents[2]
 
 
 def mutated(content: bytes, rng: np.random.Generator) -> bytes:
@@ -95,8 +96,8 @@ class Reader:
     def __post_init__(self) -> None:
         self._process: subprocess.Popen[str] | None = None
 
-    def wrong(self, path: Path) -> str:
-        """Return what went wrong in reading a file; nothing if it was read, or refused in one sentence."""
+    def wrong(self, path: Path | str) -> str:
+        """Return what went wrong with a file or a call; nothing if it succeeded, or was refused in one sentence."""
         process = self._process or self._started()
         printed = self.log.stat().st_size
         process.stdin.write(f"{path}\n")
@@ -121,7 +122,9 @@ class Reader:
     def _started(self) -> subprocess.Popen[str]:
         with self.log.open("ab") as log:
             self._process = subprocess.Popen(
-                [sys.executable, READER, *self.sound],
+                [sys.executable, "-m", "tests.nightly.reader", *self.sound],
+                cwd=ROOT,
+                env=os.environ | {"PYTHONPATH": str(ROOT)},
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=log,
@@ -142,10 +145,10 @@ class Reader:
 
 
 @contextmanager
-def reader(folder: Path, sound: Iterable[Path]) -> Iterator[Reader]:
+def reader(folder: Path, sound: Iterable[Path], seconds: float = 20.0) -> Iterator[Reader]:
     log = folder / "printed.log"
     log.touch()
-    out = Reader([str(path) for path in sound], log)
+    out = Reader([str(path) for path in sound], log, seconds)
     try:
         yield out
     finally:

@@ -19,6 +19,16 @@ REAL = [
     *("ros_table.pcd", "eight.off", "bun.conf", "kitten.xyz", "head_mr.mhd", "tooth.nhdr", "fixed_top.ply"),
 ]
 
+_VTK = [f"{mode}-{pack}" for mode in ("Ascii", "Binary", "Appended") for pack in ("None", "ZLib")]
+WRITTEN = [
+    *(f"{name}.{ending}" for name in _VTK for ending in ("vtp", "vti")),
+    *(f"{name}-{version}-{kind}.vtk" for name in ("polygons", "image") for version in (42, 51) for kind in ("ASCII", "Binary")),
+    *("mesh.vtp", "mesh.ply", "mesh.obj", "mesh.off", "mesh.stl", "text.stl", "text.ply"),
+    *("cloud.vtp", "cloud.ply", "cloud.xyz", "cloud.csv", "text.pcd", "binary.pcd", "packed.pcd"),
+    *("a.mha", "a.mhd", "a.nrrd", "a.nhdr", "a.nii", "a.nii.gz", "a.hdr", "a.tif", "a.dcm", "packed.mha", "packed.nrrd"),
+    *("signature.npz", "models.sml"),
+]
+
 
 def write(folder: Path) -> list[Path]:
     """Write one file of every variety; return those that can be read alone."""

@@ -35,7 +35,7 @@ def check_metaimage(path: Path) -> None:
     except ValueError:
         raise OSError(f"{path.name} is a MetaImage with a damaged header") from None
     _check_turn(path.name, fields)
-    if name.upper() == "LIST" or "%" in name:
+    if name.upper().split()[:1] == ["LIST"] or "%" in name:
         for each in text[text.find("ElementDataFile") :].splitlines() if "%" not in name else [name]:
             _check_beside(path.name, each)
         return
