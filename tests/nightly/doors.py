@@ -34,7 +34,9 @@ def shapes() -> dict[str, Any]:
         "complex": points * 1j,
         "whole numbers": (4 * points).astype(int),
         "one outlier": np.vstack([points, [[1e12, 0, 0]]]),
-        **{f"points of {scale:g}": points * scale for scale in (1e-310, 1e-160, 1e-59, 1e-20, 1e20, 1e59, 1e100, 1e300)},
+        **{
+            f"points of {scale:g}": points * scale for scale in (1e-310, 1e-160, 1e-59, 1e-20, 1e20, 1e59, 1e100, 1e300)
+        },
         **{f"surface of {scale:g}": (vertices * scale, faces) for scale in (1e-310, 1e-160, 1e-40, 1e40, 1e100)},
         **{f"mesh of {scale:g}": ball.moved(ball.vertices * scale) for scale in (1e-160, 1e-40, 1e40, 1e100)},
         "flat surface": (flat, faces),

@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 import resource
 import sys
+import traceback
 import warnings
 from pathlib import Path
 
@@ -30,13 +31,17 @@ def read(path: str) -> object:
     return sm.read(path)
 
 
-def complaint(error: BaseException) -> str:
-    """What is wrong with an error about a damaged file; nothing, if it is one sentence of the right kind."""
+def complaint(error: BaseException, *, call: bool) -> str:
+    """What is wrong with the error of a damaged file or a call; nothing, if it is one sentence of the right kind."""
     text = str(error)
-    if not isinstance(error, OSError | ValueError) or isinstance(error, UnicodeError):
+    kinds = (OSError, ValueError, TypeError, sm.DivergedError) if call else (OSError, ValueError)
+    if not isinstance(error, kinds) or isinstance(error, UnicodeError):
         return f"{type(error).__name__}: {text[:SENTENCE]}"
     if "\n" in text or not 0 < len(text) < SENTENCE or "0x" in text:
         return f"not one sentence: {text[:1000]}"
+    last = traceback.extract_tb(error.__traceback__)[-1]
+    if call and not (last.line or "").startswith("raise"):
+        return f"{type(error).__name__} in {last.filename}, line {last.lineno}: {text}"
     return ""
 
 
@@ -47,7 +52,7 @@ def outcome(path: str) -> dict[str, str]:
             warnings.simplefilter("ignore", sm.SimplexMeshWarning)
             return {"read": type(read(path)).__name__}
     except Exception as error:
-        wrong = complaint(error)
+        wrong = complaint(error, call="|" in path)
         return {"wrong": wrong} if wrong else {"refused": str(error)}
 
 

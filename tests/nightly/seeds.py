@@ -20,13 +20,14 @@ REAL = [
 ]
 
 _VTK = [f"{mode}-{pack}" for mode in ("Ascii", "Binary", "Appended") for pack in ("None", "ZLib")]
+_KINDS = ("polygons", "image")
 WRITTEN = [
     *(f"{name}.{ending}" for name in _VTK for ending in ("vtp", "vti")),
-    *(f"{name}-{version}-{kind}.vtk" for name in ("polygons", "image") for version in (42, 51) for kind in ("ASCII", "Binary")),
+    *(f"{name}-{version}-{kind}.vtk" for name in _KINDS for version in (42, 51) for kind in ("ASCII", "Binary")),
     *("mesh.vtp", "mesh.ply", "mesh.obj", "mesh.off", "mesh.stl", "text.stl", "text.ply"),
     *("cloud.vtp", "cloud.ply", "cloud.xyz", "cloud.csv", "text.pcd", "binary.pcd", "packed.pcd"),
-    *("a.mha", "a.mhd", "a.nrrd", "a.nhdr", "a.nii", "a.nii.gz", "a.hdr", "a.tif", "a.dcm", "packed.mha", "packed.nrrd"),
-    *("signature.npz", "models.sml"),
+    *("a.mha", "a.mhd", "a.nrrd", "a.nhdr", "a.nii", "a.nii.gz", "a.hdr", "a.tif", "a.dcm"),
+    *("packed.mha", "packed.nrrd", "signature.npz", "models.sml"),
 ]
 
 
@@ -39,9 +40,7 @@ def write(folder: Path) -> list[Path]:
     cloud = sm.PointCloud(ball.vertices, ball.normals)
     for name in ("cloud.vtp", "cloud.ply", "cloud.xyz"):
         cloud.save(folder / name)
-    (folder / "cloud.csv").write_text(
-        "x,y,z\n" + "".join(f"{x},{y},{z}\n" for x, y, z in ball.vertices.tolist()[:50])
-    )
+    (folder / "cloud.csv").write_text("x,y,z\n" + "".join(f"{x},{y},{z}\n" for x, y, z in ball.vertices.tolist()[:50]))
     text = plyfile.PlyData.read(folder / "mesh.ply")
     text.text = True
     text.write(folder / "text.ply")
@@ -81,7 +80,9 @@ def _write_vtk(folder: Path, surface: pyvista.PolyData) -> None:
 
 
 def _write_pcd(folder: Path, points: np.ndarray) -> None:
-    head = f"# .PCD v0.7\nVERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH {len(points)}\nHEIGHT 1\n"
+    head = (
+        f"# .PCD v0.7\nVERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH {len(points)}\nHEIGHT 1\n"
+    )
     head += f"VIEWPOINT 0 0 0 1 0 0 0\nPOINTS {len(points)}\nDATA "
     (folder / "binary.pcd").write_bytes(f"{head}binary\n".encode() + points.tobytes())
     rows = "".join(f"{x} {y} {z}\n" for x, y, z in points.tolist())

@@ -19,7 +19,8 @@ _TYPES = {
 }  # fmt: skip
 _HEAD = re.compile(rb"# vtk DataFile Version \d\.\d\r?\n[^\n]{0,255}\n(ASCII|BINARY)[ \t\r]*\n")
 _METADATA = re.compile(
-    rb"METADATA\s*\nINFORMATION \d\s*\n(NAME L2_NORM_(FINITE_)?RANGE LOCATION vtkDataArray\s*\nDATA 2 \S+ \S+ ?\r?\n)*\r?\n"
+    rb"METADATA\s*\nINFORMATION \d\s*\n"
+    rb"(NAME L2_NORM_(FINITE_)?RANGE LOCATION vtkDataArray\s*\nDATA 2 \S+ \S+ ?\r?\n)*\r?\n"
 )
 _LINE = re.compile(rb"\s*([^\n]{1,300}?)[ \t\r]*\n")
 _NO_NUMBER = re.compile(rb"[^\d\s.eE+-]")

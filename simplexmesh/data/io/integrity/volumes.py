@@ -19,7 +19,10 @@ _PIECE = 1 << 16  # bytes read at once; unpacked they may be a thousand times as
 MEGABYTE = 1 << 20
 LONGEST_AXIS = 1e6  # of a rotation: one
 _ANY_STREAM, _GZIP = 47, b"\x1f\x8b"
-_TILE_WIDTH = 322  # a tag of TIFF
+_SUBFILE, _SAMPLES, _TILE_WIDTH, _PAGE_KIND = 254, 277, 322, (256, 257, 277, 339, 258)
+"""Tags of TIFF; the last are width, height, samples of a pixel, their format and their bits, of colors elsewhere."""
+
+_SHORT, _PAGE = 3, 2  # a type of numbers, and the mark of one page of many; others are of thumbnails and masks
 
 
 def check_metaimage(path: Path) -> None:
@@ -223,30 +226,39 @@ def check_tiff(path: Path) -> None:
             raise OSError(f"{path.name} has only {size} bytes: truncated")
         page = struct.unpack(order + "Q", head[8:16])[0] if big else struct.unpack(order + "I", head[4:8])[0]
         pages = 0
-        seen = set()
+        seen, kinds = set(), set()
         while page and page not in seen:
             seen.add(page)
-            following = _next_page(file, page, order, big=big)
+            following, kind = _next_page(file, page, order, big=big)
             if following is None:
                 raise OSError(f"{path.name} ends within page {pages + 1} of its images: truncated")
+            kinds |= {kind} if kind else set()
             page, pages = following, pages + 1
+        if len(kinds) > 1:  # ITK makes room for the first
+            raise OSError(f"{path.name} must have images of one size and type in its {pages} pages")
 
 
-def _next_page(file: BinaryIO, page: int, order: str, *, big: bool) -> int | None:
+def _next_page(file: BinaryIO, page: int, order: str, *, big: bool) -> tuple[int | None, tuple[int, ...]]:
+    """Return where the next page is, None in a truncated file, and the size and type of this one unless it is small."""
     count_form, entry, offset_form = ("Q", 20, "Q") if big else ("H", 12, "I")
     file.seek(page)
     count = file.read(struct.calcsize(order + count_form))
     if len(count) < struct.calcsize(order + count_form):
-        return None
+        return None, ()
     length = entry * struct.unpack(order + count_form, count)[0]
     tags = file.read(min(length, _PIECE))
-    if any(struct.unpack_from(order + "H", tags, at)[0] == _TILE_WIDTH for at in range(0, len(tags) - 1, entry)):
+    values = {}
+    for at in range(0, len(tags) - entry + 1, entry):
+        tag, form = struct.unpack_from(order + "2H", tags, at)
+        values[tag] = struct.unpack_from(order + ("H" if form == _SHORT else "I"), tags, at + (12 if big else 8))[0]
+    if _TILE_WIDTH in values:
         raise OSError(f"{Path(file.name).name} is a tiled TIFF file; only strips are supported")
+    gray = values.get(_SAMPLES, 1) == 1
+    kind = () if values.get(_SUBFILE, 0) & ~_PAGE else tuple(values.get(tag, 1) for tag in _PAGE_KIND[: 4 + gray])
     file.seek(page + struct.calcsize(order + count_form) + length)
     offset = file.read(struct.calcsize(order + offset_form))
-    return (
-        struct.unpack(order + offset_form, offset)[0] if len(offset) == struct.calcsize(order + offset_form) else None
-    )
+    whole = len(offset) == struct.calcsize(order + offset_form)
+    return (struct.unpack(order + offset_form, offset)[0] if whole else None), kind
 
 
 CHECKS: dict[str, Callable[[Path], None]] = {

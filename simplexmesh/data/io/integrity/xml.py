@@ -101,7 +101,7 @@ class _Piece:
             ends = self._values(arrays["offsets"], count)
             n_corners = int(ends[-1]) if count else 0
             self._values(arrays["connectivity"], n_corners)
-            if count and not (0 <= ends[0] and (ends[1:] >= ends[:-1]).all()):
+            if count and not (ends[0] >= 0 and (ends[1:] >= ends[:-1]).all()):
                 raise _NotPlainError
         return n_points, n_cells
 
@@ -196,7 +196,11 @@ def _grid(dataset: Any, piece: Any) -> tuple[int, int]:
 
 def _numbers(text: str, count: int | None, dtype: np.dtype[Any]) -> NDArray[Any]:
     words = text.split()
-    if (count is not None and len(words) != count) or not _NUMBER.fullmatch(text) or max(map(len, words), default=0) > 40:
+    if (
+        (count is not None and len(words) != count)
+        or not _NUMBER.fullmatch(text)
+        or max(map(len, words), default=0) > 40
+    ):
         raise _NotPlainError
     out = np.array(words, dtype="U40").astype("f8" if dtype.kind == "f" else "i8")
     limits = np.finfo(dtype) if dtype.kind == "f" else np.iinfo(dtype)
