@@ -51,7 +51,9 @@ DOORS = {
         *("/plot/*.py", "/bench/charts.py", "/data/io/vtk.py", "/data/conversion.py", "/data/io/writing.py"),
         "/cli/*.py",
     ],
-    "vtkmodules": ["/data/io/vtk.py", "/data/io/polydata.py", "/data/cutting/clipping.py"],
+    "vtkmodules": [
+        *("/data/io/vtk.py", "/data/io/polydata.py", "/data/io/integrity/apart.py", "/data/cutting/clipping.py"),
+    ],
     "manifold3d": ["/data/cutting/boolean.py"],
     "scipy": ["/*/*.py", "/*/*/*.py", "/*/*/*/*.py"],
     "rich": ["/cli/*.py", "/_base/progress.py"],

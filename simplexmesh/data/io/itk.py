@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import gzip
 import re
-import shutil
 import struct
 import tempfile
 from collections.abc import Iterator, Sequence
@@ -20,7 +19,8 @@ import numpy as np
 import SimpleITK as sitk  # noqa: N813
 
 from simplexmesh._base.errors import warn
-from simplexmesh.data.io import formats, integrity
+from simplexmesh.data.io import formats
+from simplexmesh.data.io.integrity import volumes
 from simplexmesh.data.volume import Volume
 
 _SPACING_TOLERANCE = 0.01
@@ -37,8 +37,8 @@ class _Samples:
 def read_image(path: Path) -> Volume:
     """Read a volume from one file; its header may refer to another."""
     kind = formats.format_of(path)
-    if kind in integrity.CHECKS:
-        integrity.CHECKS[kind](path)
+    if kind in volumes.CHECKS:
+        volumes.CHECKS[kind](path)
     with _unambiguous(path) as unambiguous, _scaled_by_standard(unambiguous, kind) as readable:
         reader = sitk.ImageFileReader()
         reader.SetFileName(str(readable))
@@ -68,18 +68,21 @@ def _scaled_by_standard(path: Path, kind: str) -> Iterator[Path]:
     if kind == "nifti":
         with opened(path, "rb") as file:
             head = file.read(352)
-        at, form, slope, offset = integrity.nifti_scaling(head)
+        at, form, slope, offset = volumes.nifti_scaling(head)
     if offset == 0 or (slope != 0 and np.isfinite(slope)):
         yield path
         return
-    pair = integrity.is_nifti_pair(head)
+    pair = volumes.is_nifti_pair(head)
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder, "volume.hdr" if pair else "volume.nii")
         with opened(path, "rb") as source, copy.open("w+b") as out:
-            shutil.copyfileobj(source, out)
+            left = max(volumes.nifti_size(head), len(head))  # what follows may be without end
+            while left > 0 and (piece := source.read(min(left, volumes.MEGABYTE))):
+                out.write(piece)
+                left -= len(piece)
             out.seek(at)
             out.write(struct.pack(form, 1.0, 0.0))
-        samples = integrity.nifti_samples(path) if pair else None
+        samples = volumes.nifti_samples(path) if pair else None
         if samples is not None:
             Path(folder, "volume" + samples.name[len(path.stem) :]).symlink_to(samples.absolute())
         yield copy
@@ -98,7 +101,7 @@ def read_series(folder: Path) -> Volume:
         return read_image(Path(slices[0]))
     for file in [] if dicom else tiffs:
         if formats.format_of(file) == "tiff":
-            integrity.check_tiff(file)
+            volumes.check_tiff(file)
     reader = sitk.ImageSeriesReader()
     reader.SetFileNames(slices)
     return _volume(folder, _execute(folder, reader))

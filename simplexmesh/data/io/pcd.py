@@ -10,6 +10,12 @@ from numpy.typing import NDArray
 
 from simplexmesh.data.points import PointCloud, cloud_of_file
 
+_MOST_REPEATED = 1 << 16
+"""Largest number of values in a field of a point: a signature of its neighborhood has some hundred."""
+
+_MOST_PACKED = 90
+"""LZF packs equal bytes to a ninetieth: 264 into three."""
+
 _KINDS = {"F": "f", "I": "i", "U": "u"}
 
 
@@ -62,10 +68,13 @@ def _record_type(header: dict[str, list[str]]) -> tuple[np.dtype[Any], int]:
         zip(header["FIELDS"], header["TYPE"], header["SIZE"], counts, strict=True)
     ):
         unique = f"_{i}" if name == "_" else name
+        if not 0 < repeat <= _MOST_REPEATED:
+            raise ValueError("a field must have a positive count")
         fields.append((unique, f"<{_KINDS[kind]}{int(size)}", (repeat,) if repeat > 1 else ()))
-    if "POINTS" in header:
-        return np.dtype(fields), int(header["POINTS"][0])
-    return np.dtype(fields), int(header["WIDTH"][0]) * int(header["HEIGHT"][0])
+    count = int(header["POINTS"][0]) if "POINTS" in header else int(header["WIDTH"][0]) * int(header["HEIGHT"][0])
+    if count < 0:
+        raise ValueError("the number of points must be positive")
+    return np.dtype(fields), count
 
 
 def _ascii(name: str, body: bytes, dtype: np.dtype[Any], count: int) -> dict[str, NDArray[Any]]:
@@ -89,6 +98,8 @@ def _compressed(name: str, body: bytes, dtype: np.dtype[Any], count: int) -> dic
     _check_length(name, len(body), 8, "bytes")
     packed, size = (int(n) for n in np.frombuffer(body, "<u4", 2))
     _check_length(name, len(body) - 8, packed, "compressed bytes")
+    if size > _MOST_PACKED * packed:
+        raise OSError(f"{name} must have more than {packed:,} compressed bytes for {size:,}: truncated or damaged")
     if size != count * dtype.itemsize:
         raise OSError(f"{name} must decompress to {count * dtype.itemsize:,} bytes, its header says {size:,}")
     flat = decompressed(body[8 : 8 + packed], size)

@@ -14,6 +14,7 @@ import numpy as np
 import plyfile
 from numpy.typing import NDArray
 
+from simplexmesh.data.io.integrity.ply import check_counts
 from simplexmesh.data.io.polygons import strips, triangulated
 from simplexmesh.data.io.range_grid import grid_normals
 from simplexmesh.data.points import PointCloud, cloud_of_file
@@ -62,6 +63,7 @@ def _range_scan(path: Path, points: Array, info: dict[str, str], grid: Ragged) -
 
 def _contents(path: Path) -> Contents:
     """Return what a file contains, from all its numbers at once if it is text as it should be, else by plyfile."""
+    check_counts(path)
     try:
         with warnings.catch_warnings(action="ignore"):  # one for each empty list
             if _is_text(path):
@@ -69,7 +71,8 @@ def _contents(path: Path) -> Contents:
                     return _text_contents(path.read_bytes())
             return _plyfile_contents(path)
     except (plyfile.PlyParseError, ValueError, KeyError, EOFError, OverflowError, MemoryError) as error:
-        raise OSError(f"{path.name} cannot be read as PLY, it is truncated or damaged: {error}") from None
+        reason = "it has bytes that are no text" if isinstance(error, UnicodeError) else error
+        raise OSError(f"{path.name} cannot be read as PLY, it is truncated or damaged: {reason}") from None
 
 
 def _plyfile_contents(path: Path) -> Contents:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -91,8 +92,8 @@ def vtk_reason(complaint: str) -> str:
     """Return the first sentence of what VTK printed."""
     lines = [line.strip() for line in complaint.splitlines() if line.strip()]
     lines = [line for line in lines if not line.startswith(("ERROR:", "Warning:", "Generic Warning:"))]
-    text = lines[0] if lines else "it is damaged"
-    return text.split("): ", 1)[-1].rstrip(".")
+    text = lines[0] if lines and not lines[0].startswith("Algorithm") else "it is damaged"
+    return re.sub(r" ?\(0x[0-9a-f]+\)", "", text.split("): ", 1)[-1]).rstrip(".")
 
 
 @contextmanager

@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from simplexmesh._base import checks
@@ -60,7 +61,7 @@ def read(path: str | os.PathLike[str]) -> Any:
     SimplexMesh(180 vertices, 92 faces, genus 0, 0 holes)
     """
     where = _existing(path)
-    with _errors_naming(where):
+    with _errors_naming(where), np.errstate(invalid="ignore", over="ignore"):  # of casts of NaN; they are refused later
         if where.is_dir():
             from simplexmesh.data.io import itk
 

@@ -10,12 +10,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtkmodules.vtkFiltersCore import vtkTriangleFilter
 from vtkmodules.vtkIOGeometry import vtkOBJReader, vtkSTLReader
 from vtkmodules.vtkIOLegacy import vtkDataSetReader
 from vtkmodules.vtkIOXML import vtkXMLImageDataReader, vtkXMLPolyDataReader
 
 from simplexmesh._base.errors import warn
+from simplexmesh.data.io.integrity import apart, legacy, xml
 from simplexmesh.data.io.polydata import HOLES, TWIN, TYPES, captured_output, polydata, vtk_array, vtk_reason
 from simplexmesh.data.points import PointCloud, cloud_of_file
 from simplexmesh.data.triangles import TriangleMesh
@@ -34,6 +36,17 @@ _READERS: dict[str, Callable[[], Any]] = {
 
 def read_dataset(path: Path, kind: str) -> Any:
     """Return the VTK data set in a file; errors that VTK prints are raised."""
+    plain = {"vtp": xml.is_plain, "vti": xml.is_plain, "vtk": legacy.is_plain}.get(kind)
+    if plain is None or plain(path):
+        return _dataset(path, kind, path.name)
+    with apart.sound_copy(path, kind) as copy:
+        if not xml.is_plain(copy):
+            raise OSError(f"{path.name} cannot be read as {kind.upper()}: it is damaged")
+        return _dataset(copy, copy.suffix[1:], path.name)
+
+
+def _dataset(path: Path, kind: str, name: str) -> Any:
+    """Return the VTK data set in a file that does no harm to VTK; `name` is what messages call it."""
     reader = _READERS[kind]()
     reader.SetFileName(str(path))
     if kind == "vtk":
@@ -42,14 +55,12 @@ def read_dataset(path: Path, kind: str) -> Any:
         reader.Update()
     complaint = output.GetOutput().strip()
     if complaint or reader.GetErrorCode():
-        raise OSError(
-            f"{path.name} cannot be read as {kind.upper()}: {vtk_reason(complaint).replace(str(path), path.name)}"
-        )
+        raise OSError(f"{name} cannot be read as {kind.upper()}: {vtk_reason(complaint).replace(str(path), name)}")
     out = reader.GetOutput()
     if out is None or not out.GetNumberOfPoints():
-        raise OSError(f"{path.name} holds no points, or is damaged")
+        raise OSError(f"{name} holds no points, or is damaged")
     if out.IsA("vtkPolyData") and not out.GetNumberOfCells():
-        warn(f"{path.name} holds {out.GetNumberOfPoints():,} points but no polygons: it may be truncated")
+        warn(f"{name} holds {out.GetNumberOfPoints():,} points but no polygons: it may be truncated")
     return out
 
 
@@ -88,10 +99,12 @@ def _triangles(dataset: Any) -> TriangleMesh:
             raise ValueError(f"faces must end one after the other, at corner {len(corners)} of {len(corners)}")
         if len(corners) and not 0 <= corners.min() <= corners.max() < dataset.GetNumberOfPoints():
             raise ValueError(f"faces refer to points outside 0..{dataset.GetNumberOfPoints() - 1}")
+    bare = vtkPolyData()  # arrays may be shorter than the points, which the filter does not check
+    bare.SetPoints(dataset.GetPoints())
+    bare.SetPolys(dataset.GetPolys())
+    bare.SetStrips(dataset.GetStrips())
     cutter = vtkTriangleFilter()
-    cutter.SetInputData(dataset)
-    cutter.PassVertsOff()
-    cutter.PassLinesOff()
+    cutter.SetInputData(bare)
     cutter.Update()
     out = cutter.GetOutput()
     corners = vtk_to_numpy(out.GetPolys().GetConnectivityArray()).astype(np.int64)

@@ -9,6 +9,7 @@ its own connection, so a store can be shared by threads and processes, and need 
 from __future__ import annotations
 
 import os
+import re
 import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -162,6 +163,6 @@ def file_uri(path: PurePath) -> str:
 def _as_os_error(path: Path, error: Exception) -> OSError:
     """Return the `OSError` for an error of SQLite."""
     message = str(error)
-    if "locked" in message or "readonly" in message or "full" in message or "unable to open" in message:
+    if re.search("locked|readonly|full|unable to open|disk I/O error", message):
         return OSError(f"{path} cannot be used now: {message}")
     return OSError(f"{path} is not a whole model library: {message}")

@@ -28,6 +28,9 @@ DAMAGE = (
 )
 """Exceptions that reading a damaged file may raise."""
 
+LARGEST_FILE = 1 << 20
+"""Bytes of an unpacked file, ten times those of the largest signature: what is packed may be a thousand times more."""
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SAI:
@@ -164,6 +167,8 @@ class SAI:
             raise FileNotFoundError(f"there is no file {target}")
         try:
             with target.open("rb") as raw, np.load(raw, allow_pickle=False) as parts:
+                if sum(member.file_size for member in parts.zip.infolist()) > LARGEST_FILE:
+                    raise ValueError(f"unpacked it is larger than {LARGEST_FILE:,} bytes")
                 if str(parts["kind"]) != KIND:
                     raise ValueError(f"it is of kind {str(parts['kind'])[:40]!r}")
                 frequency = int(parts["frequency"])

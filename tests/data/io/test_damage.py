@@ -117,7 +117,7 @@ VTK = (
         (
             "a.ply",
             "ply\nformat ascii 1.0\nelement vertex 4\n",
-            "a.ply cannot be read as PLY, it is trunc",
+            "a.ply must have 42 bytes or more by its header, it has 38: truncated",
         ),
         ("a.ply", "ply\nformat ascii 1.0\nelement vertex 4\nproperty float u\nend_header\n1\n2\n3\n4\n", "x, y and z"),
         ("a.pcd", PCD.format("4 4", "ascii"), "damaged header"),

@@ -6,6 +6,7 @@ For MetaImage it only prints the errors, and it reads damaged compressed samples
 from __future__ import annotations
 
 import gzip
+import math
 import re
 import struct
 import zlib
@@ -15,8 +16,13 @@ from typing import BinaryIO
 
 _META_BYTES = {"CHAR": 1, "SHORT": 2, "INT": 4, "LONG": 4, "LONG_LONG": 8, "FLOAT": 4, "DOUBLE": 8}
 _PIECE = 1 << 16  # bytes read at once; unpacked they may be a thousand times as many
+MEGABYTE = 1 << 20
+LONGEST_AXIS = 1e6  # of a rotation: one
 _ANY_STREAM, _GZIP = 47, b"\x1f\x8b"
-_TILE_WIDTH = 322  # a tag of TIFF
+_SUBFILE, _SAMPLES, _TILE_WIDTH, _PAGE_KIND = 254, 277, 322, (256, 257, 277, 339, 258)
+"""Tags of TIFF; the last are width, height, samples of a pixel, their format and their bits, of colors elsewhere."""
+
+_SHORT, _PAGE = 3, 2  # a type of numbers, and the mark of one page of many; others are of thumbnails and masks
 
 
 def check_metaimage(path: Path) -> None:
@@ -31,7 +37,10 @@ def check_metaimage(path: Path) -> None:
         wanted, skipped = _meta_size(path.name, fields), max(0, int(fields.get("HeaderSize", "0")))
     except ValueError:
         raise OSError(f"{path.name} is a MetaImage with a damaged header") from None
-    if name.upper() == "LIST" or "%" in name:
+    _check_turn(path.name, fields)
+    if name.upper().split()[:1] == ["LIST"] or "%" in name:
+        for each in text[text.find("ElementDataFile") :].splitlines() if "%" not in name else [name]:
+            _check_beside(path.name, each)
         return
     packed = fields.get("CompressedData", "False")[:1] in ("T", "t", "1")
     if packed and "CompressedDataSize" not in fields:
@@ -41,13 +50,32 @@ def check_metaimage(path: Path) -> None:
         end = re.search(r"ElementDataFile\s*=\s*LOCAL\s*?\n", text, re.IGNORECASE)
         skipped = end.end() if end else 0
     else:
+        _check_beside(path.name, name)
         raw = path.parent / name
         if not raw.is_file():
             raise FileNotFoundError(f"{path.name} refers to {name}, which is not in its folder")
     stored = int(fields["CompressedDataSize"]) if packed else wanted
     _check_length(path, raw, skipped + stored)
-    if packed and _unpacked_size(raw, skipped, stored) != wanted:
+    if packed and _unpacked_size(raw, skipped, stored, wanted) != wanted:
         raise OSError(f"{path.name} has damaged compressed samples")
+
+
+def _check_beside(header: str, name: str) -> None:
+    """Refuse a file of samples that is not in the folder of its header or below: any file could be read as samples."""
+    parts = re.split(r"[/\\]", name.strip())
+    if (not parts[0] and len(parts) > 1) or ".." in parts or re.match(r"[a-zA-Z]:", name.strip()):
+        raise OSError(f"{header} refers to {name.strip()}, which is not in its folder or below")
+
+
+def _check_turn(name: str, fields: dict[str, str]) -> None:
+    """Refuse axes that no rotation has: with large numbers ITK does not end."""
+    for line in ("TransformMatrix", "Rotation", "Orientation"):
+        try:
+            numbers = [float(word) for word in fields.get(line, "").split()]
+        except ValueError:
+            numbers = [math.inf]
+        if not all(abs(number) <= LONGEST_AXIS for number in numbers):
+            raise OSError(f"{name} has a damaged header: {line} = {fields[line][:60]}")
 
 
 def _meta_size(name: str, fields: dict[str, str]) -> int:
@@ -71,8 +99,11 @@ def _check_length(path: Path, raw: Path, wanted: int) -> None:
         raise OSError(f"{path.name} must have {wanted:,} bytes{where}, it has {raw.stat().st_size:,}: truncated")
 
 
-def _unpacked_size(path: Path, start: int, stored: int) -> int:
-    """Return the number of bytes in the zlib or gzip stream of a file, -1 if it is damaged or cut off."""
+def _unpacked_size(path: Path, start: int, stored: int, enough: int) -> int:
+    """Return the number of bytes in the zlib or gzip stream of a file, -1 if it is damaged or cut off.
+
+    With a megabyte more than `enough` the rest is not unpacked.
+    """
     unpack, total, piece, end = zlib.decompressobj(wbits=_ANY_STREAM), 0, b"", start + stored
     with path.open("rb") as file:
         file.seek(start)
@@ -83,6 +114,8 @@ def _unpacked_size(path: Path, start: int, stored: int) -> int:
                 unpack = zlib.decompressobj(wbits=_ANY_STREAM) if unpack.eof else unpack
                 total += len(unpack.decompress(piece))
                 piece = unpack.unused_data
+                if total > enough + MEGABYTE:
+                    return total
         except zlib.error:
             return -1
     return total if unpack.eof else -1
@@ -94,14 +127,23 @@ def check_nrrd(path: Path) -> None:
         head, found, _ = file.read(1 << 16).partition(b"\n\n")
     text = head.decode("latin-1").replace("\r", "")
     fields = {key.lower(): value for key, value in re.findall(r"(?m)^([^#:\n]+):=?[ \t]*(.*?)[ \t]*$", text)}
+    name = fields.get("data file", fields.get("datafile"))
+    listed = head.decode("latin-1").partition("LIST")[2].splitlines() if (name or "").startswith("LIST") else []
+    for each in [*listed, *([name] if name else [])]:
+        _check_beside(path.name, each)
     if fields.get("encoding", "").lower() not in ("gzip", "gz") or {"line skip", "byte skip"} & fields.keys():
         return
-    name = fields.get("data file", fields.get("datafile"))
     raw = path if name is None else path.parent / name
     if not raw.is_file() or (name is None and not found):  # several files, or none: left to ITK
         return
-    if _unpacked_size(raw, 0 if name else len(head) + 2, raw.stat().st_size) < 0:
+    if _unpacked_size(raw, 0 if name else len(head) + 2, raw.stat().st_size, _nrrd_size(fields)) < 0:
         raise OSError(f"{path.name} has damaged compressed samples")
+
+
+def _nrrd_size(fields: dict[str, str]) -> int:
+    """Return the largest number of bytes that samples of that many can have."""
+    words = fields.get("sizes", "").split()
+    return 8 * math.prod(int(word) for word in words) if all(word.isdigit() for word in words) else 0
 
 
 def check_nifti(path: Path) -> None:
@@ -113,12 +155,12 @@ def check_nifti(path: Path) -> None:
             head = stream.read(352)
     except (zlib.error, EOFError):
         raise OSError(f"{path.name} has damaged compressed samples") from None
-    wanted = _nifti_size(head)
+    wanted = nifti_size(head)
     if is_nifti_pair(head):
         _check_pair(path, wanted)
     elif not zipped:
         _check_length(path, path, wanted)
-    elif (have := _unpacked_size(path, 0, path.stat().st_size)) < wanted:
+    elif (have := _unpacked_size(path, 0, path.stat().st_size, wanted)) < wanted:
         found = "is truncated or damaged" if have < 0 else f"must have {wanted:,} bytes, it has {have:,}: truncated"
         raise OSError(f"{path.name} {found}")
 
@@ -156,7 +198,8 @@ def nifti_scaling(head: bytes) -> tuple[int, str, float, float]:
     return at, form, slope, offset
 
 
-def _nifti_size(head: bytes) -> int:
+def nifti_size(head: bytes) -> int:
+    """Return the number of bytes of a NIfTI file with this header, samples included if they are in it."""
     order, second = _nifti_kind(head)
     if second:
         bits = struct.unpack(order + "h", head[14:16])[0]
@@ -165,7 +208,7 @@ def _nifti_size(head: bytes) -> int:
     else:
         dims = struct.unpack(order + "8h", head[40:56])
         bits = struct.unpack(order + "h", head[72:74])[0]
-        offset = int(struct.unpack(order + "f", head[108:112])[0])
+        offset = int(min(max(struct.unpack(order + "f", head[108:112])[0], 0.0), 1e18))
     samples = 1
     for n in dims[1 : 1 + min(max(dims[0], 0), 7)]:
         samples *= n
@@ -183,30 +226,39 @@ def check_tiff(path: Path) -> None:
             raise OSError(f"{path.name} has only {size} bytes: truncated")
         page = struct.unpack(order + "Q", head[8:16])[0] if big else struct.unpack(order + "I", head[4:8])[0]
         pages = 0
-        seen = set()
+        seen, kinds = set(), set()
         while page and page not in seen:
             seen.add(page)
-            following = _next_page(file, page, order, big=big)
+            following, kind = _next_page(file, page, order, big=big)
             if following is None:
                 raise OSError(f"{path.name} ends within page {pages + 1} of its images: truncated")
+            kinds |= {kind} if kind else set()
             page, pages = following, pages + 1
+        if len(kinds) > 1:  # ITK makes room for the first
+            raise OSError(f"{path.name} must have images of one size and type in its {pages} pages")
 
 
-def _next_page(file: BinaryIO, page: int, order: str, *, big: bool) -> int | None:
+def _next_page(file: BinaryIO, page: int, order: str, *, big: bool) -> tuple[int | None, tuple[int, ...]]:
+    """Return where the next page is, None in a truncated file, and the size and type of this one unless it is small."""
     count_form, entry, offset_form = ("Q", 20, "Q") if big else ("H", 12, "I")
     file.seek(page)
     count = file.read(struct.calcsize(order + count_form))
     if len(count) < struct.calcsize(order + count_form):
-        return None
+        return None, ()
     length = entry * struct.unpack(order + count_form, count)[0]
     tags = file.read(min(length, _PIECE))
-    if any(struct.unpack_from(order + "H", tags, at)[0] == _TILE_WIDTH for at in range(0, len(tags) - 1, entry)):
+    values = {}
+    for at in range(0, len(tags) - entry + 1, entry):
+        tag, form = struct.unpack_from(order + "2H", tags, at)
+        values[tag] = struct.unpack_from(order + ("H" if form == _SHORT else "I"), tags, at + (12 if big else 8))[0]
+    if _TILE_WIDTH in values:
         raise OSError(f"{Path(file.name).name} is a tiled TIFF file; only strips are supported")
+    gray = values.get(_SAMPLES, 1) == 1
+    kind = () if values.get(_SUBFILE, 0) & ~_PAGE else tuple(values.get(tag, 1) for tag in _PAGE_KIND[: 4 + gray])
     file.seek(page + struct.calcsize(order + count_form) + length)
     offset = file.read(struct.calcsize(order + offset_form))
-    return (
-        struct.unpack(order + offset_form, offset)[0] if len(offset) == struct.calcsize(order + offset_form) else None
-    )
+    whole = len(offset) == struct.calcsize(order + offset_form)
+    return (struct.unpack(order + offset_form, offset)[0] if whole else None), kind
 
 
 CHECKS: dict[str, Callable[[Path], None]] = {

@@ -1,0 +1,99 @@
+"""Files of VTK read in another process, which damage may end: what it could read comes back in a file of its own."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+SECONDS, BYTES_A_SECOND = 60, 1_000_000
+ROOM, MOST_PACKED = 2 << 30, 1040
+"""Memory that any file may need, and for each of its bytes: zlib packs zeros to a thousandth."""
+
+
+@contextmanager
+def sound_copy(path: Path, kind: str) -> Iterator[Path]:
+    """Yield a VTP or VTI file with what the reader of VTK understood of a file, or raise with its complaint."""
+    from simplexmesh.data.io.polydata import vtk_reason  # here, as the script below knows only VTK
+
+    size = path.stat().st_size
+    with tempfile.TemporaryDirectory() as folder:
+        libraries = str(Path(sys.modules["vtkmodules"].__path__[0]).parent)
+        words = [libraries, kind, str(path), folder, str(ROOM + MOST_PACKED * size)]
+        try:
+            done = subprocess.run(
+                [sys.executable, "-I", "-S", __file__, *words],
+                capture_output=True,
+                timeout=SECONDS + size / BYTES_A_SECOND,
+                check=True,
+            )
+            answer = json.loads(done.stdout)
+        except (subprocess.SubprocessError, ValueError):
+            raise OSError(f"{path.name} cannot be read as {kind.upper()}: it is damaged") from None
+        if "complaint" in answer:
+            reason = vtk_reason(answer["complaint"]).replace(str(path), path.name)
+            raise OSError(f"{path.name} cannot be read as {kind.upper()}: {reason}")
+        if "class" in answer:
+            raise OSError(f"{path.name} must be a VTK image or polygons (vtkPolyData), not {answer['class']}")
+        yield Path(folder, answer["file"])
+
+
+def _main(libraries: str, kind: str, path: str, folder: str, room: str) -> None:
+    """Read a file and write it again, and print the name of the new one or what is wrong; run as a script."""
+    sys.path.append(libraries)
+    try:
+        import resource
+
+        resource.setrlimit(resource.RLIMIT_AS, (int(room),) * 2)
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    except (ImportError, ValueError):
+        pass  # no such limits on Windows
+    from vtkmodules.vtkCommonCore import vtkLogger, vtkOutputWindow, vtkStringOutputWindow
+    from vtkmodules.vtkIOLegacy import vtkDataSetReader
+    from vtkmodules.vtkIOXML import (
+        vtkXMLImageDataReader,
+        vtkXMLImageDataWriter,
+        vtkXMLPolyDataReader,
+        vtkXMLPolyDataWriter,
+    )
+
+    printed = vtkStringOutputWindow()
+    vtkOutputWindow.SetInstance(printed)
+    vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
+    readers = {"vti": vtkXMLImageDataReader, "vtp": vtkXMLPolyDataReader, "vtk": vtkDataSetReader}
+    reader = readers[kind]()
+    reader.SetFileName(path)
+    if kind == "vtk":
+        reader.ReadAllScalarsOn()
+    reader.Update()
+    out = reader.GetOutput()
+    complaint = printed.GetOutput().strip()
+    surface = out is not None and out.IsA("vtkPolyData")
+    for cells in (out.GetVerts(), out.GetLines(), out.GetPolys(), out.GetStrips()) if surface else ():
+        ends = cells.GetOffsetsArray()
+        last = ends.GetNumberOfTuples() - 1
+        if last >= 0 and (ends.GetTuple1(0), ends.GetTuple1(last)) != (0, cells.GetNumberOfConnectivityIds()):
+            complaint = complaint or "its faces do not end one after the other"
+    if complaint or out is None or reader.GetErrorCode():
+        answer = {"complaint": complaint[:10_000]}
+    elif out.GetClassName() not in ("vtkImageData", "vtkStructuredPoints", "vtkPolyData"):
+        answer = {"class": out.GetClassName()}
+    else:
+        answer = {"file": "copy.vtp" if surface else "copy.vti"}
+        writer = vtkXMLPolyDataWriter() if surface else vtkXMLImageDataWriter()
+        writer.SetFileName(f"{folder}/{answer['file']}")
+        writer.SetInputData(out)
+        writer.SetDataModeToAppended()
+        writer.EncodeAppendedDataOff()
+        writer.SetCompressorTypeToNone()
+        writer.SetHeaderTypeToUInt64()
+        writer.Write()
+    sys.stdout.write(json.dumps(answer))
+
+
+if __name__ == "__main__":
+    _main(*sys.argv[1:])

@@ -1,0 +1,210 @@
+"""Headers that ask for more than their file holds, or for other files: one sentence, and nothing is made or read."""
+
+from __future__ import annotations
+
+import gzip
+import struct
+import tempfile
+import warnings
+
+import numpy as np
+import pytest
+import SimpleITK as sitk
+
+import simplexmesh as sm
+from simplexmesh.data.io.integrity import apart, legacy, xml
+from tests.nightly import fuzz, seeds
+
+MANY = 1_000_000_000_000
+
+
+@pytest.fixture(scope="module")
+def sound(tmp_path_factory):
+    """The folder of sound files of every variety."""
+    folder = tmp_path_factory.mktemp("sound")
+    seeds.write(folder)
+    return folder
+
+
+def complaint(path):
+    """What is wrong with the way a file is read, or refused in a sentence."""
+    try:
+        with warnings.catch_warnings(action="ignore", category=sm.SimplexMeshWarning):  # points without polygons
+            return "" if np.isfinite(sm.read(path).bounds).all() else "not finite"
+    except (OSError, ValueError) as error:
+        text = str(error)
+        return "" if path.name in text and "\n" not in text and len(text) < 350 else text
+
+
+def test_what_programs_write_is_plain(sound):
+    for path in (*sound.glob("*.vtp"), *sound.glob("*.vti")):
+        assert xml.is_plain(path), path
+    for path in sound.glob("image*.vtk"):
+        assert legacy.is_plain(path), path
+
+
+@pytest.mark.data
+@pytest.mark.parametrize("name", ["fran_face.vtk", "avf_surface.vtk", "fetal_cortex.vtk", "rabbit_scan.vtk"])
+def test_real_files_are_plain(data_folder, name):
+    assert legacy.is_plain(data_folder / name)
+
+
+@pytest.mark.parametrize("kind", ["ASCII", "Binary"])
+@pytest.mark.parametrize("version", [42, 51])
+def test_reading_apart_gives_what_was_written(sound, version, kind):
+    """These files hold words, which the check does not know."""
+    path = sound / f"polygons-{version}-{kind}.vtk"
+    assert not legacy.is_plain(path)
+    found, wanted = sm.read(path), sm.read(sound / "mesh.vtp")
+    assert np.array_equal(found.connectivity.twin, wanted.connectivity.twin)
+    assert np.array_equal(found.data["weight"], wanted.data["weight"])
+    assert np.allclose(found.vertices, wanted.vertices, rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("name", "old", "new"),
+    [
+        ("mesh.vtp", 'NumberOfTuples="320"', 'NumberOfTuples="-1"'),
+        ("mesh.vtp", 'NumberOfTuples="320"', f'NumberOfTuples="{MANY}"'),
+        ("mesh.vtp", 'NumberOfComponents="3"', f'NumberOfComponents="{MANY}"'),
+        ("mesh.vtp", 'NumberOfComponents="3"', 'NumberOfComponents="-3"'),
+        ("mesh.vtp", 'NumberOfPoints="320"', f'NumberOfPoints="{MANY}"'),
+        ("mesh.vtp", 'NumberOfPolys="162"', f'NumberOfPolys="{MANY}"'),
+        ("mesh.vtp", 'NumberOfPolys="162"', 'NumberOfPolys="-1"'),
+        ("mesh.vtp", 'offset="48"', f'offset="{MANY}"'),
+        ("mesh.vtp", 'offset="48"', 'offset="-48"'),
+        ("Ascii-None.vtp", 'NumberOfPoints="320"', f'NumberOfPoints="{MANY}"'),
+        ("Appended-None.vti", 'Extent="0 5 0 6 0 7"', 'Extent="0 99999 0 99999 0 99999"'),
+        ("image-42-Binary.vtk", "vtk DataFile Version 4.2", "vtk DataFile Version nan"),
+        ("image-42-Binary.vtk", "DIMENSIONS 6 7 8", "DIMENSIONS 60000 70000 80000"),
+        ("image-42-ASCII.vtk", "POINT_DATA 336", "POINT_DATA 999999999999"),
+        ("polygons-42-ASCII.vtk", "POINTS 320", "POINTS -1"),
+        ("polygons-51-ASCII.vtk", "POLYGONS 163 960", "POLYGONS 163 -960"),
+        ("polygons-51-Binary.vtk", "POLYGONS 163 960", f"POLYGONS {MANY} 960"),
+    ],
+)
+def test_numbers_that_would_end_the_process(sound, name, old, new, tmp_path, capfd):
+    content = (sound / name).read_bytes()
+    assert old.encode() in content
+    path = tmp_path / name
+    path.write_bytes(content.replace(old.encode(), new.encode(), 1))
+    assert not complaint(path)
+    assert capfd.readouterr().err == ""
+
+
+def test_a_process_that_ends_or_hangs_is_a_damaged_file(sound, monkeypatch):
+    for seconds in (0.0, -1.0):
+        monkeypatch.setattr(apart, "SECONDS", seconds)
+        with pytest.raises(OSError, match=r"polygons-42-ASCII.vtk cannot be read as VTK: it is damaged"):
+            sm.read(sound / "polygons-42-ASCII.vtk")
+
+
+@pytest.mark.parametrize("form", ["ascii", "binary_little_endian"])
+@pytest.mark.parametrize("counts", [(4, 4294967295), (4294967295, 4), (10**18, 1)])
+def test_counts_of_ply(form, counts, tmp_path):
+    (tmp_path / "a.ply").write_text(
+        f"ply\nformat {form} 1.0\nelement vertex {counts[0]}\nproperty float x\nproperty float y\nproperty float z\n"
+        f"element face {counts[1]}\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n"
+    )
+    with pytest.raises(
+        OSError, match=r"a.ply must have [\d,]{9,} bytes or more by its header, it has \d\d\d: truncated"
+    ):
+        sm.read(tmp_path / "a.ply")
+
+
+PCD = "VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT {}\nWIDTH {}\nHEIGHT {}\nPOINTS {}\nDATA {}\n"
+
+
+@pytest.mark.parametrize("data", ["ascii", "binary", "binary_compressed"])
+@pytest.mark.parametrize(
+    "numbers",
+    [
+        ("1 1 1", -4, 1, -4),
+        ("1 1 1", 300_000_000, 1, 300_000_000),
+        ("1 1 900000000", 4, 1, 4),
+        ("1 1 -1", 4, 1, 4),
+        ("1 1 0", 4, 1, 4),
+    ],
+)
+def test_sizes_of_pcd(numbers, data, tmp_path):
+    tail = np.array([20, 12 * numbers[3] & 0xFFFFFFFF], "<u4").tobytes() + bytes(60)
+    (tmp_path / "a.pcd").write_bytes(PCD.format(*numbers, data).encode() + (b"1 2 3\n" if data == "ascii" else tail))
+    with pytest.raises(OSError, match=r"a.pcd (must have|is a PCD file with a damaged header)"):
+        sm.read(tmp_path / "a.pcd")
+
+
+def test_a_packed_volume_without_end(tmp_path, monkeypatch):
+    """Its slope of zero makes a copy necessary, of its samples only: what follows them is left packed."""
+    values = np.arange(4 * 5 * 6, dtype=np.int16).reshape(6, 5, 4)
+    sitk.WriteImage(sitk.GetImageFromArray(values), str(tmp_path / "a.nii"))
+    content = bytearray((tmp_path / "a.nii").read_bytes())
+    content[112:120] = struct.pack("<2f", 0.0, 7.0)
+    (tmp_path / "bomb.nii.gz").write_bytes(gzip.compress(bytes(content) + bytes(1 << 26)))
+    sizes = []
+
+    class Folder(tempfile.TemporaryDirectory):
+        def cleanup(self):
+            sizes.extend(path.stat().st_size for path in (tmp_path / "made").glob("*/*"))
+            super().cleanup()
+
+        def __exit__(self, *error):
+            self.cleanup()
+
+    (tmp_path / "made").mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "made"))
+    monkeypatch.setattr(tempfile, "TemporaryDirectory", Folder)
+    assert np.array_equal(sm.read(tmp_path / "bomb.nii.gz").values, values.T)
+    assert sizes == [len(content)]
+
+
+def test_a_signature_with_more_than_it_needs(tmp_path):
+    sm.sai(sm.sphere(4), frequency=5).save(tmp_path / "a.npz")
+    assert sm.SAI.load(tmp_path / "a.npz").frequency == 5
+    with np.load(tmp_path / "a.npz") as parts:
+        members = dict(parts)
+    np.savez_compressed(tmp_path / "b.npz", **members, more=np.zeros(1 << 20))
+    with pytest.raises(OSError, match=r"b.npz is not a whole signature .* unpacked it is larger than 1,048,576 bytes"):
+        sm.SAI.load(tmp_path / "b.npz")
+
+
+@pytest.mark.parametrize("above", ["../a.raw", "b/../../a.raw", "{0}/a.raw", "..\\a.raw", "C:\\a.raw"])
+def test_samples_lie_beside_their_header_or_below(above, tmp_path, capfd):
+    values = np.arange(8, dtype=np.uint8)
+    folder = tmp_path / "scans"
+    (folder / "b").mkdir(parents=True)
+    for place in (tmp_path, folder, folder / "b"):
+        (place / "a.raw").write_bytes(values.tobytes())
+    name = above.format(tmp_path)
+    mhd = "NDims = 3\nDimSize = 2 2 2\nElementType = MET_UCHAR\nElementDataFile = {}\n"
+    nhdr = "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 2 2 2\nencoding: raw\ndata file: {}\n\n"
+    for ending, header in (("mhd", mhd), ("nhdr", nhdr)):
+        path = folder / f"a.{ending}"
+        for fine in ("a.raw", "./a.raw", "b/a.raw"):
+            path.write_text(header.format(fine))
+            assert np.array_equal(sm.read(path).values.ravel(order="F"), values)
+        for wrong in (name, f"LIST\n{name}", f"LIST 2\n{name}"):
+            path.write_text(header.format(wrong))
+            with pytest.raises(OSError, match=rf"a.{ending} refers to .*, which is not in its folder or below"):
+                sm.read(path)
+    assert capfd.readouterr().err == ""
+
+
+def test_axes_with_which_itk_does_not_end(tmp_path):
+    (tmp_path / "a.raw").write_bytes(bytes(range(8)))
+    (tmp_path / "a.mhd").write_text(
+        "NDims = 3\nTransformMatrix = 1 0 0 0 1 0 0 1e308 1\nDimSize = 2 2 2\nElementType = MET_UCHAR\n"
+        "ElementDataFile = a.raw\n"
+    )
+    with pytest.raises(OSError, match=r"a.mhd has a damaged header: TransformMatrix = 1 0 0 0 1 0 0 1e308 1"):
+        sm.read(tmp_path / "a.mhd")
+
+
+@pytest.mark.slow
+def test_a_slice_of_the_damaged_files_that_are_tried_every_night(sound, tmp_path):
+    paths = [sound / name for name in seeds.WRITTEN]
+    for path in sound.iterdir():
+        if path.suffix in (".raw", ".img"):
+            (tmp_path / path.name).write_bytes(path.read_bytes())
+    with fuzz.reader(tmp_path, [sound / "mesh.vtp"]) as process:
+        found = {path.name: wrong for path in paths if (wrong := fuzz.damage(path, tmp_path, 2, process, seed=15))}
+    assert not found
