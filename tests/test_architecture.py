@@ -51,6 +51,8 @@ DOORS = {
         "/cli/*.py",
     ],
     "vtkmodules": ["/data/io/vtk.py", "/data/io/polydata.py", "/data/cutting/clipping.py"],
+    "trimesh": ["/data/exporting.py"],
+    "open3d": ["/data/exporting.py"],
     "manifold3d": ["/data/cutting/boolean.py"],
     "scipy": ["/*/*.py", "/*/*/*.py", "/*/*/*/*.py"],
     "rich": ["/cli/*.py", "/_base/progress.py"],

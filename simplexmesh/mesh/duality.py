@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from simplexmesh._base import checks
 from simplexmesh._base.errors import counted, warn
+from simplexmesh._base.units import InUnits
 from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.mesh.manifold import matched, oriented
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
@@ -97,7 +98,8 @@ def dual(triangles: Any, *, outward: bool = True) -> SimplexMesh:
     repairs += flipped + _split_vertices(faces, connectivity)
     if repairs:
         warn("triangles repaired: " + ", ".join(repairs))
-    return SimplexMesh(_dual_positions(vertices, faces, mates), connectivity)
+    unit = triangles.unit if isinstance(triangles, InUnits) else None
+    return SimplexMesh(_dual_positions(vertices, faces, mates), connectivity, unit=unit)
 
 
 def _dual_connectivity(mates: Indices) -> Connectivity:
