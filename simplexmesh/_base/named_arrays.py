@@ -30,6 +30,11 @@ def _checked(name: str, values: Any, n: int, row: str) -> NDArray[Any]:
     return given if read_only else checks.frozen(given)
 
 
+def changed(data: Data, arrays: Mapping[str, Any]) -> dict[str, Any]:
+    """Return named arrays with some added or replaced; None removes one."""
+    return {name: values for name, values in {**data, **arrays}.items() if values is not None}
+
+
 def taken(data: Data, rows: NDArray[Any]) -> dict[str, NDArray[Any]]:
     """Return some rows of all arrays, by a mask or indices."""
     return {name: values[rows] for name, values in data.items()}

@@ -37,8 +37,8 @@ def data_of(table: Table) -> dict[str, NDArray[Any]]:
     for name in ("x", "y", "z", *(NORMALS[0] if {*NORMALS[0]} <= left.keys() else NORMALS[1])):
         left.pop(name, None)
     found: dict[str, NDArray[Any]] = {}
-    names = next((triple for triple in _COLORS if {*triple} <= left.keys()), None)
-    if names is not None:
+    names: tuple[str, ...] = next((triple for triple in _COLORS if {*triple} <= left.keys()), ())
+    if names:
         names += (_OPACITY[names[0]],) if _OPACITY[names[0]] in left else ()
         found["colors"] = as_colors(_stacked(left, names))
         left = {name: column for name, column in left.items() if name not in names}

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh._base import checks, vectors
 from simplexmesh._base.errors import counted, warn
-from simplexmesh._base.named_arrays import Data, joined, named_arrays, taken
+from simplexmesh._base.named_arrays import Data, changed, joined, named_arrays, taken
 from simplexmesh._base.units import InUnits, common_unit, unit_or_none
 
 Array = NDArray[np.float64]
@@ -131,7 +131,7 @@ class PointCloud(InUnits):
         >>> list(PointCloud(np.eye(4)[:, :3]).with_data(intensity=[1, 2, 3, 4]).data)
         ['intensity']
         """
-        return replace(self, data={name: v for name, v in {**self.data, **arrays}.items() if v is not None})
+        return replace(self, data=changed(self.data, arrays))
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the cloud to a file in the format its name says: .vtp, .ply or .xyz."""

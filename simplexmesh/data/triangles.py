@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh._base import checks, vectors
 from simplexmesh._base.errors import counted, warn
-from simplexmesh._base.named_arrays import Data, named_arrays, taken
+from simplexmesh._base.named_arrays import Data, changed, named_arrays, taken
 from simplexmesh._base.units import InUnits, unit_or_none
 from simplexmesh.data.points import PointCloud
 from simplexmesh.data.welding import are_proper, distinct_positions, report_welding
@@ -256,7 +256,7 @@ class TriangleMesh(InUnits):
         >>> list(surface.with_data(height=surface.vertices[:, 2]).data)
         ['height']
         """
-        return replace(self, data={name: v for name, v in {**self.data, **arrays}.items() if v is not None})
+        return replace(self, data=changed(self.data, arrays))
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the surface to a file in the format its name says: .vtp, .ply, .obj, .off, .stl or .xyz."""

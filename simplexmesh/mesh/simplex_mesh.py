@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh._base import checks
-from simplexmesh._base.named_arrays import named_arrays
+from simplexmesh._base.named_arrays import changed, named_arrays
 from simplexmesh._base.units import InUnits, unit_or_none
 from simplexmesh.mesh import face_geometry, geometry, triangulation
 from simplexmesh.mesh.check import Report, check
@@ -215,8 +215,7 @@ class SimplexMesh(InUnits):
         >>> list(sphere(2).with_data(rigidity=np.ones(80)).data)
         ['rigidity']
         """
-        data = {name: values for name, values in {**self.data, **arrays}.items() if values is not None}
-        return SimplexMesh(self.vertices, self.connectivity, data, self.unit)  # type: ignore[arg-type]
+        return replace(self, data=changed(self.data, arrays))
 
     # ---- conversions, imported when called: they belong to higher packages, but users look for them on the mesh
 

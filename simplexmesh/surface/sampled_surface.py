@@ -202,7 +202,7 @@ def as_sampled_surface(value: Any, name: str = "surface") -> SampledSurface:
         return SampledSurface(found.points, outward=found.normals)
     if hasattr(found, "connectivity"):
         return SampledSurface(found.vertices, links=_links(found), outward=found.normals)
-    what = type(found).__name__
+    what = checks.type_name(found)
     if isinstance(value, str | os.PathLike):
         what = f"a {what} as in {os.fspath(value)}"
     raise TypeError(f"{name} must be triangles, a simplex mesh, points or a path to them, not {what}")
