@@ -16,6 +16,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 
 import numpy as np
 from PIL import Image
+from scipy.spatial import cKDTree
 
 import simplexmesh as sm
 from tests.benchmarks import bench_recognize
@@ -87,6 +88,22 @@ def occlusion():
         tooth, np.where(gap < 1.0, gap, np.nan), name="gap to the guide (voxels)", limits=(0, 1), plotter=plotter
     )
     return [sm.plot.looked_at(plotter, (0.35, -1.0, 0.55))]
+
+
+def colors():
+    """Colored points of spot, and the model that takes their colors along."""
+    cow = sm.read(DATA / "spot.obj").sampled(40_000, rng=0)
+    patch = cKDTree(cow.selected(np.arange(60)).points).query(cow.points)[1] % 4
+    paint = np.array([[245, 240, 232], [245, 240, 232], [92, 58, 38], [210, 120, 50]], np.uint8)
+    cow = cow.with_data(colors=paint[patch])
+    made = sm.reconstruct(cow, vertices=6000).mesh
+    plotter = sm.plot.stage(columns=2, size=(1500, 640))
+    for column, (thing, title) in enumerate([(cow, "40,000 points"), (made, "6,000 vertices")]):
+        plotter.subplot(0, column)
+        sm.plot.surface(
+            thing.transformed(picture_axes(*VIEWS["spot"])), scalars="colors", title=title, edges=False, plotter=plotter
+        )
+    return [sm.plot.looked_at(plotter, "xy")]
 
 
 def signature():
@@ -161,6 +178,7 @@ def four_panels(file):
 
 PICTURES = {  # name: what draws it, row by row, and its width in pixels
     "adaptive": (adaptive, 1800),
+    "colors": (colors, 1200),
     "frog": (demo("frog"), 1200),
     "landscape": (demo("recognition", "show_landscape"), 1080),
     "occlusion": (occlusion, 1500),

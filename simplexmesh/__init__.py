@@ -39,6 +39,7 @@ _HOME = {
     "data.points": ["PointCloud"],
     "data.triangles": ["TriangleMesh"],
     "data.io.reading": ["read", "read_volume", "read_points", "read_triangles", "read_mesh"],
+    "data.saving": ["save"],
     "data.poses": ["read_poses"],
     "data.cutting.clipping": ["clipped"],
     "data.cutting.dividing": ["divided"],
@@ -101,6 +102,7 @@ if TYPE_CHECKING:  # the same list once more, for type checkers and editors; a t
     from simplexmesh.data.io.reading import read_volume as read_volume
     from simplexmesh.data.points import PointCloud as PointCloud
     from simplexmesh.data.poses import read_poses as read_poses
+    from simplexmesh.data.saving import save as save
     from simplexmesh.data.triangles import TriangleMesh as TriangleMesh
     from simplexmesh.data.volume import Volume as Volume
     from simplexmesh.mesh.check import Report as Report

@@ -54,6 +54,8 @@ DOORS = {
     "vtkmodules": [
         *("/data/io/vtk.py", "/data/io/polydata.py", "/data/io/integrity/apart.py", "/data/cutting/clipping.py"),
     ],
+    "trimesh": ["/data/exporting.py"],
+    "open3d": ["/data/exporting.py"],
     "manifold3d": ["/data/cutting/boolean.py"],
     "scipy": ["/*/*.py", "/*/*/*.py", "/*/*/*/*.py"],
     "rich": ["/cli/*.py", "/_base/progress.py"],

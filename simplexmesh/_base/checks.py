@@ -9,6 +9,7 @@ import math
 import os
 from collections.abc import Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, TypeVar
 
 import numpy as np
@@ -178,8 +179,15 @@ def path(name: str, value: Any) -> Path:
 def instance(name: str, value: Any, kind: type[Kind]) -> Kind:
     """Return `value` if it is an instance of `kind`."""
     if not isinstance(value, kind):
-        raise TypeError(f"{name} must be a {kind.__name__}, not {type(value).__name__}")
+        raise TypeError(f"{name} must be a {kind.__name__}, not {type_name(value)}")
     return value
+
+
+def type_name(value: Any) -> str:
+    """Return the name of an object's type, with its library if this is another one: it may have our names."""
+    library = type(value).__module__.partition(".")[0]
+    own = library in ("builtins", "numpy", "simplexmesh", "__main__")
+    return type(value).__name__ if own else f"{library}.{type(value).__name__}"
 
 
 def size(name: str, bounds: NDArray[np.float64]) -> None:
@@ -196,7 +204,14 @@ def frozen_state(state: dict[str, Any]) -> dict[str, Any]:
     for value in state.values():
         if isinstance(value, np.ndarray):
             value.setflags(write=False)
+    if "data" in state:
+        state["data"] = MappingProxyType(frozen_state(dict(state["data"])))
     return state
+
+
+def picklable_state(state: dict[str, Any]) -> dict[str, Any]:
+    """Return the state of an object to be pickled or copied, with its named arrays in a dict."""
+    return state | {"data": dict(state["data"])}
 
 
 def frozen(values: ArrayLike, dtype: DTypeLike | None = None) -> NDArray[Any]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -78,7 +79,7 @@ def command(
         if output is not None:
             reported(0.8, "writing")
             with written_to(output, "the surface"):
-                _save(output, surface, arrays(found))
+                surface.with_data(**arrays(found)).save(output)
         if interrupts.pending and output is not None and picture is not None:
             note(f"interrupted; {output} was written, {picture} was not")
             return KEPT
@@ -143,12 +144,12 @@ def _outward(surface: Any, *, flip: bool) -> Any:
     from simplexmesh.data.triangles import TriangleMesh
 
     if isinstance(surface, TriangleMesh):
-        surface = TriangleMesh(surface.vertices, surface.faces[:, ::-1]) if flip else surface
+        surface = replace(surface, faces=surface.faces[:, ::-1]) if flip else surface
         least = 0.0 if surface.is_closed else LEAST_INWARD * surface.area * surface.diagonal
         if surface.volume < -least:
             note("the faces are oriented inward, so that a bump has negative curvature; --flip reverses them")
     elif flip and isinstance(surface, PointCloud) and surface.normals is not None:
-        surface = PointCloud(surface.points, -surface.normals)
+        surface = replace(surface, normals=-surface.normals)
     elif flip:
         raise ValueError("--flip reverses triangles and the normals of points, INPUT has neither")
     return surface
@@ -188,16 +189,6 @@ def arrays(found: dict[str, Any]) -> dict[str, Any]:
     named = ("k1", "k2", "mean", "gauss", "d1", "d2", "normals", "failed", "error")
     known = {name: getattr(curved, name) for name in named if getattr(curved, name) is not None}
     return known | {"saliency": found["saliency"], "hk_class": found["classes"].labels}
-
-
-def _save(path: Path, surface: Any, values: dict[str, Any]) -> None:
-    from simplexmesh.data.io.writing import save
-    from simplexmesh.mesh.simplex_mesh import SimplexMesh
-
-    if isinstance(surface, SimplexMesh):
-        save(path, surface.with_data(**values))
-    else:
-        save(path, surface, arrays=values)
 
 
 def _drawn(surface: Any, found: dict[str, Any], show: str, limits: Any, unit: str, **options: Any) -> Any:

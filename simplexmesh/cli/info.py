@@ -49,7 +49,7 @@ def described(thing: Any) -> dict[str, Any]:
         facts = _triangles(thing)
     else:
         facts = _simplex_mesh(thing)
-    return facts | _extent(thing.bounds)
+    return facts | {"arrays": sorted(thing.data), "unit": thing.unit} | _extent(thing.bounds)
 
 
 def _library(path: Path) -> dict[str, Any] | None:
@@ -73,7 +73,7 @@ def _volume(volume: Any) -> dict[str, Any]:
     }
     if volume.is_labels:
         facts["labels"] = volume.labels()
-    return facts | _extent(volume.bounds)
+    return facts | {"unit": volume.unit} | _extent(volume.bounds)
 
 
 def _simplex_mesh(mesh: Any) -> dict[str, Any]:
@@ -81,7 +81,6 @@ def _simplex_mesh(mesh: Any) -> dict[str, Any]:
     return {
         "kind": "simplex mesh",
         **mesh_numbers(mesh),
-        "arrays": sorted(mesh.data),
         "problems": list(found.problems),
     }
 
@@ -111,6 +110,8 @@ def _extent(bounds: Any) -> dict[str, Any]:
 
 def _as_text(value: Any) -> str:
     """Return a value as text."""
+    if value is None:
+        return "unknown"
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, int):

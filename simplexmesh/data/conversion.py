@@ -1,4 +1,4 @@
-"""Convert arguments to this library's data types, from arrays, PyVista and trimesh objects, and paths."""
+"""Convert arguments to this library's data types, from arrays, objects of other libraries, and paths."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from simplexmesh._base import checks
+from simplexmesh.data.foreign import converted
 from simplexmesh.data.points import PointCloud, cloud_of_vertices
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.data.volume import Volume
@@ -27,20 +28,16 @@ def as_data(value: Any, name: str = "data") -> Any:
 
         found = read(value)
         return found.merged() if isinstance(found, PointCloud) else found
-    if hasattr(value, "IsA") and hasattr(value, "GetPointData"):
-        from simplexmesh.data.io import vtk
-
-        found = vtk.from_dataset(value, name)
+    found = converted(value, name)
+    if found is not None:
         return found.merged() if isinstance(found, PointCloud) else _welded(found)
-    if _is_trimesh(value):
-        return _from_trimesh(value)
     if _is_pair(value, name):
         return TriangleMesh(*value)
     if isinstance(value, np.ndarray | list | tuple) or hasattr(value, "__array__"):
         return _from_array(value, name)
     raise TypeError(
-        f"{name} must be a Volume, PointCloud, TriangleMesh, SimplexMesh, array, PyVista or trimesh object or path, "
-        f"not {type(value).__name__}"
+        f"{name} must be a Volume, PointCloud, TriangleMesh, SimplexMesh, array, object of PyVista, trimesh, Open3D, "
+        f"SimpleITK, nibabel, meshio or pandas, or path, not {checks.type_name(value)}"
     )
 
 
@@ -57,10 +54,8 @@ def as_points(value: Any, name: str = "points") -> PointCloud:
     out = as_data(value, name)
     if isinstance(out, PointCloud):
         return out
-    if isinstance(out, TriangleMesh):
-        return cloud_of_vertices(out.vertices, out.vertex_normals).merged()
-    if _is_simplex_mesh(out):
-        return cloud_of_vertices(out.vertices, out.normals).merged()
+    if isinstance(out, TriangleMesh) or _is_simplex_mesh(out):
+        return cloud_of_vertices(out).merged()
     raise TypeError(f"{name} must be points, not {_description(value, out)}")
 
 
@@ -112,18 +107,6 @@ def _is_simplex_mesh(value: Any) -> bool:
     return hasattr(value, "connectivity") and hasattr(value, "triangulated")
 
 
-def _is_trimesh(value: Any) -> bool:
-    return type(value).__module__.partition(".")[0] == "trimesh" and hasattr(value, "vertices")
-
-
-def _from_trimesh(value: Any) -> TriangleMesh | PointCloud:
-    vertices = np.asarray(value.vertices)
-    faces = getattr(value, "faces", None)
-    if faces is None or not len(faces):
-        return PointCloud(vertices).merged()
-    return _welded(TriangleMesh(vertices, np.asarray(faces)))
-
-
 def _welded(value: Any) -> Any:
     return value.welded() if isinstance(value, TriangleMesh) else value
 
@@ -134,4 +117,4 @@ def _description(value: Any, out: Any) -> str:
         return f"the {type(out).__name__} in {os.path.basename(os.fspath(value))}"
     if type(value) is type(out):
         return f"a {type(out).__name__}"
-    return f"a {type(value).__name__} read as {type(out).__name__}"
+    return f"a {checks.type_name(value)} read as {type(out).__name__}"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -13,12 +13,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh._base import checks, vectors
 from simplexmesh._base.errors import counted, warn
+from simplexmesh._base.named_arrays import Data, changed, joined, named_arrays, taken
+from simplexmesh._base.units import InUnits, common_unit, unit_or_none
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class PointCloud:
+class PointCloud(InUnits):
     """Points measured on a surface.
 
     Parameters
@@ -27,13 +29,21 @@ class PointCloud:
         Positions, finite, at least four.
     normals : (n, 3) array of float, optional
         Directions away from the solid, of any length; stored as unit vectors. None if unknown.
+    data : mapping of str to array, optional
+        Named arrays with one row per point; bytes in three or four columns are colors (sRGB), "colors" in files.
+    unit : str, optional
+        Unit of length of the points: "nm", "um", "mm", "cm", "m", "km", "in" or "ft".
 
     Raises
     ------
     ValueError
-        Wrong shape, fewer than four points, NaN or infinite values, normals of length zero.
+        Wrong shape, fewer than four points, NaN or infinite values, normals of length zero, an unknown unit.
     TypeError
         Not real numbers.
+
+    Notes
+    -----
+    ``np.asarray(cloud)`` is `points`.
 
     Examples
     --------
@@ -44,12 +54,16 @@ class PointCloud:
 
     points: Array
     normals: Array | None = None
+    data: Data = field(default_factory=dict)
+    unit: str | None = None
 
     def __post_init__(self) -> None:
         points = _finite_rows("points", self.points)
         if len(points) < 4:
             raise ValueError(f"points must be at least 4, not {len(points)}")
         object.__setattr__(self, "points", _frozen_points(points, self.points))
+        object.__setattr__(self, "data", named_arrays(self.data, len(points), "point"))
+        object.__setattr__(self, "unit", unit_or_none("unit", self.unit))
         if self.normals is None:
             return
         normals = _finite_rows("normals", self.normals)
@@ -64,6 +78,14 @@ class PointCloud:
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(checks.frozen_state(state))
+
+    def __getstate__(self) -> dict[str, Any]:
+        return checks.picklable_state(self.__dict__)
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]:  # noqa: FBT001  as NumPy calls it
+        if copy is False and dtype not in (None, self.points.dtype):
+            raise ValueError(f"points must be copied to become {np.dtype(dtype)}")
+        return np.array(self.points, dtype=dtype, copy=copy)
 
     def __len__(self) -> int:
         return len(self.points)
@@ -89,7 +111,7 @@ class PointCloud:
         Parameters
         ----------
         T_target_source : (4, 4) array of float
-            Affine; normals are transformed by the inverse transpose and stay outward under reflections.
+            Affine; normals are transformed by the inverse transpose and stay outward under reflections; data stay.
 
         Examples
         --------
@@ -99,7 +121,17 @@ class PointCloud:
         """
         T = checks.affine("T_target_source", T_target_source)
         normals = None if self.normals is None else self.normals @ np.linalg.inv(T[:3, :3])
-        return PointCloud(self.points @ T[:3, :3].T + T[:3, 3], normals)
+        return PointCloud(self.points @ T[:3, :3].T + T[:3, 3], normals, self.data, self.unit)
+
+    def with_data(self, **arrays: ArrayLike | None) -> PointCloud:
+        """Return the cloud with named per-point arrays added or replaced; None removes one.
+
+        Examples
+        --------
+        >>> list(PointCloud(np.eye(4)[:, :3]).with_data(intensity=[1, 2, 3, 4]).data)
+        ['intensity']
+        """
+        return replace(self, data=changed(self.data, arrays))
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the cloud to a file in the format its name says: .vtp, .ply or .xyz."""
@@ -108,13 +140,25 @@ class PointCloud:
         writing.save(path, self)
 
     def to_pyvista(self) -> Any:
-        """Return a `pyvista.PolyData` of the points, with their normals."""
+        """Return a `pyvista.PolyData` of the points, with their normals and data."""
         from simplexmesh.data.io import writing
 
         return writing.to_pyvista(self)
 
+    def to_trimesh(self) -> Any:
+        """Return a `trimesh.PointCloud` with colors; it holds neither normals nor other arrays (extra `export`)."""
+        from simplexmesh.data import exporting
+
+        return exporting.to_trimesh(self)
+
+    def to_open3d(self) -> Any:
+        """Return an `open3d.t.geometry.PointCloud` with normals, colors and other arrays; needs Open3D."""
+        from simplexmesh.data import exporting
+
+        return exporting.to_open3d(self)
+
     def merged(self) -> PointCloud:
-        """Return the cloud with duplicate positions merged and their normals averaged.
+        """Return the cloud with duplicate positions merged, their normals averaged, data of the first kept.
 
         Warns
         -----
@@ -133,11 +177,29 @@ class PointCloud:
                 normals[:, j] = np.bincount(inverse, self.normals[:, j])
             opposed = vectors.norm(normals) < 1e-6
             normals[opposed] = self.normals[first[opposed]]
-        return PointCloud(self.points[first], normals)
+        return PointCloud(self.points[first], normals, taken(self.data, first), self.unit)
+
+    def selected(self, at: ArrayLike) -> PointCloud:
+        """Return some of the points, at least four, with their normals and data.
+
+        Parameters
+        ----------
+        at : (n,) array of bool or (k,) array of int
+            Which ones.
+
+        Examples
+        --------
+        >>> cloud = PointCloud(np.mgrid[:2, :2, :2].reshape(3, 8).T, data={"weight": range(8)})
+        >>> cloud.selected(cloud.points[:, 0] > 0).data["weight"]
+        array([4, 5, 6, 7])
+        """
+        rows = checks.selection("at", at, len(self))
+        normals = None if self.normals is None else self.normals[rows]
+        return PointCloud(self.points[rows], normals, taken(self.data, rows), self.unit)
 
     @staticmethod
     def joined(clouds: Sequence[PointCloud]) -> PointCloud:
-        """Return the concatenation of several clouds; with normals if all have them."""
+        """Return the concatenation of several clouds, of one unit; with normals and data that all of them have."""
         for k, cloud in enumerate(clouds):
             checks.instance(f"clouds[{k}]", cloud, PointCloud)
         if not clouds:
@@ -146,15 +208,21 @@ class PointCloud:
         return PointCloud(
             np.concatenate([cloud.points for cloud in clouds]),
             np.concatenate(normals) if len(normals) == len(clouds) else None,
+            joined([cloud.data for cloud in clouds]),
+            common_unit("clouds", clouds),
         )
 
 
-def cloud_of_vertices(vertices: Array, normals: Array) -> PointCloud:
-    """Return the vertices of a surface as points, with their normals if all have one."""
-    return PointCloud(vertices, normals if normals.any(axis=1).all() else None)
+def cloud_of_vertices(surface: Any) -> PointCloud:
+    """Return the vertices of a mesh as points, with its data, and with their normals if all have one."""
+    normals = surface.normals if hasattr(surface, "connectivity") else surface.vertex_normals
+    known = normals.any(axis=1).all()
+    return PointCloud(surface.vertices, normals if known else None, surface.data, surface.unit)
 
 
-def cloud_of_file(name: str, points: Array, normals: Array | None, *, missing: bool = False) -> PointCloud:
+def cloud_of_file(
+    name: str, points: Array, normals: Array | None, data: Data, unit: str | None = None, *, missing: bool = False
+) -> PointCloud:
     """Return the cloud read from a file without points whose normals are zero or NaN, and warn of their number."""
     keep: NDArray[np.bool_] = np.ones(len(points), dtype=bool)
     if missing:
@@ -162,10 +230,10 @@ def cloud_of_file(name: str, points: Array, normals: Array | None, *, missing: b
     if normals is not None:
         keep &= np.isfinite(normals).all(axis=1) & normals.any(axis=1)
     if keep.all():
-        return PointCloud(points, normals)
+        return PointCloud(points, normals, data, unit)
     dropped = int(np.count_nonzero(~keep))
     warn(f"{name}: left out {dropped:,} of {len(keep):,} points: not measured, or without a normal")
-    return PointCloud(points[keep], None if normals is None else normals[keep])
+    return PointCloud(points[keep], None if normals is None else normals[keep], taken(data, keep), unit)
 
 
 def distinct(positions: Array) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

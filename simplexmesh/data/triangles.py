@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -12,8 +12,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh._base import checks, vectors
 from simplexmesh._base.errors import counted, warn
+from simplexmesh._base.named_arrays import Data, changed, named_arrays, taken
+from simplexmesh._base.units import InUnits, unit_or_none
 from simplexmesh.data.points import PointCloud
 from simplexmesh.data.welding import are_proper, distinct_positions, report_welding
+from simplexmesh.numerics.blending import blended
 
 if TYPE_CHECKING:
     from simplexmesh.mesh.triangles.topology import Topology
@@ -23,7 +26,7 @@ Indices = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class TriangleMesh:
+class TriangleMesh(InUnits):
     """A surface of triangles.
 
     Parameters
@@ -32,11 +35,15 @@ class TriangleMesh:
         Positions, finite, at least four.
     faces : (f, 3) array of int
         Three different vertices each, counter-clockwise seen from outside.
+    data : mapping of str to array, optional
+        Named arrays with one row per vertex; bytes in three or four columns are colors (sRGB), "colors" in files.
+    unit : str, optional
+        Unit of length of the vertices: "nm", "um", "mm", "cm", "m", "km", "in" or "ft".
 
     Raises
     ------
     ValueError
-        Wrong shape, fewer than four vertices, no face, NaN or infinite values, an index outside.
+        Wrong shape, fewer than four vertices, no face, NaN or infinite values, an index outside, an unknown unit.
     TypeError
         Not numbers, or faces that are not whole numbers.
 
@@ -57,6 +64,8 @@ class TriangleMesh:
 
     vertices: Array
     faces: Indices
+    data: Data = field(default_factory=dict)
+    unit: str | None = None
 
     def __post_init__(self) -> None:
         vertices = checks.array("vertices", self.vertices, (None, 3))
@@ -75,9 +84,14 @@ class TriangleMesh:
                 raise ValueError("faces must be at least one with three different vertices, not none")
         object.__setattr__(self, "vertices", checks.frozen(vertices))
         object.__setattr__(self, "faces", checks.frozen(faces))
+        object.__setattr__(self, "data", named_arrays(self.data, len(vertices), "vertex"))
+        object.__setattr__(self, "unit", unit_or_none("unit", self.unit))
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(checks.frozen_state(state))
+
+    def __getstate__(self) -> dict[str, Any]:
+        return checks.picklable_state(self.__dict__)
 
     def __repr__(self) -> str:
         kind = "closed" if self.is_closed else "open"
@@ -218,10 +232,10 @@ class TriangleMesh:
         if not repairs:
             return self
         warn(", ".join(repairs))
-        return TriangleMesh(self.vertices, faces)
+        return replace(self, faces=faces)
 
     def transformed(self, T_target_source: ArrayLike) -> TriangleMesh:
-        """Return the surface in the target frame of a transform; faces stay outward under reflections.
+        """Return the surface in the target frame of a transform; faces stay outward under reflections; data stay.
 
         Parameters
         ----------
@@ -230,7 +244,19 @@ class TriangleMesh:
         """
         T = checks.affine("T_target_source", T_target_source)
         faces = self.faces if np.linalg.det(T[:3, :3]) > 0 else self.faces[:, ::-1]
-        return TriangleMesh(self.vertices @ T[:3, :3].T + T[:3, 3], faces)
+        return replace(self, vertices=self.vertices @ T[:3, :3].T + T[:3, 3], faces=faces)
+
+    def with_data(self, **arrays: ArrayLike | None) -> TriangleMesh:
+        """Return the surface with named per-vertex arrays added or replaced; None removes one.
+
+        Examples
+        --------
+        >>> import simplexmesh as sm
+        >>> surface = sm.sphere(2).triangulated("dual")
+        >>> list(surface.with_data(height=surface.vertices[:, 2]).data)
+        ['height']
+        """
+        return replace(self, data=changed(self.data, arrays))
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the surface to a file in the format its name says: .vtp, .ply, .obj, .off, .stl or .xyz."""
@@ -239,15 +265,28 @@ class TriangleMesh:
         writing.save(path, self)
 
     def to_pyvista(self) -> Any:
-        """Return a `pyvista.PolyData` of the triangles."""
+        """Return a `pyvista.PolyData` of the triangles with the data."""
         from simplexmesh.data.io import writing
 
         return writing.to_pyvista(self)
+
+    def to_trimesh(self) -> Any:
+        """Return a `trimesh.Trimesh` with colors and other arrays as vertex attributes (extra `export`)."""
+        from simplexmesh.data import exporting
+
+        return exporting.to_trimesh(self)
+
+    def to_open3d(self) -> Any:
+        """Return an `open3d.t.geometry.TriangleMesh` with normals, colors and other arrays; needs Open3D."""
+        from simplexmesh.data import exporting
+
+        return exporting.to_open3d(self)
 
     def welded(self, *, tolerance: float = 0.0, report: bool = True) -> TriangleMesh:
         """Return the surface with vertices merged by position, without collapsed faces and unused vertices.
 
         Files duplicate vertices (STL always, others at texture seams); the topology needs them merged.
+        Data are those of the first of equal vertices.
 
         Parameters
         ----------
@@ -261,20 +300,21 @@ class TriangleMesh:
         SimplexMeshWarning
             Vertices were merged or faces removed.
         """
-        unique, inverse = distinct_positions(self.vertices, checks.number("tolerance", tolerance, 0.0))
+        first, inverse = distinct_positions(self.vertices, checks.number("tolerance", tolerance, 0.0))
         faces = inverse[self.faces]
         proper = are_proper(faces)
         used, faces = np.unique(faces[proper], return_inverse=True)
         if not len(used):
             raise ValueError("faces must be at least one with three different positions, not none")
         if report:
-            report_welding(len(inverse) - len(unique), int(np.count_nonzero(~proper)), len(unique) - len(used))
+            report_welding(len(inverse) - len(first), int(np.count_nonzero(~proper)), len(first) - len(used))
         if len(used) == len(self.vertices) and proper.all():
             return self
-        return TriangleMesh(unique[used], faces.reshape(-1, 3))
+        kept = first[used]
+        return TriangleMesh(self.vertices[kept], faces.reshape(-1, 3), taken(self.data, kept), self.unit)
 
     def sampled(self, n: int, rng: np.random.Generator | int | None = None) -> PointCloud:
-        """Return `n` points drawn uniformly over the area, with the normals of their faces.
+        """Return `n` points drawn uniformly over the area, with the normals of their faces and interpolated data.
 
         Parameters
         ----------
@@ -299,4 +339,5 @@ class TriangleMesh:
         u, v = rng.random((2, n, 1))
         u, v = np.where(u + v > 1, 1 - u, u), np.where(u + v > 1, 1 - v, v)
         a, b, c = (self.vertices[self.faces[face, j]] for j in range(3))
-        return PointCloud(a + u * (b - a) + v * (c - a), self.face_vectors[face])
+        data = blended(self.data, self.faces[face], np.hstack([1 - u - v, u, v])) if self.data else {}
+        return PointCloud(a + u * (b - a) + v * (c - a), self.face_vectors[face], data, self.unit)

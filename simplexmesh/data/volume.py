@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.units import InUnits, unit_or_none
 from simplexmesh.data.labels import MOST_LABELS, could_be_labels, few_whole_numbers, looks_like_labels, slabs
 from simplexmesh.data.poses import rigid
 
@@ -21,7 +22,7 @@ MAX_SAMPLES = 1e11
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Volume:
+class Volume(InUnits):
     """Samples on a regular grid in physical space.
 
     The sample `values[i, j, k]` is at ``origin + direction @ (spacing * [i, j, k])``, the center of its voxel.
@@ -39,6 +40,8 @@ class Volume:
     direction : (3, 3) array of float, optional
         Orthonormal unit vectors of the axes i, j, k as columns; the identity by default. Left-handed axes
         (determinant -1), which occur in medical images, are allowed.
+    unit : str, optional
+        Unit of length of spacing and origin: "nm", "um", "mm", "cm", "m", "km", "in" or "ft".
 
     Raises
     ------
@@ -61,6 +64,7 @@ class Volume:
     spacing: Array = (1.0, 1.0, 1.0)  # type: ignore[assignment]
     origin: Array = (0.0, 0.0, 0.0)  # type: ignore[assignment]
     direction: Array = None  # type: ignore[assignment]
+    unit: str | None = None
 
     def __post_init__(self) -> None:
         spacing = _per_axis(self.spacing)
@@ -69,6 +73,7 @@ class Volume:
             "spacing": checks.frozen(spacing),
             "origin": checks.frozen(checks.array("origin", self.origin, (3,))),
             "direction": _axes(self.direction),
+            "unit": unit_or_none("unit", self.unit),
         }
         for name, value in fields.items():
             object.__setattr__(self, name, value)
@@ -191,6 +196,11 @@ class Volume:
         """
         T = rigid("T_target_source", T_target_source)
         return replace(self, origin=T[:3, :3] @ self.origin + T[:3, 3], direction=T[:3, :3] @ self.direction)
+
+    def scaled(self, factor: float) -> Volume:
+        """Return the volume with spacing and origin multiplied by a positive factor; samples and `unit` stay."""
+        factor = checks.number("factor", factor, 0.0, open_low=True)
+        return replace(self, spacing=factor * self.spacing, origin=factor * self.origin)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the volume to a file in the format its name says: .mha, .nrrd, .nii, .nii.gz or .vti."""

@@ -19,12 +19,11 @@ def are_proper(faces: Indices) -> NDArray[np.bool_]:
     return out
 
 
-def distinct_positions(vertices: Array, tolerance: float) -> tuple[Array, Indices]:
-    """Return the distinct positions in order of first appearance, and the index of each vertex among them."""
+def distinct_positions(vertices: Array, tolerance: float) -> tuple[Indices, Indices]:
+    """Return the first vertex at each distinct position, in order, and the index of each vertex among them."""
     if tolerance > 0:
         vertices = vertices[_representatives(vertices, tolerance)]
-    first, inverse = distinct(vertices)
-    return vertices[first], inverse
+    return distinct(vertices)
 
 
 def _representatives(vertices: Array, tolerance: float) -> Indices:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from simplexmesh._base import checks
 from simplexmesh._base.errors import counted, warn
+from simplexmesh._base.units import InUnits
 from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.mesh.manifold import matched, oriented
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
@@ -23,16 +24,17 @@ Indices = NDArray[np.int64]
 
 
 def _vertices_and_faces(triangles: Any) -> tuple[Array, Indices]:
-    """Return the checked vertices and faces of a pair of arrays or of a mesh object (ours, trimesh's, PyVista's)."""
+    """Return the checked vertices and faces of a pair of arrays or of a mesh (ours, trimesh's, Open3D's, PyVista's)."""
     if isinstance(triangles, tuple | list) and len(triangles) == 2:
         vertices, faces = triangles
     elif hasattr(triangles, "regular_faces"):
         vertices, faces = triangles.points, triangles.regular_faces
-    elif hasattr(triangles, "vertices") and hasattr(triangles, "faces"):
-        vertices, faces = triangles.vertices, triangles.faces
+    elif hasattr(triangles, "vertices") and (hasattr(triangles, "faces") or hasattr(triangles, "triangles")):
+        faces = triangles.faces if hasattr(triangles, "faces") else np.asarray(triangles.triangles)
+        vertices = np.asarray(triangles.vertices)
     else:
         hint = ": sm.read_triangles reads a file" if isinstance(triangles, str | os.PathLike) else ""
-        raise TypeError(f"triangles must be (vertices, faces) or have both, not {type(triangles).__name__}{hint}")
+        raise TypeError(f"triangles must be (vertices, faces) or have both, not {checks.type_name(triangles)}{hint}")
     vertices = checks.array("triangles.vertices", vertices, (None, 3))
     faces = checks.array("triangles.faces", faces, (None, 3), np.int64)
     if not len(faces):
@@ -97,7 +99,8 @@ def dual(triangles: Any, *, outward: bool = True) -> SimplexMesh:
     repairs += flipped + _split_vertices(faces, connectivity)
     if repairs:
         warn("triangles repaired: " + ", ".join(repairs))
-    return SimplexMesh(_dual_positions(vertices, faces, mates), connectivity)
+    unit = triangles.unit if isinstance(triangles, InUnits) else None
+    return SimplexMesh(_dual_positions(vertices, faces, mates), connectivity, unit=unit)
 
 
 def _dual_connectivity(mates: Indices) -> Connectivity:

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.named_arrays import changed, named_arrays
+from simplexmesh._base.units import InUnits, unit_or_none
 from simplexmesh.mesh import face_geometry, geometry, triangulation
 from simplexmesh.mesh.check import Report, check
 from simplexmesh.mesh.connectivity import Connectivity
@@ -21,19 +22,8 @@ from simplexmesh.mesh.connectivity import Connectivity
 Array = NDArray[np.float64]
 
 
-def _vertex_array(name: str, values: ArrayLike, n: int) -> NDArray[Any]:
-    """Return a named per-vertex array as read-only numbers, or raise when its rows or its type do not fit."""
-    given = checks.any_array(f"data {name!r}", values)
-    if given.dtype.kind not in "biuf":
-        raise TypeError(f"data {name!r} must be numbers, not {given.dtype}")
-    if given.ndim == 0 or len(given) != n:
-        raise ValueError(f"data {name!r} must have {n} rows, one for each vertex, not shape {given.shape}")
-    read_only = not given.flags.writeable and given.flags.owndata  # already ours: passed on from another mesh
-    return given if read_only else checks.frozen(given)
-
-
 @dataclass(frozen=True, eq=False, repr=False)
-class SimplexMesh:
+class SimplexMesh(InUnits):
     """A surface mesh in which every vertex has three neighbors.
 
     Immutable: arrays are read-only copies; `moved` and `with_data` return new meshes that share the connectivity.
@@ -46,6 +36,8 @@ class SimplexMesh:
         The topology; neighbors and faces are counter-clockwise seen from outside.
     data : mapping of str to array, optional
         Named arrays with one row per vertex.
+    unit : str, optional
+        Unit of length of the vertices: "nm", "um", "mm", "cm", "m", "km", "in" or "ft".
 
     Examples
     --------
@@ -62,16 +54,16 @@ class SimplexMesh:
     vertices: Array
     connectivity: Connectivity
     data: Mapping[str, NDArray[Any]] = field(default_factory=dict)
+    unit: str | None = None
 
     def __post_init__(self) -> None:
         if not isinstance(self.connectivity, Connectivity):
             raise TypeError(f"connectivity must be a Connectivity, not {type(self.connectivity).__name__}")
         n = self.connectivity.n_vertices
         vertices = checks.array("vertices", self.vertices, (n, 3))
-        given = {} if self.data is None else checks.instance("data", self.data, Mapping)  # type: ignore[type-abstract]
-        data = {str(name): _vertex_array(name, values, n) for name, values in given.items()}
         object.__setattr__(self, "vertices", checks.frozen(vertices, np.float64))
-        object.__setattr__(self, "data", MappingProxyType(data))
+        object.__setattr__(self, "data", named_arrays(self.data, n, "vertex"))
+        object.__setattr__(self, "unit", unit_or_none("unit", self.unit))
 
     def __repr__(self) -> str:
         components = "" if self.n_components == 1 else f", {self.n_components} components"
@@ -80,7 +72,7 @@ class SimplexMesh:
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle and copy the arguments only, not the cached arrays."""
-        return SimplexMesh, (self.vertices, self.connectivity, dict(self.data))
+        return SimplexMesh, (self.vertices, self.connectivity, dict(self.data), self.unit)
 
     # ---- topology
 
@@ -196,7 +188,7 @@ class SimplexMesh:
 
     def moved(self, vertices: ArrayLike) -> SimplexMesh:
         """Return the mesh with new vertex positions, sharing the connectivity and keeping the data."""
-        return SimplexMesh(vertices, self.connectivity, self.data)  # type: ignore[arg-type]
+        return SimplexMesh(vertices, self.connectivity, self.data, self.unit)  # type: ignore[arg-type]
 
     def transformed(self, T_target_source: ArrayLike) -> SimplexMesh:
         """Return the mesh in the target frame of a transform, keeping the connectivity and the data.
@@ -226,8 +218,7 @@ class SimplexMesh:
         >>> list(sphere(2).with_data(rigidity=np.ones(80)).data)
         ['rigidity']
         """
-        data = {name: values for name, values in {**self.data, **arrays}.items() if values is not None}
-        return SimplexMesh(self.vertices, self.connectivity, data)  # type: ignore[arg-type]
+        return replace(self, data=changed(self.data, arrays))
 
     # ---- imported when called: these belong to higher packages, but users look for them on the mesh
 
@@ -240,7 +231,7 @@ class SimplexMesh:
         return importlib.import_module("simplexmesh.surface.curvature.estimate").curvature(self).mean
 
     def triangulated(self, method: str = "fan") -> Any:
-        """Return a `TriangleMesh` of the surface, holes left open.
+        """Return a `TriangleMesh` of the surface, holes left open, with the data (of centroids: means) and the unit.
 
         Parameters
         ----------
@@ -254,9 +245,13 @@ class SimplexMesh:
         >>> len(sphere(2).triangulated("dual").faces)
         80
         """
-        make = {"fan": triangulation.fan, "dual": triangulation.dual_triangles}
-        points, triangles = make[checks.choice("method", method, list(make))](self.vertices, self.connectivity)
-        return importlib.import_module("simplexmesh.data.triangles").TriangleMesh(points, triangles)
+        checks.choice("method", method, ["fan", "dual"])
+        make, of = triangulation.fan, triangulation.data_of_fan
+        if method == "dual":
+            make, of = triangulation.dual_triangles, triangulation.data_of_dual
+        points, triangles = make(self.vertices, self.connectivity)
+        kind = importlib.import_module("simplexmesh.data.triangles").TriangleMesh
+        return kind(points, triangles, of(self.data, self.connectivity), self.unit)
 
     def save(self, path: str | Path) -> None:
         """Write the mesh to a file in the format given by its extension; VTP keeps everything."""
@@ -265,3 +260,11 @@ class SimplexMesh:
     def to_pyvista(self) -> Any:
         """Return a `pyvista.PolyData` with the faces as polygons and the vertex data."""
         return importlib.import_module("simplexmesh.data.io.writing").to_pyvista(self)
+
+    def to_trimesh(self) -> Any:
+        """Return a `trimesh.Trimesh` of the fan triangulation, with colors and other arrays (extra `export`)."""
+        return self.triangulated().to_trimesh()
+
+    def to_open3d(self) -> Any:
+        """Return an `open3d.t.geometry.TriangleMesh` of the fan triangulation, with normals and arrays."""
+        return self.triangulated().to_open3d()

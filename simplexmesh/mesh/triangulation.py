@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh._base.errors import TopologyError
+from simplexmesh._base.named_arrays import Data, joined, taken
 from simplexmesh.mesh import face_geometry
 from simplexmesh.mesh.connectivity import Connectivity
+from simplexmesh.numerics.blending import blended
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -37,3 +41,21 @@ def dual_triangles(vertices: Array, connectivity: Connectivity) -> tuple[Array, 
     triangles = number[np.roll(connectivity.face[inner], 1, axis=1)]
     centroids = face_geometry.face_centroids(vertices, connectivity.face_vertices, connectivity.face_offsets)
     return centroids[solid], triangles
+
+
+def data_of_fan(data: Data, connectivity: Connectivity) -> dict[str, NDArray[Any]]:
+    """Return the rows of named arrays for what `fan` returns."""
+    return joined([data, data_of_dual(data, connectivity)]) if data else {}
+
+
+def data_of_dual(data: Data, connectivity: Connectivity) -> dict[str, NDArray[Any]]:
+    """Return the rows of named arrays for what `dual_triangles` returns: means over the vertices of each face."""
+    if not data:
+        return {}
+    solid = np.flatnonzero(~connectivity.face_is_hole)
+    sizes, starts = connectivity.face_sizes[solid], connectivity.face_offsets[solid]
+    groups = [np.flatnonzero(sizes == size) for size in np.unique(sizes)]
+    corners = [connectivity.face_vertices[starts[g, None] + np.arange(sizes[g[0]])] for g in groups]
+    found = joined([blended(data, rows, np.ones(rows.shape)) for rows in corners])
+    order = np.argsort(np.concatenate(groups))
+    return taken(found, order)

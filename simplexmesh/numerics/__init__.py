@@ -3,6 +3,7 @@
 Python, on arrays:
 
 - `kd_tree`: nearest points, for use in kernels too; scipy's tree where Python suffices
+- `blending`: weighted means of rows of numbers, colors or labels
 - `plane_fits`: planes through the nearest neighbors of points, their spacing and noise
 - `rigid`, `rotation_vectors`: rigid motions between corresponding points, with robust weights (Geman-McClure)
 - `constrained_least_squares`: linear least squares with inequality constraints

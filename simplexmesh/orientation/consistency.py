@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from scipy.spatial import cKDTree
 
@@ -23,4 +25,4 @@ def with_consistent_normals(cloud: PointCloud) -> PointCloud:
         return cloud
     share = f"{1 - agree.mean():.0%}"
     warn(f"normals of neighboring points contradict each other ({share}); they were left out")
-    return PointCloud(cloud.points)
+    return replace(cloud, normals=None)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -57,7 +58,8 @@ def oriented_like(cloud: PointCloud, mesh: SimplexMesh) -> PointCloud:
     if cloud.normals is None:
         return cloud
     _, nearest = cKDTree(mesh.vertices).query(cloud.points, workers=-1)
-    return PointCloud(cloud.points, -cloud.normals) if (cloud.normals * mesh.normals[nearest]).sum() < 0 else cloud
+    inward = (cloud.normals * mesh.normals[nearest]).sum() < 0
+    return replace(cloud, normals=-cloud.normals) if inward else cloud
 
 
 def geometry(
@@ -92,6 +94,15 @@ def colored(shown: Any, name: str, values: Array) -> pv.PolyData:
         polydata = _faces(shown.vertices, shown.faces)
         polydata[name] = values
         polydata = _lit(polydata, SMOOTH)
+    return polydata
+
+
+def painted_with(shown: Any, name: str) -> pv.PolyData:
+    """Return the geometry of a mesh or cloud with an array of colors at its points, as `colors`."""
+    if not isinstance(shown, SimplexMesh):
+        return colored(shown, "colors", shown.data[name])
+    polydata, _ = geometry(shown)
+    polydata["colors"] = shown.triangulated().data[name]
     return polydata
 
 

@@ -10,12 +10,13 @@ import pyvista as pv
 from numpy.typing import ArrayLike
 
 from simplexmesh._base import checks
+from simplexmesh._base.named_arrays import is_color
 from simplexmesh.data.points import PointCloud
 from simplexmesh.data.volume import Volume
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.plot.camera import looked_at, upright
 from simplexmesh.plot.color_scale import scale, titled
-from simplexmesh.plot.polydata import as_drawable, geometry, per_point
+from simplexmesh.plot.polydata import as_drawable, geometry, painted_with, per_point
 from simplexmesh.plot.scalars import scalars_of
 from simplexmesh.plot.stage import COLORS_LIT, INK, SURFACE_LIT, add, headline, stage
 
@@ -50,7 +51,8 @@ def surface(
     mesh : SimplexMesh, Reconstruction, TriangleMesh, PointCloud, Volume or anything convertible to these
         A volume is shown as its surface at `level` or of `label`.
     scalars : str or (n,) array, optional
-        Quantity to color by: "mean_curvature", "sphere_curvature", "simplex_angle", "distance", or a vertex array.
+        Quantity to color by: "mean_curvature", "sphere_curvature", "simplex_angle", "distance", or a vertex array, also
+        by name; one of colors (bytes, as "colors" of a file) of any mesh or points is shown as it is.
         "distance" is that of each vertex to the surface in `data`, along its normal, as in `Reconstruction.distance`;
         vertices without data nearby are gray. Curvatures and angles have a diverging colormap centered at zero, clipped
         at the 98th percentile of their magnitude; others a sequential one, from zero for nonnegative quantities, to the
@@ -100,13 +102,17 @@ def surface(
     alone, plotter = plotter is None, stage() if plotter is None else plotter
     shown = as_drawable(mesh)
     check_choice([shown, data], level, label, inside)
-    if not isinstance(shown, SimplexMesh) and scalars is not None:
+    colors = getattr(shown, "data", {}).get(scalars) if isinstance(scalars, str) else None
+    painted = colors is not None and is_color(colors)
+    if not isinstance(shown, SimplexMesh) and scalars is not None and not painted:
         raise TypeError(f"scalars need a SimplexMesh to color, not {type(shown).__name__}")
     is_cloud = isinstance(shown, PointCloud)
     polydata, lines = geometry(shown, level, label, inside)
     style: dict[str, Any] = {"color": DATA if is_cloud else color, "culling": "back" if is_cloud else None}
     light = SURFACE_LIT
-    if scalars is not None:
+    if painted:
+        polydata, style, light = painted_with(shown, str(scalars)), {"scalars": "colors", "rgb": True}, COLORS_LIT
+    elif scalars is not None:
         found = scalars_of(shown, scalars, data, level, label, inside)
         polydata["scalars"] = per_point(shown, found.values)
         title_of_scale = titled(found.name, unit, found.power)

@@ -13,6 +13,7 @@ from scipy.spatial import cKDTree
 
 from simplexmesh._base import checks
 from simplexmesh._base.vectors import norm
+from simplexmesh.data.foreign import converted
 from simplexmesh.data.points import PointCloud
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.numerics import _kernels_balls as balls
@@ -201,7 +202,7 @@ def as_sampled_surface(value: Any, name: str = "surface") -> SampledSurface:
         return SampledSurface(found.points, outward=found.normals)
     if hasattr(found, "connectivity"):
         return SampledSurface(found.vertices, links=_links(found), outward=found.normals)
-    what = type(found).__name__
+    what = checks.type_name(found)
     if isinstance(value, str | os.PathLike):
         what = f"a {what} as in {os.fspath(value)}"
     raise TypeError(f"{name} must be triangles, a simplex mesh, points or a path to them, not {what}")
@@ -211,10 +212,6 @@ def _converted(value: Any, name: str) -> Any:
     """Convert a surface to one of our own types, with all its points; return anything else as it is."""
     if isinstance(value, PointCloud | TriangleMesh):
         return value
-    if hasattr(value, "IsA") and hasattr(value, "GetPointData"):
-        from simplexmesh.data.io import vtk
-
-        return vtk.from_dataset(value, name)
     if hasattr(value, "connectivity"):  # a simplex mesh
         return value
     if isinstance(value, str | os.PathLike):
@@ -225,10 +222,9 @@ def _converted(value: Any, name: str) -> Any:
         points, faces = (checks.any_array(name, part) for part in value)
         if points.ndim == faces.ndim == 2:
             return TriangleMesh(points, faces)
-    if hasattr(value, "vertices"):  # trimesh
-        corners = getattr(value, "faces", None)
-        points = np.asarray(value.vertices)
-        return PointCloud(points) if corners is None or not len(corners) else TriangleMesh(points, np.asarray(corners))
+    found = converted(value, name)
+    if found is not None:
+        return found
     if isinstance(value, list | tuple) or hasattr(value, "__array__"):
         return _cloud(checks.any_array(name, value), name)
     return value

@@ -308,24 +308,3 @@ def test_an_interrupt_between_the_files_says_which_is_there(command, files, tmp_
     code, out, err = command(files / "egg.off", "--method", "sine", "-o", made, "--picture", picture)
     assert (code, out, err) == (130, "", f"note: interrupted; {made} was written, {picture} was not\n")
     assert list(tmp_path.iterdir()) == [made]
-
-
-@pytest.mark.parametrize(
-    ("arrays", "words"),
-    [
-        ({"heat": np.zeros(3)}, "arrays['heat'] must have 1,002 rows, not shape (3,)"),
-        ({"heat": np.float64(3)}, "arrays['heat'] must have 1,002 rows, not shape ()"),
-    ],
-)
-def test_arrays_of_another_length_are_refused(tmp_path, arrays, words):
-    with pytest.raises(ValueError, match=r".") as caught:
-        save(tmp_path / "egg.vtp", EGG, arrays=arrays)
-    assert str(caught.value) == words
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_arrays_go_where_they_can_be_kept(tmp_path):
-    with pytest.raises(ValueError, match=r"^arrays must be left out: .off holds none$"):
-        save(tmp_path / "egg.off", EGG, arrays={"heat": np.zeros(EGG.n_vertices)})
-    with pytest.raises(ValueError, match=r"^arrays must be left out: the arrays of a simplex mesh are its own$"):
-        save(tmp_path / "egg.vtp", sm.sphere(4), arrays={"heat": np.zeros(320)})

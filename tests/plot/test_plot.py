@@ -177,6 +177,16 @@ class TestScalars:
             sm.plot.surface(ball, scalars=wanted)
         assert str(caught.value) == message
 
+    def test_that_are_colors_are_shown_as_they_are(self, ball):
+        paint = np.random.default_rng(0).integers(0, 256, (ball.n_vertices, 3)).astype(np.uint8)
+        painted = ball.with_data(paint=paint)
+        cloud = sm.PointCloud(ball.vertices, data={"paint": paint})
+        for thing in (painted, painted.triangulated(), cloud):
+            mapper = next(iter(sm.plot.surface(thing, scalars="paint", edges=False).actors.values())).mapper
+            shown = np.asarray(mapper.dataset["colors"])
+            np.testing.assert_array_equal(shown[: ball.n_vertices], paint)
+            assert mapper.color_mode == "direct"
+
     def test_need_a_simplex_mesh(self):
         with pytest.raises(TypeError, match=r"^scalars need a SimplexMesh to color, not PointCloud$"):
             sm.plot.surface(np.eye(4)[:, :3], scalars="mean_curvature")

@@ -74,7 +74,8 @@ def clipped(surface: Any, origin: ArrayLike, normal: ArrayLike, *, cap: bool = F
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", SimplexMeshWarning)  # about slivers where the plane passes through a vertex
         found = as_triangles(vtk.from_dataset(out, "surface"))
-    found = TriangleMesh(unit * found.vertices, found.faces[:, ::-1] if inward else found.faces)
+    faces = found.faces[:, ::-1] if inward else found.faces
+    found = TriangleMesh(unit * found.vertices, faces, unit=mesh.unit)
     return found.welded(tolerance=TOLERANCE * mesh.diagonal, report=False)
 
 

@@ -8,9 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.named_arrays import joined
 from simplexmesh._base.vectors import norm
 from simplexmesh.data.conversion import as_triangles
 from simplexmesh.data.triangles import TriangleMesh
+from simplexmesh.numerics.blending import blended
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -60,7 +62,7 @@ def divided(surface: Any, longest: float | None = None) -> TriangleMesh:
     if longest is None:
         longest = mesh.diagonal / EDGES_PER_DIAGONAL
     longest = checks.number("longest", longest, 0.0, open_low=True)
-    vertices, faces = np.asarray(mesh.vertices), np.asarray(mesh.faces)
+    vertices, faces, data = np.asarray(mesh.vertices), np.asarray(mesh.faces), mesh.data
     limits = (_shortest(mesh), f"for at most {MAX_FACES:,} faces"), (_resolution(vertices), "at coordinates this large")
     for least, why in limits:
         if longest < least:
@@ -69,10 +71,11 @@ def divided(surface: Any, longest: float | None = None) -> TriangleMesh:
         edges, sides = _edges(faces)
         long = norm(vertices[edges[:, 0]] - vertices[edges[:, 1]]) > longest
         if not long.any():
-            return TriangleMesh(vertices, faces)
+            return TriangleMesh(vertices, faces, data, mesh.unit)
         middle = np.full(len(edges), -1)
         middle[long] = len(vertices) + np.arange(int(long.sum()))
         vertices = np.concatenate([vertices, 0.5 * (vertices[edges[long, 0]] + vertices[edges[long, 1]])])
+        data = joined([data, blended(data, edges[long], np.ones((int(long.sum()), 2)))])
         faces = _split(vertices, faces, middle[sides])
 
 

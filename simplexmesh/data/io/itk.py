@@ -19,6 +19,7 @@ import numpy as np
 import SimpleITK as sitk  # noqa: N813
 
 from simplexmesh._base.errors import warn
+from simplexmesh._base.units import known_unit
 from simplexmesh.data.io import formats
 from simplexmesh.data.io.integrity import volumes
 from simplexmesh.data.volume import Volume
@@ -44,7 +45,21 @@ def read_image(path: Path) -> Volume:
         reader.SetFileName(str(readable))
         if kind == "metaimage":
             reader.SetImageIO("MetaImageIO")  # by itself ITK knows endings in small letters only
-        return _volume(path, _execute(path, reader))
+        image = _execute(path, reader)
+        return volume_of(path.name, image, "mm" if kind == "dicom" else _unit(image))
+
+
+def _unit(image: sitk.Image) -> str | None:
+    """Return the unit of length that the header of a file names."""
+    found = {key: image.GetMetaData(key) for key in ("xyzt_units", "unit") if image.HasMetaDataKey(key)}
+    if found.get("xyzt_units", "0").isdigit() and int(found.get("xyzt_units", "0")) % 8:
+        return "mm"  # ITK converts meters and micrometers
+    return known_unit(found.get("unit"))
+
+
+def volume_of_image(image: sitk.Image, name: str) -> Volume:
+    """Return the caller's image as a volume; ITK copies the samples when one of the two changes."""
+    return volume_of(name, sitk.Image(image), _unit(image))
 
 
 @contextmanager
@@ -104,7 +119,7 @@ def read_series(folder: Path) -> Volume:
             volumes.check_tiff(file)
     reader = sitk.ImageSeriesReader()
     reader.SetFileNames(slices)
-    return _volume(folder, _execute(folder, reader))
+    return volume_of(folder.name, _execute(folder, reader), "mm" if dicom else None)
 
 
 def _dicom_slices(folder: Path) -> list[str]:
@@ -176,20 +191,19 @@ def _reason(text: str) -> str:
     return re.sub(r"^\[nrrd\] \w+: ", "", lines[-1]).rstrip(".") if lines else "no reason given"
 
 
-def _volume(path: Path, image: sitk.Image) -> Volume:
+def volume_of(name: str, image: sitk.Image, unit: str | None = None) -> Volume:
+    """Return an image of ITK as a volume that shares its samples."""
     if image.GetNumberOfComponentsPerPixel() != 1:
-        raise ValueError(f"{path.name} must hold one number per voxel, not {image.GetNumberOfComponentsPerPixel()}")
+        raise ValueError(f"{name} must hold one number per voxel, not {image.GetNumberOfComponentsPerPixel()}")
     while image.GetDimension() > 3 and image.GetSize()[-1] == 1:
         image = image[(slice(None),) * (image.GetDimension() - 1) + (0,)]
     if image.GetDimension() != 3:
-        raise ValueError(f"{path.name} must hold one volume of 3 dimensions, not an image of size {image.GetSize()}")
+        raise ValueError(f"{name} must hold one volume of 3 dimensions, not an image of size {image.GetSize()}")
     if min(image.GetSize()) < 2:
-        raise ValueError(
-            f"{path.name} must hold a volume, not one slice {image.GetSize()}; give the folder of all slices"
-        )
+        raise ValueError(f"{name} must hold a volume, not one slice {image.GetSize()}; give the folder of all slices")
     values = np.asarray(_Samples(image)).T
     direction = np.reshape(image.GetDirection(), (3, 3))
-    return Volume(values, spacing=image.GetSpacing(), origin=image.GetOrigin(), direction=direction)
+    return Volume(values, spacing=image.GetSpacing(), origin=image.GetOrigin(), direction=direction, unit=unit)
 
 
 def _natural_order(path: Path) -> list[Any]:

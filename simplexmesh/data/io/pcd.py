@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from simplexmesh.data import columns
 from simplexmesh.data.points import PointCloud, cloud_of_file
 
 _MOST_REPEATED = 1 << 16
@@ -28,21 +29,15 @@ def read_pcd(path: Path) -> PointCloud:
     except (KeyError, ValueError, IndexError, TypeError):
         raise OSError(f"{path.name} is a PCD file with a damaged header") from None
     storage = header["DATA"][0].lower()
-    columns = {"ascii": _ascii, "binary": _binary, "binary_compressed": _compressed}.get(storage)
-    if columns is None:
+    read = {"ascii": _ascii, "binary": _binary, "binary_compressed": _compressed}.get(storage)
+    if read is None:
         raise OSError(f"{path.name} must have DATA ascii, binary or binary_compressed, not {storage}")
-    table = columns(path.name, body, dtype, count)
+    table = read(path.name, body, dtype, count)
     if not {"x", "y", "z"} <= table.keys():
         raise OSError(f"{path.name} must have fields x, y and z, not {list(table)}")
-    return _cloud(path.name, table)
-
-
-def _cloud(name: str, table: dict[str, NDArray[Any]]) -> PointCloud:
-    points = np.stack([table[c] for c in "xyz"], axis=1).astype(np.float64)
-    normals = None
-    if {"normal_x", "normal_y", "normal_z"} <= table.keys():
-        normals = np.stack([table[f"normal_{c}"] for c in "xyz"], axis=1).astype(np.float64)
-    return cloud_of_file(name, points, normals, missing=True)
+    named = {name: column for name, column in table.items() if not name.startswith("_")}  # the rest is padding
+    points, normals = columns.points_of(named), columns.normals_of(named)
+    return cloud_of_file(path.name, points, normals, columns.data_of(named), missing=True)
 
 
 def _header(name: str, content: bytes) -> tuple[dict[str, list[str]], bytes]:
@@ -85,7 +80,19 @@ def _ascii(name: str, body: bytes, dtype: np.dtype[Any], count: int) -> dict[str
         raise OSError(f"{name} is a text PCD file with non-numeric data") from None
     _check_length(name, numbers.size, count * sum(widths), "numbers")
     rows = numbers[: count * sum(widths)].reshape(count, -1)
-    return dict(zip(dtype.names or (), rows[:, np.cumsum(widths) - widths].T, strict=True))
+    pieces = np.split(rows, np.cumsum(widths)[:-1], axis=1)
+    names = dtype.names or ()
+    return {name: _typed(name, piece, dtype[name]) for name, piece in zip(names, pieces, strict=True)}
+
+
+def _typed(name: str, piece: NDArray[np.float64], kind: np.dtype[Any]) -> NDArray[Any]:
+    """Return the numbers of a field with the type of the header if that is of whole numbers or packed colors."""
+    out = piece.reshape(len(piece), *kind.shape)
+    if kind.base.kind == "f" and name not in ("rgb", "rgba"):
+        return out
+    with np.errstate(invalid="ignore"):
+        typed = out.astype(kind.base)
+    return typed if kind.base.kind == "f" or np.array_equal(typed, out) else out
 
 
 def _binary(name: str, body: bytes, dtype: np.dtype[Any], count: int) -> dict[str, NDArray[Any]]:

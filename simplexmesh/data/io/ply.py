@@ -14,6 +14,8 @@ import numpy as np
 import plyfile
 from numpy.typing import NDArray
 
+from simplexmesh._base.units import known_unit
+from simplexmesh.data import columns
 from simplexmesh.data.io.integrity.ply import check_counts
 from simplexmesh.data.io.polygons import strips, triangulated
 from simplexmesh.data.io.range_grid import grid_normals
@@ -24,7 +26,7 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 Ragged = tuple[NDArray[np.int64], NDArray[np.float64]]
 Contents = tuple[dict[str, Array], dict[str, Ragged], dict[str, str]]
-"""The columns of the vertices, the lists of the other elements as sizes and entries, and the obj_info."""
+"""The columns of the vertices, the lists of the other elements as sizes and entries, and the obj_info with the unit."""
 
 
 def read_ply(path: Path) -> TriangleMesh | PointCloud:
@@ -32,21 +34,18 @@ def read_ply(path: Path) -> TriangleMesh | PointCloud:
     table, lists, info = _contents(path)
     if not {"x", "y", "z"} <= table.keys():
         raise OSError(f"{path.name} must have vertices with x, y and z, not {sorted(table) or 'none'}")
-    points = np.stack([table[c] for c in "xyz"], axis=1).astype(np.float64)
+    points, data, unit = columns.points_of(table), columns.data_of(table), known_unit(info.get("unit"))
     if lists.get("face") is not None and len(lists["face"][0]):
-        return TriangleMesh(points, triangulated(points, *lists["face"]))
+        return TriangleMesh(points, triangulated(points, *lists["face"]), data, unit)
     if lists.get("tristrips") is not None and len(lists["tristrips"][1]):
         sizes, flat = lists["tristrips"]
-        return TriangleMesh(points, strips(np.insert(flat, np.cumsum(sizes), -1)))
+        return TriangleMesh(points, strips(np.insert(flat, np.cumsum(sizes), -1)), data, unit)
     if lists.get("range_grid") is not None:
-        return _range_scan(path, points, info, lists["range_grid"])
-    if {"nx", "ny", "nz"} <= table.keys():
-        normals = np.stack([table[c] for c in ("nx", "ny", "nz")], axis=1).astype(np.float64)
-        return cloud_of_file(path.name, points, normals)
-    return PointCloud(points)
+        return PointCloud(points, _grid_normals(path, points, info, lists["range_grid"]), data, unit)
+    return cloud_of_file(path.name, points, columns.normals_of(table), data, unit)
 
 
-def _range_scan(path: Path, points: Array, info: dict[str, str], grid: Ragged) -> PointCloud:
+def _grid_normals(path: Path, points: Array, info: dict[str, str], grid: Ragged) -> Array:
     sizes, flat = grid
     try:
         shape = int(info["num_rows"]), int(info["num_cols"])
@@ -58,7 +57,7 @@ def _range_scan(path: Path, points: Array, info: dict[str, str], grid: Ragged) -
     index[sizes == 1] = flat.astype(np.int64)
     if index.max() >= len(points):
         raise OSError(f"{path.name} refers to point {index.max()} of {len(points)} in its range_grid")
-    return PointCloud(points, grid_normals(points, index.reshape(shape)))
+    return grid_normals(points, index.reshape(shape))
 
 
 def _contents(path: Path) -> Contents:
@@ -126,10 +125,10 @@ def _text_contents(raw: bytes) -> Contents:
         count = int(digits)
         if len(ends) < at + count:
             raise _Irregular
-        columns, ragged = _columns(part.properties, numbers, starts[at : at + count], ends[at : at + count])
+        single, ragged = _columns(part.properties, numbers, starts[at : at + count], ends[at : at + count])
         at += count
         if part.name == "vertex":
-            table = columns
+            table = single
         if ragged and count:
             lists[part.name] = ragged[_of_indices(list(ragged))]
     return table, lists, _info(empty)
@@ -137,12 +136,12 @@ def _text_contents(raw: bytes) -> Contents:
 
 def _columns(properties: Any, numbers: Array, starts: Indices, ends: Indices) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return the columns and the lists of an element by name; its rows start and end (n,) there among the numbers."""
-    columns, lists, at = {}, {}, starts.copy()
+    table, lists, at = {}, {}, starts.copy()
     for each in properties:
         if (at >= ends).any():
             raise _Irregular
         if not isinstance(each, plyfile.PlyListProperty):
-            columns[each.name] = _exactly(numbers[at], each.val_dtype)
+            table[each.name] = _exactly(numbers[at], each.val_dtype)
             at += 1
             continue
         sizes = _exactly(numbers[at], each.len_dtype).astype(np.int64)
@@ -154,7 +153,7 @@ def _columns(properties: Any, numbers: Array, starts: Indices, ends: Indices) ->
         at += sizes
     if not np.array_equal(at, ends):
         raise _Irregular
-    return columns, lists
+    return table, lists
 
 
 def _exactly(values: Array, kind: str) -> NDArray[Any]:
@@ -166,7 +165,10 @@ def _exactly(values: Array, kind: str) -> NDArray[Any]:
 
 
 def _info(data: plyfile.PlyData) -> dict[str, str]:
-    return dict(words[:2] for words in map(str.split, data.obj_info) if len(words) == 2)
+    """Return the words of the obj_info, and the unit of a comment `unit mm`."""
+    comments = (line.replace(":", " ") for line in data.comments if line.lower().lstrip().startswith("unit"))
+    pairs = [words for words in map(str.split, (*comments, *data.obj_info)) if len(words) == 2]
+    return {"unit" if key.lower() in ("unit", "units") else key: value for key, value in pairs}
 
 
 def _of_indices(names: list[str]) -> str:

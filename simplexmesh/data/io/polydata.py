@@ -20,6 +20,7 @@ from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter
 from simplexmesh.mesh.connectivity import Connectivity
 
 TWIN, HOLES, TYPES = "simplexmesh_twin", "simplexmesh_hole_darts", "simplexmesh_types"
+UNIT = "unit"
 
 
 def polydata(
@@ -28,6 +29,7 @@ def polydata(
     corners: NDArray[Any],
     data: Mapping[str, NDArray[Any]],
     topology: Connectivity | None = None,
+    unit: str | None = None,
 ) -> Any:
     """Return a `vtkPolyData` of polygons given by their sizes (f,) and all their corners, or of points without any."""
     out = vtkPolyData()
@@ -42,13 +44,20 @@ def polydata(
         out.GetPointData().AddArray(vtk_array(name, values))
     if "Normals" in data and topology is None:
         out.GetPointData().SetActiveNormals("Normals")
+    if unit is not None:
+        out.GetFieldData().AddArray(_text_array(UNIT, unit))
     if topology is not None:
-        types = vtkStringArray()
-        types.SetName(TYPES)
-        types.InsertNextValue(json.dumps({name: [a.dtype.str, a.shape[1:]] for name, a in data.items()}))
-        out.GetFieldData().AddArray(types)
+        types = json.dumps({name: [a.dtype.str, a.shape[1:]] for name, a in data.items()})
+        out.GetFieldData().AddArray(_text_array(TYPES, types))
         out.GetFieldData().AddArray(vtk_array(TWIN, topology.twin))
         out.GetFieldData().AddArray(vtk_array(HOLES, topology.hole_darts))
+    return out
+
+
+def _text_array(name: str, text: str) -> Any:
+    out = vtkStringArray()
+    out.SetName(name)
+    out.InsertNextValue(text)
     return out
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -105,7 +106,7 @@ def read_volume(path: str | os.PathLike[str], *, spacing: ArrayLike | None = Non
         raise _wrong_content("a volume", path, out)
     if spacing is None:
         return out
-    return Volume(out.values, checks.any_array("spacing", spacing), out.origin, out.direction)
+    return replace(out, spacing=checks.any_array("spacing", spacing))
 
 
 def read_points(path: str | os.PathLike[str]) -> PointCloud:
@@ -130,10 +131,8 @@ def read_points(path: str | os.PathLike[str]) -> PointCloud:
     out = read(path)
     if isinstance(out, PointCloud):
         return out
-    if isinstance(out, TriangleMesh):
-        return cloud_of_vertices(out.vertices, out.vertex_normals)
-    if hasattr(out, "connectivity"):
-        return cloud_of_vertices(out.vertices, out.normals)
+    if isinstance(out, TriangleMesh) or hasattr(out, "connectivity"):
+        return cloud_of_vertices(out)
     raise _wrong_content("points", path, out)
 
 
@@ -216,7 +215,10 @@ def _read_kind(path: Path, kind: str) -> Any:
 
         with readable_by_vtk(path) as plain:
             return _welded(vtk.from_dataset(vtk.read_dataset(plain, kind), path.name), kind)
-    return _welded(vtk.from_dataset(vtk.read_dataset(path, kind), path.name, owned=True), kind)
+    out = _welded(vtk.from_dataset(vtk.read_dataset(path, kind), path.name, owned=True), kind)
+    if kind == "obj" and isinstance(out, TriangleMesh):
+        return vtk.with_colors_of_obj(out, path)
+    return out
 
 
 def _welded(out: Any, kind: str) -> Any:

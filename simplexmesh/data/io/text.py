@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh._base.errors import warn
+from simplexmesh.data.columns import NORMALS, data_of
 from simplexmesh.data.points import PointCloud, cloud_of_file
 
 Array = NDArray[np.float64]
@@ -34,11 +35,12 @@ def read_text(path: Path) -> PointCloud:
     if names and not known and not header.lstrip().startswith(("#", "//")):
         warn(f"{path.name} names no columns x, y and z: the first three were read")
     columns = [place[name] for name in "xyz"] if known else [0, 1, 2]
-    return cloud_of_file(path.name, table[:, columns], _normals(table, place))
+    data = data_of({name: table[:, column] for name, column in place.items()}) if known else {}
+    return cloud_of_file(path.name, table[:, columns], _normals(table, place), data)
 
 
 def _normals(table: Array, place: dict[str, int]) -> Array | None:
-    for triple in (("nx", "ny", "nz"), ("normal_x", "normal_y", "normal_z")):
+    for triple in NORMALS:
         if set(triple) <= place.keys():
             return table[:, [place[name] for name in triple]]
     if place or table.shape[1] < 6:

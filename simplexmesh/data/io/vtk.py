@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtkmodules.vtkFiltersCore import vtkTriangleFilter
@@ -17,8 +20,11 @@ from vtkmodules.vtkIOLegacy import vtkDataSetReader
 from vtkmodules.vtkIOXML import vtkXMLImageDataReader, vtkXMLPolyDataReader
 
 from simplexmesh._base.errors import warn
+from simplexmesh._base.named_arrays import is_color
+from simplexmesh._base.units import known_unit
+from simplexmesh.data.columns import as_colors
 from simplexmesh.data.io.integrity import apart, legacy, xml
-from simplexmesh.data.io.polydata import HOLES, TWIN, TYPES, captured_output, polydata, vtk_array, vtk_reason
+from simplexmesh.data.io.polydata import HOLES, TWIN, TYPES, UNIT, captured_output, polydata, vtk_array, vtk_reason
 from simplexmesh.data.points import PointCloud, cloud_of_file
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.data.volume import Volume
@@ -32,6 +38,8 @@ _READERS: dict[str, Callable[[], Any]] = {
     "stl": vtkSTLReader,
     "obj": vtkOBJReader,
 }
+
+_UNIT_OF_OBJ = re.compile(r"(?im)^#[^\n]*\bunits?\s*[:=]\s*(\S+)")
 
 
 def read_dataset(path: Path, kind: str) -> Any:
@@ -81,7 +89,30 @@ def from_dataset(dataset: Any, name: str, *, owned: bool = False) -> Volume | Tr
     if dataset.GetNumberOfPolys() or dataset.GetNumberOfStrips():
         return _triangles(dataset)
     normals = dataset.GetPointData().GetNormals()
-    return cloud_of_file(name, _points(dataset), None if normals is None else vtk_to_numpy(normals).astype(float))
+    normals = None if normals is None else vtk_to_numpy(normals).astype(float)
+    return cloud_of_file(name, _points(dataset), normals, _data(dataset), _unit(dataset))
+
+
+def _data(dataset: Any) -> dict[str, NDArray[Any]]:
+    """Return the arrays of the points, but normals, coordinates in a texture, and arrays that VTK does not name."""
+    given = dataset.GetPointData()
+    other = {each.GetName() for each in (given.GetNormals(), given.GetTCoords()) if each is not None}
+    found = {}
+    for array in _number_arrays(given):
+        if (
+            array.GetName()
+            and array.GetName() not in other
+            and array.GetNumberOfTuples() == dataset.GetNumberOfPoints()
+        ):
+            values = np.array(vtk_to_numpy(array))
+            found["colors" if array.GetName() in ("RGB", "RGBA") and is_color(values) else array.GetName()] = values
+    return found
+
+
+def _unit(dataset: Any) -> str | None:
+    """Return the unit of length that the field data names."""
+    array = dataset.GetFieldData().GetAbstractArray(UNIT)
+    return known_unit(array.GetValue(0)) if array is not None and array.IsA("vtkStringArray") else None
 
 
 def _points(dataset: Any) -> NDArray[np.float64]:
@@ -108,7 +139,26 @@ def _triangles(dataset: Any) -> TriangleMesh:
     cutter.Update()
     out = cutter.GetOutput()
     corners = vtk_to_numpy(out.GetPolys().GetConnectivityArray()).astype(np.int64)
-    return TriangleMesh(_points(out), corners.reshape(-1, 3))
+    return TriangleMesh(_points(out), corners.reshape(-1, 3), _data(out), _unit(dataset))
+
+
+def with_colors_of_obj(surface: TriangleMesh, path: Path) -> TriangleMesh:
+    """Return the surface read from an OBJ file with what VTK leaves: colors in lines `v x y z r g b`, and the unit."""
+    text = path.read_text(encoding="latin-1")
+    unit = _UNIT_OF_OBJ.search(text)
+    surface = replace(surface, unit=known_unit(unit[1]) if unit else None)
+    words = [line.split() for line in text.splitlines() if line.startswith("v ")]
+    rows = [each[1:7] for each in words if len(each) in (7, 8)]
+    try:
+        numbers = np.array(rows, dtype=np.float64).reshape(-1, 6)
+    except ValueError:
+        raise OSError(f"{path.name} must have numbers as colors of its vertices") from None
+    if not len(rows) or not np.isfinite(numbers).all():
+        return surface
+    apart, nearest = cKDTree(numbers[:, :3].astype(np.float32)).query(surface.vertices)  # VTK reads single precision
+    if apart.any():  # vertices without a color
+        return surface
+    return surface.with_data(colors=as_colors(numbers[nearest, 3:]))
 
 
 def polygon_triangles(
@@ -151,7 +201,7 @@ def _volume(image: Any, name: str, *, owned: bool) -> Volume:
     spacing = np.array(image.GetSpacing())
     first = np.array(image.GetExtent()[::2]) + 0.5 * centered
     origin = np.array(image.GetOrigin()) + direction @ (spacing * first)
-    return Volume(values, spacing, origin, direction)
+    return Volume(values, spacing, origin, direction, _unit(image))
 
 
 def _number_arrays(data: Any) -> list[Any]:
@@ -195,4 +245,4 @@ def _simplex_mesh(dataset: Any, name: str, topology: Connectivity, types: dict[s
             data[key] = values.reshape(len(values), *shape)
     except (AttributeError, ValueError, TypeError):
         raise OSError(f"{name} is a simplex mesh with damaged topology or arrays") from None
-    return SimplexMesh(_points(dataset), topology, data)
+    return SimplexMesh(_points(dataset), topology, data, _unit(dataset))

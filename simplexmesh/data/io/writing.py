@@ -1,9 +1,10 @@
-"""Write meshes and point clouds to VTP, PLY, OBJ, OFF, STL and XYZ files, volumes to VTI and medical formats."""
+"""Write meshes and points to VTP, PLY, OBJ, OFF, STL, XYZ, GLB and 3MF files, volumes to VTI and medical formats."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Mapping
+import re
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,9 @@ from numpy.typing import NDArray
 from simplexmesh._base import checks
 from simplexmesh._base.drafts import draft
 from simplexmesh._base.errors import warn
+from simplexmesh._base.named_arrays import Data, is_color
+from simplexmesh.data.columns import columns_of
+from simplexmesh.data.exporting import by_trimesh
 from simplexmesh.data.io import polydata
 
 Array = NDArray[np.float64]
@@ -24,22 +28,20 @@ NOTABLE_ROUNDING = 1e-4
 
 @dataclass(frozen=True, eq=False)
 class _Polygons:
-    """The content of a file: points, polygons (possibly none), normals and point data."""
+    """The content of a file: points, polygons (possibly none), normals, point data and the unit."""
 
     points: Array
     sizes: NDArray[Any]
     corners: NDArray[Any]
     normals: Array | None = None
-    data: dict[str, NDArray[Any]] = field(default_factory=dict)
+    data: Data = field(default_factory=dict)
+    unit: str | None = None
     topology: Any = None
     triangles: Any = None
 
 
-def save(path: str | os.PathLike[str], value: Any, *, arrays: Mapping[str, NDArray[Any]] | None = None) -> None:
-    """Write a simplex mesh, triangle mesh, point cloud or volume in the format its file name says.
-
-    `arrays` are additional point data by name, (n,) or (n, k), VTP only; a simplex mesh has its own.
-    """
+def save(path: str | os.PathLike[str], value: Any) -> None:
+    """Write a simplex mesh, triangle mesh, point cloud or volume in the format its file name says."""
     where = checks.path("path", path)
     if hasattr(value, "spacing"):
         _save_volume(where, value)
@@ -47,8 +49,8 @@ def save(path: str | os.PathLike[str], value: Any, *, arrays: Mapping[str, NDArr
     suffix = where.suffix.lower()
     if suffix not in _WRITERS:
         raise ValueError(f"path must end with one of {', '.join(_WRITERS)}, not {suffix or 'nothing'} ({where.name})")
-    content = _with_arrays(_content(value), {} if arrays is None else arrays, suffix)
-    if suffix in (".obj", ".off", ".stl") and not len(content.sizes):
+    content = _content(value)
+    if suffix not in (".vtp", ".ply", ".xyz") and not len(content.sizes):
         raise ValueError(f"path must end with .vtp, .ply or .xyz for points without faces, not {suffix}")
     with draft(where) as part:
         _WRITERS[suffix](part, content)
@@ -65,7 +67,12 @@ def _save_volume(path: Path, volume: Any) -> None:
             return
         import SimpleITK
 
+        nifti = ".nii" in path.name.lower()[-7:]
+        if nifti and volume.unit is not None:
+            volume = volume.in_unit("mm")  # what ITK writes into the header
         image = SimpleITK.GetImageFromArray(volume.values.T)
+        if volume.unit is not None and not nifti:
+            image.SetMetaData("unit", volume.unit)
         image.SetSpacing(volume.spacing.tolist())
         image.SetOrigin(volume.origin.tolist())
         image.SetDirection(volume.direction.ravel().tolist())
@@ -73,23 +80,6 @@ def _save_volume(path: Path, volume: Any) -> None:
             SimpleITK.WriteImage(image, str(part), useCompression=True)
         except RuntimeError as error:
             raise OSError(f"{path.name} cannot be written: {str(error).splitlines()[-1]}") from None
-
-
-def _with_arrays(content: _Polygons, arrays: Mapping[str, NDArray[Any]], suffix: str) -> _Polygons:
-    checks.instance("arrays", arrays, Mapping)  # type: ignore[type-abstract]
-    if arrays and (suffix != ".vtp" or content.topology is not None):
-        where = "the arrays of a simplex mesh are its own" if content.topology is not None else f"{suffix} holds none"
-        raise ValueError(f"arrays must be left out: {where}")
-    data = dict(content.data)
-    for name, values in arrays.items():
-        if not isinstance(name, str):
-            raise TypeError(f"arrays must be named by strings, not {type(name).__name__} {name!r}")
-        data[name] = checks.any_array(f"arrays[{name!r}]", values)
-        if data[name].dtype.kind not in "biuf":
-            raise TypeError(f"arrays[{name!r}] must be numbers, not {type(values).__name__} of {data[name].dtype}")
-        if data[name].ndim not in (1, 2) or len(data[name]) != len(content.points):
-            raise ValueError(f"arrays[{name!r}] must have {len(content.points):,} rows, not shape {data[name].shape}")
-    return replace(content, data=data)
 
 
 def to_pyvista(value: Any) -> Any:
@@ -101,6 +91,8 @@ def to_pyvista(value: Any) -> Any:
     out = pyvista.ImageData(dimensions=value.shape, spacing=value.spacing, origin=value.origin)
     out.direction_matrix = value.direction
     out.point_data["values"] = value.values.flatten(order="F")
+    if value.unit is not None:
+        out.field_data[polydata.UNIT] = [value.unit]
     return out
 
 
@@ -110,21 +102,22 @@ def _content(value: Any) -> _Polygons:
         surface = ~topology.face_is_hole
         corners = topology.face_vertices[np.repeat(surface, topology.face_sizes)]
         sizes = topology.face_sizes[surface]
-        return _Polygons(value.vertices, sizes, corners, None, dict(value.data), topology, value.triangulated)
+        data = value.data, value.unit
+        return _Polygons(value.vertices, sizes, corners, None, *data, topology, value.triangulated)
     if hasattr(value, "vertices") and hasattr(value, "faces"):
-        faces = np.asarray(value.faces)
-        return _Polygons(value.vertices, np.full(len(faces), 3), faces.reshape(-1), triangles=lambda: value)
+        sizes, corners = np.full(len(value.faces), 3), value.faces.reshape(-1)
+        return _Polygons(value.vertices, sizes, corners, None, value.data, value.unit, triangles=lambda: value)
     if hasattr(value, "points") and hasattr(value, "normals"):
         none = np.zeros(0, dtype=np.int64)
-        return _Polygons(value.points, none, none, value.normals)
-    raise TypeError(f"value must be a SimplexMesh, TriangleMesh or PointCloud, not {type(value).__name__}")
+        return _Polygons(value.points, none, none, value.normals, value.data, value.unit)
+    raise TypeError(f"value must be a SimplexMesh, TriangleMesh or PointCloud, not {checks.type_name(value)}")
 
 
 def _dataset(content: _Polygons) -> Any:
     data = dict(content.data)
     if content.normals is not None:
         data["Normals"] = content.normals
-    return polydata.polydata(content.points, content.sizes, content.corners, data, content.topology)
+    return polydata.polydata(content.points, content.sizes, content.corners, data, content.topology, content.unit)
 
 
 def _write_vtp(path: Path, content: _Polygons) -> None:
@@ -136,19 +129,47 @@ def _write_vtp(path: Path, content: _Polygons) -> None:
     polydata.write_vtp(path, _dataset(content))
 
 
+_PLY_TYPES = {
+    "i1": "char", "u1": "uchar", "i2": "short", "u2": "ushort", "i4": "int", "u4": "uint", "f4": "float",
+    "f8": "double",
+}  # fmt: skip
+
+
 def _write_ply(path: Path, content: _Polygons) -> None:
-    columns, names = content.points, ["x", "y", "z"]
+    table = dict(zip("xyz", content.points.T, strict=True))
     if content.normals is not None:
-        columns, names = np.hstack([columns, content.normals]), [*names, "nx", "ny", "nz"]
+        table |= dict(zip(("nx", "ny", "nz"), content.normals.T, strict=True))
+    for name, values in columns_of(content.data).items():
+        plain = re.sub(r"[^!-~]", "_", name) or "_"
+        if plain in table:
+            raise ValueError(f"arrays must have names of their own to be saved as PLY, not {name!r} twice")
+        table[plain] = _ply_numbers(name, values)
     count = "uchar" if not len(content.sizes) or content.sizes.max() < 256 else "int"
-    header = ["ply", "format binary_little_endian 1.0", f"element vertex {len(columns)}"]
-    header += [f"property double {name}" for name in names]
+    header = ["ply", "format binary_little_endian 1.0", *([f"comment unit {content.unit}"] if content.unit else ())]
+    header += [f"element vertex {len(content.points)}"]
+    header += [f"property {_PLY_TYPES[values.dtype.str[1:]]} {name}" for name, values in table.items()]
     if len(content.sizes):
         header += [f"element face {len(content.sizes)}", f"property list {count} int vertex_indices"]
+    rows = np.zeros(len(content.points), [(name, values.dtype.newbyteorder("<")) for name, values in table.items()])
+    for name, values in table.items():
+        rows[name] = values
     with path.open("wb") as file:
         file.write(("\n".join([*header, "end_header"]) + "\n").encode("ascii"))
-        file.write(columns.astype("<f8").tobytes())
+        file.write(rows.tobytes())
         file.write(_packed_lists(content.sizes, content.corners, "u1" if count == "uchar" else "<i4"))
+
+
+def _ply_numbers(name: str, values: NDArray[Any]) -> NDArray[Any]:
+    """Return numbers in a type that PLY has: of 64 bits as 32 or, where they do not fit, as double."""
+    if values.dtype.str[1:] in _PLY_TYPES:
+        return values
+    kinds = {"b": (np.uint8,), "f": (np.float32, np.float64)[values.dtype.itemsize > 2 :]}
+    for kind in kinds.get(values.dtype.kind, (np.int32, np.float64)):
+        with np.errstate(invalid="ignore", over="ignore"):
+            out = values.astype(kind)
+        if values.dtype.kind == "f" or np.array_equal(out.astype(values.dtype), values):
+            return out
+    raise ValueError(f"array {name!r} must hold whole numbers below 2**53 to be saved as PLY")
 
 
 def _packed_lists(sizes: NDArray[Any], corners: NDArray[Any], count: str) -> bytes:
@@ -165,9 +186,13 @@ def _packed_lists(sizes: NDArray[Any], corners: NDArray[Any], count: str) -> byt
 
 
 def _write_obj(path: Path, content: _Polygons) -> None:
-    vertices = (f"v {x!r} {y!r} {z!r}\n" for x, y, z in content.points.tolist())
+    rows = content.points
+    if "colors" in content.data and is_color(content.data["colors"]):
+        rows = np.hstack([rows, content.data["colors"][:, :3] / 255])
+    head = [f"# unit: {content.unit}\n"] if content.unit else []
+    vertices = (f"v {' '.join(map(repr, row))}\n" for row in rows.tolist())
     faces = (f"f {' '.join(str(i + 1) for i in loop)}\n" for loop in _loops(content))
-    _write_lines(path, vertices, faces)
+    _write_lines(path, head, vertices, faces)
 
 
 def _write_off(path: Path, content: _Polygons) -> None:
@@ -209,6 +234,23 @@ def _write_xyz(path: Path, content: _Polygons) -> None:
     _write_lines(path, (" ".join(map(repr, row)) + "\n" for row in rows.tolist()))
 
 
+def _write_glb(path: Path, content: _Polygons) -> None:
+    """Write triangles in meters, with colors, and with other arrays of up to four columns in single precision."""
+    surface = _in(content.triangles(), "m")
+    fitting = {name: values for name, values in surface.data.items() if values.size <= 4 * len(values)}
+    data = {name: v if name == "colors" else v.astype(np.float32) for name, v in fitting.items()}
+    path.write_bytes(by_trimesh(replace(surface, data=data), "glb"))
+
+
+def _write_3mf(path: Path, content: _Polygons) -> None:
+    path.write_bytes(by_trimesh(_in(content.triangles(), "mm"), "3mf"))
+
+
+def _in(surface: Any, unit: str) -> Any:
+    """Return a surface of known unit in the one of a format, any other as it is."""
+    return surface if surface.unit is None else surface.in_unit(unit)
+
+
 def _write_lines(path: Path, *lines: Iterable[str]) -> None:
     with path.open("w", encoding="ascii", newline="\n") as file:
         for group in lines:
@@ -230,4 +272,6 @@ _WRITERS: dict[str, Callable[[Path, _Polygons], None]] = {
     ".off": _write_off,
     ".stl": _write_stl,
     ".xyz": _write_xyz,
+    ".glb": _write_glb,
+    ".3mf": _write_3mf,
 }

@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 
 from simplexmesh._base import checks
+from simplexmesh._base.named_arrays import joined, taken
+from simplexmesh._base.units import common_unit
 from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.mesh.contours import Contour
 from simplexmesh.mesh.operators.editable_mesh import EditableMesh
@@ -150,15 +152,11 @@ def together(*meshes: SimplexMesh) -> SimplexMesh:
     starts = np.cumsum([0, *(3 * mesh.n_vertices for mesh in meshes)])[:-1]
     twin = [mesh.connectivity.twin.astype(np.int64) + at for mesh, at in zip(meshes, starts, strict=True)]
     holes = [mesh.connectivity.hole_darts.astype(np.int64) + at for mesh, at in zip(meshes, starts, strict=True)]
-    names = [name for name in meshes[0].data if all(name in mesh.data for mesh in meshes)]
-    for name in names:
-        if len(shapes := {mesh.data[name].shape[1:] for mesh in meshes}) > 1:
-            found = " and ".join(str(shape) for shape in sorted(shapes))
-            raise ValueError(f"data {name!r} must have the same shape per vertex in all meshes, not {found}")
     return SimplexMesh(
         np.concatenate([mesh.vertices for mesh in meshes]),
         Connectivity(np.concatenate(twin), np.concatenate(holes)),
-        {name: np.concatenate([mesh.data[name] for mesh in meshes]) for name in names},
+        joined([mesh.data for mesh in meshes]),
+        common_unit("meshes", meshes),
     )
 
 
@@ -193,7 +191,6 @@ def parts(mesh: SimplexMesh) -> tuple[Edited, ...]:
         kept = inside[first // 3]
         face_map = np.full(len(first), -1, np.int32)
         face_map[kept] = connectivity.face.reshape(-1)[3 * number[first[kept] // 3] + first[kept] % 3]
-        data = {name: values[inside] for name, values in mesh.data.items()}
-        part = SimplexMesh(mesh.vertices[inside], connectivity, data)
+        part = SimplexMesh(mesh.vertices[inside], connectivity, taken(mesh.data, inside), mesh.unit)
         out.append(Edited(part, checks.frozen(number), checks.frozen(face_map)))
     return tuple(out)

@@ -181,4 +181,4 @@ class EditableDarts:
                 column += width
             else:
                 data[name] = old[origin]
-        return SimplexMesh(values[:, :3], connectivity, data)
+        return SimplexMesh(values[:, :3], connectivity, data, self._mesh.unit)

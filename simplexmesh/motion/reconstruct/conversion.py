@@ -15,8 +15,9 @@ from simplexmesh._base import checks
 from simplexmesh._base.errors import warn
 from simplexmesh._base.vectors import norm
 from simplexmesh.data.conversion import as_data, as_triangles
+from simplexmesh.data.foreign import is_foreign
 from simplexmesh.data.io.reading import read_poses
-from simplexmesh.data.points import PointCloud
+from simplexmesh.data.points import PointCloud, cloud_of_vertices
 from simplexmesh.data.poses import rigid
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.data.volume import Volume
@@ -132,18 +133,18 @@ def without_stray_points(cloud: PointCloud) -> PointCloud:
     if not 0 < count <= MOST_STRAY * len(points):
         return cloud
     warn(f"left out {count:,} of {len(points):,} points, isolated and far from all others")
-    return PointCloud(points[~stray], None if cloud.normals is None else cloud.normals[~stray])
+    return cloud.selected(~stray)
 
 
 def are_scans(data: Any) -> bool:
-    """Return whether data is a sequence of scans: paths, point clouds, surfaces, or arrays (n, 3) or (n, 6).
+    """Return whether data is a sequence of scans: paths, clouds, surfaces, or arrays (n, 3) or (n, 6).
 
     A pair of arrays of which only the second is of integers is vertices and faces, not two scans; so is, as a tuple, a
     pair of integer arrays of which the second are valid indices into the first.
     """
     if not isinstance(data, list | tuple) or not data:
         return False
-    if all(isinstance(item, str | Path | PointCloud | TriangleMesh) for item in data):
+    if all(isinstance(item, str | Path | PointCloud | TriangleMesh) or is_foreign(item) for item in data):
         return True
     arrays = all(isinstance(item, np.ndarray) and item.ndim == 2 and item.shape[1] in (3, 6) for item in data)
     return arrays and not (len(data) == 2 and _are_faces(data[1], data[0], pair=isinstance(data, tuple)))
@@ -164,7 +165,7 @@ def joined_scans(scans: Sequence[Any], poses: Any = None) -> PointCloud:
     for place, scan in enumerate(scans):
         item = as_data(scan)
         if isinstance(item, TriangleMesh):
-            item = PointCloud(item.vertices, item.vertex_normals)
+            item = cloud_of_vertices(item)
         if not isinstance(item, PointCloud):
             raise TypeError(f"scans must be point clouds or surfaces; scan {place} is a {type(item).__name__}")
         clouds.append(item)

@@ -52,6 +52,11 @@ class Input(ABC):
     surface: TriangleMesh | None = None
 
     @property
+    @abstractmethod
+    def source(self) -> Volume | PointCloud | TriangleMesh:
+        """What was given, with its arrays and unit."""
+
+    @property
     def oriented(self) -> bool:
         """Whether the normals of `samples` are known to point outwards."""
         return False
@@ -100,6 +105,11 @@ class VolumeInput(Input):
     level: float | None
     label: int | None
     layered = True
+
+    @property
+    def source(self) -> Volume:
+        """The volume."""
+        return self.volume
 
     @property
     def resolution(self) -> float:
@@ -157,6 +167,11 @@ class PointsInput(Input):
     components: str
 
     @property
+    def source(self) -> PointCloud:
+        """The points."""
+        return self.cloud
+
+    @property
     def resolution(self) -> float:
         """The diagonal over the square root of the number of points."""
         return float(np.linalg.norm(np.ptp(self.points, axis=0))) / max(np.sqrt(len(self.points)), 1.0)
@@ -184,17 +199,17 @@ class PointsInput(Input):
         except TopologyError:
             if cloud.normals is None:
                 raise
-            cloud = PointCloud(cloud.points)
+            cloud = replace(cloud, normals=None)
             start = start_from_points(cloud, vertices, **options)
             warn("the points' normals bound no solid and were left out")
         assert start.indicator is not None
         inward = start.indicator.at(cloud.points)[1]
         if cloud.normals is None:
             known = inward.any(axis=1)
-            cloud = PointCloud(cloud.points[known], -inward[known])
+            cloud = replace(cloud.selected(known), normals=-inward[known])
         elif (inward * cloud.normals).sum() > 0:
             warn("the points' normals point inwards and were flipped")
-            cloud = PointCloud(cloud.points, -cloud.normals)
+            cloud = replace(cloud, normals=-cloud.normals)
         return start, Points(cloud)
 
     def turned_outward(self, *, enclosed: bool = True) -> PointsInput:
@@ -210,6 +225,11 @@ class TrianglesInput(Input):
 
     surface: TriangleMesh = field()
     components: str
+
+    @property
+    def source(self) -> TriangleMesh:
+        """The triangles."""
+        return self.surface
 
     @property
     def resolution(self) -> float:
@@ -259,4 +279,4 @@ class TrianglesInput(Input):
         centers = surface.vertices[surface.faces].mean(axis=1)
         if not are_inward(centers, surface.face_vectors, border.mean(axis=0)):
             return self
-        return replace(self, surface=TriangleMesh(surface.vertices, surface.faces[:, ::-1]))
+        return replace(self, surface=replace(surface, faces=surface.faces[:, ::-1]))

@@ -5,6 +5,8 @@ A mesh that encloses the data must not be attracted to the inner side of a shell
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
@@ -55,7 +57,7 @@ def outward_cloud(cloud: PointCloud) -> PointCloud:
     if normals is None:
         normals = planes(points).normals
         normals = _propagated(points, normals) if len(border) else _bounding(points, normals)
-    return PointCloud(points, -normals if are_inward(points, normals, center) else normals)
+    return replace(cloud, normals=-normals if are_inward(points, normals, center) else normals)
 
 
 def _propagated(points: Array, normals: Array) -> Array:

@@ -111,7 +111,7 @@ def checked_init(init: Any) -> str | SimplexMesh:
     if isinstance(init, Path) or (isinstance(init, str) and Path(init).suffix):
         return read_mesh(init)
     if not isinstance(init, str):
-        raise TypeError(f"init must be a name, a path or a SimplexMesh, not {type(init).__name__}")
+        raise TypeError(f"init must be a name, a path or a SimplexMesh, not {checks.type_name(init)}")
     return checks.choice("init", init, ("auto", *PRIMITIVES))
 
 

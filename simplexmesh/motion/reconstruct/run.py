@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from simplexmesh._base.progress import Report
 from simplexmesh.mesh.operators.regularize import regularize
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
+from simplexmesh.motion.carrying import with_data_of
 from simplexmesh.motion.model.boundary_unfold import unfolded_boundary
 from simplexmesh.motion.model.stages import Stage, is_at_rest, mean_edge
 from simplexmesh.motion.model.state import State, Target
@@ -105,8 +106,9 @@ class Run:
         """Return the model as it is now."""
         c = self.mesh.connectivity
         irregular = np.flatnonzero(((c.face_sizes < 5) | (c.face_sizes > 7)) & ~c.face_is_hole)
+        mesh = with_data_of(self.mesh, self.data.source)
         return Reconstruction(
-            self.mesh, self.distance, tuple(self.history), self.converged, self.start, self.found, self.tangled,
+            mesh, self.distance, tuple(self.history), self.converged, self.start, self.found, self.tangled,
             self.interrupted, replace(self.topology, exceptions=tuple(irregular.tolist())), self.bare,
         )  # fmt: skip
 

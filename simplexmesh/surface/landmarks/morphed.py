@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,6 @@ from simplexmesh._base.errors import warn
 from simplexmesh._base.vectors import norm
 from simplexmesh.data.conversion import as_data
 from simplexmesh.data.points import PointCloud
-from simplexmesh.data.triangles import TriangleMesh
 
 Array = NDArray[np.float64]
 
@@ -104,8 +104,8 @@ def morphed(
     else:
         moved = points + _compact(at, displacements, points, _radius(radius, displacements, diagonal), accuracy)
     if isinstance(data, PointCloud):
-        return PointCloud(moved)
-    return TriangleMesh(moved, data.faces) if isinstance(data, TriangleMesh) else data.moved(moved)
+        return replace(data, points=moved, normals=None)
+    return replace(data, vertices=moved)
 
 
 def _distinct(at: Array, displacements: Array, accuracy: float) -> tuple[Array, Array]:

@@ -64,7 +64,7 @@ NAMES = [  # what edges and faces may be called
     (
         lambda: sm.join(BALL.with_data(x=np.zeros(320)), OTHER.with_data(x=np.zeros((1280, 2))), 0, 0),
         ValueError,
-        "data 'x' must have the same shape per vertex in all meshes, not () and (2,)",
+        "data 'x' must have the same shape in all parts, not () and (2,)",
     ),
 ]
 INSERTIONS = [

@@ -1,0 +1,55 @@
+"""Named arrays with one row for each point or vertex: checked, and passed on to what is made of the points."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplexmesh._base import checks
+
+Data = Mapping[str, NDArray[Any]]
+
+
+def named_arrays(given: Any, n: int, row: str) -> Data:
+    """Return named arrays of `n` rows, one for each `row`, as a read-only mapping of read-only arrays."""
+    found = {} if given is None else checks.instance("data", given, Mapping)  # type: ignore[type-abstract]
+    return MappingProxyType({str(name): _checked(str(name), values, n, row) for name, values in found.items()})
+
+
+def _checked(name: str, values: Any, n: int, row: str) -> NDArray[Any]:
+    given = checks.any_array(f"data {name!r}", values)
+    if given.dtype.kind not in "biuf":
+        raise TypeError(f"data {name!r} must be numbers, not {given.dtype}")
+    if given.ndim == 0 or len(given) != n:
+        raise ValueError(f"data {name!r} must have {n} rows, one for each {row}, not shape {given.shape}")
+    read_only = not given.flags.writeable and given.flags.owndata  # already ours: passed on from another object
+    return given if read_only else checks.frozen(given)
+
+
+def changed(data: Data, arrays: Mapping[str, Any]) -> dict[str, Any]:
+    """Return named arrays with some added or replaced; None removes one."""
+    return {name: values for name, values in {**data, **arrays}.items() if values is not None}
+
+
+def taken(data: Data, rows: NDArray[Any]) -> dict[str, NDArray[Any]]:
+    """Return some rows of all arrays, by a mask or indices."""
+    return {name: values[rows] for name, values in data.items()}
+
+
+def joined(parts: Sequence[Data]) -> dict[str, NDArray[Any]]:
+    """Return the arrays that all parts have, one after the other; they must agree in shape."""
+    names = [name for name in parts[0] if all(name in part for part in parts)]
+    for name in names:
+        if len(shapes := {part[name].shape[1:] for part in parts}) > 1:
+            found = " and ".join(str(shape) for shape in sorted(shapes))
+            raise ValueError(f"data {name!r} must have the same shape in all parts, not {found}")
+    return {name: np.concatenate([part[name] for part in parts]) for name in names}
+
+
+def is_color(values: NDArray[Any]) -> bool:
+    """Whether an array holds colors: bytes in three columns, red, green and blue (sRGB), or four with opacity."""
+    return values.dtype == np.uint8 and values.ndim == 2 and values.shape[1] in (3, 4)

@@ -1,0 +1,236 @@
+"""Named arrays, colors and units of files: read, and written again."""
+
+from __future__ import annotations
+
+import struct
+
+import numpy as np
+import pytest
+import pyvista as pv
+from numpy.testing import assert_allclose, assert_array_equal
+
+import simplexmesh as sm
+
+BALL = sm.sphere(4)
+N = BALL.n_vertices
+RNG = np.random.default_rng(0)
+COLORS = RNG.integers(0, 256, (N, 3)).astype(np.uint8)
+DATA = {
+    "colors": COLORS,
+    "intensity": RNG.random(N).astype(np.float32),
+    "label": RNG.integers(-9, 9, N).astype(np.int32),
+    "uv": RNG.random((N, 2)),
+}
+CLOUD = sm.PointCloud(BALL.vertices, BALL.normals, DATA, "mm")
+MESH = sm.SimplexMesh(BALL.vertices, BALL.connectivity, DATA, "mm")
+SURFACE = MESH.triangulated()
+
+
+def same(found, given):
+    """Whether all arrays and the unit came back as they were."""
+    assert found.unit == given.unit
+    assert found.data.keys() == given.data.keys()
+    for name, values in given.data.items():
+        assert found.data[name].dtype == values.dtype
+        assert_array_equal(found.data[name], values)
+
+
+@pytest.mark.parametrize("ending", [".vtp", ".ply"])
+@pytest.mark.parametrize("thing", [CLOUD, SURFACE], ids=["points", "triangles"])
+def test_all_arrays_come_back(ending, thing, tmp_path):
+    thing.save(tmp_path / f"a{ending}")
+    same(sm.read(tmp_path / f"a{ending}"), thing)
+
+
+def test_a_simplex_mesh_comes_back(tmp_path):
+    MESH.save(tmp_path / "a.vtp")
+    same(sm.read_mesh(tmp_path / "a.vtp"), MESH)
+    MESH.save(tmp_path / "a.ply")
+    found = sm.read(tmp_path / "a.ply")
+    assert_array_equal(found.vertices[:N], MESH.vertices)
+    assert_array_equal(found.data["colors"][:N], COLORS)
+
+
+def test_other_programs_see_the_arrays_of_ply(tmp_path):
+    import plyfile
+    import trimesh
+
+    CLOUD.save(tmp_path / "a.ply")
+    found = plyfile.PlyData.read(str(tmp_path / "a.ply"))
+    assert [each.name for each in found["vertex"].properties][6:] == [
+        *("red", "green", "blue", "intensity", "label", "uv_0", "uv_1"),
+    ]
+    assert found.comments == ["unit mm"]
+    SURFACE.save(tmp_path / "b.ply")
+    assert_array_equal(trimesh.load(tmp_path / "b.ply").visual.vertex_colors[:, :3], SURFACE.data["colors"])
+
+
+@pytest.mark.parametrize(
+    ("values", "kept"),
+    [
+        (np.arange(N), np.int32),
+        (np.arange(N) + 2**40, np.float64),
+        (np.arange(N) > 3, np.uint8),
+        (np.arange(N).astype(np.float16), np.float32),
+        (np.arange(N).astype(np.uint64), np.int32),
+    ],
+)
+def test_numbers_that_ply_has_not_are_written_as_others(values, kept, tmp_path):
+    sm.PointCloud(BALL.vertices, data={"a b": values}).save(tmp_path / "a.ply")
+    found = sm.read(tmp_path / "a.ply").data
+    assert list(found) == ["a_b"]
+    assert found["a_b"].dtype == kept
+    assert_array_equal(found["a_b"], values)
+
+
+@pytest.mark.parametrize(
+    ("data", "message"),
+    [
+        ({"n": np.arange(N) + 2**60}, "array 'n' must hold whole numbers below 2\\*\\*53 to be saved as PLY"),
+        ({"x": np.arange(N)}, "arrays must have names of their own to be saved as PLY, not 'x' twice"),
+        ({"a b": np.ones(N), "a_b": np.ones(N)}, "arrays must have names of their own .* not 'a_b' twice"),
+    ],
+)
+def test_what_ply_cannot_hold_is_refused(data, message, tmp_path):
+    with pytest.raises(ValueError, match=message):
+        sm.PointCloud(BALL.vertices, data=data).save(tmp_path / "a.ply")
+    assert not list(tmp_path.iterdir())
+
+
+def test_ply_as_text(tmp_path):
+    rows = "\n".join(f"{i} {i * i} 0 {i} 0 255 0.5" for i in range(4))
+    head = "ply\nformat ascii 1.0\ncomment Units: millimeters\nelement vertex 4\n"
+    kinds = [*(f"property float {c}" for c in "xyz"), *(f"property uchar {c}" for c in ("red", "green", "blue"))]
+    body = "\n".join([*kinds, "property float confidence", "end_header", rows])
+    (tmp_path / "a.ply").write_text(head + body + "\n")
+    found = sm.read(tmp_path / "a.ply")
+    assert found.unit == "mm"
+    assert_array_equal(found.data["colors"], [[i, 0, 255] for i in range(4)])
+    assert found.data["colors"].dtype == np.uint8
+    assert_array_equal(found.data["confidence"], [0.5] * 4)
+
+
+def test_obj_keeps_colors_and_unit(tmp_path):
+    SURFACE.save(tmp_path / "a.obj")
+    found = sm.read(tmp_path / "a.obj")
+    assert found.unit == "mm"
+    assert list(found.data) == ["colors"]
+    assert_array_equal(found.data["colors"], SURFACE.data["colors"])
+
+
+def test_obj_with_seams_and_with_colors_of_some_vertices(tmp_path):
+    corners = ["0 0 0 1 0 0", "1 0 0 0 1 0", "0 1 0 0 0 1", "0 0 1 0 0 0"]
+    faces = "vt 0 0\nvt 1 0\nvt 0 1\nf 1/1 2/2 3/3\nf 1/2 2/3 4/1\n"
+    (tmp_path / "a.obj").write_text("".join(f"v {row}\n" for row in corners) + faces)
+    found = sm.read(tmp_path / "a.obj")
+    assert found.n_vertices == 4  # VTK has six
+    for position, color in zip(found.vertices, found.data["colors"], strict=True):
+        assert f"{' '.join(f'{x:g}' for x in [*position, *(color / 255)])}" in corners
+    (tmp_path / "b.obj").write_text("".join(f"v {row}\n" for row in [*corners[:3], "0 0 1"]) + faces)
+    assert not sm.read(tmp_path / "b.obj").data
+
+
+@pytest.mark.parametrize("name", ["rgb", "rgba"])
+@pytest.mark.parametrize("storage", ["ascii", "binary"])
+def test_pcd_with_packed_colors(name, storage, tmp_path):
+    packed = [0x80FF0001, 0x80010203, 0x80000000, 0x80FFFFFF]
+    kind = "F" if name == "rgb" else "U"
+    head = f"VERSION .7\nFIELDS x y z {name} label _\nSIZE 4 4 4 4 2 1\nTYPE F F F {kind} U U\nCOUNT 1 1 1 1 1 2\n"
+    head += f"WIDTH 4\nHEIGHT 1\nPOINTS 4\nDATA {storage}\n"
+    rows = [(float(i), float(i * i), 0.0, color, 7 + i, 0, 0) for i, color in enumerate(packed)]
+    if storage == "binary":
+        body = b"".join(struct.pack("<3fIH2B", *row) for row in rows)
+    else:
+        shown = [np.uint32(color).view(np.float32) if kind == "F" else color for color in packed]
+        body = "\n".join(f"{r[0]} {r[1]} {r[2]} {c!s} {r[4]} 0 0" for r, c in zip(rows, shown, strict=True)).encode()
+    (tmp_path / "a.pcd").write_bytes(head.encode() + body)
+    found = sm.read(tmp_path / "a.pcd").data
+    wanted = [[255, 0, 1, 128], [1, 2, 3, 128], [0, 0, 0, 128], [255, 255, 255, 128]]
+    assert sorted(found) == ["colors", "label"]
+    assert_array_equal(found["colors"], np.array(wanted)[:, : len(name)])
+    assert found["label"].tolist() == [7, 8, 9, 10]
+    assert found["label"].dtype == np.uint16
+
+
+def test_csv_with_names(tmp_path):
+    (tmp_path / "a.csv").write_text("x,y,z,R,G,B,depth\n0,0,0,9,9,9,1\n1,0,0,255,0,1,2\n0,1,0,0,0,0,3\n0,0,1,1,1,1,4\n")
+    found = sm.read(tmp_path / "a.csv").data
+    assert found["colors"].dtype == np.uint8
+    assert found["colors"][1].tolist() == [255, 0, 1]
+    assert found["depth"].tolist() == [1, 2, 3, 4]
+
+
+def test_vtk_as_others_write_it(tmp_path):
+    ball = pv.Sphere()
+    ball["RGB"] = RNG.integers(0, 256, (ball.n_points, 3)).astype(np.uint8)
+    ball["heat"] = ball.points[:, 2]
+    ball.save(tmp_path / "a.vtk")
+    found = sm.read(tmp_path / "a.vtk")
+    assert_array_equal(found.data["colors"], ball["RGB"])
+    assert_allclose(found.data["heat"], found.vertices[:, 2])
+    assert "Normals" not in found.data
+
+
+def test_pyvista_gets_arrays_that_can_be_written_to():
+    shown = CLOUD.to_pyvista()
+    assert shown.field_data["unit"][0] == "mm"
+    shown["intensity"][:] = 0
+    shown.points[:] = 0
+    assert CLOUD.data["intensity"].all()
+    assert CLOUD.points.any()
+
+
+@pytest.mark.parametrize("ending", [".mha", ".nrrd", ".nii", ".nii.gz", ".vti"])
+def test_volumes_remember_their_unit(ending, tmp_path):
+    volume = sm.Volume(np.arange(60.0).reshape(3, 4, 5), spacing=(1, 2, 3), unit="cm")
+    volume.save(tmp_path / f"a{ending}")
+    found = sm.read(tmp_path / f"a{ending}")
+    assert found.unit == ("mm" if ".nii" in ending else "cm")
+    assert_allclose(found.in_unit("cm").spacing, (1, 2, 3), rtol=1e-6)
+
+
+def test_glb_is_in_meters(tmp_path):
+    import trimesh
+
+    SURFACE.save(tmp_path / "a.glb")
+    scene = trimesh.load(tmp_path / "a.glb")
+    (inside,) = scene.geometry.values()
+    assert_allclose(scene.extents, np.ptp(SURFACE.bounds, axis=0) / 1000, rtol=1e-6)
+    assert_array_equal(inside.visual.vertex_colors[:, :3], SURFACE.data["colors"])
+    assert_allclose(inside.vertex_attributes["_intensity"].ravel(), SURFACE.data["intensity"])
+
+
+def test_3mf_is_in_millimeters(tmp_path):
+    import trimesh
+
+    pytest.importorskip("lxml")
+    SURFACE.in_unit("m").save(tmp_path / "a.3mf")
+    assert_allclose(trimesh.load(tmp_path / "a.3mf").extents, np.ptp(SURFACE.bounds, axis=0), rtol=1e-9)
+
+
+@pytest.mark.parametrize("ending", [".glb", ".3mf"])
+def test_what_trimesh_writes_needs_faces_and_trimesh(ending, tmp_path, monkeypatch):
+    with pytest.raises(ValueError, match=r"path must end with .vtp, .ply or .xyz for points"):
+        CLOUD.save(tmp_path / f"a{ending}")
+    monkeypatch.setitem(__import__("sys").modules, "trimesh", None)
+    with pytest.raises(ImportError, match=r"this needs the extra export: pip install 'simplexmesh\[export\]'"):
+        MESH.save(tmp_path / f"a{ending}")
+    assert not list(tmp_path.iterdir())
+
+
+def test_anything_is_saved(tmp_path):
+    for name, thing in {
+        "mesh.vtp": MESH,
+        "points.ply": CLOUD,
+        "volume.nrrd": sm.Volume(np.zeros((2, 2, 2))),
+        "array.xyz": CLOUD.points,
+        "shown.ply": SURFACE.to_pyvista(),
+        "signature.vtp": sm.sai(MESH, 5),
+    }.items():
+        sm.save(thing, tmp_path / name)
+        assert (tmp_path / name).stat().st_size
+    assert_array_equal(sm.read(tmp_path / "shown.ply").data["label"], SURFACE.data["label"])
+    with pytest.raises(TypeError, match=r"data must be a Volume, .*, not int"):
+        sm.save(3, tmp_path / "a.ply")
+    with pytest.raises(TypeError, match="path must be a string or a Path, not SimplexMesh"):
+        sm.save(tmp_path / "a.ply", MESH)
