@@ -46,7 +46,7 @@ _HOME = {
     "data.cutting.boolean": ["boolean"],
     # III  the motion
     "motion.model.deform": ["DeformableModel"],
-    "motion.reconstruct.pipeline": ["reconstruct"],
+    "recognition.scans.reconstruct": ["reconstruct"],  # `motion.reconstruct.pipeline`, with the poses of scans
     "motion.reconstruct.result": ["Reconstruction", "Distance", "Summary"],
     "motion.density.refine": ["refine"],
     "motion.density.redistribute": ["redistribute"],
@@ -63,6 +63,7 @@ _HOME = {
     "recognition.register.register": ["Pose", "Registration", "register"],
     "recognition.library.library": ["ModelLibrary", "Recognition"],
     "recognition.register.align": ["align", "Alignment"],
+    "recognition.scans.register_all": ["register_all", "Registered", "ScanPair"],
     "recognition.contact.occlude": ["occlude", "Occlusion"],
     # V    the surface
     "surface.neighborhoods": ["Neighborhoods", "ball", "nearest", "rings", "Rings", "Ball", "Nearest"],
@@ -141,7 +142,6 @@ if TYPE_CHECKING:  # the same list once more, for type checkers and editors; a t
     from simplexmesh.motion.model.state import State as State
     from simplexmesh.motion.reconstruct.deviation import Deviation as Deviation
     from simplexmesh.motion.reconstruct.deviation import deviation as deviation
-    from simplexmesh.motion.reconstruct.pipeline import reconstruct as reconstruct
     from simplexmesh.motion.reconstruct.result import Distance as Distance
     from simplexmesh.motion.reconstruct.result import Reconstruction as Reconstruction
     from simplexmesh.motion.reconstruct.result import Summary as Summary
@@ -164,6 +164,10 @@ if TYPE_CHECKING:  # the same list once more, for type checkers and editors; a t
     from simplexmesh.recognition.sai.match import match as match
     from simplexmesh.recognition.sai.match_result import Match as Match
     from simplexmesh.recognition.sai.sai import sai as sai
+    from simplexmesh.recognition.scans.reconstruct import reconstruct as reconstruct
+    from simplexmesh.recognition.scans.register_all import Registered as Registered
+    from simplexmesh.recognition.scans.register_all import ScanPair as ScanPair
+    from simplexmesh.recognition.scans.register_all import register_all as register_all
     from simplexmesh.surface.curvature.estimate import curvature as curvature
     from simplexmesh.surface.curvature.result import Curvature as Curvature
     from simplexmesh.surface.landmarks.circle import Circle as Circle

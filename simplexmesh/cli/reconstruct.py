@@ -10,6 +10,7 @@ from typing import Annotated, Any
 import typer
 
 from simplexmesh._base.interrupts import deferred_interrupts
+from simplexmesh._base.progress import Report
 from simplexmesh.cli.options import Inside, Json, Label, Level, Model
 from simplexmesh.cli.report import (
     KEPT,
@@ -31,6 +32,7 @@ from simplexmesh.cli.report import (
 EXAMPLE = (
     "Examples: simplexmesh reconstruct head_ct.mhd --level 500 --vertices 3000 -o head.vtp ;  "
     "simplexmesh reconstruct bun000.ply bun045.ply bun090.ply --poses bun.conf -o bunny.vtp ;  "
+    "simplexmesh reconstruct scans/*.ply --poses auto -o model.vtp ;  "
     "simplexmesh reconstruct face.vtk --init sphere --holes auto --refine fine -o face.vtp"
 )
 
@@ -47,7 +49,9 @@ def command(
     init: Annotated[
         str, typer.Option(help="Start: auto, sphere, ellipsoid, cylinder, plane, torus, or a .vtp file of a mesh.")
     ] = "auto",
-    poses: Annotated[Path | None, typer.Option(help="File of the pose of each scan, such as bun.conf.")] = None,
+    poses: Annotated[
+        Path | None, typer.Option(help="File of the pose of each scan, such as bun.conf, or auto to find the poses.")
+    ] = None,
     components: Annotated[
         str, typer.Option(help="Pieces to keep: largest, all, or auto: all of a label, else the largest.")
     ] = "auto",
@@ -83,9 +87,9 @@ def command(
         from simplexmesh.motion.reconstruct.pipeline import reconstruct
 
         began = time.perf_counter()
-        data = loaded(inputs, poses)
-        interrupts.check()
         with progress("reconstructing", wanted=not json) as report:
+            data = loaded(inputs, poses, interrupts.checking(report))
+            interrupts.check()
             result = reconstruct(
                 data, level=level, label=label, inside=inside, vertices=vertices, init=init, components=components,
                 tunnels=tunnels, iterations=iterations, holes=holes, handles=handles, refine=refine,
@@ -109,16 +113,16 @@ def command(
     return KEPT if interrupted else 0
 
 
-def loaded(inputs: list[Path], poses: Path | None) -> Any:
+def loaded(inputs: list[Path], poses: Path | None, report: Report) -> Any:
     """Return the data of the files: of a single one as it is; of several, or one with a pose, as joined points."""
     from simplexmesh.data.conversion import as_data
     from simplexmesh.motion.reconstruct.conversion import joined_scans
+    from simplexmesh.recognition.scans.reconstruct import needs_poses, posed_scans
 
-    if len(inputs) == 1 and poses is None:
-        return as_data(inputs[0])
-    if poses is None:
-        note("no --poses given: the scans are assumed to be in one coordinate system; simplexmesh register finds poses")
-    return joined_scans(inputs, poses)
+    chosen = "auto" if poses == Path("auto") else poses
+    if needs_poses(inputs, chosen):
+        return joined_scans(*posed_scans(inputs, chosen, report))
+    return as_data(inputs[0]) if len(inputs) == 1 and poses is None else joined_scans(inputs, poses)
 
 
 def _reported(result: Any, output: Path, seconds: float, *, interrupted: bool) -> dict[str, Any]:

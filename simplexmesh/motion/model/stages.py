@@ -12,7 +12,6 @@ from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.model.deform import DeformableModel
 from simplexmesh.motion.model.state import State, Target
 
-
 STILL, LEVEL = 0.01, 0.02
 """Of the mean edge, the longest step, and of the mean energy, its change, of a motion at rest. A tenth and a quarter of
 them take up to three times the iterations, in which vertices slide along the data; with twice the step boundaries of

@@ -64,7 +64,8 @@ def reconstruct(
         Width, in the data's unit, below which the automatic start seals tunnels through the body; 0 keeps them all.
         Default: what the mesh cannot resolve and, for a level of a volume, 13 voxels; points keep theirs.
     poses : path, mapping or sequence, optional
-        For several scans: T_world_scan of each, by file name or in order.
+        For several scans: T_world_scan of each, by file name or in order; ``"auto"`` finds them (`register_all`). Without
+        any the scans keep their frames, unless these contradict each other: then poses are found, with a warning.
     iterations : int
         Maximum number of iterations of the fine stage.
     rigidity : int
@@ -104,8 +105,8 @@ def reconstruct(
     Warns
     -----
     SimplexMeshWarning
-        For data that was repaired, and for a model that misses much of the data, is far from data in a large part, or
-        remains tangled.
+        For data that was repaired, scans in different frames or that fit nowhere, and for a model that misses much of
+        the data, is far from data in a large part, or remains tangled.
 
     References
     ----------

@@ -48,11 +48,16 @@ class Verifier:
         target_tree: cKDTree | None = None,
     ) -> Verifier:  # fmt: skip
         """Return the verifier of two surfaces, with at most `count` sample points of each."""
-        spacing = max(source.spacing, target.spacing)
-        width = float(np.hypot(3 * np.hypot(source.noise, target.noise) + 0.1 * spacing, TOLERANCE * size))
         trees = cKDTree(source.points), target_tree or cKDTree(target.points)
         samples = source.sample(count, rng), target.sample(count, rng)
-        return Verifier(source, target, trees, samples, width, max(2.5 * spacing, 2.0 * width), size)
+        return Verifier(source, target, trees, samples, *Verifier.tolerances(source, target, size), size)
+
+    @staticmethod
+    def tolerances(source: OrientedPoints, target: OrientedPoints, size: float) -> tuple[float, float]:
+        """Return the width and the reach between two surfaces; `size` is the extent of the smaller."""
+        spacing = max(source.spacing, target.spacing)
+        width = float(np.hypot(3 * np.hypot(source.noise, target.noise) + 0.1 * spacing, TOLERANCE * size))
+        return width, max(2.5 * spacing, 2.0 * width)
 
     def settled(self, motion: Array, iterations: int) -> Evaluation:
         """Return the evaluation of a motion (12,) after so many steps of refinement on the source's sample."""

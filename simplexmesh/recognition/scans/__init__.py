@@ -1,0 +1,1 @@
+"""Several scans of one object: their poses, and the reconstruction from them."""

@@ -1,0 +1,73 @@
+"""The poses that agree best with measured poses of pairs: least squares in which pairs that contradict count little.
+
+Every pair pulls on the two poses it joins, with the weight of its covariance, and all poses are found together, so that
+errors of a chain of scans do not add up where it closes (F. Lu, E. Milios, Globally consistent range scan alignment,
+1997).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+from scipy.spatial.transform import Rotation
+
+from simplexmesh.numerics.rotation_vectors import rotation_matrices
+from simplexmesh.recognition.scans.scan_pairs import Measured
+
+Array = NDArray[np.float64]
+Pair = tuple[int, int]
+
+SYSTEMATIC = 0.3
+"""Part of the distances between two scans that neighboring points share, as a scanner's distortions are: more points do
+not average it away."""
+
+OUTLYING = 3.0
+"""Standard deviations from which a pair loses weight."""
+
+
+def optimized(
+    poses: Array, pairs: Sequence[Pair], measured: Sequence[Measured], radius: float
+) -> tuple[Array, Array]:
+    """Return poses (n, 4, 4) near those given, the first of which stays, and their covariances (n, 6, 6).
+
+    `pairs` are source and target of the measured poses; `radius` is the mean distance of points from their center.
+    """
+    source, target = np.array(pairs).T
+    inverse = np.linalg.inv([each.T for each in measured])
+    whitening = np.array([_whitening(each, radius) for each in measured])
+
+    def moved(x: Array) -> Array:
+        return np.concatenate([poses[:1], motions(x.reshape(-1, 6)) @ poses[1:]])
+
+    def residuals(x: Array) -> Array:
+        at = moved(x)
+        off = np.linalg.inv(at[target]) @ at[source] @ inverse  # what is to be done after the measured pose
+        small = np.hstack([Rotation.from_matrix(off[:, :3, :3]).as_rotvec(), off[:, :3, 3]])
+        return np.asarray(np.einsum("eab,eb->ea", whitening, small).ravel())
+
+    # a pair with six residuals is weighted as one, by the usual median of its length
+    found = least_squares(residuals, np.zeros(6 * (len(poses) - 1)), loss="cauchy", f_scale=OUTLYING, x_scale="jac")
+    freedom = max(6 * (len(pairs) - len(poses) + 1), 1)
+    variance = max(1.0, 2 * found.cost / freedom)
+    covariances = np.zeros((len(poses), 6, 6))
+    full = variance * np.linalg.pinv(found.jac.T @ found.jac, hermitian=True)
+    for k in range(1, len(poses)):
+        covariances[k] = full[6 * k - 6 : 6 * k, 6 * k - 6 : 6 * k]
+    return moved(found.x), covariances
+
+
+def motions(x: Array) -> Array:
+    """Return the motions (k, 4, 4) of rotation vectors and shifts (k, 6)."""
+    out = np.zeros((len(x), 4, 4))
+    out[:, :3, :3], out[:, :3, 3], out[:, 3, 3] = rotation_matrices(x[:, :3]), x[:, 3:], 1.0
+    return out
+
+
+def _whitening(measured: Measured, radius: float) -> Array:
+    """Return the matrix (6, 6) that gives small motions after a measured pose unit covariance."""
+    shared = SYSTEMATIC * measured.error
+    covariance = measured.covariance + np.diag([(shared / radius) ** 2] * 3 + [shared**2] * 3)
+    return np.asarray(np.linalg.inv(np.linalg.cholesky(covariance)))

@@ -1,0 +1,140 @@
+"""The public `reconstruct`: that of `motion`, which knows nothing of registration, with the poses of scans found."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Sequence
+from functools import wraps
+from itertools import combinations
+from typing import Any, ParamSpec, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplexmesh._base.errors import warn
+from simplexmesh._base.progress import Report, reporting
+from simplexmesh.data.conversion import as_data
+from simplexmesh.data.points import PointCloud
+from simplexmesh.data.triangles import TriangleMesh
+from simplexmesh.motion.reconstruct import pipeline
+from simplexmesh.motion.reconstruct.conversion import are_scans
+from simplexmesh.numerics.rotation_vectors import rotation_angle
+from simplexmesh.recognition.register.oriented_points import FEWEST_POINTS
+from simplexmesh.recognition.scans.assembly import TOUCHING
+from simplexmesh.recognition.scans.register_all import Registered, names_of, registered, registered_named, tell_groups
+from simplexmesh.recognition.scans.scan_pairs import Scan, contact
+
+Array = NDArray[np.float64]
+P, R = ParamSpec("P"), TypeVar("R")
+Pair = tuple[int, int]
+
+ADJOINING, TRUSTED = 0.003, 0.7
+"""Fraction of a scan near another from which the two are compared, a seam between parts; and the share of it that must
+agree: of bodies in unrelated frames less than half does, and poses measured otherwise may be somewhat off."""
+
+SHARE = 0.4
+"""Part of the progress that finding poses takes."""
+
+
+def _with_poses(fit: Callable[P, R]) -> Callable[P, R]:
+    """Return `fit` with the poses of scans found where they are wanted or missing."""
+    signature = inspect.signature(fit)
+
+    @wraps(fit)
+    def posed(*arguments: P.args, **options: P.kwargs) -> R:
+        given = signature.bind(*arguments, **options)
+        given.apply_defaults()
+        if not needs_poses(given.arguments["data"], given.arguments["poses"]):
+            return fit(*arguments, **options)
+        with reporting(given.arguments["progress"]) as report:
+            chosen = given.arguments
+            chosen["data"], chosen["poses"] = posed_scans(
+                chosen["data"], chosen["poses"], lambda fraction, message: report(SHARE * fraction, message)
+            )
+            chosen["progress"] = lambda fraction, message: report(SHARE + (1 - SHARE) * fraction, message)
+            return fit(*given.args, **given.kwargs)
+
+    return posed
+
+
+reconstruct = _with_poses(pipeline.reconstruct)
+
+
+def needs_poses(data: Any, poses: Any) -> bool:
+    """Whether poses of scans are to be found, or none are given and the frames are to be compared."""
+    automatic = isinstance(poses, str) and poses == "auto"
+    if automatic and not (are_scans(data) and len(data) > 1):
+        raise ValueError("poses='auto' needs several scans, in a list")
+    return automatic or (poses is None and are_scans(data) and len(data) > 1)
+
+
+def posed_scans(data: Sequence[Any], poses: Any, report: Report) -> tuple[list[Any], Any]:
+    """Return the scans that hang together and their poses, found if "auto" or if the frames contradict each other.
+
+    Scans whose frames agree, or cannot be compared, keep them: their poses are None.
+    """
+    names, scans = names_of(data), [as_data(scan) for scan in data]
+    if poses == "auto":
+        found = registered_named(scans, names, report)
+    else:
+        compared = _compared(scans, names, report)
+        if compared is None:
+            return scans, None
+        found = compared
+    group = list(found.groups[0])
+    if len(group) == 1:
+        raise ValueError(f"poses cannot be found: no two of the {len(scans)} scans fit each other")
+    return [scans[k] for k in group], [found.poses[k] for k in group]
+
+
+def _compared(scans: list[Any], names: tuple[str, ...], report: Report) -> Registered | None:
+    """Return poses, with a warning, if scans in their own frames contradict each other and fit in others."""
+    sizes = [len(scan.points if isinstance(scan, PointCloud) else scan.vertices) for scan in scans
+             if isinstance(scan, PointCloud | TriangleMesh)]  # fmt: skip
+    if len(sizes) < len(scans) or min(sizes) < FEWEST_POINTS:
+        return None  # what is no scan is refused by `reconstruct`, and a few points tell no pose
+    report(0.0, "comparing frames")
+    prepared = Scan.all_of(scans, names)
+    agreeing, contradicting = _contacts(prepared)
+    if not contradicting and _hang_together(agreeing, len(scans)):
+        return None
+    found = registered(prepared, names, report)
+    turned = [edge for edge in found.edges if edge.accepted and (edge.source, edge.target) not in agreeing]
+    moved = [edge for edge in turned if (edge.target, edge.source) not in agreeing]
+    if moved:
+        edge = max(moved, key=lambda edge: edge.overlap)
+        angle = np.degrees(rotation_angle(edge.T_target_source[:3, :3]))
+        warn(
+            f"the scans are in different frames: {names[edge.source]} fits {names[edge.target]} turned by "
+            f"{angle:.0f} degrees; all were registered, as by poses='auto' (poses of np.eye(4) keep the frames)"
+        )
+        tell_groups(found)
+        return found
+    for i, j in contradicting:
+        warn(f"{names[i]} and {names[j]} contradict each other where they meet, and fit in no other pose: give poses")
+    return None
+
+
+def _contacts(scans: list[Scan]) -> tuple[set[Pair], list[Pair]]:
+    """Return the pairs of scans that agree where they meet in their own frames, and those that do not."""
+    agreeing, contradicting = set(), []
+    for i, j in combinations(range(len(scans)), 2):
+        T = np.eye(4)
+        T[:3, 3] = (scans[i].center - scans[j].center) / scans[i].unit
+        near, agreement = contact(scans[i], scans[j], T)
+        if near > ADJOINING and agreement > TRUSTED:
+            agreeing.add((i, j))
+        elif near > TOUCHING:
+            contradicting.append((i, j))
+    return agreeing, contradicting
+
+
+def _hang_together(pairs: set[Pair], count: int) -> bool:
+    """Whether pairs join all of so many scans."""
+    reached, waiting = {0}, [0]
+    while waiting:
+        here = waiting.pop()
+        new = {k for pair in pairs if here in pair for k in pair} - reached
+        reached |= new
+        waiting += new
+    return len(reached) == count

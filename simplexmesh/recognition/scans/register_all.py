@@ -1,0 +1,248 @@
+"""The poses of several scans of one object, in any order and without an initial guess."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplexmesh._base import checks
+from simplexmesh._base.errors import warn
+from simplexmesh._base.progress import Report, reporting
+from simplexmesh._base.vectors import norm
+from simplexmesh.recognition.register.icp import about_origin
+from simplexmesh.recognition.scans.assembly import Assembly
+from simplexmesh.recognition.scans.scan_pairs import Scan
+
+Array = NDArray[np.float64]
+
+CONTRADICTING = 10.0
+"""Distances, in root mean square distances of pairs, from which a pose found for a pair alone contradicts the others."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ScanPair:
+    """Two scans of a set that overlap; made by `register_all`.
+
+    Attributes
+    ----------
+    source, target : int
+        The places of the scans in the list.
+    T_target_source : (4, 4) array of float
+        The pose of the source on the target as these two scans alone have it.
+    error : float
+        Root mean square distance between the two, where they overlap, in the data's unit.
+    overlap : float
+        Fraction of the source near the target.
+    accepted : bool
+        Whether it agrees with the poses of all scans; pairs that do not have no influence on them.
+
+    Examples
+    --------
+    >>> import simplexmesh as sm
+    >>> egg = sm.ellipsoid((3, 2, 1), 20).vertices
+    >>> egg = egg + 0.1 * egg**2
+    >>> sm.register_all([egg[egg[:, 0] < 1], egg[egg[:, 0] > -1]]).edges[0].accepted
+    True
+    """
+
+    source: int
+    target: int
+    T_target_source: Array
+    error: float
+    overlap: float
+    accepted: bool
+
+    def __repr__(self) -> str:
+        said = "" if self.accepted else ", rejected"
+        return f"ScanPair({self.source} on {self.target}, overlap {self.overlap:.0%}, error {self.error:.3g}{said})"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Registered:
+    """The poses of several scans; made by `register_all`.
+
+    Attributes
+    ----------
+    poses : (n, 4, 4) array of float
+        T_world_scan of each scan; the world of a group is the frame of its first scan. `reconstruct` takes them.
+    groups : tuple of tuple of int
+        Scans that hang together, the largest group first. Between groups poses mean nothing.
+    edges : tuple of ScanPair
+        The pairs of scans that overlap.
+    residuals : (e,) array of float
+        How far the poses move each pair from where it fits best, root mean square over the source, in the data's unit.
+    covariance : (n, 6, 6) array of float
+        Of a small motion after each pose: a rotation vector in radians about the world's origin, and a shift. Zero for
+        the first scan of a group.
+    names : tuple of str
+        What messages call the scans: names of files, or places in the list.
+
+    Examples
+    --------
+    >>> import numpy as np, simplexmesh as sm
+    >>> egg = sm.ellipsoid((3, 2, 1), 20).vertices
+    >>> egg = egg + 0.1 * egg**2
+    >>> found = sm.register_all([egg[egg[:, 0] < 1], egg[egg[:, 0] > -1] + [5, 0, 0]])
+    >>> found
+    Registered(2 scans in 1 group, 2 edges)
+    >>> bool(np.allclose(found.poses[1, :3, 3], [-5, 0, 0], atol=0.02))
+    True
+    """
+
+    poses: Array
+    groups: tuple[tuple[int, ...], ...]
+    edges: tuple[ScanPair, ...]
+    residuals: Array
+    covariance: Array
+    names: tuple[str, ...]
+
+    @property
+    def alone(self) -> tuple[int, ...]:
+        """The scans that fit nowhere; their poses mean nothing."""
+        return tuple(group[0] for group in self.groups if len(group) == 1)
+
+    def __repr__(self) -> str:
+        groups = f"{len(self.groups)} group{'s' if len(self.groups) > 1 else ''}"
+        alone = f", {', '.join(self.names[k] for k in self.alone)} alone" if self.alone else ""
+        return f"Registered({len(self.names)} scans in {groups}, {len(self.edges)} edges{alone})"
+
+
+def register_all(scans: Sequence[Any], *, progress: bool | Report = False) -> Registered:
+    """Find the poses of several scans of one object, in any order, without an initial guess.
+
+    Pairs are registered as by `register` until all scans hang together. A pair joins two groups only if all their scans
+    that come to touch agree. Then all pairs that overlap are measured from the poses found, and all poses are computed
+    together, each pair with the weight of its covariance, those that contradict the others with little: errors do not
+    add up along a chain of scans.
+
+    Parameters
+    ----------
+    scans : sequence of SimplexMesh, TriangleMesh, PointCloud, array, pyvista or trimesh object, or path
+        At least two, in one unit. Missing normals are estimated.
+    progress : bool or callable
+        True shows a bar; a function is called with the fraction done and a message.
+
+    Returns
+    -------
+    Registered
+
+    Raises
+    ------
+    ValueError, TypeError, OSError
+        Fewer than two scans, data that is missing, fewer than 50 points, two units.
+
+    Warns
+    -----
+    SimplexMeshWarning
+        Scans fit nowhere, or form several groups.
+
+    References
+    ----------
+    F. Lu, E. Milios, *Globally consistent range scan alignment for environment mapping*, Autonomous Robots 4, 1997,
+    333-349 (poses from pairs); H. Delingette, thesis, 1994, section 6.3.3 (points to planes).
+
+    Examples
+    --------
+    >>> import numpy as np, simplexmesh as sm
+    >>> egg = sm.ellipsoid((3, 2, 1), 20).vertices
+    >>> egg = egg + 0.1 * egg**2
+    >>> parts = [egg[egg[:, 0] < 1], egg[egg[:, 0] > -1], egg[egg[:, 1] < 1] @ [[0, 1, 0], [-1, 0, 0], [0, 0, 1]]]
+    >>> found = sm.register_all(parts)
+    >>> found.groups
+    ((0, 1, 2),)
+    >>> np.abs(found.poses[2, :3, :3].round(1))
+    array([[0., 1., 0.],
+           [1., 0., 0.],
+           [0., 0., 1.]])
+    """
+    if not isinstance(scans, list | tuple):
+        raise TypeError(f"scans must be a list of scans, not {type(scans).__name__}")
+    if len(scans) < 2:
+        raise ValueError(f"scans must be at least 2, not {len(scans)}")
+    with reporting(progress) as report:
+        report(0.0, "reading")
+        return registered_named(scans, names_of(scans), report)
+
+
+def registered_named(scans: Sequence[Any], names: tuple[str, ...], report: Report) -> Registered:
+    """Return the poses of scans, with warnings that call them by these names."""
+    found = registered(Scan.all_of(list(scans), names), names, report)
+    report(1.0, "done")
+    tell_groups(found)
+    return found
+
+
+def tell_groups(found: Registered) -> None:
+    """Warn of scans that fit nowhere, and of groups that do not fit each other."""
+    alone = ", ".join(found.names[k] for k in found.alone)
+    groups = [", ".join(found.names[k] for k in group) for group in found.groups if len(group) > 1]
+    if len(groups) > 1:
+        warn(f"the scans form {len(groups)} groups that do not fit each other: {'; '.join(groups)}")
+    if alone:
+        warn(f"scans that fit none of the others have no pose among them: {alone}")
+
+
+def names_of(scans: Sequence[Any]) -> tuple[str, ...]:
+    """Return what messages call the scans."""
+    return tuple(
+        Path(scan).name if isinstance(scan, str | os.PathLike) else f"scans[{k}]" for k, scan in enumerate(scans)
+    )
+
+
+def registered(scans: list[Scan], names: tuple[str, ...], report: Report) -> Registered:
+    """Return the poses of prepared scans, in the frames and unit of the data."""
+    assembly = Assembly.of(scans)
+    assembly.assemble(lambda fraction: report(0.1 + 0.6 * fraction, "registering pairs"))
+    poses, covariances = np.empty((len(scans), 4, 4)), np.empty((len(scans), 6, 6))
+    for group in assembly.groups:
+        for k in group:
+            poses[k] = in_data_frame(scans[k], scans[group[0]], assembly.poses[k])
+            A = about_origin(scans[group[0]].center) @ np.diag([1.0] * 3 + [scans[0].unit] * 3)
+            covariances[k] = A @ assembly.covariances[k] @ A.T
+    edges, residuals = _edges(assembly)
+    groups = sorted(map(tuple, assembly.groups), key=lambda group: (-len(group), group))
+    return Registered(
+        checks.frozen(poses), tuple(groups), edges, checks.frozen(residuals), checks.frozen(covariances), names
+    )
+
+
+def _edges(assembly: Assembly) -> tuple[tuple[ScanPair, ...], Array]:
+    """Return the pairs measured, and poses found for pairs alone that contradict, with their residuals (e,)."""
+    scans, edges, residuals = assembly.scans, [], []
+    for (i, j), each in assembly.measured.items():
+        edges.append(((i, j), each.T, each.error, each.near, True))
+        residuals.append(_shift(scans[i], each.T, assembly.relative(i, j)))
+    typical = float(np.median([each.error for each in assembly.measured.values()] or [0.0]))
+    for found in assembly.hypotheses:
+        i, j = found.pair
+        if assembly.group_of(i) is assembly.group_of(j):
+            off = _shift(scans[i], found.T, assembly.relative(i, j))
+            if off > CONTRADICTING * typical:
+                edges.append(((i, j), found.T, typical, found.near, False))
+                residuals.append(off)
+    unit = scans[0].unit
+    pairs = tuple(
+        ScanPair(i, j, checks.frozen(in_data_frame(scans[i], scans[j], T)), error * unit, near, accepted)
+        for (i, j), T, error, near, accepted in edges
+    )
+    return pairs, unit * np.array(residuals)
+
+
+def _shift(scan: Scan, one: Array, other: Array) -> float:
+    """Return the root mean square distance between the points of a scan in two poses (4, 4)."""
+    difference = (one - other)[:3]
+    return float(np.sqrt((norm(scan.matched[0].points @ difference[:, :3].T + difference[:, 3]) ** 2).mean()))
+
+
+def in_data_frame(source: Scan, target: Scan, T: Array) -> Array:
+    """Return a pose (4, 4) between scans about their centers as one between the frames of their data."""
+    out = np.eye(4)
+    out[:3, :3] = T[:3, :3]
+    out[:3, 3] = target.center + source.unit * T[:3, 3] - T[:3, :3] @ source.center
+    return out

@@ -1,0 +1,93 @@
+"""Scans are reconstructed with poses that are found; frames that agree stay, frames that contradict do not go unsaid."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import simplexmesh as sm
+from tests.recognition import reference as reference
+from tests.recognition.scans.test_register_all import views
+
+
+@pytest.fixture(scope="module")
+def scans():
+    return views(4, np.random.default_rng(8))
+
+
+def in_one_frame(scans, poses):
+    """The scans, all in the frame of the first."""
+    relative = np.linalg.solve(poses[0], poses)
+    return [scan @ T[:3, :3].T + T[:3, 3] for scan, T in zip(scans, relative, strict=True)]
+
+
+def test_poses_found_are_as_good_as_those_given(scans):
+    clouds, poses = scans
+    found = sm.reconstruct(clouds, poses="auto", vertices=800)
+    given = sm.reconstruct(in_one_frame(*scans), poses=[np.eye(4)] * 4, vertices=800)
+    assert found.mesh.genus == given.mesh.genus
+    assert found.distance.data_to_mesh.rms < 1.3 * given.distance.data_to_mesh.rms
+
+
+def test_frames_that_contradict_each_other_are_told_and_poses_found(scans):
+    clouds, poses = scans
+    with pytest.warns(sm.SimplexMeshWarning, match="in different frames: scans.* turned by .* all were registered"):
+        told = sm.reconstruct(clouds, vertices=800)
+    silent = sm.reconstruct(clouds, poses="auto", vertices=800)
+    np.testing.assert_array_equal(told.mesh.vertices, silent.mesh.vertices)
+
+
+def test_frames_that_agree_stay_as_they_are(scans):
+    together = in_one_frame(*scans)
+    model = sm.reconstruct(together, vertices=800)
+    same = sm.reconstruct(np.concatenate(together), vertices=800)
+    np.testing.assert_array_equal(model.mesh.vertices, same.mesh.vertices)
+
+
+def test_parts_that_only_adjoin_stay_as_they_are():
+    """The halves of a ball fit each other in other poses much better than where they belong."""
+    ball = sm.sphere(20).vertices
+    parts = [ball[ball[:, 0] < 0.05], ball[ball[:, 0] > -0.05]]
+    model = sm.reconstruct(parts, vertices=400)
+    np.testing.assert_allclose(np.linalg.norm(model.mesh.vertices, axis=1), 1, atol=0.03)
+
+
+def test_a_scan_of_something_else_is_left_out_by_name(scans, tmp_path):
+    paths = []
+    for k, scan in enumerate([*scans[0], sm.torus(radius=2.0, tube_radius=0.5).vertices]):
+        paths.append(tmp_path / f"scan{k}.xyz")
+        np.savetxt(paths[-1], scan)
+    with pytest.warns(sm.SimplexMeshWarning, match="no pose among them: scan4.xyz"):
+        model = sm.reconstruct(paths, poses="auto", vertices=800)
+    assert model.mesh.genus == 0
+
+
+def test_scans_that_do_not_fit_at_all_are_refused():
+    rng = np.random.default_rng(0)
+    bodies = [reference.lumpy(12), sm.torus(radius=2.0, tube_radius=0.3)]
+    parts = [body.triangulated().sampled(2000, rng=rng).points for body in bodies]
+    with (
+        pytest.warns(sm.SimplexMeshWarning, match="fit none of the others"),
+        pytest.raises(ValueError, match="no two of the 2 scans fit each other"),
+    ):
+        sm.reconstruct(parts, poses="auto")
+
+
+@pytest.mark.parametrize("data", [sm.sphere(8), [sm.sphere(8).vertices]])
+def test_automatic_poses_need_scans(data):
+    with pytest.raises(ValueError, match="poses='auto' needs several scans, in a list"):
+        sm.reconstruct(data, poses="auto")
+
+
+def test_progress_only_grows(scans):
+    seen = []
+    sm.reconstruct(scans[0], poses="auto", vertices=400, progress=lambda share, message: seen.append((share, message)))
+    shares = [share for share, _ in seen]
+    assert shares == sorted(shares)
+    assert shares[-1] == 1
+    assert any(message == "registering pairs" for _, message in seen)
+
+
+def test_the_signature_is_that_of_the_pipeline():
+    with pytest.raises(TypeError, match="unexpected keyword argument 'pose'"):
+        sm.reconstruct(sm.sphere(4), pose="auto")

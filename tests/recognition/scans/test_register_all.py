@@ -1,0 +1,144 @@
+"""Several scans get the poses they were taken from: in any order, in groups, with what fits nowhere named."""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+import numpy as np
+import pytest
+
+import simplexmesh as sm
+from simplexmesh.numerics.rotation_vectors import rotation_angle
+from simplexmesh.recognition.scans.pose_graph import motions, optimized
+from simplexmesh.recognition.scans.scan_pairs import Measured
+from tests.recognition import reference as reference
+
+BUNNY = ("000", "045", "090", "180", "270", "315")
+
+
+def views(count, rng, seed=0, noise=0.002):
+    """What is seen of a lumpy body from directions around it, each in its own frame, and T_body_scan of each."""
+    cloud = reference.lumpy(16, seed).triangulated().sampled(4000 * 4, rng=rng)
+    scans, poses = [], []
+    for angle in 2 * np.pi * np.arange(count) / count:
+        facing = cloud.normals @ [np.cos(angle), np.sin(angle), 0.3] > 0.1
+        points = cloud.points[facing] + noise * rng.normal(size=(facing.sum(), 3))
+        T = np.eye(4)
+        T[:3, :3], T[:3, 3] = reference.random_rotation(rng), rng.normal(size=3)
+        scans.append((points - T[:3, 3]) @ T[:3, :3])
+        poses.append(T)
+    return scans, np.array(poses)
+
+
+def off(found, poses, group):
+    """Angles in degrees and shifts between poses found and true ones, both in the frame of the group's first scan."""
+    errors = [np.linalg.solve(poses[group[0]], poses[k]) @ np.linalg.inv(found.poses[k]) for k in group]
+    return np.array([[np.degrees(rotation_angle(E[:3, :3])), np.linalg.norm(E[:3, 3])] for E in errors]).T
+
+
+def measured(T, deviation=0.01):
+    return Measured(T, deviation**2 * np.eye(6), 0.0, 0.5, 1.0)
+
+
+class TestPoses:
+    def test_of_views_around_a_body_in_any_order(self):
+        rng = np.random.default_rng(3)
+        scans, poses = views(5, rng)
+        order = [2, 0, 4, 1, 3]
+        found = sm.register_all([scans[k] for k in order])
+        assert found.groups == ((0, 1, 2, 3, 4),)
+        assert found.alone == ()
+        angles, shifts = off(found, poses[order], range(5))
+        assert angles.max() < 0.5
+        assert shifts.max() < 0.03  # of a body 4 in diameter
+        np.testing.assert_array_equal(found.poses[0], np.eye(4))
+        assert len(found.residuals) == len(found.edges)
+        assert found.residuals[[edge.accepted for edge in found.edges]].max() < 0.03
+        assert (found.covariance[0] == 0).all()
+        assert (np.linalg.eigvalsh(found.covariance[1:]) > 0).all()
+
+    def test_in_any_unit(self):
+        scans, poses = views(3, np.random.default_rng(4))
+        poses[:, :3, 3] *= 1000
+        found = sm.register_all([1000 * scan for scan in scans])
+        angles, shifts = off(found, poses, range(3))
+        assert angles.max() < 0.5
+        assert shifts.max() < 30
+
+    def test_two_bodies_are_two_groups_and_what_fits_nowhere_is_named(self):
+        rng = np.random.default_rng(5)
+        (a, true_a), (b, true_b) = views(2, rng, noise=0.0), views(2, rng, seed=7, noise=0.0)
+        stray = sm.torus(radius=2.0, tube_radius=0.5).triangulated().sampled(3000, rng=rng).points
+        a = [np.concatenate([scan[::2], scan[1::2]]) for scan in a]
+        with pytest.warns(sm.SimplexMeshWarning) as told:
+            found = sm.register_all([a[0], b[0], stray, a[1], b[1]])
+        assert found.groups == ((0, 3), (1, 4), (2,))
+        assert [str(each.message) for each in told] == [
+            "the scans form 2 groups that do not fit each other: scans[0], scans[3]; scans[1], scans[4]",
+            "scans that fit none of the others have no pose among them: scans[2]",
+        ]
+        for places, true in (((0, 3), true_a), ((1, 4), true_b)):
+            pair = np.empty((5, 4, 4))
+            pair[list(places)] = true
+            assert off(found, pair, places)[0].max() < 0.5
+        assert "scans[2] alone" in repr(found)
+
+    def test_of_the_bunny(self, data_folder):
+        known = sm.read_poses(data_folder / "bun.conf")
+        names = [f"bun{angle}.ply" for angle in BUNNY]
+        found = sm.register_all([data_folder / name for name in names])
+        assert found.names == tuple(names)
+        assert found.groups == ((0, 1, 2, 3, 4, 5),)
+        true, ours = np.array([known[name] for name in names])[:, :3, :3], found.poses[:, :3, :3]
+        u, _, v = np.linalg.svd((true @ np.swapaxes(ours, 1, 2)).sum(axis=0))
+        common = u @ np.diag([1, 1, np.linalg.det(u @ v)]) @ v
+        assert max(np.degrees(rotation_angle(R.T @ common @ S)) for R, S in zip(true, ours, strict=True)) < 0.3
+
+
+class TestPoseGraph:
+    def circle(self, count, rng):
+        """Poses on a circle, and those measured between all pairs of them, exactly."""
+        true = motions(rng.normal(size=(count, 6)))
+        true[0] = np.eye(4)
+        pairs = list(combinations(range(count), 2))
+        return true, pairs, [np.linalg.solve(true[j], true[i]) for i, j in pairs]
+
+    def test_exact_pairs_give_exact_poses(self):
+        rng = np.random.default_rng(0)
+        true, pairs, between = self.circle(5, rng)
+        near = motions(0.05 * rng.normal(size=(5, 6))) @ true
+        near[0] = np.eye(4)
+        found, _ = optimized(near, pairs, [measured(T) for T in between], 1.0)
+        np.testing.assert_allclose(found, true, atol=1e-5)
+
+    def test_a_pair_that_contradicts_the_others_counts_little(self):
+        rng = np.random.default_rng(1)
+        true, pairs, between = self.circle(6, rng)
+        wrong = list(between)
+        wrong[3] = motions(np.array([[0.0, 0, 1.5, 1, 0, 0]]))[0] @ wrong[3]
+        found, _ = optimized(true, pairs, [measured(T) for T in wrong], 1.0)
+        np.testing.assert_allclose(found, true, atol=0.01)  # a mean would be off by a tenth of the 1.5
+
+    def test_errors_are_spread_over_a_ring_by_the_weight_of_each_pair(self):
+        pairs = [(1, 0), (2, 1), (0, 2)]
+        shift = motions(np.array([[0.0, 0, 0, 0.03, 0, 0]]))[0]
+        weights = [measured(shift), measured(np.eye(4)), measured(np.eye(4), 0.02)]
+        found, covariances = optimized(np.tile(np.eye(4), (3, 1, 1)), pairs, weights, 1.0)
+        # variances 1, 1 and 4 share the 0.03 by which the ring does not close
+        np.testing.assert_allclose(found[:, 0, 3], [0, 0.025, 0.020], atol=5e-4)
+        assert covariances[2][3, 3] > covariances[1][3, 3] > 0
+
+
+class TestBadInput:
+    @pytest.mark.parametrize(
+        ("scans", "kind", "said"),
+        [
+            ([np.zeros((99, 3))], ValueError, "scans must be at least 2, not 1"),
+            (np.zeros((99, 3)), TypeError, "scans must be a list of scans, not ndarray"),
+            ([sm.sphere(12), sm.sphere(4).vertices[:20]], ValueError, r"scans\[1\] must hold at least 50 points"),
+            ([sm.sphere(12), sm.sphere(12, radius=0.01)], ValueError, r"in one unit: scans\[1\] has an extent of"),
+        ],
+    )
+    def test_gets_one_sentence(self, scans, kind, said):
+        with pytest.raises(kind, match=said):
+            sm.register_all(scans)
