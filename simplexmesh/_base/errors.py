@@ -12,7 +12,7 @@ class TopologyError(ValueError):
 
 
 class DivergedError(RuntimeError):
-    """Vertex positions became infinite or NaN during the motion.
+    """Vertex positions became infinite or NaN during the motion, or left the start and the data.
 
     Attributes
     ----------

@@ -29,7 +29,7 @@ def irregular_sphere(seed=0, *, radius=1.0, frequency=8):
 
 def evolved(mesh, iterations, target=None, **options):
     model = sm.DeformableModel(mesh, target, **options)
-    for _ in model.run(iterations, every=iterations):
+    for _ in model.run(iterations, every=iterations, warnings=False):
         pass
     return model.mesh
 

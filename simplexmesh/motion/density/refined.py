@@ -138,7 +138,7 @@ class Refinement:
             mesh, self.target, rigidity=self.rigidity, reach=self.reach, alpha=free, beta=free,
             adaptation=self.adaptation,
         )  # fmt: skip
-        for _ in model.run(iterations):
+        for _ in model.run(iterations, warnings=False):
             pass
         if zone is not None:
             return model.mesh

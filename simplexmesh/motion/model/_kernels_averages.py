@@ -1,4 +1,4 @@
-"""Kernels that average over the one-ring (s passes: over Q^s), and those of curvature-adapted metric parameters."""
+"""Kernels over the one-ring: averages (s passes: over Q^s), folds, and curvature-adapted metric parameters."""
 # mypy: allow-untyped-defs
 
 from __future__ import annotations
@@ -51,6 +51,18 @@ def angle_averages(values, neighbors, inverse_radius, out):
             else:
                 total += values[j]
         out[i] = 0.25 * total
+
+
+@Both
+def released(normals, neighbors, gaps, before, out):
+    """Fill whether each vertex is folded, or has no data and is, or was `before`, linked to a fold by such vertices."""
+    for i in prange(normals.shape[0]):
+        a, b, c = neighbors[i, 0], neighbors[i, 1], neighbors[i, 2]
+        agreement = 0.0
+        for k in range(3):
+            agreement += normals[i, k] * (normals[a, k] + normals[b, k] + normals[c, k])
+        lost = gaps[i] != gaps[i] and (before[i] or before[a] or before[b] or before[c])
+        out[i] = lost or not agreement > 0.0
 
 
 @Both

@@ -15,7 +15,10 @@ from simplexmesh.motion.model import _kernels_averages, _kernels_step
 from simplexmesh.motion.model._kernels_step import (
     ANGLE,
     CURVATURE,
+    FREE,
     MEAN_CURVATURE,
+    ORIENTATION,
+    SHAPE,
     Forces,
     Frames,
     Moving,
@@ -35,6 +38,7 @@ from simplexmesh.motion.model.parameters import (
     references,
     whole_per_vertex,
 )
+from simplexmesh.motion.model.safeguards import Confines, Release, warn_of_end
 from simplexmesh.motion.model.state import State, Target, check_target
 from simplexmesh.motion.targets.protocol import checked_reach, read_only, target_gaps
 
@@ -48,9 +52,11 @@ class DeformableModel:
     """A deformable simplex mesh (Delingette 1994, chapters 4 and 5, equations 4.42, 5.2 and 5.3).
 
     One iteration moves every vertex by ``(1 - damping) (P - P_previous) + alpha (P* - P) + beta gap n``: inertia, the
-    internal force, and the data force along the normal. Three safeguards hold: the height of P* above its neighbors is
-    at most the root mean square distance to them, a step is at most half of that, and a vertex whose normal is
-    opposed to its neighbors' gets no data force.
+    internal force, and the data force along the normal. Safeguards hold: the height of P* above its neighbors is at
+    most the root mean square distance to them, and a step at most half of that; a vertex whose normal is opposed to its
+    neighbors' gets no data force, and with the part without data around it no curvature, so that it unfolds or
+    contracts until it finds data; no vertex leaves the start and the data (a target's `bounds`) by 5 % of their
+    diagonal, unless `forces` move it.
 
     Parameters
     ----------
@@ -141,6 +147,7 @@ class DeformableModel:
             mesh, self.constraint, metric=metric, curvature=curvature, reference=reference
         )
         self._allocate(mesh.vertices)
+        self._release, self._confines = Release(n), Confines(mesh.vertices, target)
         self._boundary: Boundary | None = None
         if mesh.n_holes:
             ends = mesh.vertices[mesh.connectivity.edge_vertices]
@@ -161,7 +168,7 @@ class DeformableModel:
         """The present mesh, with its reference metric parameters as data array `metric`."""
         return self._start.moved(self._vertices).with_data(metric=self.metric)
 
-    def run(self, iterations: int, *, every: int = 1, tolerance: float = 0.0) -> Iterator[State]:
+    def run(self, iterations: int, *, every: int = 1, tolerance: float = 0.0, warnings: bool = True) -> Iterator[State]:
         """Iterate, yielding the state regularly, so that a loop can monitor, draw or stop the motion.
 
         Parameters
@@ -172,6 +179,8 @@ class DeformableModel:
             Number of iterations per state; the last iteration yields one in any case.
         tolerance : float
             Stop once no vertex moves farther than this in an iteration, in the mesh's unit; 0 never stops early.
+        warnings : bool
+            Whether to warn at the end of a mesh that is folded, or of which a quarter or more has no data within reach.
 
         Returns
         -------
@@ -181,23 +190,30 @@ class DeformableModel:
         Raises
         ------
         DivergedError
-            When a vertex moves by more than 10 diagonals of the first mesh, or to a position that is not finite; the
-            error carries the last valid mesh.
+            When a vertex moves by more than 10 diagonals of the first mesh, to a position that is not finite, or away
+            from the start and the data; the error carries the last valid mesh.
+
+        Warns
+        -----
+        SimplexMeshWarning
+            For a mesh that is not at its goal at the end; see `warnings`.
         """
         iterations = checks.integer("iterations", iterations, 0)
         every = checks.integer("every", every, 1)
         tolerance = checks.number("tolerance", tolerance, 0.0)
-        return self._states(iterations, every, tolerance)
+        return self._states(iterations, every, tolerance, warnings=checks.flag("warnings", warnings))
 
-    def _states(self, iterations: int, every: int, tolerance: float) -> Iterator[State]:
+    def _states(self, iterations: int, every: int, tolerance: float, *, warnings: bool) -> Iterator[State]:
         for k in range(1, iterations + 1):
             gaps = self.step()
             move = float(np.sqrt(self._moves.max()))
             at_rest = move <= tolerance and tolerance > 0
             if k % every == 0 or k == iterations or at_rest:
-                yield State.of(self.iteration, self._energy, gaps, move)
+                yield State.of(self.iteration, self._energy, gaps, move, self._release.mask)
             if at_rest:
-                return
+                break
+        if warnings and iterations and self.target is not None:
+            warn_of_end(self._release.mask, gaps, self.reach)
 
     def step(self) -> Array:
         """Do one iteration and return the gaps (n,) that it used, NaN where no data was within reach.
@@ -212,14 +228,18 @@ class DeformableModel:
         gaps = self._no_gap
         if self.target is not None:
             gaps = target_gaps(self.target, self._vertices, normals, self.reach)
+            self._release.update(normals, self._neighbors, gaps)
         extra = self._user_displacement() if self.forces else None
         moving = Moving(self._vertices, self._previous, self._neighbors, metric)
         forces, out = Forces(self.alpha, self.beta, self.damping, gaps), Step(following, self._moves, self._energy)
         self._step_surface(moving, extra, forces, out)
         if self._boundary is not None:
             self._boundary.step(moving, normals, self.constraint, extra, self.reach, forces, out)
-        if not self._moves.max() <= self._max_move2:
-            raise self._diverged(gaps)
+        if self._confines.target is not self.target:
+            self._confines = Confines(self._start.vertices, self.target)
+        stray = -1 if self.forces else self._confines.stray(following)
+        if stray >= 0 or not self._moves.max() <= self._max_move2:
+            raise self._diverged(gaps, stray)
         # one assignment, so that an interrupt leaves the model either before this step or after it
         self._next, self._previous, self._vertices, self.metric, self.iteration = (
             *(self._previous, self._vertices, following),
@@ -264,9 +284,10 @@ class DeformableModel:
         if self._counted_constraint is not self.constraint:
             self._counted_constraint = self.constraint
             self._constraint_counts = np.bincount(self.constraint, minlength=len(CONSTRAINTS))
-        counts, code = self._constraint_counts, self.constraint
+        counts, code, released = self._constraint_counts, self.constraint, self._release.mask
         wanted = self._mean_curvature() if counts[MEAN_CURVATURE] else self._prescribed
         if counts[MEAN_CURVATURE] == len(code) and extra is None:
+            wanted[released] = 0.0
             _kernels_step.curvature_step(wanted, moving, self._frames, forces, out)
             return
         if counts[CURVATURE]:
@@ -276,6 +297,7 @@ class DeformableModel:
             angle, frames = np.zeros(len(code)), self._frames
             _kernels_step.angles(self._vertices, self._neighbors, frames.normals, frames.inverse_radius, angle)
             angle = np.where(code == ANGLE, self._averaged(angle, self.rigidity, angles=True), self._reference_angle)
+        code = np.where(released & (code != FREE) & (code != SHAPE), np.int8(ORIENTATION), code)
         extra = np.zeros_like(self._vertices) if extra is None else extra
         _kernels_step.constrained_step(code, moving, self._frames, Wanted(wanted, angle, extra), forces, out)
 
@@ -288,10 +310,12 @@ class DeformableModel:
         smooth, least = self._averaged(bend, np.full(len(bend), 2)), FLAT / max(edge, 1e-300)
         return adapted_metric(self.metric, smooth, self._neighbors, strength=self.adaptation, least=least)
 
-    def _diverged(self, gaps: Array) -> DivergedError:
+    def _diverged(self, gaps: Array, stray: int) -> DivergedError:
         """Return an error that names the first diverged vertex, and the target's answer there if that was the cause."""
-        wrong = int(np.argmax(~(self._moves <= self._max_move2)))
+        wrong = stray if stray >= 0 else int(np.argmax(~(self._moves <= self._max_move2)))
         message = f"vertex {wrong} diverged at iteration {self.iteration + 1}"
         if abs(gaps[wrong]) > self._max_move2**0.5:
             message += f": {type(self.target).__name__}.gap returned {gaps[wrong]:g} there"
+        elif stray >= 0:
+            message += ": it left the box around the start and the data"
         return DivergedError(message, self.mesh)

@@ -44,6 +44,9 @@ class State:
         Fraction of the vertices that have data within reach.
     move : float
         Largest displacement of a vertex in this iteration, in the mesh's unit.
+    released : float
+        Fraction of the vertices that are folded, or were left without data by a fold. They contract until they find
+        data; a mesh with many of them is not at its goal, however small `gap` is.
     """
 
     iteration: int
@@ -51,11 +54,12 @@ class State:
     gap: float
     reached: float
     move: float
+    released: float = 0.0
 
     @classmethod
-    def of(cls, iteration: int, energy: Array, gaps: Array, move: float) -> State:
-        """Return the state of a mesh from the (n,) energies and gaps of its vertices."""
+    def of(cls, iteration: int, energy: Array, gaps: Array, move: float, released: NDArray[np.bool_]) -> State:
+        """Return the state of a mesh from the (n,) energies and gaps of its vertices, and which are released."""
         seen = np.isfinite(gaps)
         reached = float(seen.mean())
         gap = float(np.abs(gaps[seen]).mean()) if reached else float("nan")
-        return cls(iteration, float(energy.mean()), gap, reached, move)
+        return cls(iteration, float(energy.mean()), gap, reached, move, float(released.mean()))

@@ -96,7 +96,7 @@ def _smoothed(tangles: Tangles, target: Target, reach: float, attempts: Iterable
         free = marked.astype(float)
         relaxing = DeformableModel(tangles.mesh, alpha=0.5 * free, damping=1.0, constraint="orientation")
         try:
-            for _ in relaxing.run(5 + 5 * attempt):
+            for _ in relaxing.run(5 + 5 * attempt, warnings=False):
                 pass
             refitting = DeformableModel(
                 relaxing.mesh,
@@ -108,7 +108,7 @@ def _smoothed(tangles: Tangles, target: Target, reach: float, attempts: Iterable
                 rigidity=3 + attempt,
                 seeking=0.2 / (1 + attempt),
             )
-            for _ in refitting.run(20):
+            for _ in refitting.run(20, warnings=False):
                 pass
         except DivergedError as error:  # a mesh too coarse for its topology has no smooth shape
             warn(f"untangling ended early: {error}")
@@ -139,7 +139,7 @@ def _refitted(tangles: Tangles, before: SimplexMesh, target: Target, reach: floa
         free = marked.astype(float)
         model = DeformableModel(tangles.mesh, target, alpha=0.4 * free, beta=0.4 * free, damping=1.0, reach=reach)
         try:
-            for _ in model.run(10):
+            for _ in model.run(10, warnings=False):
                 pass
         except DivergedError as error:
             warn(f"parts that were untangled are not fitted to the data again: {error}")

@@ -74,7 +74,7 @@ class Run:
             edge, states = mean_edge(self.mesh), len(self.history)
             model = stage.model(self.mesh, self.target)
             try:
-                for state in model.run(stage.iterations):
+                for state in model.run(stage.iterations, warnings=False):
                     self.history.append(state)
                     self.progress(begun + (until - begun) * (before + state.iteration) / total)
                     self.converged = is_at_rest(self.history[states:], edge)

@@ -65,6 +65,11 @@ class Isosurface(BuiltInTarget):
             to_index, self.level, 1.0 if above else -1.0, float(low if above else high),
         )  # fmt: skip
 
+    @property
+    def bounds(self) -> Array:
+        """(2, 3) array of float: lowest and highest coordinates of the volume, which close the surface."""
+        return self.volume.bounds
+
     def gap(self, vertices: Array, normals: Array, reach: float, *, pace: float = 0.7) -> Array:
         """Return (n,) the signed distance along each normal to the nearest valid crossing, NaN beyond `reach`.
 

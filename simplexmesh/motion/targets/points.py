@@ -75,6 +75,12 @@ class SurfelTarget(BuiltInTarget):
         nearest_surfel, _ = nearest(self.surfels, np.asarray(places) - self.center, 1)
         return np.asarray(nearest_surfel[:, 0] > distance + 0.5 * self.surfels.spacing(0.9))
 
+    @cached_property
+    def bounds(self) -> Array:
+        """(2, 3) array of float: lowest and highest coordinates of the fitted surface."""
+        places = self.surfels.table[:, :3]
+        return np.stack([places.min(axis=0), places.max(axis=0)]) + self.center
+
     @property
     def noise(self) -> float:
         """Standard deviation of the data about the fitted surface, along its normal, in the data's unit."""

@@ -42,6 +42,15 @@ class Union(BuiltInTarget):
         for k, target in enumerate(self.targets):
             check_target(target, f"targets[{k}]")
 
+    @property
+    def bounds(self) -> Array | None:
+        """(2, 3) array of float: lowest and highest coordinates of all targets; None where one has none."""
+        each = [getattr(target, "bounds", None) for target in self.targets]
+        known = [bounds for bounds in each if bounds is not None]
+        if len(known) < len(each):
+            return None
+        return np.stack([np.min([b[0] for b in known], axis=0), np.max([b[1] for b in known], axis=0)])
+
     def gap(self, vertices: Array, normals: Array, reach: float) -> Array:
         """Return (n,) the gap of smallest magnitude among the targets, NaN where none has data within `reach`."""
         vertices, normals, reach = checked_arguments(vertices, normals, reach)

@@ -1,0 +1,120 @@
+"""Models that fold on their way do not balloon: they end on the data, or stop with a sentence."""
+
+from __future__ import annotations
+
+import warnings
+from contextlib import suppress
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.testing import assert_array_equal
+
+import simplexmesh as sm
+from simplexmesh.motion.model.safeguards import MARGIN, Release
+from tests.motion.meshes import Everywhere, evolved
+
+TORUS = sm.torus(48, 18).triangulated()
+x, y, z = np.mgrid[-16:17, -16:17, -8:9] * 0.1
+FIELD = 0.35 - np.hypot(np.hypot(x, y) - 1.0, z)
+ORIGIN = (-1.6, -1.6, -0.8)
+TARGETS = {
+    "triangles": sm.targets.Triangles(TORUS),
+    "points": sm.targets.Points(TORUS.vertices),
+    "isosurface": sm.targets.Isosurface(sm.Volume(FIELD, spacing=(0.1,) * 3, origin=ORIGIN), 0.0),
+    "labels": sm.targets.LabelSurface(sm.Volume((FIELD > 0).astype(np.uint8), spacing=(0.1,) * 3, origin=ORIGIN), 1),
+}
+TARGETS["union"] = sm.targets.Union([TARGETS["triangles"], TARGETS["isosurface"]])
+BALL = sm.sphere(6)
+
+
+def box(start, target, share=MARGIN):
+    """Return the box around a start and its data, grown by a share of its diagonal."""
+    low, high = np.minimum(start.bounds[0], target.bounds[0]), np.maximum(start.bounds[1], target.bounds[1])
+    return low - share * np.linalg.norm(high - low), high + share * np.linalg.norm(high - low)
+
+
+def per_vertex(low, high):
+    """Return a strategy of one number or one for each vertex, between two limits."""
+    number = st.floats(low, high)
+    return number | st.tuples(number, number).map(lambda ends: np.linspace(*ends, BALL.n_vertices))
+
+
+@settings(max_examples=25)
+@given(
+    target=st.sampled_from(sorted(TARGETS)),
+    radius=st.floats(0.05, 2.5),
+    center=st.tuples(*[st.floats(-1.5, 1.5)] * 3),
+    constraint=st.sampled_from(["mean_curvature", "angle", "orientation", "free"]),
+    rigidity=st.integers(0, 30),
+    reach=st.floats(0.05, 10.0),
+    alpha=per_vertex(0.0, 0.5),
+    beta=per_vertex(0.0, 1.0),
+    damping=per_vertex(0.001, 1.0),
+)
+def test_no_vertex_leaves_the_start_and_the_data(target, radius, center, **options):
+    start, target = BALL.moved(center + radius * BALL.vertices), TARGETS[target]
+    low, high = box(start, target)
+    model = sm.DeformableModel(start, target, **options)
+    with suppress(sm.DivergedError):
+        for _ in model.run(50, warnings=False):
+            assert ((model.mesh.vertices >= low) & (model.mesh.vertices <= high)).all()
+    assert ((model.mesh.vertices >= low) & (model.mesh.vertices <= high)).all()
+
+
+@pytest.mark.parametrize("options", [{}, {"rigidity": 6}, {"reach": 5.0}], ids=str)
+def test_a_sphere_around_a_body_with_limbs_lands_on_it(data_folder, options):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", sm.SimplexMeshWarning)  # texture seams are welded
+        target = sm.targets.Triangles(data_folder / "spot.obj")
+    start = sm.sphere(12, radius=1.2)
+    model = sm.DeformableModel(start, target, **options)
+    with pytest.warns(sm.SimplexMeshWarning, match="vertices are folded, or off the data beside folds"):
+        *_, last = model.run(150)
+    distance = target.closest(model.mesh.vertices)[0]
+    assert 0.0 < last.released < 0.3
+    assert distance.mean() < 0.02 * np.linalg.norm(np.ptp(target.bounds, axis=0))
+    low, high = box(start, target, 0.0)
+    assert ((model.mesh.vertices >= low) & (model.mesh.vertices <= high)).all()
+
+
+def test_where_nothing_folds_nothing_is_released():
+    states = list(sm.DeformableModel(BALL, Everywhere(0.05)).run(20))
+    assert [state.released for state in states] == [0.0] * 20
+
+
+def test_a_fold_releases_the_vertices_without_data_around_it_and_data_takes_them_back():
+    normals, gaps = BALL.vertices.copy(), np.full(BALL.n_vertices, np.nan)
+    normals[0] *= -1
+    gaps[BALL.vertices[:, 2] < 0] = 0.0
+    held, release = ~np.isnan(gaps), Release(BALL.n_vertices)
+    sizes = [int(release.update(normals, BALL.neighbors, gaps).sum()) for _ in range(40)]
+    assert sizes[:2] == [1, 1 + np.count_nonzero(~held[BALL.neighbors[0]])]
+    normals[0] *= -1
+    free = release.update(normals, BALL.neighbors, gaps).copy()
+    assert_array_equal(free, ~held)
+    assert not release.update(normals, BALL.neighbors, np.zeros(BALL.n_vertices)).any()
+
+
+def test_a_model_without_data_in_reach_stays_and_says_so():
+    target = sm.targets.Triangles(BALL.triangulated())
+    far = BALL.moved(BALL.vertices + np.array([5.0, 0, 0]))
+    model = sm.DeformableModel(far, target, reach=1.0)
+    with pytest.warns(sm.SimplexMeshWarning, match=r"100% of the vertices have no data within reach \(1\)"):
+        *_, last = model.run(5)
+    assert np.abs(np.linalg.norm(model.mesh.vertices - [5.0, 0, 0], axis=1) - 1).max() < 0.01
+    list(model.run(5, warnings=False))
+    assert last.released == 0.0
+
+
+def test_a_vertex_that_leaves_start_and_data_ends_the_run_unless_a_force_moves_it():
+    class Bounded(Everywhere):
+        bounds = np.array([[-1.0] * 3, [1.0] * 3])
+
+    with pytest.raises(sm.DivergedError, match=r"vertex \d+ diverged at iteration \d+: it left the box") as caught:
+        list(sm.DeformableModel(BALL, Bounded(0.1)).run(100))
+    assert np.abs(caught.value.mesh.vertices).max() <= 1 + MARGIN * 2 * 3**0.5
+    out = evolved(BALL, 100, Bounded(0.1), forces=lambda frame: 0.0 * frame.normals)
+    assert np.abs(out.vertices).max() > 1.5
+    assert np.abs(evolved(BALL, 100, sm.targets.Union([Bounded(0.1), Everywhere(0.1)])).vertices).max() > 1.5
