@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -14,6 +15,14 @@ Report = Callable[[float, str], None]
 
 def _silent(fraction: float, message: str) -> None:
     """Do nothing."""
+
+
+def announce_compiling() -> None:
+    """Have the first compilation of kernels said in a line of the log, on standard error, once numba is loaded."""
+    if "numba" in sys.modules:
+        from simplexmesh._base._kernels_compiled import announce
+
+        announce()
 
 
 @contextmanager
