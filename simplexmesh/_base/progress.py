@@ -31,9 +31,14 @@ def reporting(progress: bool | Report) -> Iterator[Report]:  # noqa: FBT001  the
     if callable(progress):
         yield progress
     elif progress:
+        from rich.console import Console
         from rich.progress import Progress
 
-        with Progress(transient=True) as bar, bar_reporting(bar, "reconstructing") as report:
+        console = Console()
+        with (
+            Progress(console=console, transient=not console.is_jupyter) as bar,
+            bar_reporting(bar, "reconstructing") as report,
+        ):
             yield report
     else:
         yield _silent
