@@ -15,6 +15,8 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
+from simplexmesh._base.progress import announce_compiling
+
 __version__ = "0.1.0"
 
 _HOME = {
@@ -206,6 +208,7 @@ def __getattr__(name: str) -> Any:
         value = getattr(importlib.import_module(_MODULE[name]), name)
     else:
         raise AttributeError(f"module 'simplexmesh' has no attribute {name!r}")
+    announce_compiling()
     globals()[name] = value
     return value
 

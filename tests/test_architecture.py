@@ -31,6 +31,7 @@ BELOW = {
 
 # Imports that point up, each with its reason.
 UPWARD = {
+    ("_base/html.py", "simplexmesh.plot.surface"): "notebooks show results with a picture",
     ("mesh/simplex_mesh.py", "simplexmesh.data.triangles"): "users look for mesh.triangulated() on the mesh",
     ("mesh/simplex_mesh.py", "simplexmesh.data.io.writing"): "users look for mesh.save() and mesh.to_pyvista() on it",
     ("mesh/simplex_mesh.py", "simplexmesh.surface.curvature.estimate"): "users look for mesh.mean_curvature on it",
@@ -61,7 +62,7 @@ DOORS = {
     "rich": ["/cli/*.py", "/_base/progress.py"],
     "typer": ["/cli/*.py"],
     "importlib": [  # imports by name hide
-        *("/__init__.py", "/mesh/simplex_mesh.py", "/motion/targets/__init__.py"),
+        *("/__init__.py", "/_base/html.py", "/mesh/simplex_mesh.py", "/motion/targets/__init__.py"),
         "/surface/registry.py",
     ],
 }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -16,15 +17,28 @@ def _silent(fraction: float, message: str) -> None:
     """Do nothing."""
 
 
+def announce_compiling() -> None:
+    """Have the first compilation of kernels said in a line of the log, on standard error, once numba is loaded."""
+    if "numba" in sys.modules:
+        from simplexmesh._base._kernels_compiled import announce
+
+        announce()
+
+
 @contextmanager
 def reporting(progress: bool | Report) -> Iterator[Report]:  # noqa: FBT001  the caller's own keyword
     """Yield a function to report to: the user's, one that updates a bar on the terminal or notebook, or a dummy."""
     if callable(progress):
         yield progress
     elif progress:
+        from rich.console import Console
         from rich.progress import Progress
 
-        with Progress(transient=True) as bar, bar_reporting(bar, "reconstructing") as report:
+        console = Console()
+        with (
+            Progress(console=console, transient=not console.is_jupyter) as bar,
+            bar_reporting(bar, "reconstructing") as report,
+        ):
             yield report
     else:
         yield _silent

@@ -13,7 +13,7 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 
 from simplexmesh._base.errors import DivergedError
-from simplexmesh.cli import curvature, decimate, demo, info, library, reconstruct, register, view
+from simplexmesh.cli import curvature, decimate, demo, info, library, reconstruct, register, view, warm_up
 from simplexmesh.cli.report import INTERRUPTED, KEPT, NOTES, as_json, error, note
 
 BAD_INPUT = 2
@@ -87,6 +87,7 @@ _library.command("recognize", cls=_Command, epilog=library.RECOGNIZE_EXAMPLE)(li
 app.add_typer(_library, name="library")
 app.command("info", cls=_Command, epilog=info.EXAMPLE)(info.command)
 app.command("view", cls=_Command, epilog=view.EXAMPLE)(view.command)
+app.command("warm-up", cls=_Command, epilog=warm_up.EXAMPLE)(warm_up.command)
 
 
 def _show_version(wanted: bool) -> None:

@@ -8,6 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from simplexmesh._base.interrupts import deferred_interrupts
+from simplexmesh._base.progress import announce_compiling
 from simplexmesh.cli.report import as_json, mesh_numbers, table
 
 EXAMPLE = "Example: simplexmesh info head.vtp"
@@ -23,6 +24,7 @@ def command(
     with deferred_interrupts() as interrupts:  # an interrupt during the import of VTK can crash the process
         from simplexmesh.data.io.reading import read
 
+        announce_compiling()
         found = []
         for path in inputs:
             facts = _library(path) or described(read(path))

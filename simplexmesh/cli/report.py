@@ -88,6 +88,9 @@ def _plain(value: Any) -> Any:
 @contextmanager
 def progress(title: str, *, wanted: bool = True) -> Iterator[Callable[[float, str], None]]:
     """Yield a progress callback that draws a bar on standard error; without a terminal it does nothing."""
+    from simplexmesh._base._kernels_compiled import announce
+
+    announce()
     if not wanted or not sys.stderr.isatty():
         yield lambda fraction, message: None
         return

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.html import card
 from simplexmesh._base.named_arrays import changed, named_arrays
 from simplexmesh._base.units import InUnits, unit_or_none
 from simplexmesh.mesh import face_geometry, geometry, triangulation
@@ -69,6 +70,22 @@ class SimplexMesh(InUnits):
         components = "" if self.n_components == 1 else f", {self.n_components} components"
         counts = f"{self.n_vertices} vertices, {self.n_faces} faces"
         return f"SimplexMesh({counts}, genus {self.genus}, {self.n_holes} holes{components})"
+
+    def _repr_html_(self) -> str:
+        """Return a small picture and a table, as notebooks show."""
+        return card(f"SimplexMesh, {self.n_vertices:,} vertices", self._facts(), self)
+
+    def _facts(self) -> dict[str, str]:
+        """Return the rows of a table of what matters."""
+        size = " x ".join(f"{side:.4g}" for side in np.ptp(self.bounds, axis=0))
+        pieces = "" if self.n_components == 1 else f", {self.n_components} pieces"
+        return {
+            "faces": f"{self.n_faces:,}",
+            "topology": f"genus {self.genus}, {self.n_holes} holes{pieces}",
+            "size": size,
+            "area, volume": f"{self.area:.4g}, {self.volume:.4g}",
+            **({"arrays": ", ".join(self.data)} if self.data else {}),
+        }
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle and copy the arguments only, not the cached arrays."""

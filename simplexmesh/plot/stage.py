@@ -37,11 +37,15 @@ def stage(columns: int = 1, size: tuple[int, int] | None = None) -> pv.Plotter:
     return plotter
 
 
-def grid(shape: tuple[int, int], size: tuple[int, int]) -> pv.Plotter:
-    """Return an empty plotter with rows and columns of panels, a width and height in pixels, and lights."""
+def grid(shape: tuple[int, int], size: tuple[int, int], *, window: bool = True) -> pv.Plotter:
+    """Return an empty plotter with rows and columns of panels, a width and height in pixels, and lights.
+
+    Without `window` it draws off screen only.
+    """
+    hidden = not window or not has_display()
     with quiet():
         plotter = pv.Plotter(
-            shape=shape, border=False, off_screen=not has_display() or None, window_size=list(size), lighting="none"
+            shape=shape, border=False, off_screen=hidden or None, window_size=list(size), lighting="none"
         )
     for position, strength in LIGHTS:  # each goes to every panel
         plotter.add_light(pv.Light(position=position, intensity=strength, light_type="camera light"))

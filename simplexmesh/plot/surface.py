@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from io import BytesIO
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,7 @@ from simplexmesh.plot.camera import looked_at, upright
 from simplexmesh.plot.color_scale import scale, titled
 from simplexmesh.plot.polydata import as_drawable, geometry, painted_with, per_point
 from simplexmesh.plot.scalars import scalars_of
-from simplexmesh.plot.stage import COLORS_LIT, INK, SURFACE_LIT, add, headline, stage
+from simplexmesh.plot.stage import COLORS_LIT, INK, SURFACE_LIT, add, grid, headline, quiet, stage
 
 CLAY = "#c9d3dc"
 DATA = "#d9c3a5"
@@ -132,6 +133,26 @@ def surface(
         plotter.add_mesh(lines, color=INK, line_width=1.0, opacity=float(strong) * opacity, lighting=False)
     headline(plotter, title)
     return looked_at(plotter, view, up=upright(shown, up), window=True) if alone else plotter
+
+
+def thumbnail(mesh: SimplexMesh) -> bytes:
+    """Return a small picture of a mesh, drawn off screen, as the bytes of a PNG file.
+
+    Examples
+    --------
+    >>> from simplexmesh.mesh.shapes import torus
+    >>> thumbnail(torus())[1:4]
+    b'PNG'
+    """
+    plotter = grid((1, 1), (320, 240), window=False)
+    plotter.set_background("white")
+    surface(mesh, plotter=plotter)
+    looked_at(plotter, None, up=upright(mesh, "auto"))
+    out = BytesIO()
+    with quiet():
+        plotter.screenshot(out)
+    plotter.close()
+    return out.getvalue()
 
 
 def check_choice(things: Sequence[Any], level: float | None, label: int | None, inside: str) -> None:

@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from simplexmesh._base.html import card, grid
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.model.state import State
 from simplexmesh.motion.start.report import StartReport
@@ -51,7 +52,10 @@ class Summary:
         return f"Summary({numbers}, count={self.count})"
 
 
-@dataclass(frozen=True)
+COLUMNS = ("mean", "rms", "95 %", "max", "points")
+
+
+@dataclass(frozen=True, repr=False)
 class Distance:
     """Distances between a mesh and its data, both ways, in the data's unit.
 
@@ -71,6 +75,23 @@ class Distance:
     mesh_to_data: Summary
     data_to_mesh: Summary
     enclosed: Summary
+
+    def _rows(self) -> dict[str, tuple[str, ...]]:
+        """Return the rows of a table; without `enclosed` where there is none."""
+        kinds = {"mesh to data": self.mesh_to_data, "data to mesh": self.data_to_mesh, "enclosed": self.enclosed}
+        return {
+            name: (*(f"{value:.4g}" for value in (one.mean, one.rms, one.p95, one.max)), f"{one.count:,}")
+            for name, one in kinds.items()
+            if one.count or name != "enclosed"
+        }
+
+    def __repr__(self) -> str:
+        rows = {"": COLUMNS, **self._rows()}
+        return "\n".join(f"{name:12}" + "".join(f"{cell:>11}" for cell in cells) for name, cells in rows.items())
+
+    def _repr_html_(self) -> str:
+        """Return the table, as notebooks show."""
+        return grid(COLUMNS, self._rows())
 
     def as_dict(self) -> dict[str, dict[str, float]]:
         """Return plain numbers, ready for JSON."""
@@ -162,10 +183,25 @@ class Reconstruction:
     topology: TopologyRecord = field(default_factory=TopologyRecord)
     bare: float = float("nan")
 
+    def _repr_html_(self) -> str:
+        """Return a small picture of the model and a table, as notebooks show."""
+        rows = {
+            **self.mesh._facts(),
+            "mesh to data": f"rms {self.distance.mesh_to_data.rms:.4g}, max {self.distance.mesh_to_data.max:.4g}",
+            "data to mesh": f"rms {self.distance.data_to_mesh.rms:.4g}, max {self.distance.data_to_mesh.max:.4g}",
+            "area without data": f"{self.bare:.0%}",
+            "motion": f"{self._end}, {len(self.history)} iterations",
+        }
+        return card(f"Reconstruction, {self.mesh.n_vertices:,} vertices", rows, self.mesh)
+
+    @property
+    def _end(self) -> str:
+        return "interrupted" if self.interrupted else "at rest" if self.converged else "still moving"
+
     def __repr__(self) -> str:
-        rest = "interrupted" if self.interrupted else "at rest" if self.converged else "still moving"
         bare = f"{self.bare:.0%} of its area without data, " if self.bare >= LEAST_BARE else ""
         return (
             f"Reconstruction({self.mesh!r}, mesh to data rms {self.distance.mesh_to_data.rms:.4g}, "
-            f"data to mesh rms {self.distance.data_to_mesh.rms:.4g}, {bare}{rest} after {len(self.history)} iterations)"
+            f"data to mesh rms {self.distance.data_to_mesh.rms:.4g}, {bare}{self._end} "
+            f"after {len(self.history)} iterations)"
         )

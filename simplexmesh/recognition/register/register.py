@@ -11,6 +11,7 @@ from scipy.spatial import cKDTree
 
 from simplexmesh._base import checks
 from simplexmesh._base.errors import warn
+from simplexmesh._base.html import card
 from simplexmesh._base.progress import Report, reporting
 from simplexmesh.numerics.rotation_vectors import rotation_angle
 from simplexmesh.recognition.register import pose_scoring
@@ -117,6 +118,19 @@ class Registration:
     poses: tuple[Pose, ...]
     open_motions: Array
     covariance: Array
+
+    def _repr_html_(self) -> str:
+        """Return a table of the fit and the motion, as notebooks show."""
+        rows = {
+            "score, overlap": f"{self.score:.2f}, {self.overlap:.0%}",
+            "error": f"{self.error:.3g}",
+            "turned by": f"{np.degrees(rotation_angle(self.T_target_source[:3, :3])):.2f} degrees",
+            "shifted by": ", ".join(f"{value:.4g}" for value in self.T_target_source[:3, 3]),
+            "other poses": f"{sum(pose.equivalent for pose in self.poses)} as good"
+            if self.ambiguous
+            else "none as good",
+        }
+        return card("Registration", rows)
 
     def __repr__(self) -> str:
         others = sum(pose.equivalent for pose in self.poses)

@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from simplexmesh._base.html import grid
 from simplexmesh._base.vectors import cross
 
 Array = NDArray[np.float64]
@@ -63,6 +64,17 @@ class Curvature:
         n, failed = len(self.k1), int(self.failed.sum())
         failures = f", {failed:,} failed" if failed else ""
         return f"Curvature({self.method}, {n:,} vertices{failures})"
+
+    def _repr_html_(self) -> str:
+        """Return a table of the distribution of the values, as notebooks show."""
+        found = ~self.failed
+        columns = ("5 %", "median", "95 %")
+        rows = {
+            name: tuple(f"{value:.4g}" for value in np.quantile(values[found], [0.05, 0.5, 0.95]))
+            for name in ("k1", "k2", "mean", "gauss", "error", "scale")
+            if (values := getattr(self, name)) is not None and found.any()
+        }
+        return f"<p>{self!r}</p>" + grid(columns, rows)
 
     @cached_property
     def d2(self) -> Array | None:

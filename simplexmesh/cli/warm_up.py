@@ -1,0 +1,72 @@
+"""`simplexmesh warm-up`: compile the kernels by a small example of each function, so that later calls start at once."""
+
+from __future__ import annotations
+
+import tempfile
+import time
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import typer
+
+from simplexmesh._base.errors import SimplexMeshWarning
+from simplexmesh._base.interrupts import deferred_interrupts
+from simplexmesh.cli.report import progress
+
+EXAMPLE = "Example: simplexmesh warm-up"
+
+
+def command() -> None:
+    """Compile all common kernels, which otherwise happens at first use: once after installation and each upgrade."""
+    began = time.perf_counter()
+    with deferred_interrupts() as interrupts, progress("compiling") as report:
+        steps = examples()
+        for place, (name, example) in enumerate(steps.items()):
+            interrupts.check()
+            report(place / len(steps), name)
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", SimplexMeshWarning)  # the examples are coarse
+                example()
+    typer.echo(f"kernels are compiled, {time.perf_counter() - began:.0f} s")
+
+
+def examples() -> dict[str, Callable[[], Any]]:
+    """Return a small example of each door, by name; large enough that kernels also run on several threads."""
+    import numpy as np
+
+    import simplexmesh as sm
+
+    ball = sm.sphere(20)  # 8,000 vertices
+    triangles = ball.triangulated("dual")
+    bowl = triangles.vertices[triangles.vertices[:, 2] > 0]
+    grid = np.sqrt(sum(axis**2 for axis in np.mgrid[-12:13, -12:13, -12:13].astype(float)))
+    egg = ball.vertices[::2] * [3, 2, 1]
+    few: dict[str, Any] = {"vertices": 7000, "iterations": 20}
+    small: dict[str, Any] = {"vertices": 800, "iterations": 50}
+
+    def library() -> None:
+        with tempfile.TemporaryDirectory() as folder:
+            models = sm.ModelLibrary(Path(folder, "models.sml"))
+            models.add("egg", egg)
+            models.recognize(egg)
+
+    return {
+        "reconstruct a volume": lambda: sm.reconstruct(9 - grid, level=0.0, **few),
+        "reconstruct a label": lambda: sm.reconstruct((grid < 9).astype(np.uint8), **few),
+        "reconstruct points": lambda: sm.reconstruct(ball.vertices, **few),
+        "reconstruct triangles": lambda: sm.reconstruct(triangles, **small),
+        "reconstruct open data": lambda: sm.reconstruct(bowl, init="sphere", **small),
+        "reconstruct a handle": lambda: sm.reconstruct(sm.torus(40, 16).vertices, init="sphere", **small),
+        "check": lambda: sm.sphere(4).check(self_intersections=True),
+        "decimate": lambda: (sm.decimate(ball, vertices=2000), sm.decimate(sm.sphere(4), tolerance=0.05)),
+        "edit": lambda: (sm.regularize(sm.sphere(6)), sm.redistribute(sm.sphere(8), ball.vertices)),
+        "curvature": lambda: (sm.curvature(triangles), sm.curvature(ball), sm.curvature(ball.vertices)),
+        "normals": lambda: (sm.vertex_normals(triangles), sm.vertex_normals(ball.vertices)),
+        "saliency": lambda: (sm.saliency(triangles), sm.hk_classes(triangles)),
+        "deviation": lambda: sm.deviation(triangles, sm.sphere(16).triangulated("dual")),
+        "signatures": lambda: sm.match(sm.sai(egg), sm.sai(egg)),
+        "register": lambda: sm.register(egg[egg[:, 0] > -1], egg),
+        "library": library,
+    }

@@ -1,0 +1,66 @@
+"""The first compilation is told once, by a bar where one is on, else in a line of the log."""
+
+from __future__ import annotations
+
+import logging
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from simplexmesh._base import _kernels_compiled
+from simplexmesh._base._kernels_compiled import FIRST_USE, announce, compiling
+from simplexmesh._base._kernels_njit import njit
+
+
+@pytest.fixture
+def untold(monkeypatch):
+    monkeypatch.setattr(_kernels_compiled, "_told", [])
+    announce()
+
+
+def fresh():
+    """Return a kernel that has never been compiled."""
+    return njit()(lambda x: x + 1)
+
+
+def test_a_line_of_the_log_tells_once(untold, caplog):
+    with caplog.at_level(logging.WARNING, "simplexmesh"):
+        assert fresh()(1) == 2
+        assert fresh()(2.0) == 3.0
+    assert [(record.name, record.message) for record in caplog.records] == [("simplexmesh", FIRST_USE)]
+
+
+def test_nothing_is_logged_where_a_bar_tells(untold, caplog):
+    seen = []
+    with compiling(lambda: seen.append("begun"), lambda: seen.append("ended")):
+        assert fresh()(np.ones(2)).sum() == 4
+    assert seen == ["begun", "ended"]
+    assert caplog.records == []
+
+
+@pytest.mark.slow
+def test_a_function_tells_it_on_standard_error(tmp_path):
+    code = "import simplexmesh as sm; sm.sphere(2).connectivity.edge_vertices; sm.parts(sm.sphere(2))"
+    out = subprocess.run(
+        [sys.executable, "-c", code], env={"NUMBA_CACHE_DIR": str(tmp_path), "PYTHONPATH": ":".join(sys.path)},
+        capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    assert out.stderr == f"{FIRST_USE}\n"
+
+
+def test_warm_up_has_an_example_of_each_door():
+    from simplexmesh.cli.warm_up import examples
+
+    assert {"reconstruct points", "decimate", "curvature", "register", "library"} <= examples().keys()
+
+
+def test_warm_up_runs_every_example(command, monkeypatch):
+    from simplexmesh.cli import warm_up
+
+    seen = []
+    monkeypatch.setattr(warm_up, "examples", lambda: {name: lambda name=name: seen.append(name) for name in "ab"})
+    code, out, _ = command("warm-up")
+    assert (code, seen) == (0, ["a", "b"])
+    assert out.startswith("kernels are compiled")

@@ -1,0 +1,91 @@
+"""What notebooks show: tables that say the same as the results, and pictures that are not blank."""
+
+from __future__ import annotations
+
+import base64
+import re
+from io import BytesIO
+
+import numpy as np
+import pytest
+
+import simplexmesh as sm
+from simplexmesh._base.html import card, grid
+
+BALL = sm.sphere(8, radius=2.0)
+
+
+def picture(html):
+    """Return the pixels of the picture in a page."""
+    image = pytest.importorskip("PIL.Image")
+    return np.asarray(image.open(BytesIO(base64.b64decode(re.search("base64,([^']+)'", html)[1]))))
+
+
+@pytest.fixture(scope="module")
+def model():
+    return sm.reconstruct(sm.sphere(16).vertices, vertices=300)
+
+
+def test_a_mesh_is_a_picture_and_a_table():
+    html = BALL._repr_html_()
+    for text in (
+        "1,280 vertices",
+        "<td>642</td>",
+        "genus 0, 0 holes",
+        " x ".join(f"{side:.4g}" for side in np.ptp(BALL.bounds, axis=0)),
+    ):
+        assert text in html
+    pixels = picture(html)[..., :3]
+    middle = pixels[pixels.shape[0] // 2, pixels.shape[1] // 2]
+    assert (pixels[0, 0] == 255).all()  # the background
+    assert middle.max() < 250
+    assert len(html) < 150_000
+
+
+def test_a_reconstruction_tells_its_fit(model):
+    html = model._repr_html_()
+    assert f"rms {model.distance.mesh_to_data.rms:.4g}" in html
+    assert f"{len(model.history)} iterations" in html
+    assert picture(html).std() > 5
+
+
+def test_distances_print_as_a_table(model):
+    head, to_data, to_mesh = str(model.distance).splitlines()
+    assert head.split() == ["mean", "rms", "95", "%", "max", "points"]
+    assert to_data.split()[3:] == [*(f"{x:.4g}" for x in list(vars(model.distance.mesh_to_data).values())[:4]), "300"]
+    assert to_mesh.startswith("data to mesh")
+    assert model.distance._repr_html_().count("<tr>") == 3
+
+
+def test_curvatures_tell_how_they_are_distributed():
+    html = sm.curvature(BALL, "simplex_angle")._repr_html_()
+    assert "Curvature(simplex_angle, 1,280 vertices)" in html
+    assert html.count("<td>0.5</td>") >= 3  # the mean curvature of a sphere of radius 2
+
+
+def test_registrations_tell_the_motion():
+    rng = np.random.default_rng(0)
+    egg = sm.sphere(16).vertices * [3, 2, 1] + 0.3 * np.sin(sm.sphere(16).vertices * 2)
+    found = sm.register(egg[rng.permutation(len(egg))] + [1, 2, 3], egg)
+    html = found._repr_html_()
+    assert f"{found.score:.2f}, {found.overlap:.0%}" in html
+    assert "degrees" in html
+
+
+def test_text_is_escaped():
+    assert card("<b>", {"a": "<script>"}) == (
+        "<table><caption><b>&lt;b&gt;</b></caption><tr><th align='left'>a</th><td>&lt;script&gt;</td></tr></table>"
+    )
+    assert "&amp;" in grid(("x",), {"&": ("1",)})
+
+
+def test_a_notebook_shows_them(tmp_path):
+    nbformat = pytest.importorskip("nbformat")
+    execute = pytest.importorskip("nbconvert.preprocessors").ExecutePreprocessor
+    pytest.importorskip("ipykernel")
+    cells = ["import simplexmesh as sm\nball = sm.sphere(6)\nball", "sm.curvature(ball, 'simplex_angle')"]
+    book = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(cell) for cell in cells])
+    execute(timeout=300, kernel_name="python3").preprocess(book, {"metadata": {"path": str(tmp_path)}})
+    shown = [cell.outputs[-1]["data"]["text/html"] for cell in book.cells]
+    assert picture(shown[0]).std() > 5
+    assert "Curvature(simplex_angle" in shown[1]
