@@ -88,7 +88,7 @@ class InUnits:
         --------
         >>> import simplexmesh as sm
         >>> ball = sm.sphere(4, radius=0.02).in_unit("mm", "m")
-        >>> ball.unit, round(abs(ball.vertices).max() / abs(sm.sphere(4, radius=20).vertices).max(), 12)
+        >>> ball.unit, round(ball.diagonal / sm.sphere(4, radius=20).diagonal, 12)
         ('mm', 1.0)
         """
         checks.choice("unit", unit, list(NANOMETERS))

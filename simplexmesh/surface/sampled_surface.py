@@ -212,6 +212,9 @@ def _converted(value: Any, name: str) -> Any:
     """Convert a surface to one of our own types, with all its points; return anything else as it is."""
     if isinstance(value, PointCloud | TriangleMesh):
         return value
+    found = converted(value, name)
+    if found is not None:
+        return found
     if hasattr(value, "connectivity"):  # a simplex mesh
         return value
     if isinstance(value, str | os.PathLike):
@@ -222,9 +225,6 @@ def _converted(value: Any, name: str) -> Any:
         points, faces = (checks.any_array(name, part) for part in value)
         if points.ndim == faces.ndim == 2:
             return TriangleMesh(points, faces)
-    found = converted(value, name)
-    if found is not None:
-        return found
     if isinstance(value, list | tuple) or hasattr(value, "__array__"):
         return _cloud(checks.any_array(name, value), name)
     return value

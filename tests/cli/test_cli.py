@@ -448,6 +448,14 @@ class TestInfo:
         assert code == 0
         assert "at most two triangles may share an edge" in out
 
+    def test_of_arrays_and_units(self, command, files, tmp_path):
+        points = np.random.default_rng(0).random((9, 3))
+        sm.PointCloud(points, data={"depth": points[:, 2]}, unit="cm").save(tmp_path / "a.ply")
+        facts = json.loads(command("info", tmp_path / "a.ply", "--json")[1])
+        assert (facts["arrays"], facts["unit"]) == (["depth"], "cm")
+        assert json.loads(command("info", files / "volume.mha", "--json")[1])["unit"] is None
+        assert "unknown" in command("info", files / "volume.mha")[1]
+
     def test_of_a_library(self, command, files, tmp_path):
         sm.ModelLibrary(tmp_path / "two.sml").add("ball", files / "ball.vtp")
         _, out, _ = command("info", tmp_path / "two.sml", "--json")

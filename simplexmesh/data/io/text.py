@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh._base.errors import warn
+from simplexmesh._base.units import known_unit
 from simplexmesh.data.columns import NORMALS, data_of
 from simplexmesh.data.points import PointCloud, cloud_of_file
 
@@ -21,6 +22,7 @@ Array = NDArray[np.float64]
 _SEPARATORS = bytes.maketrans(b",;[]\t", b"     ")
 _MARK = b"\xef\xbb\xbf"
 _UNIT = re.compile(r"\s*[\[(][^\])]*[\])]$")
+_UNIT_OF_X = re.compile(r"(?i)\bx\"?\s*[\[(]\s*(\w+)\s*[\])]")
 _OF_PARAVIEW = {f"points{mark}{i}": name for mark in ":_" for i, name in enumerate("xyz")}
 
 
@@ -36,7 +38,10 @@ def read_text(path: Path) -> PointCloud:
         warn(f"{path.name} names no columns x, y and z: the first three were read")
     columns = [place[name] for name in "xyz"] if known else [0, 1, 2]
     data = data_of({name: table[:, column] for name, column in place.items()}) if known else {}
-    return cloud_of_file(path.name, table[:, columns], _normals(table, place), data)
+    unit = _UNIT_OF_X.search(header)
+    return cloud_of_file(
+        path.name, table[:, columns], _normals(table, place), data, known_unit(unit[1]) if unit else None
+    )
 
 
 def _normals(table: Array, place: dict[str, int]) -> Array | None:

@@ -160,6 +160,14 @@ def test_csv_with_names(tmp_path):
     assert found["depth"].tolist() == [1, 2, 3, 4]
 
 
+@pytest.mark.parametrize(
+    ("header", "unit"), [("x [mm],y [mm],z [mm]", "mm"), ("X (Meters),Y,Z", "m"), ("x [px],y,z", None), ("x,y,z", None)]
+)
+def test_csv_with_a_unit(header, unit, tmp_path):
+    (tmp_path / "a.csv").write_text(f"{header}\n0,0,0\n1,0,0\n0,1,0\n0,0,1\n")
+    assert sm.read(tmp_path / "a.csv").unit == unit
+
+
 def test_vtk_as_others_write_it(tmp_path):
     ball = pv.Sphere()
     ball["RGB"] = RNG.integers(0, 256, (ball.n_points, 3)).astype(np.uint8)
