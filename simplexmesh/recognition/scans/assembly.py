@@ -19,7 +19,7 @@ CERTAIN, POSSIBLE = 0.25, 0.1
 """Scores from which a pair is believed by itself, and from which it may be where nothing better is known."""
 
 RIVAL = 0.7
-"""Scores of other poses of a pair, relative to the best one's, from which the pair alone does not determine its pose."""
+"""Scores of other poses of a pair, relative to the best one's, from which the pair alone does not tell its pose."""
 
 AGREEING = 0.8
 """Share of the points near another scan that must lie on it: of wrong poses, refined, it is 0.65 at most, of right ones
@@ -35,7 +35,7 @@ MOST_CLOSURES = 6
 """Pairs of scans of two groups that decide whether these are joined: those that come nearest."""
 
 CLOSING, CLOSE = (8.0, 4.0, 2.0, 1.0), (2.0, 1.0)
-"""Reaches of the refinement that closes a chain of scans, whose errors have added up; and of one between known poses."""
+"""Reaches of the refinement that closes a chain of scans, whose errors add up; and of one between known poses."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,7 +74,7 @@ class Assembly:
             for found in self._searched(pair):
                 if found.certain:
                     self._join(found)
-        while any([self._join(found) for found in self._supported()]):
+        while any(self._join(found) for found in self._supported()):
             pass
         for pairs in (combinations, permutations):  # the last time in both directions
             for group in self.groups:
@@ -142,7 +142,9 @@ class Assembly:
             for pair in {found.pair: None, **dict.fromkeys(touching[:MOST_CLOSURES])}
         }
         agreeing = {pair: each for pair, each in closures.items() if is_sound(each)}
-        against = sum(each.near for each in closures.values() if each.near > TOUCHING and each.agreement < CONTRADICTING)
+        against = sum(
+            each.near for each in closures.values() if each.near > TOUCHING and each.agreement < CONTRADICTING
+        )
         if found.pair not in agreeing or sum(each.near for each in agreeing.values()) < against:
             return False
         joining = self.poses[found.pair[1]] @ found.T @ np.linalg.inv(self.poses[found.pair[0]])

@@ -17,7 +17,13 @@ from simplexmesh.recognition.register.icp import MINIMUM_COSINE, find_correspond
 from simplexmesh.recognition.register.oriented_points import OrientedPoints, oriented_points
 from simplexmesh.recognition.register.pose_candidates import pose_candidates
 from simplexmesh.recognition.register.pose_scoring import source_of, target_grid
-from simplexmesh.recognition.register.register import REFINED, SCORED, VERIFIED, evaluated_candidates, refined_candidates
+from simplexmesh.recognition.register.register import (
+    REFINED,
+    SCORED,
+    VERIFIED,
+    evaluated_candidates,
+    refined_candidates,
+)
 from simplexmesh.recognition.register.verify import Evaluation, Verifier
 
 Array = NDArray[np.float64]
