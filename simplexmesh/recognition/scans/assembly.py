@@ -15,7 +15,7 @@ from simplexmesh.recognition.scans.scan_pairs import Measured, Scan, contact, me
 Array = NDArray[np.float64]
 Pair = tuple[int, int]
 
-CERTAIN, POSSIBLE = 0.25, 0.1
+CERTAIN, POSSIBLE = 0.4, 0.1
 """Scores from which a pair is believed by itself, and from which it may be where nothing better is known."""
 
 RIVAL = 0.7
@@ -76,9 +76,9 @@ class Assembly:
                     self._join(found)
         while any(self._join(found) for found in self._supported()):
             pass
-        for pairs in (combinations, permutations):  # the last time in both directions
+        for both in (False, True):  # the last time in both directions
             for group in self.groups:
-                self._measure(pairs(group, 2))
+                self._measure(permutations(group, 2) if both else combinations(group, 2))
                 self._settle(group)
 
     def relative(self, source: int, target: int) -> Array:
