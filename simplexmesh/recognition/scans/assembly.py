@@ -22,7 +22,7 @@ RIVAL = 0.7
 """Scores of other poses of a pair, relative to the best one's, from which the pair alone does not tell its pose."""
 
 AGREEING = 0.8
-"""Share of the points near another scan that must lie on it: of the bunny's wrong pairs, refined, it is 0.65 at most, of
+"""Share of the points near another scan that must lie on it: of the bunny's wrong pairs, refined, at most 0.65 do, of
 the right ones 0.9 and more."""
 
 TOUCHING = 0.04
