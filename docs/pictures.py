@@ -41,6 +41,7 @@ VIEWS = {  # the single views that are recognized, in the same way
 NEAR = np.cos(np.radians(35))  # the scanner is within this angle of the camera, so that its points are visible
 NOISE = 0.003  # of the views, as a share of the diagonal
 MODEL, SCAN = "#a9bac6", "#c2502e"
+SCAN_COLORS = ("#c2502e", "#3a5f95", "#5b9a68", "#d9a441", "#8a5a9e", "#5aa3b5")
 
 
 def scan(file):
@@ -122,6 +123,23 @@ def signatures_of_a_knot_and_a_face():
     return [sm.plot.signature(each, fitted=True, view="xy") for each in found]
 
 
+def scans():
+    """Six range scans in their own frames, in the poses found, and the model."""
+    files = [DATA / f"bun{angle}.ply" for angle in ("000", "045", "090", "180", "270", "315")]
+    clouds = [sm.read_points(file) for file in files]
+    poses = sm.register_all(files).poses
+    placed = [cloud.transformed(T) for cloud, T in zip(clouds, poses, strict=True)]
+    plotter = sm.plot.stage(columns=3, size=(1500, 560))
+    for column, shown in enumerate((clouds, placed)):
+        plotter.subplot(0, column)
+        for cloud, color in zip(shown, SCAN_COLORS, strict=True):
+            plotter.add_mesh(cloud.points[::4], color=color, point_size=3, render_points_as_spheres=True)
+    plotter.subplot(0, 2)
+    model = sm.reconstruct(files, poses=poses, vertices=4000).mesh
+    sm.plot.surface(model, color=MODEL, edges=False, plotter=plotter)
+    return [sm.plot.looked_at(plotter, (0.3, 0.2, 1.0), up="y")]
+
+
 def recognized():
     """Single views on the models they are recognized as."""
     bodies = bench_recognize.bodies()
@@ -188,6 +206,7 @@ PICTURES = {  # name: what draws it, row by row, and its width in pixels
     "saliency_of_a_face": (four_panels("fran_face.vtk"), 1800),
     "saliency_of_a_femur": (four_panels("femur.off"), 1800),
     "saliency_of_a_rabbit": (four_panels("rabbit_scan.vtk"), 1800),
+    "scans": (scans, 1500),
     "signature": (signature, 960),
     "signature_of_a_view": (signature_of_a_view, 960),
     "signatures_of_a_knot_and_a_face": (signatures_of_a_knot_and_a_face, 1000),

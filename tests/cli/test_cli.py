@@ -17,6 +17,7 @@ import pytest
 import simplexmesh as sm
 from simplexmesh.cli import app, info, view
 from simplexmesh.cli import reconstruct as reconstruct_command
+from tests.recognition.scans.test_register_all import views as views_of_a_body
 
 BALL = 5.0
 
@@ -187,6 +188,23 @@ class TestReconstruct:
         )  # fmt: skip
         assert code == 0, err
         np.testing.assert_allclose(np.linalg.norm(sm.read_mesh(tmp_path / "b.vtp").vertices, axis=1), BALL, atol=0.3)
+
+    def test_of_scans_without_poses(self, command, tmp_path):
+        scans, _ = views_of_a_body(4, np.random.default_rng(8))
+        paths = [tmp_path / f"scan{k}.xyz" for k in range(4)]
+        for path, scan in zip(paths, scans, strict=True):
+            np.savetxt(path, scan)
+        code, out, err = command(
+            "reconstruct", *paths, "--poses", "auto", "--vertices", 400, "-o", tmp_path / "a.vtp", "--json"
+        )
+        assert code == 0, err
+        assert json.loads(out)["distance"]["data_to_mesh"]["rms"] < 0.05  # in frames that were not registered, 0.3
+        code, _, err = command("reconstruct", *paths, "--vertices", 400, "-o", tmp_path / "b.vtp")
+        assert code == 0
+        assert "note: the scans are in different frames" in err
+        code, _, err = command("reconstruct", paths[0], "--poses", "auto", "-o", tmp_path / "c.vtp")
+        assert code == 2
+        assert "poses='auto' needs several scans" in err
 
     def test_starts_from_a_file(self, command, files, tmp_path):
         code, out, _ = command(

@@ -64,8 +64,9 @@ def reconstruct(
         Width, in the data's unit, below which the automatic start seals tunnels through the body; 0 keeps them all.
         Default: what the mesh cannot resolve and, for a level of a volume, 13 voxels; points keep theirs.
     poses : path, mapping or sequence, optional
-        For several scans: T_world_scan of each, by file name or in order; ``"auto"`` finds them (`register_all`). Without
-        any the scans keep their frames, unless these contradict each other: then poses are found, with a warning.
+        For several scans: T_world_scan of each, by file name or in order; ``"auto"`` finds them, as `register_all`.
+        Without any the scans keep their frames, unless these contradict each other: then poses are found, with a
+        warning.
     iterations : int
         Maximum number of iterations of the fine stage.
     rigidity : int

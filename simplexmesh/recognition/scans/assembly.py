@@ -15,15 +15,15 @@ from simplexmesh.recognition.scans.scan_pairs import Measured, Scan, contact, me
 Array = NDArray[np.float64]
 Pair = tuple[int, int]
 
-CERTAIN, POSSIBLE = 0.25, 0.1
+CERTAIN, POSSIBLE = 0.4, 0.1
 """Scores from which a pair is believed by itself, and from which it may be where nothing better is known."""
 
 RIVAL = 0.7
-"""Scores of other poses of a pair, relative to the best one's, from which the pair alone does not determine its pose."""
+"""Scores of other poses of a pair, relative to the best one's, from which the pair alone does not tell its pose."""
 
 AGREEING = 0.8
-"""Share of the points near another scan that must lie on it: of wrong poses, refined, it is 0.65 at most, of right ones
-0.9 and more."""
+"""Share of the points near another scan that must lie on it: of the bunny's wrong pairs, refined, at most 0.65 do, of
+the right ones 0.9 and more."""
 
 TOUCHING = 0.04
 """Fraction of a scan that must be near another for the two to be measured against each other."""
@@ -35,7 +35,7 @@ MOST_CLOSURES = 6
 """Pairs of scans of two groups that decide whether these are joined: those that come nearest."""
 
 CLOSING, CLOSE = (8.0, 4.0, 2.0, 1.0), (2.0, 1.0)
-"""Reaches of the refinement that closes a chain of scans, whose errors have added up; and of one between known poses."""
+"""Reaches of the refinement that closes a chain of scans, whose errors add up; and of one between known poses."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,11 +74,11 @@ class Assembly:
             for found in self._searched(pair):
                 if found.certain:
                     self._join(found)
-        while any([self._join(found) for found in self._supported()]):
+        while any(self._join(found) for found in self._supported()):
             pass
-        for pairs in (combinations, permutations):  # the last time in both directions
+        for both in (False, True):  # the last time in both directions
             for group in self.groups:
-                self._measure(pairs(group, 2))
+                self._measure(permutations(group, 2) if both else combinations(group, 2))
                 self._settle(group)
 
     def relative(self, source: int, target: int) -> Array:
@@ -142,7 +142,9 @@ class Assembly:
             for pair in {found.pair: None, **dict.fromkeys(touching[:MOST_CLOSURES])}
         }
         agreeing = {pair: each for pair, each in closures.items() if is_sound(each)}
-        against = sum(each.near for each in closures.values() if each.near > TOUCHING and each.agreement < CONTRADICTING)
+        against = sum(
+            each.near for each in closures.values() if each.near > TOUCHING and each.agreement < CONTRADICTING
+        )
         if found.pair not in agreeing or sum(each.near for each in agreeing.values()) < against:
             return False
         joining = self.poses[found.pair[1]] @ found.T @ np.linalg.inv(self.poses[found.pair[0]])
@@ -175,6 +177,7 @@ class Assembly:
         pairs = [pair for pair in self.measured if pair[0] in place and pair[1] in place]
         first = np.linalg.inv(self.poses[group[0]])
         start = first @ self.poses[group]
+        start[0] = np.eye(4)  # without the last bit of the product
         radius = float(np.median([self.scans[k].extent for k in group])) / 4
         poses, covariances = optimized(
             start, [(place[i], place[j]) for i, j in pairs], [self.measured[pair] for pair in pairs], radius

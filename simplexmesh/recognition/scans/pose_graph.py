@@ -28,9 +28,7 @@ OUTLYING = 3.0
 """Standard deviations from which a pair loses weight."""
 
 
-def optimized(
-    poses: Array, pairs: Sequence[Pair], measured: Sequence[Measured], radius: float
-) -> tuple[Array, Array]:
+def optimized(poses: Array, pairs: Sequence[Pair], measured: Sequence[Measured], radius: float) -> tuple[Array, Array]:
     """Return poses (n, 4, 4) near those given, the first of which stays, and their covariances (n, 6, 6).
 
     `pairs` are source and target of the measured poses; `radius` is the mean distance of points from their center.

@@ -6,7 +6,7 @@ import inspect
 from collections.abc import Callable, Sequence
 from functools import wraps
 from itertools import combinations
-from typing import Any, ParamSpec, TypeVar
+from typing import Any, ParamSpec
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,7 @@ from simplexmesh.data.points import PointCloud
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.motion.reconstruct import pipeline
 from simplexmesh.motion.reconstruct.conversion import are_scans
+from simplexmesh.motion.reconstruct.result import Reconstruction
 from simplexmesh.numerics.rotation_vectors import rotation_angle
 from simplexmesh.recognition.register.oriented_points import FEWEST_POINTS
 from simplexmesh.recognition.scans.assembly import TOUCHING
@@ -25,7 +26,7 @@ from simplexmesh.recognition.scans.register_all import Registered, names_of, reg
 from simplexmesh.recognition.scans.scan_pairs import Scan, contact
 
 Array = NDArray[np.float64]
-P, R = ParamSpec("P"), TypeVar("R")
+P = ParamSpec("P")
 Pair = tuple[int, int]
 
 ADJOINING, TRUSTED = 0.003, 0.7
@@ -36,12 +37,12 @@ SHARE = 0.4
 """Part of the progress that finding poses takes."""
 
 
-def _with_poses(fit: Callable[P, R]) -> Callable[P, R]:
+def _with_poses(fit: Callable[P, Reconstruction]) -> Callable[P, Reconstruction]:
     """Return `fit` with the poses of scans found where they are wanted or missing."""
     signature = inspect.signature(fit)
 
     @wraps(fit)
-    def posed(*arguments: P.args, **options: P.kwargs) -> R:
+    def posed(*arguments: P.args, **options: P.kwargs) -> Reconstruction:
         given = signature.bind(*arguments, **options)
         given.apply_defaults()
         if not needs_poses(given.arguments["data"], given.arguments["poses"]):
@@ -54,6 +55,7 @@ def _with_poses(fit: Callable[P, R]) -> Callable[P, R]:
             chosen["progress"] = lambda fraction, message: report(SHARE + (1 - SHARE) * fraction, message)
             return fit(*given.args, **given.kwargs)
 
+    posed.__module__ = __name__  # where it can be imported from, which pickling needs
     return posed
 
 

@@ -22,7 +22,7 @@ from simplexmesh.recognition.scans.scan_pairs import Scan
 Array = NDArray[np.float64]
 
 CONTRADICTING = 10.0
-"""Distances, in root mean square distances of pairs, from which a pose found for a pair alone contradicts the others."""
+"""Shift, in root mean square distances of pairs, from which the pose of a pair alone contradicts the others."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -35,8 +35,8 @@ MATCHED = 5_000
 WIDEST = 0.03
 """Widest reach of a refinement, in extents of the smaller scan: farther points belong to something else."""
 
-COARSE_STRIDE, COARSE_STEPS = 5, 10
-"""Which of these points, and how many steps, make a refinement with a wide reach."""
+COARSE_STRIDE, COARSE_STEPS, FINE_STEPS = 5, 10, 20
+"""Which of these points, and how many steps, make a refinement with a wide reach; and the steps with a narrow one."""
 
 MOST_EVALUATED = 12
 """Poses of a pair that are refined on its points: other pairs make up for one that is missed, so fewer than for two."""
@@ -149,9 +149,10 @@ def measure(source: Scan, target: Scan, T: Array, *, wider: Sequence[float] = (1
     reach = verifier_of(source, target).reach
     measured, fine = source.matched
     for factor in wider:
-        coarse = {"chosen": slice(None, None, COARSE_STRIDE), "iterations": COARSE_STEPS} if factor > 1 else {}
+        stride, steps = (COARSE_STRIDE, COARSE_STEPS) if factor > 1 else (1, FINE_STEPS)
         within = max(reach, min(factor * reach, WIDEST * min(source.extent, target.extent)))
-        T = refined(fine, target.fine, target.fine_tree, T, within, **coarse)
+        rows = slice(None, None, stride)
+        T = refined(fine, target.fine, target.fine_tree, T, within, chosen=rows, iterations=steps)
     found = find_correspondences(fine, target.fine, target.fine_tree, T, reach)
     return Measured(T, *uncertainty(measured, target.surface, found, T), *contact(source, target, T))
 
