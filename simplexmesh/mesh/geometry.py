@@ -28,7 +28,7 @@ def _relative_to_first(vertices: Array, neighbors: Indices) -> tuple[Array, Arra
     b = vertices[neighbors[:, 1]] - origin
     c = vertices[neighbors[:, 2]] - origin
     w = cross(b, c)
-    w[norm(w) <= COLLINEAR_SINE * norm(b) * norm(c)] = 0.0  # fourth powers of lengths would overflow
+    w[dot(w, w) <= COLLINEAR_SINE**2 * dot(b, b) * dot(c, c)] = 0.0
     return vertices - origin, b, c, w
 
 

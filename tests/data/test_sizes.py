@@ -63,3 +63,20 @@ def test_within_them_all_scales(kind, size):
     *_, state = model.run(3)
     *_, known = sm.DeformableModel(MESH).run(3)
     assert state.move / size == pytest.approx(known.move)
+
+
+@pytest.mark.parametrize("scale", [1e-160, 1e160])
+def test_targets_of_points(scale):
+    with pytest.raises(ValueError, match=r"cloud must be within 1e-60 and 1e\+60 in its unit of length"):
+        sm.targets.Points(scale * sm.sphere(3).vertices)
+
+
+@pytest.mark.parametrize("scale", [1e100, 1e300])
+def test_a_level_is_proposed_for_values_of_any_size(scale):
+    values = np.random.default_rng(0).random((6, 6, 6))
+    with pytest.raises(ValueError, match="Otsu's threshold would be") as found:
+        sm.reconstruct(sm.Volume(scale * values))
+    with pytest.raises(ValueError, match="Otsu's threshold would be") as usual:
+        sm.reconstruct(sm.Volume(values))
+    words = [float(str(error.value).split()[-1]) for error in (found, usual)]
+    assert words[0] == pytest.approx(scale * words[1], rel=1e-3)

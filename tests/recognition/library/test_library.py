@@ -12,6 +12,7 @@ import subprocess
 import sys
 import textwrap
 from contextlib import contextmanager
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -26,7 +27,7 @@ from simplexmesh.recognition.library.global_descriptor import global_descriptor
 from simplexmesh.recognition.library.model_index import ImageIndex
 from simplexmesh.recognition.library.models import HEADER, Model, model_of
 from simplexmesh.recognition.library.scene import without_outliers
-from simplexmesh.recognition.library.store import Store
+from simplexmesh.recognition.library.store import Store, _as_os_error
 from simplexmesh.recognition.register.oriented_points import oriented_points
 from tests.recognition import reference as reference
 from tests.recognition.library import reference as plain
@@ -585,3 +586,9 @@ def test_real_bodies(data_folder, tmp_path, share, noise):
         found = library.recognize(scan)[0]
         assert found.name == name
         assert reference.angle(found.T_scan_model[:3, :3], T[:3, :3]) < 4
+
+
+@pytest.mark.parametrize("message", ["database or disk is full", "disk I/O error"])
+def test_a_full_disk_is_no_damage(message):
+    found = _as_os_error(Path("a.sml"), sqlite3.OperationalError(message))
+    assert str(found) == f"a.sml cannot be used now: {message}"

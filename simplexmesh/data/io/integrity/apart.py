@@ -9,6 +9,7 @@ import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 SECONDS, BYTES_A_SECOND = 60, 1_000_000
 ROOM, MOST_PACKED = 2 << 30, 1040
@@ -64,7 +65,7 @@ def _main(libraries: str, kind: str, path: str, folder: str, room: str) -> None:
     printed = vtkStringOutputWindow()
     vtkOutputWindow.SetInstance(printed)
     vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
-    readers = {"vti": vtkXMLImageDataReader, "vtp": vtkXMLPolyDataReader, "vtk": vtkDataSetReader}
+    readers: dict[str, Any] = {"vti": vtkXMLImageDataReader, "vtp": vtkXMLPolyDataReader, "vtk": vtkDataSetReader}
     reader = readers[kind]()
     reader.SetFileName(path)
     if kind == "vtk":
