@@ -20,6 +20,9 @@ Mask = NDArray[np.bool_]
 MARGIN = 0.05
 """Of the diagonal of start and data: how far beyond their bounding box a vertex may swing."""
 
+RINGS = 12
+"""Edges from a fold within which vertices without data are released; less leaves films around bodies."""
+
 MOST_UNSEEN = 0.25
 """Fraction of the vertices without data within reach above which the end of a motion is warned of."""
 
@@ -32,12 +35,17 @@ class Release:
     """
 
     def __init__(self, count: int) -> None:
-        self.mask, self._other = np.zeros(count, bool), np.zeros(count, bool)
+        self._rings, self._other = np.zeros(count, np.int8), np.zeros(count, np.int8)
+
+    @property
+    def mask(self) -> Mask:
+        """(n,) bool: the vertices released now."""
+        return self._rings > 0
 
     def update(self, normals: Array, neighbors: NDArray[np.int32], gaps: Array) -> Mask:
         """Return (n,) the vertices released now, given their gaps (n,)."""
-        _kernels_averages.released(normals, neighbors, gaps, self.mask, self._other)
-        self.mask, self._other = self._other, self.mask
+        _kernels_averages.released(normals, neighbors, gaps, RINGS, self._rings, self._other)
+        self._rings, self._other = self._other, self._rings
         return self.mask
 
 

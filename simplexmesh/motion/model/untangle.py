@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
+from scipy.sparse.linalg import spsolve
 
 from simplexmesh._base.errors import DivergedError, warn
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
@@ -75,16 +76,42 @@ def untangled(
 
     Tangled vertices and their neighborhoods, larger in each of at most `rounds` attempts, first relax without data
     under orientation continuity, then are fitted again, stiffer each time. A region keeps its old positions where that
-    does not help. Remaining tangles are blended with `start`, the same mesh at untangled positions near the data. In
-    the end all moved vertices are fitted to the data again, less stiffly, where that tangles nothing.
+    does not help. Remaining tangles are blended with `start`, the same mesh at untangled positions near the data, and
+    become films where that does not help either. In the end all moved vertices are fitted to the data again, less
+    stiffly, where that tangles nothing.
     """
     tangles = _smoothed(Tangles(mesh), target, reach, range(min(PATIENCE, rounds)))
     tangles = _blended_with_start(tangles, start)
     if rounds > PATIENCE and tangles.count:
         tangles = _blended_with_start(_smoothed(tangles, target, reach, range(PATIENCE, rounds)), start)
+    for rings in (1, 2, 4) if tangles.count else ():
+        marked = dilated(tangles.vertices, mesh.neighbors, rings)
+        tangles = tangles.improved(filmed(tangles.mesh, marked), marked)
     if tangles.mesh is not mesh:
         tangles = _refitted(tangles, mesh, target, reach)
     return tangles.mesh, tangles.count
+
+
+def filmed(mesh: SimplexMesh, zone: Mask) -> SimplexMesh:
+    """Return the mesh with each vertex of a zone (n,), but those on holes, at the mean of its neighbors: a film."""
+    c = mesh.connectivity
+    free = zone.copy()
+    free[c.face_vertices[np.repeat(c.face_is_hole, c.face_sizes)]] = False
+    rows = np.flatnonzero(free)
+    row_of = np.full(c.n_vertices, -1)
+    row_of[rows] = np.arange(len(rows))
+    near = mesh.neighbors[rows]
+    inner = free[near]
+    if not len(rows) or inner.all():  # a film must be held somewhere
+        return mesh
+    here = np.repeat(np.arange(len(rows)), 3)[inner.ravel()]
+    ones, diagonal = np.ones(len(here)), np.arange(len(rows))
+    links = coo_array((ones, (here, row_of[near[inner]])), shape=(len(rows), len(rows)))
+    matrix = coo_array((np.full(len(rows), 3.0), (diagonal, diagonal)), shape=links.shape) - links
+    held = np.where(inner[:, :, None], 0.0, mesh.vertices[near]).sum(axis=1)
+    places = mesh.vertices.copy()
+    places[rows] = spsolve(matrix.tocsc(), held)
+    return mesh.moved(places)
 
 
 def _smoothed(tangles: Tangles, target: Target, reach: float, attempts: Iterable[int]) -> Tangles:

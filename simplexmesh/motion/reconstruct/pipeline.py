@@ -14,6 +14,7 @@ from simplexmesh.motion.reconstruct.options import Choice, Options
 from simplexmesh.motion.reconstruct.result import Reconstruction
 from simplexmesh.motion.reconstruct.run import finish, settle
 from simplexmesh.motion.reconstruct.start import started
+from simplexmesh.motion.reconstruct.strays import restore
 from simplexmesh.motion.reconstruct.topology_changes import change_topology
 
 
@@ -102,8 +103,8 @@ def reconstruct(
     Warns
     -----
     SimplexMeshWarning
-        For data that was repaired, and for a model that misses much of the data, is far from data in a large part, or
-        remains tangled.
+        For data that was repaired, and for a model that misses much of the data, is far from data in a large part,
+        strayed from it in places, which are put back, or remains tangled.
 
     References
     ----------
@@ -133,6 +134,7 @@ def reconstruct(
             refine_and_fit(run)
             redistribute(run)
             finish(run)
+            restore(run)
             measure(run)
         except KeyboardInterrupt:
             run.interrupted = True

@@ -136,6 +136,11 @@ class Reconstruction:
         Whether the run was interrupted (Ctrl-C); `mesh` is then the last complete state.
     topology : TopologyRecord
         The holes and handles proposed, each accepted or refused with a reason, and the counts of refinement.
+    restored : int
+        Number of vertices put back where parts of the model had strayed from the data: were farther from it than the
+        start was there, by more than a mean edge.
+    strayed : int
+        Number of vertices still farther from the data than that.
 
     Examples
     --------
@@ -154,6 +159,8 @@ class Reconstruction:
     tangled: int | None = None
     interrupted: bool = False
     topology: TopologyRecord = field(default_factory=TopologyRecord)
+    restored: int = 0
+    strayed: int = 0
 
     def __repr__(self) -> str:
         rest = "interrupted" if self.interrupted else "at rest" if self.converged else "still moving"

@@ -62,6 +62,8 @@ class Run:
     converged: bool = False
     interrupted: bool = False
     tangled: int | None = None
+    restored: int = 0
+    strayed: int = 0
 
     def move(self, *stages: Stage, until: float) -> None:
         """Move through stages, each until it is at rest; `until` is the share of the motion done then."""
@@ -106,7 +108,7 @@ class Run:
         irregular = np.flatnonzero(((c.face_sizes < 5) | (c.face_sizes > 7)) & ~c.face_is_hole)
         return Reconstruction(
             self.mesh, self.distance, tuple(self.history), self.converged, self.start, self.found, self.tangled,
-            self.interrupted, replace(self.topology, exceptions=tuple(irregular.tolist())),
+            self.interrupted, replace(self.topology, exceptions=tuple(irregular.tolist())), self.restored, self.strayed,
         )  # fmt: skip
 
 
