@@ -13,12 +13,12 @@ from simplexmesh._base import checks
 from simplexmesh._base.errors import counted, warn
 from simplexmesh.mesh.operators.results import Edited
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-from simplexmesh.mesh.tangles import tangled_vertices
 from simplexmesh.motion.density.face_edits import Maps, composed_maps, mapped_zone
 from simplexmesh.motion.model.deform import DeformableModel
 from simplexmesh.motion.model.parameters import MOST_RIGID
 from simplexmesh.motion.model.state import Target
-from simplexmesh.motion.model.untangle import untangled
+from simplexmesh.motion.model.untangle import Tangles, filmed, untangled
+from simplexmesh.motion.topology.face_regions import dilated
 
 Mask = NDArray[np.bool_]
 
@@ -135,7 +135,12 @@ class Refinement:
     def finish(self) -> None:
         """Move the mesh for the last time: longer, with more attempts at untangling."""
         self.mesh = self._moved(self.mesh, self.zone, max(self.iterations, 40), attempts=10)
-        if tangled := int(tangled_vertices(self.mesh).sum()):
+        tangles = Tangles(self.mesh)
+        for rings in (1, 2, 4) if tangles.count and self.zone is None else ():
+            marked = dilated(tangles.vertices, tangles.mesh.neighbors, rings)
+            tangles = tangles.improved(filmed(tangles.mesh, marked), marked)
+        self.mesh, tangled = tangles.mesh, tangles.count
+        if tangled:
             warn(f"{counted(tangled, 'vertex is', 'vertices are')} on faces that are folded or cross others")
         self.tangled = tangled
 

@@ -76,17 +76,13 @@ def untangled(
 
     Tangled vertices and their neighborhoods, larger in each of at most `rounds` attempts, first relax without data
     under orientation continuity, then are fitted again, stiffer each time. A region keeps its old positions where that
-    does not help. Remaining tangles are blended with `start`, the same mesh at untangled positions near the data, and
-    become films where that does not help either. In the end all moved vertices are fitted to the data again, less
-    stiffly, where that tangles nothing.
+    does not help. Remaining tangles are blended with `start`, the same mesh at untangled positions near the data. In
+    the end all moved vertices are fitted to the data again, less stiffly, where that tangles nothing.
     """
     tangles = _smoothed(Tangles(mesh), target, reach, range(min(PATIENCE, rounds)))
     tangles = _blended_with_start(tangles, start)
     if rounds > PATIENCE and tangles.count:
         tangles = _blended_with_start(_smoothed(tangles, target, reach, range(PATIENCE, rounds)), start)
-    for rings in (1, 2, 4) if tangles.count else ():
-        marked = dilated(tangles.vertices, mesh.neighbors, rings)
-        tangles = tangles.improved(filmed(tangles.mesh, marked), marked)
     if tangles.mesh is not mesh:
         tangles = _refitted(tangles, mesh, target, reach)
     return tangles.mesh, tangles.count
