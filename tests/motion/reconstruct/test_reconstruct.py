@@ -343,7 +343,7 @@ class TestPlacement:
                 raise KeyboardInterrupt
 
         options = {"init": "sphere", "vertices": 1500, "handles": "none", "holes": "none", "progress": impatient}
-        model = sm.reconstruct(self.BOX, **options)
+        model = sm.reconstruct(BOX, **options)
         assert model.interrupted
         assert model.topology.refined == model.mesh.n_vertices - model.start.n_vertices > 0
 
