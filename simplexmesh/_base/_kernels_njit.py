@@ -81,8 +81,8 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]
 
 def plain(kind):
     """Return the type of a number without its value and width: numba would compile anew for each."""
-    kind = types.unliteral(kind)
-    return types.int64 if isinstance(kind, types.Integer) and kind.signed else kind
+    kind = types.unliteral(kind)  # type: ignore[attr-defined]
+    return types.int64 if kind in types.signed_domain else kind
 
 
 def writable(kind):

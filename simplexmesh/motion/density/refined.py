@@ -10,13 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.errors import counted, warn
 from simplexmesh.mesh.operators.results import Edited
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.density.face_edits import Maps, composed_maps, mapped_zone
 from simplexmesh.motion.model.deform import DeformableModel
 from simplexmesh.motion.model.parameters import MOST_RIGID
 from simplexmesh.motion.model.state import Target
-from simplexmesh.motion.model.untangle import untangled
+from simplexmesh.motion.model.untangle import Tangles, filmed, untangled
+from simplexmesh.motion.topology.face_regions import dilated
 
 Mask = NDArray[np.bool_]
 
@@ -63,11 +65,15 @@ class Refined(Edited):
         whether the number of vertices is within 1 % of that requested.
     interrupted : bool
         Whether the refinement was interrupted (Ctrl-C); `mesh` is then the last complete state.
+    tangled : int or None
+        Number of vertices on faces that are folded or cross others at the end, with a warning if there are any; None
+        when that was not tested, as nothing changed or the refinement was interrupted.
     """
 
     rounds: tuple[Round, ...] = ()
     converged: bool = False
     interrupted: bool = False
+    tangled: int | None = None
 
     @property
     def inserted(self) -> int:
@@ -105,6 +111,7 @@ class Refinement:
             raise TypeError(f"watch must be a function of a Round and the mesh, not {type(self.watch).__name__}")
         self.rounds: list[Round] = []
         self.converged = self.interrupted = False
+        self.tangled: int | None = None
         c = self.mesh.connectivity
         self.maps: Maps = np.arange(c.n_vertices, dtype=np.int32), np.arange(c.face_sizes.size, dtype=np.int32)
 
@@ -128,6 +135,14 @@ class Refinement:
     def finish(self) -> None:
         """Move the mesh for the last time: longer, with more attempts at untangling."""
         self.mesh = self._moved(self.mesh, self.zone, max(self.iterations, 40), attempts=10)
+        tangles = Tangles(self.mesh)
+        for rings in (1, 2, 4) if tangles.count and self.zone is None else ():
+            marked = dilated(tangles.vertices, tangles.mesh.neighbors, rings)
+            tangles = tangles.improved(filmed(tangles.mesh, marked), marked)
+        self.mesh, tangled = tangles.mesh, tangles.count
+        if tangled:
+            warn(f"{counted(tangled, 'vertex is', 'vertices are')} on faces that are folded or cross others")
+        self.tangled = tangled
 
     def _moved(self, mesh: SimplexMesh, zone: Mask | None, iterations: int, *, attempts: int) -> SimplexMesh:
         """Return the mesh after motion, and untangling unless there is a zone of faces, outside which nothing moves."""
@@ -147,4 +162,4 @@ class Refinement:
     def result(self) -> Refined:
         """Return the result record."""
         maps = checks.frozen(self.maps[0]), checks.frozen(self.maps[1])
-        return Refined(self.mesh, *maps, tuple(self.rounds), self.converged, self.interrupted)
+        return Refined(self.mesh, *maps, tuple(self.rounds), self.converged, self.interrupted, self.tangled)

@@ -54,15 +54,19 @@ def angle_averages(values, neighbors, inverse_radius, out):
 
 
 @Both
-def released(normals, neighbors, gaps, before, out):
-    """Fill whether each vertex is folded, or has no data and is, or was `before`, linked to a fold by such vertices."""
+def released(normals, neighbors, gaps, rings, before, out):
+    """Fill `rings` where a vertex is folded; where it has no data one less than was `before` beside it; else zero."""
     for i in prange(normals.shape[0]):
         a, b, c = neighbors[i, 0], neighbors[i, 1], neighbors[i, 2]
         agreement = 0.0
         for k in range(3):
             agreement += normals[i, k] * (normals[a, k] + normals[b, k] + normals[c, k])
-        lost = gaps[i] != gaps[i] and (before[i] or before[a] or before[b] or before[c])
-        out[i] = lost or not agreement > 0.0
+        if not agreement > 0.0:
+            out[i] = rings
+        elif gaps[i] != gaps[i]:
+            out[i] = max(before[a], before[b], before[c], 1) - 1
+        else:
+            out[i] = 0
 
 
 @Both

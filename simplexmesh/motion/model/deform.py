@@ -56,7 +56,7 @@ class DeformableModel:
     most the root mean square distance to them, and a step at most half of that; a vertex whose normal is opposed to its
     neighbors' gets no data force, and with the part without data around it no curvature, so that it unfolds or
     contracts until it finds data; no vertex leaves the start and the data (a target's `bounds`) by 5 % of their
-    diagonal, unless `forces` move it.
+    diagonal or two edges, unless `forces` move it.
 
     Parameters
     ----------
@@ -147,7 +147,7 @@ class DeformableModel:
             mesh, self.constraint, metric=metric, curvature=curvature, reference=reference
         )
         self._allocate(mesh.vertices)
-        self._release, self._confines = Release(n), Confines(mesh.vertices, target)
+        self._release, self._confines = Release(n), Confines(mesh.vertices, self._neighbors, target)
         self._boundary: Boundary | None = None
         if mesh.n_holes:
             ends = mesh.vertices[mesh.connectivity.edge_vertices]
@@ -236,7 +236,7 @@ class DeformableModel:
         if self._boundary is not None:
             self._boundary.step(moving, normals, self.constraint, extra, self.reach, forces, out)
         if self._confines.target is not self.target:
-            self._confines = Confines(self._start.vertices, self.target)
+            self._confines = Confines(self._start.vertices, self._neighbors, self.target)
         stray = -1 if self.forces else self._confines.stray(following)
         if stray >= 0 or not self._moves.max() <= self._max_move2:
             raise self._diverged(gaps, stray)

@@ -18,7 +18,10 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 MARGIN = 0.05
-"""Of the diagonal of start and data: how far beyond their bounding box a vertex may swing."""
+"""Of the diagonal of start and data: how far beyond their bounding box a vertex may swing, if not two edges."""
+
+RINGS = 12
+"""Edges from a fold within which vertices without data are released; less leaves films around bodies."""
 
 MOST_UNSEEN = 0.25
 """Fraction of the vertices without data within reach above which the end of a motion is warned of."""
@@ -32,24 +35,30 @@ class Release:
     """
 
     def __init__(self, count: int) -> None:
-        self.mask, self._other = np.zeros(count, bool), np.zeros(count, bool)
+        self._rings, self._other = np.zeros(count, np.int8), np.zeros(count, np.int8)
+
+    @property
+    def mask(self) -> Mask:
+        """(n,) bool: the vertices released now."""
+        return self._rings > 0
 
     def update(self, normals: Array, neighbors: NDArray[np.int32], gaps: Array) -> Mask:
         """Return (n,) the vertices released now, given their gaps (n,)."""
-        _kernels_averages.released(normals, neighbors, gaps, self.mask, self._other)
-        self.mask, self._other = self._other, self.mask
+        _kernels_averages.released(normals, neighbors, gaps, RINGS, self._rings, self._other)
+        self._rings, self._other = self._other, self._rings
         return self.mask
 
 
 class Confines:
     """The box around the start of a motion and the bounds of its target, if it has any."""
 
-    def __init__(self, start: Array, target: Any) -> None:
+    def __init__(self, start: Array, neighbors: NDArray[np.int32], target: Any) -> None:
         self.target, self._box = target, None
         bounds = getattr(target, "bounds", None)
         if bounds is not None:
             low, high = np.minimum(start.min(axis=0), bounds[0]), np.maximum(start.max(axis=0), bounds[1])
-            margin = MARGIN * float(np.linalg.norm(high - low))
+            edge = float(np.linalg.norm(start[neighbors] - start[:, None], axis=2).mean())
+            margin = max(MARGIN * float(np.linalg.norm(high - low)), 2.0 * edge)
             self._box = low - margin, high + margin
 
     def stray(self, vertices: Array) -> int:

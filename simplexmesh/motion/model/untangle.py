@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
+from scipy.sparse.linalg import spsolve
 
 from simplexmesh._base.errors import DivergedError, warn
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
@@ -85,6 +86,28 @@ def untangled(
     if tangles.mesh is not mesh:
         tangles = _refitted(tangles, mesh, target, reach)
     return tangles.mesh, tangles.count
+
+
+def filmed(mesh: SimplexMesh, zone: Mask) -> SimplexMesh:
+    """Return the mesh with each vertex of a zone (n,), but those on holes, at the mean of its neighbors: a film."""
+    c = mesh.connectivity
+    free = zone.copy()
+    free[c.face_vertices[np.repeat(c.face_is_hole, c.face_sizes)]] = False
+    rows = np.flatnonzero(free)
+    row_of = np.full(c.n_vertices, -1)
+    row_of[rows] = np.arange(len(rows))
+    near = mesh.neighbors[rows]
+    inner = free[near]
+    if not len(rows) or inner.all():  # a film must be held somewhere
+        return mesh
+    here = np.repeat(np.arange(len(rows)), 3)[inner.ravel()]
+    ones, diagonal = np.ones(len(here)), np.arange(len(rows))
+    links = coo_array((ones, (here, row_of[near[inner]])), shape=(len(rows), len(rows)))
+    matrix = coo_array((np.full(len(rows), 3.0), (diagonal, diagonal)), shape=links.shape) - links
+    held = np.where(inner[:, :, None], 0.0, mesh.vertices[near]).sum(axis=1)
+    places = mesh.vertices.copy()
+    places[rows] = spsolve(matrix.tocsc(), held)
+    return mesh.moved(places)
 
 
 def _smoothed(tangles: Tangles, target: Target, reach: float, attempts: Iterable[int]) -> Tangles:

@@ -12,6 +12,7 @@ from simplexmesh._base.errors import warn
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.model.stages import mean_edge
 from simplexmesh.motion.model.state import Target
+from simplexmesh.motion.reconstruct.inputs import Input
 from simplexmesh.motion.reconstruct.open_data import border_width
 from simplexmesh.motion.reconstruct.result import Distance, Summary
 from simplexmesh.motion.reconstruct.run import Run
@@ -35,15 +36,21 @@ LEAST_LID = 0.15
 scanned from all other sides is 4 to 11 %, the back of a face or of a single range image 30 to 40 %."""
 
 
+def drawn_points(data: Input) -> NDArray[np.float64]:
+    """Return the points of the data, drawn at random if they are very many."""
+    points = data.points
+    if len(points) <= MOST_POINTS:
+        return points
+    return points[np.random.default_rng(0).choice(len(points), MOST_POINTS, replace=False)]
+
+
 def measure(run: Run) -> None:
     """Measure the distances both ways, keep that of each vertex to the data on the mesh, and warn of a poor model.
 
     For a vertex without data along its normal within reach it is the distance to the nearest point of the data.
     """
     run.report(0.95, "measuring")
-    mesh, reach, points = run.mesh, run.stages[-1].reach, run.data.points
-    if len(points) > MOST_POINTS:
-        points = points[np.random.default_rng(0).choice(len(points), MOST_POINTS, replace=False)]
+    mesh, reach, points = run.mesh, run.stages[-1].reach, drawn_points(run.data)
     gaps = run.target.gap(np.ascontiguousarray(mesh.vertices), np.ascontiguousarray(mesh.normals), reach)
     away, unseen = np.abs(gaps), np.isnan(gaps)
     away[unseen] = cKDTree(points).query(mesh.vertices[unseen], workers=-1)[0]

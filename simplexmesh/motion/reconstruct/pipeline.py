@@ -14,6 +14,7 @@ from simplexmesh.motion.reconstruct.options import Choice, Options
 from simplexmesh.motion.reconstruct.result import Reconstruction
 from simplexmesh.motion.reconstruct.run import finish, settle
 from simplexmesh.motion.reconstruct.start import started
+from simplexmesh.motion.reconstruct.strays import restore
 from simplexmesh.motion.reconstruct.topology_changes import change_topology
 
 
@@ -107,7 +108,7 @@ def reconstruct(
     -----
     SimplexMeshWarning
         For data that was repaired, scans in different frames or that fit nowhere, and for a model that misses much of
-        the data, is far from data in a large part, or remains tangled.
+        the data, is far from data in a large part, strayed from it in places, which are put back, or remains tangled.
 
     References
     ----------
@@ -137,6 +138,7 @@ def reconstruct(
             refine_and_fit(run)
             redistribute(run)
             finish(run)
+            restore(run)
             measure(run)
         except KeyboardInterrupt:
             run.interrupted = True

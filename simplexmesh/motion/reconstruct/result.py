@@ -163,6 +163,11 @@ class Reconstruction:
         The holes and handles proposed, each accepted or refused with a reason, and the counts of refinement.
     bare : float
         Share of the area of the mesh without data nearby, as of a lid that closes open data; NaN as for `distance`.
+    restored : int
+        Number of vertices put back where parts of the model had strayed from the data: were farther from it than the
+        start was there, by more than a mean edge.
+    strayed : int
+        Number of vertices still farther from the data than that.
 
     Examples
     --------
@@ -182,6 +187,8 @@ class Reconstruction:
     interrupted: bool = False
     topology: TopologyRecord = field(default_factory=TopologyRecord)
     bare: float = float("nan")
+    restored: int = 0
+    strayed: int = 0
 
     def _repr_html_(self) -> str:
         """Return a small picture of the model and a table, as notebooks show."""

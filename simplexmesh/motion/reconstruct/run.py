@@ -64,6 +64,8 @@ class Run:
     converged: bool = False
     interrupted: bool = False
     tangled: int | None = None
+    restored: int = 0
+    strayed: int = 0
 
     def move(self, *stages: Stage, until: float) -> None:
         """Move through stages, each until it is at rest; `until` is the share of the motion done then."""
@@ -110,6 +112,7 @@ class Run:
         return Reconstruction(
             mesh, self.distance, tuple(self.history), self.converged, self.start, self.found, self.tangled,
             self.interrupted, replace(self.topology, exceptions=tuple(irregular.tolist())), self.bare,
+            self.restored, self.strayed,
         )  # fmt: skip
 
 

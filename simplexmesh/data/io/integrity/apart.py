@@ -65,8 +65,8 @@ def _main(libraries: str, kind: str, path: str, folder: str, room: str) -> None:
     printed = vtkStringOutputWindow()
     vtkOutputWindow.SetInstance(printed)
     vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
-    readers: dict[str, Any] = {"vti": vtkXMLImageDataReader, "vtp": vtkXMLPolyDataReader, "vtk": vtkDataSetReader}
-    reader = readers[kind]()
+    readers = {"vti": vtkXMLImageDataReader, "vtp": vtkXMLPolyDataReader, "vtk": vtkDataSetReader}
+    reader: Any = readers[kind]()
     reader.SetFileName(path)
     if kind == "vtk":
         reader.ReadAllScalarsOn()
