@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,6 +11,8 @@ import pyvista as pv
 from numpy.testing import assert_allclose, assert_array_equal
 
 import simplexmesh as sm
+from simplexmesh.data.conversion import as_triangles
+from simplexmesh.data.io.vtk import with_colors_of_obj
 
 BALL = sm.sphere(4)
 N = BALL.n_vertices
@@ -116,6 +119,17 @@ def test_obj_keeps_colors_and_unit(tmp_path):
     assert found.unit == "mm"
     assert list(found.data) == ["colors"]
     assert_array_equal(found.data["colors"], SURFACE.data["colors"])
+
+
+def test_obj_as_vtk_reads_it_in_single_precision(tmp_path):
+    small = SURFACE.transformed(np.diag([0.3, 0.3, 0.3, 1]))
+    small.save(tmp_path / "a.obj")
+    rounded = replace(small, vertices=small.vertices.astype(np.float32), data={})
+    assert_array_equal(with_colors_of_obj(rounded, tmp_path / "a.obj").data["colors"], SURFACE.data["colors"])
+
+
+def test_pyvista_brings_all_arrays():
+    same(as_triangles(SURFACE.to_pyvista()), SURFACE)
 
 
 def test_obj_with_seams_and_with_colors_of_some_vertices(tmp_path):
