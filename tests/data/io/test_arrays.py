@@ -92,6 +92,9 @@ def test_numbers_that_ply_has_not_are_written_as_others(values, kept, tmp_path):
         ({"n": np.arange(N) + 2**60}, "array 'n' must hold whole numbers below 2\\*\\*53 to be saved as PLY"),
         ({"x": np.arange(N)}, "arrays must have names of their own to be saved as PLY, not 'x' twice"),
         ({"a b": np.ones(N), "a_b": np.ones(N)}, "arrays must have names of their own .* not 'a_b' twice"),
+        ({"uv": np.ones((N, 2)), "uv_0": np.ones(N)}, "arrays must have names of their own .* not 'uv_0' twice"),
+        ({"colors": COLORS, "red": np.ones(N)}, "arrays must have names of their own .* not 'red' twice"),
+        ({"nx": np.ones(N)}, "array 'nx' must have another name to be saved as PLY, where it is of the normals"),
     ],
 )
 def test_what_ply_cannot_hold_is_refused(data, message, tmp_path):
