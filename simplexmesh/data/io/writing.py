@@ -16,7 +16,7 @@ from simplexmesh._base import checks
 from simplexmesh._base.drafts import draft
 from simplexmesh._base.errors import warn
 from simplexmesh._base.named_arrays import Data, is_color
-from simplexmesh.data.columns import columns_of
+from simplexmesh.data.columns import NORMALS, columns_of
 from simplexmesh.data.exporting import by_trimesh
 from simplexmesh.data.io import polydata
 
@@ -139,8 +139,10 @@ def _write_ply(path: Path, content: _Polygons) -> None:
     table = dict(zip("xyz", content.points.T, strict=True))
     if content.normals is not None:
         table |= dict(zip(("nx", "ny", "nz"), content.normals.T, strict=True))
-    for name, values in columns_of(content.data).items():
+    for name, values in columns_of(content.data):
         plain = re.sub(r"[^!-~]", "_", name) or "_"
+        if content.normals is None and any(plain in names for names in NORMALS):
+            raise ValueError(f"array {name!r} must have another name to be saved as PLY, where it is of the normals")
         if plain in table:
             raise ValueError(f"arrays must have names of their own to be saved as PLY, not {name!r} twice")
         table[plain] = _ply_numbers(name, values)
