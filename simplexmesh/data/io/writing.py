@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import gzip
 import os
 import re
+import shutil
+import tempfile
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -77,9 +80,31 @@ def _save_volume(path: Path, volume: Any) -> None:
         image.SetOrigin(volume.origin.tolist())
         image.SetDirection(volume.direction.ravel().tolist())
         try:
-            SimpleITK.WriteImage(image, str(part), useCompression=True)
+            if nifti and volume.unit is None:
+                _write_nifti_without_unit(image, part)
+            else:
+                SimpleITK.WriteImage(image, str(part), useCompression=True)
         except RuntimeError as error:
             raise OSError(f"{path.name} cannot be written: {str(error).splitlines()[-1]}") from None
+
+
+def _write_nifti_without_unit(image: Any, part: Path) -> None:
+    """Write a NIfTI file whose unit of length is unknown: ITK always says millimeters."""
+    import SimpleITK
+
+    from simplexmesh.data.io.integrity.volumes import nifti_unit_place
+
+    with tempfile.TemporaryDirectory() as folder:
+        plain = Path(folder, "volume.nii")
+        SimpleITK.WriteImage(image, str(plain))
+        with plain.open("r+b") as file:
+            head = file.read(352)
+            at = nifti_unit_place(head)
+            file.seek(at)
+            file.write(bytes([head[at] & ~7]))  # the other bits are the unit of time
+            file.seek(0)
+            with gzip.open(part, "wb", 6) if part.suffix == ".gz" else part.open("wb") as out:
+                shutil.copyfileobj(file, out)
 
 
 def to_pyvista(value: Any) -> Any:
