@@ -31,7 +31,7 @@ def draft(path: Path) -> Iterator[Path]:
         raise IsADirectoryError(f"path must be a file, {str(path)!r} is a folder")
     if target.exists() and not target.is_file():
         raise OSError(f"path must be a regular file, {str(path)!r} is a pipe or a device")
-    ending = target.name.lower()[-200:]  # ITK knows no formats in capitals
+    ending = os.fsencode(target.name.lower())[-200:].decode(errors="ignore")  # ITK knows no formats in capitals
     part = target.with_name(f".part-{secrets.token_hex(8)}.{ending}")
     lock = -1
     try:

@@ -17,17 +17,19 @@ Data = Mapping[str, NDArray[Any]]
 def named_arrays(given: Any, n: int, row: str) -> Data:
     """Return named arrays of `n` rows, one for each `row`, as a read-only mapping of read-only arrays."""
     found = {} if given is None else checks.instance("data", given, Mapping)  # type: ignore[type-abstract]
-    return MappingProxyType({str(name): _checked(str(name), values, n, row) for name, values in found.items()})
+    ours = isinstance(found, MappingProxyType)  # passed on from another object
+    return MappingProxyType(
+        {str(name): _checked(str(name), values, n, row, ours=ours) for name, values in found.items()}
+    )
 
 
-def _checked(name: str, values: Any, n: int, row: str) -> NDArray[Any]:
+def _checked(name: str, values: Any, n: int, row: str, *, ours: bool) -> NDArray[Any]:
     given = checks.any_array(f"data {name!r}", values)
     if given.dtype.kind not in "biuf":
         raise TypeError(f"data {name!r} must be numbers, not {given.dtype}")
     if given.ndim == 0 or len(given) != n:
         raise ValueError(f"data {name!r} must have {n} rows, one for each {row}, not shape {given.shape}")
-    read_only = not given.flags.writeable and given.flags.owndata  # already ours: passed on from another object
-    return given if read_only else checks.frozen(given)
+    return given if ours and not given.flags.writeable and given.flags.owndata else checks.frozen(given)
 
 
 def changed(data: Data, arrays: Mapping[str, Any]) -> dict[str, Any]:

@@ -90,14 +90,14 @@ def _gathered(columns: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
     return alone | {base: _stacked(columns, tuple(names)) for base, names in runs.items()}
 
 
-def columns_of(data: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
-    """Return named arrays as columns that `data_of` makes the same arrays of."""
-    out: dict[str, NDArray[Any]] = {}
+def columns_of(data: Mapping[str, NDArray[Any]]) -> list[tuple[str, NDArray[Any]]]:
+    """Return named arrays as columns that `data_of` makes the same arrays of, if no two have one name."""
+    out: list[tuple[str, NDArray[Any]]] = []
     for name, values in data.items():
         if name == "colors" and values.ndim == 2 and values.shape[1] in (3, 4):
-            out |= dict(zip((*_COLORS[0], "alpha"), values.T, strict=False))
+            out += zip((*_COLORS[0], "alpha"), values.T, strict=False)
         elif values.ndim == 1:
-            out[name] = values
+            out.append((name, values))
         else:
-            out |= {f"{name}_{i}": column for i, column in enumerate(values.reshape(len(values), -1).T)}
+            out += ((f"{name}_{i}", column) for i, column in enumerate(values.reshape(len(values), -1).T))
     return out

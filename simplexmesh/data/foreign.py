@@ -143,7 +143,9 @@ def _of_frame(value: Any, name: str) -> PointCloud | None:
     table = {str(key): value[key].to_numpy() for key in value.columns}
     table = {key.lower() if key in ("X", "Y", "Z") else key: column for key, column in table.items()}
     if not {"x", "y", "z"} <= table.keys():
-        raise ValueError(f"{name} must have columns x, y and z, not {', '.join(table) or 'none'}")
+        if len(table) == 3 and all(column.dtype.kind in "biuf" for column in table.values()):
+            return PointCloud(np.stack(list(table.values()), axis=1))
+        raise ValueError(f"{name} must have columns x, y and z, or three of numbers, not {', '.join(table) or 'none'}")
     return PointCloud(points_of(table), normals_of(table), data_of(table))
 
 

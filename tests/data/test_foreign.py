@@ -165,6 +165,18 @@ class TestImages:
 
 
 class TestTables:
+    @pytest.mark.parametrize("names", [None, list("abc")])
+    def test_a_frame_of_three_columns_is_an_array(self, names):
+        pandas = pytest.importorskip("pandas")
+        frame = pandas.DataFrame(CLOUD.points, columns=names)
+        found = as_points(frame)
+        assert_array_equal(found.points, CLOUD.points)
+        assert not found.data
+        with pytest.raises(ValueError, match=r"three of numbers, not \w, \w, \w, 3$"):
+            as_points(frame.assign(**{"3": 1.0}))
+        with pytest.raises(ValueError, match="three of numbers"):
+            as_points(frame.astype(str))
+
     def test_frames(self):
         pandas = pytest.importorskip("pandas")
         rows = {"X": [0, 1, 0, 0], "Y": [0, 0, 1, 0], "Z": [0, 0, 0, 1], "nx": 1.0, "ny": 0.0, "nz": 0.0}
@@ -175,7 +187,7 @@ class TestTables:
         assert found.data["colors"].dtype == np.uint8
         assert found.data["colors"].tolist() == [[9, 8, 7]] * 4
         assert sorted(found.data) == ["colors", "depth"]
-        with pytest.raises(ValueError, match="data must have columns x, y and z, not nx, red"):
+        with pytest.raises(ValueError, match="data must have columns x, y and z, or three of numbers, not nx, red"):
             as_data(frame[["nx", "red"]])
         with pytest.raises(ValueError, match="points must be finite; 1 of 4"):
             as_data(frame.assign(X=[np.nan, 1, 2, 3]))

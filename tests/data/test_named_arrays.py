@@ -155,3 +155,13 @@ def test_operators_keep_the_unit():
     assert sm.remove_face(MESH, 0).mesh.unit == "mm"
     assert sm.dual(SURFACE).unit == "mm"
     assert sm.clipped(SURFACE, (0, 0, 0), (0, 0, 1)).unit == "mm"
+
+
+def test_read_only_arrays_of_the_caller_are_copied_and_ours_are_shared():
+    mine = np.zeros(N)
+    mine.setflags(write=False)
+    cloud = sm.PointCloud(BALL.vertices, data={"mine": mine})
+    mine.setflags(write=True)
+    mine[0] = 99
+    assert not cloud.data["mine"].any()
+    assert cloud.scaled(2).data["mine"] is cloud.data["mine"]

@@ -28,6 +28,8 @@ def read_pcd(path: Path) -> PointCloud:
         dtype, count = _record_type(header)
     except (KeyError, ValueError, IndexError, TypeError):
         raise OSError(f"{path.name} is a PCD file with a damaged header") from None
+    if not count:
+        raise OSError(f"{path.name} must have points, its header says 0")
     storage = header["DATA"][0].lower()
     read = {"ascii": _ascii, "binary": _binary, "binary_compressed": _compressed}.get(storage)
     if read is None:

@@ -139,7 +139,7 @@ def _triangles(dataset: Any) -> TriangleMesh:
     cutter.Update()
     out = cutter.GetOutput()
     corners = vtk_to_numpy(out.GetPolys().GetConnectivityArray()).astype(np.int64)
-    return TriangleMesh(_points(out), corners.reshape(-1, 3), _data(out), _unit(dataset))
+    return TriangleMesh(_points(dataset), corners.reshape(-1, 3), _data(dataset), _unit(dataset))
 
 
 def with_colors_of_obj(surface: TriangleMesh, path: Path) -> TriangleMesh:
@@ -155,8 +155,9 @@ def with_colors_of_obj(surface: TriangleMesh, path: Path) -> TriangleMesh:
         raise OSError(f"{path.name} must have numbers as colors of its vertices") from None
     if not len(rows) or not np.isfinite(numbers).all():
         return surface
-    apart, nearest = cKDTree(numbers[:, :3].astype(np.float32)).query(surface.vertices)  # VTK reads single precision
-    if apart.any():  # vertices without a color
+    gaps, nearest = cKDTree(numbers[:, :3]).query(surface.vertices)
+    single = np.finfo(np.float32).eps * np.abs(surface.vertices).max(initial=0)  # the precision of VTK before 9.7
+    if (gaps > single).any():  # vertices without a color
         return surface
     return surface.with_data(colors=as_colors(numbers[nearest, 3:]))
 

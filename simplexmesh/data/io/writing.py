@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import gzip
 import os
 import re
+import shutil
+import tempfile
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -16,7 +19,7 @@ from simplexmesh._base import checks
 from simplexmesh._base.drafts import draft
 from simplexmesh._base.errors import warn
 from simplexmesh._base.named_arrays import Data, is_color
-from simplexmesh.data.columns import columns_of
+from simplexmesh.data.columns import NORMALS, columns_of
 from simplexmesh.data.exporting import by_trimesh
 from simplexmesh.data.io import polydata
 
@@ -77,9 +80,31 @@ def _save_volume(path: Path, volume: Any) -> None:
         image.SetOrigin(volume.origin.tolist())
         image.SetDirection(volume.direction.ravel().tolist())
         try:
-            SimpleITK.WriteImage(image, str(part), useCompression=True)
+            if nifti and volume.unit is None:
+                _write_nifti_without_unit(image, part)
+            else:
+                SimpleITK.WriteImage(image, str(part), useCompression=True)
         except RuntimeError as error:
             raise OSError(f"{path.name} cannot be written: {str(error).splitlines()[-1]}") from None
+
+
+def _write_nifti_without_unit(image: Any, part: Path) -> None:
+    """Write a NIfTI file whose unit of length is unknown: ITK always says millimeters."""
+    import SimpleITK
+
+    from simplexmesh.data.io.integrity.volumes import nifti_unit_place
+
+    with tempfile.TemporaryDirectory() as folder:
+        plain = Path(folder, "volume.nii")
+        SimpleITK.WriteImage(image, str(plain))
+        with plain.open("r+b") as file:
+            head = file.read(352)
+            at = nifti_unit_place(head)
+            file.seek(at)
+            file.write(bytes([head[at] & ~7]))  # the other bits are the unit of time
+            file.seek(0)
+            with gzip.open(part, "wb", 6) if part.suffix == ".gz" else part.open("wb") as out:
+                shutil.copyfileobj(file, out)
 
 
 def to_pyvista(value: Any) -> Any:
@@ -139,8 +164,10 @@ def _write_ply(path: Path, content: _Polygons) -> None:
     table = dict(zip("xyz", content.points.T, strict=True))
     if content.normals is not None:
         table |= dict(zip(("nx", "ny", "nz"), content.normals.T, strict=True))
-    for name, values in columns_of(content.data).items():
+    for name, values in columns_of(content.data):
         plain = re.sub(r"[^!-~]", "_", name) or "_"
+        if content.normals is None and any(plain in names for names in NORMALS):
+            raise ValueError(f"array {name!r} must have another name to be saved as PLY, where it is of the normals")
         if plain in table:
             raise ValueError(f"arrays must have names of their own to be saved as PLY, not {name!r} twice")
         table[plain] = _ply_numbers(name, values)

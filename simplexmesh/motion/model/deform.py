@@ -237,6 +237,7 @@ class DeformableModel:
             self._boundary.step(moving, normals, self.constraint, extra, self.reach, forces, out)
         if self._confines.target is not self.target:
             self._confines = Confines(self._start.vertices, self._neighbors, self.target)
+            self._release = Release(len(following))
         stray = -1 if self.forces else self._confines.stray(following)
         if stray >= 0 or not self._moves.max() <= self._max_move2:
             raise self._diverged(gaps, stray)

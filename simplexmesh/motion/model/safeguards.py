@@ -50,12 +50,12 @@ class Release:
 
 
 class Confines:
-    """The box around the start of a motion and the bounds of its target, if it has any."""
+    """The box around the start of a motion and the `bounds` (2, 3) of its target, if it has such."""
 
     def __init__(self, start: Array, neighbors: NDArray[np.int32], target: Any) -> None:
         self.target, self._box = target, None
         bounds = getattr(target, "bounds", None)
-        if bounds is not None:
+        if np.shape(bounds) == (2, 3):
             low, high = np.minimum(start.min(axis=0), bounds[0]), np.maximum(start.max(axis=0), bounds[1])
             edge = float(np.linalg.norm(start[neighbors] - start[:, None], axis=2).mean())
             margin = max(MARGIN * float(np.linalg.norm(high - low)), 2.0 * edge)

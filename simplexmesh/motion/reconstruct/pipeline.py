@@ -108,7 +108,7 @@ def reconstruct(
     -----
     SimplexMeshWarning
         For data that was repaired, scans in different frames or that fit nowhere, and for a model that misses much of
-        the data, is far from data in a large part, strayed from it in places, which are put back, or remains tangled.
+        the data, is far from data in a large part, strayed from it in places, or remains tangled.
 
     References
     ----------

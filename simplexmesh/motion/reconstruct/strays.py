@@ -17,6 +17,7 @@ from simplexmesh.motion.model.state import Target
 from simplexmesh.motion.model.untangle import Tangles, filmed, untangled
 from simplexmesh.motion.reconstruct.measure import drawn_points
 from simplexmesh.motion.reconstruct.run import Run
+from simplexmesh.motion.start.primitives import PRIMITIVES
 from simplexmesh.motion.targets.triangles import Triangles
 from simplexmesh.motion.topology.face_regions import dilated
 
@@ -47,9 +48,13 @@ class Strays:
         """Return (n, 3) the place of the start nearest to each vertex."""
         return self._surface.closest(mesh.vertices)[1]
 
+    def away(self, mesh: SimplexMesh) -> Array:
+        """Return (n,) the distance of each vertex from the data."""
+        return np.asarray(self._tree.query(mesh.vertices, workers=-1)[0])
+
     def among(self, mesh: SimplexMesh, edges: float = 1.0) -> Mask:
         """Return the vertices (n,) that strayed by more than a number of edges."""
-        away, limit = self._tree.query(mesh.vertices, workers=-1)[0], edges * self.edge
+        away, limit = self.away(mesh), edges * self.edge
         out = away > limit
         if out.any():
             there = self._surface.closest(mesh.vertices[out])[1]
@@ -65,8 +70,8 @@ class Strays:
 
 
 def restore(run: Run) -> None:
-    """Put back the places of the model that strayed from the data, where that tangles nothing, and warn of them."""
-    if run.surface is not None or not run.stages[-1].iterations:
+    """Put back places of a model begun near the data that strayed from it, if that tangles nothing; warn of the rest."""
+    if run.options.init in PRIMITIVES or not run.stages[-1].iterations:
         return
     strays = Strays(run.start, drawn_points(run.data), mean_edge(run.mesh))
     strayed = strays.among(run.mesh)
@@ -75,9 +80,6 @@ def restore(run: Run) -> None:
     tangles = restored(Tangles(run.mesh), strays, strayed, run.target, run.stages[0])
     run.restored = int((tangles.mesh.vertices != run.mesh.vertices).any(axis=1).sum())
     run.strayed, run.mesh, run.tangled = int(strays.among(tangles.mesh).sum()), tangles.mesh, tangles.count
-    if run.restored:
-        count = counted(run.restored, "vertex was", "vertices were")
-        warn(f"{count} put back where parts of the model strayed from the data")
     if run.strayed:
         count = counted(run.strayed, "vertex is", "vertices are")
         warn(f"{count} farther from the data than the start was there; more vertices or another start may help")
@@ -120,10 +122,11 @@ def _fitted(mesh: SimplexMesh, zone: Mask, target: Target, stage: Stage) -> Simp
 
 
 def _improved(tangles: Tangles, moved: SimplexMesh, zone: Mask, strays: Strays) -> Tangles:
-    """Return the mesh with positions from `moved` in the regions where fewer stray and no more tangle."""
+    """Return the mesh with positions from `moved` in the regions that are nearer to the data and no more tangled."""
     other = tangles.with_positions(moved, zone)
     region = tangles.regions(other, zone | other.vertices)
     fewer = np.bincount(region, strays.among(other.mesh)) < np.bincount(region, strays.among(tangles.mesh))
-    better = (fewer & (np.bincount(region, other.vertices) <= np.bincount(region, tangles.vertices)))[region]
-    mixed = tangles.with_positions(moved, zone & better)
+    nearer = np.bincount(region, strays.away(other.mesh) ** 2) < np.bincount(region, strays.away(tangles.mesh) ** 2)
+    clean = np.bincount(region, other.vertices) <= np.bincount(region, tangles.vertices)
+    mixed = tangles.with_positions(moved, zone & (fewer & nearer & clean)[region])
     return mixed if mixed.count <= tangles.count else tangles

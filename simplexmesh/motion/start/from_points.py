@@ -51,7 +51,7 @@ def start_from_points(
     T_world_cell = np.diag([cell, cell, cell, 1.0])
     T_world_cell[:3, 3] = indicator.grid.to_world(np.full((1, 3), -1.0))[0]
     mesh, _ = solid_mesh(field, solid, T_world_cell, vertices)
-    report = StartReport(indicator.grid.shape, cell, mesh.genus, mesh.n_components, sealed, dropped, openness)
+    report = StartReport(indicator.grid.shape, cell, mesh.genus, mesh.n_components, sealed, dropped, openness=openness)
     return Start(mesh, report, indicator)
 
 

@@ -160,9 +160,8 @@ class Assembly:
         return contact(self.scans[pair[0]], self.scans[pair[1]], T, wider=CLOSE[0])[0]
 
     def _measure(self, pairs: Iterable[Pair]) -> None:
-        """Measure pairs of scans that touch anew, from their poses."""
+        """Measure pairs of scans that touch anew, from their poses; what was measured before stays if that fails."""
         for i, j in pairs:
-            self.measured.pop((i, j), None)
             T = self.relative(i, j)
             if self._near((i, j), T) > TOUCHING:
                 found = measure(self.scans[i], self.scans[j], T, wider=CLOSE)

@@ -46,7 +46,7 @@ def optimized(poses: Array, pairs: Sequence[Pair], measured: Sequence[Measured],
         small = np.hstack([Rotation.from_matrix(off[:, :3, :3]).as_rotvec(), off[:, :3, 3]])
         return np.asarray(np.einsum("eab,eb->ea", whitening, small).ravel())
 
-    # a pair with six residuals is weighted as one, by the usual median of its length
+    # each of the six residuals of a pair is weighted alone: a pair may be sure of some directions only
     found = least_squares(residuals, np.zeros(6 * (len(poses) - 1)), loss="cauchy", f_scale=OUTLYING, x_scale="jac")
     freedom = max(6 * (len(pairs) - len(poses) + 1), 1)
     variance = max(1.0, 2 * found.cost / freedom)

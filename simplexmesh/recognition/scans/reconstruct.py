@@ -86,6 +86,8 @@ def posed_scans(data: Sequence[Any], poses: Any, report: Report) -> tuple[list[A
     group = list(found.groups[0])
     if len(group) == 1:
         raise ValueError(f"poses cannot be found: no two of the {len(scans)} scans fit each other")
+    if len(found.groups[1:]) and len(found.groups[1]) > 1:
+        warn(f"the model is of the first group only: {', '.join(names[k] for k in group)}")
     return [scans[k] for k in group], [found.poses[k] for k in group]
 
 
@@ -98,7 +100,9 @@ def _compared(scans: list[Any], names: tuple[str, ...], report: Report) -> Regis
     report(0.0, "comparing frames")
     prepared = Scan.all_of(scans, names)
     agreeing, contradicting = _contacts(prepared)
-    if not contradicting and _hang_together(agreeing, len(scans)):
+    if not contradicting:
+        if not _hang_together(agreeing, len(scans)):
+            warn("not all scans meet in their frames, which are kept; poses='auto' finds others")
         return None
     found = registered(prepared, names, report)
     turned = [edge for edge in found.edges if edge.accepted and (edge.source, edge.target) not in agreeing]
@@ -108,7 +112,8 @@ def _compared(scans: list[Any], names: tuple[str, ...], report: Report) -> Regis
         angle = np.degrees(rotation_angle(edge.T_target_source[:3, :3]))
         warn(
             f"the scans are in different frames: {names[edge.source]} fits {names[edge.target]} turned by "
-            f"{angle:.0f} degrees; all were registered, as by poses='auto' (poses of np.eye(4) keep the frames)"
+            f"{angle:.0f} degrees; all were registered, as by poses='auto' "
+            f"(poses=[np.eye(4)] * {len(scans)} keep the frames)"
         )
         tell_groups(found)
         return found

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,6 +11,8 @@ import pyvista as pv
 from numpy.testing import assert_allclose, assert_array_equal
 
 import simplexmesh as sm
+from simplexmesh.data.conversion import as_triangles
+from simplexmesh.data.io.vtk import with_colors_of_obj
 
 BALL = sm.sphere(4)
 N = BALL.n_vertices
@@ -89,6 +92,9 @@ def test_numbers_that_ply_has_not_are_written_as_others(values, kept, tmp_path):
         ({"n": np.arange(N) + 2**60}, "array 'n' must hold whole numbers below 2\\*\\*53 to be saved as PLY"),
         ({"x": np.arange(N)}, "arrays must have names of their own to be saved as PLY, not 'x' twice"),
         ({"a b": np.ones(N), "a_b": np.ones(N)}, "arrays must have names of their own .* not 'a_b' twice"),
+        ({"uv": np.ones((N, 2)), "uv_0": np.ones(N)}, "arrays must have names of their own .* not 'uv_0' twice"),
+        ({"colors": COLORS, "red": np.ones(N)}, "arrays must have names of their own .* not 'red' twice"),
+        ({"nx": np.ones(N)}, "array 'nx' must have another name to be saved as PLY, where it is of the normals"),
     ],
 )
 def test_what_ply_cannot_hold_is_refused(data, message, tmp_path):
@@ -116,6 +122,17 @@ def test_obj_keeps_colors_and_unit(tmp_path):
     assert found.unit == "mm"
     assert list(found.data) == ["colors"]
     assert_array_equal(found.data["colors"], SURFACE.data["colors"])
+
+
+def test_obj_as_vtk_reads_it_in_single_precision(tmp_path):
+    small = SURFACE.transformed(np.diag([0.3, 0.3, 0.3, 1]))
+    small.save(tmp_path / "a.obj")
+    rounded = replace(small, vertices=small.vertices.astype(np.float32), data={})
+    assert_array_equal(with_colors_of_obj(rounded, tmp_path / "a.obj").data["colors"], SURFACE.data["colors"])
+
+
+def test_pyvista_brings_all_arrays():
+    same(as_triangles(SURFACE.to_pyvista()), SURFACE)
 
 
 def test_obj_with_seams_and_with_colors_of_some_vertices(tmp_path):

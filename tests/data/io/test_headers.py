@@ -9,7 +9,11 @@ import warnings
 
 import numpy as np
 import pytest
+import pyvista as pv
 import SimpleITK as sitk
+from vtkmodules.vtkCommonCore import vtkBitArray, vtkDataArray
+from vtkmodules.vtkIOLegacy import vtkPolyDataWriter
+from vtkmodules.vtkIOXML import vtkXMLImageDataWriter, vtkXMLPolyDataWriter
 
 import simplexmesh as sm
 from simplexmesh.data.io.integrity import apart, legacy, xml
@@ -208,3 +212,58 @@ def test_a_slice_of_the_damaged_files_that_are_tried_every_night(sound, tmp_path
     with fuzz.reader(tmp_path, [sound / "mesh.vtp"]) as process:
         found = {path.name: wrong for path in paths if (wrong := fuzz.damage(path, tmp_path, 2, process, seed=15))}
     assert not found
+
+
+def _with_bits(dataset):
+    bits = vtkBitArray()
+    bits.SetName("bits")
+    bits.SetNumberOfTuples(dataset.n_points)
+    for i in range(dataset.n_points):
+        bits.SetValue(i, i % 3 == 0)
+    dataset["a & b"] = dataset.points[:, 2]
+    dataset.GetPointData().AddArray(bits)
+
+
+def _with_keys(dataset):
+    dataset["a & b"] = dataset.points[:, 2]
+    array = dataset.GetPointData().GetArray("a & b")
+    array.GetInformation().Set(vtkDataArray.UNITS_LABEL(), "K")
+    array.SetComponentName(0, "&amp;")
+    dataset.GetPoints().GetData().GetInformation().Set(vtkDataArray.UNITS_LABEL(), "m")
+
+
+def _with_whole_positions(dataset):
+    dataset.points = np.rint(100 * dataset.points).astype(np.int32)
+    dataset["a & b"] = dataset.points[:, 2].astype(float)
+
+
+@pytest.mark.parametrize("writer", [vtkXMLPolyDataWriter, vtkPolyDataWriter])
+@pytest.mark.parametrize("change", [_with_bits, _with_keys, _with_whole_positions])
+def test_what_other_programs_may_store_is_read(change, writer, tmp_path):
+    dataset = pv.Icosahedron()
+    dataset.clear_data()
+    change(dataset)
+    bits = np.arange(dataset.n_points) % 3 == 0
+    path = tmp_path / ("a.vtk" if writer is vtkPolyDataWriter else "a.vtp")
+    if path.suffix == ".vtp":
+        dataset.rename_array("a & b", "a &amp; b")  # which VTK does not do
+    made = writer()
+    made.SetFileName(str(path))
+    made.SetInputData(dataset)
+    assert made.Write()
+    found = sm.read(path)
+    assert np.allclose(found.vertices, dataset.points, rtol=1e-5)
+    assert np.allclose(found.data["a & b"], dataset.points[:, 2], rtol=1e-5)
+    assert ("bits" in found.data) == (change is _with_bits)
+    assert np.array_equal(found.data.get("bits", bits), bits)
+
+
+def test_an_image_of_bits_is_read(tmp_path):
+    image = pv.ImageData(dimensions=(4, 5, 6))
+    _with_bits(image)
+    image.GetPointData().RemoveArray("a & b")
+    writer = vtkXMLImageDataWriter()
+    writer.SetFileName(str(tmp_path / "a.vti"))
+    writer.SetInputData(image)
+    assert writer.Write()
+    assert np.array_equal(sm.read(tmp_path / "a.vti").values.ravel(order="F"), np.arange(120) % 3 == 0)

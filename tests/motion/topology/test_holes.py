@@ -350,7 +350,7 @@ class TestRims:
         data = sm.targets.Triangles(part(lambda p: p[:, 2] > 0.2))
         mesh = open_holes(sm.sphere(8), sm.targets.Triangles(part(lambda p: p[:, 2] > -0.3))).mesh
         model = sm.DeformableModel(mesh, data, rigidity=2, reach=1.0, seeking=0.0)
-        for _ in model.run(150):
+        for _ in model.run(150, warnings=False):
             pass
         assert cKDTree(data.border.points).query(rim_points(model.mesh))[0].mean() > mean_edge(mesh)
 

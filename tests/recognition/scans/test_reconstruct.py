@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import simplexmesh as sm
+from simplexmesh.recognition.scans.reconstruct import posed_scans
 from tests.recognition import reference as reference
 from tests.recognition.scans.test_register_all import views
 
@@ -30,7 +31,7 @@ def test_poses_found_are_as_good_as_those_given(scans):
 
 
 def test_frames_that_contradict_each_other_are_told_and_poses_found(scans):
-    clouds = scans[0]
+    clouds = [scan - scan.mean(axis=0) for scan in scans[0]]  # as of a body turned before a scanner that stays
     with pytest.warns(sm.SimplexMeshWarning, match="in different frames: scans.* turned by .* all were registered"):
         told = sm.reconstruct(clouds, vertices=800)
     silent = sm.reconstruct(clouds, poses="auto", vertices=800)
@@ -50,6 +51,16 @@ def test_parts_that_only_adjoin_stay_as_they_are():
     parts = [ball[ball[:, 0] < 0.05], ball[ball[:, 0] > -0.05]]
     model = sm.reconstruct(parts, vertices=400)
     np.testing.assert_allclose(np.linalg.norm(model.mesh.vertices, axis=1), 1, atol=0.03)
+
+
+@pytest.mark.parametrize("shift", [[10.0, 0, 0], [0, 7.0, 0]])
+def test_bodies_that_do_not_meet_keep_their_frames_and_this_is_told(shift):
+    body = sm.ellipsoid((3, 2, 1), 20).vertices
+    body = body + 0.1 * body**2
+    with pytest.warns(sm.SimplexMeshWarning, match="not all scans meet in their frames, which are kept"):
+        kept, poses = posed_scans([body, body + shift], None, lambda fraction, message: None)
+    assert len(kept) == 2
+    assert poses is None
 
 
 def test_a_scan_of_something_else_is_left_out_by_name(scans, tmp_path):

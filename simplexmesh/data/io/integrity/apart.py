@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
+from xml.sax.saxutils import escape
 
 SECONDS, BYTES_A_SECOND = 60, 1_000_000
 ROOM, MOST_PACKED = 2 << 30, 1040
@@ -85,6 +86,7 @@ def _main(libraries: str, kind: str, path: str, folder: str, room: str) -> None:
         answer = {"class": out.GetClassName()}
     else:
         answer = {"file": "copy.vtp" if surface else "copy.vti"}
+        _make_plain(out)
         writer = vtkXMLPolyDataWriter() if surface else vtkXMLImageDataWriter()
         writer.SetFileName(f"{folder}/{answer['file']}")
         writer.SetInputData(out)
@@ -94,6 +96,39 @@ def _main(libraries: str, kind: str, path: str, folder: str, room: str) -> None:
         writer.SetHeaderTypeToUInt64()
         writer.Write()
     sys.stdout.write(json.dumps(answer))
+
+
+def _make_plain(dataset: Any) -> None:
+    """Give a data set positions of floats and arrays of whole bytes, whose names are escaped, and nothing but numbers.
+
+    VTK escapes no names, and the check of the copy knows neither bits nor what else VTK may say of an array.
+    """
+    from vtkmodules.vtkCommonCore import vtkDoubleArray, vtkUnsignedCharArray
+
+    points = dataset.GetPoints() if dataset.IsA("vtkPolyData") else None
+    if points is not None and points.GetData().GetDataTypeAsString() not in ("float", "double"):
+        exact = vtkDoubleArray()
+        exact.DeepCopy(points.GetData())
+        points.SetData(exact)
+    if points is not None:
+        points.GetData().GetInformation().Clear()
+    for given in (dataset.GetPointData(), dataset.GetCellData(), dataset.GetFieldData()):
+        for i in range(given.GetNumberOfArrays()):
+            array = given.GetAbstractArray(i)
+            array.GetInformation().Clear()
+            for k in range(array.GetNumberOfComponents() if array.HasAComponentName() else 0):
+                array.SetComponentName(k, str(k))
+            array.SetName(_escaped(array.GetName() or f"array {i}"))
+            if array.IsA("vtkBitArray"):
+                whole = vtkUnsignedCharArray()
+                whole.DeepCopy(array)
+                given.AddArray(whole)  # in the place of that name
+
+
+def _escaped(name: str) -> str:
+    """Return a name as an attribute of XML, where control characters cannot be."""
+    named = {"\t": "&#9;", "\n": "&#10;", "\r": "&#13;"}
+    return "".join(named.get(each, "_" if ord(each) < 32 else each) for each in escape(name, {'"': "&quot;"}))
 
 
 if __name__ == "__main__":

@@ -22,9 +22,9 @@ _METADATA = re.compile(
     rb"METADATA\s*\nINFORMATION \d\s*\n"
     rb"(NAME L2_NORM_(FINITE_)?RANGE LOCATION vtkDataArray\s*\nDATA 2 \S+ \S+ ?\r?\n)*\r?\n"
 )
-_LINE = re.compile(rb"\s*([^\n]{1,300}?)[ \t\r]*\n")
+_LONGEST_LINE = 500
 _NO_NUMBER = re.compile(rb"[^\d\s.eE+-]")
-_NEXT = re.compile(rb"\n\s*[A-Za-z_]")
+_NEXT = re.compile(rb"\n[^\S\n]*[A-Za-z_]")
 _PLACE = {b"SPACING", b"ASPECT_RATIO", b"ORIGIN"}
 _COMPONENTS = {b"NORMALS": 3, b"VECTORS": 3, b"TENSORS": 9}
 
@@ -84,11 +84,13 @@ class _Walk:
         return at
 
     def _line(self) -> list[bytes]:
-        found = _LINE.match(self.content, self.at)
-        if found is None:
-            raise _NotPlainError
-        self.at = found.end()
-        return found[1].split()
+        words: list[bytes] = []
+        while not words:
+            end = self.content.find(b"\n", self.at, self.at + _LONGEST_LINE)
+            if end < 0:
+                raise _NotPlainError
+            words, self.at = self.content[self.at : end].split(), end + 1
+        return words
 
     def _numbers(self, count: int, kind: bytes) -> NDArray[Any]:
         """Return the next numbers, which must be exactly that many; in text they end before the next word."""
@@ -106,7 +108,8 @@ class _Walk:
         self.at = end
         if len(words) != count or _NO_NUMBER.search(text) or (count and max(map(len, words)) > 40):
             raise _NotPlainError
-        out = np.array(words).astype("f8" if dtype.kind == "f" else "i8") if count else np.zeros(0, dtype)
+        real = dtype.kind == "f"
+        out = np.fromiter(map(float if real else int, words), "f8" if real else "i8", count)
         limits = np.finfo(dtype) if dtype.kind == "f" else np.iinfo(dtype)
         if not ((out >= limits.min) & (out <= limits.max)).all():
             raise _NotPlainError

@@ -21,7 +21,7 @@ def check_counts(path: Path) -> None:
     wanted = len(head) + len(end)
     for part in re.split(rb"(?m)^element\s", head)[1:]:
         words = part.split()
-        if len(words) < 2 or not re.fullmatch(rb"\d+", words[1]):
+        if len(words) < 2 or not re.fullmatch(rb"\d{1,30}", words[1]):
             raise OSError(f"{path.name} has a damaged header: an element must have a name and a count")
         kinds = [line.split()[1:3] for line in part.splitlines() if line.startswith(b"property")]
         sizes = [_SIZES.get(kind[-1] if kind[:1] == [b"list"] else kind[0], 1) for kind in kinds if kind]

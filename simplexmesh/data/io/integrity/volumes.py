@@ -14,6 +14,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import BinaryIO
 
+from simplexmesh.data.io.integrity.headers import check_beside, metaimage_header, nrrd_header
+
 _META_BYTES = {"CHAR": 1, "SHORT": 2, "INT": 4, "LONG": 4, "LONG_LONG": 8, "FLOAT": 4, "DOUBLE": 8}
 _PIECE = 1 << 16  # bytes read at once; unpacked they may be a thousand times as many
 MEGABYTE = 1 << 20
@@ -27,9 +29,7 @@ _SHORT, _PAGE = 3, 2  # a type of numbers, and the mark of one page of many; oth
 
 def check_metaimage(path: Path) -> None:
     """Check that the header is complete and consistent, and that all samples are present and undamaged."""
-    with path.open("rb") as file:
-        text = file.read(1 << 16).decode("latin-1")
-    fields = dict(re.findall(r"^\s*(\w+)\s*=\s*(.*?)\s*$", text.split("\0")[0], re.MULTILINE))
+    fields, listed, start = metaimage_header(path)
     name = fields.get("ElementDataFile")
     if name is None or not {"DimSize", "ElementType"} <= fields.keys():
         raise OSError(f"{path.name} is a MetaImage header without DimSize, ElementType or ElementDataFile")
@@ -38,19 +38,18 @@ def check_metaimage(path: Path) -> None:
     except ValueError:
         raise OSError(f"{path.name} is a MetaImage with a damaged header") from None
     _check_turn(path.name, fields)
-    if name.upper().split()[:1] == ["LIST"] or "%" in name:
-        for each in text[text.find("ElementDataFile") :].splitlines() if "%" not in name else [name]:
-            _check_beside(path.name, each)
+    if name.startswith("LIST") or "%" in name:
+        for each in [_pattern(name), *(listed if "%" not in name else ())]:
+            check_beside(path, each)
         return
     packed = fields.get("CompressedData", "False")[:1] in ("T", "t", "1")
     if packed and "CompressedDataSize" not in fields:
         raise OSError(f"{path.name} is a compressed MetaImage without CompressedDataSize")
     raw = path
-    if name.upper() == "LOCAL":
-        end = re.search(r"ElementDataFile\s*=\s*LOCAL\s*?\n", text, re.IGNORECASE)
-        skipped = end.end() if end else 0
+    if name in ("LOCAL", "Local", "local"):
+        skipped = start
     else:
-        _check_beside(path.name, name)
+        check_beside(path, name)
         raw = path.parent / name
         if not raw.is_file():
             raise FileNotFoundError(f"{path.name} refers to {name}, which is not in its folder")
@@ -60,11 +59,9 @@ def check_metaimage(path: Path) -> None:
         raise OSError(f"{path.name} has damaged compressed samples")
 
 
-def _check_beside(header: str, name: str) -> None:
-    """Refuse a file of samples that is not in the folder of its header or below: any file could be read as samples."""
-    parts = re.split(r"[/\\]", name.strip())
-    if (not parts[0] and len(parts) > 1) or ".." in parts or re.match(r"[a-zA-Z]:", name.strip()):
-        raise OSError(f"{header} refers to {name.strip()}, which is not in its folder or below")
+def _pattern(name: str) -> str:
+    """Return the pattern of numbered files, which the first, last and step may follow."""
+    return re.sub(r"(\s+-?\d+){0,3}\s*$", "", name)
 
 
 def _check_turn(name: str, fields: dict[str, str]) -> None:
@@ -123,20 +120,17 @@ def _unpacked_size(path: Path, start: int, stored: int, enough: int) -> int:
 
 def check_nrrd(path: Path) -> None:
     """Check that samples compressed by gzip are undamaged."""
-    with path.open("rb") as file:
-        head, found, _ = file.read(1 << 16).partition(b"\n\n")
-    text = head.decode("latin-1").replace("\r", "")
-    fields = {key.lower(): value for key, value in re.findall(r"(?m)^([^#:\n]+):=?[ \t]*(.*?)[ \t]*$", text)}
-    name = fields.get("data file", fields.get("datafile"))
-    listed = head.decode("latin-1").partition("LIST")[2].splitlines() if (name or "").startswith("LIST") else []
-    for each in [*listed, *([name] if name else [])]:
-        _check_beside(path.name, each)
-    if fields.get("encoding", "").lower() not in ("gzip", "gz") or {"line skip", "byte skip"} & fields.keys():
+    fields, listed, start = nrrd_header(path)
+    name = fields.get("datafile")
+    for each in listed if name is None or name.startswith("LIST") else [_pattern(name)]:
+        drive = each.strip()[1:2] == ":"  # taken for one by ITK, which then looks in the current folder
+        check_beside(path, str(Path(each.strip()).absolute()) if drive else each)
+    if fields.get("encoding", "").lower() not in ("gzip", "gz") or {"lineskip", "byteskip"} & fields.keys():
         return
     raw = path if name is None else path.parent / name
-    if not raw.is_file() or (name is None and not found):  # several files, or none: left to ITK
+    if not raw.is_file() or (name is None and not start):  # several files, or none: left to ITK
         return
-    if _unpacked_size(raw, 0 if name else len(head) + 2, raw.stat().st_size, _nrrd_size(fields)) < 0:
+    if _unpacked_size(raw, 0 if name else start, raw.stat().st_size, _nrrd_size(fields)) < 0:
         raise OSError(f"{path.name} has damaged compressed samples")
 
 
@@ -170,6 +164,7 @@ def _check_pair(path: Path, wanted: int) -> None:
     raw = nifti_samples(path)
     if raw is None:
         raise FileNotFoundError(f"{path.name} refers to {path.stem}.img, which is not in its folder")
+    check_beside(path, raw.name)
     if raw.suffix != ".gz":
         _check_length(path, raw, wanted)
 
@@ -196,6 +191,12 @@ def nifti_scaling(head: bytes) -> tuple[int, str, float, float]:
     at, form = (176, order + "2d") if second else (112, order + "2f")
     slope, offset = struct.unpack_from(form, head, at)
     return at, form, slope, offset
+
+
+def nifti_unit_place(head: bytes) -> int:
+    """Return the place of the byte in a NIfTI header that holds the units."""
+    order, second = _nifti_kind(head)
+    return 123 if not second else 500 if order == "<" else 503
 
 
 def nifti_size(head: bytes) -> int:
