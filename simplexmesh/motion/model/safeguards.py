@@ -54,7 +54,7 @@ class Confines:
 
     def __init__(self, start: Array, neighbors: NDArray[np.int32], target: Any) -> None:
         self.target, self._box = target, None
-        bounds = getattr(target, "bounds", None)
+        bounds: Any = getattr(target, "bounds", None)
         if np.shape(bounds) == (2, 3):
             low, high = np.minimum(start.min(axis=0), bounds[0]), np.maximum(start.max(axis=0), bounds[1])
             edge = float(np.linalg.norm(start[neighbors] - start[:, None], axis=2).mean())

@@ -70,7 +70,7 @@ class Strays:
 
 
 def restore(run: Run) -> None:
-    """Put back places of a model begun near the data that strayed from it, if that tangles nothing; warn of the rest."""
+    """Put back places of a model begun near the data that strayed, if that tangles nothing; warn of the rest."""
     if run.options.init in PRIMITIVES or not run.stages[-1].iterations:
         return
     strays = Strays(run.start, drawn_points(run.data), mean_edge(run.mesh))
