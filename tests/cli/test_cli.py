@@ -193,7 +193,7 @@ class TestReconstruct:
         scans, _ = views_of_a_body(4, np.random.default_rng(8))
         paths = [tmp_path / f"scan{k}.xyz" for k in range(4)]
         for path, scan in zip(paths, scans, strict=True):
-            np.savetxt(path, scan)
+            np.savetxt(path, scan - scan.mean(axis=0))
         code, out, err = command(
             "reconstruct", *paths, "--poses", "auto", "--vertices", 400, "-o", tmp_path / "a.vtp", "--json"
         )

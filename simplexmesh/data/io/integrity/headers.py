@@ -14,14 +14,15 @@ _SAMPLES_OF_META = b"ElementDataFile"
 
 def check_beside(path: Path, name: str) -> None:
     """Refuse samples that are not in the folder of their header or below: any file could be read as samples."""
-    folder, name = path.parent.resolve(), name.strip()
+    folders, name = {path.parent.resolve(), path.resolve().parent}, name.strip()  # a linked header has linked samples
     if len(name) > _LONGEST_LINE or not re.fullmatch(r"[^%\0]*(%\d{0,2}[di][^%\0]*)?", name):
         raise OSError(f"{path.name} refers to {name[:60]}, which is no name of a file")
     windows = re.match(r"[a-zA-Z]:\\|\\", name) is not None or ".." in name.split("\\")
     numbered = glob.escape(re.sub(r"%\d*[di]", "%", name)).replace("%", "*")
     files = [path.parent / name, *map(Path, glob.glob(str(Path(glob.escape(str(path.parent)), numbered))))]
     try:
-        inside = not windows and all(each.resolve().is_relative_to(folder) for each in files)
+        real = [each.resolve() for each in files]
+        inside = not windows and all(any(each.is_relative_to(folder) for folder in folders) for each in real)
     except (OSError, RuntimeError):  # links in a circle
         inside = False
     if not inside:
