@@ -8,8 +8,9 @@ from itertools import accumulate, pairwise
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import ndimage
 
-from simplexmesh.recognition.register import _kernels_distance_transform, _kernels_pose_scoring
+from simplexmesh.recognition.register import _kernels_pose_scoring
 from simplexmesh.recognition.register._kernels_pose_scoring import SourceColumns, TargetGrid
 from simplexmesh.recognition.register.oriented_points import OrientedPoints
 
@@ -114,9 +115,8 @@ def target_grid(target: OrientedPoints) -> TargetGrid:
     cells = ((target.points - low) / cell).astype(int)
     seeds = np.full((np.ceil((high - low) / cell) + MARGIN).astype(int), -1, np.int32)
     seeds[tuple(cells.T)] = np.arange(len(cells))
-    nearest = np.empty_like(seeds)
-    _kernels_distance_transform.fill_nearest(seeds, nearest)
-    return TargetGrid(np.hstack([target.points, target.normals]), nearest, low, cell)
+    nearest = ndimage.distance_transform_edt(seeds < 0, return_distances=False, return_indices=True)
+    return TargetGrid(np.hstack([target.points, target.normals]), seeds[tuple(nearest)], low, cell)
 
 
 def motion_rows(R: Array, t: Array) -> Array:

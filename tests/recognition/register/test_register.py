@@ -9,7 +9,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
-from scipy import ndimage
 
 import simplexmesh as sm
 from simplexmesh.numerics import _kernels_local_fits as planes
@@ -17,7 +16,6 @@ from simplexmesh.numerics.rotation_vectors import rotation_matrices
 from simplexmesh.recognition.register import _kernels_pose_scoring as kernels
 from simplexmesh.recognition.register import pose_scoring
 from simplexmesh.recognition.register import register as registration
-from simplexmesh.recognition.register._kernels_distance_transform import fill_nearest
 from simplexmesh.recognition.register.icp import about_origin
 from simplexmesh.recognition.register.oriented_points import OrientedPoints, oriented_points
 from simplexmesh.recognition.register.pose_candidates import pair_candidates
@@ -369,20 +367,13 @@ class TestKernels:
         count = kernels.distinct_motions(motions, 1 + 2 * np.cos(0.2), 0.15, kept)
         assert kept[:count].tolist() == reference.distinct_motions(motions, most, 0.2, 0.15)
 
-    @given(st.integers(0, 2**32 - 1), st.tuples(*[st.integers(1, 9)] * 3), st.floats(0.01, 1))
-    def test_nearest_cells_are_those_scipy_finds(self, seed, shape, share):
-        rng = np.random.default_rng(seed)
-        holder = np.where(rng.random(shape) < share, rng.permutation(np.prod(shape)).reshape(shape), -1)
-        holder[tuple(rng.integers(0, shape))] = 5
-        grid = np.empty(shape, np.int32)
-        fill_nearest(holder.astype(np.int32), grid)
-        near = ndimage.distance_transform_edt(holder < 0, return_distances=False, return_indices=True)
-        assert np.array_equal(grid, holder[tuple(near)])
-
-    def test_an_empty_grid_has_nothing_near(self):
-        grid = np.empty((3, 4, 5), np.int32)
-        fill_nearest(np.full((3, 4, 5), -1, np.int32), grid)
-        assert (grid == -1).all()
+    def test_each_cell_of_a_grid_names_a_point_of_the_nearest_cell_with_points(self):
+        points = lumpy(300, np.random.default_rng(3))
+        grid = target_grid(oriented_points(points, "target"))
+        cells = np.floor((points - grid.low) / grid.cell)
+        at = np.random.default_rng(4).integers(0, grid.nearest.shape, (500, 3))
+        found = np.linalg.norm(cells[grid.nearest[tuple(at.T)]] - at, axis=1)
+        assert_allclose(found, np.linalg.norm(cells[:, None] - at, axis=2).min(axis=0))
 
     @pytest.mark.parametrize("stage", [0, 1])
     def test_many_sources_are_scored_and_refined_as_each_alone(self, stage):
