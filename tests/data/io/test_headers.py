@@ -16,7 +16,7 @@ from vtkmodules.vtkIOLegacy import vtkPolyDataWriter
 from vtkmodules.vtkIOXML import vtkXMLImageDataWriter, vtkXMLPolyDataWriter
 
 import simplexmesh as sm
-from simplexmesh.data.io.integrity import apart, legacy, xml
+from simplexmesh.data.io.integrity import apart, xml
 from tests.nightly import fuzz, seeds
 
 MANY = 1_000_000_000_000
@@ -43,22 +43,12 @@ def complaint(path):
 def test_what_programs_write_is_plain(sound):
     for path in (*sound.glob("*.vtp"), *sound.glob("*.vti")):
         assert xml.is_plain(path), path
-    for path in sound.glob("image*.vtk"):
-        assert legacy.is_plain(path), path
-
-
-@pytest.mark.data
-@pytest.mark.parametrize("name", ["fran_face.vtk", "avf_surface.vtk", "fetal_cortex.vtk", "rabbit_scan.vtk"])
-def test_real_files_are_plain(data_folder, name):
-    assert legacy.is_plain(data_folder / name)
 
 
 @pytest.mark.parametrize("kind", ["ASCII", "Binary"])
 @pytest.mark.parametrize("version", [42, 51])
 def test_reading_apart_gives_what_was_written(sound, version, kind):
-    """These files hold words, which the check does not know."""
     path = sound / f"polygons-{version}-{kind}.vtk"
-    assert not legacy.is_plain(path)
     found, wanted = sm.read(path), sm.read(sound / "mesh.vtp")
     assert np.array_equal(found.connectivity.twin, wanted.connectivity.twin)
     assert np.array_equal(found.data["weight"], wanted.data["weight"])
