@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import gzip
 import struct
+import subprocess
+import sys
 import tempfile
 import warnings
+from pathlib import Path
 
 import numpy as np
 import pytest
 import pyvista as pv
 import SimpleITK as sitk
+import vtkmodules
 from vtkmodules.vtkCommonCore import vtkBitArray, vtkDataArray
 from vtkmodules.vtkIOLegacy import vtkPolyDataWriter
 from vtkmodules.vtkIOXML import vtkXMLImageDataWriter, vtkXMLPolyDataWriter
@@ -91,6 +95,15 @@ def test_a_process_that_ends_or_hangs_is_a_damaged_file(sound, monkeypatch):
         monkeypatch.setattr(apart, "SECONDS", seconds)
         with pytest.raises(OSError, match=r"polygons-42-ASCII.vtk cannot be read as VTK: it is damaged"):
             sm.read(sound / "polygons-42-ASCII.vtk")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no limits of processor time")
+def test_a_reader_without_end_ends_though_nobody_waits_for_it(sound, tmp_path):
+    content = (sound / "Binary-None.vtp").read_bytes()
+    assert b'NumberOfComponents="3"' in content
+    (tmp_path / "a.vtp").write_bytes(content.replace(b'NumberOfComponents="3"', b'NumberOfComponents="4294967295"', 1))
+    words = [Path(vtkmodules.__path__[0]).parent, "vtp", tmp_path / "a.vtp", tmp_path, 1 << 31, 1]
+    subprocess.run([sys.executable, "-I", "-S", apart.__file__, *map(str, words)], check=False, timeout=300)
 
 
 @pytest.mark.parametrize("form", ["ascii", "binary_little_endian"])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import subprocess
 import sys
 import tempfile
@@ -25,12 +26,13 @@ def sound_copy(path: Path, kind: str) -> Iterator[Path]:
     size = path.stat().st_size
     with tempfile.TemporaryDirectory() as folder:
         libraries = str(Path(sys.modules["vtkmodules"].__path__[0]).parent)
-        words = [libraries, kind, str(path), folder, str(ROOM + MOST_PACKED * size)]
+        seconds = SECONDS + size / BYTES_A_SECOND
+        words = [libraries, kind, str(path), folder, str(ROOM + MOST_PACKED * size), str(math.ceil(seconds))]
         try:
             done = subprocess.run(
                 [sys.executable, "-I", "-S", __file__, *words],
                 capture_output=True,
-                timeout=SECONDS + size / BYTES_A_SECOND,
+                timeout=seconds,
                 check=True,
             )
             answer = json.loads(done.stdout)
@@ -44,14 +46,18 @@ def sound_copy(path: Path, kind: str) -> Iterator[Path]:
         yield Path(folder, answer["file"])
 
 
-def _main(libraries: str, kind: str, path: str, folder: str, room: str) -> None:
-    """Read a file and write it again, and print the name of the new one or what is wrong; run as a script."""
+def _main(libraries: str, kind: str, path: str, folder: str, room: str, seconds: str) -> None:
+    """Read a file and write it again, and print the name of the new one or what is wrong; run as a script.
+
+    Memory and processor time have limits, which hold also when the process that waits for this one is killed.
+    """
     sys.path.append(libraries)
     try:
         import resource
 
         resource.setrlimit(resource.RLIMIT_AS, (int(room),) * 2)
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+        resource.setrlimit(resource.RLIMIT_CPU, (int(seconds),) * 2)
     except (ImportError, ValueError):
         pass  # no such limits on Windows
     from vtkmodules.vtkCommonCore import vtkLogger, vtkOutputWindow, vtkStringOutputWindow
