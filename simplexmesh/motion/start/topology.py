@@ -134,27 +134,23 @@ def _reopened(grown: Mask, solid: Mask) -> Mask:
 
 def pinched(solid: Mask) -> Mask:
     """Return the samples of all grid cubes in which inside cells meet only along an edge or at a corner."""
-    corner = {}
-    for shift in product((0, 1), repeat=3):
-        corner[shift] = solid[tuple(slice(s, n - 1 + s) for s, n in zip(shift, solid.shape, strict=True))]
-    bad = np.zeros(tuple(n - 1 for n in solid.shape), bool)
-    count = sum(c.astype(np.int8) for c in corner.values())
+    count = solid.astype(np.int8)
+    for axis in range(3):
+        side = np.moveaxis(count, axis, 0)
+        count = np.moveaxis(side[1:] + side[:-1], 0, axis)
+    cubes = np.stack(np.nonzero((count > 1) & (count < 7)))
+    places = cubes[:, None] + np.array(list(product((0, 1), repeat=3))).T[:, :, None]
+    corner = solid[tuple(places)].reshape(2, 2, 2, -1)
+    bad = np.zeros(cubes.shape[1], bool)
     for axis, side in product(range(3), (0, 1)):
-        a, b, c, d = (corner[_corner(axis, side, p, q)] for p, q in ((0, 0), (1, 1), (0, 1), (1, 0)))
+        (a, c), (d, b) = np.moveaxis(corner, axis, 0)[side]
         bad |= (a == b) & (c == d) & (a != c)
     for p, q in product((0, 1), repeat=2):
         a, b = corner[0, p, q], corner[1, 1 - p, 1 - q]
-        bad |= (a == b) & (count == np.where(a, 2, 6))
+        bad |= (a == b) & (count[tuple(cubes)] == np.where(a, 2, 6))
     out = np.zeros(solid.shape, bool)
-    for shift in corner:
-        out[tuple(slice(s, n - 1 + s) for s, n in zip(shift, solid.shape, strict=True))] |= bad
+    out[tuple(places[:, :, bad])] = True
     return out
-
-
-def _corner(axis: int, side: int, p: int, q: int) -> tuple[int, ...]:
-    at = [p, q]
-    at.insert(axis, side)
-    return tuple(at)
 
 
 def _block_adjacency(*, corners: bool) -> NDArray[np.int64]:
