@@ -247,8 +247,8 @@ def _remove_triangle(corners, mates, heap, h):
 
 
 @njit(cache=True, error_model="numpy")
-def _collapse(vertices, corners, mates, heap, h, queued):
-    """Collapse an edge to its midpoint; the end with the smaller number is kept, and its edges are `queued` again."""
+def _collapse(vertices, corners, mates, heap, h):
+    """Collapse an edge to its midpoint; the smaller of its ends stays. Return a half-edge that starts there."""
     g = mates[h]
     a, b = corners[h], corners[g]
     stays, goes = min(a, b), max(a, b)
@@ -264,9 +264,14 @@ def _collapse(vertices, corners, mates, heap, h, queued):
     put(heap, min(h, g), np.inf)
     start = _remove_triangle(corners, mates, heap, h)
     _remove_triangle(corners, mates, heap, g)
-    k = start if corners[start] == stays else mates[start]
-    first = k
-    while queued:
+    return start if corners[start] == stays else mates[start]
+
+
+@njit(cache=True, error_model="numpy")
+def _put_edges_around(vertices, corners, mates, heap, first):
+    """Enter the edges of the vertex at which a half-edge starts."""
+    k = first
+    while True:
         _put_edge(vertices, corners, mates, heap, k)
         k = mates[_previous(k)]
         if k == first:
@@ -304,7 +309,7 @@ def _collapse_in_sweeps(vertices, corners, mates, heap, seen, left, triangles, t
             if _squared_length(vertices, corners, h) > limit:
                 more = True
             elif _may_collapse(vertices, corners, mates, seen, h, turn):
-                _collapse(vertices, corners, mates, heap, h, False)
+                _collapse(vertices, corners, mates, heap, h)
                 left -= 2
                 more = True
                 if left <= triangles:
@@ -331,6 +336,7 @@ def collapse_shortest(vertices, corners, mates, triangles, turn):
         h = heap.item[0]
         put(heap, h, np.inf)
         if _may_collapse(vertices, corners, mates, seen, h, turn):
-            _collapse(vertices, corners, mates, heap, h, True)
+            around = _collapse(vertices, corners, mates, heap, h)
+            _put_edges_around(vertices, corners, mates, heap, around)
             left -= 2
     return left
