@@ -13,7 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from simplexmesh.data.box import box_around, box_slices
 from simplexmesh.motion.start import _kernels_reach, _kernels_thinning
+from simplexmesh.orientation import _kernels_grid
 
 Mask = NDArray[np.bool_]
 
@@ -58,8 +60,20 @@ def pieces(
 
 def without_cavities(solid: Mask) -> Mask:
     """Return the solid with its cavities filled; its border must be empty."""
-    label, count = ndimage.label(~solid, _CORNERS)
-    return label != label[0, 0, 0] if count > 1 else solid
+    return solid | (_cavities(solid) > 0)
+
+
+def _cavities(solid: Mask) -> NDArray[np.int32]:
+    """Return labels of the cavities, the components that a flood of the outside leaves and that do not touch it."""
+    filled, label = solid.copy(), np.zeros(solid.shape, np.int32)
+    _kernels_grid.flood(filled)
+    box = box_around(~filled)
+    if box is not None:
+        part = box_slices(*box, solid.shape, margin=1)
+        found, _ = ndimage.label(~filled[part], _CORNERS)
+        found[np.isin(found, found[_layered((filled & ~solid)[part])])] = 0
+        label[part] = found
+    return label
 
 
 def closed(solid: Mask, radius: float) -> Mask:
@@ -119,11 +133,11 @@ def thickened(solid: Mask, places: NDArray[np.int64], rings: int) -> Mask:
 def _reopened(grown: Mask, solid: Mask) -> Mask:
     """Return the grown solid without the added cells that closed off hollows that outlast two erosions."""
     while True:
-        label, count = ndimage.label(~grown, _CORNERS)
-        if count <= 1:
+        label = _cavities(grown)
+        wide = np.unique(label[(label > 0) & ~_layered(grown, 2)]) if label.any() else []
+        if not len(wide):
             return grown
-        wide = np.unique(label[~_layered(label == 0, 2)])
-        hollows = np.isin(label, wide[wide != label[0, 0, 0]])
+        hollows = np.isin(label, wide)
         added = ndimage.label(grown & ~solid, _CORNERS)[0]
         plugs = np.unique(added[_layered(hollows)])
         plugs = plugs[plugs > 0]
