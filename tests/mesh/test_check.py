@@ -141,6 +141,16 @@ class TestCrossings:
         moved = 5 * mesh.vertices[:, [1, 2, 0]] + 3
         assert_array_equal(self_intersections(moved, mesh.connectivity), pairs)
 
+    @given(seed=seeds, share=st.floats(0.0, 1.0))
+    def test_among_some_faces_all_of_their_crossings_are_found_and_no_others(self, seed, share):
+        rng = np.random.default_rng(seed)
+        mesh = shaken(BALL, rng, 0.9)
+        pairs = self_intersections(mesh.vertices, mesh.connectivity)
+        among = rng.random(BALL.n_faces) < share**4
+        found = self_intersections(mesh.vertices, mesh.connectivity, among)
+        assert_array_equal(found[among[found].any(axis=1)], pairs[among[pairs].any(axis=1)])
+        assert {tuple(pair) for pair in found.tolist()} <= {tuple(pair) for pair in pairs.tolist()}
+
     def test_holes_are_not_there(self):
         c = BALL.connectivity
         open_ball = Connectivity(c.twin, c.face_darts[:1])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import itertools
 import re
 import warnings
 from contextlib import suppress
@@ -108,13 +107,7 @@ def _text_contents(raw: bytes) -> Contents:
     head, *body = re.split(rb"(?m)^end_header\s*?$", raw.replace(b"\r\n", b"\n"), maxsplit=1)
     if not body:
         raise _Irregular
-    rows = [words for line in body[0].splitlines() if (words := line.split())]
-    try:
-        numbers = np.array([*itertools.chain.from_iterable(rows)]).astype(np.float64)
-    except ValueError:
-        raise _Irregular from None
-    ends = np.cumsum([len(row) for row in rows], dtype=np.int64)
-    starts = np.concatenate([[0], ends[:-1]])[: len(ends)]
+    numbers, starts, ends = _rows_of_numbers(body[0])
     element = re.compile(rb"(?m)^(element[ \t]+\S+)[ \t]+(\d+)")
     empty_head = re.sub(rb"(?m)^format\s+ascii", b"format binary_little_endian", element.sub(rb"\1 0", head))
     empty = plyfile.PlyData.read(io.BytesIO(empty_head + b"end_header\n"))
@@ -132,6 +125,24 @@ def _text_contents(raw: bytes) -> Contents:
         if ragged and count:
             lists[part.name] = ragged[_of_indices(list(ragged))]
     return table, lists, _info(empty)
+
+
+def _rows_of_numbers(text: bytes) -> tuple[Array, Indices, Indices]:
+    """Return the numbers of a text, and where each row that has any starts and ends (n,) among them."""
+    letters = np.frombuffer(text, np.uint8)
+    blank = np.append(True, (letters == 32) | ((letters >= 9) & (letters <= 13)))  # what bytes.split takes as such
+    at = np.flatnonzero(blank[:-1] & ~blank[1:])
+    try:
+        with warnings.catch_warnings(action="error"):
+            numbers = np.fromstring(text, np.float64, sep=" ")
+    except DeprecationWarning:
+        raise _Irregular from None
+    lines = np.flatnonzero((letters == 10) | (letters == 13))
+    row = np.searchsorted(lines, at)
+    starts = np.flatnonzero(np.append(True, row[1:] != row[:-1])[: len(at)])
+    if len(numbers) != len(at):
+        raise _Irregular
+    return numbers, starts, np.append(starts[1:], len(at))[: len(starts)]
 
 
 def _columns(properties: Any, numbers: Array, starts: Indices, ends: Indices) -> tuple[dict[str, Any], dict[str, Any]]:

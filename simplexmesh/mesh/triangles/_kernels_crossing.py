@@ -108,11 +108,15 @@ def overlapping_boxes(low: Array, high: Array, origin: Array, cell: float, shape
             for j in range(i + 1, offsets[at + 1]):
                 t = boxes[j]
                 if (
-                    max(span[s, 0, 0], span[t, 0, 0]) != x
+                    low[s, 0] > high[t, 0]
+                    or low[t, 0] > high[s, 0]
+                    or low[s, 1] > high[t, 1]
+                    or low[t, 1] > high[s, 1]
+                    or low[s, 2] > high[t, 2]
+                    or low[t, 2] > high[s, 2]
+                    or max(span[s, 0, 0], span[t, 0, 0]) != x
                     or max(span[s, 0, 1], span[t, 0, 1]) != y
                     or max(span[s, 0, 2], span[t, 0, 2]) != z
-                    or (low[s] > high[t]).any()
-                    or (low[t] > high[s]).any()
                 ):
                     continue
                 if found == out.shape[0]:

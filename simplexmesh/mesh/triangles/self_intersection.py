@@ -9,6 +9,7 @@ Geom. 18 (1997) 305.
 from __future__ import annotations
 
 import math
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,9 +44,32 @@ def overlapping_boxes(low: Array, high: Array, cell: float) -> Indices:
     return _kernels_crossing.overlapping_boxes(low, high, origin, cell, (size // cell).astype(np.int64) + 1)
 
 
-def self_intersections(vertices: Array, connectivity: Connectivity) -> Indices:
-    """Return the sorted pairs (m, 2) of faces whose fans cross; one whose fan crosses itself is paired with itself."""
+def self_intersections(vertices: Array, connectivity: Connectivity, among: NDArray[np.bool_] | None = None) -> Indices:
+    """Return the sorted pairs (m, 2) of faces whose fans cross; one whose fan crosses itself is paired with itself.
+
+    With `among` (f,) the pairs of these faces and their surroundings: not all, but all with one of these.
+    """
     points, triangles = triangulation.fan(vertices, connectivity)
     faces = np.flatnonzero(~connectivity.face_is_hole)
     owner = np.repeat(faces, connectivity.face_sizes[faces])
+    if among is not None:
+        beside = _beside(points[triangles], among[owner])
+        triangles, owner = triangles[beside], owner[beside]
     return np.unique(np.sort(owner[crossing_triangles(points, triangles)], axis=1), axis=0)
+
+
+def _beside(corners: Array, chosen: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return which triangles (t, 3, 3) meet a cell of a grid, none smaller than any, that one of those chosen meets."""
+    if not chosen.any():
+        return chosen
+    low, high = corners.min(axis=1), corners.max(axis=1)
+    origin = low.min(axis=0)
+    cell = max(1.001 * float((high - low).max()), float((high - origin).max()) / 64, np.finfo(float).tiny)
+    ends = ((np.stack([low, high]) - origin) // cell).astype(np.int64)
+    shape = ends.max(axis=(0, 1)) + 1
+    cells = [np.ravel_multi_index(tuple(ends[k, :, axis] for axis, k in enumerate(way)), shape)
+             for way in product((0, 1), repeat=3)]  # fmt: skip
+    met = np.zeros(int(shape.prod()), bool)
+    for cell_of in cells:
+        met[cell_of[chosen]] = True
+    return np.asarray(np.any([met[cell_of] for cell_of in cells], axis=0))

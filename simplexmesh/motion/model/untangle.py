@@ -28,14 +28,25 @@ PATIENCE = 3
 
 @dataclass(frozen=True, eq=False)
 class Tangles:
-    """A mesh and its tangled vertices: inverted, or on faces that are folded or intersect."""
+    """A mesh and its tangled vertices: inverted, or on faces that are folded or intersect.
+
+    Intersections are searched for where vertices are not as in a mesh for which they are `known`: (n, 3) positions
+    and the pairs of faces there.
+    """
 
     mesh: SimplexMesh
+    known: tuple[NDArray[np.float64], NDArray[np.int64]] | None = None
 
     @cached_property
     def pairs(self) -> NDArray[np.int64]:
         """(m, 2) pairs of faces that intersect; a face whose own triangles do is paired with itself."""
-        return self_intersections(self.mesh.vertices, self.mesh.connectivity)
+        vertices, c = self.mesh.vertices, self.mesh.connectivity
+        if self.known is None:
+            return self_intersections(vertices, c)
+        changed = np.zeros(len(c.face_sizes), bool)
+        changed[c.vertex_faces[(vertices != self.known[0]).any(axis=1)]] = True
+        kept = self.known[1][~changed[self.known[1]].any(axis=1)]
+        return np.unique(np.concatenate([kept, self_intersections(vertices, c, changed)]), axis=0)
 
     @cached_property
     def vertices(self) -> Mask:
@@ -57,7 +68,8 @@ class Tangles:
 
     def with_positions(self, moved: SimplexMesh, free: Mask) -> Tangles:
         """Return the mesh with the positions of some vertices from another."""
-        return Tangles(self.mesh.moved(np.where(free[:, None], moved.vertices, self.mesh.vertices)))
+        mixed = self.mesh.moved(np.where(free[:, None], moved.vertices, self.mesh.vertices))
+        return Tangles(mixed, (self.mesh.vertices, self.pairs))
 
     def regions(self, other: Tangles, marked: Mask) -> NDArray[np.int32]:
         """Return (n,) labels of regions: marked vertices connected by edges or by an intersection in either mesh."""

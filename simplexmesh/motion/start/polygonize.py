@@ -65,13 +65,15 @@ def subdivided(vertices: Array, faces: Indices) -> tuple[Array, Indices]:
 
 def _consistent(field: NDArray[Any], solid: Mask) -> NDArray[np.float32]:
     """Return the field with the sign of the solid, in units of its median magnitude near the surface."""
-    out = np.asarray(field, dtype=np.float32)
-    crossing = solid[1:] != solid[:-1]
-    scale = float(np.median(np.abs(out[1:] - out[:-1])[crossing])) / 2 if crossing.any() else 1.0
-    out = np.clip(out / (scale if scale > 0 else 1.0), -3, 3)
-    out = np.where(solid, np.maximum(out, 0.05), np.minimum(out, -0.05))
-    limit = np.where(solid, PINCHED_INSIDE, -PINCHED_OUTSIDE)
-    return np.where(pinched(solid), np.minimum(out, limit), out).astype(np.float32)
+    crossing = np.nonzero(solid[1:] != solid[:-1])
+    jumps = np.abs(field[1:][crossing] - field[:-1][crossing])
+    scale = float(np.median(jumps)) / 2 if len(jumps) else 1.0
+    out = np.clip(field / np.float32(scale if scale > 0 else 1.0), -3, 3, dtype=np.float32)
+    np.maximum(out, np.float32(0.05), out=out, where=solid)
+    np.minimum(out, np.float32(-0.05), out=out, where=~solid)
+    at = np.nonzero(pinched(solid))
+    out[at] = np.minimum(out[at], np.where(solid[at], PINCHED_INSIDE, -PINCHED_OUTSIDE))
+    return out
 
 
 def _euler(faces: Indices) -> int:

@@ -13,7 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from simplexmesh.motion.start import _kernels_thinning
+from simplexmesh.data.box import box_around, box_slices
+from simplexmesh.motion.start import _kernels_reach, _kernels_thinning
+from simplexmesh.orientation import _kernels_grid
 
 Mask = NDArray[np.bool_]
 
@@ -58,14 +60,52 @@ def pieces(
 
 def without_cavities(solid: Mask) -> Mask:
     """Return the solid with its cavities filled; its border must be empty."""
-    label, count = ndimage.label(~solid, _CORNERS)
-    return label != label[0, 0, 0] if count > 1 else solid
+    return solid | (_cavities(solid) > 0)
+
+
+def _cavities(solid: Mask) -> NDArray[np.int32]:
+    """Return labels of the cavities, the components that a flood of the outside leaves and that do not touch it."""
+    filled, label = solid.copy(), np.zeros(solid.shape, np.int32)
+    _kernels_grid.flood(filled)
+    box = box_around(~filled)
+    if box is not None:
+        part = box_slices(*box, solid.shape, margin=1)
+        found, _ = ndimage.label(~filled[part], _CORNERS)
+        found[np.isin(found, found[_layered((filled & ~solid)[part])])] = 0
+        label[part] = found
+    return label
 
 
 def closed(solid: Mask, radius: float) -> Mask:
     """Return the morphological closing of a solid by a ball of `radius` cells, cavities filled."""
-    grown = ndimage.distance_transform_edt(~solid) <= radius
-    return without_cavities(_components_containing((ndimage.distance_transform_edt(grown) > radius) | solid, solid))
+    shrunk = ~within(~within(solid, radius), radius)
+    return without_cavities(_components_containing(shrunk | solid, solid))
+
+
+def within(cells: Mask, radius: float) -> Mask:
+    """Return the cells within a distance `radius`, in cells, of true ones: a thirtieth of a distance transform's work.
+
+    Examples
+    --------
+    >>> cells = np.zeros((1, 1, 7), bool)
+    >>> cells[0, 0, 3] = True
+    >>> within(cells, 2.5).astype(int)
+    array([[[0, 1, 1, 1, 1, 1, 0]]])
+    """
+    out = np.zeros(cells.shape, bool)
+    _kernels_reach.within(cells, int(radius * radius), out)
+    return out
+
+
+def _layered(cells: Mask, layers: int = 1) -> Mask:
+    """Return a mask with layers of cells added, also across edges and corners; slices take a tenth of SciPy's time."""
+    out = cells.copy()
+    for axis in range(3):
+        for _ in range(layers):
+            side, before = np.moveaxis(out, axis, 0), np.moveaxis(out.copy(), axis, 0)
+            side[1:] |= before[:-1]
+            side[:-1] |= before[1:]
+    return out
 
 
 def _components_containing(grown: Mask, solid: Mask) -> Mask:
@@ -83,8 +123,7 @@ def thickened(solid: Mask, places: NDArray[np.int64], rings: int) -> Mask:
     """
     near = np.zeros(solid.shape, bool)
     near[tuple(np.clip(places, 0, np.array(solid.shape) - 1).T)] = True
-    near = ndimage.binary_dilation(near, _CORNERS, iterations=rings)
-    out = solid | (near & ndimage.binary_dilation(solid, _CORNERS))
+    out = solid | (_layered(near, rings) & _layered(solid))
     for axis in range(3):
         side = np.moveaxis(out, axis, 0)
         side[0] = side[-1] = False
@@ -94,13 +133,13 @@ def thickened(solid: Mask, places: NDArray[np.int64], rings: int) -> Mask:
 def _reopened(grown: Mask, solid: Mask) -> Mask:
     """Return the grown solid without the added cells that closed off hollows that outlast two erosions."""
     while True:
-        label, count = ndimage.label(~grown, _CORNERS)
-        if count <= 1:
+        label = _cavities(grown)
+        wide = np.unique(label[(label > 0) & ~_layered(grown, 2)]) if label.any() else []
+        if not len(wide):
             return grown
-        wide = np.unique(label[ndimage.binary_erosion(label > 0, _CORNERS, iterations=2)])
-        hollows = np.isin(label, wide[(wide > 0) & (wide != label[0, 0, 0])])
+        hollows = np.isin(label, wide)
         added = ndimage.label(grown & ~solid, _CORNERS)[0]
-        plugs = np.unique(added[ndimage.binary_dilation(hollows, _CORNERS)])
+        plugs = np.unique(added[_layered(hollows)])
         plugs = plugs[plugs > 0]
         if not len(plugs):
             return grown
@@ -109,27 +148,23 @@ def _reopened(grown: Mask, solid: Mask) -> Mask:
 
 def pinched(solid: Mask) -> Mask:
     """Return the samples of all grid cubes in which inside cells meet only along an edge or at a corner."""
-    corner = {}
-    for shift in product((0, 1), repeat=3):
-        corner[shift] = solid[tuple(slice(s, n - 1 + s) for s, n in zip(shift, solid.shape, strict=True))]
-    bad = np.zeros(tuple(n - 1 for n in solid.shape), bool)
-    count = sum(c.astype(np.int8) for c in corner.values())
+    count = solid.astype(np.int8)
+    for axis in range(3):
+        side = np.moveaxis(count, axis, 0)
+        count = np.moveaxis(side[1:] + side[:-1], 0, axis)
+    cubes = np.stack(np.nonzero((count > 1) & (count < 7)))
+    places = cubes[:, None] + np.array(list(product((0, 1), repeat=3))).T[:, :, None]
+    corner = solid[tuple(places)].reshape(2, 2, 2, -1)
+    bad = np.zeros(cubes.shape[1], bool)
     for axis, side in product(range(3), (0, 1)):
-        a, b, c, d = (corner[_corner(axis, side, p, q)] for p, q in ((0, 0), (1, 1), (0, 1), (1, 0)))
+        (a, c), (d, b) = np.moveaxis(corner, axis, 0)[side]
         bad |= (a == b) & (c == d) & (a != c)
     for p, q in product((0, 1), repeat=2):
         a, b = corner[0, p, q], corner[1, 1 - p, 1 - q]
-        bad |= (a == b) & (count == np.where(a, 2, 6))
+        bad |= (a == b) & (count[tuple(cubes)] == np.where(a, 2, 6))
     out = np.zeros(solid.shape, bool)
-    for shift in corner:
-        out[tuple(slice(s, n - 1 + s) for s, n in zip(shift, solid.shape, strict=True))] |= bad
+    out[tuple(places[:, :, bad])] = True
     return out
-
-
-def _corner(axis: int, side: int, p: int, q: int) -> tuple[int, ...]:
-    at = [p, q]
-    at.insert(axis, side)
-    return tuple(at)
 
 
 def _block_adjacency(*, corners: bool) -> NDArray[np.int64]:

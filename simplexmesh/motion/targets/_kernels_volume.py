@@ -95,6 +95,48 @@ def _refined(field, place, along, near, far, f_near, f_far):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
+def _value_and_slope(field, place, along, far):
+    """Return the value of the field at ``place + far * along`` and its derivative there, NaN if near the border."""
+    x, y, z = place[0] + far * along[0], place[1] + far * along[1], place[2] + far * along[2]
+    if not (x >= 0.0 and y >= 0.0 and z >= 0.0 and x < field.ni - 1 and y < field.nj - 1 and z < field.nk - 1):
+        return math.nan, math.nan
+    i, j, k = int(x), int(y), int(z)
+    u, v, w = x - i, y - j, z - k
+    values, a, b, c = field.values, field.step_i, field.step_j, field.step_k
+    at = i * a + j * b + k * c
+    f00, f10, f01, f11 = 1.0 * values[at], 1.0 * values[at + b], 1.0 * values[at + c], 1.0 * values[at + b + c]
+    d00, d10 = values[at + a] - f00, values[at + a + b] - f10
+    d01, d11 = values[at + a + c] - f01, values[at + a + b + c] - f11
+    f0, f1 = (f00 + u * d00) * (1.0 - v) + (f10 + u * d10) * v, (f01 + u * d01) * (1.0 - v) + (f11 + u * d11) * v
+    di = (d00 * (1.0 - v) + d10 * v) * (1.0 - w) + (d01 * (1.0 - v) + d11 * v) * w
+    dj = (f10 + u * d10 - f00 - u * d00) * (1.0 - w) + (f11 + u * d11 - f01 - u * d01) * w
+    slope = di * along[0] + dj * along[1] + (f1 - f0) * along[2]
+    return field.sign * (f0 * (1.0 - w) + f1 * w - field.level), field.sign * slope
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def _nearby(field, place, along, most):
+    """Return the parameter, up to `most`, of a crossing that three steps of Newton's method find, or NaN.
+
+    That suffices for nearly all vertices of a fitted mesh, in a third of the time of a search.
+    """
+    value, slope = _value_and_slope(field, place, along, 0.0)
+    way = 1.0 if value > 0.0 else -1.0
+    far = 0.0
+    for _ in range(3):
+        if not slope < 0.0:
+            break
+        step = -value / slope
+        far += step
+        if not 0.0 <= way * far <= most:
+            break
+        if abs(step) <= 1e-4 * most:
+            return far
+        value, slope = _value_and_slope(field, place, along, far)
+    return math.nan
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _crossing(field, place, along, reach, pace):
     """Return the signed parameter of the first crossing or NaN: outwards from an inside place, inwards from outside.
 
@@ -103,6 +145,9 @@ def _crossing(field, place, along, reach, pace):
     fastest = max(abs(along[0]), abs(along[1]), abs(along[2]))
     if not 0.0 < fastest < math.inf:
         return math.nan
+    nearby = _nearby(field, place, along, min(pace / fastest, reach))
+    if nearby == nearby:
+        return nearby
     here = field_value(field, place, along, 0.0)
     way, stride = 1.0 if here > 0.0 else -1.0, pace / fastest
     first, last = _passage(field, place, along)

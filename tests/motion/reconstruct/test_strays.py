@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from numpy.testing import assert_array_equal
 
 import simplexmesh as sm
@@ -75,3 +77,14 @@ def test_a_reconstruction_whose_last_motion_spoils_it_is_repaired_and_counts_it(
     assert out.restored > 20
     assert (out.strayed, out.tangled) == (0, 0)
     assert abs(np.linalg.norm(out.mesh.vertices, axis=1) - 1).max() < 0.06
+
+
+@given(st.integers(0, 2**32 - 1), st.floats(0.0, 0.6))
+def test_tangles_after_moves_here_and_there_are_those_of_the_whole_mesh(seed, share):
+    rng = np.random.default_rng(seed)
+    tangles = Tangles(START)
+    for _ in range(3):
+        moved = START.moved(START.vertices + 0.2 * rng.normal(size=START.vertices.shape))
+        tangles = tangles.with_positions(moved, rng.random(START.n_vertices) < share**3)
+    assert_array_equal(tangles.pairs, Tangles(tangles.mesh).pairs)
+    assert_array_equal(tangles.vertices, Tangles(tangles.mesh).vertices)
