@@ -54,6 +54,7 @@ DOORS = {
     ],
     "vtkmodules": [
         *("/data/io/vtk.py", "/data/io/polydata.py", "/data/io/integrity/apart.py", "/data/cutting/clipping.py"),
+        "/plot/stage.py",
     ],
     "trimesh": ["/data/exporting.py"],
     "open3d": ["/data/exporting.py"],
