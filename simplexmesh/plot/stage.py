@@ -165,13 +165,13 @@ def _texts(plotter: pv.Plotter) -> str:
         left, low, right, top = renderer.GetViewport()
         for actor in renderer.actors.values():
             if isinstance(actor, CornerAnnotation):  # a title
-                x, y, text, shift = 0.5, 0.97, actor.GetText(UPPER_EDGE), "translate(-50%,50%)"
+                x, y, text, size, shift = 0.5, 0.97, actor.GetText(UPPER_EDGE), 12.0, "translate(-50%,50%)"
             elif isinstance(actor, Text):
-                (x, y), text, shift = actor.position, actor.input, "none"
+                (x, y), text, size, shift = actor.position, actor.input, 0.8 * actor.prop.font_size, "none"
             else:
                 continue
             place = f"left:{100 * (left + x * (right - left)):.1f}%;bottom:{100 * (low + y * (top - low)):.1f}%"
-            letters = f"font:{actor.prop.font_size}pt sans-serif;color:{pv.Color(actor.prop.color).hex_rgb}"
+            letters = f"font:{size:.0f}pt sans-serif;color:{pv.Color(actor.prop.color).hex_rgb}"
             style = f"position:fixed;z-index:9;pointer-events:none;{place};transform:{shift};{letters}"
             found.append(f'<div style="{style}">{escape(text)}</div>')
     return "".join(found)
