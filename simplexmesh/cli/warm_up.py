@@ -53,7 +53,9 @@ def examples() -> dict[str, Callable[[], Any]]:
             models.recognize(egg)
 
     return {
-        "reconstruct a volume": lambda: sm.reconstruct(9 - grid, level=0.0, **few),
+        "reconstruct a volume": lambda: [
+            sm.reconstruct((1000 * (9 - grid)).astype(kind), level=50.0, **few) for kind in (float, np.int16)
+        ],
         "reconstruct a label": lambda: sm.reconstruct((grid < 9).astype(np.uint8), **few),
         "reconstruct points": lambda: sm.reconstruct(ball.vertices, **few),
         "reconstruct triangles": lambda: sm.reconstruct(triangles, **small),
