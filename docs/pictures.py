@@ -121,8 +121,8 @@ def printed():
     left = page("print")
     frog = left["frog"]
     inside = frog.threshold([10, 10], scalars=frog.active_scalars_name).extract_surface(algorithm=None).triangulate()
-    voxels = sm.TriangleMesh(inside.points, inside.regular_faces).welded(report=False).scaled(
-        60 / left["liver"].diagonal
+    voxels = (
+        sm.TriangleMesh(inside.points, inside.regular_faces).welded(report=False).scaled(60 / left["liver"].diagonal)
     )
     plotter = sm.plot.stage(columns=3, size=(1500, 560))
     sm.plot.surface(voxels, edges=False, title="voxels", plotter=plotter)
@@ -138,9 +138,7 @@ def compared():
     plotter = sm.plot.stage(columns=2, size=(1200, 640))
     sm.plot.surface(left["part"], edges=False, color=MODEL, plotter=plotter)
     plotter.subplot(0, 1)
-    sm.plot.heat(
-        left["made"], left["off"].distances, name="distance (voxels)", limits=(-3, 3), plotter=plotter
-    )
+    sm.plot.heat(left["made"], left["off"].distances, name="distance (voxels)", limits=(-3, 3), plotter=plotter)
     return [sm.plot.looked_at(plotter, (-1, -0.6, 0.6))]
 
 

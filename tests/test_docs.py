@@ -15,7 +15,9 @@ from simplexmesh.cli import app
 
 REPOSITORY = Path(__file__).parents[1]
 PAGES = [REPOSITORY / "README.md", *sorted((REPOSITORY / "docs").glob("**/*.md"))]
-PAGES = [page for page in PAGES if page.name != "gallery.md" and "_build" not in page.parts]  # that one is made of the demos
+PAGES = [
+    page for page in PAGES if page.name != "gallery.md" and "_build" not in page.parts
+]  # that one is made of the demos
 SKIPPED = "<!-- not run"
 
 

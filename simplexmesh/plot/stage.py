@@ -84,8 +84,8 @@ def picture(path: str | Path, plotter: pv.Plotter, *, close: bool = True) -> Pat
     Parameters
     ----------
     path : str or Path
-        File name, .png, .jpg or .tif, or .html for a page on which the scene can be turned, in any browser and without a
-        network (``pip install 'simplexmesh[notebook]'``); the folder must exist.
+        File name, .png, .jpg or .tif, or .html for a page on which the scene can be turned, in any browser, also
+        without a network (``pip install 'simplexmesh[notebook]'``); the folder must exist.
     plotter : pyvista.Plotter
         As returned by the other functions.
     close : bool
@@ -147,7 +147,7 @@ def _page(plotter: pv.Plotter) -> str:
                 part["properties"] |= {"parallelProjection": True, "parallelScale": room * camera.parallel_scale}
     scene["extra"] = {"camera": serializers.reference_id(cameras[0]), "centerOfRotation": cameras[0].focal_point}
     arrays = {
-        one["hash"]: one | {"content": context.get_cached_data_array(one["hash"], False)}
+        one["hash"]: one | {"content": context.get_cached_data_array(one["hash"], binary=False)}
         for one in serializers.extract_array_hash(scene)
     }
     packed, page = BytesIO(), StringIO()

@@ -1,4 +1,4 @@
-"""Pages are looked at in a browser, and windows on a screen, where there are such; nothing is said where there are not."""
+"""Pages are looked at in a browser, windows on a screen; without a screen nothing is said of it."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def is_body(pixels):
 
 
 def assert_shows_the_same(pixels, expected):
-    """The two silhouettes agree nearly everywhere, and so does the color of what is in both, but for edges and light."""
+    """The two silhouettes agree nearly everywhere, and so does the color of what is in both."""
     body, wanted = is_body(pixels), is_body(expected)
     assert wanted.mean() > 0.2
     assert (body & wanted).sum() > 0.95 * (body | wanted).sum()
