@@ -16,6 +16,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 
 import numpy as np
 from PIL import Image
+from pyvista import examples
 from scipy.spatial import cKDTree
 
 import simplexmesh as sm
@@ -105,6 +106,62 @@ def colors():
             thing.transformed(picture_axes(*VIEWS["spot"])), scalars="colors", title=title, edges=False, plotter=plotter
         )
     return [sm.plot.looked_at(plotter, "xy")]
+
+
+def page(name):
+    """Return what the Python block of a page of howto/ leaves behind, by name."""
+    text = (IMAGES.parent / "howto" / f"{name}.md").read_text(encoding="utf-8")
+    left = {}
+    exec(text.split("```python\n")[1].split("```")[0], left)
+    return left
+
+
+def printed():
+    """The voxels of an organ, its model, and the decimated one."""
+    left = page("print")
+    frog = left["frog"]
+    inside = frog.threshold([10, 10], scalars=frog.active_scalars_name).extract_surface(algorithm=None).triangulate()
+    voxels = (
+        sm.TriangleMesh(inside.points, inside.regular_faces).welded(report=False).scaled(60 / left["liver"].diagonal)
+    )
+    plotter = sm.plot.stage(columns=3, size=(1500, 560))
+    sm.plot.surface(voxels, edges=False, title="voxels", plotter=plotter)
+    for column, mesh in enumerate((left["liver"], left["fewer"].mesh), 1):
+        plotter.subplot(0, column)
+        sm.plot.surface(mesh, title=f"{mesh.n_vertices:,} vertices", plotter=plotter)
+    return [sm.plot.looked_at(plotter)]
+
+
+def compared():
+    """A part, and the distances of a worn copy of it."""
+    left = page("compare")
+    plotter = sm.plot.stage(columns=2, size=(1200, 640))
+    sm.plot.surface(left["part"], edges=False, color=MODEL, plotter=plotter)
+    plotter.subplot(0, 1)
+    sm.plot.heat(left["made"], left["off"].distances, name="distance (voxels)", limits=(-3, 3), plotter=plotter)
+    return [sm.plot.looked_at(plotter, (-1, -0.6, 0.6))]
+
+
+def one_recognized():
+    """A scan of half an organ alone, and with the whole one."""
+    left = page("recognize")
+    plotter = sm.plot.stage(columns=2, size=(1200, 640))
+    for column in range(2):
+        plotter.subplot(0, column)
+        plotter.add_mesh(left["scan"], color=SCAN, point_size=8, render_points_as_spheres=True)
+    sm.plot.surface(left["placed"], edges=False, color=MODEL, plotter=plotter)
+    return [sm.plot.looked_at(plotter, (0.3, 0.5, -1))]
+
+
+def counts():
+    """A brain with three numbers of vertices."""
+    frog = examples.load_frog_tissues()
+    models = [sm.reconstruct(frog, label=2, vertices=count).mesh for count in (500, 2000, 8000)]
+    plotter = sm.plot.stage(columns=3, size=(1500, 360))
+    for column, mesh in enumerate(models):
+        plotter.subplot(0, column)
+        sm.plot.surface(mesh, title=f"{mesh.n_vertices:,} vertices", plotter=plotter)
+    return [sm.plot.looked_at(plotter, "-xz")]
 
 
 def signature():
@@ -197,9 +254,13 @@ def four_panels(file):
 PICTURES = {  # name: what draws it, row by row, and its width in pixels
     "adaptive": (adaptive, 1800),
     "colors": (colors, 1200),
+    "compare": (compared, 1200),
     "frog": (demo("frog"), 1200),
     "landscape": (demo("recognition", "show_landscape"), 1080),
+    "measure": (lambda: [page("measure")["picture"]], 800),
     "occlusion": (occlusion, 1500),
+    "print": (printed, 1200),
+    "recognize": (one_recognized, 1200),
     "recognized": (recognized, 1500),
     "refinement": (demo("refinement"), 1080),
     "saliency": (four_panels("lion_head.off"), 1800),
@@ -212,6 +273,7 @@ PICTURES = {  # name: what draws it, row by row, and its width in pixels
     "signatures_of_a_knot_and_a_face": (signatures_of_a_knot_and_a_face, 1000),
     "sphere_to_face": (demo("sphere_to_face"), 1440),
     "sphere_to_torus": (demo("sphere_to_torus"), 1400),
+    "vertices": (counts, 1200),
 }
 
 

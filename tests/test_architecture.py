@@ -54,7 +54,9 @@ DOORS = {
     ],
     "vtkmodules": [
         *("/data/io/vtk.py", "/data/io/polydata.py", "/data/io/integrity/apart.py", "/data/cutting/clipping.py"),
+        "/plot/stage.py",
     ],
+    "trame_vtk": ["/plot/stage.py"],
     "trimesh": ["/data/exporting.py"],
     "open3d": ["/data/exporting.py"],
     "manifold3d": ["/data/cutting/boolean.py"],

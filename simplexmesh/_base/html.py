@@ -9,15 +9,20 @@ from html import escape
 from typing import Any
 
 
-def card(title: str, rows: Mapping[str, str], shown: Any = None) -> str:
-    """Return a table of names and values as HTML, beside a picture of a surface if there is one."""
+def card(title: str, rows: Mapping[str, str], *shown: Any, values: Any = None) -> str:
+    """Return a table of names and values as HTML, beside a picture of surfaces, if any, colored by `values`."""
     body = "".join(
         f"<tr><th align='left'>{escape(name)}</th><td>{escape(value)}</td></tr>" for name, value in rows.items()
     )
-    table = f"<table><caption><b>{escape(title)}</b></caption>{body}</table>"
-    if shown is None:
+    return pictured(title, f"<table><caption><b>{escape(title)}</b></caption>{body}</table>", *shown, values=values)
+
+
+def pictured(title: str, table: str, *shown: Any, values: Any = None) -> str:
+    """Return a table beside a picture of surfaces, the first colored by `values`; the table if there are none."""
+    if not shown:
         return table
-    picture = base64.b64encode(importlib.import_module("simplexmesh.plot.surface").thumbnail(shown)).decode()
+    drawn = importlib.import_module("simplexmesh.plot.surface").thumbnail(*shown, values=values)
+    picture = base64.b64encode(drawn).decode()
     image = f"<img alt='{escape(title)}' src='data:image/png;base64,{picture}' width='240'>"
     return f"<div style='display:flex;align-items:center;gap:1em'>{image}{table}</div>"
 

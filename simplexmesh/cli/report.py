@@ -14,7 +14,7 @@ from typing import Any
 import typer
 
 MODELS = (".vtp", ".ply", ".obj", ".off", ".stl")
-PICTURES = (".png", ".jpg", ".jpeg", ".tif")
+PICTURES = (".png", ".jpg", ".jpeg", ".tif", ".html")
 INTERRUPTED = 130
 KEPT = "interrupted, with the results so far kept"  # return value of such a command
 UPS = ("auto", "x", "y", "z", "-x", "-y", "-z")

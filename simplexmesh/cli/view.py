@@ -40,6 +40,7 @@ def command(
     with deferred_interrupts() as interrupts:
         from simplexmesh import plot
         from simplexmesh.data.conversion import as_data
+        from simplexmesh.plot.stage import fit_screen
 
         shown: Any = as_data(path)
         options: dict[str, Any] = {
@@ -58,6 +59,7 @@ def command(
             with written_to(picture, "the picture"):
                 plot.picture(picture, plotter)
     if picture is None:
+        fit_screen(plotter)
         plotter.show(title=f"simplexmesh: {path.name}")
         return
     if windowless:

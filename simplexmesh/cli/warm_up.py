@@ -41,7 +41,8 @@ def examples() -> dict[str, Callable[[], Any]]:
     ball = sm.sphere(20)  # 8,000 vertices
     triangles = ball.triangulated("dual")
     bowl = triangles.vertices[triangles.vertices[:, 2] > 0]
-    grid = np.sqrt(sum(axis**2 for axis in np.mgrid[-12:13, -12:13, -12:13].astype(float)))
+    x, y, z = np.mgrid[-12:13, -12:13, -12:13].astype(float)
+    grid, drilled = np.sqrt(x**2 + y**2 + z**2), np.hypot(x, y) > 1.5
     egg = ball.vertices[::2] * [3, 2, 1]
     few: dict[str, Any] = {"vertices": 7000, "iterations": 20}
     small: dict[str, Any] = {"vertices": 800, "iterations": 50}
@@ -53,8 +54,10 @@ def examples() -> dict[str, Callable[[], Any]]:
             models.recognize(egg)
 
     return {
-        "reconstruct a volume": lambda: sm.reconstruct(9 - grid, level=0.0, **few),
-        "reconstruct a label": lambda: sm.reconstruct((grid < 9).astype(np.uint8), **few),
+        "reconstruct a volume": lambda: [
+            sm.reconstruct((1000 * (9 - grid)).astype(kind), level=50.0, **few) for kind in (float, np.int16)
+        ],
+        "reconstruct a label": lambda: sm.reconstruct(((grid < 9) & drilled).astype(np.uint8), tunnels=6.0, **few),
         "reconstruct points": lambda: sm.reconstruct(ball.vertices, **few),
         "reconstruct triangles": lambda: sm.reconstruct(triangles, **small),
         "reconstruct open data": lambda: sm.reconstruct(bowl, init="sphere", **small),

@@ -135,7 +135,7 @@ def _faces(vertices: Array, faces: NDArray[np.integer[Any]]) -> pv.PolyData:
 
 
 def _with_normals(polydata: pv.PolyData, normals: Array) -> pv.PolyData:
-    polydata.point_data["Normals"] = normals
+    polydata.point_data.set_array(normals, "Normals")  # not the scalars too, as then pages have no normals
     polydata.point_data.active_normals_name = "Normals"
     return polydata
 

@@ -17,6 +17,8 @@ from simplexmesh.data.volume import Volume
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.plot.camera import looked_at, upright
 from simplexmesh.plot.color_scale import scale, titled
+from simplexmesh.plot.heat import heat
+from simplexmesh.plot.overlay import COLORS
 from simplexmesh.plot.polydata import as_drawable, geometry, painted_with, per_point
 from simplexmesh.plot.scalars import scalars_of
 from simplexmesh.plot.stage import COLORS_LIT, INK, SURFACE_LIT, add, grid, headline, quiet, stage
@@ -135,8 +137,8 @@ def surface(
     return looked_at(plotter, view, up=upright(shown, up), window=True) if alone else plotter
 
 
-def thumbnail(mesh: SimplexMesh) -> bytes:
-    """Return a small picture of a mesh, drawn off screen, as the bytes of a PNG file.
+def thumbnail(*shown: Any, values: ArrayLike | None = None) -> bytes:
+    """Return a small picture of surfaces, drawn off screen, one colored by values if given, as bytes of a PNG file.
 
     Examples
     --------
@@ -146,8 +148,15 @@ def thumbnail(mesh: SimplexMesh) -> bytes:
     """
     plotter = grid((1, 1), (320, 240), window=False)
     plotter.set_background("white")
-    surface(mesh, plotter=plotter)
-    looked_at(plotter, None, up=upright(mesh, "auto"))
+    if values is not None:
+        heat(shown[0], values, plotter=plotter)
+        plotter.remove_scalar_bar()  # its letters would be too small to read
+    elif len(shown) == 1:
+        surface(shown[0], plotter=plotter)
+    else:
+        for one, color in zip(shown, COLORS, strict=True):
+            add(plotter, geometry(one)[0], SURFACE_LIT, color=color)
+    looked_at(plotter, None, up=upright(shown[-1], "auto"))
     out = BytesIO()
     with quiet():
         plotter.screenshot(out)

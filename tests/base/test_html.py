@@ -21,6 +21,13 @@ def picture(html):
     return np.asarray(image.open(BytesIO(base64.b64decode(re.search("base64,([^']+)'", html)[1]))))
 
 
+def assert_shows_a_body(html):
+    """The corner of the picture is white, its middle is not."""
+    pixels = picture(html)[..., :3]
+    assert (pixels[0, 0] == 255).all()
+    assert pixels[pixels.shape[0] // 2, pixels.shape[1] // 2].min() < 235
+
+
 @pytest.fixture(scope="module")
 def model():
     return sm.reconstruct(sm.sphere(16).vertices, vertices=300)
@@ -35,10 +42,7 @@ def test_a_mesh_is_a_picture_and_a_table():
         " x ".join(f"{side:.4g}" for side in np.ptp(BALL.bounds, axis=0)),
     ):
         assert text in html
-    pixels = picture(html)[..., :3]
-    middle = pixels[pixels.shape[0] // 2, pixels.shape[1] // 2]
-    assert (pixels[0, 0] == 255).all()  # the background
-    assert middle.max() < 250
+    assert_shows_a_body(html)
     assert len(html) < 150_000
 
 
@@ -58,18 +62,25 @@ def test_distances_print_as_a_table(model):
 
 
 def test_curvatures_tell_how_they_are_distributed():
-    html = sm.curvature(BALL, "simplex_angle")._repr_html_()
+    found = sm.curvature(BALL, "simplex_angle")
+    html = found._repr_html_()
     assert "Curvature(simplex_angle, 1,280 vertices)" in html
     assert html.count("<td>0.5</td>") >= 3  # the mean curvature of a sphere of radius 2
+    assert_shows_a_body(html)
+    assert "<img" not in sm.curvature(BALL, "simplex_angle", at=[3, 4])._repr_html_()  # of two vertices
 
 
 def test_registrations_tell_the_motion():
     rng = np.random.default_rng(0)
     egg = sm.sphere(16).vertices * [3, 2, 1] + 0.3 * np.sin(sm.sphere(16).vertices * 2)
-    found = sm.register(egg[rng.permutation(len(egg))] + [1, 2, 3], egg)
+    found = sm.register(egg[rng.permutation(len(egg))] + [1, 2, 3], egg[egg[:, 0] < 1])
     html = found._repr_html_()
     assert f"{found.score:.2f}, {found.overlap:.0%}" in html
     assert "degrees" in html
+    assert_shows_a_body(html)
+    pixels = picture(html)[..., :3].astype(int)
+    orange, blue = pixels[..., 0] > pixels[..., 2] + 60, pixels[..., 2] > pixels[..., 0] + 40
+    assert min(orange.sum(), blue.sum()) > 100  # the end of the source, and the target
 
 
 def test_text_is_escaped():
@@ -89,3 +100,4 @@ def test_a_notebook_shows_them(tmp_path):
     shown = [cell.outputs[-1]["data"]["text/html"] for cell in book.cells]
     assert picture(shown[0]).std() > 5
     assert "Curvature(simplex_angle" in shown[1]
+    assert_shows_a_body(shown[1])

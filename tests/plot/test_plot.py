@@ -429,15 +429,3 @@ class TestPicture:
             sm.plot.picture(tmp_path / "ball.doc", None)
         with pytest.raises(FileNotFoundError, match="path must be in an existing folder"):
             sm.plot.picture(tmp_path / "nowhere" / "ball.png", None)
-
-
-def test_no_display_is_noticed(monkeypatch):
-    monkeypatch.setattr(pv, "OFF_SCREEN", False)
-    monkeypatch.setattr("sys.platform", "linux")
-    monkeypatch.delenv("DISPLAY", raising=False)
-    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
-    assert not sm.plot.has_display()
-    monkeypatch.setenv("DISPLAY", ":0")
-    assert sm.plot.has_display()
-    monkeypatch.setattr(pv, "OFF_SCREEN", True)
-    assert not sm.plot.has_display()

@@ -13,6 +13,7 @@ from simplexmesh._base import checks
 from simplexmesh._base.errors import warn
 from simplexmesh._base.html import card
 from simplexmesh._base.progress import Report, reporting
+from simplexmesh.data.points import PointCloud
 from simplexmesh.numerics.rotation_vectors import rotation_angle
 from simplexmesh.recognition.register import pose_scoring
 from simplexmesh.recognition.register._kernels_pose_scoring import TargetGrid
@@ -118,9 +119,10 @@ class Registration:
     poses: tuple[Pose, ...]
     open_motions: Array
     covariance: Array
+    _points: tuple[Array, ...] = ()  # of source and target, which a notebook shows
 
     def _repr_html_(self) -> str:
-        """Return a table of the fit and the motion, as notebooks show."""
+        """Return a picture of the two together and a table of the fit and the motion, as notebooks show."""
         rows = {
             "score, overlap": f"{self.score:.2f}, {self.overlap:.0%}",
             "error": f"{self.error:.3g}",
@@ -130,7 +132,9 @@ class Registration:
             if self.ambiguous
             else "none as good",
         }
-        return card("Registration", rows)
+        clouds = [PointCloud(points) for points in self._points]
+        shown = (clouds[0].transformed(self.T_target_source), clouds[1]) if clouds else ()
+        return card("Registration", rows, *shown)
 
     def __repr__(self) -> str:
         others = sum(pose.equivalent for pose in self.poses)
@@ -211,7 +215,7 @@ def register(
         check_units(moving, fixed)
         found = _registered(moving, fixed, minimum_overlap, report)
         report(1.0, "done")
-    return found
+    return replace(found, _points=(moving.points, fixed.points))
 
 
 def _registered(source: OrientedPoints, target: OrientedPoints, minimum_overlap: float, report: Report) -> Registration:

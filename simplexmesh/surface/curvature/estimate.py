@@ -8,6 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh._base import checks
+from simplexmesh.data.points import PointCloud
+from simplexmesh.data.triangles import TriangleMesh
+from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.surface.curvature.result import Curvature
 from simplexmesh.surface.neighborhoods import Neighborhood
 from simplexmesh.surface.normals.estimate import starting_normals
@@ -20,7 +23,7 @@ from simplexmesh.surface.registry import (
     warn_of_clashing_faces,
     warn_of_failures,
 )
-from simplexmesh.surface.sampled_surface import as_sampled_surface
+from simplexmesh.surface.sampled_surface import SampledSurface, as_sampled_surface
 
 Array = NDArray[np.float64]
 
@@ -116,7 +119,7 @@ def curvature(
         found = _finite_or_failed(kind.estimate(samples, around, directions, **settings))
     warn_of_failures("curvature", found.reasons, samples, around)
     warn_of_clashing_faces(samples, found.reasons, normals)
-    return _result(found, directions, method)
+    return _result(found, directions, method, _shown(surface, samples) if at is None else None)
 
 
 def _finite_or_failed(found: Estimates) -> Estimates:
@@ -129,7 +132,16 @@ def _finite_or_failed(found: Estimates) -> Estimates:
     return found._replace(reasons=np.where(overflowed, DEGENERATE, found.reasons).astype(np.uint8))
 
 
-def _result(found: Estimates, directions: Array | None, method: str) -> Curvature:
+def _shown(surface: Any, samples: SampledSurface) -> Any:
+    """Return what was measured as something that can be drawn."""
+    if isinstance(surface, SimplexMesh):
+        return surface
+    if samples.faces is not None:
+        return TriangleMesh(samples.points, samples.faces)
+    return PointCloud(samples.points, samples.outward)
+
+
+def _result(found: Estimates, directions: Array | None, method: str, surface: Any) -> Curvature:
     """Return the result, with NaN exactly where the mask says failed."""
     failed = found.reasons != FOUND
     normals = found.normals if found.normals is not None else directions
@@ -142,4 +154,4 @@ def _result(found: Estimates, directions: Array | None, method: str) -> Curvatur
         return checks.frozen(np.where(shown, np.nan, values))
 
     values = {name: masked(getattr(found, name)) for name in ("k1", "k2", "mean", "gauss", "d1", "error", "scale")}
-    return Curvature(**values, normals=masked(normals), failed=checks.frozen(failed), method=method)  # type: ignore[arg-type]
+    return Curvature(**values, normals=masked(normals), failed=checks.frozen(failed), method=method, _surface=surface)  # type: ignore[arg-type]

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from simplexmesh._base.html import grid
+from simplexmesh._base.html import grid, pictured
 from simplexmesh._base.vectors import cross
 
 Array = NDArray[np.float64]
@@ -59,6 +60,7 @@ class Curvature:
     error: Array | None
     method: str
     scale: Array | None = None
+    _surface: Any = field(default=None, repr=False)  # what a notebook shows them on
 
     def __repr__(self) -> str:
         n, failed = len(self.k1), int(self.failed.sum())
@@ -66,7 +68,7 @@ class Curvature:
         return f"Curvature({self.method}, {n:,} vertices{failures})"
 
     def _repr_html_(self) -> str:
-        """Return a table of the distribution of the values, as notebooks show."""
+        """Return a picture of the mean curvature and a table of the distribution of the values, as notebooks show."""
         found = ~self.failed
         columns = ("5 %", "median", "95 %")
         rows = {
@@ -74,7 +76,8 @@ class Curvature:
             for name in ("k1", "k2", "mean", "gauss", "error", "scale")
             if (values := getattr(self, name)) is not None and found.any()
         }
-        return f"<p>{self!r}</p>" + grid(columns, rows)
+        shown = () if self._surface is None or not found.any() else (self._surface,)
+        return f"<p>{self!r}</p>" + pictured("mean curvature", grid(columns, rows), *shown, values=self.mean)
 
     @cached_property
     def d2(self) -> Array | None:
