@@ -63,15 +63,20 @@ def as_input(
     if isinstance(item, Volume):
         return _volume_input(item, level, label, inside, components)
     components = "largest" if components == "auto" else components
-    if level is not None or label is not None:
-        raise ValueError(f"level and label are for volumes, not for {type(item).__name__}")
-    if inside != "above":
-        raise ValueError(f"inside is for a level of a volume, not for {type(item).__name__}")
+    check_for_no_volume(type(item).__name__, level, label, inside)
     if isinstance(item, SimplexMesh):
         item = item.triangulated()
     if isinstance(item, TriangleMesh):
         return TrianglesInput(item.oriented(), components)
     return PointsInput(with_consistent_normals(without_stray_points(item)), components)
+
+
+def check_for_no_volume(kind: str, level: float | None, label: int | None, inside: str) -> None:
+    """Refuse options that choose a surface of a volume for another kind of data."""
+    if level is not None or label is not None:
+        raise ValueError(f"level and label are for volumes, not for {kind}")
+    if inside != "above":
+        raise ValueError(f"inside is for a level of a volume, not for {kind}")
 
 
 def _volume_input(volume: Volume, level: float | None, label: int | None, inside: str, components: str) -> Input:

@@ -51,7 +51,9 @@ def optimized(poses: Array, pairs: Sequence[Pair], measured: Sequence[Measured],
     freedom = max(6 * (len(pairs) - len(poses) + 1), 1)
     variance = max(1.0, 2 * found.cost / freedom)
     covariances = np.zeros((len(poses), 6, 6))
-    full = variance * np.linalg.pinv(found.jac.T @ found.jac, hermitian=True)
+    rows = least_squares(residuals, found.x, max_nfev=1).jac  # those of `found` are 0 for pairs that contradict
+    weights = 1 / (1 + (residuals(found.x) / OUTLYING) ** 2)
+    full = variance * np.linalg.inv((rows * weights[:, None]).T @ rows)
     for k in range(1, len(poses)):
         covariances[k] = full[6 * k - 6 : 6 * k, 6 * k - 6 : 6 * k]
     return moved(found.x), covariances
