@@ -242,8 +242,8 @@ def _edges(assembly: Assembly) -> tuple[tuple[ScanPair, ...], Array]:
                 residuals.append(off)
     unit = scans[0].unit
     pairs = tuple(
-        ScanPair(i, j, checks.frozen(in_data_frame(scans[i], scans[j], T)), error * unit, *rest)
-        for (i, j), T, error, *rest in edges
+        ScanPair(i, j, checks.frozen(in_data_frame(scans[i], scans[j], T)), error * unit, near, accepted, ambiguous)
+        for (i, j), T, error, near, accepted, ambiguous in edges
     )
     return pairs, unit * np.array(residuals)
 

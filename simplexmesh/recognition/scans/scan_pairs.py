@@ -180,7 +180,7 @@ def contact(source: Scan, target: Scan, T: Array, *, wider: float = 1.0) -> tupl
     Points on the other side of a thin wall are near, but neither for nor against a pose.
     """
     if source.surface.area > target.surface.area:
-        source, target, T = target, source, np.linalg.inv(T)
+        source, target, T = target, source, np.asarray(np.linalg.inv(T), np.float64)
     verifier = verifier_of(source, target)
     rows = source.rows[2]
     points = source.smooth.points[rows] @ T[:3, :3].T + T[:3, 3]
