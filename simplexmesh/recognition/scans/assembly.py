@@ -19,8 +19,8 @@ Pair = tuple[int, int]
 CERTAIN, POSSIBLE = 0.4, 0.3
 """Scores from which a pair is believed by itself, and from which it may be where nothing better is known.
 
-In 537 pairs of views of nine bodies, wrong poses without rivals score at most 0.29; of poses whose surfaces agree, 46 of
-51 that score 0.3 to 0.4 are right, and 40 of 187 that score less. On a block of plane faces wrong ones score up to 0.6.
+In 537 pairs of views of nine bodies, wrong poses without rivals score at most 0.29; of poses whose surfaces agree, 46
+of 51 that score 0.3 to 0.4 are right, and 40 of 187 that score less. Of a block of plane faces wrong ones reach 0.6.
 """
 
 RIVAL = 0.7
@@ -96,7 +96,7 @@ class Assembly:
                 for found in self._searched(pair, opposite=opposite):
                     if found.certain:
                         self._join(found)
-            while any(self._join(*each) for each in self._supported()):
+            while any(self._join(found, equal=equal) for found, equal in self._supported()):
                 pass
         for group in self.groups:
             if 2 * sum(self.scans[k].turned for k in group) > len(group):
@@ -182,7 +182,7 @@ class Assembly:
             for j in self.group_of(target):
                 yield (i, j), np.linalg.solve(self.poses[j], joining @ self.poses[i])
 
-    def _join(self, found: Hypothesis, equal: bool = False) -> bool:  # noqa: FBT001, FBT002  as `_supported` has it
+    def _join(self, found: Hypothesis, *, equal: bool = False) -> bool:
         """Join the two groups of a pair, unless they are one or most of what comes to touch does not agree."""
         source, target = map(self.group_of, found.pair)
         if source is target:
