@@ -7,9 +7,11 @@ from itertools import combinations
 
 import numpy as np
 import pytest
+from scipy.optimize import least_squares
 
 import simplexmesh as sm
 from simplexmesh.numerics.rotation_vectors import rotation_angle
+from simplexmesh.recognition.scans import pose_graph
 from simplexmesh.recognition.scans.pose_graph import motions, optimized
 from simplexmesh.recognition.scans.scan_pairs import Measured, Scan, contact
 from tests.recognition import reference as reference
@@ -154,6 +156,23 @@ class TestPoseGraph:
         near[0] = np.eye(4)
         found, _ = optimized(near, pairs, [measured(T) for T in between], 1.0)
         np.testing.assert_allclose(found, true, atol=1e-5)
+
+    def test_derivatives_are_those_of_the_residuals(self, monkeypatch):
+        """Near poses that fit exactly, against differences."""
+        rng = np.random.default_rng(4)
+        true, pairs, between = self.circle(4, rng)
+        seen = {}
+
+        def watched(residuals, start, jacobian, **_):
+            x = np.zeros_like(start)
+            steps = 1e-6 * np.eye(len(x))
+            seen["differences"] = np.stack([(residuals(x + s) - residuals(x - s)) / 2e-6 for s in steps], axis=1)
+            seen["derivatives"] = jacobian(x)
+            return least_squares(residuals, start, jacobian)
+
+        monkeypatch.setattr(pose_graph, "least_squares", watched)
+        optimized(true, pairs, [measured(T, 0.5) for T in between], 1.0)
+        np.testing.assert_allclose(seen["derivatives"], seen["differences"], atol=1e-6)
 
     def test_a_pair_that_contradicts_the_others_counts_little(self):
         rng = np.random.default_rng(1)
