@@ -25,6 +25,11 @@ def announce_compiling() -> None:
         announce()
 
 
+def part_of(report: Report, low: float, high: float) -> Report:
+    """Return a function whose reports from 0 to 1 are a part of the whole."""
+    return lambda fraction, message: report(low + (high - low) * fraction, message)
+
+
 @contextmanager
 def reporting(progress: bool | Report) -> Iterator[Report]:  # noqa: FBT001  the caller's own keyword
     """Yield a function to report to: the user's, one that updates a bar on the terminal or notebook, or a dummy."""

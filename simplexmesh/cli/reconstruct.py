@@ -84,22 +84,25 @@ def command(
         raise ValueError(f"--{'view' if view else 'up'} needs --picture")
 
     with deferred_interrupts() as interrupts:
+        from simplexmesh._base.progress import part_of
         from simplexmesh.motion.reconstruct.pipeline import reconstruct
 
         began = time.perf_counter()
         with progress("reconstructing", wanted=not json) as report:
-            data = loaded(inputs, poses, interrupts.checking(report))
+            options: dict[str, Any] = {
+                "level": level, "label": label, "inside": inside, "vertices": vertices, "init": init,
+                "components": components, "tunnels": tunnels, "iterations": iterations, "holes": holes,
+                "handles": handles, "refine": refine, "placement": placement,
+            }  # fmt: skip
+            checked = interrupts.checking(report)
+            data, found, begun = loaded(inputs, poses, options, checked)
             interrupts.check()
-            result = reconstruct(
-                data, level=level, label=label, inside=inside, vertices=vertices, init=init, components=components,
-                tunnels=tunnels, iterations=iterations, holes=holes, handles=handles, refine=refine,
-                placement=placement, progress=interrupts.checking(report),
-            )  # fmt: skip
+            result = reconstruct(data, **options, progress=part_of(checked, begun, 1.0))
         seconds = time.perf_counter() - began
         with written_to(output, "the model"):
             result.mesh.save(output)
         interrupted = result.interrupted or interrupts.pending
-        facts = _reported(result, output, seconds, interrupted=interrupted)
+        facts = _reported(result, output, seconds, interrupted=interrupted) | _poses(found)
         if picture is not None and not interrupted:
             with written_to(picture, "the picture"):
                 from simplexmesh import plot
@@ -113,16 +116,30 @@ def command(
     return KEPT if interrupted else 0
 
 
-def loaded(inputs: list[Path], poses: Path | None, report: Report) -> Any:
-    """Return the data of the files: of a single one as it is; of several, or one with a pose, as joined points."""
+def loaded(inputs: list[Path], poses: Path | None, options: dict[str, Any], report: Report) -> tuple[Any, Any, float]:
+    """Return the data of the files, the poses if these were to be found, and the share of the progress this took.
+
+    The data are of a single file as it is; of several, or one with a pose, joined points.
+    """
+    from simplexmesh._base.progress import part_of
     from simplexmesh.data.conversion import as_data
     from simplexmesh.motion.reconstruct.conversion import joined_scans
-    from simplexmesh.recognition.scans.reconstruct import needs_poses, posed_scans
+    from simplexmesh.recognition.scans.reconstruct import SHARE, check_choices, needs_poses, posed_scans
 
     chosen = "auto" if poses == Path("auto") else poses
     if needs_poses(inputs, chosen):
-        return joined_scans(*posed_scans(inputs, chosen, report))
-    return as_data(inputs[0]) if len(inputs) == 1 and poses is None else joined_scans(inputs, poses)
+        check_choices(options)
+        scans, found = posed_scans(inputs, chosen, part_of(report, 0.0, SHARE))
+        return joined_scans(scans, found and found.poses[list(found.groups[0])]), found, SHARE
+    return as_data(inputs[0]) if len(inputs) == 1 and poses is None else joined_scans(inputs, poses), None, 0.0
+
+
+def _poses(found: Any) -> dict[str, Any]:
+    """Return the poses that were found, of the scans in the model by name, and the names of the others."""
+    if found is None:
+        return {}
+    used = {found.names[k]: found.poses[k] for k in found.groups[0]}
+    return {"poses": used, "left_out": [name for name in found.names if name not in used]}
 
 
 def _reported(result: Any, output: Path, seconds: float, *, interrupted: bool) -> dict[str, Any]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,9 @@ Array = NDArray[np.float64]
 Table = Mapping[str, NDArray[Any]]
 
 NORMALS = (("nx", "ny", "nz"), ("normal_x", "normal_y", "normal_z"))
+ALONE = "alone "
+"""Before the names, in a comment of a PLY file, of columns that are arrays of their own whatever they are called."""
+
 _COLORS = (("red", "green", "blue"), ("diffuse_red", "diffuse_green", "diffuse_blue"), ("r", "g", "b"))
 _OPACITY = {"red": "alpha", "diffuse_red": "diffuse_alpha", "r": "a"}
 
@@ -28,12 +31,13 @@ def normals_of(table: Table) -> Array | None:
     return None if names is None else _stacked(table, names).astype(np.float64)
 
 
-def data_of(table: Table) -> dict[str, NDArray[Any]]:
+def data_of(table: Table, alone: Collection[str] = ()) -> dict[str, NDArray[Any]]:
     """Return all other columns: colors as bytes, numbered columns like `uv_0` and `uv_1` as one array, the rest alone.
 
-    Normals are none of it, nor is what is not numbers.
+    Those named in `alone` are alone too. Normals are none of it, nor is what is not numbers.
     """
-    left = {name: column for name, column in table.items() if column.dtype.kind in "biuf"}
+    kept = {name: column for name, column in table.items() if name in alone}
+    left = {name: column for name, column in table.items() if column.dtype.kind in "biuf" and name not in kept}
     for name in ("x", "y", "z", *(NORMALS[0] if {*NORMALS[0]} <= left.keys() else NORMALS[1])):
         left.pop(name, None)
     found: dict[str, NDArray[Any]] = {}
@@ -45,7 +49,7 @@ def data_of(table: Table) -> dict[str, NDArray[Any]]:
     for name in ("rgb", "rgba"):
         if name in left and "colors" not in found and left[name].dtype.itemsize == 4 and left[name].ndim == 1:
             found["colors"] = _unpacked(left.pop(name), with_opacity=name == "rgba")
-    return found | _gathered(left)
+    return kept | found | _gathered(left)
 
 
 def as_colors(values: NDArray[Any]) -> NDArray[Any]:

@@ -17,6 +17,7 @@ from simplexmesh.data.columns import as_colors, data_of, normals_of, points_of
 from simplexmesh.data.points import PointCloud
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.data.volume import Volume
+from simplexmesh.data.welding import is_single_valued
 
 
 def converted(value: Any, name: str) -> Any:
@@ -58,6 +59,8 @@ def _of_trimesh(value: Any, name: str) -> TriangleMesh | PointCloud | None:
     data = _per_row(dict(value.vertex_attributes), len(value.vertices))
     visual = value.visual
     if visual.kind == "texture":
+        if visual.uv is not None and is_single_valued(np.array(value.vertices), np.array(visual.uv)):
+            data["uv"] = np.array(visual.uv)
         visual = visual.to_color()
     if visual.kind is not None:
         data["colors"] = _seen(visual.vertex_colors)

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
-from functools import cached_property
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -13,14 +11,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh._base import checks, vectors
 from simplexmesh._base.errors import counted, warn
-from simplexmesh._base.named_arrays import Data, changed, joined, named_arrays, taken
-from simplexmesh._base.units import InUnits, common_unit, unit_or_none
+from simplexmesh._base.named_arrays import Data, joined, named_arrays, taken
+from simplexmesh._base.units import common_unit, unit_or_none
+from simplexmesh.data.located import Located
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class PointCloud(InUnits):
+class PointCloud(Located):
     """Points measured on a surface.
 
     Parameters
@@ -76,12 +75,6 @@ class PointCloud(InUnits):
         scaled = np.ldexp(normals, -exponents)  # lengths whose squares overflow or vanish are legal
         object.__setattr__(self, "normals", checks.frozen(vectors.normalized(scaled)))
 
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__dict__.update(checks.frozen_state(state))
-
-    def __getstate__(self) -> dict[str, Any]:
-        return checks.picklable_state(self.__dict__)
-
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]:  # noqa: FBT001  as NumPy calls it
         if copy is False and dtype not in (None, self.points.dtype):
             raise ValueError(f"points must be copied to become {np.dtype(dtype)}")
@@ -93,17 +86,6 @@ class PointCloud(InUnits):
     def __repr__(self) -> str:
         with_normals = "without" if self.normals is None else "with"
         return f"PointCloud({len(self)} points, {with_normals} normals, diagonal {self.diagonal:g})"
-
-    @cached_property
-    def bounds(self) -> Array:
-        """(2, 3) array of float: lowest and highest coordinates."""
-        return checks.frozen(np.stack([self.points.min(axis=0), self.points.max(axis=0)]))
-
-    @property
-    def diagonal(self) -> float:
-        """Length of the diagonal of the bounding box."""
-        low, high = self.bounds
-        return float(np.linalg.norm(high - low))
 
     def transformed(self, T_target_source: ArrayLike) -> PointCloud:
         """Return the cloud in the target frame of a transform.
@@ -122,40 +104,6 @@ class PointCloud(InUnits):
         T = checks.affine("T_target_source", T_target_source)
         normals = None if self.normals is None else self.normals @ np.linalg.inv(T[:3, :3])
         return PointCloud(self.points @ T[:3, :3].T + T[:3, 3], normals, self.data, self.unit)
-
-    def with_data(self, **arrays: ArrayLike | None) -> PointCloud:
-        """Return the cloud with named per-point arrays added or replaced; None removes one.
-
-        Examples
-        --------
-        >>> list(PointCloud(np.eye(4)[:, :3]).with_data(intensity=[1, 2, 3, 4]).data)
-        ['intensity']
-        """
-        return replace(self, data=changed(self.data, arrays))
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the cloud to a file in the format its name says: .vtp, .ply or .xyz."""
-        from simplexmesh.data.io import writing
-
-        writing.save(path, self)
-
-    def to_pyvista(self) -> Any:
-        """Return a `pyvista.PolyData` of the points, with their normals and data."""
-        from simplexmesh.data.io import writing
-
-        return writing.to_pyvista(self)
-
-    def to_trimesh(self) -> Any:
-        """Return a `trimesh.PointCloud` with colors; it holds neither normals nor other arrays (extra `export`)."""
-        from simplexmesh.data import exporting
-
-        return exporting.to_trimesh(self)
-
-    def to_open3d(self) -> Any:
-        """Return an `open3d.t.geometry.PointCloud` with normals, colors and other arrays; needs Open3D."""
-        from simplexmesh.data import exporting
-
-        return exporting.to_open3d(self)
 
     def merged(self) -> PointCloud:
         """Return the cloud with duplicate positions merged, their normals averaged, data of the first kept.

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh._base import checks, vectors
 from simplexmesh._base.errors import counted, warn
-from simplexmesh._base.named_arrays import Data, changed, named_arrays, taken
-from simplexmesh._base.units import InUnits, unit_or_none
+from simplexmesh._base.named_arrays import Data, named_arrays, taken
+from simplexmesh._base.units import unit_or_none
+from simplexmesh.data.located import Located
 from simplexmesh.data.points import PointCloud
 from simplexmesh.data.welding import are_proper, distinct_positions, report_welding
 from simplexmesh.numerics.blending import blended
@@ -26,7 +26,7 @@ Indices = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class TriangleMesh(InUnits):
+class TriangleMesh(Located):
     """A surface of triangles.
 
     Parameters
@@ -87,12 +87,6 @@ class TriangleMesh(InUnits):
         object.__setattr__(self, "data", named_arrays(self.data, len(vertices), "vertex"))
         object.__setattr__(self, "unit", unit_or_none("unit", self.unit))
 
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__dict__.update(checks.frozen_state(state))
-
-    def __getstate__(self) -> dict[str, Any]:
-        return checks.picklable_state(self.__dict__)
-
     def __repr__(self) -> str:
         kind = "closed" if self.is_closed else "open"
         return f"TriangleMesh({len(self.vertices)} vertices, {len(self.faces)} faces, {kind})"
@@ -106,17 +100,6 @@ class TriangleMesh(InUnits):
     def n_faces(self) -> int:
         """Number of triangles."""
         return len(self.faces)
-
-    @cached_property
-    def bounds(self) -> Array:
-        """(2, 3) array of float: lowest and highest coordinates."""
-        return checks.frozen(np.stack([self.vertices.min(axis=0), self.vertices.max(axis=0)]))
-
-    @property
-    def diagonal(self) -> float:
-        """Length of the diagonal of the bounding box."""
-        low, high = self.bounds
-        return float(np.linalg.norm(high - low))
 
     @cached_property
     def face_vectors(self) -> Array:
@@ -245,42 +228,6 @@ class TriangleMesh(InUnits):
         T = checks.affine("T_target_source", T_target_source)
         faces = self.faces if np.linalg.det(T[:3, :3]) > 0 else self.faces[:, ::-1]
         return replace(self, vertices=self.vertices @ T[:3, :3].T + T[:3, 3], faces=faces)
-
-    def with_data(self, **arrays: ArrayLike | None) -> TriangleMesh:
-        """Return the surface with named per-vertex arrays added or replaced; None removes one.
-
-        Examples
-        --------
-        >>> import simplexmesh as sm
-        >>> surface = sm.sphere(2).triangulated("dual")
-        >>> list(surface.with_data(height=surface.vertices[:, 2]).data)
-        ['height']
-        """
-        return replace(self, data=changed(self.data, arrays))
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the surface to a file in the format its name says: .vtp, .ply, .obj, .off, .stl or .xyz."""
-        from simplexmesh.data.io import writing
-
-        writing.save(path, self)
-
-    def to_pyvista(self) -> Any:
-        """Return a `pyvista.PolyData` of the triangles with the data."""
-        from simplexmesh.data.io import writing
-
-        return writing.to_pyvista(self)
-
-    def to_trimesh(self) -> Any:
-        """Return a `trimesh.Trimesh` with colors and other arrays as vertex attributes (extra `export`)."""
-        from simplexmesh.data import exporting
-
-        return exporting.to_trimesh(self)
-
-    def to_open3d(self) -> Any:
-        """Return an `open3d.t.geometry.TriangleMesh` with normals, colors and other arrays; needs Open3D."""
-        from simplexmesh.data import exporting
-
-        return exporting.to_open3d(self)
 
     def welded(self, *, tolerance: float = 0.0, report: bool = True) -> TriangleMesh:
         """Return the surface with vertices merged by position, without collapsed faces and unused vertices.

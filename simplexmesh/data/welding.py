@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,6 +19,12 @@ def are_proper(faces: Indices) -> NDArray[np.bool_]:
     a, b, c = faces.T
     out: NDArray[np.bool_] = (a != b) & (b != c) & (c != a)
     return out
+
+
+def is_single_valued(positions: Array, values: NDArray[Any]) -> bool:
+    """Whether equal positions have equal rows of values, as texture coordinates have where there are no seams."""
+    first, inverse = distinct_positions(positions, 0.0)
+    return bool((values == values[first][inverse]).all())
 
 
 def distinct_positions(vertices: Array, tolerance: float) -> tuple[Indices, Indices]:

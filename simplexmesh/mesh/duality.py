@@ -18,6 +18,7 @@ from simplexmesh._base.units import InUnits
 from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.mesh.manifold import matched, oriented
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
+from simplexmesh.numerics.blending import blended
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -64,7 +65,7 @@ def dual(triangles: Any, *, outward: bool = True) -> SimplexMesh:
     Returns
     -------
     SimplexMesh
-        With one vertex for each triangle kept and each border edge.
+        With one vertex for each triangle kept and each border edge, and the named arrays of a `TriangleMesh` there.
 
     Raises
     ------
@@ -99,8 +100,11 @@ def dual(triangles: Any, *, outward: bool = True) -> SimplexMesh:
     repairs += flipped + _split_vertices(faces, connectivity)
     if repairs:
         warn("triangles repaired: " + ", ".join(repairs))
-    unit = triangles.unit if isinstance(triangles, InUnits) else None
-    return SimplexMesh(_dual_positions(vertices, faces, mates), connectivity, unit=unit)
+    positions, unit, data = _dual_positions(vertices, faces, mates), None, {}
+    if isinstance(triangles, InUnits):
+        unit, arrays = triangles.unit, getattr(triangles, "data", {})
+        data = blended(arrays, _dual_rows(faces, mates), np.ones((len(positions), 6)))
+    return SimplexMesh(positions, connectivity, data, unit)
 
 
 def _dual_connectivity(mates: Indices) -> Connectivity:
@@ -139,6 +143,13 @@ def _dual_positions(vertices: Array, faces: Indices, mates: Indices) -> Array:
     start = faces[border // 3, border % 3]
     end = faces[border // 3, (border + 1) % 3]
     return np.concatenate([vertices[faces].mean(axis=1), (vertices[start] + vertices[end]) / 2])
+
+
+def _dual_rows(faces: Indices, mates: Indices) -> Indices:
+    """Return six vertices (n, 6) of the triangulation whose mean each vertex of the dual is."""
+    border = np.flatnonzero(mates.ravel() < 0)
+    ends = np.stack([faces[border // 3, (border + j) % 3] for j in (0, 1)], axis=1)
+    return np.concatenate([np.tile(faces, 2), np.tile(ends, 3)])
 
 
 def _split_vertices(faces: Indices, connectivity: Connectivity) -> list[str]:

@@ -189,7 +189,14 @@ class TestReconstruct:
         assert code == 0, err
         np.testing.assert_allclose(np.linalg.norm(sm.read_mesh(tmp_path / "b.vtp").vertices, axis=1), BALL, atol=0.3)
 
-    def test_of_scans_without_poses(self, command, tmp_path):
+    def test_of_scans_without_poses(self, command, tmp_path, monkeypatch):
+        shares = []
+
+        @contextmanager
+        def watched(*_, **__):
+            yield lambda fraction, message: shares.append(fraction)
+
+        monkeypatch.setattr(reconstruct_command, "progress", watched)
         scans, _ = views_of_a_body(4, np.random.default_rng(8))
         paths = [tmp_path / f"scan{k}.xyz" for k in range(4)]
         for path, scan in zip(paths, scans, strict=True):
@@ -198,7 +205,13 @@ class TestReconstruct:
             "reconstruct", *paths, "--poses", "auto", "--vertices", 400, "-o", tmp_path / "a.vtp", "--json"
         )
         assert code == 0, err
-        assert json.loads(out)["distance"]["data_to_mesh"]["rms"] < 0.05  # in frames that were not registered, 0.3
+        found = json.loads(out)
+        assert found["distance"]["data_to_mesh"]["rms"] < 0.05  # in frames that were not registered, 0.3
+        assert list(found["poses"]) == [path.name for path in paths]
+        np.testing.assert_array_equal(found["poses"]["scan0.xyz"], np.eye(4))
+        assert found["left_out"] == []
+        assert shares == sorted(shares)  # one bar, of the poses and the model
+        assert shares[-1] == 1
         code, _, err = command("reconstruct", *paths, "--vertices", 400, "-o", tmp_path / "b.vtp")
         assert code == 0
         assert "note: the scans are in different frames" in err

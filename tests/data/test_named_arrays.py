@@ -107,6 +107,40 @@ def test_a_cloud_is_an_array():
         np.asarray(CLOUD, dtype=np.float32, copy=False)
 
 
+def test_a_part_in_front_of_a_plane():
+    for cap in (False, True):
+        part = sm.clipped(SURFACE.with_data(label=np.arange(SURFACE.n_vertices)), (0, 0, 0.1), (1, 2, 3), cap=cap)
+        assert_allclose(part.data["height"], part.vertices[:, 2], atol=1e-9)
+        nearest = np.linalg.norm(part.vertices - SURFACE.vertices[part.data["label"]], axis=1)
+        assert nearest.max() <= 0.5 * np.linalg.norm(np.diff(SURFACE.vertices[SURFACE.faces], axis=1), axis=2).max()
+        assert part.unit == "mm"
+
+
+@pytest.mark.parametrize("operation", ["difference", "union", "intersection"])
+def test_a_boolean_of_surfaces(operation):
+    pytest.importorskip("manifold3d")
+    label = np.zeros(SURFACE.n_vertices, int)
+    one = SURFACE.with_data(label=label, only=label)
+    other = SURFACE.transformed(np.diag([0.8, 0.8, 0.8, 1]) + np.array([[0, 0, 0, s] for s in (0.7, 0.1, 0.4, 0)]))
+    other = other.with_data(height=other.vertices[:, 2], label=label + 1)
+    out = sm.boolean(one, other, operation)
+    assert list(out.data) == ["height", "label"]
+    assert_allclose(out.data["height"], out.vertices[:, 2], atol=1e-9)
+    assert set(out.data["label"]) == {0, 1}
+    far = np.linalg.norm(out.vertices, axis=1) > 1.05
+    assert (out.data["label"][far] == 1).all()
+    assert out.unit == "mm"
+
+
+@pytest.mark.parametrize("surface", [SURFACE, sm.clipped(SURFACE, (0, 0, 0), (1, 2, 3))], ids=["closed", "open"])
+def test_a_dual_has_means(surface):
+    mesh = sm.dual(surface.with_data(label=np.full(surface.n_vertices, 7)))
+    assert_allclose(mesh.data["height"], mesh.vertices[:, 2], atol=1e-12)
+    assert (mesh.data["label"] == 7).all()
+    small = sm.decimate(surface, vertices=60).mesh
+    assert np.corrcoef(small.data["height"], small.vertices[:, 2])[0, 1] > 0.9
+
+
 def test_a_selection_and_a_union_of_clouds():
     upper = CLOUD.selected(CLOUD.points[:, 2] > 0)
     lower = CLOUD.selected(np.flatnonzero(CLOUD.points[:, 2] <= 0)).with_data(colors=None)

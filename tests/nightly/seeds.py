@@ -33,10 +33,11 @@ WRITTEN = [
 
 def write(folder: Path) -> list[Path]:
     """Write one file of every variety; return those that can be read alone."""
-    ball = sm.sphere(4).with_data(weight=np.arange(320))
+    bare = sm.sphere(4)
+    ball = bare.with_data(weight=np.arange(320))
     triangles = ball.triangulated()
     for name in ("mesh.vtp", "mesh.ply", "mesh.obj", "mesh.off", "mesh.stl"):
-        ball.save(folder / name)
+        (ball if name in ("mesh.vtp", "mesh.ply") else bare).save(folder / name)  # others hold no such array
     cloud = sm.PointCloud(ball.vertices, ball.normals)
     for name in ("cloud.vtp", "cloud.ply", "cloud.xyz"):
         cloud.save(folder / name)

@@ -5,10 +5,17 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.named_arrays import joined
+from simplexmesh._base.vectors import cross, dot
 from simplexmesh.data.conversion import as_triangles
 from simplexmesh.data.triangles import TriangleMesh
+from simplexmesh.numerics.blending import blended
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
 
 OPERATIONS = ("difference", "union", "intersection")
 
@@ -29,7 +36,7 @@ def boolean(first: Any, second: Any, operation: str = "difference") -> TriangleM
     Returns
     -------
     TriangleMesh
-        Closed.
+        Closed; with the named arrays that both surfaces have, interpolated where edges are cut.
 
     Raises
     ------
@@ -55,13 +62,37 @@ def boolean(first: Any, second: Any, operation: str = "difference") -> TriangleM
     """
     checks.choice("operation", operation, OPERATIONS)
     manifold3d = _library()
-    one = _solid(manifold3d, as_triangles(first, "first"), "first")
-    other = _solid(manifold3d, as_triangles(second, "second"), "second")
+    meshes = tuple(
+        as_triangles(each, name).welded(report=False) for each, name in ((first, "first"), (second, "second"))
+    )
+    ids = manifold3d.Manifold.reserve_ids(2)
+    one, other = (_solid(manifold3d, mesh, ids + k, ("first", "second")[k]) for k, mesh in enumerate(meshes))
     out = one - other if operation == "difference" else one + other if operation == "union" else one ^ other
     mesh = out.to_mesh64()
     if not len(mesh.tri_verts):
         raise ValueError(f"first and second must have a non-empty {operation}, but nothing is left")
-    return TriangleMesh(np.asarray(mesh.vert_properties)[:, :3], np.asarray(mesh.tri_verts).astype(np.int64))
+    vertices, faces = np.array(mesh.vert_properties)[:, :3], np.array(mesh.tri_verts).astype(np.int64)
+    whose = np.repeat(np.array(mesh.run_original_id) - ids, np.diff(np.array(mesh.run_index)) // 3)
+    unit = meshes[0].unit if meshes[0].unit == meshes[1].unit else None
+    data = _carried(meshes, vertices, faces, whose, np.array(mesh.face_id).astype(np.int64))
+    return TriangleMesh(vertices, faces, data, unit)
+
+
+def _carried(
+    meshes: tuple[TriangleMesh, ...], vertices: Array, faces: Indices, whose: Indices, source: Indices
+) -> dict[str, NDArray[Any]]:
+    """Return the arrays that both surfaces have, at vertices of triangles cut from faces `source` of meshes `whose`."""
+    arrays = joined([mesh.data for mesh in meshes])
+    if not arrays:
+        return {}
+    of = np.zeros(len(vertices), np.int64)  # a triangle of each vertex
+    of[faces] = np.arange(len(faces))[:, None]
+    corners = np.concatenate([meshes[0].faces, meshes[0].n_vertices + meshes[1].faces])
+    rows = corners[source + whose * meshes[0].n_faces][of]
+    a, b, c = np.concatenate([mesh.vertices for mesh in meshes])[rows].transpose(1, 0, 2)
+    normal = cross(b - a, c - a)
+    parts = [dot(cross(q - p, vertices - p), normal) for p, q in ((b, c), (c, a), (a, b))]
+    return blended(arrays, rows, np.maximum(np.stack(parts, axis=1) / dot(normal, normal)[:, None], 0.0))
 
 
 def _library() -> Any:
@@ -72,14 +103,16 @@ def _library() -> Any:
     return manifold3d
 
 
-def _solid(manifold3d: Any, mesh: TriangleMesh, name: str) -> Any:
-    mesh = mesh.welded(report=False)
+def _solid(manifold3d: Any, mesh: TriangleMesh, number: int, name: str) -> Any:
     checks.size(name, mesh.bounds)
     if not mesh.is_closed:
         raise ValueError(f"{name} must be closed, it has a border")
     if mesh.volume <= 0:
         raise ValueError(f"{name} must be oriented outward, it encloses a volume of {mesh.volume:.4g}")
-    found = manifold3d.Manifold(manifold3d.Mesh64(np.array(mesh.vertices), np.array(mesh.faces, np.uint64)))
+    arrays = np.array(mesh.vertices), np.array(mesh.faces, np.uint64)
+    runs = {"run_index": np.array([0, 3 * mesh.n_faces], np.uint64), "run_original_id": np.array([number], np.uint32)}
+    given = manifold3d.Mesh64(*arrays, **runs, face_id=np.arange(mesh.n_faces, dtype=np.uint64))
+    found = manifold3d.Manifold(given)
     if found.status() != manifold3d.Error.NoError:
         raise ValueError(f"{name} must be a surface with two faces at every edge: {found.status().name}")
     return found

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import warnings
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
+from scipy.spatial import cKDTree
 from vtkmodules.vtkCommonDataModel import vtkPlane, vtkPlaneCollection
 from vtkmodules.vtkFiltersCore import vtkClipPolyData
 from vtkmodules.vtkFiltersGeneral import vtkClipClosedSurface
@@ -17,6 +19,9 @@ from simplexmesh._base.vectors import normalized
 from simplexmesh.data.conversion import as_triangles
 from simplexmesh.data.io import polydata, vtk
 from simplexmesh.data.triangles import TriangleMesh
+from simplexmesh.numerics.blending import blended
+
+Array = NDArray[np.float64]
 
 TOLERANCE = 1e-9
 """Positions closer than this fraction of the diagonal are merged."""
@@ -37,6 +42,7 @@ def clipped(surface: Any, origin: ArrayLike, normal: ArrayLike, *, cap: bool = F
     Returns
     -------
     TriangleMesh
+        Named arrays are interpolated where edges are cut; labels are those of the nearer end.
 
     Raises
     ------
@@ -76,7 +82,20 @@ def clipped(surface: Any, origin: ArrayLike, normal: ArrayLike, *, cap: bool = F
         found = as_triangles(vtk.from_dataset(out, "surface"))
     faces = found.faces[:, ::-1] if inward else found.faces
     found = TriangleMesh(unit * found.vertices, faces, unit=mesh.unit)
-    return found.welded(tolerance=TOLERANCE * mesh.diagonal, report=False)
+    found = found.welded(tolerance=TOLERANCE * mesh.diagonal, report=False)
+    return replace(found, data=_carried(mesh, found.vertices, at, direction)) if mesh.data else found
+
+
+def _carried(mesh: TriangleMesh, vertices: Array, origin: Array, normal: Array) -> dict[str, NDArray[Any]]:
+    """Return the arrays of a surface at some of its vertices and where its edges cross a plane."""
+    height = (mesh.vertices - origin) @ normal
+    ends = np.unique(np.sort(mesh.faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1), axis=0)
+    ends = ends[height[ends[:, 0]] * height[ends[:, 1]] < 0]
+    share = height[ends] / (height[ends[:, :1]] - height[ends[:, 1:]])
+    own = np.repeat(np.arange(mesh.n_vertices)[:, None], 2, axis=1)
+    rows, weights = np.concatenate([own, ends]), np.concatenate([0.5 + 0.0 * own, np.abs(share[:, ::-1])])
+    nearest = cKDTree((mesh.vertices[rows] * weights[:, :, None]).sum(axis=1)).query(vertices)[1]
+    return blended(mesh.data, rows[nearest], weights[nearest])
 
 
 def _cut(data: Any, plane: Any, *, cap: bool) -> Any:

@@ -22,6 +22,7 @@ from simplexmesh._base.errors import warn
 from simplexmesh._base.units import known_unit
 from simplexmesh.data.io import formats
 from simplexmesh.data.io.integrity import volumes
+from simplexmesh.data.io.integrity.headers import nrrd_header
 from simplexmesh.data.volume import Volume
 
 _SPACING_TOLERANCE = 0.01
@@ -46,7 +47,8 @@ def read_image(path: Path) -> Volume:
         if kind == "metaimage":
             reader.SetImageIO("MetaImageIO")  # by itself ITK knows endings in small letters only
         image = _execute(path, reader)
-        return volume_of(path.name, image, "mm" if kind == "dicom" else _unit(image))
+        unit = "mm" if kind == "dicom" else _unit(image)
+        return volume_of(path.name, image, _unit_of_nrrd(path) if unit is None and kind == "nrrd" else unit)
 
 
 def _unit(image: sitk.Image) -> str | None:
@@ -55,6 +57,13 @@ def _unit(image: sitk.Image) -> str | None:
     if found.get("xyzt_units", "0").isdigit() and int(found.get("xyzt_units", "0")) % 8:
         return "mm"  # ITK converts meters and micrometers
     return known_unit(found.get("unit"))
+
+
+def _unit_of_nrrd(path: Path) -> str | None:
+    """Return the unit of length of all axes of an NRRD file, which ITK does not tell."""
+    fields = nrrd_header(path)[0]
+    words = set(re.findall(r'"(.*?)"', fields.get("spaceunits", fields.get("units", ""))))
+    return known_unit(words.pop()) if len(words) == 1 else None
 
 
 def volume_of_image(image: sitk.Image, name: str) -> Volume:

@@ -33,7 +33,8 @@ def read_ply(path: Path) -> TriangleMesh | PointCloud:
     table, lists, info = _contents(path)
     if not {"x", "y", "z"} <= table.keys():
         raise OSError(f"{path.name} must have vertices with x, y and z, not {sorted(table) or 'none'}")
-    points, data, unit = columns.points_of(table), columns.data_of(table), known_unit(info.get("unit"))
+    points, data = columns.points_of(table), columns.data_of(table, info[columns.ALONE].split())
+    unit = known_unit(info.get("unit"))
     if lists.get("face") is not None and len(lists["face"][0]):
         return TriangleMesh(points, triangulated(points, *lists["face"]), data, unit)
     if lists.get("tristrips") is not None and len(lists["tristrips"][1]):
@@ -176,10 +177,11 @@ def _exactly(values: Array, kind: str) -> NDArray[Any]:
 
 
 def _info(data: plyfile.PlyData) -> dict[str, str]:
-    """Return the words of the obj_info, and the unit of a comment `unit mm`."""
+    """Return the words of the obj_info, the unit of a comment `unit mm`, and the columns that make no array."""
+    alone = " ".join(line.removeprefix(columns.ALONE) for line in data.comments if line.startswith(columns.ALONE))
     comments = (line.replace(":", " ") for line in data.comments if line.lower().lstrip().startswith("unit"))
     pairs = [words for words in map(str.split, (*comments, *data.obj_info)) if len(words) == 2]
-    return {"unit" if key.lower() in ("unit", "units") else key: value for key, value in pairs}
+    return {columns.ALONE: alone} | {"unit" if key.lower() in ("unit", "units") else key: value for key, value in pairs}
 
 
 def _of_indices(names: list[str]) -> str:

@@ -39,7 +39,8 @@ def read(path: str | os.PathLike[str]) -> Any:
     Returns
     -------
     Volume, PointCloud, TriangleMesh or SimplexMesh
-        The vertices of triangles are merged by position.
+        The vertices of triangles are merged by position; coordinates in a texture become an array `uv` where they have
+        no seams, and are left out where they have.
 
     Raises
     ------
@@ -215,7 +216,11 @@ def _read_kind(path: Path, kind: str) -> Any:
 
         with readable_by_vtk(path) as plain:
             return _welded(vtk.from_dataset(vtk.read_dataset(plain, kind), path.name), kind)
-    out = _welded(vtk.from_dataset(vtk.read_dataset(path, kind), path.name, owned=True), kind)
+    if kind == "obj":
+        dataset = vtk.read_dataset(path, kind)
+        out = _welded(vtk.with_texture(vtk.from_dataset(dataset, path.name), dataset), kind)
+    else:
+        out = _welded(vtk.from_dataset(vtk.read_dataset(path, kind), path.name, owned=True), kind)
     if kind == "obj" and isinstance(out, TriangleMesh):
         return vtk.with_colors_of_obj(out, path)
     return out

@@ -27,6 +27,7 @@ from simplexmesh.data.io.polydata import HOLES, TWIN, TYPES, UNIT, captured_outp
 from simplexmesh.data.points import PointCloud, cloud_of_file
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.data.volume import Volume
+from simplexmesh.data.welding import is_single_valued
 from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 
@@ -139,6 +140,16 @@ def _triangles(dataset: Any) -> TriangleMesh:
     out = cutter.GetOutput()
     corners = vtk_to_numpy(out.GetPolys().GetConnectivityArray()).astype(np.int64)
     return TriangleMesh(_points(dataset), corners.reshape(-1, 3), _data(dataset), _unit(dataset))
+
+
+def with_texture(surface: Any, dataset: Any) -> Any:
+    """Return a surface with the array `uv` of its coordinates in a texture, unless these have seams."""
+    given = dataset.GetPointData().GetTCoords()
+    if given is None or not isinstance(surface, TriangleMesh) or given.GetNumberOfTuples() != surface.n_vertices:
+        return surface
+    uv = np.array(vtk_to_numpy(given))[:, :2].astype(np.float64)
+    single = np.isfinite(uv).all() and is_single_valued(surface.vertices, uv)
+    return surface.with_data(uv=uv) if single else surface
 
 
 def with_colors_of_obj(surface: TriangleMesh, path: Path) -> TriangleMesh:

@@ -19,7 +19,7 @@ from simplexmesh._base import checks
 from simplexmesh._base.drafts import draft
 from simplexmesh._base.errors import warn
 from simplexmesh._base.named_arrays import Data, is_color
-from simplexmesh.data.columns import NORMALS, columns_of
+from simplexmesh.data.columns import ALONE, NORMALS, columns_of, data_of
 from simplexmesh.data.exporting import by_trimesh
 from simplexmesh.data.io import polydata
 
@@ -57,6 +57,15 @@ def save(path: str | os.PathLike[str], value: Any) -> None:
         raise ValueError(f"path must end with .vtp, .ply or .xyz for points without faces, not {suffix}")
     with draft(where) as part:
         _WRITERS[suffix](part, content)
+    _tell_what_is_lost(suffix, content.data)
+
+
+def _tell_what_is_lost(suffix: str, data: Data) -> None:
+    """Warn of named arrays that a format cannot hold."""
+    holds = _HOLDS.get(suffix, lambda name, values: True)
+    lost = ", ".join(name for name, values in data.items() if not holds(name, values))
+    if lost:
+        warn(f"{suffix[1:].upper()} files do not hold these arrays, which were left out: {lost}")
 
 
 def _save_volume(path: Path, volume: Any) -> None:
@@ -164,8 +173,10 @@ def _write_ply(path: Path, content: _Polygons) -> None:
     table = dict(zip("xyz", content.points.T, strict=True))
     if content.normals is not None:
         table |= dict(zip(("nx", "ny", "nz"), content.normals.T, strict=True))
+    single: set[str] = set()
     for name, values in columns_of(content.data):
         plain = re.sub(r"[^!-~]", "_", name) or "_"
+        single |= {plain} if name in content.data else set()
         if content.normals is None and any(plain in names for names in NORMALS):
             raise ValueError(f"array {name!r} must have another name to be saved as PLY, where it is of the normals")
         if plain in table:
@@ -173,6 +184,10 @@ def _write_ply(path: Path, content: _Polygons) -> None:
         table[plain] = _ply_numbers(name, values)
     count = "uchar" if not len(content.sizes) or content.sizes.max() < 256 else "int"
     header = ["ply", "format binary_little_endian 1.0", *([f"comment unit {content.unit}"] if content.unit else ())]
+    alone: set[str] = set()
+    while missed := single - data_of(table, alone).keys():
+        alone |= missed
+    header += [f"comment {ALONE}{name}" for name in sorted(alone)]
     header += [f"element vertex {len(content.points)}"]
     header += [f"property {_PLY_TYPES[values.dtype.str[1:]]} {name}" for name, values in table.items()]
     if len(content.sizes):
@@ -218,8 +233,16 @@ def _write_obj(path: Path, content: _Polygons) -> None:
         rows = np.hstack([rows, content.data["colors"][:, :3] / 255])
     head = [f"# unit: {content.unit}\n"] if content.unit else []
     vertices = (f"v {' '.join(map(repr, row))}\n" for row in rows.tolist())
-    faces = (f"f {' '.join(str(i + 1) for i in loop)}\n" for loop in _loops(content))
-    _write_lines(path, head, vertices, faces)
+    textured = "uv" in content.data and _is_uv(content.data["uv"])
+    at = (f"vt {u!r} {v!r}\n" for u, v in (content.data["uv"].tolist() if textured else ()))
+    corner = "{0}/{0}" if textured else "{0}"
+    faces = (f"f {' '.join(corner.format(i + 1) for i in loop)}\n" for loop in _loops(content))
+    _write_lines(path, head, vertices, at, faces)
+
+
+def _is_uv(values: NDArray[Any]) -> bool:
+    """Whether an array holds places in a texture, as OBJ has them."""
+    return values.dtype.kind == "f" and values.shape[1:] == (2,)
 
 
 def _write_off(path: Path, content: _Polygons) -> None:
@@ -264,7 +287,7 @@ def _write_xyz(path: Path, content: _Polygons) -> None:
 def _write_glb(path: Path, content: _Polygons) -> None:
     """Write triangles in meters, with colors, and with other arrays of up to four columns in single precision."""
     surface = _in(content.triangles(), "m")
-    fitting = {name: values for name, values in surface.data.items() if values.size <= 4 * len(values)}
+    fitting = {name: values for name, values in surface.data.items() if _HOLDS[".glb"](name, values)}
     data = {name: v if name == "colors" else v.astype(np.float32) for name, v in fitting.items()}
     path.write_bytes(by_trimesh(replace(surface, data=data), "glb"))
 
@@ -291,6 +314,13 @@ def _loops(content: _Polygons) -> Iterable[list[int]]:
         yield flat[at : at + size]
         at += size
 
+
+_HOLDS: dict[str, Callable[[str, NDArray[Any]], bool]] = {
+    ".obj": lambda name, values: (name == "colors" and is_color(values)) or (name == "uv" and _is_uv(values)),
+    ".glb": lambda name, values: values.size <= 4 * len(values),
+    **dict.fromkeys((".off", ".stl", ".xyz", ".3mf"), lambda name, values: False),
+}
+"""Which named arrays a file can hold, of formats that do not hold all."""
 
 _WRITERS: dict[str, Callable[[Path, _Polygons], None]] = {
     ".vtp": _write_vtp,

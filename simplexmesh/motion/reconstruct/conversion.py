@@ -63,15 +63,20 @@ def as_input(
     if isinstance(item, Volume):
         return _volume_input(item, level, label, inside, components)
     components = "largest" if components == "auto" else components
-    if level is not None or label is not None:
-        raise ValueError(f"level and label are for volumes, not for {type(item).__name__}")
-    if inside != "above":
-        raise ValueError(f"inside is for a level of a volume, not for {type(item).__name__}")
+    check_for_no_volume(type(item).__name__, level, label, inside)
     if isinstance(item, SimplexMesh):
         item = item.triangulated()
     if isinstance(item, TriangleMesh):
         return TrianglesInput(item.oriented(), components)
     return PointsInput(with_consistent_normals(without_stray_points(item)), components)
+
+
+def check_for_no_volume(kind: str, level: float | None, label: int | None, inside: str) -> None:
+    """Refuse options that choose a surface of a volume for another kind of data."""
+    if level is not None or label is not None:
+        raise ValueError(f"level and label are for volumes, not for {kind}")
+    if inside != "above":
+        raise ValueError(f"inside is for a level of a volume, not for {kind}")
 
 
 def _volume_input(volume: Volume, level: float | None, label: int | None, inside: str, components: str) -> Input:
@@ -85,7 +90,8 @@ def _volume_input(volume: Volume, level: float | None, label: int | None, inside
         level = Isosurface(volume, level).level  # checked
         if inside == "below":
             values = volume.values
-            volume, level = replace(volume, values=-values.astype(np.result_type(values, np.float32))), -level
+            negated = np.negative(values, dtype=np.result_type(values, np.float32))
+            volume, level = replace(volume, values=negated), -level
         return VolumeInput(volume, "largest" if components == "auto" else components, level, None)
     if label is None and not volume.is_labels:
         raise ValueError(
@@ -108,9 +114,10 @@ def _volume_input(volume: Volume, level: float | None, label: int | None, inside
 
 def otsu_threshold(values: NDArray[Any]) -> float:
     """Return the threshold of the largest between-class variance in a histogram of 256 bins (Otsu 1979)."""
-    largest = float(np.abs(values).max())
+    largest = max(abs(float(values.min())), abs(float(values.max())))
     scale = largest if largest > checks.LARGEST else 1.0  # whose squares would overflow
-    counts, edges = np.histogram(values / scale, bins=256)
+    flat = values.ravel(order="K")
+    counts, edges = np.histogram(flat / scale if scale > 1 else flat, bins=256)
     middles = 0.5 * (edges[:-1] + edges[1:])
     below = np.cumsum(counts)[:-1].astype(float)
     above = counts.sum() - below

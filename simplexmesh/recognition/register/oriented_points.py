@@ -11,9 +11,10 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import cKDTree
 
 from simplexmesh._base.errors import TopologyError
+from simplexmesh._base.units import common_unit
 from simplexmesh._base.vectors import dot, norm
 from simplexmesh.data.conversion import as_data
-from simplexmesh.data.points import distinct
+from simplexmesh.data.points import PointCloud, distinct
 from simplexmesh.data.volume import Volume
 from simplexmesh.motion.reconstruct.conversion import as_input
 from simplexmesh.motion.reconstruct.open_data import are_inward
@@ -48,6 +49,7 @@ class OrientedPoints:
     fine: Array | None = None  # (2, n, 3) points and normals of fitted quadrics: less noise, and hardly any bias
     neighbor_distances: Array | None = None  # (n,) distance to the sixth neighbor
     given: bool = False  # whether the sign of the normals is that of the data, which may be wrong
+    unit: str | None = None  # of the data, if that is known
 
     def __len__(self) -> int:
         return len(self.points)
@@ -65,9 +67,9 @@ class OrientedPoints:
     def normalized_to(self, center: Array, unit: float) -> OrientedPoints:
         """Return the surface with its origin at `center`, scaled by 1 / `unit`."""
         fine = None if self.fine is None else np.stack([(self.fine[0] - center) / unit, self.fine[1]])
-        return OrientedPoints(
-            (self.points - center) / unit, self.normals, self.spacing / unit, self.noise / unit,
-            (self.smooth - center) / unit, fine,
+        return replace(
+            self, points=(self.points - center) / unit, smooth=(self.smooth - center) / unit, fine=fine,
+            spacing=self.spacing / unit, noise=self.noise / unit, neighbor_distances=None, unit=None,
         )  # fmt: skip
 
     def on_planes(self) -> OrientedPoints:
@@ -98,7 +100,8 @@ def oriented_points(
     poses: ArrayLike | None = None, maximum: int = MOST_POINTS, fine: bool = True,
 ) -> OrientedPoints:  # fmt: skip
     """Return the surface of any data; without quadrics unless `fine`."""
-    points, known, given = _points_of(data, name, level=level, label=label, inside=inside, poses=poses)
+    cloud, given = _points_of(data, name, level=level, label=label, inside=inside, poses=poses)
+    points, known = cloud.points, cloud.normals
     first = distinct(points)[0]
     points, known = points[first], None if known is None else known[first]
     _check_extent(points, name)
@@ -115,11 +118,11 @@ def oriented_points(
     if quadrics is not None:
         _kernels_local_fits.fit_quadrics(points, near, normals, *quadrics)
     neighbor_distances = norm(points[near[:, 5]] - points)
-    return OrientedPoints(points, normals, spacing, noise, smooth, quadrics, neighbor_distances, given)
+    return OrientedPoints(points, normals, spacing, noise, smooth, quadrics, neighbor_distances, given, cloud.unit)
 
 
-def _points_of(data: Any, name: str, **options: Any) -> tuple[Array, Array | None, bool]:
-    """Return points (n, 3) on the surface of any data, their normals where the data has them, and if unchecked."""
+def _points_of(data: Any, name: str, **options: Any) -> tuple[PointCloud, bool]:
+    """Return points on the surface of any data, with its unit and any normals, and whether these are unchecked."""
     if isinstance(data, str | os.PathLike):
         data = as_data(data, name)
     try:
@@ -133,7 +136,7 @@ def _points_of(data: Any, name: str, **options: Any) -> tuple[Array, Array | Non
         message = str(error).removeprefix("data ")
         raise kind(f"{name} {message}" if message != str(error) else f"{name}: {error}") from None
     cloud = found.samples()
-    return cloud.points, cloud.normals, cloud.normals is not None and not found.oriented
+    return replace(cloud, unit=found.source.unit), cloud.normals is not None and not found.oriented
 
 
 def _check_extent(points: Array, name: str) -> None:
@@ -146,6 +149,7 @@ def _check_extent(points: Array, name: str) -> None:
 
 def check_units(source: OrientedPoints, target: OrientedPoints) -> None:
     """Require two surfaces in one unit: neither may be smaller than about the other's point spacing."""
+    common_unit("source and target", (source, target))
     spacing, size = max(source.spacing, target.spacing), min(source.extent, target.extent)
     if spacing > 0.5 * size:
         raise ValueError(
@@ -188,6 +192,11 @@ def outward_normals(points: Array, found: Planes) -> Array:
     cell = float(np.ptp(points, axis=0).max()) / 32
     inward = oriented_indicator(sample, planes, cell).at(points)[1]
     normals = np.where(dot(found.normals, inward)[:, None] > 0, -found.normals, found.normals)
+    return -normals if are_inside_out(points, normals, sample) else normals
+
+
+def are_inside_out(points: Array, normals: Array, sample: Array) -> bool:
+    """Whether normals point to the center of the border that a sample of the points has, or of the points."""
     border = border_of_points(sample[:: max(1, len(sample) // SUBSET)])
     center = border.points.mean(axis=0) if len(border.points) else points.mean(axis=0)
-    return -normals if are_inward(points, normals, center) else normals
+    return are_inward(points, normals, center)

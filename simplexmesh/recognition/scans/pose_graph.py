@@ -18,6 +18,7 @@ from simplexmesh.numerics.rotation_vectors import rotation_matrices
 from simplexmesh.recognition.scans.scan_pairs import Measured
 
 Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
 Pair = tuple[int, int]
 
 SYSTEMATIC = 0.3
@@ -46,15 +47,39 @@ def optimized(poses: Array, pairs: Sequence[Pair], measured: Sequence[Measured],
         small = np.hstack([Rotation.from_matrix(off[:, :3, :3]).as_rotvec(), off[:, :3, 3]])
         return np.asarray(np.einsum("eab,eb->ea", whitening, small).ravel())
 
+    def jacobian(x: Array) -> Array:
+        return _jacobian(moved(x), x.reshape(-1, 6), source, target, whitening)
+
     # each of the six residuals of a pair is weighted alone: a pair may be sure of some directions only
-    found = least_squares(residuals, np.zeros(6 * (len(poses) - 1)), loss="cauchy", f_scale=OUTLYING, x_scale="jac")
+    start = np.zeros(6 * (len(poses) - 1))
+    found = least_squares(residuals, start, jacobian, loss="cauchy", f_scale=OUTLYING, x_scale="jac")
     freedom = max(6 * (len(pairs) - len(poses) + 1), 1)
     variance = max(1.0, 2 * found.cost / freedom)
     covariances = np.zeros((len(poses), 6, 6))
-    full = variance * np.linalg.pinv(found.jac.T @ found.jac, hermitian=True)
+    rows = jacobian(found.x)  # that of `found` is 0 for pairs that contradict
+    weights = 1 / (1 + (residuals(found.x) / OUTLYING) ** 2)
+    full = variance * np.linalg.inv((rows * weights[:, None]).T @ rows)
     for k in range(1, len(poses)):
         covariances[k] = full[6 * k - 6 : 6 * k, 6 * k - 6 : 6 * k]
     return moved(found.x), covariances
+
+
+def _jacobian(at: Array, x: Array, source: Indices, target: Indices, whitening: Array) -> Array:
+    """Return the derivatives (6 e, 6 n - 6) of residuals that are small after poses (n, 4, 4) moved by x (n - 1, 6)."""
+    frame, pair = np.linalg.inv(at[target]), np.arange(len(source))
+    blocks = np.zeros((len(source), 6, 6))  # of a small motion of the world, as the target has it
+    blocks[:, :3, :3] = blocks[:, 3:, 3:] = frame[:, :3, :3]
+    blocks[:, 3:, :3] = _cross_matrices(frame[:, :3, 3]) @ frame[:, :3, :3]
+    out = np.zeros((len(source), 6, len(at), 6))
+    out[pair, :, source] = whitening @ blocks
+    out[pair, :, target] = -whitening @ blocks
+    out[:, :, 1:, :3] += np.einsum("eakb,kbc->eakc", out[:, :, 1:, 3:], _cross_matrices(x[:, 3:]))
+    return out[:, :, 1:].reshape(6 * len(source), -1)
+
+
+def _cross_matrices(vectors: Array) -> Array:
+    """Return the matrices (k, 3, 3) of cross products with vectors (k, 3) on the left."""
+    return -np.cross(vectors[:, None], np.eye(3))
 
 
 def motions(x: Array) -> Array:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import fields, replace
 from functools import wraps
 from itertools import combinations
 from typing import Any, ParamSpec
@@ -12,12 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh._base.errors import warn
-from simplexmesh._base.progress import Report, reporting
+from simplexmesh._base.progress import Report, part_of, reporting
 from simplexmesh.data.conversion import as_data
-from simplexmesh.data.points import PointCloud
+from simplexmesh.data.points import PointCloud, cloud_of_vertices
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.motion.reconstruct import pipeline
-from simplexmesh.motion.reconstruct.conversion import are_scans
+from simplexmesh.motion.reconstruct.conversion import are_scans, check_for_no_volume
+from simplexmesh.motion.reconstruct.options import Options
 from simplexmesh.motion.reconstruct.result import Reconstruction
 from simplexmesh.numerics.rotation_vectors import rotation_angle
 from simplexmesh.recognition.register.oriented_points import FEWEST_POINTS
@@ -45,14 +47,14 @@ def _with_poses(fit: Callable[P, Reconstruction]) -> Callable[P, Reconstruction]
     def posed(*arguments: P.args, **options: P.kwargs) -> Reconstruction:
         given = signature.bind(*arguments, **options)
         given.apply_defaults()
-        if not needs_poses(given.arguments["data"], given.arguments["poses"]):
+        chosen = given.arguments
+        if not needs_poses(chosen["data"], chosen["poses"]):
             return fit(*arguments, **options)
-        with reporting(given.arguments["progress"]) as report:
-            chosen = given.arguments
-            chosen["data"], chosen["poses"] = posed_scans(
-                chosen["data"], chosen["poses"], lambda fraction, message: report(SHARE * fraction, message)
-            )
-            chosen["progress"] = lambda fraction, message: report(SHARE + (1 - SHARE) * fraction, message)
+        check_choices(chosen)
+        with reporting(chosen["progress"]) as report:
+            chosen["data"], found = posed_scans(chosen["data"], chosen["poses"], part_of(report, 0.0, SHARE))
+            chosen["poses"] = None if found is None else found.poses[list(found.groups[0])]
+            chosen["progress"] = part_of(report, SHARE, 1.0)
             return fit(*given.args, **given.kwargs)
 
     posed.__module__ = __name__  # where it can be imported from, which pickling needs
@@ -70,8 +72,16 @@ def needs_poses(data: Any, poses: Any) -> bool:
     return automatic or (poses is None and are_scans(data) and len(data) > 1)
 
 
-def posed_scans(data: Sequence[Any], poses: Any, report: Report) -> tuple[list[Any], Any]:
-    """Return the scans that hang together and their poses, found if "auto" or if the frames contradict each other.
+def check_choices(chosen: Mapping[str, Any]) -> None:
+    """Check the options of a reconstruction from scans, before the long search for poses."""
+    given = inspect.signature(pipeline.reconstruct).bind(**{"data": None, **chosen})
+    given.apply_defaults()
+    Options(**{each.name: given.arguments[each.name] for each in fields(Options) if each.init})
+    check_for_no_volume("PointCloud", *(given.arguments[name] for name in ("level", "label", "inside")))
+
+
+def posed_scans(data: Sequence[Any], poses: Any, report: Report) -> tuple[list[Any], Registered | None]:
+    """Return the scans that hang together and all poses, found if "auto" or if the frames contradict each other.
 
     Scans whose frames agree, or cannot be compared, keep them: their poses are None.
     """
@@ -88,7 +98,13 @@ def posed_scans(data: Sequence[Any], poses: Any, report: Report) -> tuple[list[A
         raise ValueError(f"poses cannot be found: no two of the {len(scans)} scans fit each other")
     if len(found.groups[1:]) and len(found.groups[1]) > 1:
         warn(f"the model is of the first group only: {', '.join(names[k] for k in group)}")
-    return [scans[k] for k in group], [found.poses[k] for k in group]
+    return [_turned_over(scans[k]) if k in found.flipped else scans[k] for k in group], found
+
+
+def _turned_over(scan: Any) -> PointCloud:
+    """Return the points of a scan with opposite normals."""
+    cloud = scan if isinstance(scan, PointCloud) else cloud_of_vertices(scan)
+    return cloud if cloud.normals is None else replace(cloud, normals=-cloud.normals)
 
 
 def _compared(scans: list[Any], names: tuple[str, ...], report: Report) -> Registered | None:

@@ -38,9 +38,12 @@ class ScanPair:
     error : float
         Root mean square distance between the two, where they overlap, in the data's unit.
     overlap : float
-        Fraction of the source near the target.
+        Fraction of the smaller scan near the other.
     accepted : bool
         Whether it agrees with the poses of all scans; pairs that do not have no influence on them.
+    ambiguous : bool
+        Whether the pose is one of several that fit as well, and no other scan tells which: what the two have in common
+        is symmetric.
 
     Examples
     --------
@@ -57,9 +60,10 @@ class ScanPair:
     error: float
     overlap: float
     accepted: bool
+    ambiguous: bool
 
     def __repr__(self) -> str:
-        said = "" if self.accepted else ", rejected"
+        said = ("" if self.accepted else ", rejected") + (", ambiguous" if self.ambiguous else "")
         return f"ScanPair({self.source} on {self.target}, overlap {self.overlap:.0%}, error {self.error:.3g}{said})"
 
 
@@ -80,6 +84,8 @@ class Registered:
     covariance : (n, 6, 6) array of float
         Of a small motion after each pose: a rotation vector in radians about the world's origin, and a shift. Zero for
         the first scan of a group.
+    flipped : tuple of int
+        Scans whose normals point the other way than those of most of their group.
     names : tuple of str
         What messages call the scans: names of files, or places in the list.
 
@@ -100,6 +106,7 @@ class Registered:
     edges: tuple[ScanPair, ...]
     residuals: Array
     covariance: Array
+    flipped: tuple[int, ...]
     names: tuple[str, ...]
 
     @property
@@ -140,7 +147,8 @@ def register_all(scans: Sequence[Any], *, progress: bool | Report = False) -> Re
     Warns
     -----
     SimplexMeshWarning
-        Scans fit nowhere, or form several groups.
+        Scans fit nowhere, or form several groups; normals of scans are opposite to those of the others; a pose is one
+        of several that fit as well.
 
     References
     ----------
@@ -179,13 +187,18 @@ def registered_named(scans: Sequence[Any], names: tuple[str, ...], report: Repor
 
 
 def tell_groups(found: Registered) -> None:
-    """Warn of scans that fit nowhere, and of groups that do not fit each other."""
+    """Warn of scans that fit nowhere, groups that do not fit each other, opposite normals and ambiguous poses."""
     alone = ", ".join(found.names[k] for k in found.alone)
     groups = [", ".join(found.names[k] for k in group) for group in found.groups if len(group) > 1]
     if len(groups) > 1:
         warn(f"the scans form {len(groups)} groups that do not fit each other: {'; '.join(groups)}")
     if alone:
         warn(f"scans that fit none of the others have no pose among them: {alone}")
+    if found.flipped:
+        flipped = ", ".join(found.names[k] for k in found.flipped)
+        warn(f"normals that are opposite to those of the other scans were turned over: {flipped}")
+    for i, j in sorted({(min(e.source, e.target), max(e.source, e.target)) for e in found.edges if e.ambiguous}):
+        warn(f"{found.names[i]} and {found.names[j]} fit each other in several poses equally well: one was taken")
 
 
 def names_of(scans: Sequence[Any]) -> tuple[str, ...]:
@@ -207,8 +220,9 @@ def registered(scans: list[Scan], names: tuple[str, ...], report: Report) -> Reg
             covariances[k] = A @ assembly.covariances[k] @ A.T
     edges, residuals = _edges(assembly)
     groups = sorted(map(tuple, assembly.groups), key=lambda group: (-len(group), group))
+    flipped = tuple(k for k, scan in enumerate(scans) if scan.turned)
     return Registered(
-        checks.frozen(poses), tuple(groups), edges, checks.frozen(residuals), checks.frozen(covariances), names
+        checks.frozen(poses), tuple(groups), edges, checks.frozen(residuals), checks.frozen(covariances), flipped, names
     )
 
 
@@ -216,7 +230,7 @@ def _edges(assembly: Assembly) -> tuple[tuple[ScanPair, ...], Array]:
     """Return the pairs measured, and poses found for pairs alone that contradict, with their residuals (e,)."""
     scans, edges, residuals = assembly.scans, [], []
     for (i, j), each in assembly.measured.items():
-        edges.append(((i, j), each.T, each.error, each.near, True))
+        edges.append(((i, j), each.T, each.error, each.near, True, (i, j) in assembly.ambiguous))
         residuals.append(_shift(scans[i], each.T, assembly.relative(i, j)))
     typical = float(np.median([each.error for each in assembly.measured.values()] or [0.0]))
     for found in assembly.hypotheses:
@@ -224,12 +238,12 @@ def _edges(assembly: Assembly) -> tuple[tuple[ScanPair, ...], Array]:
         if assembly.group_of(i) is assembly.group_of(j):
             off = _shift(scans[i], found.T, assembly.relative(i, j))
             if off > CONTRADICTING * typical:
-                edges.append(((i, j), found.T, typical, found.near, False))
+                edges.append(((i, j), found.T, typical, found.near, False, False))
                 residuals.append(off)
     unit = scans[0].unit
     pairs = tuple(
-        ScanPair(i, j, checks.frozen(in_data_frame(scans[i], scans[j], T)), error * unit, near, accepted)
-        for (i, j), T, error, near, accepted in edges
+        ScanPair(i, j, checks.frozen(in_data_frame(scans[i], scans[j], T)), error * unit, near, accepted, ambiguous)
+        for (i, j), T, error, near, accepted, ambiguous in edges
     )
     return pairs, unit * np.array(residuals)
 

@@ -11,10 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from simplexmesh._base.units import common_unit
 from simplexmesh._base.vectors import dot
 from simplexmesh.recognition.register._kernels_pose_scoring import TargetGrid
 from simplexmesh.recognition.register.icp import MINIMUM_COSINE, find_correspondences, refined, uncertainty
-from simplexmesh.recognition.register.oriented_points import OrientedPoints, oriented_points
+from simplexmesh.recognition.register.oriented_points import OrientedPoints, are_inside_out, oriented_points
 from simplexmesh.recognition.register.pose_candidates import pose_candidates
 from simplexmesh.recognition.register.pose_scoring import source_of, target_grid
 from simplexmesh.recognition.register.register import (
@@ -49,11 +50,13 @@ class Scan:
     surface: OrientedPoints
     center: Array  # (3,) in the frame of the data
     unit: float  # length in the data that is 1 here
+    turned: bool = False  # whether its normals are opposite to those of the data
 
     @staticmethod
     def all_of(scans: list[Any], names: tuple[str, ...]) -> list[Scan]:
-        """Return data of any kind as scans in one unit."""
+        """Return data of any kind as scans in one unit, with normals that seem to be outward."""
         surfaces = [oriented_points(scan, name) for scan, name in zip(scans, names, strict=True)]
+        common_unit("scans", surfaces)
         largest = max(range(len(surfaces)), key=lambda k: surfaces[k].extent)
         unit = surfaces[largest].extent
         for surface, name in zip(surfaces, names, strict=True):
@@ -63,10 +66,24 @@ class Scan:
                     f"{names[largest]} of {unit:.3g}"
                 )
         centers = [surface.points.mean(axis=0) for surface in surfaces]
-        return [
+        scans = [
             Scan(surface.normalized_to(center, unit), center, unit)
             for surface, center in zip(surfaces, centers, strict=True)
         ]
+        return [scan.flipped if scan.is_inside_out else scan for scan in scans]
+
+    @cached_property
+    def flipped(self) -> Scan:
+        """The scan with opposite normals."""
+        out = Scan(self.surface.flipped(), self.center, self.unit, not self.turned)
+        out.__dict__["flipped"] = self
+        return out
+
+    @property
+    def is_inside_out(self) -> bool:
+        """Whether the normals were given and seem to be inward."""
+        points = self.surface.points
+        return self.surface.given and are_inside_out(points, self.surface.normals, points)
 
     @cached_property
     def extent(self) -> float:
@@ -123,7 +140,7 @@ class Measured:
     T: Array
     covariance: Array  # (6, 6) of a small motion after T
     error: float  # root mean square distance that remains
-    near: float  # fraction of the source's points near the target
+    near: float  # fraction of the smaller scan near the other
     agreement: float  # fraction of those that lie on it
 
 
@@ -158,10 +175,12 @@ def measure(source: Scan, target: Scan, T: Array, *, wider: Sequence[float] = (1
 
 
 def contact(source: Scan, target: Scan, T: Array, *, wider: float = 1.0) -> tuple[float, float]:
-    """Return the fraction of the source that T (4, 4) brings near the target, and the share of it that agrees.
+    """Return the fraction of the smaller scan that T (4, 4) brings near the other, and the share of it that agrees.
 
     Points on the other side of a thin wall are near, but neither for nor against a pose.
     """
+    if source.surface.area > target.surface.area:
+        source, target, T = target, source, np.asarray(np.linalg.inv(T), np.float64)
     verifier = verifier_of(source, target)
     rows = source.rows[2]
     points = source.smooth.points[rows] @ T[:3, :3].T + T[:3, 3]

@@ -116,16 +116,59 @@ def test_ply_as_text(tmp_path):
     assert_array_equal(found.data["confidence"], [0.5] * 4)
 
 
-def test_obj_keeps_colors_and_unit(tmp_path):
-    SURFACE.save(tmp_path / "a.obj")
+def test_obj_keeps_colors_texture_and_unit(tmp_path):
+    import trimesh
+
+    with pytest.warns(
+        sm.SimplexMeshWarning, match="OBJ files do not hold these arrays, .* left out: intensity, label$"
+    ):
+        SURFACE.save(tmp_path / "a.obj")
     found = sm.read(tmp_path / "a.obj")
     assert found.unit == "mm"
-    assert list(found.data) == ["colors"]
+    assert sorted(found.data) == ["colors", "uv"]
     assert_array_equal(found.data["colors"], SURFACE.data["colors"])
+    assert_allclose(found.data["uv"], SURFACE.data["uv"], atol=1e-6)  # VTK has them in single precision
+    SURFACE.with_data(colors=None, intensity=None, label=None).save(tmp_path / "b.obj")
+    assert_allclose(trimesh.load(tmp_path / "b.obj", process=False).visual.uv, SURFACE.data["uv"], atol=1e-12)
+
+
+@pytest.mark.parametrize(("ending", "lost"), [
+    (".stl", "colors, intensity, label, uv"), (".off", "colors, intensity, label, uv"),
+    (".xyz", "colors, intensity, label, uv"), (".3mf", "colors, intensity, label, uv"), (".glb", "frame"),
+])  # fmt: skip
+def test_arrays_that_a_format_does_not_hold_are_named(ending, lost, tmp_path):
+    thing = SURFACE.with_data(frame=np.zeros((SURFACE.n_vertices, 9))) if ending == ".glb" else SURFACE
+    said = f"{ending[1:].upper()} files do not hold these arrays, which were left out: {lost}$"
+    with pytest.warns(sm.SimplexMeshWarning, match=said):
+        thing.save(tmp_path / f"a{ending}")
+    SURFACE.with_data(**dict.fromkeys(SURFACE.data)).save(tmp_path / f"a{ending}")  # nothing to tell
+
+
+def test_names_of_ply_with_numbers_come_back(tmp_path):
+    data = {"uv_0": np.arange(N) / N, "uv_1": np.ones(N), "st": np.ones((N, 2)), "rgb": np.zeros(N, np.int32)}
+    for name in ("red", "green", "blue"):
+        data[name] = np.linspace(0, 9, N)
+    cloud = sm.PointCloud(BALL.vertices, data=data)
+    cloud.save(tmp_path / "a.ply")
+    same(sm.read(tmp_path / "a.ply"), cloud)
+
+
+def test_textures_without_seams_come_from_trimesh():
+    import trimesh
+
+    at = np.random.default_rng(0).random((SURFACE.n_vertices, 2))
+    given = trimesh.Trimesh(SURFACE.vertices, SURFACE.faces, process=False)
+    given.visual = trimesh.visual.TextureVisuals(uv=at)
+    assert_array_equal(as_triangles(given).data["uv"], at)
+    rows = SURFACE.faces.ravel()
+    seamy = trimesh.Trimesh(SURFACE.vertices[rows], np.arange(len(rows)).reshape(-1, 3), process=False)
+    seamy.visual = trimesh.visual.TextureVisuals(uv=np.random.default_rng(0).random((len(rows), 2)))
+    with pytest.warns(sm.SimplexMeshWarning, match="merged"):
+        assert "uv" not in as_triangles(seamy).data
 
 
 def test_obj_as_vtk_reads_it_in_single_precision(tmp_path):
-    small = SURFACE.transformed(np.diag([0.3, 0.3, 0.3, 1]))
+    small = SURFACE.transformed(np.diag([0.3, 0.3, 0.3, 1])).with_data(intensity=None, label=None, uv=None)
     small.save(tmp_path / "a.obj")
     rounded = replace(small, vertices=small.vertices.astype(np.float32), data={})
     assert_array_equal(with_colors_of_obj(rounded, tmp_path / "a.obj").data["colors"], SURFACE.data["colors"])
@@ -141,6 +184,7 @@ def test_obj_with_seams_and_with_colors_of_some_vertices(tmp_path):
     (tmp_path / "a.obj").write_text("".join(f"v {row}\n" for row in corners) + faces)
     found = sm.read(tmp_path / "a.obj")
     assert found.n_vertices == 4  # VTK has six
+    assert list(found.data) == ["colors"]
     for position, color in zip(found.vertices, found.data["colors"], strict=True):
         assert f"{' '.join(f'{x:g}' for x in [*position, *(color / 255)])}" in corners
     (tmp_path / "b.obj").write_text("".join(f"v {row}\n" for row in [*corners[:3], "0 0 1"]) + faces)
@@ -214,6 +258,21 @@ def test_volumes_remember_their_unit(ending, tmp_path):
     assert_allclose(found.in_unit("cm").spacing, (1, 2, 3), rtol=1e-6)
 
 
+@pytest.mark.parametrize(("field", "unit"), [
+    ('space units: "um" "um" "um"', "um"), ('space units: "mm" "mm" "s"', None), ('space units: "px" "px" "px"', None),
+])  # fmt: skip
+def test_nrrd_says_the_unit_of_its_space(field, unit, tmp_path):
+    head = "NRRD0004\ntype: uchar\ndimension: 3\nspace: left-posterior-superior\nsizes: 3 3 3\nencoding: raw\n"
+    head += f"space directions: (1,0,0) (0,1,0) (0,0,1)\n{field}\n\n"
+    (tmp_path / "a.nrrd").write_bytes(head.encode() + bytes(range(27)))
+    assert sm.read(tmp_path / "a.nrrd").unit == unit
+    plain = head.replace("space: left-posterior-superior\n", "").replace(
+        "space directions: (1,0,0) (0,1,0) (0,0,1)\n", ""
+    )
+    (tmp_path / "b.nrrd").write_bytes(plain.replace("space units", "units").encode() + bytes(range(27)))
+    assert sm.read(tmp_path / "b.nrrd").unit == unit
+
+
 def test_glb_is_in_meters(tmp_path):
     import trimesh
 
@@ -229,7 +288,7 @@ def test_3mf_is_in_millimeters(tmp_path):
     import trimesh
 
     pytest.importorskip("lxml")
-    SURFACE.in_unit("m").save(tmp_path / "a.3mf")
+    SURFACE.with_data(**dict.fromkeys(DATA)).in_unit("m").save(tmp_path / "a.3mf")
     assert_allclose(trimesh.load(tmp_path / "a.3mf").extents, np.ptp(SURFACE.bounds, axis=0), rtol=1e-9)
 
 

@@ -30,6 +30,14 @@ def test_crossings_are_the_outer_ones():
     assert len(outer_crossings(hollow, 99.0)) == 0
 
 
+@pytest.mark.parametrize("kind", [np.int8, np.uint8, np.int16, np.uint16])
+def test_otsu_of_whole_numbers_is_that_of_the_same_floats(kind):
+    limits = np.iinfo(kind)
+    heaps = np.random.default_rng(0).integers(limits.min, limits.min + 9, (9, 8, 7)).astype(kind)
+    heaps[:4] = limits.max
+    assert otsu_threshold(heaps) == otsu_threshold(heaps.astype(float))
+
+
 def test_otsu_splits_two_heaps():
     rng = np.random.default_rng(0)
     heaps = np.concatenate([rng.normal(10, 1, 4000), rng.normal(30, 2, 1000)])

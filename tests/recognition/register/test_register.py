@@ -462,6 +462,10 @@ class TestBadInput:
         assert 0 < found.score < 0.1
         assert found.overlap > 0
 
+    def test_two_known_units(self):
+        with pytest.raises(ValueError, match="source and target must have one unit, not m and mm: use in_unit"):
+            sm.register(*(sm.sphere(8).in_unit(unit, unit) for unit in ("m", "mm")))
+
     @pytest.mark.parametrize("size", [1e-3, 1e3])
     def test_two_units(self, size):
         rng = np.random.default_rng(0)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -58,9 +60,9 @@ def test_bodies_that_do_not_meet_keep_their_frames_and_this_is_told(shift):
     body = sm.ellipsoid((3, 2, 1), 20).vertices
     body = body + 0.1 * body**2
     with pytest.warns(sm.SimplexMeshWarning, match="not all scans meet in their frames, which are kept"):
-        kept, poses = posed_scans([body, body + shift], None, lambda fraction, message: None)
+        kept, found = posed_scans([body, body + shift], None, lambda fraction, message: None)
     assert len(kept) == 2
-    assert poses is None
+    assert found is None
 
 
 def test_a_scan_of_something_else_is_left_out_by_name(scans, tmp_path):
@@ -88,6 +90,30 @@ def test_scans_that_do_not_fit_at_all_are_refused():
 def test_automatic_poses_need_scans(data):
     with pytest.raises(ValueError, match="poses='auto' needs several scans, in a list"):
         sm.reconstruct(data, poses="auto")
+
+
+@pytest.mark.parametrize(
+    ("option", "said"),
+    [
+        ({"init": "cube"}, "init must be one of"),
+        ({"vertices": 3}, "vertices must be at least 20"),
+        ({"level": 0.5}, "level and label are for volumes, not for PointCloud"),
+    ],
+)
+def test_options_are_checked_before_poses_are_searched(scans, option, said):
+    seen = []
+    with pytest.raises(ValueError, match=said):
+        sm.reconstruct(scans[0], poses="auto", progress=lambda share, message: seen.append(message), **option)
+    assert seen == []
+
+
+def test_a_scan_with_normals_the_other_way_does_not_spoil_the_model(scans):
+    clouds = [sm.PointCloud(scan, sm.vertex_normals(scan)) for scan in scans[0]]
+    right = sm.reconstruct(clouds, poses="auto", vertices=400)
+    clouds[2] = replace(clouds[2], normals=-clouds[2].normals)
+    with pytest.warns(sm.SimplexMeshWarning, match=r"normals that are opposite .* were turned over: scans\[2\]$"):
+        turned = sm.reconstruct(clouds, poses="auto", vertices=400)
+    np.testing.assert_allclose(turned.mesh.vertices, right.mesh.vertices, atol=1e-6)
 
 
 def test_progress_only_grows(scans):

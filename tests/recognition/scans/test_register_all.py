@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
 import pytest
+from scipy.optimize import least_squares
 
 import simplexmesh as sm
 from simplexmesh.numerics.rotation_vectors import rotation_angle
+from simplexmesh.recognition.scans import pose_graph
 from simplexmesh.recognition.scans.pose_graph import motions, optimized
-from simplexmesh.recognition.scans.scan_pairs import Measured
+from simplexmesh.recognition.scans.scan_pairs import Measured, Scan, contact
 from tests.recognition import reference as reference
 
 BUNNY = ("000", "045", "090", "180", "270", "315")
@@ -65,6 +68,50 @@ class TestPoses:
         assert angles.max() < 0.5
         assert shifts.max() < 30
 
+    def test_do_not_depend_on_which_way_normals_point(self):
+        """Scans of which some are inside out; at once, or where it takes a second look."""
+        scans, poses = views(4, np.random.default_rng(6))
+        clouds = [sm.PointCloud(scan, sm.vertex_normals(scan)) for scan in scans]
+        for k in (0, 2, 3):
+            clouds[k] = replace(clouds[k], normals=-clouds[k].normals)
+        with pytest.warns(sm.SimplexMeshWarning, match=r"were turned over: scans\[1\]$"):
+            found = sm.register_all(clouds)
+        assert found.groups == ((0, 1, 2, 3),)
+        assert found.flipped == (1,)
+        assert off(found, poses, range(4))[0].max() < 0.5
+
+    def test_of_scans_whose_outside_is_not_plain(self):
+        """Half a bowl and all of it: the normals of both are taken for inward, of one rightly."""
+        rng = np.random.default_rng(2)
+        bowl = reference.lumpy(16).triangulated().sampled(9000, rng=rng)
+        part, whole = bowl.selected(bowl.points[:, 2] < 0), bowl.selected(bowl.points[:, 2] < 0.6)
+        T = np.eye(4)
+        T[:3, :3] = reference.random_rotation(rng)
+        with pytest.warns(sm.SimplexMeshWarning, match="were turned over"):
+            found = sm.register_all([replace(part, normals=-part.normals).transformed(T), whole])
+        assert off(found, np.array([np.linalg.inv(T), np.eye(4)]), range(2))[0].max() < 0.5
+
+    def test_of_a_small_piece_of_a_large_scan_touch_in_both_orders(self):
+        rng = np.random.default_rng(9)
+        body = reference.lumpy(16).triangulated()
+        whole, dense = body.sampled(6000, rng=rng).points, body.sampled(40_000, rng=rng).points
+        piece = dense[np.linalg.norm(dense - dense[5], axis=1) < 0.12 * body.diagonal]
+        one, other = Scan.all_of([whole, piece], ("whole", "piece"))
+        T = np.eye(4)
+        T[:3, 3] = (one.center - other.center) / one.unit
+        assert one.surface.area > 20 * other.surface.area
+        assert min(contact(one, other, T)) > 0.8
+        assert contact(one, other, T) == contact(other, one, np.linalg.inv(T))
+
+    @pytest.mark.parametrize("body", [sm.ellipsoid((3, 2, 1), 20), sm.torus(radius=2.0, tube_radius=0.5)])
+    def test_of_symmetric_scans_are_told_to_be_one_of_several(self, body):
+        at = body.vertices
+        turned = at @ reference.random_rotation(np.random.default_rng(0))
+        with pytest.warns(sm.SimplexMeshWarning, match=r"scans\[0\] and scans\[1\] fit each other in several poses"):
+            found = sm.register_all([at[at[:, 2] > -0.3], turned[at[:, 2] < 0.3]])
+        assert {(e.source, e.target) for e in found.edges if e.ambiguous} == {(0, 1), (1, 0)}
+        assert any("ambiguous" in repr(edge) for edge in found.edges)
+
     def test_two_bodies_are_two_groups_and_what_fits_nowhere_is_named(self):
         rng = np.random.default_rng(5)
         (a, true_a), (b, true_b) = views(6, rng), views(6, rng, seed=7)
@@ -110,6 +157,23 @@ class TestPoseGraph:
         found, _ = optimized(near, pairs, [measured(T) for T in between], 1.0)
         np.testing.assert_allclose(found, true, atol=1e-5)
 
+    def test_derivatives_are_those_of_the_residuals(self, monkeypatch):
+        """Near poses that fit exactly, against differences."""
+        rng = np.random.default_rng(4)
+        true, pairs, between = self.circle(4, rng)
+        seen = {}
+
+        def watched(residuals, start, jacobian, **_):
+            x = np.zeros_like(start)
+            steps = 1e-6 * np.eye(len(x))
+            seen["differences"] = np.stack([(residuals(x + s) - residuals(x - s)) / 2e-6 for s in steps], axis=1)
+            seen["derivatives"] = jacobian(x)
+            return least_squares(residuals, start, jacobian)
+
+        monkeypatch.setattr(pose_graph, "least_squares", watched)
+        optimized(true, pairs, [measured(T, 0.5) for T in between], 1.0)
+        np.testing.assert_allclose(seen["derivatives"], seen["differences"], atol=1e-6)
+
     def test_a_pair_that_contradicts_the_others_counts_little(self):
         rng = np.random.default_rng(1)
         true, pairs, between = self.circle(6, rng)
@@ -127,6 +191,17 @@ class TestPoseGraph:
         np.testing.assert_allclose(found[:, 0, 3], [0, 0.0025, 0.0020], atol=2e-5)
         assert covariances[2][3, 3] > covariances[1][3, 3] > 0
 
+    def test_a_pose_between_pairs_that_contradict_is_uncertain(self):
+        shift = motions(np.array([[0.0, 0, 0, 0.4, 0, 0]]))[0]
+        pairs = [(1, 0), (1, 0), (2, 0)]
+        sure, _ = optimized(np.tile(np.eye(4), (3, 1, 1)), pairs, [measured(np.eye(4))] * 3, 1.0)
+        _, covariances = optimized(
+            np.tile(np.eye(4), (3, 1, 1)), pairs, [measured(np.eye(4)), measured(shift), measured(np.eye(4))], 1.0
+        )
+        np.testing.assert_allclose(sure, np.tile(np.eye(4), (3, 1, 1)), atol=1e-6)
+        assert covariances[1, 3, 3] > 4 * 0.01**2  # of one pair alone 1
+        assert (np.linalg.eigvalsh(covariances[1:]) > 0).all()
+
 
 class TestBadInput:
     @pytest.mark.parametrize(
@@ -136,6 +211,7 @@ class TestBadInput:
             (np.zeros((99, 3)), TypeError, "scans must be a list of scans, not ndarray"),
             ([sm.sphere(12), sm.sphere(4).vertices[:20]], ValueError, r"scans\[1\] must hold at least 50 points"),
             ([sm.sphere(12), sm.sphere(12, radius=0.001)], ValueError, r"in one unit: scans\[1\] has an extent of"),
+            ([sm.sphere(8).in_unit(u, u) for u in ("mm", "m")], ValueError, "one unit, not m and mm: use in_unit"),
         ],
     )
     def test_gets_one_sentence(self, scans, kind, said):

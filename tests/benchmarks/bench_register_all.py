@@ -1,0 +1,81 @@
+"""How far off the poses of fifteen views of bodies are, that `register_all` finds, and how long it takes.
+
+Run with `SIMPLEXMESH_DATA=... python tests/benchmarks/bench_register_all.py [names]`.
+Views are 24 degrees apart around a body: the nearest of 600,000 points of its surface in each pixel of 150 along the
+diagonal, of which 6,000 are drawn, with noise of 0.2 % of the diagonal, each view in a random frame. They are given in
+the order taken and in a random one. Bunny: the six scans of Stanford, against `bun.conf`. Errors are angles between a
+pose and the truth, in the frame of the first scan. Tables are printed in Markdown.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+import warnings
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parents[2]))
+
+import simplexmesh as sm
+from simplexmesh.numerics.rotation_vectors import rotation_angle
+from tests.recognition.reference import random_rotation
+
+DATA = Path(os.environ.get("SIMPLEXMESH_DATA", "data"))
+NAMES = ("spot.obj", "fandisk.off", "elephant.off", "lion_head.off", "bunny")
+SAMPLED, DRAWN, PIXELS, NOISE, COUNT = 600_000, 6_000, 150, 0.002, 15
+
+
+def visible(cloud: sm.PointCloud, direction: np.ndarray, pixel: float) -> np.ndarray:
+    """Return the rows of the points that are seen from a direction, in front of all others of their pixel."""
+    across = np.linalg.svd(direction[None])[2][1:]
+    _, cell = np.unique(np.floor(cloud.points @ across.T / pixel), axis=0, return_inverse=True)
+    depth, nearest = cloud.points @ direction, np.full(cell.max() + 1, -np.inf)
+    np.maximum.at(nearest, cell.ravel(), depth)
+    return np.flatnonzero((depth > nearest[cell.ravel()] - 3 * pixel) & (cloud.normals @ direction > 0.15))
+
+
+def views(name: str, rng: np.random.Generator) -> tuple[list[np.ndarray], np.ndarray]:
+    """Return the views of a body, and T_body_view (n, 4, 4) of each."""
+    body = sm.read_triangles(DATA / name)
+    cloud = body.sampled(SAMPLED, rng=rng)
+    scans, poses = [], np.tile(np.eye(4), (COUNT, 1, 1))
+    for T, angle in zip(poses, 2 * np.pi * np.arange(COUNT) / COUNT, strict=True):
+        direction = np.array([np.cos(angle), np.sin(angle), 0.35]) / np.hypot(1, 0.35)
+        rows = visible(cloud, direction, body.diagonal / PIXELS)
+        rows = rng.choice(rows, min(DRAWN, len(rows)), replace=False)
+        points = cloud.points[rows] + NOISE * body.diagonal * rng.normal(size=(len(rows), 3))
+        T[:3, :3], T[:3, 3] = random_rotation(rng), body.diagonal * rng.normal(size=3)
+        scans.append((points - T[:3, 3]) @ T[:3, :3])
+    return scans, poses
+
+
+def bunny() -> tuple[list[Path], np.ndarray]:
+    """Return the scans of the bunny, and their published poses."""
+    known = sm.read_poses(DATA / "bun.conf")
+    paths = [DATA / f"bun{angle}.ply" for angle in ("000", "045", "090", "180", "270", "315")]
+    return paths, np.array([known[path.name] for path in paths])
+
+
+def main(names: tuple[str, ...]) -> None:
+    """Print a row for each body and order."""
+    warnings.simplefilter("ignore")
+    print("| scans | order | groups | worst error, degrees | processor time, s |\n|---|---|---|---|---|")
+    for name in names:
+        scans, poses = bunny() if name == "bunny" else views(name, np.random.default_rng(0))
+        for kind in ("as taken", "random"):
+            order = np.arange(len(scans))
+            order = np.random.default_rng(5).permutation(order) if kind == "random" else order
+            began = time.process_time()
+            found = sm.register_all([scans[k] for k in order])
+            seconds = time.process_time() - began
+            true = np.linalg.solve(poses[order[0]], poses[order])[:, :3, :3]
+            errors = [rotation_angle(R.T @ S[:3, :3]) for R, S in zip(true, found.poses, strict=True)]
+            groups = ", ".join(str(len(group)) for group in found.groups)
+            print(f"| {name} | {kind} | {groups} | {np.degrees(max(errors)):.3f} | {seconds:.1f} |", flush=True)
+
+
+if __name__ == "__main__":
+    main(tuple(sys.argv[1:]) or NAMES)
