@@ -1,7 +1,7 @@
 """`register` against the registration of Open3D, KISS-Matcher and small_gicp, in one process.
 
-Run with `SIMPLEXMESH_DATA=... python tests/benchmarks/bench_register_peers.py [motions] [words of cases] [--store]`. The
-peers are no dependencies: what is not installed is said and left out.
+Run: SIMPLEXMESH_DATA=... python tests/benchmarks/bench_register_peers.py [motions] [words of cases] [--store]; half an
+hour. The peers are no dependencies: what is not installed is said and left out.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ from tests.benchmarks import bench_register as protocol
 from tests.benchmarks.figures import Figures, flagged, installed
 from tests.recognition import reference as reference
 
-PROTOCOL = """Twenty random motions a seed (eight of the two scans), three seeds of the bunny 0.5, 0.5, one of the other
-cases; 5,000 points an object without normals, "0.7" keeps 70 % of them, one side of a random plane; noise in shares of
-the diagonal. A motion is found when its rotation is within 5 degrees. Peers are told the size: voxels of 2.5 % of the
-diagonal for features, normals turned away from the middle, 0.5 % for ICP from points to planes and for small_gicp, which
-begin where the features end. Processor seconds of all threads, median."""
+PROTOCOL = """Twenty random motions a seed, three seeds of the bunny 0.5, 0.5, one of the other cases; 5,000 points an
+object without normals; "0.7" keeps 70 % of it, one side of a random plane; noise in shares of the diagonal. A motion is
+found when its rotation is within 5 degrees. Peers are told the size: voxels of 2.5 % of the diagonal for features, with
+normals turned away from the middle; 0.5 % for ICP from points to planes and for small_gicp, which begin where the
+features end. Processor seconds of all threads, median."""
 COARSE, FINE = 0.025, 0.005
 """Voxels, in shares of the diagonal."""
 
