@@ -133,6 +133,8 @@ def main(*, others: bool, store: bool) -> None:
             draws = (1, 2, 3) if amount and size != "41k" else (1,)
             meshes = [noisy(made.mesh, amount, unit=unit, rng=draw) for draw in draws]
             told(figures, f"{title}, {size}", made.exact, meshes, programs)
+            if store:
+                figures.store()
     for amount in (0.0, 0.1):
         made = discretized.ellipsoid(100, 100, irregular=True)
         told(

@@ -149,8 +149,8 @@ def main() -> None:
     store, figures = flagged(), Figures("decimate", PROTOCOL, ["libigl", "vtk"])
     for name in [name for name in CASES if name in sys.argv] or CASES:
         told(figures, name)
-    if store:
-        figures.store()
+        if store:
+            figures.store()
 
 
 if __name__ == "__main__":

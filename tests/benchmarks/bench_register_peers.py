@@ -186,5 +186,5 @@ if __name__ == "__main__":
         call(*motion_of("bunny 1, 1, 0.2 %", wholes, np.random.default_rng(0))[: 3 if first else 2])
     for name in wanted:
         told(figures, name, wholes, motions)
-    if store:
-        figures.store()
+        if store:
+            figures.store()
