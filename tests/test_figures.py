@@ -20,6 +20,128 @@ REPOSITORY = Path(__file__).parents[1]
 NUMBER = r"(?:\d[\d,]*(?:\.\d+)?|\.\d+)"
 FIGURE = re.compile(rf"(?<![\w.])({NUMBER})(?: to ({NUMBER}))?")
 
+README, CURVATURE, RECOGNITION = "README.md", "docs/curvature.md", "docs/recognition.md"
+PROGRAMS = {
+    "cotangents + angle defect": "libigl, cotangents and angle defect",
+    "VTK": "VTK",
+    "robust_laplacian": "robust_laplacian",
+    "pymeshlab, quadric": "PyMeshLab, quadric fitting",
+    "pymeshlab, APSS": "PyMeshLab, APSS",
+    "igl `principal_curvature`, radius 3": "libigl, quadrics, 3 rings",
+    "igl `principal_curvature`, radius 5": "libigl, quadrics, 5 rings",
+    "pymeshlab, scale-dependent quadric": "PyMeshLab, quadrics at 10 %",
+    "trimesh": "trimesh, ball measures",
+}
+COLUMNS = [
+    *(f"{title}, {size}"
+      for title in ("regular, clean", "irregular, clean", "irregular, 1 % of an edge", "irregular, 10 % of an edge")
+      for size in ("2.5k", "10k", "41k")),
+    "irregular, 1 % of the diagonal, 10k",
+]  # fmt: skip
+
+
+def quality(case, *programs):
+    """Distance, then normals, of each program."""
+    return [f"quality: {case}, {program}, {what}" for program in programs for what in ("distance", "normals")]
+
+
+def registration(case):
+    """Rates, and errors where the page has them."""
+    methods = {"register": 2, "Open3D RANSAC": 1, "Open3D RANSAC, ICP": 2, "Open3D RANSAC, small_gicp": 2}
+    methods["KISS-Matcher, ICP"] = 2
+    whats = ("found", "median error")
+    return [f"register_peers: {case}, {method}, {what}" for method, most in methods.items() for what in whats[:most]]
+
+
+def decimation(name):
+    """Ours, and each peer by both counts."""
+    places = [f"decimate: {name}, decimate, {what}" for what in ("to the new surface", "back")]
+    rows = {f"{name}, `decimate`": places}
+    for peer, shown in (("igl.qslim", "libigl `qslim`"), ("VTK quadrics", "VTK quadrics")):
+        for count in ("as many triangles", "as many vertices"):
+            whats = ("time over ours", "to the new surface", "back")
+            rows[f"{name}, {shown}, {count}"] = [f"decimate: {name}, {peer}, {count}, {what}" for what in whats]
+    return {("docs/operators.md", start): places for start, places in rows.items()}
+
+
+HALVES = "bunny 0.5, 0.5, 0.5 %"
+BODIES = {"whole, 0.2 %": "100% seen, 0.2%", "whole, 1 %": "100% seen, 1.0%", "70 % seen, 0.5 %": "70% seen, 0.5%",
+          "50 % seen, 0.5 %": "50% seen, 0.5%", "35 % seen, 0.5 %": "35% seen, 0.5%"}  # fmt: skip
+NOISY, MASK = "quality: torus points, 1 % noise", "quality: torus mask, 64 samples"
+ROWS = {
+    (README, "torus from 20,000 points"): [
+        f"{NOISY}, simplexmesh, distance",
+        f"{NOISY}, CGAL Poisson, distance",
+        f"{NOISY}, Open3D Poisson, best depth, distance",
+    ],
+    (README, "torus from a 0/1 mask"): [
+        f"{MASK}, {who}, {what}" for who in ("simplexmesh", "windowed sinc") for what in ("distance", "normals")
+    ],
+    (README, "head CT"): ["reconstruct: head CT, level 500, 3,000 vertices, processor time"],
+    (README, "six bunny scans"): ["reconstruct: six bunny scans, 4,000 vertices, processor time"],
+    (README, "internal force"): [
+        f"motion: {what}, 9,680 vertices, one thread" for what in ("internal force", "windowed sinc")
+    ],
+    (README, "the whole step"): [
+        "motion: whole step, 9,680 vertices, one thread",
+        "quoted: ITK, whole step, 9,680 vertices, one thread",
+    ],
+    (README, "registration of half"): [
+        f"register_peers: {HALVES}, {who}, found" for who in ("register", "Open3D RANSAC, ICP", "KISS-Matcher, ICP")
+    ],
+    (README, "recognition among"): [
+        f"recognize: 13 bodies, 50% seen, 0.5%, {who}first" for who in ("", "Open3D mean FPFH, ")
+    ],
+    (README, "mean curvature of"): [
+        f"adaptive: irregular, clean, 10k, {who}, H" for who in ("adaptive", "PyMeshLab, quadric fitting")
+    ],
+    (README, "the same with noise of 1 %"): [
+        f"adaptive: irregular, 1 % of an edge, 10k, {who}, H" for who in ("adaptive", "PyMeshLab, APSS")
+    ],
+    (README, "the same with noise of 10 %"): [
+        f"adaptive: irregular, 10 % of an edge, 10k, {who}, H" for who in ("adaptive", "PyMeshLab, quadrics at 10 %")
+    ],
+    ("docs/reconstruction.md", "0.2 % noise"): quality("torus points, 0.2 % noise", "simplexmesh", "PyMeshLab APSS"),
+    ("docs/reconstruction.md", "1 % noise"): quality(
+        "torus points, 1 % noise", "simplexmesh", "CGAL Poisson", "Open3D Poisson, best depth"
+    ),
+    **{
+        ("docs/reconstruction.md", f"{shape}, {size}"): quality(f"{shape} mask, {size} samples", *both)
+        for shape in ("torus", "ellipsoid")
+        for size in (64, 128)
+        for both in (("simplexmesh", "windowed sinc"),)
+    },
+    **{
+        ("docs/motion.md", f"{count} vertices, one thread"): [
+            f"motion: {what}, {count} vertices, one thread"
+            for what in ("internal force", "windowed sinc", "whole step")
+        ]
+        + [f"quoted: ITK, whole step, {count} vertices, one thread"]
+        for count in ("980", "9,680", "79,380")
+    },
+    (CURVATURE, "**`sm.curvature(mesh)`**"): [f"adaptive: {column}, adaptive, H" for column in COLUMNS],
+    **{
+        (CURVATURE, start): [f"adaptive: {column}, {program}, H" for column in COLUMNS]
+        for start, program in PROGRAMS.items()
+    },
+    **{
+        (RECOGNITION, start): [
+            f"recognize: 13 bodies, {row}, {what}"
+            for what in (
+                "first",
+                "median error",
+                "histogram of distances, first",
+                "Open3D mean FPFH, first",
+                "trimesh identifier of the hull, first",
+            )
+        ]
+        for start, row in BODIES.items()
+    },
+    **decimation("head"),
+    **decimation("fandisk"),
+    **decimation("elephant"),
+}
+
 
 def row_of(page, start):
     """The one row of a page's tables that begins so."""
