@@ -48,7 +48,6 @@ def quality(case, *programs):
 def registration(case):
     """Rates, and errors where the page has them."""
     methods = {"register": 2, "Open3D RANSAC": 1, "Open3D RANSAC, ICP": 2, "Open3D RANSAC, small_gicp": 2}
-    methods["KISS-Matcher, ICP"] = 2
     whats = ("found", "median error")
     return [f"register_peers: {case}, {method}, {what}" for method, most in methods.items() for what in whats[:most]]
 
@@ -123,6 +122,17 @@ ROWS = {
     **{
         (CURVATURE, start): [f"adaptive: {column}, {program}, H" for column in COLUMNS]
         for start, program in PROGRAMS.items()
+    },
+    **{
+        (RECOGNITION, f"{case} |"): registration(case)
+        for case in (
+            "bunny 1, 1, 0.2 %",
+            "bunny 1, 1, 1 %",
+            "bunny 1, 0.7, 0.5 %",
+            "bunny 1, 0.35, 0.5 %",
+            "bunny 0.7, 0.7, 0.5 %",
+            HALVES,
+        )
     },
     **{
         (RECOGNITION, start): [

@@ -25,7 +25,7 @@ from simplexmesh.bench.truth import discretized
 from simplexmesh.bench.truth.graphs import graph
 from simplexmesh.bench.truth.noise import noisy
 from tests.benchmarks.curvature_peers import OPTIONAL, peers, rings
-from tests.benchmarks.figures import Figures, flagged, installed
+from tests.benchmarks.figures import Figures, installed
 
 PROTOCOL = """Torus of radii 1 and 0.35 with 2,550, 10,200 or 40,800 vertices on it; irregular: vertices moved on the
 surface, quads split at random. Gaussian noise in every coordinate, in shares of the mean edge or of the diagonal; three
@@ -121,7 +121,7 @@ def at_borders() -> None:
             line(f"{name}, {100 * amount:g} %", cells)
 
 
-def main(*, others: bool, store: bool) -> None:
+def main(*, others: bool) -> None:
     """Tell all columns."""
     sm.curvature(discretized.torus(60, 24, irregular=True).mesh)
     libraries = installed(*OPTIONAL) if others else {}
@@ -133,19 +133,16 @@ def main(*, others: bool, store: bool) -> None:
             draws = (1, 2, 3) if amount and size != "41k" else (1,)
             meshes = [noisy(made.mesh, amount, unit=unit, rng=draw) for draw in draws]
             told(figures, f"{title}, {size}", made.exact, meshes, programs)
-            if store:
-                figures.store()
+            figures.keep()
     for amount in (0.0, 0.1):
         made = discretized.ellipsoid(100, 100, irregular=True)
         told(
             figures, f"ellipsoid, {100 * amount:g} % of an edge, 10k", made.exact, [noisy(made.mesh, amount, rng=1)], {}
         )
-    if store:
-        figures.store()
+    figures.keep()
 
 
 if __name__ == "__main__":
-    store = flagged()
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--no-peers", action="store_true")
     parser.add_argument("--borders", action="store_true", help="only the errors at borders")
@@ -153,4 +150,4 @@ if __name__ == "__main__":
     if given.borders:
         at_borders()
     else:
-        main(others=not given.no_peers, store=store)
+        main(others=not given.no_peers)

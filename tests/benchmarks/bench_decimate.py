@@ -20,7 +20,7 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import simplexmesh as sm
 from simplexmesh.motion.targets.triangles import surface_distance
-from tests.benchmarks.figures import Figures, flagged
+from tests.benchmarks.figures import Figures
 
 PROTOCOL = """A simplex mesh of n vertices is dual to n triangles on n / 2 vertices. Ours is decimated to a number of
 vertices; the dual triangles by the peers to as many triangles, and to as many vertices, which are twice the triangles.
@@ -146,11 +146,10 @@ def main() -> None:
     if "picture" in sys.argv:
         picture()
         return
-    store, figures = flagged(), Figures("decimate", PROTOCOL, ["libigl", "vtk"])
+    figures = Figures("decimate", PROTOCOL, ["libigl", "vtk"])
     for name in [name for name in CASES if name in sys.argv] or CASES:
         told(figures, name)
-        if store:
-            figures.store()
+        figures.keep()
 
 
 if __name__ == "__main__":

@@ -20,7 +20,7 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import simplexmesh as sm
 from simplexmesh.motion.model import _kernels_averages, _kernels_step
-from tests.benchmarks.figures import Figures, flagged
+from tests.benchmarks.figures import Figures
 from tests.motion import reference as reference
 
 PROTOCOL = """Nanoseconds of processor time per vertex and iteration on one thread, five repeats in turns, each the
@@ -243,7 +243,6 @@ TABLES = {
 FIGURES = Figures("motion", PROTOCOL, ["vtk"])
 
 if __name__ == "__main__":
-    store = flagged()
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("tables", nargs="*", choices=[[], *TABLES], help="which tables; all when none is named")
     wanted = parser.parse_args().tables
@@ -253,5 +252,4 @@ if __name__ == "__main__":
             subprocess.run([sys.executable, __file__, "million"], check=True)
         else:
             TABLES[name]()
-    if store:
-        FIGURES.store()
+    FIGURES.keep()

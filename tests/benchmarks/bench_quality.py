@@ -16,7 +16,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import simplexmesh as sm
-from tests.benchmarks.figures import Figures, flagged, installed
+from tests.benchmarks.figures import Figures, installed
 
 PROTOCOL = """Torus of radii 1 and 0.35, ellipsoid of half axes 1, 0.71, 0.5. Points: 20,000 without normals, Gaussian
 noise in % of the diagonal, three seeds; 12,000 vertices. Masks: 0/1, 64 or 128 samples along the longest axis of a box
@@ -259,15 +259,13 @@ def of_masks(figures):
 def main():
     """Tell the figures named, by default all."""
     warnings.simplefilter("ignore")
-    store = flagged()
     libraries = installed(*PEERS)
     figures = Figures("quality", PROTOCOL, list(libraries))
     if "masks" not in sys.argv:
         of_points(figures, libraries)
     if "points" not in sys.argv:
         of_masks(figures)
-    if store:
-        figures.store()
+    figures.keep()
 
 
 if __name__ == "__main__":

@@ -29,7 +29,7 @@ from simplexmesh.recognition.library.global_descriptor import global_descriptor
 from simplexmesh.recognition.library.scene import Scene
 from simplexmesh.recognition.register.oriented_points import oriented_points
 from tests.benchmarks import bench_register
-from tests.benchmarks.figures import Figures, flagged, installed
+from tests.benchmarks.figures import Figures, installed
 from tests.benchmarks.recognition_peers import descriptors
 from tests.recognition import reference as reference
 
@@ -134,10 +134,12 @@ def by_sides(figures: Figures, each: int, folder: Path) -> None:
         for peer, call in PEERS.items():
             right = []
             for points, _, name in queries:
-                apart = [np.abs(call(points) - model).sum() for model in models[peer]]
+                own = call(points)
+                apart = [np.abs(own - model).sum() for model in models[peer]]
                 right.append(list(known)[int(np.argmin(apart))] == name)
             rates = [np.mean(right[13 * k : 13 * (k + 1)]) for k in range(each)]
             figures.add(f"{row}, {peer}, first", rates, "of the queries")
+        figures.keep()
 
 
 def by_views(figures: Figures, each: int, folder: Path) -> None:
@@ -241,7 +243,6 @@ def by_index(hundreds: int, folder: Path) -> None:
 
 if __name__ == "__main__":
     warnings.simplefilter("ignore", sm.SimplexMeshWarning)
-    store = flagged()
     each = int(sys.argv[1]) if len(sys.argv) > 1 else 5
     libraries = installed("open3d", "trimesh")
     PEERS = descriptors(libraries)
@@ -257,5 +258,4 @@ if __name__ == "__main__":
             of_many(figures, max(1, each // 5), folder)
         if "index" in wanted:
             by_index(max(1, each // 5), folder)
-        if store:
-            figures.store()
+        figures.keep()

@@ -17,7 +17,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import simplexmesh as sm
-from tests.benchmarks.figures import Figures, flagged
+from tests.benchmarks.figures import Figures
 
 PROTOCOL = """Whole calls, reading included, after a first one: seconds of processor time, of all threads, and of the
 clock, three repeats; rms distances in % of the diagonal."""
@@ -72,13 +72,12 @@ def fresh(name, data, options):
 def main():
     """Tell the jobs that have one of the words given, or all."""
     warnings.simplefilter("ignore")
-    store, figures = flagged(), Figures("reconstruct", PROTOCOL)
+    figures = Figures("reconstruct", PROTOCOL)
     all_jobs = jobs(Path(os.environ["SIMPLEXMESH_DATA"]))
     wanted = [name for name in all_jobs if not sys.argv[1:] or any(word in name for word in sys.argv[1:])]
     for name in wanted:
         told(figures, name, *all_jobs[name])
-        if store:
-            figures.store()
+        figures.keep()
     if not sys.argv[1:]:
         name = next(iter(all_jobs))
         fresh(name, *all_jobs[name])

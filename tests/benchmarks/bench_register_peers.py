@@ -19,7 +19,7 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import simplexmesh as sm
 from tests.benchmarks import bench_register as protocol
-from tests.benchmarks.figures import Figures, flagged, installed
+from tests.benchmarks.figures import Figures, installed
 from tests.recognition import reference as reference
 
 PROTOCOL = """Twenty random motions a seed, three seeds of the bunny 0.5, 0.5, one of the other cases; 5,000 points an
@@ -81,11 +81,12 @@ def ransac(o3d: Any, source: np.ndarray, target: np.ndarray) -> np.ndarray:
 
 
 def kiss(matcher: Any, source: np.ndarray, target: np.ndarray) -> np.ndarray:
-    """Return the motion that KISS-Matcher finds from features."""
-    voxel = COARSE * float(np.linalg.norm(np.ptp(target, axis=0)))
-    found = matcher.KISSMatcher(voxel).estimate(*(np.asarray(points, np.float32) for points in (source, target)))
+    """Return the motion that KISS-Matcher, which refuses small numbers, finds from features at a size of one."""
+    size = float(np.linalg.norm(np.ptp(target, axis=0)))
+    points = (np.asarray(each / size, np.float32) for each in (source, target))
+    found = matcher.KISSMatcher(COARSE).estimate(*points)
     T = np.eye(4)
-    T[:3, :3], T[:3, 3] = found.rotation, found.translation
+    T[:3, :3], T[:3, 3] = found.rotation, size * np.asarray(found.translation)
     return T
 
 
@@ -175,7 +176,6 @@ def told(figures: Figures, name: str, wholes: dict[str, np.ndarray], motions: in
 
 
 if __name__ == "__main__":
-    store = flagged()
     motions = int(sys.argv[1]) if len(sys.argv) > 1 else 20
     wanted = [name for name in CASES if not sys.argv[2:] or any(word in name for word in sys.argv[2:])]
     libraries = installed(*PEERS)
@@ -186,5 +186,4 @@ if __name__ == "__main__":
         call(*motion_of("bunny 1, 1, 0.2 %", wholes, np.random.default_rng(0))[: 3 if first else 2])
     for name in wanted:
         told(figures, name, wholes, motions)
-        if store:
-            figures.store()
+        figures.keep()

@@ -16,28 +16,14 @@ from types import ModuleType
 from typing import Any
 
 RESULTS = Path(__file__).parent / "results"
-SUMMARIES = {"mean": lambda values: sum(values) / len(values), "least": min, "most": max}
-
-
-def flagged(flag: str = "--store") -> bool:
-    """Return whether the command line has a flag, and take it off."""
-    given = flag in sys.argv
-    sys.argv[:] = [argument for argument in sys.argv if argument != flag]
-    return given
+STORING = "--store" in sys.argv
+sys.argv[:] = [argument for argument in sys.argv if argument != "--store"]  # the rest is the benchmark's
 
 
 def stored(name: str) -> dict[str, Any]:
     """Return what is stored of a benchmark."""
     path = RESULTS / f"{name}.json"
     return json.loads(path.read_text(encoding="utf-8")) if path.exists() else {"figures": {}}
-
-
-def summary(name: str, key: str) -> float:
-    """Return the mean of a figure's values, or their least or most where the key ends in `, least` or `, most`."""
-    figure, _, kind = key.rpartition(", ")
-    if kind not in SUMMARIES:
-        figure, kind = key, "mean"
-    return SUMMARIES[kind](stored(name)["figures"][figure]["values"])
 
 
 def installed(*names: str) -> dict[str, ModuleType]:
@@ -60,13 +46,15 @@ class Figures:
     def add(self, key: str, values: Sequence[float], unit: str) -> None:
         """Print a figure, its mean and its range, and keep it."""
         values = [float(f"{value:.5g}") for value in values]
-        mean = SUMMARIES["mean"](values)
+        mean = sum(values) / len(values)
         spread = f" ({min(values):.5g} to {max(values):.5g}, {len(values)})" if len(values) > 1 else ""
         print(f"{key}: {mean:.5g}{spread} {unit}", flush=True)
         self.found[key] = {"unit": unit, "values": values}
 
-    def store(self) -> None:
-        """Write the figures among those stored before."""
+    def keep(self) -> None:
+        """Write the figures among those stored before, if `--store` was given."""
+        if not STORING:
+            return
         peers = {peer: metadata.version(peer) for peer in self.peers}
         known = stored(self.name)
         head = {
