@@ -100,7 +100,9 @@ ROWS = {
     (README, "the same with noise of 10 %"): [
         f"adaptive: irregular, 10 % of an edge, 10k, {who}, H" for who in ("adaptive", "PyMeshLab, quadrics at 10 %")
     ],
-    ("docs/reconstruction.md", "0.2 % noise"): quality("torus points, 0.2 % noise", "simplexmesh", "PyMeshLab APSS"),
+    ("docs/reconstruction.md", "0.2 % noise"): quality(
+        "torus points, 0.2 % noise", "simplexmesh", "PyMeshLab APSS", "Open3D Poisson, best depth"
+    ),
     ("docs/reconstruction.md", "1 % noise"): quality(
         "torus points, 1 % noise", "simplexmesh", "CGAL Poisson", "Open3D Poisson, best depth"
     ),
