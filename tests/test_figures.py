@@ -121,6 +121,7 @@ ROWS = {
         for count in ("980", "9,680", "79,380")
     },
     (CURVATURE, "**`sm.curvature(mesh)`**"): [f"adaptive: {column}, adaptive, H" for column in COLUMNS],
+    (CURVATURE, "meshlib, quoted"): [f"quoted: {column}, meshlib, H" for column in COLUMNS],
     **{
         (CURVATURE, start): [f"adaptive: {column}, {program}, H" for column in COLUMNS]
         for start, program in PROGRAMS.items()

@@ -2,7 +2,8 @@
 
 `results/NAME.json` has the protocol in a sentence, the versions of the peers measured in the same process, and of each
 figure its unit and its values, one a seed or repetition. A part that is run again replaces its own figures only. What
-could not be run here is in `results/quoted.json`, each figure with its source and protocol.
+could not be run here is in `results/quoted.json`, each figure with its source and protocol. The peers that are no
+dependencies: pip install open3d small_gicp kiss-matcher pymeshlab compas_cgal robust_laplacian trimesh rtree.
 """
 
 from __future__ import annotations
