@@ -1,10 +1,6 @@
 """Speed and accuracy of decimation, compared with that of the dual triangles by libigl and VTK.
 
-Usage: SIMPLEXMESH_DATA=folder python tests/benchmarks/bench_decimate.py [head | fandisk | elephant | picture]
-
-A simplex mesh of n vertices and its dual of n triangles are decimated to the same number. Each result is compared with
-its original: rms distance of 60,000 points of either surface to the other, in % of the diagonal, and the larger of the
-two largest distances. CPU seconds are the minimum of three calls after a first one, which is reported separately.
+Usage: SIMPLEXMESH_DATA=folder python tests/benchmarks/bench_decimate.py [head | fandisk | elephant | picture] [--store]
 """
 
 from __future__ import annotations
@@ -20,9 +16,16 @@ import numpy as np
 import pyvista as pv
 from PIL import Image
 
+sys.path.insert(0, str(Path(__file__).parents[2]))
+
 import simplexmesh as sm
 from simplexmesh.motion.targets.triangles import surface_distance
+from tests.benchmarks.figures import Figures
 
+PROTOCOL = """A simplex mesh of n vertices is dual to n triangles on n / 2 vertices. Ours is decimated to a number of
+vertices; the dual triangles by the peers to as many triangles, and to as many vertices, which are twice the triangles.
+Rms distance of 60,000 points of either surface to the other, in % of the diagonal, each result measured against its own
+input; processor time of the fastest of three calls after a first one. Deterministic but for the time: one value."""
 CASES = {"head": 4000, "fandisk": 1000, "elephant": 1000}
 SAMPLES = 60_000
 
@@ -91,27 +94,26 @@ def peers(triangles, count):
     }
 
 
-def table(name: str) -> None:
-    """Print times and distances of our decimation and of the peers' for one mesh."""
+def told(figures: Figures, name: str) -> None:
+    """Tell times and distances of our decimation and of the peers' for one mesh."""
     mesh, count = loaded(name), CASES[name]
     percent = 100 / float(np.linalg.norm(np.ptp(mesh.bounds, axis=0)))
     out, cold, ours = timed(lambda: sm.decimate(mesh, vertices=count))
     problems = out.mesh.check(self_intersections=True).problems
     print(f"\n{name}: {mesh} to {out.mesh}")
     print(f"first call {cold:.2f} s, {len(out.exceptions)} exceptions, problems: {'; '.join(problems) or 'none'}")
-    print("| | vertices or triangles | seconds | times ours | rms there | rms back | largest |")
-    print("|---|--:|--:|--:|--:|--:|--:|")
     fan, dual = mesh.triangulated(method="fan"), mesh.triangulated(method="dual")
-    pairs = [("simplexmesh", out.mesh.n_vertices, ours, fan, out.mesh.triangulated(method="fan"))]
-    for peer, job in peers(dual, count).items():
-        got, _, seconds = timed(job)
-        surface = sm.TriangleMesh(*corners_and_faces(got))
-        pairs.append((peer, len(surface.faces), seconds, dual, surface))
-    for title, size, seconds, before, after in pairs:
+    found = [("decimate", ours, fan, out.mesh.triangulated(method="fan"))]
+    for title, triangles in (("as many triangles", count), ("as many vertices", 2 * count)):
+        for peer, job in peers(dual, triangles).items():
+            got, _, seconds = timed(job)
+            found.append((f"{peer}, {title}", seconds, dual, sm.TriangleMesh(*corners_and_faces(got))))
+    for title, seconds, before, after in found:
         measured = apart((before.vertices, before.faces), (after.vertices, after.faces))
-        there, back, most = (percent * value for value in measured)
-        row = f"{size:,} | {seconds:.3f} | {seconds / ours:.2f} | {there:.4f} | {back:.4f} | {most:.2f}"
-        print(f"| {title} | {row} |", flush=True)
+        for what, value in zip(("to the new surface", "back", "largest"), measured, strict=True):
+            figures.add(f"{name}, {title}, {what}", [percent * value], "% of the diagonal")
+        figures.add(f"{name}, {title}, time", [seconds], "s")
+        figures.add(f"{name}, {title}, time over ours", [seconds / ours], "")
 
 
 def picture(path: str = "decimated.jpg") -> None:
@@ -144,8 +146,10 @@ def main() -> None:
     if "picture" in sys.argv:
         picture()
         return
+    figures = Figures("decimate", PROTOCOL, ["libigl", "vtk"])
     for name in [name for name in CASES if name in sys.argv] or CASES:
-        table(name)
+        told(figures, name)
+        figures.keep()
 
 
 if __name__ == "__main__":

@@ -1,6 +1,7 @@
 """Cost of the motion, relative to peers run in the same process.
 
-Run with `python tests/benchmarks/bench_motion.py`; a minute or two. Tables are printed in Markdown.
+Run with `python tests/benchmarks/bench_motion.py [tables] [--store]`; a minute or two. Tables are printed in Markdown;
+that of `one_thread` is stored.
 """
 
 from __future__ import annotations
@@ -19,8 +20,14 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import simplexmesh as sm
 from simplexmesh.motion.model import _kernels_averages, _kernels_step
+from tests.benchmarks.figures import Figures
 from tests.motion import reference as reference
 
+PROTOCOL = """Nanoseconds of processor time per vertex and iteration on one thread, five repeats in turns, each the
+least of several calls. Internal force: a step of DeformableModel without data, on a rough sphere. Whole step: internal
+force and the search of an isosurface along the normals, 100 iterations from a sphere of radius 32 to an ellipsoid of
+half axes 36, 32, 28 voxels in a smooth volume of 128 voxels a side. Peer: VTK's windowed sinc, which moves the points
+of the triangulated sphere along means of neighbors; 110 iterations less 10."""
 SIZES = (7, 22, 71, 224)  # 20 f^2 vertices: about 1e3, 1e4, 1e5, 1e6
 
 
@@ -87,24 +94,42 @@ def constraints() -> None:
         print(f"| {name} | {1e8 * best(ten) / n:.1f} |")
 
 
-def windowed_sinc() -> None:
-    """Time VTK's best smoother per iteration on a triangulated sphere."""
+def processor(function: Callable[[], object], least: int = 3) -> float:
+    """Return the least processor time of one call in seconds."""
+    times = []
+    for _ in range(least):
+        start = time.process_time()
+        function()
+        times.append(time.process_time() - start)
+    return min(times)
+
+
+def one_thread() -> None:
+    """Tell internal force, whole step and VTK's best smoother in turns, all on one thread."""
+    import numba
     import pyvista
 
-    print("\n| points | windowed sinc, ns/point and iteration | our step, ns/vertex | ratio |\n|--:|--:|--:|--:|")
-    for frequency in SIZES[:3]:
-        mesh = rough_sphere(frequency)
+    threads = numba.get_num_threads()
+    numba.set_num_threads(1)
+    axis = np.arange(128) - 63.5
+    r = np.sqrt((axis[:, None, None] / 36) ** 2 + (axis[:, None] / 32) ** 2 + (axis / 28) ** 2)
+    volume = sm.Volume((100 / (1 + np.exp(16 * (r - 1)))).astype(np.float32), origin=(-63.5, -63.5, -63.5))
+    target = sm.targets.Isosurface(volume, 50.0)
+    for frequency in (7, 22, 63):
+        mesh, start = rough_sphere(frequency), sm.sphere(frequency, radius=32.0)
+        model, n = sm.DeformableModel(mesh), mesh.n_vertices
         surface = mesh.triangulated("fan")
-        faces = np.insert(surface.faces, 0, 3, axis=1).ravel()
-        data = pyvista.PolyData(np.array(surface.vertices), faces)
-
-        def smooth(iterations: int, data: pyvista.PolyData = data) -> float:
-            return best(lambda: data.smooth_taubin(n_iter=iterations), budget=0.3)
-
-        few, many = smooth(10), smooth(110)
-        theirs = 1e7 * (many - few) / data.n_points
-        ours = 1e9 * best(sm.DeformableModel(mesh).step) / mesh.n_vertices
-        print(f"| {data.n_points:,} | {theirs:.1f} | {ours:.1f} | {theirs / ours:.1f} |")
+        data = pyvista.PolyData.from_regular_faces(np.array(surface.vertices), np.array(surface.faces))
+        times: dict[str, list[float]] = {"internal force": [], "whole step": [], "windowed sinc": []}
+        for _ in range(5):
+            step = processor(lambda: [model.step() for _ in range(20)]) / 20  # noqa: B023
+            whole = processor(lambda: [*sm.DeformableModel(start, target, reach=10.0).run(100, every=100)], 2)  # noqa: B023
+            few, many = (processor(lambda: data.smooth_taubin(n_iter=count)) for count in (10, 110))  # noqa: B023
+            for what, spent in zip(times, (step / n, whole / 100 / n, (many - few) / 100 / data.n_points), strict=True):
+                times[what].append(1e9 * spent)
+        for what, spent in times.items():
+            FIGURES.add(f"{what}, {n:,} vertices, one thread", spent, "ns")
+    numba.set_num_threads(threads)
 
 
 def isosurface() -> None:
@@ -212,15 +237,19 @@ def million() -> None:
 
 TABLES = {
     table.__name__: table
-    for table in (internal_update, constraints, windowed_sinc, isosurface, crossover, vertex_order, million)
+    for table in (internal_update, constraints, one_thread, isosurface, crossover, vertex_order, million)
 }
+
+FIGURES = Figures("motion", PROTOCOL, ["vtk"])
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("tables", nargs="*", choices=[[], *TABLES], help="which tables; all when none is named")
-    for name in parser.parse_args().tables or TABLES:
-        if name == "million" and len(sys.argv) < 2:
+    wanted = parser.parse_args().tables
+    for name in wanted or TABLES:
+        if name == "million" and not wanted:
             # in a process of its own, whose memory is measured
             subprocess.run([sys.executable, __file__, "million"], check=True)
         else:
             TABLES[name]()
+    FIGURES.keep()

@@ -1,14 +1,14 @@
 """Which model of a library a scan shows: how often `ModelLibrary` says it, and how long it takes.
 
-Run with `SIMPLEXMESH_DATA=... python tests/benchmarks/bench_recognize.py [queries] [bodies|views|many|index]`.
+Run: SIMPLEXMESH_DATA=... python tests/benchmarks/bench_recognize.py [queries] [bodies|views|many|index] [--store]
 
 bodies: 13 bodies of one size (ten of the data folder, the kitten's points, the fused bunny, PyVista's ant); so many
 queries of each, 5,000 points sampled anew without normals, turned; "70 %" keeps one side of a random plane; noise in
-shares of the diagonal. views: what one depth camera sees of them from a random side, hidden points removed by a
-z-buffer. many: a library of 510: the 17 closed meshes of the data folder, and of each 29 more bent smoothly at random,
-by 4 % of the diagonal in the root mean square; a fifth of a hundred times so many queries, of models chosen at random.
-index: in which place the right model of the 510 is by what is compared before any pose. Times are those of whole calls:
-the least, the median, and the median of the processor's time over all threads. Tables are printed in Markdown.
+shares of the diagonal; beside the peers of `recognition_peers`. views: what one depth camera sees of them from a random
+side, hidden points removed by a z-buffer. many: a library of 510: the 17 closed meshes of the data folder, and of each
+29 more bent smoothly at random, by 4 % of the diagonal in the root mean square; a fifth of a hundred times so many
+queries, of models chosen at random. index: in which place the right model of the 510 is by what is compared before any
+pose, printed in Markdown.
 """
 
 from __future__ import annotations
@@ -29,8 +29,16 @@ from simplexmesh.recognition.library.global_descriptor import global_descriptor
 from simplexmesh.recognition.library.scene import Scene
 from simplexmesh.recognition.register.oriented_points import oriented_points
 from tests.benchmarks import bench_register
+from tests.benchmarks.figures import Figures, installed
+from tests.benchmarks.recognition_peers import descriptors
 from tests.recognition import reference as reference
 
+PROTOCOL = """Thirteen bodies of one size: ten meshes, the kitten's points, the fused bunny, PyVista's ant. Queries:
+5,000 points sampled anew without normals, turned at random; a part is one side of a random plane, a view what a
+camera sees; noise in shares of the diagonal. Share of queries whose first answer is right, one value for each of five
+rounds of the 13 bodies. Peers have no such function: the body with the nearest descriptor of 20,000 of its points, at
+the known size. 510 models: 17 closed meshes and 29 smooth deformations of each, by 4 % of the diagonal; rounds of 20
+queries."""
 DATA = Path(os.environ.get("SIMPLEXMESH_DATA", "data"))
 MESHES = ("spot.obj", "elephant.off", "femur.off", "knot1.off", "eight.off", "fandisk.off", "anchor.off",
           "featuretype.stl", "lion_head.off", "mannequin.off")  # fmt: skip
@@ -89,8 +97,8 @@ def seen(points: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     return points[at[:, 2] < around[tuple((pixel + 1).T)] + 2 * size]
 
 
-def asked(library: sm.ModelLibrary, queries) -> str:
-    """Return a line of the table for queries (points, rotation, name)."""
+def asked(figures: Figures, row: str, library: sm.ModelLibrary, queries, rounds: int) -> None:
+    """Tell how queries (points, rotation, name) are answered."""
     places, angles, spent, work = [], [], [], []
     for points, R, name in queries:
         began, busy = time.perf_counter(), time.process_time()
@@ -101,40 +109,48 @@ def asked(library: sm.ModelLibrary, queries) -> str:
         places.append(names.index(name) if name in names else 99)
         if places[-1] == 0:
             angles.append(reference.angle(found[0].T_scan_model[:3, :3], R))
-    first, five = (np.mean(np.array(places) < most) for most in (1, 5))
-    return (
-        f"{len(places)} | {first:.3f} | {five:.3f} | {np.median(angles):.2f} | {1000 * min(spent):.0f} "
-        f"| {1000 * np.median(spent):.0f} | {1000 * np.median(work):.0f} |"
-    )
+    answers = np.array(places)
+    for what, most in (("first", 1), ("among five", 5)):
+        figures.add(f"{row}, {what}", [np.mean(answers[k::rounds] < most) for k in range(rounds)], "of the queries")
+    figures.add(f"{row}, median error", [np.median(angles)], "degrees")
+    figures.add(f"{row}, processor time", [np.median(work)], "s")
+    print(f"{row}: {len(places)} queries, wall-clock median {np.median(spent):.3f} s")
 
 
-HEADER = (
-    "queries | first | among five | degrees | least ms | median ms | processor ms |\n|---|--:|--:|--:|--:|--:|--:|--:|"
-)
-
-
-def by_sides(each: int, folder: Path) -> None:
-    """Print how often bodies are recognized of which one side of a plane is seen."""
+def by_sides(figures: Figures, each: int, folder: Path) -> None:
+    """Tell how often bodies are recognized of which one side of a plane is seen, by us and by peers."""
     known = bodies()
     library = filled(folder / "bodies.sml", known)
-    print(f"\n| 13 bodies | {HEADER}")
+    rng = np.random.default_rng(5)
+    dense = {name: points[rng.permutation(len(points))[:20_000]] for name, (points, _) in known.items()}
+    models = {peer: [call(points) for points in dense.values()] for peer, call in PEERS.items()}
     for share, noise in SHARES:
         rng = np.random.default_rng([7, int(100 * share), int(1000 * noise)])
-        queries = ((*turned(bench_register.side(points, share, rng), noise, rng), name)
-                   for name, (points, _) in known.items() for _ in range(each))  # fmt: skip
-        print(f"| {share:.0%} seen, {noise:.1%} | {asked(library, queries)}", flush=True)
+        queries = [(*turned(bench_register.side(points, share, rng), noise, rng), name)
+                   for _ in range(each) for name, (points, _) in known.items()]  # fmt: skip
+        row = f"13 bodies, {share:.0%} seen, {noise:.1%}"
+        in_rounds = [queries[k + 13 * turn] for k in range(13) for turn in range(each)]
+        asked(figures, row, library, in_rounds, each)
+        for peer, call in PEERS.items():
+            right = []
+            for points, _, name in queries:
+                own = call(points)
+                apart = [np.abs(own - model).sum() for model in models[peer]]
+                right.append(list(known)[int(np.argmin(apart))] == name)
+            rates = [np.mean(right[13 * k : 13 * (k + 1)]) for k in range(each)]
+            figures.add(f"{row}, {peer}, first", rates, "of the queries")
+        figures.keep()
 
 
-def by_views(each: int, folder: Path) -> None:
-    """Print how often bodies are recognized in single views."""
+def by_views(figures: Figures, each: int, folder: Path) -> None:
+    """Tell how often bodies are recognized in single views."""
     known = bodies()
     library = filled(folder / "bodies.sml", known)
-    print(f"\n| 13 bodies | {HEADER}")
     for noise in (0.002, 0.005):
         rng = np.random.default_rng(8)
         queries = ((*turned(seen(points, rng), noise, rng), name)
                    for name, (points, _) in known.items() for _ in range(each))  # fmt: skip
-        print(f"| one view, {noise:.1%} | {asked(library, queries)}", flush=True)
+        asked(figures, f"13 bodies, one view, {noise:.1%}", library, queries, each)
 
 
 def filled(path: Path, known) -> sm.ModelLibrary:
@@ -185,16 +201,15 @@ def crowded(folder: Path) -> tuple[sm.ModelLibrary, dict[str, sm.TriangleMesh]]:
     return library, meshes
 
 
-def of_many(hundreds: int, folder: Path) -> None:
-    """Print how often one of 510 models is recognized."""
+def of_many(figures: Figures, hundreds: int, folder: Path) -> None:
+    """Tell how often one of 510 models is recognized."""
     library, meshes = crowded(folder)
-    print(f"\n| 510 models | {HEADER}")
     for share, noise in SHARES[1:4]:
         rng = np.random.default_rng([9, int(100 * share)])
         names = rng.choice(list(meshes), 100 * hundreds)
         queries = ((*turned(bench_register.side(meshes[name].sampled(30_000, rng=rng).points, share, rng), noise, rng),
                     str(name)) for name in names)  # fmt: skip
-        print(f"| {share:.0%} seen, {noise:.1%} | {asked(library, queries)}", flush=True)
+        asked(figures, f"510 models, {share:.0%} seen, {noise:.1%}", library, queries, 5)
 
 
 def by_index(hundreds: int, folder: Path) -> None:
@@ -229,14 +244,18 @@ def by_index(hundreds: int, folder: Path) -> None:
 if __name__ == "__main__":
     warnings.simplefilter("ignore", sm.SimplexMeshWarning)
     each = int(sys.argv[1]) if len(sys.argv) > 1 else 5
+    libraries = installed("open3d", "trimesh")
+    PEERS = descriptors(libraries)
+    figures = Figures("recognize", PROTOCOL, list(libraries))
     wanted = sys.argv[2:] or ["bodies", "views", "many"]
     with tempfile.TemporaryDirectory() as own:
         folder = Path(os.environ.get("SIMPLEXMESH_BENCH_FOLDER", own))  # kept between runs
         if "bodies" in wanted:
-            by_sides(each, folder)
+            by_sides(figures, each, folder)
         if "views" in wanted:
-            by_views(each, folder)
+            by_views(figures, each, folder)
         if "many" in wanted:
-            of_many(max(1, each // 5), folder)
+            of_many(figures, max(1, each // 5), folder)
         if "index" in wanted:
             by_index(max(1, each // 5), folder)
+        figures.keep()

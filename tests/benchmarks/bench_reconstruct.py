@@ -1,6 +1,6 @@
 """Whole reconstructions, warm and in a fresh process, on the data folder named by SIMPLEXMESH_DATA.
 
-Run: SIMPLEXMESH_DATA=... python tests/benchmarks/bench_reconstruct.py
+Run: SIMPLEXMESH_DATA=... python tests/benchmarks/bench_reconstruct.py [words of jobs] [--store]
 """
 
 from __future__ import annotations
@@ -14,8 +14,13 @@ from pathlib import Path
 
 import numpy as np
 
-import simplexmesh as sm
+sys.path.insert(0, str(Path(__file__).parents[2]))
 
+import simplexmesh as sm
+from tests.benchmarks.figures import Figures
+
+PROTOCOL = """Whole calls, reading included, after a first one: seconds of processor time, of all threads, and of the
+clock, three repeats; rms distances in % of the diagonal."""
 SCANS = ("000", "045", "090", "180", "270", "315")
 
 
@@ -34,32 +39,48 @@ def jobs(folder):
     }
 
 
-def main():
-    """Print one row per job: seconds warm, topology, distances in % of the diagonal."""
-    warnings.simplefilter("ignore")
-    folder = Path(os.environ["SIMPLEXMESH_DATA"])
-    for name, (data, options) in jobs(folder).items():
-        sm.reconstruct(data, **options)
-        seconds = []
-        for _ in range(3):
-            start = time.perf_counter()
-            model = sm.reconstruct(data, **options)
-            seconds.append(time.perf_counter() - start)
-        mesh, distance = model.mesh, model.distance
-        share = 100 / np.linalg.norm(np.ptp(mesh.vertices, axis=0))
-        print(
-            f"{name:46s} {min(seconds):.2f} s  {mesh.n_vertices} vertices  genus {mesh.genus}  "
-            f"mesh to data rms {share * distance.mesh_to_data.rms:.3f} %  data to mesh rms "
-            f"{share * distance.data_to_mesh.rms:.3f} %  tangled {model.tangled}"
-        )
-    name, (data, options) = next(iter(jobs(folder).items()))
+def told(figures, name, data, options):
+    """Tell seconds warm, topology and distances of a job."""
+    sm.reconstruct(data, **options)
+    seconds = []
+    for _ in range(3):
+        start = np.array([time.process_time(), time.perf_counter()])
+        model = sm.reconstruct(data, **options)
+        seconds.append(np.array([time.process_time(), time.perf_counter()]) - start)
+    mesh, distance = model.mesh, model.distance
+    share = 100 / np.linalg.norm(np.ptp(mesh.vertices, axis=0))
+    figures.add(f"{name}, processor time", [each[0] for each in seconds], "s")
+    figures.add(f"{name}, time by the clock", [each[1] for each in seconds], "s")
+    figures.add(f"{name}, genus", [mesh.genus], "")
+    figures.add(f"{name}, mesh to data", [share * distance.mesh_to_data.rms], "% of the diagonal")
+    figures.add(f"{name}, data to mesh", [share * distance.data_to_mesh.rms], "% of the diagonal")
+    figures.add(f"{name}, tangled", [model.tangled], "vertices")
+
+
+def fresh(name, data, options):
+    """Print the times of a new process."""
     program = (
         "import time; t = time.perf_counter(); import simplexmesh as sm; i = time.perf_counter() - t\n"
         f"sm.reconstruct({str(data)!r}, **{options!r}); a = time.perf_counter() - t\n"
         f"t = time.perf_counter(); sm.reconstruct({str(data)!r}, **{options!r}); b = time.perf_counter() - t\n"
         "print(f'import {i:.2f} s, first {a:.2f} s, second {b:.2f} s')"
     )
-    print("fresh process:", subprocess.run([sys.executable, "-c", program], capture_output=True, text=True).stdout)
+    out = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True).stdout
+    print(f"fresh process, {name}:", out)
+
+
+def main():
+    """Tell the jobs that have one of the words given, or all."""
+    warnings.simplefilter("ignore")
+    figures = Figures("reconstruct", PROTOCOL)
+    all_jobs = jobs(Path(os.environ["SIMPLEXMESH_DATA"]))
+    wanted = [name for name in all_jobs if not sys.argv[1:] or any(word in name for word in sys.argv[1:])]
+    for name in wanted:
+        told(figures, name, *all_jobs[name])
+        figures.keep()
+    if not sys.argv[1:]:
+        name = next(iter(all_jobs))
+        fresh(name, *all_jobs[name])
 
 
 if __name__ == "__main__":

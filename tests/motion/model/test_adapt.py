@@ -49,14 +49,22 @@ def test_adapted_metric_parameters_sum_to_one_within_their_range(seed, strength)
     assert metric.max() <= HIGHEST + 1e-12
 
 
-def test_adaptation_is_the_formula_of_the_thesis():
+def test_adaptation_is_the_formula_of_the_thesis_but_where_the_surface_is_flatter_than_in_the_mean():
+    """There the thesis's ratio, which has no bound, is taken over the mean."""
     ball = sm.sphere(2)
     curvature = -1 - 0.1 * np.random.default_rng(0).random(80)
-    around = np.abs(curvature[ball.neighbors])
-    size = np.maximum(np.abs(curvature), np.abs(curvature).mean())
-    wanted = 1 / 3 + 0.2 * (around - around.mean(axis=1, keepdims=True)) / size[:, None]
+    size = np.abs(curvature)
+    around = size[ball.neighbors]
+    turn = around - around.mean(axis=1, keepdims=True)
     metric = np.tile([0.2, 0.3, 0.5], (80, 1))
-    assert_allclose(adapted_metric(metric, curvature, ball.neighbors, strength=0.2), (metric + wanted) / 2, atol=1e-14)
+    found = adapted_metric(metric, curvature, ball.neighbors, strength=0.2)
+    flat = size < size.mean()
+    assert 10 < flat.sum() < 70
+    thesis = (metric + 1 / 3 + 0.2 * turn / size[:, None]) / 2
+    assert_allclose(found[~flat], thesis[~flat], atol=1e-14)
+    floored = (metric + 1 / 3 + 0.2 * turn / size.mean()) / 2
+    assert_allclose(found[flat], floored[flat], atol=1e-14)
+    assert np.abs(found - thesis)[flat].max() > 1e-4
 
 
 class Ellipsoid:

@@ -198,7 +198,7 @@ def test_serial_and_parallel_agree():
 @pytest.mark.parametrize("which", ["serial", "parallel"])
 @given(seed=SEEDS, strength=st.floats(0, 1))
 @settings(max_examples=8, deadline=None)
-def test_adaptation_kernels_are_the_formula_of_the_thesis(which, seed, strength):
+def test_adaptation_kernels_are_the_floored_formula(which, seed, strength):
     vertices, neighbors = rough(seed, degenerate=True)
     rng = np.random.default_rng(seed)
     normals, size = frames(vertices, neighbors)[0], np.zeros(len(vertices))

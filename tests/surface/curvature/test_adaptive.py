@@ -61,14 +61,14 @@ class TestAccuracy:
         ("size", "noise", "unit", "irregular", "most"),
         [
             ("2.5k", 0.0, "edge", False, 0.0014),  # 0.0014, cotangents
-            ("10k", 0.0, "edge", False, 0.0001),  # 0.0003
-            ("2.5k", 0.0, "edge", True, 0.002),  # 0.030
+            ("10k", 0.0, "edge", False, 0.0001),  # 0.00035
+            ("2.5k", 0.0, "edge", True, 0.002),  # 0.031
             ("10k", 0.0, "edge", True, 0.0002),  # 0.019
-            ("2.5k", 0.01, "edge", True, 0.025),  # 0.038
-            ("10k", 0.01, "edge", True, 0.015),  # 0.060
-            ("2.5k", 0.1, "edge", True, 0.10),  # 0.25
-            ("10k", 0.1, "edge", True, 0.05),  # 0.23
-            ("10k", 0.01, "diagonal", True, 0.25),  # 0.55
+            ("2.5k", 0.01, "edge", True, 0.025),  # 0.040
+            ("10k", 0.01, "edge", True, 0.015),  # 0.062
+            ("2.5k", 0.1, "edge", True, 0.10),  # 0.24
+            ("10k", 0.1, "edge", True, 0.05),  # 0.22
+            ("10k", 0.01, "diagonal", True, 0.25),  # 0.50
         ],
     )
     def test_of_the_mean_on_tori(self, size, noise, unit, irregular, most):
@@ -76,10 +76,10 @@ class TestAccuracy:
         assert off(sm.curvature(mesh).mean, exact.mean) <= most
 
     @pytest.mark.slow
-    @pytest.mark.parametrize(("noise", "most"), [(0.0, 0.00002), (0.01, 0.01), (0.1, 0.05)])
-    def test_of_the_mean_on_a_fine_torus(self, noise, most):
+    @pytest.mark.parametrize(("noise", "others"), [(0.0, 0.0078), (0.01, 0.051), (0.1, 0.22)])
+    def test_of_the_mean_on_a_fine_torus(self, noise, others):
         exact, mesh = torus("41k", noise)
-        assert off(sm.curvature(mesh).mean, exact.mean) <= most  # 0.008, 0.053, 0.22
+        assert off(sm.curvature(mesh).mean, exact.mean) <= (others / 2 if noise else others / 100)
 
     @pytest.mark.parametrize(("noise", "most"), [(0.0, 0.001), (0.1, 0.2)])
     def test_of_the_product_on_an_ellipsoid(self, noise, most):
@@ -87,13 +87,19 @@ class TestAccuracy:
         found = sm.curvature(noisy(made.mesh, noise, rng=1))
         assert off(found.gauss, made.exact.gauss) <= most  # 0.010, 0.20
 
-    @pytest.mark.parametrize(("noise", "most"), [(0.0, 0.003), (0.003, 0.022), (0.01, 0.05), (0.1, 0.2)])
-    def test_of_the_mean_on_random_surfaces(self, noise, most):
-        """Cubics, which hardly err on tori, err by 3 % here without noise, where larger balls err by 0.1 %."""
+    @pytest.mark.parametrize("noise", [0.0, 0.003, 0.01, 0.1])
+    def test_of_the_mean_on_random_surfaces(self, noise):
+        """Better than quadrics over the best number of rings, which depends on the noise and nobody knows."""
         made = discretized.sawtooth(random_graph(0.225, 1.0, rng=0), 80)
         mesh = noisy(made.mesh, noise, rng=1)
         inner = np.abs(made.vertices[:, :2]).max(axis=1) < 0.7
-        assert off(sm.curvature(mesh).mean[inner], made.exact.mean[inner]) < most
+
+        def error(method, **options):
+            return off(sm.curvature(mesh, method, **options).mean[inner], made.exact.mean[inner])
+
+        fixed = min(error("extended_quadric", neighborhood=sm.rings(count)) for count in (2, 3, 4, 5, 9))
+        # cubics, which hardly err on tori, err by 3 % here without noise, where larger balls err by 0.1 %
+        assert error("adaptive") < (0.8 if noise else 0.2) * fixed
 
     def test_falls_with_the_fifth_power_of_the_spacing(self):
         errors = []

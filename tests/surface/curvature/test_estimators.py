@@ -74,6 +74,12 @@ def test_every_method_is_tested():
 # Numbers printed by others
 
 
+def thirds_of_faces(mesh):
+    """The barycentric cells: a third of the area of the faces around each vertex."""
+    a, b, c = (mesh.vertices[mesh.faces[:, corner]] for corner in range(3))
+    return np.bincount(mesh.faces.ravel(), np.repeat(np.linalg.norm(np.cross(b - a, c - a), axis=1) / 6, 3))
+
+
 class TestPrinted:
     COLUMNS = (("discrete", {"area": "voronoi"}), ("quadric", {}), ("extended_quadric", {}))
 
@@ -159,15 +165,25 @@ class TestPrinted:
             assert np.nanmean(values) == pytest.approx(middle, rel=4e-6)
             assert not spread or np.nanstd(values) == pytest.approx(spread, rel=1e-4)
 
-    def test_on_the_sphere_of_the_article(self):
-        ball = discretized.uv_sphere(50, 50).mesh
-        found, _ = quietly(ball, "discrete", area="voronoi")
-        assert (found.mean.mean(), found.gauss.mean()) == pytest.approx((0.500001, 0.250376), abs=1e-6)
-        found, _ = quietly(ball, "quadric")
-        assert (found.mean.mean(), found.gauss.mean()) == pytest.approx((0.493476, 0.237483), abs=1e-6)
-        found, _ = quietly(ball, "extended_quadric")  # the vertices beside the poles have valence five
-        assert (np.nanmean(found.mean), np.nanmean(found.gauss)) == pytest.approx((0.500771, 0.250771), abs=1e-6)
-        assert found.failed.sum() == 100
+    @pytest.mark.parametrize(
+        ("method", "options", "mean", "gauss"),
+        [
+            ("discrete", {"area": "voronoi"}, (0.500001, 3.46316e-05), (0.250375, 0.000176229)),
+            ("quadric", {}, (0.493476, 0.0315401), (0.237483, 0.0355724)),
+            ("extended_quadric", {}, (0.500771, 0.00034226), (0.250771, 0.000342271)),
+        ],
+    )
+    def test_on_the_sphere_of_the_article(self, method, options, mean, gauss):
+        """Printed means and standard deviations, on vertices of six decimals, as in the file they were measured on.
+
+        Exact vertices have a mean K of 0.2503756 by `discrete`, and a tenth of its deviation of H.
+        """
+        ball = discretized.uv_sphere(50, 50)
+        found, _ = quietly(sm.TriangleMesh(ball.vertices.round(6), ball.faces), method, **options)
+        assert found.failed.sum() == (100 if method == "extended_quadric" else 0)  # beside the poles: valence five
+        for values, (middle, spread) in ((found.mean, mean), (found.gauss, gauss)):
+            assert np.nanmean(values) == pytest.approx(middle, abs=1e-6)
+            assert np.nanstd(values) == pytest.approx(spread, rel=0.01 if spread > 1e-4 else 0.15)
 
     @pytest.mark.parametrize(
         ("method", "options", "cone_mean", "cone_gauss", "cylinder_gauss"),
@@ -387,29 +403,26 @@ class TestClosedForms:
         assert np.median(found.gauss) == pytest.approx(0.25, rel=0.02)
         assert sm.curvature(mesh, "simplex_angle", at=[5, 3]).mean.tolist() == found.mean[[5, 3]].tolist()
 
-    @pytest.mark.parametrize("area", ["mixed", "voronoi", "barycentric"])
-    def test_angle_defects_sum_to_the_euler_number(self, area):
+    def test_angle_defects_sum_to_the_euler_number(self):
         """K times the cell, over a closed surface: 2 pi times 2 less twice the genus, whatever the vertices."""
         mesh = discretized.torus(24, 12, irregular=True).mesh
         found = sm.curvature(mesh, "discrete", area="barycentric")
-        cells = np.bincount(
-            mesh.faces.ravel(),
-            np.repeat(
-                np.linalg.norm(
-                    np.cross(
-                        mesh.vertices[mesh.faces[:, 1]] - mesh.vertices[mesh.faces[:, 0]],
-                        mesh.vertices[mesh.faces[:, 2]] - mesh.vertices[mesh.faces[:, 0]],
-                    ),
-                    axis=1,
-                )
-                / 6,
-                3,
-            ),
-        )
-        assert (found.gauss * cells).sum() == pytest.approx(0, abs=1e-9)
-        other, _ = quietly(mesh, "discrete", area=area)  # Voronoi cells of obtuse triangles can vanish
-        good = ~other.failed
-        assert (np.sign(other.gauss) == np.sign(found.gauss))[good].all()
+        assert (found.gauss * thirds_of_faces(mesh)).sum() == pytest.approx(0, abs=1e-9)
+
+    @pytest.mark.parametrize("area", ["mixed", "voronoi"])
+    def test_cells_add_up_to_the_surface_and_keep_its_defects(self, area):
+        """K is the angle defect over the cell: with another cell the defect is the same."""
+        mesh = discretized.torus(24, 12, irregular=True).mesh
+        third = thirds_of_faces(mesh)
+        found, _ = quietly(mesh, "discrete", area=area)
+        cells = sm.curvature(mesh, "discrete", area="barycentric").gauss * third / found.gauss
+        bare = found.failed  # Voronoi cells of obtuse triangles can vanish
+        assert bare.sum() < 0.1 * len(bare)
+        assert bare.any() == (area == "voronoi")
+        assert (cells[~bare] > 0).all()
+        assert not np.allclose(cells[~bare], third[~bare], rtol=0.1)
+        if area == "mixed":
+            assert cells.sum() == pytest.approx(third.sum(), rel=1e-9)
 
 
 # Twins
