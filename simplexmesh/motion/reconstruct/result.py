@@ -164,10 +164,10 @@ class Reconstruction:
     bare : float
         Share of the area of the mesh without data nearby, as of a lid that closes open data; NaN as for `distance`.
     restored : int
-        Number of vertices put back where parts of the model had strayed from the data: were farther from it than the
-        start was there, by more than a mean edge.
+        Number of vertices put back where parts of the model had strayed from the data: vertices or centers of faces
+        were farther from it than the start was there, by more than a mean edge.
     strayed : int
-        Number of vertices still farther from the data than that.
+        Number of vertices that, or whose faces, are still farther from the data than that.
 
     Examples
     --------

@@ -78,6 +78,7 @@ def test_reading_apart_gives_what_was_written(sound, version, kind):
         ("mesh.vtp", 'offset="48"', f'offset="{MANY}"'),
         ("mesh.vtp", 'offset="48"', 'offset="-48"'),
         ("Ascii-None.vtp", 'NumberOfPoints="320"', f'NumberOfPoints="{MANY}"'),
+        ("Ascii-None.vtp", " 32 48 31 ", " 32 99999999999999999999999 31 "),
         ("Appended-None.vti", 'Extent="0 5 0 6 0 7"', 'Extent="0 99999 0 99999 0 99999"'),
         ("image-42-Binary.vtk", "vtk DataFile Version 4.2", "vtk DataFile Version nan"),
         ("image-42-Binary.vtk", "DIMENSIONS 6 7 8", "DIMENSIONS 60000 70000 80000"),

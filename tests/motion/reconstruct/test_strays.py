@@ -7,15 +7,15 @@ import pytest
 from numpy.testing import assert_array_equal
 
 import simplexmesh as sm
-from simplexmesh.motion.model.stages import Stage, mean_edge
+from simplexmesh.motion.model.stages import mean_edge
 from simplexmesh.motion.model.untangle import Tangles, filmed
 from simplexmesh.motion.reconstruct import pipeline
 from simplexmesh.motion.reconstruct.strays import Strays, restored
+from simplexmesh.motion.topology.face_regions import dilated
 
 START = sm.sphere(16)
 EDGE = mean_edge(START)
 POINTS = sm.sphere(40).vertices
-STAGE = Stage(2, 3 * EDGE, 40)
 
 
 def distorted(height, width=0.25):
@@ -31,8 +31,8 @@ def test_a_part_off_the_data_is_put_back_and_the_rest_stays(height):
     strayed = strays.among(mesh)
     away = abs(np.linalg.norm(mesh.vertices, axis=1) - 1)
     assert strayed[away > 1.5 * EDGE].all()
-    assert not strayed[away < EDGE].any()
-    out = restored(Tangles(mesh), strays, strayed, sm.targets.Triangles(START.triangulated()), STAGE)
+    assert not (strayed & ~dilated(away > EDGE, mesh.neighbors, 3)).any()  # three edges cross a face
+    out = restored(Tangles(mesh), strays, sm.targets.Triangles(START.triangulated()))
     assert not strays.among(out.mesh).any()
     assert out.count == 0
     far = START.vertices[:, 2] < 0
@@ -44,6 +44,26 @@ def test_what_was_off_the_data_at_the_start_has_not_strayed():
     far = distorted(-0.4)
     assert Strays(START, POINTS, EDGE).among(far).any()
     assert not Strays(far, POINTS, EDGE).among(far).any()
+
+
+def test_faces_stray_though_their_vertices_are_on_the_data():
+    coarse = sm.sphere(3)
+    coarse = coarse.moved(coarse.vertices / np.linalg.norm(coarse.vertices, axis=1, keepdims=True))
+    sag = 1 - np.linalg.norm(coarse.triangulated("dual").vertices, axis=1)
+    strays = Strays(START, POINTS, 0.5 * sag.min())
+    assert strays.among(coarse).all()
+    assert not strays.among(coarse, 2.5 * sag.max() / sag.min()).any()
+    assert len(strays.lost(coarse, np.ones(coarse.n_vertices, bool))) > 0.1 * len(POINTS)
+    assert not len(strays.lost(START, np.ones(START.n_vertices, bool)))
+
+
+def test_data_is_lost_where_the_start_reached_it_and_the_mesh_does_not():
+    horn, everywhere = distorted(0.4), np.ones(START.n_vertices, bool)
+    strays = Strays(horn, horn.vertices, EDGE)
+    lost = np.unique(strays.lost(START, everywhere))
+    assert 20 < len(lost) < 500
+    assert (START.vertices[lost, 2] > 0.5).all()
+    assert len(strays.lost(horn, everywhere)) == len(strays.lost(START, ~everywhere)) == 0
 
 
 def test_a_film_is_flat_in_a_flat_rim_and_leaves_the_rest():
