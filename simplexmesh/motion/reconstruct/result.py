@@ -130,7 +130,8 @@ class TopologyRecord:
 
 
 LEAST_BARE = 0.02
-"""Share of a model without data nearby from which it is printed."""
+"""Share of a model without data nearby from which it is told: of closed bodies it is 0, the bottom of an object scanned
+from all other sides is 4 to 11 %, the back of a face or of a single range image 30 to 40 %."""
 
 
 @dataclass(frozen=True, repr=False)
