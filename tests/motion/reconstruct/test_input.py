@@ -272,6 +272,9 @@ def test_all_pieces_of_a_label_are_kept_and_those_too_small_for_a_mesh_are_told_
     assert "3 smaller pieces left out (0.2" in str(noisy.found)
     assert noisy.distance.data_to_mesh.max < 1.5  # not measured to the pieces left out
     assert noisy.distance.data_to_mesh.count == model.distance.data_to_mesh.count
+    with pytest.warns(sm.SimplexMeshWarning, match=told.replace("label", "object")):
+        level = sm.reconstruct(sm.Volume(specks.astype(float)), level=0.5, vertices=400, components="all")
+    assert (level.found.components_dropped, level.found.share_dropped) == (3, share)
 
 
 def test_a_start_that_is_given_keeps_the_largest_piece_of_a_label():

@@ -77,8 +77,24 @@ def test_a_film_is_flat_in_a_flat_rim_and_leaves_the_rest():
     means = out.vertices[sheet.neighbors].mean(axis=1)
     held = (sheet.connectivity.vertex_faces[:, :, None] == np.flatnonzero(sheet.connectivity.face_is_hole)).any((1, 2))
     assert abs(out.vertices - means)[inner & ~held].max() < 1e-9
+
+
+def test_a_component_wholly_in_the_zone_of_a_film_stays():
+    ball = START.triangulated("dual")
+    two = sm.dual(
+        sm.TriangleMesh(
+            np.vstack([ball.vertices, ball.vertices + 5]), np.vstack([ball.faces, ball.faces + len(ball.vertices)])
+        )
+    )
+    first = two.vertices[:, 0] < 2
+    out = filmed(two, first | (two.vertices[:, 2] > 5.5))
+    assert_array_equal(out.vertices[first], two.vertices[first])
+    moved = (out.vertices != two.vertices).any(axis=1)
+    assert moved[two.vertices[:, 2] > 5.6].all()
+    assert out.vertices[:, 2].max() < 5.6
     everything = np.ones(START.n_vertices, bool)
     assert filmed(START, everything) is START
+    assert filmed(START, ~everything) is START
 
 
 def test_a_reconstruction_whose_last_motion_spoils_it_is_repaired_and_counts_it(monkeypatch):
