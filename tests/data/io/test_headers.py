@@ -98,8 +98,9 @@ def test_numbers_that_would_end_the_process(sound, name, old, new, tmp_path, cap
 
 
 def test_a_process_that_ends_or_hangs_is_a_damaged_file(sound, monkeypatch):
-    for seconds in (0.0, -1.0):
-        monkeypatch.setattr(apart, "SECONDS", seconds)
+    for name, seconds in (("SECONDS", 0.0), ("SECONDS", -1.0), ("BUSY_SECONDS", 0)):
+        monkeypatch.undo()
+        monkeypatch.setattr(apart, name, seconds)
         with pytest.raises(OSError, match=r"polygons-42-ASCII.vtk cannot be read as VTK: it is damaged"):
             sm.read(sound / "polygons-42-ASCII.vtk")
 

@@ -12,7 +12,9 @@ from pathlib import Path
 from typing import Any
 from xml.sax.saxutils import escape
 
-SECONDS, BYTES_A_SECOND = 60, 1_000_000
+SECONDS, BUSY_SECONDS, BYTES_A_SECOND = 60, 10, 1_000_000
+"""Time that any file may take, and time of the processor, which ends the process even if nobody waits for it."""
+
 ROOM, MOST_PACKED = 2 << 30, 1040
 """Memory that any file may need, and for each of its bytes: zlib packs zeros to a thousandth."""
 
@@ -25,7 +27,8 @@ def sound_copy(path: Path, kind: str) -> Iterator[Path]:
     size = path.stat().st_size
     with tempfile.TemporaryDirectory() as folder:
         libraries = str(Path(sys.modules["vtkmodules"].__path__[0]).parent)
-        words = [libraries, kind, str(path), folder, str(ROOM + MOST_PACKED * size)]
+        limits = ROOM + MOST_PACKED * size, BUSY_SECONDS + size // BYTES_A_SECOND
+        words = [libraries, kind, str(path), folder, *map(str, limits)]
         try:
             done = subprocess.run(
                 [sys.executable, "-I", "-S", __file__, *words],
@@ -44,13 +47,14 @@ def sound_copy(path: Path, kind: str) -> Iterator[Path]:
         yield Path(folder, answer["file"])
 
 
-def _main(libraries: str, kind: str, path: str, folder: str, room: str) -> None:
+def _main(libraries: str, kind: str, path: str, folder: str, room: str, seconds: str) -> None:
     """Read a file and write it again, and print the name of the new one or what is wrong; run as a script."""
     sys.path.append(libraries)
     try:
         import resource
 
         resource.setrlimit(resource.RLIMIT_AS, (int(room),) * 2)
+        resource.setrlimit(resource.RLIMIT_CPU, (int(seconds),) * 2)
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     except (ImportError, ValueError):
         pass  # no such limits on Windows
