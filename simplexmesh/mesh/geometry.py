@@ -67,7 +67,8 @@ def simplex_angle(vertices: Array, neighbors: Indices) -> Array:
     outside the circle, |phi| exceeds pi/2, and is pi in the plane. Thesis, section 3.3.1; IJCV 32 (1999) 111, section
     3.2.
     """
-    p, b, c, w = _relative_to_first(vertices, neighbors)
+    exponent = np.frexp(np.abs(vertices).max(initial=0.0))[1]  # the sixth powers of lengths are compared below
+    p, b, c, w = _relative_to_first(np.ldexp(vertices, -exponent), neighbors)
     toward_center = cross(dot(b, b)[:, None] * c - dot(c, c)[:, None] * b, w)
     sine = dot(p, w) * norm(b) * norm(c) * norm(b - c)
     cosine = dot(p, toward_center) - dot(p, p) * dot(w, w)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -136,15 +137,21 @@ class SimplexMesh(InUnits):
 
     # ---- geometry, computed on first access
 
+    @property
+    def _measured(self) -> Array:
+        """The vertices, refused where products of areas overflow or vanish."""
+        checks.size("mesh", self.bounds)
+        return self.vertices
+
     @cached_property
     def normals(self) -> Array:
         """(n, 3) unit normals, outward; see `geometry.normals`."""
-        return checks.frozen(geometry.normals(self.vertices, self.neighbors))
+        return checks.frozen(geometry.normals(self._measured, self.neighbors))
 
     @cached_property
     def simplex_angle(self) -> Array:
         """(n,) simplex angles in radians, positive where convex; see `geometry.simplex_angle`."""
-        return checks.frozen(geometry.simplex_angle(self.vertices, self.neighbors))
+        return checks.frozen(geometry.simplex_angle(self._measured, self.neighbors))
 
     @cached_property
     def sphere_curvature(self) -> Array:
@@ -152,17 +159,17 @@ class SimplexMesh(InUnits):
 
         It is what the forces of the deformable model even out. Of the surface it is the mean curvature on spheres only.
         """
-        return checks.frozen(geometry.sphere_curvature(self.vertices, self.neighbors))
+        return checks.frozen(geometry.sphere_curvature(self._measured, self.neighbors))
 
     @cached_property
     def metric(self) -> Array:
         """(n, 3) metric parameters, with sum 1; see `geometry.metric_parameters`."""
-        return checks.frozen(geometry.metric_parameters(self.vertices, self.neighbors))
+        return checks.frozen(geometry.metric_parameters(self._measured, self.neighbors))
 
     @cached_property
     def face_areas(self) -> Array:
         """(f,) area of each face, holes included; see `face_geometry.face_areas`."""
-        return checks.frozen(face_geometry.face_areas(self.vertices, *self._faces))
+        return checks.frozen(face_geometry.face_areas(self._measured, *self._faces))
 
     @cached_property
     def face_gauss(self) -> Array:
@@ -177,7 +184,7 @@ class SimplexMesh(InUnits):
     @cached_property
     def volume(self) -> float:
         """Signed enclosed volume in the cubed unit of the vertices, each hole closed by a fan."""
-        return face_geometry.enclosed_volume(self.vertices, *self._faces)
+        return face_geometry.enclosed_volume(self._measured, *self._faces)
 
     @cached_property
     def bounds(self) -> Array:
@@ -187,8 +194,7 @@ class SimplexMesh(InUnits):
     @property
     def diagonal(self) -> float:
         """Length of the diagonal of the bounding box."""
-        low, high = self.bounds
-        return float(np.linalg.norm(high - low))
+        return math.dist(*self.bounds)
 
     def check(self, *, self_intersections: bool = False) -> Report:
         """Return a report of the defects of the mesh, true when there are none; see `check.check`.
@@ -199,7 +205,7 @@ class SimplexMesh(InUnits):
         >>> print(sphere(4).check(self_intersections=True))
         nothing wrong
         """
-        return check(self.vertices, self.connectivity, crossings=checks.flag("self_intersections", self_intersections))
+        return check(self._measured, self.connectivity, crossings=checks.flag("self_intersections", self_intersections))
 
     # ---- new objects
 

@@ -174,7 +174,7 @@ def crossover() -> None:
         forces = _kernels_step.Forces(m.alpha, m.beta, m.damping, m._no_gap)
         out = _kernels_step.Step(m._next, m._moves, m._energy)
         step = (m._frames.curvature, moving, m._frames, forces, out)
-        average = (m._frames.curvature, m._neighbors, m._scratch[0])
+        average = (m._frames.curvature, m._neighbors, m._averages._scratch[0])
         cells = []
         for kernel, arguments in (
             (_kernels_step.frames, frame),

@@ -54,6 +54,22 @@ def test_others_refuse_them(name, size):
         OTHERS[name](size)
 
 
+@pytest.mark.parametrize("size", SAID)
+@pytest.mark.parametrize(
+    "name", ["normals", "simplex_angle", "sphere_curvature", "metric", "face_areas", "area", "volume"]
+)
+def test_the_geometry_of_a_mesh_refuses_them(name, size):
+    mesh = MESH.moved(size * MESH.vertices)
+    assert mesh.diagonal == pytest.approx(size * MESH.diagonal)
+    with pytest.raises(ValueError, match="^mesh " + SAID[size]):
+        getattr(mesh, name)
+
+
+@pytest.mark.parametrize("size", [1e-59, 1e59])
+def test_simplex_angles_do_not_depend_on_size(size):
+    assert MESH.moved(size * MESH.vertices).simplex_angle == pytest.approx(MESH.simplex_angle)
+
+
 @pytest.mark.parametrize("size", [1e-50, 1e50])
 @pytest.mark.parametrize("kind", SURFACES)
 def test_within_them_all_scales(kind, size):

@@ -11,7 +11,7 @@ from simplexmesh._base import checks
 from simplexmesh._base.errors import DivergedError
 from simplexmesh._base.vectors import norm
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-from simplexmesh.motion.model import _kernels_averages, _kernels_step
+from simplexmesh.motion.model import _kernels_step
 from simplexmesh.motion.model._kernels_step import (
     ANGLE,
     CURVATURE,
@@ -26,6 +26,7 @@ from simplexmesh.motion.model._kernels_step import (
     Wanted,
 )
 from simplexmesh.motion.model.adapt import FLAT, adapted_metric, curvedness
+from simplexmesh.motion.model.averages import Averages
 from simplexmesh.motion.model.border_attraction import BorderAttraction
 from simplexmesh.motion.model.boundary import Boundary
 from simplexmesh.motion.model.forces import CONSTRAINTS, Force, Frame, total_displacement
@@ -158,8 +159,8 @@ class DeformableModel:
         n = len(vertices)
         self._vertices, self._previous, self._next = vertices.copy(), vertices.copy(), vertices.copy()
         self._frames = Frames(np.zeros((n, 3)), np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n, np.int8))
-        self._moves, self._energy, self._moment = np.zeros(n), np.zeros(n), np.zeros(n)
-        self._scratch = np.zeros((2, n))
+        self._averages = Averages(self._frames, self._neighbors)
+        self._moves, self._energy = np.zeros(n), np.zeros(n)
         self._no_gap = np.full(n, np.nan)
         self._counted_constraint: NDArray[np.int8] | None = None
 
@@ -253,40 +254,13 @@ class DeformableModel:
         vertices, normals, curvature = map(read_only, (self._vertices, self._frames.normals, self._frames.curvature))
         return total_displacement(self.forces, Frame(vertices, normals, self._neighbors, curvature, self.iteration))
 
-    def _averaged(self, values: Array, passes: NDArray[np.int64], *, angles: bool = False) -> Array:
-        """Return `values` (n,) after `passes` (n,) averages over the one-ring, a number for each vertex."""
-        most = int(passes.max(initial=0))
-        uniform = int(passes.min()) == most
-        out = values if uniform else values.copy()
-        for k in range(1, most + 1):
-            into = self._scratch[k % 2]
-            if angles:
-                _kernels_averages.angle_averages(values, self._neighbors, self._frames.inverse_radius, into)
-            else:
-                _kernels_averages.averages(values, self._neighbors, into)
-            values = into
-            if uniform:
-                out = into
-            else:
-                np.copyto(out, into, where=passes == k)
-        return out
-
-    def _mean_curvature(self) -> Array:
-        """Return the mean of H over Q^s, weighted by area: else tiny triangles of high curvature inflate large ones."""
-        _kernels_averages.moments(self._frames.curvature, self._frames.area, self._moment)
-        moment = self._averaged(self._moment, self.rigidity)
-        np.copyto(self._moment, moment)
-        area = self._averaged(self._frames.area, self.rigidity)
-        _kernels_averages.quotients(self._moment, area, self._moment)
-        return self._moment
-
     def _step_surface(self, moving: Moving, extra: Array | None, forces: Forces, out: Step) -> None:
         """Fill the next step under the surface's internal force, by the fast kernel where it suffices."""
         if self._counted_constraint is not self.constraint:
             self._counted_constraint = self.constraint
             self._constraint_counts = np.bincount(self.constraint, minlength=len(CONSTRAINTS))
         counts, code, released = self._constraint_counts, self.constraint, self._release.mask
-        wanted = self._mean_curvature() if counts[MEAN_CURVATURE] else self._prescribed
+        wanted = self._averages.mean_curvature(self.rigidity) if counts[MEAN_CURVATURE] else self._prescribed
         if counts[MEAN_CURVATURE] == len(code) and extra is None:
             wanted[released] = 0.0
             _kernels_step.curvature_step(wanted, moving, self._frames, forces, out)
@@ -297,7 +271,7 @@ class DeformableModel:
         if counts[ANGLE]:
             angle, frames = np.zeros(len(code)), self._frames
             _kernels_step.angles(self._vertices, self._neighbors, frames.normals, frames.inverse_radius, angle)
-            angle = np.where(code == ANGLE, self._averaged(angle, self.rigidity, angles=True), self._reference_angle)
+            angle = np.where(code == ANGLE, self._averages.of(angle, self.rigidity, angles=True), self._reference_angle)
         code = np.where(released & (code != FREE) & (code != SHAPE), np.int8(ORIENTATION), code)
         extra = np.zeros_like(self._vertices) if extra is None else extra
         _kernels_step.constrained_step(code, moving, self._frames, Wanted(wanted, angle, extra), forces, out)
@@ -308,7 +282,7 @@ class DeformableModel:
             return self.metric
         edge = float(norm(self._vertices[self._neighbors[:, 0]] - self._vertices).mean())
         bend = curvedness(self._vertices, self._frames.normals, self._neighbors, shortest=edge)
-        smooth, least = self._averaged(bend, np.full(len(bend), 2)), FLAT / max(edge, 1e-300)
+        smooth, least = self._averages.of(bend, np.full(len(bend), 2)), FLAT / max(edge, 1e-300)
         return adapted_metric(self.metric, smooth, self._neighbors, strength=self.adaptation, least=least)
 
     def _diverged(self, gaps: Array, stray: int) -> DivergedError:

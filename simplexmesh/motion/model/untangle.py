@@ -101,24 +101,31 @@ def untangled(
 
 
 def filmed(mesh: SimplexMesh, zone: Mask) -> SimplexMesh:
-    """Return the mesh with each vertex of a zone (n,), but those on holes, at the mean of its neighbors: a film."""
+    """Return the mesh with each vertex of a zone (n,), but those on holes, at the mean of its neighbors: a film.
+
+    A film must be held somewhere: components that are wholly in the zone stay as they are.
+    """
     c = mesh.connectivity
     free = zone.copy()
     free[c.face_vertices[np.repeat(c.face_is_hole, c.face_sizes)]] = False
     rows = np.flatnonzero(free)
+    if not len(rows):
+        return mesh
     row_of = np.full(c.n_vertices, -1)
     row_of[rows] = np.arange(len(rows))
     near = mesh.neighbors[rows]
     inner = free[near]
-    if not len(rows) or inner.all():  # a film must be held somewhere
-        return mesh
     here = np.repeat(np.arange(len(rows)), 3)[inner.ravel()]
     ones, diagonal = np.ones(len(here)), np.arange(len(rows))
     links = coo_array((ones, (here, row_of[near[inner]])), shape=(len(rows), len(rows)))
+    label = connected_components(links, directed=False)[1]
+    held = np.bincount(label, ~inner.all(axis=1))[label] > 0
+    if not held.all():
+        return filmed(mesh, np.isin(np.arange(c.n_vertices), rows[held]))
     matrix = coo_array((np.full(len(rows), 3.0), (diagonal, diagonal)), shape=links.shape) - links
-    held = np.where(inner[:, :, None], 0.0, mesh.vertices[near]).sum(axis=1)
+    pull = np.where(inner[:, :, None], 0.0, mesh.vertices[near]).sum(axis=1)
     places = mesh.vertices.copy()
-    places[rows] = spsolve(matrix.tocsc(), held)
+    places[rows] = spsolve(matrix.tocsc(), pull)
     return mesh.moved(places)
 
 

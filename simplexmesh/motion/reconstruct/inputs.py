@@ -31,7 +31,7 @@ MOST_LEFT_OUT = 0.1
 """Fraction of the surface on omitted components above which a warning is given."""
 
 LEAST_TOLD = 0.001
-"""Share of a label on pieces too small for a mesh from which a warning is given: most labels have stray voxels."""
+"""Share of samples on pieces too small for a mesh from which a warning is given: most labels have stray voxels."""
 
 
 class Input(ABC):
@@ -148,7 +148,8 @@ class VolumeInput(Input):
         if start.report.share_dropped >= LEAST_TOLD:
             pieces = counted(start.report.components_dropped, "piece", "pieces")
             share = f"{100 * start.report.share_dropped:.2g} % of its samples"
-            warn(f"left out {pieces} of the label, {share}: too small for a mesh of {vertices:,} vertices")
+            whole = "label" if self.level is None else "object"
+            warn(f"left out {pieces} of the {whole}, {share}: too small for a mesh of {vertices:,} vertices")
         return start, self.target
 
     def without(self, start: Start) -> VolumeInput:

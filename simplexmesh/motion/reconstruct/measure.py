@@ -14,7 +14,7 @@ from simplexmesh.motion.model.stages import mean_edge
 from simplexmesh.motion.model.state import Target
 from simplexmesh.motion.reconstruct.inputs import Input
 from simplexmesh.motion.reconstruct.open_data import border_width
-from simplexmesh.motion.reconstruct.result import Distance, Summary
+from simplexmesh.motion.reconstruct.result import LEAST_BARE, Distance, Summary
 from simplexmesh.motion.reconstruct.run import Run
 from simplexmesh.motion.targets.triangles import inside_surface, surface_distance
 from simplexmesh.motion.topology.handles import HandleProposal
@@ -30,10 +30,6 @@ FAR = 0.04
 
 CLEARLY_OPEN = 0.2
 """Width of the border of data, in its diagonals, from which a model without holes is warned of."""
-
-LEAST_LID = 0.15
-"""Share of the area of a closed model on lids over open data from which a warning is given: the bottom of an object
-scanned from all other sides is 4 to 11 %, the back of a face or of a single range image 30 to 40 %."""
 
 
 def drawn_points(data: Input) -> NDArray[np.float64]:
@@ -64,11 +60,14 @@ def measure(run: Run) -> None:
     run.mesh = mesh.with_data(distance=away)
     limit = max(reach, FAR * float(np.linalg.norm(np.ptp(points, axis=0))))
     run.bare = _share_of_area(mesh, away > 2 * reach)
-    closed = lid_message(run.target, points, mesh, run.bare) if run.options.closes else ""
-    if closed:
-        warn(closed)
-    else:
-        _warn_of_poor_fit(run, float((away > limit).mean()), float(((missing > limit) & ~enclosed).mean()))
+    lid = run.options.closes and has_lid(run.target, mesh, run.bare)
+    if lid:
+        warn(
+            f"where the data is open, the model closes it: {run.bare:.0%} of its area has no data nearby; "
+            "holes='auto' leaves it open, holes='none' closes it without this warning"
+        )
+    unseen = 0.0 if lid else float((away > limit).mean())
+    _warn_of_poor_fit(run, unseen, float(((missing > limit) & ~enclosed).mean()))
     _warn_of_topology(run)
     run.report(1.0, "done")
 
@@ -114,14 +113,12 @@ def _share_of_area(mesh: SimplexMesh, chosen: NDArray[np.bool_]) -> float:
     return float(areas[chosen].sum() / areas.sum())
 
 
-def lid_message(target: Target, points: NDArray[np.float64], mesh: SimplexMesh, bare: float) -> str:
-    """Return a message about a model that closes open data with lids, a share `bare` of its area, else an empty one."""
-    if mesh.n_holes or bare < LEAST_LID or border_width(target, points) < CLEARLY_OPEN:
-        return ""
-    return (
-        f"the data ends along a wide border, and the model closes it: {bare:.0%} of its area has no data nearby; "
-        "holes='auto' leaves it open, holes='none' closes it without this warning"
-    )
+def has_lid(target: Target, mesh: SimplexMesh, bare: float) -> bool:
+    """Return whether a model closes open data with lids, a share `bare` of its area; volumes end where their grid does.
+
+    Of closed bodies, sampled sparsely or with noise, no area at all is so far from the data.
+    """
+    return not mesh.n_holes and bare >= LEAST_BARE and hasattr(target, "border")
 
 
 def open_data_message(target: Target, points: NDArray[np.float64], mesh: SimplexMesh) -> str:

@@ -130,7 +130,8 @@ class TopologyRecord:
 
 
 LEAST_BARE = 0.02
-"""Share of a model without data nearby from which it is printed."""
+"""Share of a model without data nearby from which it is told: of closed bodies it is 0, the bottom of an object scanned
+from all other sides is 4 to 11 %, the back of a face or of a single range image 30 to 40 %."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -164,10 +165,10 @@ class Reconstruction:
     bare : float
         Share of the area of the mesh without data nearby, as of a lid that closes open data; NaN as for `distance`.
     restored : int
-        Number of vertices put back where parts of the model had strayed from the data: were farther from it than the
-        start was there, by more than a mean edge.
+        Number of vertices put back where parts of the model had strayed from the data: vertices or centers of faces
+        were farther from it than the start was there, by more than a mean edge.
     strayed : int
-        Number of vertices still farther from the data than that.
+        Number of vertices that, or whose faces, are still farther from the data than that.
 
     Examples
     --------

@@ -11,7 +11,7 @@ from simplexmesh._base.progress import Report
 from simplexmesh.mesh.operators.regularize import regularize
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.carrying import with_data_of
-from simplexmesh.motion.model.boundary_unfold import unfolded_boundary
+from simplexmesh.motion.model.boundary import unfolded_boundary
 from simplexmesh.motion.model.stages import Stage, is_at_rest, mean_edge
 from simplexmesh.motion.model.state import State, Target
 from simplexmesh.motion.model.untangle import untangled

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from simplexmesh._base.errors import DivergedError, counted, warn
+from simplexmesh._base.errors import counted, warn
+from simplexmesh.mesh.face_geometry import face_centroids
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-from simplexmesh.motion.model.deform import DeformableModel
-from simplexmesh.motion.model.stages import Stage, mean_edge
+from simplexmesh.motion.model.stages import mean_edge
 from simplexmesh.motion.model.state import Target
 from simplexmesh.motion.model.untangle import Tangles, filmed, untangled
 from simplexmesh.motion.reconstruct.measure import drawn_points
@@ -29,7 +29,8 @@ Mask = NDArray[np.bool_]
 class Strays:
     """The start of a motion and the points of its data, which tell where a mesh has strayed.
 
-    A vertex strayed when it is farther from the data than the start is at the place nearest to it, by an edge.
+    A vertex strayed when it, or the center of one of its faces, is farther from the data than the start is at the place
+    nearest to it, by an edge; the mesh strayed from a point of the data that the start was nearer to, by an edge.
     """
 
     start: SimplexMesh
@@ -44,22 +45,28 @@ class Strays:
     def _surface(self) -> Triangles:
         return Triangles(self.start.triangulated(method="fan"))
 
-    def places(self, mesh: SimplexMesh) -> Array:
-        """Return (n, 3) the place of the start nearest to each vertex."""
-        return self._surface.closest(mesh.vertices)[1]
-
-    def away(self, mesh: SimplexMesh) -> Array:
-        """Return (n,) the distance of each vertex from the data."""
-        return np.asarray(self._tree.query(mesh.vertices, workers=-1)[0])
+    def places(self, vertices: Array) -> Array:
+        """Return (n, 3) the place of the start nearest to each of the vertices (n, 3)."""
+        return self._surface.closest(vertices)[1]
 
     def among(self, mesh: SimplexMesh, edges: float = 1.0) -> Mask:
         """Return the vertices (n,) that strayed by more than a number of edges."""
-        away, limit = self.away(mesh), edges * self.edge
+        c, limit = mesh.connectivity, edges * self.edge
+        places = np.concatenate([mesh.vertices, face_centroids(mesh.vertices, c.face_vertices, c.face_offsets)])
+        away = np.asarray(self._tree.query(places, workers=-1)[0])
         out = away > limit
+        out[mesh.n_vertices :] &= ~c.face_is_hole
         if out.any():
-            there = self._surface.closest(mesh.vertices[out])[1]
-            out[out] = away[out] > self._tree.query(there)[0] + limit
-        return np.asarray(out)
+            out[out] = away[out] > self._tree.query(self.places(places[out]))[0] + limit
+        return np.asarray(out[: mesh.n_vertices] | out[mesh.n_vertices :][c.vertex_faces].any(axis=1))
+
+    def lost(self, mesh: SimplexMesh, zone: Mask) -> NDArray[np.int64]:
+        """Return the vertices nearest to the points in a zone (n,) that the mesh strayed from, one for each point."""
+        nearest = cKDTree(mesh.vertices).query(self.points, workers=-1)[1]
+        here = zone[nearest]
+        surfaces = Triangles(mesh.triangulated(method="fan")), self._surface
+        now, then = (surface.closest(self.points[here])[0] for surface in surfaces)
+        return np.asarray(nearest[here][now > then + self.edge])
 
     def around(self, mesh: SimplexMesh, strayed: Mask, rings: int) -> Mask:
         """Return the vertices (n,) that strayed, those linked to them by others half as far off, and rings of more."""
@@ -74,10 +81,9 @@ def restore(run: Run) -> None:
     if run.options.init in PRIMITIVES or not run.stages[-1].iterations:
         return
     strays = Strays(run.start, drawn_points(run.data), mean_edge(run.mesh))
-    strayed = strays.among(run.mesh)
-    if not strayed.any():
+    if not strays.among(run.mesh).any():
         return
-    tangles = restored(Tangles(run.mesh), strays, strayed, run.target, run.stages[0])
+    tangles = restored(Tangles(run.mesh), strays, run.target)
     run.restored = int((tangles.mesh.vertices != run.mesh.vertices).any(axis=1).sum())
     run.strayed, run.mesh, run.tangled = int(strays.among(tangles.mesh).sum()), tangles.mesh, tangles.count
     if run.strayed:
@@ -85,48 +91,30 @@ def restore(run: Run) -> None:
         warn(f"{count} farther from the data than the start was there; more vertices or another start may help")
 
 
-def restored(tangles: Tangles, strays: Strays, strayed: Mask, target: Target, stage: Stage) -> Tangles:
-    """Return a mesh with parts that strayed put back: as films fitted again, as films, or on the start."""
-    for rings in (1, 2, 4, 8):
-        mesh = tangles.mesh
-        zone = strays.around(mesh, strayed, rings)
-        film = filmed(mesh, zone)
-        for way in ("fitted", "film", "untangled", "start"):
-            moved = film
-            if way == "fitted":
-                moved = _fitted(film, zone, target, stage)
-            elif way == "untangled":
-                moved, _ = untangled(film, target, reach=strays.edge, rounds=3)
-            elif way == "start":
-                moved = mesh.moved(np.where(zone[:, None], strays.places(mesh), mesh.vertices))
-            zone = zone | (moved.vertices != mesh.vertices).any(axis=1)
-            tangles = _improved(tangles, moved, zone, strays)
-            strayed = strays.among(tangles.mesh)
+def restored(tangles: Tangles, strays: Strays, target: Target) -> Tangles:
+    """Return a mesh with parts that strayed put back: as films, or where these stray as films laid on the start."""
+    for rings in (1, 4):
+        for laid in (False, True):
+            mesh = tangles.mesh
+            strayed = strays.among(mesh)
             if not strayed.any():
                 return tangles
+            zone = strays.around(mesh, strayed, rings)
+            film = filmed(mesh, zone)
+            if laid:
+                film = mesh.moved(np.where(zone[:, None], strays.places(film.vertices), mesh.vertices))
+            moved, _ = untangled(film, target, reach=strays.edge, rounds=3)
+            tangles = _improved(tangles, moved, strays)
     return tangles
 
 
-def _fitted(mesh: SimplexMesh, zone: Mask, target: Target, stage: Stage) -> SimplexMesh:
-    """Return the mesh with a zone fitted to the data again, stiffly and from as far as in the first stage."""
-    free = zone.astype(float)
-    model = DeformableModel(
-        mesh, target, rigidity=stage.rigidity, reach=stage.reach, alpha=0.4 * free, beta=0.2 * free, damping=1.0
-    )
-    try:
-        for _ in model.run(40, warnings=False):
-            pass
-    except DivergedError:  # the film itself is the next attempt
-        return mesh
-    return model.mesh
-
-
-def _improved(tangles: Tangles, moved: SimplexMesh, zone: Mask, strays: Strays) -> Tangles:
-    """Return the mesh with positions from `moved` in the regions that are nearer to the data and no more tangled."""
+def _improved(tangles: Tangles, moved: SimplexMesh, strays: Strays) -> Tangles:
+    """Return the mesh with positions from `moved` in regions that then stray less, and neither lose data nor tangle."""
+    zone = (moved.vertices != tangles.mesh.vertices).any(axis=1)
     other = tangles.with_positions(moved, zone)
     region = tangles.regions(other, zone | other.vertices)
-    fewer = np.bincount(region, strays.among(other.mesh)) < np.bincount(region, strays.among(tangles.mesh))
-    nearer = np.bincount(region, strays.away(other.mesh) ** 2) < np.bincount(region, strays.away(tangles.mesh) ** 2)
-    clean = np.bincount(region, other.vertices) <= np.bincount(region, tangles.vertices)
-    mixed = tangles.with_positions(moved, zone & (fewer & nearer & clean)[region])
+    good = np.bincount(region, strays.among(other.mesh)) < np.bincount(region, strays.among(tangles.mesh))
+    good &= np.bincount(region, other.vertices) <= np.bincount(region, tangles.vertices)
+    good[region[strays.lost(other.mesh, zone)]] = False
+    mixed = tangles.with_positions(moved, zone & good[region])
     return mixed if mixed.count <= tangles.count else tangles

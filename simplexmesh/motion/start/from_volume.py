@@ -65,9 +65,9 @@ def start_from_volume(
     T_world_cell[:3, 3] += volume.T_world_index[:3, :3] @ first
     mesh, solid = solid_mesh(field, solid, T_world_cell, vertices)
     report = StartReport(solid.shape, cell, mesh.genus, mesh.n_components, sealed, max(left_out, dropped))
-    if label is None or components != "all":
+    if components != "all":
         return Start(mesh, report)
-    whole = np.asarray(volume.mask(label).values) > 0
+    whole = _inside(volume, level, label)[0]
     missing, count = _missing(whole, solid, first, cell / volume.spacing)
     share = np.count_nonzero(missing) / np.count_nonzero(whole)
     report = replace(report, components_dropped=count, share_dropped=share)

@@ -28,7 +28,7 @@ class StartReport:
     components_dropped : int
         Smaller components left out.
     share_dropped : float
-        Of a label whose pieces are all wanted: the share of its samples on those left out, too small for a mesh.
+        Of a volume of which all pieces are wanted: the share of the samples inside on those too small for a mesh.
     openness : float
         For points: how far they are from enclosing a solid. 0 if they do, 0.1 to 0.25 for solids scanned from all
         sides but one, more for open surfaces.
@@ -47,7 +47,7 @@ class StartReport:
         parts = [f"start of genus {self.genus}", f"{self.components} components" if self.components > 1 else ""]
         parts.append(f"from a grid of {' x '.join(map(str, self.grid))} cells of {self.cell:.3g}")
         parts.append(f"{self.tunnels_removed} small tunnels sealed" if self.tunnels_removed else "")
-        share = f" ({100 * self.share_dropped:.2g} % of the label)" if self.share_dropped else ""
+        share = f" ({100 * self.share_dropped:.2g} % of the samples)" if self.share_dropped else ""
         parts.append(f"{self.components_dropped} smaller pieces left out{share}" if self.components_dropped else "")
         parts.append("the data is open, the mesh closes it where there are no points" if self.openness > 0.25 else "")
         return ", ".join(part for part in parts if part)
@@ -57,7 +57,7 @@ class StartReport:
 class Start:
     """A closed initial mesh, normals outward, and its report.
 
-    For points also the indicator, positive inside; for a label the samples of pieces left out, if there are any.
+    For points also the indicator, positive inside; for a volume the samples of pieces left out, if there are any.
     """
 
     mesh: SimplexMesh

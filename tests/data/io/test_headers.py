@@ -72,6 +72,7 @@ def test_reading_apart_gives_what_was_written(sound, version, kind):
         ("mesh.vtp", 'offset="48"', f'offset="{MANY}"'),
         ("mesh.vtp", 'offset="48"', 'offset="-48"'),
         ("Ascii-None.vtp", 'NumberOfPoints="320"', f'NumberOfPoints="{MANY}"'),
+        ("Ascii-None.vtp", " 32 48 31 ", " 32 99999999999999999999999 31 "),
         ("Appended-None.vti", 'Extent="0 5 0 6 0 7"', 'Extent="0 99999 0 99999 0 99999"'),
         ("image-42-Binary.vtk", "vtk DataFile Version 4.2", "vtk DataFile Version nan"),
         ("image-42-Binary.vtk", "DIMENSIONS 6 7 8", "DIMENSIONS 60000 70000 80000"),
@@ -91,8 +92,9 @@ def test_numbers_that_would_end_the_process(sound, name, old, new, tmp_path, cap
 
 
 def test_a_process_that_ends_or_hangs_is_a_damaged_file(sound, monkeypatch):
-    for seconds in (0.0, -1.0):
-        monkeypatch.setattr(apart, "SECONDS", seconds)
+    for name, seconds in (("SECONDS", 0.0), ("SECONDS", -1.0), ("BUSY_SECONDS", 0)):
+        monkeypatch.undo()
+        monkeypatch.setattr(apart, name, seconds)
         with pytest.raises(OSError, match=r"polygons-42-ASCII.vtk cannot be read as VTK: it is damaged"):
             sm.read(sound / "polygons-42-ASCII.vtk")
 

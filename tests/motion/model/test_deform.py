@@ -244,7 +244,9 @@ def test_rigidity_averages_exactly_the_vertices_within_so_many_edges(seed):
     rigidity = rng.integers(0, 5, ball.n_vertices)
     for reach in (rigidity, np.full(ball.n_vertices, int(rigidity[0]))):
         model = sm.DeformableModel(ball, rigidity=reach)
-        weights = np.stack([model._averaged(unit, model.rigidity).copy() for unit in np.eye(ball.n_vertices)], axis=1)
+        weights = np.stack(
+            [model._averages.of(unit, model.rigidity).copy() for unit in np.eye(ball.n_vertices)], axis=1
+        )
         assert_allclose(weights.sum(axis=1), 1, atol=1e-14)
         for i, s in enumerate(reach):
             near = {i}
@@ -266,7 +268,7 @@ def test_mean_curvature_is_averaged_over_the_surface(seed, rigidity):
     np.add.at(ring, (np.repeat(np.arange(180), 3), mesh.neighbors.ravel()), 0.25)
     weights = np.linalg.matrix_power(ring, rigidity) * area
     weights /= weights.sum(axis=1, keepdims=True)
-    assert_allclose(model._mean_curvature(), weights @ mesh.sphere_curvature, rtol=1e-9)
+    assert_allclose(model._averages.mean_curvature(model.rigidity), weights @ mesh.sphere_curvature, rtol=1e-9)
 
 
 def test_parameters_of_the_mesh_are_the_defaults():

@@ -272,6 +272,9 @@ def test_all_pieces_of_a_label_are_kept_and_those_too_small_for_a_mesh_are_told_
     assert "3 smaller pieces left out (0.2" in str(noisy.found)
     assert noisy.distance.data_to_mesh.max < 1.5  # not measured to the pieces left out
     assert noisy.distance.data_to_mesh.count == model.distance.data_to_mesh.count
+    with pytest.warns(sm.SimplexMeshWarning, match=told.replace("label", "object")):
+        level = sm.reconstruct(sm.Volume(specks.astype(float)), level=0.5, vertices=400, components="all")
+    assert (level.found.components_dropped, level.found.share_dropped) == (3, share)
 
 
 def test_a_start_that_is_given_keeps_the_largest_piece_of_a_label():
@@ -354,7 +357,22 @@ def test_a_lid_over_open_data_is_told_unless_it_is_wanted(kind):
     assert opened.bare < 0.05
 
 
-def test_a_model_of_closed_data_has_data_everywhere():
-    model = sm.reconstruct(sm.sphere(16).vertices, vertices=300)
+def test_a_small_lid_and_data_that_is_missed_are_both_told():
+    tall = sm.ellipsoid((1, 1, 8), 24).vertices
+    data = np.vstack([tall[tall[:, 2] > 0], sm.sphere(16, center=(6, 0, 4)).vertices])
+    with pytest.warns(sm.SimplexMeshWarning) as told:
+        model = sm.reconstruct(data, vertices=600)
+    sentences = [str(each.message) for each in told]
+    assert len(sentences) == 2
+    assert "the model closes it" in sentences[0]
+    assert "% of the data is far from the model; components='all' keeps all its pieces" in sentences[1]
+    assert 0.02 < model.bare < 0.1  # the lid is a fifteenth
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.02])
+@pytest.mark.parametrize("body", [sm.sphere(16), sm.ellipsoid((4, 2, 1), 16), sm.torus(40, 16)], ids=repr)
+def test_a_model_of_closed_data_has_data_everywhere(body, noise):
+    points = body.vertices + noise * np.random.default_rng(0).normal(size=body.vertices.shape)
+    model = sm.reconstruct(points, vertices=300)
     assert model.bare == 0
     assert "without data" not in repr(model)

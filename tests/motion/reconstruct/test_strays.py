@@ -9,15 +9,15 @@ from hypothesis import strategies as st
 from numpy.testing import assert_array_equal
 
 import simplexmesh as sm
-from simplexmesh.motion.model.stages import Stage, mean_edge
+from simplexmesh.motion.model.stages import mean_edge
 from simplexmesh.motion.model.untangle import Tangles, filmed
 from simplexmesh.motion.reconstruct import pipeline
 from simplexmesh.motion.reconstruct.strays import Strays, restored
+from simplexmesh.motion.topology.face_regions import dilated
 
 START = sm.sphere(16)
 EDGE = mean_edge(START)
 POINTS = sm.sphere(40).vertices
-STAGE = Stage(2, 3 * EDGE, 40)
 
 
 def distorted(height, width=0.25):
@@ -33,8 +33,8 @@ def test_a_part_off_the_data_is_put_back_and_the_rest_stays(height):
     strayed = strays.among(mesh)
     away = abs(np.linalg.norm(mesh.vertices, axis=1) - 1)
     assert strayed[away > 1.5 * EDGE].all()
-    assert not strayed[away < EDGE].any()
-    out = restored(Tangles(mesh), strays, strayed, sm.targets.Triangles(START.triangulated()), STAGE)
+    assert not (strayed & ~dilated(away > EDGE, mesh.neighbors, 3)).any()  # three edges cross a face
+    out = restored(Tangles(mesh), strays, sm.targets.Triangles(START.triangulated()))
     assert not strays.among(out.mesh).any()
     assert out.count == 0
     far = START.vertices[:, 2] < 0
@@ -48,6 +48,26 @@ def test_what_was_off_the_data_at_the_start_has_not_strayed():
     assert not Strays(far, POINTS, EDGE).among(far).any()
 
 
+def test_faces_stray_though_their_vertices_are_on_the_data():
+    coarse = sm.sphere(3)
+    coarse = coarse.moved(coarse.vertices / np.linalg.norm(coarse.vertices, axis=1, keepdims=True))
+    sag = 1 - np.linalg.norm(coarse.triangulated("dual").vertices, axis=1)
+    strays = Strays(START, POINTS, 0.5 * sag.min())
+    assert strays.among(coarse).all()
+    assert not strays.among(coarse, 2.5 * sag.max() / sag.min()).any()
+    assert len(strays.lost(coarse, np.ones(coarse.n_vertices, bool))) > 0.1 * len(POINTS)
+    assert not len(strays.lost(START, np.ones(START.n_vertices, bool)))
+
+
+def test_data_is_lost_where_the_start_reached_it_and_the_mesh_does_not():
+    horn, everywhere = distorted(0.4), np.ones(START.n_vertices, bool)
+    strays = Strays(horn, horn.vertices, EDGE)
+    lost = np.unique(strays.lost(START, everywhere))
+    assert 20 < len(lost) < 500
+    assert (START.vertices[lost, 2] > 0.5).all()
+    assert len(strays.lost(horn, everywhere)) == len(strays.lost(START, ~everywhere)) == 0
+
+
 def test_a_film_is_flat_in_a_flat_rim_and_leaves_the_rest():
     sheet = sm.plane(vertices=400)
     lifted = sheet.moved(sheet.vertices + np.outer(np.arange(sheet.n_vertices) == 200, sheet.normals[0]))
@@ -59,8 +79,24 @@ def test_a_film_is_flat_in_a_flat_rim_and_leaves_the_rest():
     means = out.vertices[sheet.neighbors].mean(axis=1)
     held = (sheet.connectivity.vertex_faces[:, :, None] == np.flatnonzero(sheet.connectivity.face_is_hole)).any((1, 2))
     assert abs(out.vertices - means)[inner & ~held].max() < 1e-9
+
+
+def test_a_component_wholly_in_the_zone_of_a_film_stays():
+    ball = START.triangulated("dual")
+    two = sm.dual(
+        sm.TriangleMesh(
+            np.vstack([ball.vertices, ball.vertices + 5]), np.vstack([ball.faces, ball.faces + len(ball.vertices)])
+        )
+    )
+    first = two.vertices[:, 0] < 2
+    out = filmed(two, first | (two.vertices[:, 2] > 5.5))
+    assert_array_equal(out.vertices[first], two.vertices[first])
+    moved = (out.vertices != two.vertices).any(axis=1)
+    assert moved[two.vertices[:, 2] > 5.6].all()
+    assert out.vertices[:, 2].max() < 5.6
     everything = np.ones(START.n_vertices, bool)
     assert filmed(START, everything) is START
+    assert filmed(START, ~everything) is START
 
 
 def test_a_reconstruction_whose_last_motion_spoils_it_is_repaired_and_counts_it(monkeypatch):

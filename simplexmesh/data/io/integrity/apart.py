@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 import subprocess
 import sys
 import tempfile
@@ -13,7 +12,9 @@ from pathlib import Path
 from typing import Any
 from xml.sax.saxutils import escape
 
-SECONDS, BYTES_A_SECOND = 60, 1_000_000
+SECONDS, BUSY_SECONDS, BYTES_A_SECOND = 60, 10, 1_000_000
+"""Time that any file may take, and time of the processor, which ends the process even if nobody waits for it."""
+
 ROOM, MOST_PACKED = 2 << 30, 1040
 """Memory that any file may need, and for each of its bytes: zlib packs zeros to a thousandth."""
 
@@ -26,13 +27,13 @@ def sound_copy(path: Path, kind: str) -> Iterator[Path]:
     size = path.stat().st_size
     with tempfile.TemporaryDirectory() as folder:
         libraries = str(Path(sys.modules["vtkmodules"].__path__[0]).parent)
-        seconds = SECONDS + size / BYTES_A_SECOND
-        words = [libraries, kind, str(path), folder, str(ROOM + MOST_PACKED * size), str(math.ceil(seconds))]
+        limits = ROOM + MOST_PACKED * size, BUSY_SECONDS + size // BYTES_A_SECOND
+        words = [libraries, kind, str(path), folder, *map(str, limits)]
         try:
             done = subprocess.run(
                 [sys.executable, "-I", "-S", __file__, *words],
                 capture_output=True,
-                timeout=seconds,
+                timeout=SECONDS + size / BYTES_A_SECOND,
                 check=True,
             )
             answer = json.loads(done.stdout)
@@ -56,8 +57,8 @@ def _main(libraries: str, kind: str, path: str, folder: str, room: str, seconds:
         import resource
 
         resource.setrlimit(resource.RLIMIT_AS, (int(room),) * 2)
-        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
         resource.setrlimit(resource.RLIMIT_CPU, (int(seconds),) * 2)
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     except (ImportError, ValueError):
         pass  # no such limits on Windows
     from vtkmodules.vtkCommonCore import vtkLogger, vtkOutputWindow, vtkStringOutputWindow

@@ -36,7 +36,7 @@ def is_plain(path: Path) -> bool:
         _Piece(path.read_bytes()).check()
     except ElementTree.ParseError as error:
         raise OSError(f"{path.name} is not well-formed XML: {error}") from None
-    except (_NotPlainError, ValueError, KeyError, IndexError, zlib.error):
+    except (_NotPlainError, ValueError, KeyError, IndexError, OverflowError, zlib.error):
         return False
     return True
 
