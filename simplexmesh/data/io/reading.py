@@ -216,14 +216,11 @@ def _read_kind(path: Path, kind: str) -> Any:
 
         with readable_by_vtk(path) as plain:
             return _welded(vtk.from_dataset(vtk.read_dataset(plain, kind), path.name), kind)
-    if kind == "obj":
-        dataset = vtk.read_dataset(path, kind)
-        out = _welded(vtk.with_texture(vtk.from_dataset(dataset, path.name), dataset), kind)
-    else:
-        out = _welded(vtk.from_dataset(vtk.read_dataset(path, kind), path.name, owned=True), kind)
-    if kind == "obj" and isinstance(out, TriangleMesh):
-        return vtk.with_colors_of_obj(out, path)
-    return out
+    dataset = vtk.read_dataset(path, kind)
+    out = vtk.from_dataset(dataset, path.name, owned=True)
+    if kind != "obj" or not isinstance(out, TriangleMesh):
+        return _welded(out, kind)
+    return vtk.with_colors_of_obj(_welded(vtk.with_texture(out, dataset), kind), path)
 
 
 def _welded(out: Any, kind: str) -> Any:

@@ -142,10 +142,10 @@ def _triangles(dataset: Any) -> TriangleMesh:
     return TriangleMesh(_points(dataset), corners.reshape(-1, 3), _data(dataset), _unit(dataset))
 
 
-def with_texture(surface: Any, dataset: Any) -> Any:
-    """Return a surface with the array `uv` of its coordinates in a texture, unless these have seams."""
+def with_texture(surface: TriangleMesh, dataset: Any) -> TriangleMesh:
+    """Return the surface of a data set with the array `uv` of its coordinates in a texture, unless these have seams."""
     given = dataset.GetPointData().GetTCoords()
-    if given is None or not isinstance(surface, TriangleMesh) or given.GetNumberOfTuples() != surface.n_vertices:
+    if given is None or given.GetNumberOfTuples() != surface.n_vertices:
         return surface
     uv = np.array(vtk_to_numpy(given))[:, :2].astype(np.float64)
     single = np.isfinite(uv).all() and is_single_valued(surface.vertices, uv)

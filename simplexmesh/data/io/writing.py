@@ -242,7 +242,7 @@ def _write_obj(path: Path, content: _Polygons) -> None:
 
 def _is_uv(values: NDArray[Any]) -> bool:
     """Whether an array holds places in a texture, as OBJ has them."""
-    return values.dtype.kind == "f" and values.shape[1:] == (2,)
+    return values.dtype.kind == "f" and values.shape[1:] == (2,) and bool(np.isfinite(values).all())
 
 
 def _write_off(path: Path, content: _Polygons) -> None:

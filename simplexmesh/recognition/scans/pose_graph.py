@@ -66,7 +66,7 @@ def optimized(poses: Array, pairs: Sequence[Pair], measured: Sequence[Measured],
 
 def _jacobian(at: Array, x: Array, source: Indices, target: Indices, whitening: Array) -> Array:
     """Return the derivatives (6 e, 6 n - 6) of residuals that are small after poses (n, 4, 4) moved by x (n - 1, 6)."""
-    frame, pair = np.linalg.inv(at[target]), np.arange(len(source))
+    frame, pair = np.asarray(np.linalg.inv(at[target]), np.float64), np.arange(len(source))
     blocks = np.zeros((len(source), 6, 6))  # of a small motion of the world, as the target has it
     blocks[:, :3, :3] = blocks[:, 3:, 3:] = frame[:, :3, :3]
     blocks[:, 3:, :3] = _cross_matrices(frame[:, :3, 3]) @ frame[:, :3, :3]
