@@ -582,13 +582,22 @@ class TestView:
 
     def test_opens_a_window_where_there_is_a_display(self, command, files, monkeypatch):
         class Window:
+            window_size = [1200, 900]
+
+            @property
+            def render_window(self):
+                return self
+
+            def GetScreenSize(self):
+                return 800, 600
+
             def show(self, title):
-                shown.append(title)
+                shown.append((title, *self.window_size))
 
         shown = []
         monkeypatch.setattr("simplexmesh.plot.has_display", lambda: True)
         monkeypatch.setattr("simplexmesh.plot.surface", lambda *_, **__: Window())
         monkeypatch.setattr("simplexmesh.plot.looked_at", lambda plotter, camera: plotter)
         assert command("view", files / "ball.vtp")[0] == 0
-        assert shown == ["simplexmesh: ball.vtp"]
+        assert shown == [("simplexmesh: ball.vtp", 680, 510)]
         assert view.EXAMPLE
