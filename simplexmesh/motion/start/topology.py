@@ -59,14 +59,15 @@ def pieces(
 
 
 def without_cavities(solid: Mask) -> Mask:
-    """Return the solid with its cavities filled; its border must be empty."""
+    """Return the solid with its cavities filled."""
     return solid | (_cavities(solid) > 0)
 
 
 def _cavities(solid: Mask) -> NDArray[np.int32]:
-    """Return labels of the cavities, the components that a flood of the outside leaves and that do not touch it."""
-    filled, label = solid.copy(), np.zeros(solid.shape, np.int32)
+    """Return labels of the cavities, the components that a flood from around the grid leaves and that do not touch it."""
+    filled, label = np.pad(solid, 1), np.zeros(solid.shape, np.int32)
     _kernels_grid.flood(filled)
+    filled = filled[1:-1, 1:-1, 1:-1]
     box = box_around(~filled)
     if box is not None:
         part = box_slices(*box, solid.shape, margin=1)

@@ -21,6 +21,7 @@ from simplexmesh.motion.start.topology import (
     pinched,
     thickened,
     thinned,
+    within,
     without_cavities,
     without_tunnels,
 )
@@ -199,3 +200,17 @@ def test_where_cells_touch_along_an_edge_they_are_pinched():
     assert pinched(solid)[2:4, 2:4, 2].all()
     solid[2, 3, 2] = True
     assert not pinched(solid).any()
+
+
+@given(st.integers(0, 2**32 - 1), st.floats(0.2, 0.98), st.booleans())
+def test_cavities_are_the_components_of_the_outside_not_connected_to_what_is_around(seed, share, padded):
+    solid = np.pad(np.random.default_rng(seed).random((6, 7, 8)) < share, int(padded))
+    label, _ = ndimage.label(~np.pad(solid, 1), np.ones((3, 3, 3)))
+    assert np.array_equal(without_cavities(solid), (label != label[0, 0, 0])[1:-1, 1:-1, 1:-1])
+
+
+@given(st.integers(0, 2**32 - 1), st.floats(0.0, 0.2), st.floats(0.5, 9.0))
+def test_within_agrees_with_the_distance_transform(seed, share, radius):
+    cells = np.random.default_rng(seed).random((9, 12, 7)) < share
+    cells[seed % 9, seed % 12, seed % 7] = True
+    assert np.array_equal(within(cells, radius), ndimage.distance_transform_edt(~cells) ** 2 <= int(radius**2) + 0.5)
