@@ -134,6 +134,8 @@ def _compared(scans: list[Any], names: tuple[str, ...], report: Report) -> Regis
         tell_groups(found)
         return found
     for i, j in contradicting:
+        if any({i, j} <= {*group} for group in found.groups):
+            continue  # the others join them as their frames do: what meets is two sides of something thin
         warn(f"{names[i]} and {names[j]} contradict each other where they meet, and fit in no other pose: give poses")
     return None
 

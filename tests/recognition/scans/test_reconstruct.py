@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -45,6 +47,17 @@ def test_frames_that_agree_stay_as_they_are(scans):
     model = sm.reconstruct(together, vertices=800)
     same = sm.reconstruct(np.concatenate(together), vertices=800)
     np.testing.assert_array_equal(model.mesh.vertices, same.mesh.vertices)
+
+
+@pytest.mark.parametrize("groups", [((0, 1, 2, 3),), ((0, 1), (2, 3))])
+def test_a_contradiction_is_told_unless_other_scans_join_the_two(scans, groups, monkeypatch):
+    module = "simplexmesh.recognition.scans.reconstruct"
+    monkeypatch.setattr(f"{module}._contacts", lambda prepared: ({(0, 1), (1, 2), (2, 3)}, [(0, 2)]))
+    monkeypatch.setattr(f"{module}.registered", lambda *_: SimpleNamespace(edges=(), groups=groups))
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        assert posed_scans(scans[0], None, lambda fraction, message: None)[1] is None
+    assert ["scans[0] and scans[2] contradict" in str(each.message) for each in told] == [True] * (len(groups) - 1)
 
 
 def test_parts_that_only_adjoin_stay_as_they_are():
