@@ -4,6 +4,7 @@
 `decimated` and `redistributed` by `bench_decimate.py picture` and `bench_refine.py picture` in `tests/benchmarks`.
 """
 
+import contextlib
 import importlib
 import os
 import sys
@@ -112,7 +113,8 @@ def page(name):
     """Return what the Python block of a page of howto/ leaves behind, by name."""
     text = (IMAGES.parent / "howto" / f"{name}.md").read_text(encoding="utf-8")
     left = {}
-    exec(text.split("```python\n")[1].split("```")[0], left)
+    with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
+        exec(text.split("```python\n")[1].split("```")[0], left)
     return left
 
 
