@@ -262,7 +262,7 @@ PICTURES = {  # name: what draws it, row by row, and its width in pixels
     "measure": (lambda: [page("measure")["picture"]], 800),
     "occlusion": (occlusion, 1500),
     "print": (printed, 1200),
-    "recognize": (one_recognized, 1200),
+    "recognize": (one_recognized, 1000),
     "recognized": (recognized, 1500),
     "refinement": (demo("refinement"), 1080),
     "saliency": (four_panels("lion_head.off"), 1800),
