@@ -4,6 +4,7 @@
 `decimated` and `redistributed` by `bench_decimate.py picture` and `bench_refine.py picture` in `tests/benchmarks`.
 """
 
+import contextlib
 import importlib
 import os
 import sys
@@ -112,7 +113,8 @@ def page(name):
     """Return what the Python block of a page of howto/ leaves behind, by name."""
     text = (IMAGES.parent / "howto" / f"{name}.md").read_text(encoding="utf-8")
     left = {}
-    exec(text.split("```python\n")[1].split("```")[0], left)
+    with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
+        exec(text.split("```python\n")[1].split("```")[0], left)
     return left
 
 
@@ -260,7 +262,7 @@ PICTURES = {  # name: what draws it, row by row, and its width in pixels
     "measure": (lambda: [page("measure")["picture"]], 800),
     "occlusion": (occlusion, 1500),
     "print": (printed, 1200),
-    "recognize": (one_recognized, 1200),
+    "recognize": (one_recognized, 1000),
     "recognized": (recognized, 1500),
     "refinement": (demo("refinement"), 1080),
     "saliency": (four_panels("lion_head.off"), 1800),
