@@ -23,7 +23,7 @@ from simplexmesh._base.errors import warn
 from simplexmesh._base.named_arrays import is_color
 from simplexmesh._base.units import known_unit
 from simplexmesh.data.columns import as_colors
-from simplexmesh.data.io.integrity import apart, legacy, xml
+from simplexmesh.data.io.integrity import apart, legacy, obj, xml
 from simplexmesh.data.io.polydata import HOLES, TWIN, TYPES, UNIT, captured_output, polydata, vtk_array, vtk_reason
 from simplexmesh.data.points import PointCloud, cloud_of_file
 from simplexmesh.data.triangles import TriangleMesh
@@ -44,7 +44,8 @@ _UNIT_OF_OBJ = re.compile(r"(?im)^#[^\n]*\bunits?\s*[:=]\s*(\S+)")
 
 def read_dataset(path: Path, kind: str) -> Any:
     """Return the VTK data set in a file; errors that VTK prints are raised."""
-    plain = {"vtp": xml.is_plain, "vti": xml.is_plain, "vtk": legacy.is_plain}.get(kind)
+    checks_of = {"vtp": xml.is_plain, "vti": xml.is_plain, "vtk": legacy.is_plain, "obj": obj.is_plain}
+    plain = checks_of.get(kind)
     if plain is None or plain(path):
         return _dataset(path, kind, path.name)
     with apart.sound_copy(path, kind) as copy:
