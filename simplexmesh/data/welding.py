@@ -13,6 +13,9 @@ from simplexmesh.data.points import distinct
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
+MOST_NEAR = 1000
+"""Vertices within the tolerance of one, on average, beyond which no triangles would be left, and no memory."""
+
 
 def are_proper(faces: Indices) -> NDArray[np.bool_]:
     """Return (f,) bool: whether each triangle has three distinct vertices."""
@@ -39,8 +42,12 @@ def _representatives(vertices: Array, tolerance: float) -> Indices:
     from scipy import sparse, spatial
     from scipy.sparse import csgraph
 
-    pairs = spatial.cKDTree(vertices).query_pairs(tolerance, output_type="ndarray")
-    n = len(vertices)
+    n, tree = len(vertices), spatial.cKDTree(vertices)
+    if (near := tree.count_neighbors(tree, tolerance)) > MOST_NEAR * n:
+        raise ValueError(
+            f"a tolerance of {tolerance:g} merges {near // n:,} vertices with each, which leaves no surface"
+        )
+    pairs = tree.query_pairs(tolerance, output_type="ndarray")
     links = sparse.coo_matrix((np.ones(len(pairs), dtype=bool), (pairs[:, 0], pairs[:, 1])), shape=(n, n))
     _, group = csgraph.connected_components(links, directed=False)
     _, first = np.unique(group, return_index=True)

@@ -22,7 +22,7 @@ from simplexmesh._base.errors import warn
 from simplexmesh._base.named_arrays import is_color
 from simplexmesh._base.units import known_unit
 from simplexmesh.data.columns import as_colors
-from simplexmesh.data.io.integrity import apart, xml
+from simplexmesh.data.io.integrity import apart, obj, xml
 from simplexmesh.data.io.polydata import HOLES, TWIN, TYPES, UNIT, captured_output, polydata, vtk_array, vtk_reason
 from simplexmesh.data.points import PointCloud, cloud_of_file
 from simplexmesh.data.triangles import TriangleMesh
@@ -47,7 +47,8 @@ def read_dataset(path: Path, kind: str) -> Any:
     The readers of VTK's own formats trust counts, and a damaged file ends their process: one of the old kind, or one
     that is not as programs write it, is read in another process.
     """
-    if kind in ("stl", "obj") or (kind != "vtk" and xml.is_plain(path)):
+    plain = {"vtp": xml.is_plain, "vti": xml.is_plain, "vtk": lambda _: False, "obj": obj.is_plain}.get(kind)
+    if plain is None or plain(path):
         return _dataset(path, kind, path.name)
     with apart.sound_copy(path, kind) as copy:
         if not xml.is_plain(copy):

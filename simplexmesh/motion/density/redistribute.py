@@ -68,18 +68,12 @@ def redistribute(
         What attracts the mesh, as in `refine`.
     vertices : int, optional
         Number wanted. Default: the present one.
-    reach : float, optional
-        Search distance for data, in its unit. Default: 10 % of the mesh's diagonal.
     rounds : int
         Number of rounds of exchange.
     iterations : int
         Iterations of motion in each round.
-    adaptation, rigidity
+    reach, adaptation, rigidity, level, label, inside, watch
         As in `refine`.
-    level, label, inside : optional
-        For a volume given as `target`.
-    watch : callable, optional
-        Called after each round with its `Round` and the mesh.
 
     Returns
     -------

@@ -66,8 +66,8 @@ def measure(run: Run) -> None:
             f"where the data is open, the model closes it: {run.bare:.0%} of its area has no data nearby; "
             "holes='auto' leaves it open, holes='none' closes it without this warning"
         )
-    unseen = 0.0 if lid else float((away > limit).mean())
-    _warn_of_poor_fit(run, unseen, float(((missing > limit) & ~enclosed).mean()))
+    off = 0.0 if lid else float((away > limit).mean())
+    _warn_of_poor_fit(run, off, float(((missing > limit) & ~enclosed).mean()))
     _warn_of_topology(run)
     run.report(1.0, "done")
 

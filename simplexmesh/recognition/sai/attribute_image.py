@@ -176,4 +176,4 @@ class SAI:
                 mesh = domain(topology, frequency).mesh.moved(parts["vertices"])
                 return SAI(frequency, mesh, parts["hidden"], parts["distance"], float(parts["threshold"]), topology)
         except DAMAGE as error:
-            raise OSError(f"{target} is not a whole signature written by SAI.save: {error}") from None
+            raise OSError(f"{target} is not a whole signature written by SAI.save: {str(error)[:100]}") from None

@@ -108,6 +108,31 @@ def test_a_reader_without_end_ends_though_nobody_waits_for_it(sound, tmp_path):
     subprocess.run([sys.executable, "-I", "-S", apart.__file__, *map(str, words)], check=False, timeout=300)
 
 
+@pytest.mark.parametrize(
+    ("face", "what"),
+    [("1 2 1163078", "v 1.16308e.06, of 4"), ("1 2 -5", "v -5"), ("0 1 2", "v 0"), ("1/1 2/1 3/2", "vt 2, of 1"),
+     ("1//1 2//1 3//9", "vn 9, of 1"), ("1/1/1 2/1/1 3/1/7", "vn 7, of 1")],
+)  # fmt: skip
+def test_faces_of_obj_refer_to_what_there_is(face, what, tmp_path):
+    text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvt 0 0\nvn 0 0 1\nf {}\nf 2 3 4\n"
+    (tmp_path / "a.obj").write_text(text.format(face))
+    with pytest.raises(OSError, match=f"a.obj is damaged: a face refers to {what}"):
+        sm.read(tmp_path / "a.obj")
+    for sound in ("1 2 3", "-4 -3 -2", "1/1 2/1 3/1", "1//1 2//1 3//1", "1/1/1 2/1/-1 3/-1/1"):
+        (tmp_path / "a.obj").write_text(text.format(sound))
+        assert len(sm.read(tmp_path / "a.obj").faces) == 2
+
+
+def test_a_wild_position_in_stl_merges_nothing_else(tmp_path):
+    ball = sm.sphere(12).triangulated()
+    ball = sm.TriangleMesh(
+        np.vstack([ball.vertices, [[1e30, 0, 0]]]), np.vstack([ball.faces, [[0, 1, len(ball.vertices)]]])
+    )
+    ball.save(tmp_path / "a.stl")
+    with pytest.raises(ValueError, match=r"a.stl: a tolerance of 1e\+23 merges [\d,]+ vertices with each"):
+        sm.read(tmp_path / "a.stl")
+
+
 @pytest.mark.parametrize("form", ["ascii", "binary_little_endian"])
 @pytest.mark.parametrize("counts", [(4, 4294967295), (4294967295, 4), (10**18, 1)])
 def test_counts_of_ply(form, counts, tmp_path):
