@@ -295,7 +295,7 @@ def _may_collapse(vertices, corners, mates, seen, h, turn):
 def _collapse_in_sweeps(vertices, corners, mates, heap, seen, left, triangles, turn):
     """Collapse edges below a length that grows by a tenth with each sweep over all; return how many triangles are left.
 
-    With an empty queue: of a million edges it costs five times as much as the collapses.
+    With an empty queue: a full one of a million edges costs more than twice as much as the collapses.
     """
     limit, more = 0.0, True
     for h in range(len(mates)):

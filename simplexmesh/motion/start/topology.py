@@ -64,7 +64,7 @@ def without_cavities(solid: Mask) -> Mask:
 
 
 def _cavities(solid: Mask) -> NDArray[np.int32]:
-    """Return labels of the cavities, the components that a flood from around the grid leaves and that do not touch it."""
+    """Return labels of the cavities: what a flood from around the grid leaves, by components that do not touch it."""
     filled, label = np.pad(solid, 1), np.zeros(solid.shape, np.int32)
     _kernels_grid.flood(filled)
     filled = filled[1:-1, 1:-1, 1:-1]
@@ -135,9 +135,9 @@ def _reopened(grown: Mask, solid: Mask) -> Mask:
     """Return the grown solid without the added cells that closed off hollows that outlast two erosions."""
     while True:
         label = _cavities(grown)
-        wide = np.unique(label[(label > 0) & ~_layered(grown, 2)]) if label.any() else []
-        if not len(wide):
+        if not label.any():
             return grown
+        wide = np.unique(label[(label > 0) & ~_layered(grown, 2)])
         hollows = np.isin(label, wide)
         added = ndimage.label(grown & ~solid, _CORNERS)[0]
         plugs = np.unique(added[_layered(hollows)])
@@ -151,8 +151,8 @@ def pinched(solid: Mask) -> Mask:
     """Return the samples of all grid cubes in which inside cells meet only along an edge or at a corner."""
     count = solid.astype(np.int8)
     for axis in range(3):
-        side = np.moveaxis(count, axis, 0)
-        count = np.moveaxis(side[1:] + side[:-1], 0, axis)
+        layers = np.moveaxis(count, axis, 0)
+        count = np.moveaxis(layers[1:] + layers[:-1], 0, axis)
     cubes = np.stack(np.nonzero((count > 1) & (count < 7)))
     places = cubes[:, None] + np.array(list(product((0, 1), repeat=3))).T[:, :, None]
     corner = solid[tuple(places)].reshape(2, 2, 2, -1)

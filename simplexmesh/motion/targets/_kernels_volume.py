@@ -118,7 +118,7 @@ def _value_and_slope(field, place, along, far):
 def _nearby(field, place, along, most):
     """Return the parameter, up to `most`, of a crossing that three steps of Newton's method find, or NaN.
 
-    That suffices for nearly all vertices of a fitted mesh, in a third of the time of a search.
+    That suffices for nearly all vertices of a fitted mesh, in half of the time of a search.
     """
     value, slope = _value_and_slope(field, place, along, 0.0)
     way = 1.0 if value > 0.0 else -1.0
