@@ -1,4 +1,4 @@
-"""Draw faults, put each in a copy of the repository, run the tests of its room, and print which ones survive.
+"""Draw faults, put each in a copy of the repository, run the tests of its folder and room, and print which survive.
 
     python tests/mutants.py --count 30 --seed 0
 
@@ -98,9 +98,16 @@ def replaced(text: str, old: ast.expr, new: str) -> str:
     return (before + f"({new})".encode() + after).decode()
 
 
-def exit_code(copy: Path, room: str, limit: float) -> int | None:
-    """The exit code of the tests of a room, None if they do not end in time."""
-    folders = [f"tests/{room.strip('_')}", f"simplexmesh/{room}", *ELSEWHERE.get(room, [])]
+def circles(copy: Path, path: Path) -> list[list[str]]:
+    """The tests of a file, in the order they are tried: those of its own folder, then all of its room."""
+    room = path.parts[1]
+    whole = [f"tests/{room.strip('_')}", f"simplexmesh/{room}", *ELSEWHERE.get(room, [])]
+    near = [str(Path("tests", room.strip("_"), *path.parts[2:-1])), str(path.parent)]
+    return [near, whole] if len(path.parts) > 3 and (copy / near[0]).exists() else [whole]
+
+
+def exit_code(copy: Path, folders: list[str], limit: float) -> int | None:
+    """The exit code of the tests in some folders, None if they do not end in time."""
     command = [sys.executable, "-m", "pytest", "-q", "-x", "-n0", "-p", "no:cacheprovider", *folders]
     try:
         done = subprocess.run(
@@ -117,12 +124,12 @@ def exit_code(copy: Path, room: str, limit: float) -> int | None:
 
 
 def is_caught(copy: Path, path: Path, old: ast.expr, new: str, *, limit: float) -> bool:
-    """Whether the tests of a file's room fail with a fault in it, or do not end in time."""
+    """Whether the tests of a file fail with a fault in it, or do not end in time."""
     file = copy / path
     sound = file.read_text(encoding="utf-8")
     file.write_text(replaced(sound, old, new), encoding="utf-8")
-    try:
-        return exit_code(copy, path.parts[1], limit) != 0  # also where an import or the interpreter breaks
+    try:  # also where an import or the interpreter breaks
+        return any(exit_code(copy, folders, limit) != 0 for folders in circles(copy, path))
     finally:
         file.write_text(sound, encoding="utf-8")
 
@@ -141,9 +148,9 @@ def main() -> int:
         copy = Path(folder, "copy")
         skipped = shutil.ignore_patterns(".git", ".venv", ".*_cache", ".hypothesis", "demo_output", "_build")
         shutil.copytree(ROOT, copy, ignore=skipped)
-        for room in sorted({path.parts[1] for path, _, _ in drawn}):
-            if exit_code(copy, room, asked.limit) != 0:
-                sys.exit(f"the tests of {room} fail without any fault")
+        for folders in sorted({tuple(circles(copy, path)[0]) for path, _, _ in drawn}):
+            if exit_code(copy, list(folders), asked.limit) != 0:
+                sys.exit(f"the tests of {', '.join(folders)} fail without any fault")
         for number, (path, old, new) in enumerate(drawn, 1):
             caught = is_caught(copy, path, old, new, limit=asked.limit)
             survivors += not caught

@@ -118,7 +118,7 @@ def has_lid(target: Target, mesh: SimplexMesh, bare: float) -> bool:
 
     Of closed bodies, sampled sparsely or with noise, no area at all is so far from the data.
     """
-    return not mesh.n_holes and bare >= LEAST_BARE and hasattr(target, "border")
+    return not mesh.n_holes and bare >= LEAST_BARE and hasattr(type(target), "border")
 
 
 def open_data_message(target: Target, points: NDArray[np.float64], mesh: SimplexMesh) -> str:
