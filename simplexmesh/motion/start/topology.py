@@ -64,7 +64,7 @@ def without_cavities(solid: Mask) -> Mask:
 
 
 def _cavities(solid: Mask) -> NDArray[np.int32]:
-    """Return labels of the cavities, the components that a flood from around the grid leaves and that do not touch it."""
+    """Return labels of the cavities, the components that a flood from around leaves and that do not touch it."""
     filled, label = np.pad(solid, 1), np.zeros(solid.shape, np.int32)
     _kernels_grid.flood(filled)
     filled = filled[1:-1, 1:-1, 1:-1]
