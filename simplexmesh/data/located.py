@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from dataclasses import replace
 from functools import cached_property
@@ -44,8 +45,7 @@ class Located(InUnits):
     @property
     def diagonal(self) -> float:
         """Length of the diagonal of the bounding box."""
-        low, high = self.bounds
-        return float(np.linalg.norm(high - low))
+        return math.dist(*self.bounds)
 
     def with_data(self: Self, **arrays: ArrayLike | None) -> Self:
         """Return the same with named arrays added or replaced, one row for each place; None removes one.

@@ -226,7 +226,7 @@ class TriangleMesh(Located):
             Affine.
         """
         T = checks.affine("T_target_source", T_target_source)
-        faces = self.faces if np.linalg.det(T[:3, :3]) > 0 else self.faces[:, ::-1]
+        faces = self.faces if np.linalg.slogdet(T[:3, :3])[0] > 0 else self.faces[:, ::-1]
         return replace(self, vertices=self.vertices @ T[:3, :3].T + T[:3, 3], faces=faces)
 
     def welded(self, *, tolerance: float = 0.0, report: bool = True) -> TriangleMesh:

@@ -228,7 +228,7 @@ class SimplexMesh(InUnits):
         2.0
         """
         T = checks.affine("T_target_source", T_target_source)
-        if np.linalg.det(T[:3, :3]) < 0:
+        if np.linalg.slogdet(T[:3, :3])[0] < 0:
             raise ValueError("T_target_source must keep the orientation of a simplex mesh; it is a reflection")
         return self.moved(self.vertices @ T[:3, :3].T + T[:3, 3])
 

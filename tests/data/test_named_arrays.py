@@ -130,6 +130,8 @@ def test_a_boolean_of_surfaces(operation):
     far = np.linalg.norm(out.vertices, axis=1) > 1.05
     assert (out.data["label"][far] == 1).all()
     assert out.unit == "mm"
+    with pytest.raises(ValueError, match="first and second must have one unit, not m and mm"):
+        sm.boolean(one, other.in_unit("m"), operation)
 
 
 @pytest.mark.parametrize("surface", [SURFACE, sm.clipped(SURFACE, (0, 0, 0), (1, 2, 3))], ids=["closed", "open"])

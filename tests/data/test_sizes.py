@@ -81,6 +81,16 @@ def test_within_them_all_scales(kind, size):
     assert state.move / size == pytest.approx(known.move)
 
 
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("scale", [1e-160, 1e160])
+@pytest.mark.parametrize("thing", [MESH, BALL, sm.PointCloud(MESH.vertices)], ids=["mesh", "triangles", "points"])
+def test_what_is_no_product_of_areas_is_known_of_any_size(thing, scale):
+    found = thing.scaled(scale)
+    assert found.diagonal == pytest.approx(scale * thing.diagonal)
+    if thing is BALL:
+        np.testing.assert_array_equal(found.faces, BALL.faces)  # not inside out
+
+
 @pytest.mark.parametrize("scale", [1e-160, 1e160])
 def test_targets_of_points(scale):
     with pytest.raises(ValueError, match=r"cloud must be within 1e-60 and 1e\+60 in its unit of length"):

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from simplexmesh._base import checks
 from simplexmesh._base.named_arrays import joined
+from simplexmesh._base.units import common_unit
 from simplexmesh._base.vectors import cross, dot
 from simplexmesh.data.conversion import as_triangles
 from simplexmesh.data.triangles import TriangleMesh
@@ -43,7 +44,7 @@ def boolean(first: Any, second: Any, operation: str = "difference") -> TriangleM
     ImportError
         manifold3d is not installed.
     ValueError
-        A surface is open or oriented inward, the operation is unknown, or the result is empty.
+        A surface is open or oriented inward, their units differ, the operation is unknown, or the result is empty.
 
     References
     ----------
@@ -65,6 +66,7 @@ def boolean(first: Any, second: Any, operation: str = "difference") -> TriangleM
     meshes = tuple(
         as_triangles(each, name).welded(report=False) for each, name in ((first, "first"), (second, "second"))
     )
+    unit = common_unit("first and second", meshes)
     ids = manifold3d.Manifold.reserve_ids(2)
     one, other = (_solid(manifold3d, mesh, ids + k, ("first", "second")[k]) for k, mesh in enumerate(meshes))
     out = one - other if operation == "difference" else one + other if operation == "union" else one ^ other
@@ -73,7 +75,6 @@ def boolean(first: Any, second: Any, operation: str = "difference") -> TriangleM
         raise ValueError(f"first and second must have a non-empty {operation}, but nothing is left")
     vertices, faces = np.array(mesh.vert_properties)[:, :3], np.array(mesh.tri_verts).astype(np.int64)
     whose = np.repeat(np.array(mesh.run_original_id) - ids, np.diff(np.array(mesh.run_index)) // 3)
-    unit = meshes[0].unit if meshes[0].unit == meshes[1].unit else None
     data = _carried(meshes, vertices, faces, whose, np.array(mesh.face_id).astype(np.int64))
     return TriangleMesh(vertices, faces, data, unit)
 

@@ -136,7 +136,7 @@ def _rows_of_numbers(text: bytes) -> tuple[Array, Indices, Indices]:
     try:
         with warnings.catch_warnings(action="error"):
             numbers = np.fromstring(text, np.float64, sep=" ")
-    except DeprecationWarning:
+    except (DeprecationWarning, ValueError):  # what NumPy says of words, in its versions
         raise _Irregular from None
     lines = np.flatnonzero((letters == 10) | (letters == 13))
     row = np.searchsorted(lines, at)

@@ -99,7 +99,8 @@ class Assembly:
             while any(self._join(found, equal=equal) for found, equal in self._supported()):
                 pass
         for group in self.groups:
-            if 2 * sum(self.scans[k].turned for k in group) > len(group):
+            turned = [self.scans[k].turned for k in group if self.scans[k].surface.given]
+            if 2 * sum(turned) > len(turned):
                 self._flip(group)
         for both in (False, True):  # the last time in both directions
             for group in self.groups:

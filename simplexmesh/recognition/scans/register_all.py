@@ -85,7 +85,7 @@ class Registered:
         Of a small motion after each pose: a rotation vector in radians about the world's origin, and a shift. Zero for
         the first scan of a group.
     flipped : tuple of int
-        Scans whose normals point the other way than those of most of their group.
+        Scans whose own normals point the other way than those of most of their group that have any.
     names : tuple of str
         What messages call the scans: names of files, or places in the list.
 
@@ -202,10 +202,9 @@ def tell_groups(found: Registered) -> None:
 
 
 def names_of(scans: Sequence[Any]) -> tuple[str, ...]:
-    """Return what messages call the scans."""
-    return tuple(
-        Path(scan).name if isinstance(scan, str | os.PathLike) else f"scans[{k}]" for k, scan in enumerate(scans)
-    )
+    """Return what messages call the scans: files of one name in several folders by their paths."""
+    short = [Path(scan).name if isinstance(scan, str | os.PathLike) else f"scans[{k}]" for k, scan in enumerate(scans)]
+    return tuple(name if short.count(name) == 1 else str(scan) for name, scan in zip(short, scans, strict=True))
 
 
 def registered(scans: list[Scan], names: tuple[str, ...], report: Report) -> Registered:
@@ -220,7 +219,7 @@ def registered(scans: list[Scan], names: tuple[str, ...], report: Report) -> Reg
             covariances[k] = A @ assembly.covariances[k] @ A.T
     edges, residuals = _edges(assembly)
     groups = sorted(map(tuple, assembly.groups), key=lambda group: (-len(group), group))
-    flipped = tuple(k for k, scan in enumerate(scans) if scan.turned)
+    flipped = tuple(k for k, scan in enumerate(scans) if scan.turned and scan.surface.given)
     return Registered(
         checks.frozen(poses), tuple(groups), edges, checks.frozen(residuals), checks.frozen(covariances), flipped, names
     )

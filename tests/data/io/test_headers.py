@@ -59,6 +59,23 @@ def test_reading_apart_gives_what_was_written(sound, version, kind):
     assert np.allclose(found.vertices, wanted.vertices, rtol=0, atol=1e-9)
 
 
+@pytest.mark.parametrize("refused", [set(), {"RLIMIT_AS"}, {"RLIMIT_AS", "RLIMIT_CORE"}])
+def test_what_reads_apart_has_the_limits_that_the_system_allows(refused, monkeypatch):
+    resource = pytest.importorskip("resource")  # not on Windows
+    names = {getattr(resource, name): name for name in ("RLIMIT_AS", "RLIMIT_CPU", "RLIMIT_CORE")}
+    found = {}
+
+    def set_limit(kind, limits):
+        if names[kind] in refused:
+            raise ValueError("current limit exceeds maximum limit")
+        found[names[kind]] = limits
+
+    monkeypatch.setattr(resource, "setrlimit", set_limit)
+    apart._limit(1 << 30, 12)
+    wanted = {"RLIMIT_AS": (1 << 30, 1 << 30), "RLIMIT_CPU": (12, 12), "RLIMIT_CORE": (0, 0)}
+    assert found == {name: limits for name, limits in wanted.items() if name not in refused}
+
+
 @pytest.mark.parametrize(
     ("name", "old", "new"),
     [

@@ -92,6 +92,12 @@ def test_damaged(old, new, tmp_path):
         read(tmp_path / "a.ply")
 
 
+@pytest.mark.parametrize("rest", ["written by hand\n", "\0\0\0"])
+def test_what_follows_the_last_row_is_ignored(rest, tmp_path):
+    (tmp_path / "a.ply").write_text(text(POINTS + FACES, BODY + LISTS + rest))
+    assert_array_equal(read(tmp_path / "a.ply").vertices, VERTICES)
+
+
 @st.composite
 def texts(draw):
     """Text files of points and triangles, some with lists at vertices, empty faces, numbers too many or displaced."""

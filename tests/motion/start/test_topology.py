@@ -209,8 +209,8 @@ def test_cavities_are_the_components_of_the_outside_not_connected_to_what_is_aro
     assert np.array_equal(without_cavities(solid), (label != label[0, 0, 0])[1:-1, 1:-1, 1:-1])
 
 
-@given(st.integers(0, 2**32 - 1), st.floats(0.0, 0.2), st.floats(0.5, 9.0))
+@given(st.integers(0, 2**32 - 1), st.floats(0.0, 0.2), st.floats(0.5, 9.0) | st.integers(1, 80).map(np.sqrt))
 def test_within_agrees_with_the_distance_transform(seed, share, radius):
     cells = np.random.default_rng(seed).random((9, 12, 7)) < share
     cells[seed % 9, seed % 12, seed % 7] = True
-    assert np.array_equal(within(cells, radius), ndimage.distance_transform_edt(~cells) ** 2 <= int(radius**2) + 0.5)
+    assert np.array_equal(within(cells, radius), ndimage.distance_transform_edt(~cells) ** 2 <= radius**2 + 1e-9)

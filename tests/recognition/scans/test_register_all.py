@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import combinations
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ import simplexmesh as sm
 from simplexmesh.numerics.rotation_vectors import rotation_angle
 from simplexmesh.recognition.scans import pose_graph
 from simplexmesh.recognition.scans.pose_graph import motions, optimized
+from simplexmesh.recognition.scans.register_all import names_of
 from simplexmesh.recognition.scans.scan_pairs import Measured, Scan, contact
 from tests.recognition import reference as reference
 
@@ -79,6 +81,14 @@ class TestPoses:
         assert found.groups == ((0, 1, 2, 3),)
         assert found.flipped == (1,)
         assert off(found, poses, range(4))[0].max() < 0.5
+
+    def test_normals_that_nobody_gave_are_not_told_to_be_turned_over(self):
+        scans, poses = views(3, np.random.default_rng(6))
+        inward = [sm.PointCloud(scan, -sm.vertex_normals(scan)) for scan in scans]
+        found = sm.register_all([inward[0], scans[1], inward[2]])
+        assert found.groups == ((0, 1, 2),)
+        assert found.flipped == ()
+        assert off(found, poses, range(3))[0].max() < 0.5
 
     def test_of_scans_whose_outside_is_not_plain(self):
         """Half a bowl and all of it: the normals of both are taken for inward, of one rightly."""
@@ -201,6 +211,11 @@ class TestPoseGraph:
         np.testing.assert_allclose(sure, np.tile(np.eye(4), (3, 1, 1)), atol=1e-6)
         assert covariances[1, 3, 3] > 4 * 0.01**2  # of one pair alone 1
         assert (np.linalg.eigvalsh(covariances[1:]) > 0).all()
+
+
+def test_files_of_one_name_in_several_folders_are_told_apart():
+    paths = [Path("a", "scan.ply"), Path("b", "scan.ply"), "other.ply", np.zeros((9, 3))]
+    assert names_of(paths) == (str(paths[0]), str(paths[1]), "other.ply", "scans[3]")
 
 
 class TestBadInput:

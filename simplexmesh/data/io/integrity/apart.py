@@ -7,7 +7,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 from xml.sax.saxutils import escape
@@ -47,20 +47,21 @@ def sound_copy(path: Path, kind: str) -> Iterator[Path]:
         yield Path(folder, answer["file"])
 
 
-def _main(libraries: str, kind: str, path: str, folder: str, room: str, seconds: str) -> None:
-    """Read a file and write it again, and print the name of the new one or what is wrong; run as a script.
-
-    Memory and processor time have limits, which hold also when the process that waits for this one is killed.
-    """
-    sys.path.append(libraries)
+def _limit(room: int, seconds: int) -> None:
+    """Limit memory and processor time of this process, also for when the one that waits for it is killed."""
     try:
         import resource
+    except ImportError:  # on Windows
+        return
+    for kind, most in ((resource.RLIMIT_CORE, 0), (resource.RLIMIT_CPU, seconds), (resource.RLIMIT_AS, room)):
+        with suppress(ValueError, OSError):  # a lower limit is set already, or the system has none, as macOS of memory
+            resource.setrlimit(kind, (most, most))
 
-        resource.setrlimit(resource.RLIMIT_AS, (int(room),) * 2)
-        resource.setrlimit(resource.RLIMIT_CPU, (int(seconds),) * 2)
-        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    except (ImportError, ValueError):
-        pass  # no such limits on Windows
+
+def _main(libraries: str, kind: str, path: str, folder: str, room: str, seconds: str) -> None:
+    """Read a file and write it again, and print the name of the new one or what is wrong; run as a script."""
+    sys.path.append(libraries)
+    _limit(int(room), int(seconds))
     from vtkmodules.vtkCommonCore import vtkLogger, vtkOutputWindow, vtkStringOutputWindow
     from vtkmodules.vtkIOLegacy import vtkDataSetReader
     from vtkmodules.vtkIOXML import (
