@@ -61,9 +61,9 @@ def save(path: str | os.PathLike[str], value: Any) -> None:
 
 
 def _tell_what_is_lost(suffix: str, data: Data) -> None:
-    """Warn of named arrays that a format cannot hold."""
+    """Warn of named arrays that a format cannot hold, but for those of models."""
     holds = _HOLDS.get(suffix, lambda name, values: True)
-    lost = ", ".join(name for name, values in data.items() if not holds(name, values))
+    lost = ", ".join(name for name, values in data.items() if name not in OF_MODELS and not holds(name, values))
     if lost:
         warn(f"{suffix[1:].upper()} files do not hold these arrays, which were left out: {lost}")
 
@@ -314,6 +314,9 @@ def _loops(content: _Polygons) -> Iterable[list[int]]:
         yield flat[at : at + size]
         at += size
 
+
+OF_MODELS = ("metric", "distance")
+"""Arrays that every reconstruction adds: files that leave them out lose nothing that was in the data."""
 
 _HOLDS: dict[str, Callable[[str, NDArray[Any]], bool]] = {
     ".obj": lambda name, values: (name == "colors" and is_color(values)) or (name == "uv" and _is_uv(values)),

@@ -175,7 +175,7 @@ def _resampled(native: NDArray[Any], spacing: Array, cell: float, *, binary: boo
         sigma = blur * (factor.clip(1) if binary else factor)
         smooth = ndimage.gaussian_filter(native, sigma, mode="nearest") if blur else native
         out = ndimage.affine_transform(
-            smooth, factor, output_shape=shape, order=1, mode="constant", cval=float(native[0, 0, 0])
+            smooth, factor, output_shape=shape, order=1, mode="constant", cval=float(native.min())
         )
         if np.count_nonzero(out > 0) > 0.5 * wanted:
             return out

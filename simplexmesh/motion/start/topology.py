@@ -157,8 +157,8 @@ def pinched(solid: Mask) -> Mask:
     places = cubes[:, None] + np.array(list(product((0, 1), repeat=3))).T[:, :, None]
     corner = solid[tuple(places)].reshape(2, 2, 2, -1)
     bad = np.zeros(cubes.shape[1], bool)
-    for axis, side in product(range(3), (0, 1)):
-        (a, c), (d, b) = np.moveaxis(corner, axis, 0)[side]
+    for axis, end in product(range(3), (0, 1)):
+        (a, c), (d, b) = np.moveaxis(corner, axis, 0)[end]
         bad |= (a == b) & (c == d) & (a != c)
     for p, q in product((0, 1), repeat=2):
         a, b = corner[0, p, q], corner[1, 1 - p, 1 - q]

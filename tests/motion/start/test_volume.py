@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from simplexmesh import Volume, read_volume, reconstruct
+from simplexmesh import Volume, read_volume, reconstruct, sphere
 from simplexmesh._base.errors import SimplexMeshWarning, TopologyError
 from simplexmesh.mesh.tangles import tangled_vertices
-from simplexmesh.motion.start import solid_mesh
+from simplexmesh.motion.start import from_volume, solid_mesh
 from simplexmesh.motion.start.from_volume import start_from_volume
 
 SPACING, ORIGIN = np.array([0.06, 0.05, 0.09]), np.array([3.0, -2.0, 10.0])
@@ -209,3 +209,15 @@ def test_a_single_voxel_is_refused_without_advice_that_does_not_help():
     values[2, 2, 2] = 1
     with pytest.raises(TopologyError, match=r"too thin for a grid of .* the finest possible"):
         start_from_volume(Volume(values), None, 1, 100)
+
+
+@pytest.mark.parametrize("name", ["level", "label"])
+def test_another_piece_at_the_corner_of_the_box_does_not_fill_what_is_around(name, monkeypatch):
+    """The surface of a solid that reaches the end of its grid is open, and its decimation would never end."""
+    fields = []
+    monkeypatch.setattr(from_volume, "solid_mesh", lambda field, *rest: fields.append(field) or (sphere(4), rest[0]))
+    at = np.mgrid[-15:16, -15:16, -15:16]
+    values = ((at**2).sum(axis=0) < 6.5**2).astype(np.uint8)
+    values[5:8, 5:8, 5:8] = 1
+    start_from_volume(Volume(values), **{name: 0.5 if name == "level" else 1}, vertices=500)
+    assert all(fields[0].take(-1, axis).max() < 0 for axis in range(3))
