@@ -291,10 +291,7 @@ def test_scans_with_opposed_normals_are_fitted_without_them():
     upper = ball.vertices[:, 2] > -0.05
     halves = [sm.PointCloud(ball.vertices[upper], ball.normals[upper])]
     halves.append(sm.PointCloud(ball.vertices[~upper], -ball.normals[~upper]))
-    with (
-        pytest.warns(sm.SimplexMeshWarning, match="not all scans meet in their frames"),
-        pytest.warns(sm.SimplexMeshWarning, match="the points' normals bound no solid and were left out"),
-    ):
+    with pytest.warns(sm.SimplexMeshWarning, match="the points' normals bound no solid and were left out"):
         mesh = sm.reconstruct(halves, vertices=400).mesh
     assert_allclose(np.linalg.norm(mesh.vertices, axis=1), 1, atol=0.01)
 
@@ -358,15 +355,15 @@ def test_a_lid_over_open_data_is_told_unless_it_is_wanted(kind):
 
 
 def test_a_small_lid_and_data_that_is_missed_are_both_told():
-    tall = sm.ellipsoid((1, 1, 8), 24).vertices
-    data = np.vstack([tall[tall[:, 2] > 0], sm.sphere(16, center=(6, 0, 4)).vertices])
+    tall = sm.ellipsoid((1, 1, 5), 24).vertices
+    data = np.vstack([tall[tall[:, 2] > 0], sm.sphere(16, center=(6, 0, 3)).vertices])
     with pytest.warns(sm.SimplexMeshWarning) as told:
         model = sm.reconstruct(data, vertices=600)
     sentences = [str(each.message) for each in told]
     assert len(sentences) == 2
     assert "the model closes it" in sentences[0]
     assert "% of the data is far from the model; components='all' keeps all its pieces" in sentences[1]
-    assert 0.02 < model.bare < 0.1  # the lid is a fifteenth
+    assert 0.025 < model.bare < 0.1  # the lid is a tenth, its rim near the data
 
 
 @pytest.mark.parametrize("noise", [0.0, 0.02])

@@ -166,7 +166,7 @@ class TestOcclude:
         T = motion(2, degrees=5, shift=0.15, lift=0.3, about=above.vertices.mean(axis=0))
         found = sm.occlude(above.transformed(T), below)
         assert off(found, T, above) < 1e-4
-        assert found.penetration < 1e-6
+        assert found.penetration < 1e-5  # of a size of 6
 
     @settings(max_examples=6)
     @given(st.integers(0, 10**6), st.sampled_from([1e-3, 1.0, 1e4]))
