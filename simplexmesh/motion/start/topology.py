@@ -94,7 +94,7 @@ def within(cells: Mask, radius: float) -> Mask:
     array([[[0, 1, 1, 1, 1, 1, 0]]])
     """
     out = np.zeros(cells.shape, bool)
-    _kernels_reach.within(cells, int(radius * radius), out)
+    _kernels_reach.within(cells, int(radius * radius + 1e-9), out)
     return out
 
 
