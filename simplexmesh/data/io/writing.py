@@ -30,7 +30,7 @@ NOTABLE_ROUNDING = 1e-4
 
 
 OF_MODELS = ("distance", "metric")
-"""Arrays that fitting gives to simplex meshes: nobody misses them in a file for other programs."""
+"""Arrays of models, known by their metric parameters: nobody gave them, or misses them in a file for other programs."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +61,7 @@ def save(path: str | os.PathLike[str], value: Any) -> None:
         raise ValueError(f"path must end with .vtp, .ply or .xyz for points without faces, not {suffix}")
     with draft(where) as part:
         _WRITERS[suffix](part, content)
-    own = () if content.topology is None else OF_MODELS
+    own = OF_MODELS if "metric" in content.data else ()
     _tell_what_is_lost(suffix, {name: v for name, v in content.data.items() if name not in own})
 
 

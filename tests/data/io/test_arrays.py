@@ -148,6 +148,7 @@ def test_arrays_that_nobody_gave_are_not_missed(tmp_path):
     model = sm.reconstruct(BALL.vertices, vertices=200, iterations=0).mesh
     assert {"distance", "metric"} <= set(model.data)
     model.save(tmp_path / "a.stl")
+    model.triangulated().save(tmp_path / "a.stl")
     with pytest.warns(sm.SimplexMeshWarning, match="left out: distance$"):
         sm.PointCloud(BALL.vertices, data={"distance": np.ones(N)}).save(tmp_path / "a.xyz")
 
