@@ -28,8 +28,6 @@ from simplexmesh.cli.report import (
 
 EXAMPLE = "Example: simplexmesh curvature femur.off --method sine --rings 2 -o femur_curv.vtp --picture femur.png"
 SHOWN = ("mean", "gauss", "k1", "k2", "saliency", "classes", "all")
-LEAST_INWARD = 0.02
-"""An open surface is reported as inward only if its volume is below minus this share of its area times its diagonal."""
 POWERS = {"mean": 1, "gauss": 2, "k1": 1, "k2": 1}
 
 
@@ -139,15 +137,12 @@ def _surface(path: Path) -> Any:
 
 
 def _outward(surface: Any, *, flip: bool) -> Any:
-    """Return the surface, reversed if `flip`, with a note if its faces seem to be oriented inward."""
+    """Return the surface, reversed if `flip`."""
     from simplexmesh.data.points import PointCloud
     from simplexmesh.data.triangles import TriangleMesh
 
     if isinstance(surface, TriangleMesh):
         surface = replace(surface, faces=surface.faces[:, ::-1]) if flip else surface
-        least = 0.0 if surface.is_closed else LEAST_INWARD * surface.area * surface.diagonal
-        if surface.volume < -least:
-            note("the faces are oriented inward, so that a bump has negative curvature; --flip reverses them")
     elif flip and isinstance(surface, PointCloud) and surface.normals is not None:
         surface = replace(surface, normals=-surface.normals)
     elif flip:

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh._base import checks
 from simplexmesh._base.errors import warn
+from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.data.welding import distinct_positions
 from simplexmesh.orientation._kernels_consistency import clashing_edges
 from simplexmesh.surface.neighborhoods import Ball, Nearest, Neighborhood, Neighborhoods, Rings, rings
@@ -19,6 +20,9 @@ from simplexmesh.surface.reasons import EXPLANATIONS, FEW, OPEN
 from simplexmesh.surface.sampled_surface import SampledSurface
 
 Array = NDArray[np.float64]
+
+LEAST_INWARD = 0.02
+"""An open surface is reported as inward only if its volume is below minus this share of its area times its diagonal."""
 
 
 class Estimates(NamedTuple):
@@ -123,6 +127,19 @@ def warn_of_clashing_faces(samples: SampledSurface, reasons: NDArray[np.uint8], 
         warn(
             f"triangles disagree on which side is outward across {edges}, so that normals and signs of curvature are "
             "wrong nearby: orient them with TriangleMesh(vertices, faces).oriented()"
+        )
+
+
+def warn_of_inward_faces(samples: SampledSurface, normals: Any) -> None:
+    """Warn if triangles seem to be oriented inward as a whole, unless the caller gives normals."""
+    if samples.faces is None or not (normals is None or isinstance(normals, str)):
+        return
+    surface = TriangleMesh(samples.points, samples.faces)
+    least = LEAST_INWARD * surface.area * surface.diagonal
+    if (volume := surface.volume) < -least or (volume < 0 and surface.is_closed):
+        warn(
+            "the faces are oriented inward, so that a bump has negative curvature: reverse them with "
+            "TriangleMesh(vertices, faces[:, ::-1]), or with --flip of the command"
         )
 
 

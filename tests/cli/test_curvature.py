@@ -121,8 +121,12 @@ class TestWhichSideIsOutside:
 
     @pytest.mark.parametrize("name", ["egg.off", "half.off"])
     def test_a_note_where_faces_point_inward(self, command, turned, name):
-        note = "note: the faces are oriented inward, so that a bump has negative curvature; --flip reverses them\n"
-        assert command(turned / name, "--method", "sine")[2] == note
+        said = "the faces are oriented inward, so that a bump has negative curvature: reverse them with "
+        said += "TriangleMesh(vertices, faces[:, ::-1]), or with --flip of the command"
+        assert command(turned / name, "--method", "sine")[2] == f"note: {said}\n"
+        with pytest.warns(sm.SimplexMeshWarning) as caught:
+            assert np.median(sm.curvature(turned / name).mean) < 0
+        assert [str(each.message) for each in caught] == [said]
         assert command(turned / name, "--method", "sine", "--flip")[2] == ""
 
     def test_no_note_for_a_sheet_that_bends_both_ways(self, command, tmp_path):

@@ -6,6 +6,7 @@ import sys
 
 import numpy as np
 import pytest
+import pyvista as pv
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -221,6 +222,15 @@ class TestDeviation:
         points = np.random.default_rng(0).normal(size=(200, 3))
         found = sm.deviation(size * points, (size * BALL.vertices, BALL.faces)).distances
         assert found / size == pytest.approx(sm.deviation(points, BALL).distances, abs=1e-12)
+
+    def test_a_surface_of_pyvista_is_measured_at_all_its_points(self):
+        """It has a method `connectivity`, and was taken for a simplex mesh; a soup has a row for each corner."""
+        ball = pv.Sphere(radius=0.5)
+        corners = ball.points[ball.regular_faces].reshape(-1, 3)
+        soup = pv.PolyData.from_regular_faces(corners, np.arange(len(corners)).reshape(-1, 3))
+        for each in (ball, soup):
+            found = sm.deviation(each, pv.Sphere(radius=0.6))
+            assert found.distances == pytest.approx(np.full(each.n_points, -0.1), abs=0.002)
 
     def test_a_reference_with_inward_normals_is_reported(self):
         inward = sm.TriangleMesh(BALL.vertices, BALL.faces[:, ::-1])

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from simplexmesh._base import checks
 from simplexmesh._base.errors import warn
 from simplexmesh.data.conversion import as_data, as_triangles
+from simplexmesh.data.foreign import converted
 from simplexmesh.data.points import PointCloud
 from simplexmesh.motion.reconstruct.result import Summary
 from simplexmesh.motion.targets.triangles import Triangles
@@ -138,7 +139,8 @@ def _points(source: Any) -> Array:
         return points
     if isinstance(source, PointCloud):
         return source.points
-    data = source if hasattr(source, "connectivity") else as_data(source, "source")
+    found = converted(source, "source")
+    data = as_data(source, "source") if found is None else found
     if isinstance(data, PointCloud):
         return data.points
     if not hasattr(data, "vertices"):

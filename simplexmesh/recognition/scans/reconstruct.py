@@ -40,8 +40,13 @@ SHARE = 0.4
 
 
 def _with_poses(fit: Callable[P, Reconstruction]) -> Callable[P, Reconstruction]:
-    """Return `fit` with the poses of scans found where they are wanted or missing."""
+    """Return `fit` with the poses of scans found where they are wanted or missing, and a warning if interrupted."""
     signature = inspect.signature(fit)
+
+    def told(model: Reconstruction) -> Reconstruction:
+        if model.interrupted:
+            warn("interrupted: the model is its last complete state, not finished")
+        return model
 
     @wraps(fit)
     def posed(*arguments: P.args, **options: P.kwargs) -> Reconstruction:
@@ -49,13 +54,13 @@ def _with_poses(fit: Callable[P, Reconstruction]) -> Callable[P, Reconstruction]
         given.apply_defaults()
         chosen = given.arguments
         if not needs_poses(chosen["data"], chosen["poses"]):
-            return fit(*arguments, **options)
+            return told(fit(*arguments, **options))
         check_choices(chosen)
         with reporting(chosen["progress"]) as report:
             chosen["data"], found = posed_scans(chosen["data"], chosen["poses"], part_of(report, 0.0, SHARE))
             chosen["poses"] = None if found is None else found.poses[list(found.groups[0])]
             chosen["progress"] = part_of(report, SHARE, 1.0)
-            return fit(*given.args, **given.kwargs)
+            return told(fit(*given.args, **given.kwargs))
 
     posed.__module__ = __name__  # where it can be imported from, which pickling needs
     return posed

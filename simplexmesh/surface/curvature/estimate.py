@@ -22,6 +22,7 @@ from simplexmesh.surface.registry import (
     neighborhoods_for,
     warn_of_clashing_faces,
     warn_of_failures,
+    warn_of_inward_faces,
 )
 from simplexmesh.surface.sampled_surface import SampledSurface, as_sampled_surface
 
@@ -100,7 +101,8 @@ def curvature(
     Warns
     -----
     SimplexMeshWarning
-        How many vertices have no estimate, and why; across how many edges triangles disagree on which side is outward.
+        How many vertices have no estimate, and why; across how many edges triangles disagree on which side is outward;
+        that all are oriented inward.
 
     Examples
     --------
@@ -119,6 +121,7 @@ def curvature(
         found = _finite_or_failed(kind.estimate(samples, around, directions, **settings))
     warn_of_failures("curvature", found.reasons, samples, around)
     warn_of_clashing_faces(samples, found.reasons, normals)
+    warn_of_inward_faces(samples, normals)
     return _result(found, directions, method, _shown(surface, samples) if at is None else None)
 
 

@@ -145,6 +145,15 @@ def test_arrays_that_a_format_does_not_hold_are_named(ending, lost, tmp_path):
     plain.with_data(distance=np.zeros(SURFACE.n_vertices)).save(tmp_path / f"a{ending}")  # of a model: nothing to tell
 
 
+def test_arrays_that_nobody_gave_are_not_missed(tmp_path):
+    model = sm.reconstruct(BALL.vertices, vertices=200, iterations=0).mesh
+    assert {"distance", "metric"} <= set(model.data)
+    model.save(tmp_path / "a.stl")
+    model.triangulated().save(tmp_path / "a.stl")
+    with pytest.warns(sm.SimplexMeshWarning, match="left out: distance$"):
+        sm.PointCloud(BALL.vertices, data={"distance": np.ones(N)}).save(tmp_path / "a.xyz")
+
+
 def test_names_of_ply_with_numbers_come_back(tmp_path):
     data = {"uv_0": np.arange(N) / N, "uv_1": np.ones(N), "st": np.ones((N, 2)), "rgb": np.zeros(N, np.int32)}
     for name in ("red", "green", "blue"):

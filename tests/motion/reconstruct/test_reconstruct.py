@@ -215,7 +215,8 @@ def test_progress_is_reported_and_an_interrupt_keeps_the_last_state():
         if share > 0.3:
             raise KeyboardInterrupt
 
-    model = sm.reconstruct(torus_points(2000, np.random.default_rng(9)), vertices=300, progress=impatient)
+    with pytest.warns(sm.SimplexMeshWarning, match="interrupted"):
+        model = sm.reconstruct(torus_points(2000, np.random.default_rng(9)), vertices=300, progress=impatient)
     assert model.interrupted
     assert not model.converged
     assert 0 < len(model.history) < 300
@@ -245,7 +246,8 @@ def test_an_interrupt_while_measuring_keeps_the_model():
         if message == "measuring":
             raise KeyboardInterrupt
 
-    model = sm.reconstruct(sm.sphere(12).vertices, vertices=300, progress=impatient)
+    with pytest.warns(sm.SimplexMeshWarning, match="interrupted"):
+        model = sm.reconstruct(sm.sphere(12).vertices, vertices=300, progress=impatient)
     assert model.interrupted
     assert model.tangled == 0
     assert np.isnan(model.distance.mesh_to_data.rms)
@@ -263,7 +265,8 @@ def test_an_interrupt_between_stages_keeps_the_last_one(monkeypatch):
             super().__init__(*arguments, **options)
 
     monkeypatch.setattr("simplexmesh.motion.model.stages.DeformableModel", Impatient)
-    model = sm.reconstruct(sm.sphere(12).vertices, vertices=300)
+    with pytest.warns(sm.SimplexMeshWarning, match="interrupted"):
+        model = sm.reconstruct(sm.sphere(12).vertices, vertices=300)
     assert model.interrupted
     assert_array_equal(model.mesh.vertices, made[1].vertices)
 
@@ -332,7 +335,8 @@ class TestPlacement:
             if share > 0.1 + 0.8 * 0.8:
                 raise KeyboardInterrupt
 
-        model = sm.reconstruct(BOX, vertices=600, progress=impatient)
+        with pytest.warns(sm.SimplexMeshWarning, match="interrupted"):
+            model = sm.reconstruct(BOX, vertices=600, progress=impatient)
         assert model.interrupted
         assert model.topology.exchanged > 0
         assert model.mesh.check().ok
@@ -343,7 +347,8 @@ class TestPlacement:
                 raise KeyboardInterrupt
 
         options = {"init": "sphere", "vertices": 1500, "handles": "none", "holes": "none", "progress": impatient}
-        model = sm.reconstruct(BOX, **options)
+        with pytest.warns(sm.SimplexMeshWarning, match="interrupted"):
+            model = sm.reconstruct(BOX, **options)
         assert model.interrupted
         assert model.topology.refined == model.mesh.n_vertices - model.start.n_vertices > 0
 

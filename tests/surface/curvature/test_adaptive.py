@@ -288,6 +288,7 @@ class TestSymmetry:
         found, other = sm.curvature(mesh), sm.curvature(sm.TriangleMesh(mesh.vertices @ R.T, mesh.faces))
         assert (np.abs(other.mean - found.mean) / found.error).max() < 1e-4
 
+    @pytest.mark.filterwarnings("ignore:the faces are oriented inward")
     def test_inside_out(self):
         _, mesh = torus("2.5k", 0.01)
         found, other = sm.curvature(mesh), sm.curvature(sm.TriangleMesh(mesh.vertices, mesh.faces[:, ::-1]))
@@ -587,6 +588,7 @@ class TestInput:
 
 class TestScans:
     @pytest.mark.parametrize("name", ["lion_head.off", "femur.off", "fran_face.vtk", "rabbit_scan.vtk"])
+    @pytest.mark.filterwarnings("ignore:the faces are oriented inward")
     def test_has_estimates_everywhere(self, data_folder, name):
         found = sm.curvature(sm.read(data_folder / name))
         assert not found.failed.any()
@@ -600,6 +602,7 @@ class TestScans:
         assert np.median(found.confidence[skull]) > 0.8
 
     @pytest.mark.parametrize("name", ["fran_face.vtk", "rabbit_scan.vtk"])
+    @pytest.mark.filterwarnings("ignore:the faces are oriented inward")
     def test_rims_are_no_ridges(self, data_folder, name):
         mesh = sm.read(data_folder / name)
         found, rim = sm.curvature(mesh), on_border(mesh.faces, len(mesh.vertices))

@@ -110,6 +110,7 @@ class TestSymmetry:
         assert np.abs(np.abs((moved.d1 * (found.d1 @ turn.T)[order]).sum(axis=1)) - 1).max() < 1e-6
 
     @pytest.mark.parametrize("noise", [0.0, 0.01, 0.1])
+    @pytest.mark.filterwarnings("ignore:the faces are oriented inward")
     def test_coarse_mesh_inside_out_and_reflected(self, noise):
         """Whether few points determine a cubic depended on the handedness of the axes: H changed by 0.12."""
         made = discretized.torus(40, 16, irregular=True)

@@ -973,6 +973,7 @@ class TestOptions:
         ]
         assert found.mean[:240] == pytest.approx(sm.curvature(good.mesh, "principal", radius=3).mean, rel=1e-9)
 
+    @pytest.mark.filterwarnings("ignore:the faces are oriented inward")
     def test_principal_is_libigls(self):
         mesh = discretized.torus(40, 24)
         found = sm.curvature(mesh.mesh, "principal", radius=3)

@@ -216,6 +216,7 @@ class TestSnapping:
             assert found.point == pytest.approx([3, 0, 0], abs=0.15)
             assert 0 < found.moved <= 0.8
 
+    @pytest.mark.filterwarnings("ignore:the faces are oriented inward")
     def test_a_pit_is_found_and_no_tip(self):
         inside = sm.TriangleMesh(self.EGG.vertices, self.EGG.faces[:, ::-1])
         curvature = curved(inside)
@@ -223,6 +224,7 @@ class TestSnapping:
         assert sm.snap_landmark(inside, [2.7, 0.3, 0.2], "peak", radius=0.8, curvature=curvature).point[0] < 2.7
         assert sm.snap_landmark(inside, [2.7, 0.3, 0.2], "valley", radius=0.8, curvature=curvature).point[0] > 2.95
 
+    @pytest.mark.filterwarnings("ignore:the faces are oriented inward")
     def test_values_are_those_of_the_criterion(self):
         egg = sm.ellipsoid((3, 2, 1), 40).triangulated("dual")
         inside = sm.TriangleMesh(egg.vertices, egg.faces[:, ::-1])

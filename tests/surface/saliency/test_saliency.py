@@ -377,6 +377,7 @@ class TestClasses:
         inner = out < 0.45  # H < 0 within R / 2 of the axis
         assert set(found.labels[inner]) == {hk.SADDLE_VALLEY}
 
+    @pytest.mark.filterwarnings("ignore:the faces are oriented inward")
     def test_of_a_ball_from_both_sides(self):
         mesh = ball(16)
         inside = sm.TriangleMesh(mesh.vertices, mesh.faces[:, ::-1])
