@@ -573,6 +573,14 @@ class TestView:
             in command("view", files / "ball.vtp", "--up", "w")[2]
         )
 
+    def test_shows_arrays_and_deviations_of_triangles(self, command, files, tmp_path):
+        ball = sm.sphere(8, radius=BALL).triangulated()
+        replace(ball, data={"intensity": ball.vertices[:, 0]}).save(tmp_path / "in.ply")
+        of = ("view", tmp_path / "in.ply", "--picture", tmp_path / "out.png")
+        for more in (["intensity"], ["mean_curvature"], ["deviation", "--data", files / "ball.stl"]):
+            assert command(*of, "--scalars", *more)[0] == 0
+            (tmp_path / "out.png").unlink()
+
     def test_beside_its_data(self, command, files, tmp_path):
         code, _, err = command(
             "view", files / "ball.vtp", "--data", files / "ball.xyz", "--scalars", "distance",
