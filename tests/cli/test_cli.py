@@ -215,9 +215,13 @@ class TestReconstruct:
         code, _, err = command("reconstruct", *paths, "--vertices", 400, "-o", tmp_path / "b.vtp")
         assert code == 0
         assert "note: the scans are in different frames" in err
+        assert "--poses none keeps the frames" in err
+        code, _, err = command("reconstruct", *paths, "--poses", "none", "--vertices", 400, "-o", tmp_path / "n.vtp")
+        assert code == 0
+        assert "different frames" not in err
         code, _, err = command("reconstruct", paths[0], "--poses", "auto", "-o", tmp_path / "c.vtp")
         assert code == 2
-        assert "poses='auto' needs several scans" in err
+        assert "--poses auto needs several scans" in err
 
     def test_starts_from_a_file(self, command, files, tmp_path):
         code, out, _ = command(
@@ -454,6 +458,23 @@ class TestFailures:
         monkeypatch.setattr(app, "app", lambda **_: warnings.warn("merged 3\n duplicate points", stacklevel=1))
         assert app.run([]) == 0
         assert capsys.readouterr().err == "note: merged 3 duplicate points\n"
+
+    @pytest.mark.parametrize(
+        ("said", "told"),
+        [
+            ("holes='none' closes it, holes='auto' does not", "--holes none closes it, --holes auto does not"),
+            ("(poses=[np.eye(4)] * 12 keep the frames)", "(--poses none keeps the frames)"),
+            ("found from init='sphere' or 'ellipsoid'", "found from --init sphere or ellipsoid"),
+        ],
+    )
+    def test_messages_name_options_and_no_arguments(self, monkeypatch, capsys, said, told):
+        def failing(**_):
+            warnings.warn(said, stacklevel=1)
+            raise ValueError(said)
+
+        monkeypatch.setattr(app, "app", failing)
+        assert app.run([]) == 2
+        assert capsys.readouterr().err == f"note: {told}\nerror: {told}\n"
 
 
 class TestInfo:
