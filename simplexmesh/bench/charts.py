@@ -147,7 +147,7 @@ def _scale(plotter: pv.Plotter, name: str, limits: tuple[float, float]) -> None:
     """Draw the color scale alone, with the meaning of gray."""
     point = pv.PolyData(np.zeros((1, 3)))  # invisible; VTK draws no scalar bar without a mesh
     point["heat"] = np.zeros(1)
-    style = bar(name) | {"width": 0.76, "height": 0.24, "position_x": 0.12, "position_y": 0.45, "n_labels": 3}
+    style = bar(name, *limits) | {"width": 0.76, "height": 0.24, "position_x": 0.12, "position_y": 0.45, "n_labels": 3}
     style |= {"title_font_size": 15, "label_font_size": 14}
     plotter.add_mesh(
         point, scalars="heat", cmap=blue_to_red(*limits), clim=limits, scalar_bar_args=style, opacity=0.0, point_size=1

@@ -34,6 +34,13 @@ SUGGESTIONS = {
 }
 """Words that a user may try as a command, and the command to suggest."""
 
+IN_PYTHON = (
+    (r"\bposes=\[np\.eye\(4\)\] \* \d+ keep", "--poses none keeps"),
+    (r"\b([a-z]+)='(\w+)' or '(\w+)'", r"--\1 \2 or \3"),
+    (r"\b([a-z]+)='(\w+)'", r"--\1 \2"),
+)
+"""Arguments as messages of the library name them, and the options of the command in their place."""
+
 EXPECTED = {"int_parsing": "a whole number", "int_from_float": "a whole number", "float_parsing": "a number"}
 NOTHING_WRITTEN = "interrupted; nothing was written"
 
@@ -163,7 +170,15 @@ def _sentence(problem: Exception) -> str:
     if isinstance(problem, OSError) and problem.strerror:
         where = f"{problem.filename}: " if problem.filename else ""
         return where + problem.strerror.lower()
-    return " ".join(str(problem).split()) or type(problem).__name__
+    return _in_the_shell(str(problem)) or type(problem).__name__
+
+
+def _in_the_shell(message: str) -> str:
+    """Return a message of the library in one line, with options for its arguments."""
+    message = " ".join(message.split())
+    for written, option in IN_PYTHON:
+        message = re.sub(written, option, message)
+    return message
 
 
 @contextmanager
@@ -171,7 +186,7 @@ def _warnings_as_notes() -> Iterator[None]:
     """Print each warning as a note, in one line."""
 
     def show(message: Warning | str, *_: object, **__: object) -> None:
-        note(" ".join(str(message).split()))
+        note(_in_the_shell(str(message)))
 
     with warnings.catch_warnings():
         warnings.simplefilter("default")

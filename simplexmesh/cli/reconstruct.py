@@ -50,7 +50,10 @@ def command(
         str, typer.Option(help="Start: auto, sphere, ellipsoid, cylinder, plane, torus, or a .vtp file of a mesh.")
     ] = "auto",
     poses: Annotated[
-        Path | None, typer.Option(help="File of the pose of each scan, such as bun.conf, or auto to find the poses.")
+        Path | None,
+        typer.Option(
+            help="File of the pose of each scan, such as bun.conf; auto finds them, none keeps the scans' frames."
+        ),
     ] = None,
     components: Annotated[
         str, typer.Option(help="Pieces to keep: largest, all, or auto: all of a label, else the largest.")
@@ -121,17 +124,20 @@ def loaded(inputs: list[Path], poses: Path | None, options: dict[str, Any], repo
 
     The data are of a single file as it is; of several, or one with a pose, joined points.
     """
+    import numpy as np
+
     from simplexmesh._base.progress import part_of
     from simplexmesh.data.conversion import as_data
     from simplexmesh.motion.reconstruct.conversion import joined_scans
     from simplexmesh.recognition.scans.reconstruct import SHARE, check_choices, needs_poses, posed_scans
 
-    chosen = "auto" if poses == Path("auto") else poses
+    words = {Path("auto"): "auto", Path("none"): [np.eye(4)] * len(inputs)}
+    chosen: Any = None if poses is None else words.get(poses, poses)
     if needs_poses(inputs, chosen):
         check_choices(options)
         scans, found = posed_scans(inputs, chosen, part_of(report, 0.0, SHARE))
         return joined_scans(scans, found and found.poses[list(found.groups[0])]), found, SHARE
-    return as_data(inputs[0]) if len(inputs) == 1 and poses is None else joined_scans(inputs, poses), None, 0.0
+    return as_data(inputs[0]) if len(inputs) == 1 and poses is None else joined_scans(inputs, chosen), None, 0.0
 
 
 def _poses(found: Any) -> dict[str, Any]:

@@ -17,7 +17,8 @@ EXAMPLE = "Example: simplexmesh view head.vtp --scalars mean_curvature"
 def command(
     path: Annotated[Path, typer.Argument(metavar="FILE", help="A model, a surface, points or a volume.")],
     scalars: Annotated[
-        str | None, typer.Option(help="Color by mean_curvature, simplex_angle, distance (with --data) or an array.")
+        str | None,
+        typer.Option(help="Color by mean_curvature, simplex_angle, distance or deviation (with --data), or an array."),
     ] = None,
     data: Annotated[
         Path | None, typer.Option(help="Data to show beside the model, and to measure distances to.")

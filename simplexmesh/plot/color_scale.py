@@ -28,6 +28,9 @@ OFTEN, MOST = 85.0, 4.0
 """Values of both signs are cut at `MOST` times their median magnitude, but with at least `OFTEN` percent of the area
 within: curvatures have long tails, and limits at their ends would make everything else green."""
 
+LABELS = 5
+"""Numbers on a scalar bar."""
+
 ROUND = (1.0, 1.2, 1.4, 1.6, 1.8, 2.0, 2.4, 2.8, 3.0, 3.2, 3.6, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0)
 """Limits of a scale that begins or is centered at zero are one of these times a power of ten, for short labels."""
 
@@ -77,6 +80,15 @@ def _percentiles(values: Array, weights: Array, percents: Sequence[float]) -> li
     return [float(x) for x in values[order][np.minimum(places, len(values) - 1)]]
 
 
+def _format(low: float, high: float) -> str:
+    """Return the one format of the labels of a bar, with the fewest digits that place all of them well."""
+    labels = np.linspace(low, high, LABELS)
+    kind = "f" if 1e-3 <= np.abs(labels).max() < 1e5 else "e"
+    formats = (f"%.{digits}{kind}" for digits in range(8))
+    close = 0.01 * (labels[1] - labels[0])
+    return next((each for each in formats if all(abs(float(each % x) - x) <= close for x in labels)), "%.3g")
+
+
 def _rounded(value: float) -> float:
     """Return the smallest round number that is at least as large."""
     power = float(f"1e{math.floor(math.log10(value))}")
@@ -90,15 +102,17 @@ def scale(values: Array, title: str, *, diverging: bool, limits: tuple[float, fl
         most = float(np.percentile(np.abs(known), 98)) if len(known) else 1.0
         limits = (-most or -1.0, most or 1.0)
     elif limits is None and len(known):
-        low, high = (float(known.min()), float(known.max()))
-        if low >= 0:  # distances: from zero, clipped so that a few outliers do not hide the others
-            low, high = 0.0, min(high, max(4 * float(np.median(known)), float(np.percentile(known, 98))) or high)
+        low, middle, high = (float(x) for x in np.percentile(known, [2, 50, 98]))
+        if low >= 0 and (low < 0.5 * high or low == high):  # distances: from zero, up to a few outliers
+            most = float(known.max())
+            low, high = 0.0, min(most, max(4 * middle, high) or most)
         limits = (low, high if high > low else low + 1.0)
+    limits = limits or (0.0, 1.0)
     return {
         "scalars": "scalars",
-        "cmap": "coolwarm" if diverging else "viridis",
-        "clim": limits or (0.0, 1.0),
-        "scalar_bar_args": bar(title),
+        "cmap": blue_to_red(*limits) if diverging else "viridis",
+        "clim": limits,
+        "scalar_bar_args": bar(title, *limits),
         "nan_color": "#b0b0b0",
     }
 
@@ -109,8 +123,8 @@ def titled(name: str, unit: str, power: int) -> str:
     return f"{name} ({spelled})" if spelled else name
 
 
-def bar(title: str, largest: float = 1.0) -> dict[str, Any]:
-    """Return the options of the scalar bar under a picture; thousands are written without exponent."""
+def bar(title: str, low: float, high: float) -> dict[str, Any]:
+    """Return the options of the scalar bar under a picture, whose ends are low and high."""
     return {
         "title": f"{title}\n",  # the line break keeps it clear of the labels
         "vertical": False,
@@ -118,8 +132,8 @@ def bar(title: str, largest: float = 1.0) -> dict[str, Any]:
         "height": 0.1,
         "position_x": 0.25,
         "position_y": 0.03,
-        "n_labels": 5,
-        "fmt": "%.0f" if 1e3 <= largest < 1e5 else "%.3g",
+        "n_labels": LABELS,
+        "fmt": _format(low, high),
         "color": INK,
         "title_font_size": 16,
         "label_font_size": 13,

@@ -80,7 +80,7 @@ def heat(
     shown = as_surface(surface)
     numbers = field_values("values", values, len(points_of(shown)))
     low, high = ends(numbers, limits, _areas(shown))
-    style = {"cmap": blue_to_red(low, high), "clim": (low, high), "scalar_bar_args": bar(name, high)}
+    style = {"cmap": blue_to_red(low, high), "clim": (low, high), "scalar_bar_args": bar(name, low, high)}
     add(plotter, colored(shown, "heat", np.clip(numbers, low, high)), COLORS_LIT, scalars="heat", **style)
     size = float(np.linalg.norm(np.ptp(points_of(shown), axis=0)))
     if marks is not None:

@@ -32,7 +32,7 @@ def panels(
     things : mapping of str to anything `surface` takes
         Title and object of each panel.
     scalars : str, optional
-        As for `surface`, for the simplex meshes among them.
+        As for `surface`, for the simplex meshes among them, or without any for all but `data` and volumes.
     view : str or (3,) vector, optional
         As for `looked_at`.
     up : {"auto", "x", "y", "z", "-x", "-y", "-z"}
@@ -60,11 +60,13 @@ def panels(
     level, label, data = (options.pop(name, None) for name in ("level", "label", "data"))
     inside = options.pop("inside", "above")
     check_choice([*shown.values(), data], level, label, inside)
+    models: Any = SimplexMesh if any(isinstance(one, SimplexMesh) for one in shown.values()) else object
     plotter = stage(columns=len(shown))
     for column, (title, one) in enumerate(shown.items()):
         plotter.subplot(0, column)
-        of: dict[str, Any] = {"scalars": scalars} if isinstance(one, SimplexMesh) else {}
-        if isinstance(one, Volume) or (isinstance(one, SimplexMesh) and data is not None):
+        is_model = isinstance(one, models) and one is not data and not isinstance(one, Volume)
+        of: dict[str, Any] = {"scalars": scalars} if is_model else {}
+        if isinstance(one, Volume) or (is_model and data is not None):
             of |= {"data": data, "level": level, "label": label, "inside": inside}
         surface(one, title=title, plotter=plotter, **of, **options)
     return looked_at(plotter, view, up=upright(next(iter(shown.values())), up))
@@ -88,7 +90,7 @@ def beside(
     ----------
     data : Volume, PointCloud, TriangleMesh or anything convertible to these
         A volume is shown as its surface at `level` or of `label`.
-    mesh : SimplexMesh or Reconstruction
+    mesh : anything `surface` takes
         The model.
     scalars, level, label, inside, unit, view, up
         As for `surface` and `panels`.

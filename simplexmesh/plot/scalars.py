@@ -1,4 +1,4 @@
-"""Quantities by which a simplex mesh is colored: its curvatures and arrays, and distances to data."""
+"""Quantities by which a mesh or points are colored: curvatures and arrays, and distances to data."""
 
 from __future__ import annotations
 
@@ -8,10 +8,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh._base import checks
+from simplexmesh.data.points import PointCloud
+from simplexmesh.data.volume import Volume
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.model.stages import mean_edge
 from simplexmesh.motion.reconstruct.conversion import as_input
-from simplexmesh.plot.polydata import as_drawable
+from simplexmesh.motion.reconstruct.deviation import deviation
+from simplexmesh.plot.polydata import as_drawable, points_of
+from simplexmesh.surface.curvature.estimate import curvature
 
 Array = NDArray[np.float64]
 
@@ -36,30 +40,49 @@ DIVERGING = {
 
 
 def scalars_of(
-    mesh: SimplexMesh,
+    shown: Any,
     wanted: str | ArrayLike,
     data: Any,
     level: float | None = None,
     label: int | None = None,
     inside: str = "above",
 ) -> Scalars:
-    """Return the given values, or those of the mesh by name; "distance" is to the data, if there is any."""
+    """Return the given values, or those of a mesh or points by name; some are measured to the data, if there is any."""
+    if isinstance(shown, Volume):
+        raise TypeError("scalars need a mesh or points to color, not Volume")
     if not isinstance(wanted, str):
-        return Scalars(checks.array("scalars", wanted, (mesh.n_vertices,)))
-    if wanted in DIVERGING:
-        return Scalars(getattr(mesh, wanted), *DIVERGING[wanted], diverging=True)
-    if wanted == "distance" and data is not None:
-        return Scalars(_distances(mesh, as_drawable(data), level, label, inside), "distance to the data", 1)
-    if wanted == "distance" and "distance" not in mesh.data:
-        raise ValueError("scalars 'distance' needs data to measure to: data is None, and the mesh has no such array")
-    names = list(dict.fromkeys([*DIVERGING, "distance", *mesh.data]))
-    values = np.asarray(mesh.data[checks.choice("scalars", wanted, names)], dtype=float)
+        values = checks.array("scalars", wanted, (len(points_of(shown)),))
+        return Scalars(values, diverging=_has_both_signs(values))
+    is_model = isinstance(shown, SimplexMesh)
+    computed = list(DIVERGING) if is_model else ["mean_curvature"]
+    if wanted in computed:
+        values = getattr(shown, wanted) if is_model else curvature(shown).mean
+        return Scalars(values, *DIVERGING[wanted], diverging=True)
+    if wanted == "distance" and is_model and data is not None:
+        return Scalars(_distances(shown, as_drawable(data), level, label, inside), "distance to the data", 1)
+    if wanted == "deviation" and data is not None:
+        return Scalars(_deviations(shown, as_drawable(data)), "deviation from the data", 1, diverging=True)
+    measured = ["distance", "deviation"] if is_model else ["deviation"]
+    if wanted in measured and wanted not in shown.data:
+        raise ValueError(f"scalars {wanted!r} needs data to measure to: data is None, and the mesh has no such array")
+    names = list(dict.fromkeys([*computed, *measured, *shown.data]))
+    values = np.asarray(shown.data[checks.choice("scalars", wanted, names)], dtype=float)
     if values.ndim != 1:
         raise ValueError(f"scalars {wanted!r} must have one number for each vertex, not shape {values.shape}")
     if wanted == "distance":
         return Scalars(values, "distance to the data", 1)
-    signed = wanted == SIGNED or bool((values < 0).any() and (values > 0).any())
-    return Scalars(values, wanted.replace("_", " "), diverging=signed)
+    return Scalars(values, wanted.replace("_", " "), diverging=wanted == SIGNED or _has_both_signs(values))
+
+
+def _has_both_signs(values: Array) -> bool:
+    return bool((values < 0).any() and (values > 0).any())
+
+
+def _deviations(shown: Any, data: Any) -> Array:
+    """Return signed distances from vertices or points to the surface that the data is."""
+    if isinstance(data, PointCloud | Volume):
+        raise TypeError(f"scalars 'deviation' needs a surface as data, not {type(data).__name__}")
+    return deviation(shown, data).distances
 
 
 def _distances(mesh: SimplexMesh, data: Any, level: float | None, label: int | None, inside: str) -> Array:

@@ -19,7 +19,7 @@ from simplexmesh.plot.camera import looked_at, upright
 from simplexmesh.plot.color_scale import scale, titled
 from simplexmesh.plot.heat import heat
 from simplexmesh.plot.overlay import COLORS
-from simplexmesh.plot.polydata import as_drawable, geometry, painted_with, per_point
+from simplexmesh.plot.polydata import as_drawable, colored, geometry, painted_with
 from simplexmesh.plot.scalars import scalars_of
 from simplexmesh.plot.stage import COLORS_LIT, INK, SURFACE_LIT, add, grid, headline, quiet, stage
 
@@ -54,14 +54,16 @@ def surface(
     mesh : SimplexMesh, Reconstruction, TriangleMesh, PointCloud, Volume or anything convertible to these
         A volume is shown as its surface at `level` or of `label`.
     scalars : str or (n,) array, optional
-        Quantity to color by: "mean_curvature", "sphere_curvature", "simplex_angle", "distance", or a vertex array, also
-        by name; one of colors (bytes, as "colors" of a file) of any mesh or points is shown as it is.
-        "distance" is that of each vertex to the surface in `data`, along its normal, as in `Reconstruction.distance`;
-        vertices without data nearby are gray. Curvatures and angles have a diverging colormap centered at zero, clipped
-        at the 98th percentile of their magnitude; others a sequential one, from zero for nonnegative quantities, to the
-        98th percentile or four times the median.
+        Quantity to color by: "mean_curvature", "deviation" or a vertex array, also by name, and of simplex meshes
+        "sphere_curvature", "simplex_angle" and "distance"; an array of colors (bytes, as "colors" of a file) is shown
+        as it is. "distance" is that of each vertex to the surface in `data`, along its normal, as in
+        `Reconstruction.distance`; vertices without data nearby are gray. "deviation" is the signed distance to the
+        surface that `data` is, as by `sm.deviation`. Quantities of both signs have the colors of `heat`, green at zero,
+        clipped at the 98th percentile of their magnitude; others a sequential colormap, from the 2nd percentile, or
+        from zero if that is below half of the range, to the 98th percentile or four times the median.
     data : Volume, PointCloud, TriangleMesh or anything convertible to these, optional
-        What "distance" is measured to; default: the mesh's array of that name, which `reconstruct` stores.
+        What "distance" and "deviation" are measured to; default: the mesh's array of that name; `reconstruct` stores
+        the first.
     level, label : float, int, optional
         Isovalue, or region, where `mesh` or `data` is a volume.
     edges : bool, optional
@@ -107,8 +109,6 @@ def surface(
     check_choice([shown, data], level, label, inside)
     colors = getattr(shown, "data", {}).get(scalars) if isinstance(scalars, str) else None
     painted = colors is not None and is_color(colors)
-    if not isinstance(shown, SimplexMesh) and scalars is not None and not painted:
-        raise TypeError(f"scalars need a SimplexMesh to color, not {type(shown).__name__}")
     is_cloud = isinstance(shown, PointCloud)
     polydata, lines = geometry(shown, level, label, inside)
     style: dict[str, Any] = {"color": DATA if is_cloud else color, "culling": "back" if is_cloud else None}
@@ -117,7 +117,7 @@ def surface(
         polydata, style, light = painted_with(shown, str(scalars)), {"scalars": "colors", "rgb": True}, COLORS_LIT
     elif scalars is not None:
         found = scalars_of(shown, scalars, data, level, label, inside)
-        polydata["scalars"] = per_point(shown, found.values)
+        polydata = colored(shown, "scalars", found.values)
         title_of_scale = titled(found.name, unit, found.power)
         style = scale(found.values, title_of_scale, diverging=found.diverging, limits=limits)
         light = COLORS_LIT

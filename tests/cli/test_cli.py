@@ -215,9 +215,13 @@ class TestReconstruct:
         code, _, err = command("reconstruct", *paths, "--vertices", 400, "-o", tmp_path / "b.vtp")
         assert code == 0
         assert "note: the scans are in different frames" in err
+        assert "--poses none keeps the frames" in err
+        code, _, err = command("reconstruct", *paths, "--poses", "none", "--vertices", 400, "-o", tmp_path / "n.vtp")
+        assert code == 0
+        assert "different frames" not in err
         code, _, err = command("reconstruct", paths[0], "--poses", "auto", "-o", tmp_path / "c.vtp")
         assert code == 2
-        assert "poses='auto' needs several scans" in err
+        assert "--poses auto needs several scans" in err
 
     def test_starts_from_a_file(self, command, files, tmp_path):
         code, out, _ = command(
@@ -455,6 +459,23 @@ class TestFailures:
         assert app.run([]) == 0
         assert capsys.readouterr().err == "note: merged 3 duplicate points\n"
 
+    @pytest.mark.parametrize(
+        ("said", "told"),
+        [
+            ("holes='none' closes it, holes='auto' does not", "--holes none closes it, --holes auto does not"),
+            ("(poses=[np.eye(4)] * 12 keep the frames)", "(--poses none keeps the frames)"),
+            ("found from init='sphere' or 'ellipsoid'", "found from --init sphere or ellipsoid"),
+        ],
+    )
+    def test_messages_name_options_and_no_arguments(self, monkeypatch, capsys, said, told):
+        def failing(**_):
+            warnings.warn(said, stacklevel=1)
+            raise ValueError(said)
+
+        monkeypatch.setattr(app, "app", failing)
+        assert app.run([]) == 2
+        assert capsys.readouterr().err == f"note: {told}\nerror: {told}\n"
+
 
 class TestInfo:
     def test_of_a_model(self, command, files):
@@ -572,6 +593,14 @@ class TestView:
             "--up must be one of 'auto', 'x', 'y', 'z', '-x', '-y', '-z', not 'w'"
             in command("view", files / "ball.vtp", "--up", "w")[2]
         )
+
+    def test_shows_arrays_and_deviations_of_triangles(self, command, files, tmp_path):
+        ball = sm.sphere(8, radius=BALL).triangulated()
+        replace(ball, data={"intensity": ball.vertices[:, 0]}).save(tmp_path / "in.ply")
+        of = ("view", tmp_path / "in.ply", "--picture", tmp_path / "out.png")
+        for more in (["intensity"], ["mean_curvature"], ["deviation", "--data", files / "ball.stl"]):
+            assert command(*of, "--scalars", *more)[0] == 0
+            (tmp_path / "out.png").unlink()
 
     def test_beside_its_data(self, command, files, tmp_path):
         code, _, err = command(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,7 @@ import pyvista as pv
 import simplexmesh as sm
 from simplexmesh.plot import camera
 from simplexmesh.plot import polydata as shapes
-from simplexmesh.plot.color_scale import scale, titled
+from simplexmesh.plot.color_scale import bar, blue_to_red, scale, titled
 from simplexmesh.plot.scalars import scalars_of
 
 
@@ -163,7 +164,8 @@ class TestScalars:
         [
             (
                 "heat",
-                "scalars must be one of 'mean_curvature', 'sphere_curvature', 'simplex_angle', 'distance', not 'heat'",
+                "scalars must be one of 'mean_curvature', 'sphere_curvature', 'simplex_angle', "
+                "'distance', 'deviation', not 'heat'",
             ),
             (
                 "distance",
@@ -187,9 +189,41 @@ class TestScalars:
             np.testing.assert_array_equal(shown[: ball.n_vertices], paint)
             assert mapper.color_mode == "direct"
 
-    def test_need_a_simplex_mesh(self):
-        with pytest.raises(TypeError, match=r"^scalars need a SimplexMesh to color, not PointCloud$"):
-            sm.plot.surface(np.eye(4)[:, :3], scalars="mean_curvature")
+    def test_are_not_of_volumes(self):
+        with pytest.raises(TypeError, match=r"^scalars need a mesh or points to color, not Volume$"):
+            sm.plot.surface(ball_volume(), level=0.0, scalars="mean_curvature")
+
+    def test_of_triangles_and_points_are_arrays_and_curvature(self, ball):
+        plain = ball.triangulated()
+        triangles = replace(plain, data={"heat": plain.vertices[:, 0]})
+        heat = triangles.data["heat"]
+        for thing in (triangles, triangles.to_pyvista(), sm.PointCloud(triangles.vertices, data={"heat": heat})):
+            mapper = next(iter(sm.plot.surface(thing, scalars="heat").actors.values())).mapper
+            np.testing.assert_allclose(mapper.dataset["scalars"], heat)
+        fine = sm.sphere(16, radius=2.0).triangulated("dual")
+        values, name, power, diverging = scalars_of(fine, "mean_curvature", None)
+        np.testing.assert_allclose(values, 0.5, rtol=0.05)
+        assert (name, power, diverging) == ("mean curvature", -1, True)
+        with pytest.raises(ValueError, match=r"'mean_curvature', 'deviation', 'heat', not 'x'$"):
+            sm.plot.surface(triangles, scalars="x")
+
+    def test_deviation_has_a_sign_and_no_limit(self, ball):
+        planned = sm.sphere(16, radius=2.0).triangulated("dual")
+        dented = ball.moved(ball.vertices * np.where(ball.vertices[:, 2:] > 1.5, 0.3, 1.05))
+        for made in (dented, sm.PointCloud(dented.vertices), dented.triangulated()):
+            values, name, power, diverging = scalars_of(made, "deviation", planned)
+            np.testing.assert_array_equal(values, sm.deviation(made, planned).distances)
+            assert (name, power, diverging) == ("deviation from the data", 1, True)
+            assert values.min() < -1 < 0 < values.max()
+        with pytest.raises(TypeError, match=r"^scalars 'deviation' needs a surface as data, not PointCloud$"):
+            sm.plot.surface(ball, scalars="deviation", data=ball.vertices)
+
+    def test_color_triangles_beside_their_data_and_not_the_data(self, ball):
+        planned, made = ball.triangulated(), ball.moved(1.1 * ball.vertices).triangulated()
+        plotter = sm.plot.beside(planned, made, scalars="deviation")
+        mappers = [[getattr(a, "mapper", None) for a in panel.actors.values()] for panel in plotter.renderers]
+        colored = [any(m is not None and "scalars" in m.dataset.point_data for m in each) for each in mappers]
+        assert colored == [False, True]
 
 
 class TestScale:
@@ -202,6 +236,31 @@ class TestScale:
     def test_an_outlier_does_not_hide_the_others(self):
         assert self.limits([0.1] * 99 + [1000], diverging=False) == pytest.approx((0, 0.4))
         assert self.limits([-0.1, 0.1] * 500 + [1000], diverging=True) == pytest.approx((-0.1, 0.1))
+
+    def test_is_of_the_values_and_not_from_zero_where_that_is_far(self):
+        assert self.limits(np.linspace(20, 30, 1001), diverging=False) == pytest.approx((20, 30), abs=0.3)
+
+    def test_has_zero_in_its_middle_for_values_of_both_signs(self, ball):
+        plotter = sm.plot.surface(ball, scalars=ball.vertices[:, 0] + 0.5)
+        low, high = next(iter(plotter.scalar_bars.values())).lookup_table.scalar_range
+        assert low == -high < 0
+
+    def test_has_the_colors_of_heat_for_quantities_of_both_signs(self):
+        table = scale(np.array([-1.0, 1.0]), "x", diverging=True, limits=None)["cmap"]
+        np.testing.assert_array_equal(table.values, blue_to_red(-1, 1).values)
+
+    @pytest.mark.parametrize(
+        ("limits", "labels"),
+        [
+            ((0, 0.000199), ["0.00e+00", "4.98e-05", "9.95e-05", "1.49e-04", "1.99e-04"]),
+            ((20, 30), ["20.0", "22.5", "25.0", "27.5", "30.0"]),
+            ((-0.0032, 0.0032), ["-0.0032", "-0.0016", "0.0000", "0.0016", "0.0032"]),
+            ((0, 1400), ["0", "350", "700", "1050", "1400"]),
+        ],
+    )
+    def test_has_labels_of_one_format(self, limits, labels):
+        written = bar("x", *limits)["fmt"]
+        assert [written % x for x in np.linspace(*limits, 5)] == labels
 
     def test_few_are_beyond_its_end(self):
         values = np.random.default_rng(0).exponential(size=2000) ** 3
