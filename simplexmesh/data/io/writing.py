@@ -29,10 +29,6 @@ NOTABLE_ROUNDING = 1e-4
 """Rounding by more than this fraction of the extent gives a warning."""
 
 
-OF_MODELS = ("distance", "metric")
-"""Arrays of models, known by their metric parameters: nobody gave them, or misses them in a file for other programs."""
-
-
 @dataclass(frozen=True, eq=False)
 class _Polygons:
     """The content of a file: points, polygons (possibly none), normals, point data and the unit."""
@@ -61,8 +57,7 @@ def save(path: str | os.PathLike[str], value: Any) -> None:
         raise ValueError(f"path must end with .vtp, .ply or .xyz for points without faces, not {suffix}")
     with draft(where) as part:
         _WRITERS[suffix](part, content)
-    own = OF_MODELS if "metric" in content.data else ()
-    _tell_what_is_lost(suffix, {name: v for name, v in content.data.items() if name not in own})
+    _tell_what_is_lost(suffix, content.data)
 
 
 def _tell_what_is_lost(suffix: str, data: Data) -> None:
