@@ -107,8 +107,9 @@ def reconstruct(
     Warns
     -----
     SimplexMeshWarning
-        For data that was repaired, scans in different frames or that fit nowhere, and for a model that misses much of
-        the data, is far from data in a large part, strayed from it in places, or remains tangled.
+        For data that was repaired, scans in different frames or that fit nowhere, cavities that are filled, and for a
+        model that misses much of the data, is far from data in a large part, strayed from it in places, remains
+        tangled, or was interrupted.
 
     References
     ----------

@@ -62,6 +62,7 @@ def test_a_scanned_figurine(data_folder):
     ("name", "level", "vertices"),
     [("head_ct.mhd", 500, 3000), ("head_ct.mhd", 500, 12_000), ("tooth.nhdr", 655, 4000), ("head_mr.mhd", 8, 3000)],
 )
+@pytest.mark.filterwarnings("ignore:filled cavities")  # the pulp of the tooth
 def test_volumes_are_met_to_a_quarter_of_a_voxel(data_folder, name, level, vertices):
     volume = sm.read_volume(data_folder / name)
     model = sm.reconstruct(volume, level=level, vertices=vertices)
