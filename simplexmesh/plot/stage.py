@@ -144,7 +144,10 @@ def _page(plotter: pv.Plotter) -> str:
     for part in (part for renderer in scene["dependencies"] for part in renderer["dependencies"]):
         for camera in cameras:
             if part["id"] == serializers.reference_id(camera):
-                part["properties"] |= {"parallelProjection": True, "parallelScale": room * camera.parallel_scale}
+                part["properties"] |= {
+                    "parallelProjection": bool(camera.parallel_projection),
+                    "parallelScale": room * camera.parallel_scale,
+                }
     scene["extra"] = {"camera": serializers.reference_id(cameras[0]), "centerOfRotation": cameras[0].focal_point}
     arrays = {
         one["hash"]: one | {"content": context.get_cached_data_array(one["hash"], binary=False)}
@@ -198,7 +201,8 @@ def _answers(display: str) -> bool:
 def fit_screen(plotter: pv.Plotter) -> None:
     """Scale the window of a plotter, in proportion, to the screen it will be on."""
     size, screen = np.array(plotter.window_size), np.array(plotter.render_window.GetScreenSize())
-    plotter.window_size = (size * (SCREEN * screen / size).min()).astype(int).tolist()
+    if screen.all():  # a screen without a window manager may have no size
+        plotter.window_size = (size * (SCREEN * screen / size).min()).astype(int).tolist()
 
 
 @contextmanager

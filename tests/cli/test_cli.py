@@ -6,7 +6,6 @@ import json
 import os
 import subprocess
 import sys
-import time
 import warnings
 from contextlib import contextmanager
 from dataclasses import replace
@@ -352,12 +351,11 @@ class TestBadInput:
             ("nowhere/out.vtp", "--output must be in an existing folder"),
         ],
     )
-    def test_output_is_refused_before_any_work(self, command, files, tmp_path, output, words):
-        began = time.perf_counter()
+    def test_output_is_refused_before_any_work(self, command, files, tmp_path, output, words, monkeypatch):
+        monkeypatch.setattr("simplexmesh.motion.reconstruct.pipeline.reconstruct", None)
         code, _, err = command("reconstruct", files / "ball.xyz", "-o", tmp_path / output)
         assert code == 2
         assert words in err
-        assert time.perf_counter() - began < 5
 
     @pytest.mark.parametrize("option", ["-o", "--picture"])
     def test_a_folder_that_cannot_be_written_to_is_refused_before_any_work(
