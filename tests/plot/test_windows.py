@@ -26,7 +26,8 @@ from simplexmesh.plot.stage import fit_screen
 plotter = sm.plot.surface(sm.ellipsoid((9, 1, 1), 6))
 fit_screen(plotter)
 plotter.show(auto_close=False, interactive=False)
-print(sm.plot.has_display(), plotter.off_screen, *plotter.render_window.GetActualSize())
+window = plotter.render_window
+print(sm.plot.has_display(), plotter.off_screen, *window.GetActualSize(), *window.GetScreenSize())
 """
 
 
@@ -167,5 +168,5 @@ def test_a_window_opens_on_a_small_screen():
             server.terminate()
     words = out.stdout.split()
     assert (words[:2], out.stderr) == (["True", "False"], "")
-    width, height = map(int, words[2:])
-    assert max(width / 640, height / 480) == pytest.approx(SCREEN, abs=0.01)
+    width, height, *screen = map(int, words[2:])  # on a busy machine VTK may give the server up, and its screen
+    assert max(width / screen[0], height / screen[1]) == pytest.approx(SCREEN, abs=0.01)
