@@ -194,6 +194,12 @@ def test_thickening_everywhere_leaves_no_thin_cell_no_new_piece_and_an_empty_bor
     assert block[solid].all()
 
 
+def test_thickening_leaves_the_outermost_cells_of_the_grid_free():
+    solid = np.zeros((6, 6, 6), bool)
+    solid[1:5, 1:5, 1:5] = True
+    assert np.array_equal(thickened(solid, np.argwhere(solid), 1), solid)
+
+
 def test_where_cells_touch_along_an_edge_they_are_pinched():
     solid = np.zeros((6, 6, 6), bool)
     solid[2, 2, 2] = solid[3, 3, 2] = True
