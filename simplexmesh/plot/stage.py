@@ -201,7 +201,7 @@ def _answers(display: str) -> bool:
 def fit_screen(plotter: pv.Plotter) -> None:
     """Scale the window of a plotter, in proportion, to the screen it will be on."""
     size, screen = np.array(plotter.window_size), np.array(plotter.render_window.GetScreenSize())
-    if screen.all():  # a screen without a window manager may have no size
+    if screen.all():  # else the display tells no size
         plotter.window_size = (size * (SCREEN * screen / size).min()).astype(int).tolist()
 
 
