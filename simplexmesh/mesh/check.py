@@ -110,10 +110,11 @@ def misoriented(vertices: Array, connectivity: Connectivity) -> tuple[NDArray[np
     """Return masks of inverted vertices (n,), whose normal opposes their faces, and of folded faces (f,)."""
     loops = connectivity.face_vertices, connectivity.face_offsets
     normals = geometry.normals(vertices, connectivity.neighbors)
-    vectors = np.add.reduceat(face_geometry.fan_vectors(vertices, *loops), loops[1][:-1], axis=0)
-    vectors[connectivity.face_is_hole] = 0
-    face_sum = vectors[connectivity.face].sum(axis=1)
-    folded = (face_geometry.face_inversions(vertices, normals, *loops) > 0) & ~connectivity.face_is_hole
+    vectors = face_geometry.fan_vectors(vertices, *loops)
+    of_face = np.add.reduceat(vectors, loops[1][:-1], axis=0)
+    of_face[connectivity.face_is_hole] = 0
+    face_sum = of_face[connectivity.face].sum(axis=1)
+    folded = (face_geometry.face_inversions(vectors, normals, *loops) > 0) & ~connectivity.face_is_hole
     return np.asarray(dot(normals, face_sum) < 0), np.asarray(folded)
 
 

@@ -74,10 +74,9 @@ def enclosed_volume(vertices: Array, face_vertices: Indices, face_offsets: Indic
 
 
 def face_inversions(
-    vertices: Array, vertex_normals: Array, face_vertices: Indices, face_offsets: Indices
+    vectors: Array, vertex_normals: Array, face_vertices: Indices, face_offsets: Indices
 ) -> NDArray[np.int32]:
-    """Return for each face (f,) the number of fan triangles that oppose the sum of their two vertex normals."""
-    vectors = fan_vectors(vertices, face_vertices, face_offsets)
+    """Return for each face (f,) the number of its `fan_vectors` that oppose the sum of their two vertex normals."""
     mean = vertex_normals[face_vertices] + vertex_normals[following(face_vertices, face_offsets)]
     against = (dot(vectors, mean) < 0).astype(np.int32)
     return np.add.reduceat(against, face_offsets[:-1], dtype=np.int32)

@@ -9,10 +9,10 @@ Geom. 18 (1997) 305.
 from __future__ import annotations
 
 import math
-from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import ndimage
 
 from simplexmesh.mesh import triangulation
 from simplexmesh.mesh.connectivity import Connectivity
@@ -27,8 +27,7 @@ def crossing_triangles(points: Array, triangles: Indices) -> Indices:
     triangles = np.ascontiguousarray(triangles, np.int64)
     if not len(triangles):
         return np.zeros((0, 2), np.int64)
-    a, b, c = points[triangles.T]
-    low, high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
+    low, high = _boxes(points, triangles)
     pairs = overlapping_boxes(low, high, 2 * float((high - low).max(axis=1).mean()))
     pairs = pairs[_kernels_crossing.are_crossing(np.ascontiguousarray(points, np.float64), triangles, pairs)]
     return pairs[np.lexsort(pairs.T[::-1])]
@@ -53,23 +52,28 @@ def self_intersections(vertices: Array, connectivity: Connectivity, among: NDArr
     faces = np.flatnonzero(~connectivity.face_is_hole)
     owner = np.repeat(faces, connectivity.face_sizes[faces])
     if among is not None:
-        beside = _beside(points[triangles], among[owner])
+        beside = _beside(points, triangles, among[owner])
         triangles, owner = triangles[beside], owner[beside]
     return np.unique(np.sort(owner[crossing_triangles(points, triangles)], axis=1), axis=0)
 
 
-def _beside(corners: Array, chosen: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return which triangles (t, 3, 3) meet a cell of a grid, none smaller than any, that one of those chosen meets."""
+def _boxes(points: Array, triangles: Indices) -> tuple[Array, Array]:
+    """Return the lowest and highest corners (t, 3) of the bounding boxes of triangles."""
+    a, b, c = points[triangles.T]
+    return np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
+
+
+def _beside(points: Array, triangles: Indices, chosen: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return a mask (t,) of the triangles near one of those chosen: all that meet one are among them.
+
+    Boxes that meet have their lowest corners in the same or in neighboring cells of a grid whose cells are no smaller.
+    """
     if not chosen.any():
         return chosen
-    low, high = corners.min(axis=1), corners.max(axis=1)
+    low, high = _boxes(points, triangles)
     origin = low.min(axis=0)
-    cell = max(1.001 * float((high - low).max()), float((high - origin).max()) / 64, np.finfo(float).tiny)
-    ends = ((np.stack([low, high]) - origin) // cell).astype(np.int64)
-    shape = ends.max(axis=(0, 1)) + 1
-    cells = [np.ravel_multi_index(tuple(ends[k, :, axis] for axis, k in enumerate(way)), shape)
-             for way in product((0, 1), repeat=3)]  # fmt: skip
-    met = np.zeros(int(shape.prod()), bool)
-    for cell_of in cells:
-        met[cell_of[chosen]] = True
-    return np.asarray(np.any([met[cell_of] for cell_of in cells], axis=0))
+    cell = max(1.001 * float((high - low).max()), float((low - origin).max()) / 64, np.finfo(float).tiny)
+    at = np.ravel_multi_index(tuple(((low - origin) // cell).astype(np.int64).T + 1), (67, 67, 67))
+    met = np.zeros((67, 67, 67), bool)
+    met.ravel()[at[chosen]] = True
+    return np.asarray(ndimage.maximum_filter(met, 3).ravel()[at])

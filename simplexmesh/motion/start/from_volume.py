@@ -30,6 +30,9 @@ MOST_CELLS, MOST_CELLS_THIN = 3_000_000, 8_000_000
 CELLS_ACROSS = 5
 """Cells wanted across the mean thickness of a solid."""
 
+FINEST = 0.4
+"""Finest cell, in edges of the mesh: details beyond its resolution make it intersect itself in thin solids."""
+
 LEAST_FILLED = 0.05
 """Cavities from which a warning is given, as a share of the solid: noise makes small ones, a pulp is 4 %."""
 
@@ -98,10 +101,10 @@ def _missing(
 
 
 def _cell(volume: Volume, solid: NDArray[np.bool_], area: float, vertices: int) -> float:
-    """Return the cell size: for twice the triangles needed, about a voxel, with a limit to the number of cells."""
+    """Return the cell size: for twice the triangles needed, finer in a thin solid, about a voxel, not too many cells."""
     voxel = float(np.prod(volume.spacing)) ** (1 / 3)
     thickness = 2 * np.count_nonzero(solid) * float(np.prod(volume.spacing)) / area
-    wanted = min(cell_size(area, vertices), thickness / CELLS_ACROSS)
+    wanted = min(cell_size(area, vertices), max(thickness / CELLS_ACROSS, FINEST * edge_length(area, vertices)))
     cells = MOST_CELLS if thickness > CELLS_ACROSS * 1.5 * voxel else MOST_CELLS_THIN
     most = voxel * (solid.size / cells) ** (1 / 3)
     return max(float(np.clip(wanted, 0.5 * voxel, 1.5 * voxel)), most)
