@@ -21,26 +21,26 @@ def grid_faces(points: Array, grid: Indices) -> Indices:
     `grid` (rows, columns) holds the index of the point measured in each cell, -1 for none. Triangles across steps in
     depth are left out: those with long edges, and those seen at a grazing angle (Curless and Levoy 1996, section 3).
     """
-    a, b, c, d = grid[:-1, :-1].ravel(), grid[:-1, 1:].ravel(), grid[1:, 1:].ravel(), grid[1:, :-1].ravel()
+    cells = np.stack([grid[:-1, :-1], grid[:-1, 1:], grid[1:, 1:], grid[1:, :-1]]).reshape(4, -1)
+    a, b, c, d = cells[:, np.count_nonzero(cells >= 0, axis=0) >= 3]
     # -1 in `grid` indexes the last point here; the masks below discard these
     across = vectors.norm(points[a] - points[c]) <= vectors.norm(points[b] - points[d])
-    full = (a >= 0) & (b >= 0) & (c >= 0) & (d >= 0)
+    full = np.minimum(np.minimum(a, b), np.minimum(c, d)) >= 0
     groups = [
         (full & across, [(a, b, c), (a, c, d)]),
         (full & ~across, [(a, b, d), (b, c, d)]),
-        (~full & (a < 0), [(b, c, d)]),
-        (~full & (b < 0), [(a, c, d)]),
-        (~full & (c < 0), [(a, b, d)]),
-        (~full & (d < 0), [(a, b, c)]),
+        (a < 0, [(b, c, d)]),
+        (b < 0, [(a, c, d)]),
+        (c < 0, [(a, b, d)]),
+        (d < 0, [(a, b, c)]),
     ]
     faces = np.concatenate([np.stack(corner, axis=1)[mask] for mask, corners in groups for corner in corners])
-    faces = faces[(faces >= 0).all(axis=1)]
     steps = _face_vectors(points, faces)
     if (steps @ VIEW).sum() < 0:
         faces, steps = faces[:, ::-1], -steps
-    corners = points[faces]
-    edges = vectors.norm(corners - np.roll(corners, 1, axis=1))
-    long = edges.max(axis=1) > LONGEST * np.median(edges) if len(edges) else np.zeros(0, dtype=bool)
+    a, b, c = points[faces.T]
+    edges = vectors.norm(np.stack([a - c, b - a, c - b]))
+    long = edges.max(axis=0) > LONGEST * np.median(edges) if len(edges) else np.zeros(0, dtype=bool)
     steep = steps @ VIEW <= np.cos(STEEPEST) * vectors.norm(steps)
     return np.ascontiguousarray(faces[~long & ~steep])
 
