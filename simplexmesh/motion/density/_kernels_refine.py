@@ -28,8 +28,11 @@ def lengths_and_areas(vertices, face_vertices, offsets, elongation, area):
             bx, by, bz = vertices[q, 0] - x, vertices[q, 1] - y, vertices[q, 2] - z
             u, v, w = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
             total += 0.5 * math.sqrt(u * u + v * v + w * w)
-            lengths[k] = math.sqrt((bx - ax) ** 2 + (by - ay) ** 2 + (bz - az) ** 2)
-        lengths.sort()
+            length, place = math.sqrt((bx - ax) ** 2 + (by - ay) ** 2 + (bz - az) ** 2), k
+            while place > 0 and lengths[place - 1] > length:  # sorting takes numba a second to compile
+                lengths[place] = lengths[place - 1]
+                place -= 1
+            lengths[place] = length
         median = 0.5 * (lengths[(m - 1) // 2] + lengths[m // 2])
         elongation[f] = 1.0 + ((lengths[m - 1] - lengths[0]) / median if median > 0.0 else 0.0)
         area[f] = total

@@ -19,7 +19,7 @@ from simplexmesh._base._kernels_njit import njit
 from simplexmesh.numerics._kernels_frames import tangents
 from simplexmesh.numerics._kernels_matrices import solve
 from simplexmesh.numerics._kernels_tree import select
-from simplexmesh.numerics._kernels_vectors import cross_product, dot, minus, row, unit
+from simplexmesh.numerics._kernels_vectors import assign, cross_product, dot, minus, row, unit
 
 Array = NDArray[np.float64]
 
@@ -175,8 +175,8 @@ def _solve_quadric(m, rhs, first, used):
         for j in range(unknowns):
             determined &= factor[j, j] ** 2 * m[j, j] < 1e3  # the diagonal is inverted
         if determined:
-            rhs[:unknowns], rhs[unknowns:] = x[:unknowns], 0.0
-            first[:] = 0.0
+            rhs[:] = first[:] = 0.0
+            assign(rhs[:unknowns], x)
             first[0] = 1.0
             solve(m, first, unknowns)
             return unknowns
@@ -249,7 +249,7 @@ def fit(cloud, local, count, radius, noise, surfel):
         square, used, gain = _residuals(local, n, bend, cutoff, x, first)
         sigma = _deviation(local, n, x, unknowns, cutoff, square, used)
         cutoff = TUKEY * max(sigma, 1e-6)
-        bend[3:] = x[3:]
+        assign(bend[3:], x[3:])
         length = 1.0 / math.sqrt(1.0 + x[1] * x[1] + x[2] * x[2])
         for k in range(3):
             surfel[k] += radius * x[0] * normal[k]

@@ -65,6 +65,7 @@ def _reach(radius, noise):
 @njit(cache=True, error_model="numpy")
 def _fit_growing(cloud, local, at, base, largest, reports):
     """Fill `reports` (levels, 6), as `fit_scales` does, of fits around point `at`."""
+    reports[:] = math.nan
     surfel, before = np.zeros(12), np.zeros(12)
     surfel[0], surfel[1], surfel[2] = row(cloud.points, at)
     settled, failures, last_variance, noise = False, 0, math.inf, 0.0
@@ -112,7 +113,6 @@ def fit_scales(cloud, centers, bases, largest, reports):
     jump from the previous scale of more than 6 standard deviations.
     """
     for c in prange(len(centers)):
-        reports[c] = math.nan
         _fit_growing(cloud, new_local(), centers[c], bases[c], largest, reports[c])
 
 
@@ -177,22 +177,29 @@ def fit_all(cloud, centers, radii, isotropic, surfels, reports):
     corrected.
     """
     for c in prange(len(centers)):
-        local, surfel = new_local(), np.zeros(12)
-        surfels[c], reports[c] = math.nan, math.nan
-        for shrunk in range(5):
-            radius = radii[c] / RATIO**shrunk
-            report = _fit_place(cloud, local, centers[c], radius, surfel)
-            if not report.used > 0.0:
-                break
-            for k in range(6):
-                reports[c, k] = report[k]
-            reports[c, 0] = 0.0
-            for a in range(3):
-                reports[c, 0] += (cloud.points[centers[c], a] - surfel[a]) * surfel[3 + a]
-            shift = 0.5 * report.noise**2 * (surfel[6] + surfel[7] + surfel[8])
-            shift = max(-0.5 * report.noise, min(0.5 * report.noise, shift)) if isotropic else 0.0
-            surfel[:3] -= shift * surfel[3:6]
-            assign(surfels[c], surfel)
-            if report.curvature * radius < 1.6 or radius < 5.0 * report.noise:
-                radii[c] = radius
-                break
+        radii[c] = _fit_shrinking(cloud, new_local(), centers[c], radii[c], isotropic, surfels[c], reports[c])
+
+
+@njit(cache=True, error_model="numpy")
+def _fit_shrinking(cloud, local, at, largest, isotropic, out, reported):
+    """Fill a surfel (12,) and a report (6,) as `fit_all` does; return the radius used, at most `largest`."""
+    out[:] = reported[:] = math.nan
+    surfel = np.zeros(12)
+    for shrunk in range(5):
+        radius = largest / RATIO**shrunk
+        report = _fit_place(cloud, local, at, radius, surfel)
+        if not report.used > 0.0:
+            break
+        for k in range(6):
+            reported[k] = report[k]
+        reported[0] = 0.0
+        for a in range(3):
+            reported[0] += (cloud.points[at, a] - surfel[a]) * surfel[3 + a]
+        shift = 0.5 * report.noise**2 * (surfel[6] + surfel[7] + surfel[8])
+        shift = max(-0.5 * report.noise, min(0.5 * report.noise, shift)) if isotropic else 0.0
+        for a in range(3):
+            surfel[a] -= shift * surfel[3 + a]
+        assign(out, surfel)
+        if report.curvature * radius < 1.6 or radius < 5.0 * report.noise:
+            return radius
+    return largest
