@@ -79,6 +79,15 @@ class TestSamples:
         with pytest.raises(ValueError, match="read-only"):
             volume.values[0, 0, 0] = 1
 
+    def test_its_place_in_space_cannot_be_changed_from_outside(self):
+        values, direction, origin, spacing = np.zeros((3, 3, 3)), np.eye(3), np.ones(3), np.ones(3)
+        for volume in (Volume(values), Volume(values, spacing, origin, direction)):
+            for name in ("spacing", "origin", "direction"):
+                with pytest.raises(ValueError, match="read-only"):
+                    getattr(volume, name)[0] = 5
+        direction[0, 0] = origin[0] = spacing[0] = 5
+        assert volume.direction[0, 0] == volume.origin[0] == volume.spacing[0] == 1
+
 
 class TestLabels:
     def test_two_values_are_labels(self):

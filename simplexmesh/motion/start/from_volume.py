@@ -101,7 +101,7 @@ def _missing(
 
 
 def _cell(volume: Volume, solid: NDArray[np.bool_], area: float, vertices: int) -> float:
-    """Return the cell size: for twice the triangles needed, finer in a thin solid, about a voxel, not too many cells."""
+    """Return the cell size: for twice the triangles needed, less if thin, about a voxel, and not too many."""
     voxel = float(np.prod(volume.spacing)) ** (1 / 3)
     thickness = 2 * np.count_nonzero(solid) * float(np.prod(volume.spacing)) / area
     wanted = min(cell_size(area, vertices), max(thickness / CELLS_ACROSS, FINEST * edge_length(area, vertices)))

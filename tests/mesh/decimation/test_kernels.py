@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.testing import assert_allclose, assert_array_equal
+from numpy.testing import assert_allclose
 
 from simplexmesh.mesh import shapes
 from simplexmesh.mesh.decimation import _kernels_collapse as kernels
@@ -14,7 +14,6 @@ from simplexmesh.mesh.decimation import _kernels_regions as regions
 from simplexmesh.mesh.decimation import _kernels_swap as swapping
 from simplexmesh.mesh.decimation.coarsening import WEIGHTS
 from simplexmesh.mesh.operators.editable_mesh import EditableMesh
-from simplexmesh.numerics import _kernels_heap as heaps
 from tests.mesh.decimation.reference import Decimation, regions_of, shaken
 from tests.mesh.operators.reference import Loops
 from tests.mesh.operators.test_editing import MESHES
@@ -116,27 +115,6 @@ def test_no_three_faces_make_a_thin_neck(necks):
         beside[b].add(a)
     rings = {frozenset((a, b, x)) for a in beside for b in beside[a] for x in beside[a] & beside[b]}
     assert bool(rings - {frozenset(faces) for faces in c.face.tolist()}) == necks
-
-
-@settings(max_examples=50)
-@given(st.lists(st.tuples(st.integers(0, 11), st.sampled_from([0.0, 1.0, 2.0, 2.5, np.inf])), max_size=60))
-def test_the_queue_is_a_sorted_list(puts):
-    heap, expected = heaps.new_heap(12), {}
-    for item, cost in puts:
-        heaps.put(heap, item, cost)
-        expected.pop(item, None)
-        if cost < np.inf:
-            expected[item] = cost
-        assert heap.size[0] == len(expected)
-        assert set(heap.item[: len(expected)].tolist()) == set(expected)
-        assert_array_equal(heap.place[heap.item[: len(expected)]], np.arange(len(expected)))
-        if expected:
-            assert heap.item[0] == min(expected, key=lambda x: (expected[x], x))
-    order = []
-    while heap.size[0]:
-        order.append(int(heap.item[0]))
-        heaps.put(heap, order[-1], np.inf)
-    assert order == sorted(expected, key=lambda x: (expected[x], x))
 
 
 @pytest.mark.parametrize("strict", [{}, {"turn": 0.9}, {"quality": 0.8}], ids=str)

@@ -23,6 +23,7 @@ import simplexmesh as sm
 from simplexmesh.recognition.library import _kernels_correspondences as correspondences
 from simplexmesh.recognition.library import _kernels_descriptors as kernels
 from simplexmesh.recognition.library import ranking
+from simplexmesh.recognition.library._kernels_descriptors import COSINE_BINS, LENGTH_BINS
 from simplexmesh.recognition.library.global_descriptor import global_descriptor
 from simplexmesh.recognition.library.model_index import ImageIndex
 from simplexmesh.recognition.library.models import HEADER, Model, model_of
@@ -529,6 +530,15 @@ def test_images_and_descriptors_do_not_change_with_the_pose(known):
     np.testing.assert_allclose(one.descriptor, other.descriptor, atol=2e-2)
     assert np.abs(one.spin_images.pixels.astype(int) - other.spin_images.pixels).mean() < 0.5
     assert not np.allclose(one.descriptor, global_descriptor(oriented_points(known["other"], "data")), atol=2e-2)
+
+
+def test_histograms_of_a_descriptor_hold_the_most_slender_bodies_and_waste_no_bins():
+    turns = np.linspace(0, 600, 4000)
+    out = np.stack([np.cos(turns), np.sin(turns), 0 * turns], axis=1)
+    rod = oriented_points(sm.PointCloud(out + turns[:, None] * [0, 0, 0.1], out), "data")
+    lengths = global_descriptor(rod)[: LENGTH_BINS * COSINE_BINS].reshape(LENGTH_BINS, COSINE_BINS)
+    filled = lengths.any(axis=1).nonzero()[0]
+    assert 0.8 * LENGTH_BINS < len(filled) == filled[-1] + 1 < LENGTH_BINS
 
 
 def test_a_model_packed_and_unpacked(known):
