@@ -117,11 +117,13 @@ class Refinement:
 
     @contextmanager
     def interruptible(self) -> Iterator[None]:
-        """End with the last complete state when interrupted (Ctrl-C)."""
+        """End with the last complete state, and a warning, when interrupted (Ctrl-C)."""
         try:
             yield
         except KeyboardInterrupt:
             self.interrupted = True
+            done = counted(len(self.rounds), "round", "rounds")
+            warn(f"interrupted after {done}; the mesh is the last complete state")
 
     def apply(self, step: Refined) -> None:
         """Move the mesh of one round of edits and make it the present one."""

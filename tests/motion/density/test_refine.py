@@ -250,7 +250,8 @@ class TestRefine:
             if len(seen) == 2:
                 raise KeyboardInterrupt
 
-        out = sm.refine(egg_of(160), EGG, threshold="fine", watch=stop)
+        with pytest.warns(sm.SimplexMeshWarning, match="interrupted after 2 rounds; the mesh is the last complete"):
+            out = sm.refine(egg_of(160), EGG, threshold="fine", watch=stop)
         assert out.interrupted
         assert not out.converged
         assert out.mesh is seen[1]
@@ -341,7 +342,8 @@ class TestRedistribute:
         def stop(done, mesh):
             raise KeyboardInterrupt
 
-        out = sm.redistribute(egg_of(400), EGG, vertices=900, watch=stop)
+        with pytest.warns(sm.SimplexMeshWarning, match="interrupted after 1 round;"):
+            out = sm.redistribute(egg_of(400), EGG, vertices=900, watch=stop)
         assert (out.interrupted, out.converged, len(out.rounds)) == (True, False, 1)
         assert out.mesh.n_vertices == out.rounds[0].n_vertices
 
