@@ -39,7 +39,7 @@ def surface_topology(faces: Indices) -> Topology:
     faces, mates, _ = manifold.matched(faces)
     manifold.to_flip(faces, mates)  # raises on one-sided surfaces
     components = _kernels.component_labels(np.where(mates >= 0, mates // 3, -1).astype(np.int32))
-    fans = _fans(faces, mates)
+    fans = vertex_fans(faces, mates)
     n_border = int(np.count_nonzero(mates < 0))
     euler = int(fans.max()) + 1 - (mates.size + n_border) // 2 + len(faces)
     n_components = int(components.max()) + 1
@@ -47,7 +47,7 @@ def surface_topology(faces: Indices) -> Topology:
     return Topology(n_components, n_borders, (2 * n_components - n_borders - euler) // 2, euler)
 
 
-def _fans(faces: Indices, mates: Indices) -> NDArray[np.int32]:
+def vertex_fans(faces: Indices, mates: Indices) -> NDArray[np.int32]:
     """Return the fan (t, 3) of each corner: corners of one vertex whose triangles are connected across its edges."""
     corner = np.arange(faces.size).reshape(-1, 3)
     across = []

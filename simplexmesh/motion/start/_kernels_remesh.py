@@ -1,7 +1,6 @@
-"""Collapses and flips of edges and tangential relaxation of closed triangulations.
+"""Collapses and flips of edges and tangential relaxation of closed triangulations, as `_kernels_half_edges` has them.
 
-Half-edge `3 * t + j` runs from corner j to corner j + 1 of triangle t; `mates` (3t,) holds its opposite half-edge and
-`corners` (3t,) its start vertex. References in `tests/motion/start/reference.py`.
+References in `tests/motion/start/reference.py`.
 """
 # mypy: allow-untyped-defs
 
@@ -11,6 +10,18 @@ import numpy as np
 
 from simplexmesh._base._kernels_both import FAST
 from simplexmesh._base._kernels_njit import njit
+from simplexmesh.mesh.triangles._kernels_half_edges import (
+    MIN_COSINE,
+    area_normal,
+    cosine,
+    flip,
+    flip_is_valid,
+    following,
+    is_adjacent,
+    keeps_orientation,
+    keeps_topology,
+    previous,
+)
 from simplexmesh.numerics._kernels_heap import new_heap, put
 from simplexmesh.numerics._kernels_vectors import row
 
@@ -19,82 +30,6 @@ REMOVED = -1
 FEW = 100_000
 """Triangles from which edges are collapsed in their exact order, in half a second; a rough one to the end leaves more
 uneven triangles, and boundaries that stop halfway."""
-
-MIN_COSINE = 0.5
-"""Of the angle by which a flip or a move may turn a triangle."""
-
-
-@njit(cache=True, error_model="numpy")
-def _next(h):
-    return h - 2 if h % 3 == 2 else h + 1
-
-
-@njit(cache=True, error_model="numpy")
-def _previous(h):
-    return h + 2 if h % 3 == 0 else h - 1
-
-
-@njit(cache=True, error_model="numpy", fastmath=FAST)
-def _area_normal(p, q, r):
-    ux, uy, uz = q[0] - p[0], q[1] - p[1], q[2] - p[2]
-    vx, vy, vz = r[0] - p[0], r[1] - p[1], r[2] - p[2]
-    return uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-
-
-@njit(cache=True, error_model="numpy", fastmath=FAST)
-def _cosine(a, b):
-    norm = np.sqrt((a[0] * a[0] + a[1] * a[1] + a[2] * a[2]) * (b[0] * b[0] + b[1] * b[1] + b[2] * b[2]))
-    return (a[0] * b[0] + a[1] * b[1] + a[2] * b[2]) / norm if norm > 0 else -1.0
-
-
-@njit(cache=True, error_model="numpy", fastmath=FAST)
-def _quality(p, q, r):
-    """Return twice the area over the sum of squared sides: 0.289 if equilateral, 0 if degenerate."""
-    n = _area_normal(p, q, r)
-    sides = 0.0
-    for i in range(3):
-        sides += (p[i] - q[i]) ** 2 + (q[i] - r[i]) ** 2 + (r[i] - p[i]) ** 2
-    return np.sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]) / sides if sides > 0 else 0.0
-
-
-@njit(cache=True, error_model="numpy")
-def _is_adjacent(corners, mates, h, other):
-    """Return whether the start vertex of half-edge h has an edge to `other`."""
-    k = h
-    while True:
-        if corners[_next(k)] == other:
-            return True
-        k = mates[_previous(k)]
-        if k == h:
-            return False
-
-
-@njit(cache=True, error_model="numpy", fastmath=FAST)
-def _flip_is_valid(vertices, a, b, c, d):
-    """Return whether flipping edge ab to cd in the quadrangle a d b c neither folds nor flattens a triangle."""
-    p, q, r, s = vertices[a], vertices[b], vertices[c], vertices[d]
-    one, two = _area_normal(p, q, r), _area_normal(q, p, s)
-    if _cosine(one, two) < MIN_COSINE:
-        return False
-    mean = one[0] + two[0], one[1] + two[1], one[2] + two[2]
-    if _cosine(_area_normal(p, s, r), mean) < MIN_COSINE or _cosine(_area_normal(s, q, r), mean) < MIN_COSINE:
-        return False
-    was = min(_quality(p, q, r), _quality(q, p, s))
-    return min(_quality(p, s, r), _quality(s, q, r)) > 0.25 * was
-
-
-@njit(cache=True, error_model="numpy")
-def _flip(corners, mates, h):
-    g = mates[h]
-    bc, ca, ad, db = _next(h), _previous(h), _next(g), _previous(g)
-    a, b, c, d = corners[h], corners[bc], corners[ca], corners[db]
-    outer = mates[ad], mates[ca], mates[db], mates[bc]
-    t, u = 3 * (h // 3), 3 * (g // 3)
-    corners[t], corners[t + 1], corners[t + 2] = a, d, c
-    corners[u], corners[u + 1], corners[u + 2] = d, b, c
-    mates[t], mates[t + 2], mates[u], mates[u + 1] = outer
-    mates[outer[0]], mates[outer[1]], mates[outer[2]], mates[outer[3]] = t, t + 2, u, u + 1
-    mates[t + 1], mates[u + 2] = u + 2, t + 1
 
 
 @njit(cache=True, error_model="numpy")
@@ -105,13 +40,13 @@ def flip_round(vertices, corners, mates, valence):
         g = mates[h]
         if g < h:
             continue
-        a, b, c, d = corners[h], corners[g], corners[_previous(h)], corners[_previous(g)]
+        a, b, c, d = corners[h], corners[g], corners[previous(h)], corners[previous(g)]
         va, vb, vc, vd = valence[a], valence[b], valence[c], valence[d]
         if va <= 4 or vb <= 4 or va + vb - vc - vd <= 2:
             continue
-        if _is_adjacent(corners, mates, _previous(h), d) or not _flip_is_valid(vertices, a, b, c, d):
+        if is_adjacent(corners, mates, previous(h), d) or not flip_is_valid(vertices, a, b, c, d):
             continue
-        _flip(corners, mates, h)
+        flip(corners, mates, h)
         valence[a] -= 1
         valence[b] -= 1
         valence[c] += 1
@@ -128,14 +63,14 @@ def _one_ring(vertices, corners, mates, first, normal, center):
     total = 0.0
     k = first
     while True:
-        p, q, r = vertices[corners[k]], vertices[corners[_next(k)]], vertices[corners[_previous(k)]]
-        n = _area_normal(p, q, r)
+        p, q, r = vertices[corners[k]], vertices[corners[following(k)]], vertices[corners[previous(k)]]
+        n = area_normal(p, q, r)
         area = np.sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2])
         total += area
         for i in range(3):
             normal[i] += n[i]
             center[i] += area * (p[i] + q[i] + r[i]) / 3
-        k = mates[_previous(k)]
+        k = mates[previous(k)]
         if k == first:
             break
     for i in range(3):
@@ -147,10 +82,10 @@ def _move_is_valid(vertices, corners, mates, first, moved):
     """Return whether moving a vertex to `moved` turns no triangle around it by more than 60 degrees."""
     k = first
     while True:
-        p, q, r = vertices[corners[k]], vertices[corners[_next(k)]], vertices[corners[_previous(k)]]
-        if _cosine(_area_normal(p, q, r), _area_normal(moved, q, r)) < MIN_COSINE:
+        p, q, r = vertices[corners[k]], vertices[corners[following(k)]], vertices[corners[previous(k)]]
+        if cosine(area_normal(p, q, r), area_normal(moved, q, r)) < MIN_COSINE:
             return False
-        k = mates[_previous(k)]
+        k = mates[previous(k)]
         if k == first:
             return True
 
@@ -184,7 +119,7 @@ def relax_round(vertices, corners, mates, first, step):
 
 @njit(cache=True, error_model="numpy")
 def _squared_length(vertices, corners, h):
-    p, q = row(vertices, corners[h]), row(vertices, corners[_next(h)])
+    p, q = row(vertices, corners[h]), row(vertices, corners[following(h)])
     return (p[0] - q[0]) ** 2 + (p[1] - q[1]) ** 2 + (p[2] - q[2]) ** 2
 
 
@@ -195,52 +130,11 @@ def _put_edge(vertices, corners, mates, heap, h):
 
 
 @njit(cache=True, error_model="numpy")
-def _keeps_topology(corners, mates, h, seen):
-    """Return whether an edge satisfies the link condition and is on no tetrahedron; `seen` (v,) is scratch."""
-    k, neighbors = h, 0
-    while True:
-        seen[corners[_next(k)]] = h
-        neighbors += 1
-        k = mates[_previous(k)]
-        if k == h:
-            break
-    g, common = mates[h], 0
-    k = g
-    while True:
-        common += seen[corners[_next(k)]] == h
-        neighbors += 1
-        k = mates[_previous(k)]
-        if k == g:
-            break
-    k = h
-    while True:
-        seen[corners[_next(k)]] = -1
-        k = mates[_previous(k)]
-        if k == h:
-            return common == 2 and neighbors > 6
-
-
-@njit(cache=True, error_model="numpy")
-def _keeps_orientation(vertices, corners, mates, h, x, y, z, turn):
-    """Return whether moving the start of h turns no triangle with area that stays around it too far."""
-    moved = (x, y, z)
-    k = mates[_previous(h)]
-    last = mates[h]
-    while _next(last) != k:
-        p, q, r = row(vertices, corners[k]), row(vertices, corners[_next(k)]), row(vertices, corners[_previous(k)])
-        was = _area_normal(p, q, r)
-        if was != (0.0, 0.0, 0.0) and _cosine(was, _area_normal(moved, q, r)) < turn:
-            return False
-        k = mates[_previous(k)]
-    return True
-
-
-@njit(cache=True, error_model="numpy")
 def _remove_triangle(corners, mates, heap, h):
     """Remove the triangle of a half-edge, pair the mates of its other two sides, and return one of them."""
-    one, other = mates[_next(h)], mates[_previous(h)]
-    put(heap, min(one, _next(h)), np.inf)
-    put(heap, min(other, _previous(h)), np.inf)
+    one, other = mates[following(h)], mates[previous(h)]
+    put(heap, min(one, following(h)), np.inf)
+    put(heap, min(other, previous(h)), np.inf)
     mates[one], mates[other] = other, one
     t = 3 * (h // 3)
     corners[t : t + 3] = REMOVED
@@ -259,7 +153,7 @@ def _collapse(vertices, corners, mates, heap, h):
     k = first
     while True:
         corners[k] = stays
-        k = mates[_previous(k)]
+        k = mates[previous(k)]
         if k == first:
             break
     put(heap, min(h, g), np.inf)
@@ -274,7 +168,7 @@ def _put_edges_around(vertices, corners, mates, heap, first):
     k = first
     while True:
         _put_edge(vertices, corners, mates, heap, k)
-        k = mates[_previous(k)]
+        k = mates[previous(k)]
         if k == first:
             break
 
@@ -282,12 +176,12 @@ def _put_edges_around(vertices, corners, mates, heap, first):
 @njit(cache=True, error_model="numpy")
 def _may_collapse(vertices, corners, mates, seen, h, turn):
     """Return whether an edge may be collapsed to its midpoint."""
-    if not _keeps_topology(corners, mates, h, seen):
+    if not keeps_topology(corners, mates, h, seen):
         return False
     g = mates[h]
     p, q = row(vertices, corners[h]), row(vertices, corners[g])
     x, y, z = 0.5 * (p[0] + q[0]), 0.5 * (p[1] + q[1]), 0.5 * (p[2] + q[2])
-    return _keeps_orientation(vertices, corners, mates, h, x, y, z, turn) and _keeps_orientation(
+    return keeps_orientation(vertices, corners, mates, h, x, y, z, turn) and keeps_orientation(
         vertices, corners, mates, g, x, y, z, turn
     )
 

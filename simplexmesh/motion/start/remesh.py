@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh.mesh.manifold import half_edge_mates
+from simplexmesh.mesh.triangles._kernels_half_edges import MIN_COSINE
 from simplexmesh.motion.start import _kernels_remesh
 
 Array = NDArray[np.float64]
@@ -27,7 +28,7 @@ def decimated(vertices: Array, faces: Indices, triangles: int) -> tuple[Array, I
     positions = np.array(vertices, dtype=float, order="C")
     mates = np.array(half_edge_mates(faces), dtype=np.int64).ravel()
     corners = np.array(faces, dtype=np.int64).ravel()
-    for cosine in (_kernels_remesh.MIN_COSINE, -2.0):
+    for cosine in (MIN_COSINE, -2.0):
         if _kernels_remesh.collapse_shortest(positions, corners, mates, triangles, cosine) <= triangles:
             break
     used, left = np.unique(corners[corners != _kernels_remesh.REMOVED], return_inverse=True)
