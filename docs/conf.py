@@ -32,8 +32,8 @@ napoleon_use_rtype = False
 napoleon_use_ivar = True
 
 ORDER = [
-    *("frog", "shapes", "curvature", "dented", "noisy_scan"),
-    *("sphere_to_face", "sphere_to_torus", "refinement", "decimated", "recognition", "saliency", "occlusion"),
+    *("frog", "shapes", "curvature", "dented", "noisy_scan", "sphere_to_face", "sphere_to_torus", "refinement"),
+    *("decimated", "simplified", "recognition", "saliency", "occlusion"),
 ]
 
 

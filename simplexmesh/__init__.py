@@ -74,6 +74,7 @@ _HOME = {
     "surface.quality": ["aspect_ratios"],
     "surface.curvature.estimate": ["curvature"],
     "surface.curvature.result": ["Curvature"],
+    "surface.features.simplify": ["simplify"],
     "surface.saliency.saliency": ["saliency"],
     "surface.saliency.salient_points": ["salient_points", "SalientPoints"],
     "surface.saliency.hk_classes": ["hk_classes", "HKClasses"],
@@ -172,6 +173,7 @@ if TYPE_CHECKING:  # the same list once more, for type checkers and editors; a t
     from simplexmesh.recognition.scans.register_all import register_all as register_all
     from simplexmesh.surface.curvature.estimate import curvature as curvature
     from simplexmesh.surface.curvature.result import Curvature as Curvature
+    from simplexmesh.surface.features.simplify import simplify as simplify
     from simplexmesh.surface.landmarks.circle import Circle as Circle
     from simplexmesh.surface.landmarks.circle import fit_circle as fit_circle
     from simplexmesh.surface.landmarks.circle import rim_circle as rim_circle

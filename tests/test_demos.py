@@ -129,6 +129,13 @@ def test_refinement_fills_the_bottle(ran, tmp_path):
     assert (tmp_path / "film.gif").stat().st_size > 20_000
 
 
+def test_a_scan_becomes_few_triangles_within_its_noise(ran):
+    demo, out = ran("simplified")
+    assert out["clean"].n_faces < 0.01 * out["scan"].n_faces
+    assert out["largest"] <= 4 * demo.NOISE
+    assert out["clean"].topology == out["scan"].topology
+
+
 def test_a_tenth_of_the_vertices_is_close_to_marching_cubes(ran):
     _, out = ran("decimated")
     full, tenth, few = out["models"].values()

@@ -68,6 +68,7 @@ def examples() -> dict[str, Callable[[], Any]]:
         "curvature": lambda: (sm.curvature(triangles), sm.curvature(ball), sm.curvature(ball.vertices)),
         "normals": lambda: (sm.vertex_normals(triangles), sm.vertex_normals(ball.vertices)),
         "saliency": lambda: (sm.saliency(triangles), sm.hk_classes(triangles)),
+        "simplify": lambda: sm.simplify(triangles, 0.05),
         "deviation": lambda: sm.deviation(triangles, sm.sphere(16).triangulated("dual")),
         "signatures": lambda: sm.match(sm.sai(egg), sm.sai(egg)),
         "register": lambda: sm.register(egg[egg[:, 0] > -1], egg),

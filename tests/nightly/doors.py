@@ -94,6 +94,7 @@ DOORS: dict[str, Callable[[Any], Any]] = {
     "vertex_normals": sm.vertex_normals,
     "saliency": sm.saliency,
     "decimate": lambda x: sm.decimate(x, vertices=40),
+    "simplify": lambda x: sm.simplify(x, 0.1),
     "divided": lambda x: sm.divided(x, 0.5),
     "refine": lambda x: sm.refine(x, other().triangulated()),
     "regularize": sm.regularize,

@@ -1,0 +1,1 @@
+"""Sharp edges and zones of digitized parts."""

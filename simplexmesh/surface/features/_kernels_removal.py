@@ -1,0 +1,225 @@
+"""Removal of vertices from a triangulation under tolerances, in the order of quadrics (Garland and Heckbert 1997)."""
+# mypy: allow-untyped-defs
+
+from __future__ import annotations
+
+import numpy as np
+
+from simplexmesh._base._kernels_njit import njit
+from simplexmesh.mesh.triangles._kernels_half_edges import area_normal, cosine, following, keeps_topology, previous
+from simplexmesh.numerics._kernels_heap import new_heap, put
+from simplexmesh.numerics._kernels_vectors import cross_product, dot, norm, row
+from simplexmesh.surface.features._kernels_tolerance import (
+    MIN_COSINE,
+    REMOVED,
+    claims,
+    hand_over,
+    is_cap,
+    normal_of,
+    squared_length,
+    unlist,
+)
+
+EVEN = 1e-3
+"""Weight of squared lengths against squared distances in costs: it spaces vertices evenly where the surface is flat."""
+
+
+@njit(cache=True, error_model="numpy")
+def _faces_along(tri, a, b, c, normal):
+    """Return whether a triangle with these corners faces along a normal."""
+    return cosine(normal_of(tri, a, b, c), normal) > MIN_COSINE
+
+
+@njit(cache=True, error_model="numpy")
+def _star_normal(tri, h):
+    """Return the vector area of the triangles around the start of a half-edge, and whether it is on a border."""
+    x = y = z = 0.0
+    border, k = False, h
+    while True:
+        if is_cap(tri, k):
+            border = True
+        else:
+            a, b, c = tri.corners[k], tri.corners[following(k)], tri.corners[previous(k)]
+            n = normal_of(tri, a, b, c)
+            x, y, z = x + n[0], y + n[1], z + n[2]
+        k = tri.mates[previous(k)]
+        if k == h:
+            return (x, y, z), border
+
+
+@njit(cache=True, error_model="numpy")
+def _is_removable(tri, spheres, h, longest, seen, change):
+    """Return whether the start of a half-edge may be drawn to its end, and fill the change."""
+    g, v = tri.mates[h], tri.corners[following(h)]
+    if v >= tri.caps or not keeps_topology(tri.corners, tri.mates, h, seen):
+        return False
+    normal, border = _star_normal(tri, h)
+    if border and not (is_cap(tri, h) or is_cap(tri, g)):
+        return False
+    change.size[0] = 0
+    k = tri.mates[previous(h)]
+    while following(g) != k:
+        q, r = tri.corners[following(k)], tri.corners[previous(k)]
+        if not is_cap(tri, k):
+            if squared_length(tri, v, q) > longest or squared_length(tri, v, r) > longest:
+                return False
+            if not _faces_along(tri, v, q, r, normal):
+                return False
+        i, start = change.size[0], 3 * (k // 3)
+        if i == len(change.triangles):
+            return False
+        for j in range(3):
+            change.corners[i, j] = v if start + j == k else tri.corners[start + j]
+        change.triangles[i] = k // 3
+        change.size[0] += 1
+        k = tri.mates[previous(k)]
+    touched = claims(tri, spheres, h // 3, change) and claims(tri, spheres, g // 3, change)
+    for i in range(change.size[0]):
+        touched = touched and claims(tri, spheres, change.triangles[i], change)
+    return touched
+
+
+@njit(cache=True, error_model="numpy")
+def _remove(tri, spheres, h, change, edges):
+    """Draw the start of a half-edge to its end, as the change says; return a half-edge that starts there."""
+    g, v = tri.mates[h], tri.corners[following(h)]
+    chain = unlist(spheres, g // 3, unlist(spheres, h // 3, -1))
+    for i in range(change.size[0]):
+        chain = unlist(spheres, change.triangles[i], chain)
+    hand_over(spheres, chain)
+    k = h
+    while True:
+        tri.corners[k] = v
+        k = tri.mates[previous(k)]
+        if k == h:
+            break
+    start = -1
+    for side in (h, g):
+        one, other = tri.mates[following(side)], tri.mates[previous(side)]
+        tri.mates[one], tri.mates[other] = other, one
+        for each in (one, other):
+            if tri.corners[each] == v:
+                start = each
+    for side in (h, g):
+        for j in range(3):
+            tri.corners[3 * (side // 3) + j] = REMOVED
+    k = start
+    while True:
+        edges[v], edges[tri.corners[following(k)]] = k, following(k)
+        k = tri.mates[previous(k)]
+        if k == start:
+            return start
+
+
+@njit(cache=True, error_model="numpy")
+def fill_quadrics(tri, quadrics):
+    """Add up, for each vertex, area times squared distance from the planes of its triangles: (v, 11), the area last.
+
+    Borders count by planes across them, with their squared lengths as areas.
+    """
+    for t in range(len(tri.corners) // 3):
+        a, b, c = tri.corners[3 * t], tri.corners[3 * t + 1], tri.corners[3 * t + 2]
+        if c >= tri.caps:
+            inner = tri.mates[3 * t]
+            p, q, r = row(tri.vertices, a), row(tri.vertices, b), row(tri.vertices, tri.corners[previous(inner)])
+            n = area_normal(p, q, r)
+            along = q[0] - p[0], q[1] - p[1], q[2] - p[2]
+            n = cross_product(n, along)
+            weight = dot(along, along)
+        else:
+            p, n = row(tri.vertices, a), normal_of(tri, a, b, c)
+            weight = norm(n) / 6.0
+        length = norm(n)
+        if not length > 0.0:
+            continue
+        n = n[0] / length, n[1] / length, n[2] / length
+        off = -dot(n, p)
+        for j in range(3):
+            v = tri.corners[3 * t + j]
+            if v < tri.caps:
+                _add_plane(quadrics[v], n, off, weight)
+
+
+@njit(cache=True, error_model="numpy")
+def _add_plane(quadric, n, off, weight):
+    quadric[0] += weight * n[0] * n[0]
+    quadric[1] += weight * n[1] * n[1]
+    quadric[2] += weight * n[2] * n[2]
+    quadric[3] += weight * n[0] * n[1]
+    quadric[4] += weight * n[0] * n[2]
+    quadric[5] += weight * n[1] * n[2]
+    quadric[6] += weight * n[0] * off
+    quadric[7] += weight * n[1] * off
+    quadric[8] += weight * n[2] * off
+    quadric[9] += weight * off * off
+    quadric[10] += weight
+
+
+@njit(cache=True, error_model="numpy")
+def _cost(tri, quadrics, u, v):
+    """Return the mean squared distance of vertex v from the planes around u, and a share of its squared distance."""
+    q, (x, y, z) = quadrics[u], row(tri.vertices, v)
+    error = q[0] * x * x + q[1] * y * y + q[2] * z * z + 2.0 * (q[3] * x * y + q[4] * x * z + q[5] * y * z)
+    error += 2.0 * (q[6] * x + q[7] * y + q[8] * z) + q[9]
+    return max(error, 0.0) / max(q[10], 1e-300) + EVEN * squared_length(tri, u, v)
+
+
+@njit(cache=True, error_model="numpy")
+def _candidates(tri, quadrics, first, found, costs):
+    """List the half-edges that start where `first` does, the cheapest to shrink first; return their number."""
+    u, count, k = tri.corners[first], 0, first
+    while True:
+        v = tri.corners[following(k)]
+        if v < tri.caps and count < len(found):
+            cost, place = _cost(tri, quadrics, u, v), count
+            while place > 0 and costs[place - 1] > cost:
+                costs[place], found[place] = costs[place - 1], found[place - 1]
+                place -= 1
+            costs[place], found[place] = cost, k
+            count += 1
+        k = tri.mates[previous(k)]
+        if k == first:
+            return count
+
+
+@njit(cache=True, error_model="numpy")
+def remove_vertices(tri, spheres, quadrics, edges, change, longest):
+    """Remove vertices, the cheapest first, while all spheres touch the surface; return how many.
+
+    `edges` (v,) has a half-edge that starts at each vertex, or -1. A vertex is drawn to the neighbor where that costs
+    least of those where it may; one that may not go is tried again when a neighbor of it has gone.
+    """
+    heap, seen = new_heap(tri.caps), np.full(len(tri.vertices), -1)
+    found, costs = np.zeros(64, np.int64), np.zeros(64)
+    for v in range(tri.caps):
+        if edges[v] >= 0 and _candidates(tri, quadrics, edges[v], found, costs):
+            put(heap, v, costs[0])
+    removed = 0
+    while heap.size[0]:
+        u = np.int64(heap.item[0])
+        put(heap, u, np.inf)
+        for i in range(_candidates(tri, quadrics, edges[u], found, costs)):
+            h = found[i]
+            if _is_removable(tri, spheres, h, longest, seen, change):
+                v = tri.corners[following(h)]
+                start = _remove(tri, spheres, h, change, edges)
+                for j in range(quadrics.shape[1]):
+                    quadrics[v, j] += quadrics[u, j]
+                removed += 1
+                _queue_around(tri, quadrics, start, heap, edges, found, costs)
+                break
+    return removed
+
+
+@njit(cache=True, error_model="numpy")
+def _queue_around(tri, quadrics, first, heap, edges, found, costs):
+    """Queue a vertex, at which a half-edge starts, and its neighbors by their costs."""
+    k = first
+    while True:
+        for w in (tri.corners[k], tri.corners[following(k)]):
+            if w < tri.caps and (w != tri.corners[first] or k == first):
+                count = _candidates(tri, quadrics, edges[w], found, costs)
+                put(heap, w, costs[0] if count else np.inf)
+        k = tri.mates[previous(k)]
+        if k == first:
+            return

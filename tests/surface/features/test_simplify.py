@@ -1,0 +1,279 @@
+"""Simplified triangles: their promise, what stays, and what is refused."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.testing import assert_allclose, assert_array_equal
+
+import simplexmesh as sm
+from simplexmesh.mesh.triangles.self_intersection import crossing_triangles
+from simplexmesh.motion.targets.triangles import surface_distance
+
+BODIES = {
+    "ball": sm.sphere(8).triangulated("dual"),
+    "ring": sm.torus(40, 16).triangulated("dual"),
+    "tube": sm.cylinder(20, 24).triangulated("dual"),
+    "sheet": sm.plane(20, 20).triangulated("dual"),
+}
+
+
+def grid(n, m, height=lambda x, y: 0 * x):
+    """Triangles over the unit square, of n by m vertices."""
+    x, y = np.meshgrid(np.linspace(0, 1, n), np.linspace(0, 1, m), indexing="ij")
+    at = np.arange(n * m).reshape(n, m)
+    a, b, c, d = at[:-1, :-1].ravel(), at[1:, :-1].ravel(), at[1:, 1:].ravel(), at[:-1, 1:].ravel()
+    faces = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
+    return sm.TriangleMesh(np.stack([x.ravel(), y.ravel(), height(x, y).ravel()], 1), faces)
+
+
+def box(n):
+    """The unit cube with n by n squares on each side."""
+    side = grid(n + 1, n + 1)
+    turns = [np.eye(3)[list(order)] for order in ((0, 1, 2), (1, 2, 0), (2, 0, 1))]
+    parts = [(side.vertices[:, [1, 0, 2]] @ turn, side.faces) for turn in turns]
+    parts += [(side.vertices @ turn + turn[2], side.faces) for turn in turns]
+    vertices = np.concatenate([part for part, _ in parts])
+    faces = np.concatenate([faces + k * len(side.vertices) for k, (_, faces) in enumerate(parts)])
+    return sm.TriangleMesh(vertices, faces).welded(report=False)
+
+
+def edges_of(mesh):
+    """The edges (e, 2), the smaller vertex first, and the number of triangles of each."""
+    edges = np.sort(mesh.faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    return np.unique(edges, axis=0, return_counts=True)
+
+
+def lengths(mesh):
+    a, b = mesh.vertices[edges_of(mesh)[0]].transpose(1, 0, 2)
+    return np.linalg.norm(a - b, axis=1)
+
+
+def border(mesh):
+    """The border as triangles without area, for distances."""
+    edges, count = edges_of(mesh)
+    return mesh.vertices, edges[count == 1][:, [0, 1, 1]]
+
+
+def assert_kept(before, after, radii):
+    """Check the promise: tolerances, borders, vertices, topology, crossings."""
+    assert (surface_distance(before.vertices, after.vertices, after.faces) <= radii + 1e-12).all()
+    if before.n_borders:
+        there = np.unique(border(before)[1])
+        away = surface_distance(before.vertices[there], *border(after))
+        assert (away <= np.broadcast_to(radii, len(before.vertices))[there] + 1e-12).all()
+    assert after.topology == before.topology
+    rows = {tuple(row) for row in before.vertices.tolist()}
+    assert {tuple(row) for row in after.vertices.tolist()} <= rows
+    if not len(crossing_triangles(before.vertices, before.faces)):
+        assert not len(crossing_triangles(after.vertices, after.faces))
+
+
+@settings(max_examples=30, deadline=None)
+@given(
+    name=st.sampled_from(sorted(BODIES)),
+    noise=st.sampled_from([0.0, 0.02, 0.2]),
+    share=st.floats(0.01, 3.0),
+    longest=st.sampled_from([None, 1.5, 5.0]),
+    each=st.booleans(),
+    seed=st.integers(0, 99),
+)
+def test_every_vertex_stays_within_its_tolerance(name, noise, share, longest, each, seed):
+    body, rng = BODIES[name], np.random.default_rng(seed)
+    edge = lengths(body).mean()
+    mesh = sm.TriangleMesh(body.vertices + noise * edge * rng.normal(size=body.vertices.shape), body.faces)
+    radii = share * edge * (rng.choice([0.0, 0.5, 1.0], mesh.n_vertices) if each else 1.0)
+    limit = None if longest is None else longest * edge
+    out = sm.simplify(mesh, radii, longest=limit)
+    assert_kept(mesh, out, radii)
+    assert out.n_vertices <= mesh.n_vertices
+    if limit is not None:
+        assert lengths(out).max() <= max(limit, lengths(mesh).max()) * (1 + 1e-12)
+
+
+def test_a_box_keeps_its_corners_and_its_volume():
+    out = sm.simplify(box(12), 1e-9)
+    assert (out.n_vertices, out.n_faces) == (8, 12)
+    assert out.volume == pytest.approx(1)
+
+
+def test_a_longest_leaves_vertices_in_planes():
+    mesh = box(12)
+    out = sm.simplify(mesh, 1e-9, longest=0.3)
+    assert 100 < out.n_vertices < 0.5 * mesh.n_vertices
+    assert lengths(out).max() <= 0.3
+    assert out.area == pytest.approx(6)
+
+
+def test_noise_below_the_tolerance_goes():
+    rng = np.random.default_rng(0)
+    noisy = grid(40, 40, lambda x, y: np.clip(0.002 * rng.normal(size=x.shape), -0.005, 0.005))
+    out = sm.simplify(noisy, 0.01)
+    assert out.n_faces < 12
+    away = np.abs(out.vertices[:, 2])
+    assert away.max() <= 0.005
+
+
+def test_tolerances_of_single_vertices_hold_what_must_stay():
+    mesh = grid(30, 30, lambda x, y: 0.05 * np.sin(7 * x + 1) * np.cos(5 * y + 1))
+    radii = np.where(mesh.vertices[:, 0] < 0.5, 0.0, 0.05)
+    out = sm.simplify(mesh, radii)
+    left = (mesh.vertices[:, 0] < 0.5).sum()
+    assert (out.vertices[:, 0] < 0.5).sum() == left
+    assert (out.vertices[:, 0] >= 0.5).sum() < 0.1 * (mesh.n_vertices - left)
+
+
+def test_edges_come_to_lie_along_a_crease():
+    """A roof with vertices on its ridge, the edges between which are not there: they cross it."""
+    x, y = np.meshgrid([0.0, 1, 2], np.arange(5.0), indexing="ij")
+    place = np.arange(15).reshape(3, 5)
+    left, ridge, right = place
+    faces = []
+    for k in range(4):
+        faces += [[left[k], ridge[k], left[k + 1]], [right[k], right[k + 1], ridge[k + 1]]]
+        faces += [[left[k + 1], ridge[k], right[k]], [left[k + 1], right[k], ridge[k + 1]]]
+    roof = sm.TriangleMesh(np.stack([x.ravel(), y.ravel(), 1 - np.abs(x.ravel() - 1)], axis=1), faces)
+    out = sm.simplify(roof, 1e-9, longest=1.8)
+    ends = out.vertices[edges_of(out)[0]]
+    along = (ends[:, :, 0] == 1).all(axis=1)
+    assert not along.all()
+    assert np.abs(np.diff(ends[along][:, :, 1])).sum() == pytest.approx(4)
+
+
+def angle_sum(mesh):
+    """The sum of the angles between adjacent triangles."""
+    normals = np.cross(*(mesh.vertices[mesh.faces[:, k]] - mesh.vertices[mesh.faces[:, 0]] for k in (1, 2)))
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    sides = {}
+    for t, face in enumerate(mesh.faces.tolist()):
+        for j in range(3):
+            sides.setdefault(frozenset((face[j], face[j - 2])), []).append(t)
+    pairs = np.array([two for two in sides.values() if len(two) == 2])
+    return np.arccos(np.clip((normals[pairs[:, 0]] * normals[pairs[:, 1]]).sum(1), -1, 1)).sum()
+
+
+def flipped(mesh, one, two):
+    """The mesh with the edge of two triangles flipped, None where there is none or it is there already."""
+    a, b = mesh.faces[one], mesh.faces[two]
+    shared = [v for v in a if v in b]
+    if len(shared) != 2:
+        return None
+    c, d = next(v for v in a if v not in shared), next(v for v in b if v not in shared)
+    if {c, d} <= set().union(*[set(edge) for edge in edges_of(mesh)[0].tolist() if set(edge) == {c, d}]):
+        return None
+    k = a.tolist().index(c)
+    p, q = a[(k + 1) % 3], a[(k + 2) % 3]
+    faces = mesh.faces.copy()
+    faces[one], faces[two] = [c, p, d], [d, q, c]
+    return sm.TriangleMesh(mesh.vertices, faces)
+
+
+def test_no_flip_within_the_tolerance_lowers_the_angles_further():
+    """By a naive search over all pairs of triangles."""
+    mesh = grid(9, 9, lambda x, y: 0.2 * np.sin(4 * x + y) + 0.1 * (y > 0.5))
+    out = sm.simplify(mesh, 0.02)
+    before, tried = angle_sum(out), 0
+    for one in range(out.n_faces):
+        for two in range(one):
+            other = flipped(out, one, two)
+            if other is None:
+                continue
+            old = np.cross(*(out.vertices[out.faces[:, k]] - out.vertices[out.faces[:, 0]] for k in (1, 2)))[[one, two]]
+            new = np.cross(*(other.vertices[other.faces[:, k]] - other.vertices[other.faces[:, 0]] for k in (1, 2)))
+            if (new[[one, two]] @ old.sum(axis=0) <= 0).any() or angle_sum(other) > before - 1e-5:
+                continue
+            tried += 1
+            assert (surface_distance(mesh.vertices, other.vertices, other.faces) > 0.02).any()
+    assert out.n_faces < 0.8 * mesh.n_faces
+    assert tried < 0.2 * out.n_faces
+
+
+def test_sizes_and_places_do_not_matter():
+    mesh = BODIES["ring"]
+    one, other = sm.simplify(mesh, 0.02), sm.simplify(sm.TriangleMesh(1024 * mesh.vertices, mesh.faces), 0.02 * 1024)
+    assert_array_equal(one.faces, other.faces)
+    far = sm.simplify(sm.TriangleMesh(mesh.vertices + 1e6, mesh.faces), 0.02)
+    assert far.n_faces == pytest.approx(one.n_faces, rel=0.15)  # symmetric: rounding errors order it
+
+
+def test_data_unit_and_single_components_stay():
+    ball = BODIES["ball"]
+    vertices = np.concatenate([ball.vertices, ball.vertices * 0.5 + [5, 0, 0]])
+    both = sm.TriangleMesh(
+        vertices, np.concatenate([ball.faces, ball.faces + ball.n_vertices]), {"x": vertices[:, 0]}, "mm"
+    )
+    out = sm.simplify(both, 0.05)
+    assert out.unit == "mm"
+    assert_array_equal(out.data["x"], out.vertices[:, 0])
+    assert out.topology == both.topology
+
+
+def test_sheets_that_touch_in_a_vertex_still_do():
+    sheet = grid(8, 8)
+    other = sm.TriangleMesh(sheet.vertices * [-1, -1, 1], sheet.faces)  # touches at the origin
+    both = sm.TriangleMesh(
+        np.concatenate([sheet.vertices, other.vertices]),
+        np.concatenate([sheet.faces, other.faces + len(sheet.vertices)]),
+    ).welded(report=False)
+    out = sm.simplify(both, 1e-9)
+    assert out.topology == both.topology
+    assert out.n_faces == 4
+    assert out.n_vertices == 7
+
+
+def test_triangles_that_crossed_before_are_no_reason_to_stop():
+    ball = BODIES["ball"]
+    crossed = sm.TriangleMesh(
+        np.concatenate([ball.vertices, ball.vertices + np.array([1, 0.1, 0.2])]),
+        np.concatenate([ball.faces, ball.faces + ball.n_vertices]),
+    )
+    out = sm.simplify(crossed, 0.02)
+    assert out.n_faces < 0.5 * crossed.n_faces
+
+
+def test_scans_and_parts(data_folder):
+    for name, share, left in (("fandisk.off", 1e-3, 0.05), ("part_scan.ply", 2e-3, 0.3), ("fran_face.vtk", 2e-3, 0.4)):
+        mesh = sm.read(data_folder / name).welded(report=False)
+        radius = share * mesh.diagonal
+        out = sm.simplify(mesh, radius)
+        assert_kept(mesh, out, radius)
+        assert out.n_faces < left * mesh.n_faces
+
+
+BALL = BODIES["ball"]
+FIN = sm.TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [0, -1, 0.0]], [[0, 1, 2], [1, 0, 3], [0, 1, 4]])
+
+
+@pytest.mark.parametrize(
+    ("mesh", "tolerance", "more", "error", "sentence"),
+    [
+        (BALL, 0.0, {}, ValueError, "tolerance must be above 0"),
+        (BALL, -1.0, {}, ValueError, "tolerance must be above 0"),
+        (BALL, np.nan, {}, ValueError, "tolerance must be finite"),
+        (BALL, "much", {}, TypeError, "tolerance must be a number"),
+        (BALL, np.ones(3), {}, ValueError, "tolerance must have shape"),
+        (BALL, -np.ones(BALL.n_vertices), {}, ValueError, "tolerance must be at least 0 everywhere, not -1"),
+        (BALL, 0.1, {"longest": 0.0}, ValueError, "longest must be above 0"),
+        (FIN, 0.1, {}, sm.TopologyError, "at most two triangles may share an edge"),
+        (np.eye(4)[:, :3], 0.1, {}, TypeError, "surface must be a surface of triangles"),
+        (sm.TriangleMesh(np.zeros((4, 3)), [[0, 1, 2]]), 0.1, {}, ValueError, "three different positions"),
+    ],
+)
+def test_one_sentence_for_what_is_wrong(mesh, tolerance, more, error, sentence):
+    with pytest.raises(error, match=sentence):
+        sm.simplify(mesh, tolerance, **more)
+
+
+def test_tolerances_need_a_row_for_each_position():
+    twice = sm.TriangleMesh(BALL.vertices[BALL.faces.ravel()], np.arange(BALL.faces.size).reshape(-1, 3))
+    assert_allclose(sm.simplify(twice, 0.1).area, sm.simplify(BALL, 0.1).area, rtol=0.05)
+    with pytest.raises(ValueError, match="duplicate positions"):
+        sm.simplify(twice, np.ones(twice.n_vertices))
+
+
+def test_triangles_without_area_end():
+    at = np.linspace(0, 1, BALL.n_vertices)
+    line = sm.TriangleMesh(at[:, None] * [1.0, 2.0, 3.0], BALL.faces)
+    assert sm.simplify(line, 0.1).topology == line.topology
