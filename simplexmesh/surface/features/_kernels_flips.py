@@ -75,6 +75,8 @@ def flip_edges(tri, spheres, change, longest):
             if tri.corners[h] == REMOVED or g < h or is_cap(tri, h) or is_cap(tri, g):
                 continue
             a, b, c, d = tri.corners[h], tri.corners[g], tri.corners[previous(h)], tri.corners[previous(g)]
+            if tri.frozen[a] or tri.frozen[b] or tri.frozen[c] or tri.frozen[d]:
+                continue
             if squared_length(tri, c, d) > longest:
                 continue
             if is_adjacent(tri.corners, tri.mates, previous(h), d) or not _gain(tri, h) > LEAST_GAIN:

@@ -20,9 +20,6 @@ from simplexmesh.surface.features._kernels_tolerance import (
     unlist,
 )
 
-EVEN = 1e-3
-"""Weight of squared lengths against squared distances in costs: it spaces vertices evenly where the surface is flat."""
-
 
 @njit(cache=True, error_model="numpy")
 def _faces_along(tri, a, b, c, normal):
@@ -51,7 +48,7 @@ def _star_normal(tri, h):
 def _is_removable(tri, spheres, h, longest, seen, change):
     """Return whether the start of a half-edge may be drawn to its end, and fill the change."""
     g, v = tri.mates[h], tri.corners[following(h)]
-    if v >= tri.caps or not keeps_topology(tri.corners, tri.mates, h, seen):
+    if v >= tri.caps or tri.frozen[v]:
         return False
     normal, border = _star_normal(tri, h)
     if border and not (is_cap(tri, h) or is_cap(tri, g)):
@@ -60,6 +57,8 @@ def _is_removable(tri, spheres, h, longest, seen, change):
     k = tri.mates[previous(h)]
     while following(g) != k:
         q, r = tri.corners[following(k)], tri.corners[previous(k)]
+        if tri.frozen[q] or tri.frozen[r]:
+            return False
         if not is_cap(tri, k):
             if squared_length(tri, v, q) > longest or squared_length(tri, v, r) > longest:
                 return False
@@ -73,7 +72,8 @@ def _is_removable(tri, spheres, h, longest, seen, change):
         change.triangles[i] = k // 3
         change.size[0] += 1
         k = tri.mates[previous(k)]
-    touched = claims(tri, spheres, h // 3, change) and claims(tri, spheres, g // 3, change)
+    touched = keeps_topology(tri.corners, tri.mates, h, seen)
+    touched = touched and claims(tri, spheres, h // 3, change) and claims(tri, spheres, g // 3, change)
     for i in range(change.size[0]):
         touched = touched and claims(tri, spheres, change.triangles[i], change)
     return touched
@@ -81,7 +81,7 @@ def _is_removable(tri, spheres, h, longest, seen, change):
 
 @njit(cache=True, error_model="numpy")
 def _remove(tri, spheres, h, change, edges):
-    """Draw the start of a half-edge to its end, as the change says; return a half-edge that starts there."""
+    """Draw the start of a half-edge to its end, as the change says, and update a half-edge of each vertex there."""
     g, v = tri.mates[h], tri.corners[following(h)]
     chain = unlist(spheres, g // 3, unlist(spheres, h // 3, -1))
     for i in range(change.size[0]):
@@ -93,22 +93,14 @@ def _remove(tri, spheres, h, change, edges):
         k = tri.mates[previous(k)]
         if k == h:
             break
-    start = -1
     for side in (h, g):
         one, other = tri.mates[following(side)], tri.mates[previous(side)]
         tri.mates[one], tri.mates[other] = other, one
-        for each in (one, other):
-            if tri.corners[each] == v:
-                start = each
-    for side in (h, g):
         for j in range(3):
             tri.corners[3 * (side // 3) + j] = REMOVED
-    k = start
-    while True:
-        edges[v], edges[tri.corners[following(k)]] = k, following(k)
-        k = tri.mates[previous(k)]
-        if k == start:
-            return start
+    for i in range(change.size[0]):
+        for k in range(3 * change.triangles[i], 3 * change.triangles[i] + 3):
+            edges[tri.corners[k]] = k
 
 
 @njit(cache=True, error_model="numpy")
@@ -157,20 +149,25 @@ def _add_plane(quadric, n, off, weight):
 
 @njit(cache=True, error_model="numpy")
 def _cost(tri, quadrics, u, v):
-    """Return the mean squared distance of vertex v from the planes around u, and a share of its squared distance."""
+    """Return the mean squared distance of vertex v from the planes around u."""
     q, (x, y, z) = quadrics[u], row(tri.vertices, v)
     error = q[0] * x * x + q[1] * y * y + q[2] * z * z + 2.0 * (q[3] * x * y + q[4] * x * z + q[5] * y * z)
     error += 2.0 * (q[6] * x + q[7] * y + q[8] * z) + q[9]
-    return max(error, 0.0) / max(q[10], 1e-300) + EVEN * squared_length(tri, u, v)
+    return max(error, 0.0) / max(q[10], 1e-300)
 
 
 @njit(cache=True, error_model="numpy")
 def _candidates(tri, quadrics, first, found, costs):
-    """List the half-edges that start where `first` does, the cheapest to shrink first; return their number."""
+    """List the half-edges that start where `first` does, the cheapest to shrink first; return their number.
+
+    None starts at a vertex that may not go: one that is frozen, or has more neighbors than there is room for.
+    """
     u, count, k = tri.corners[first], 0, first
     while True:
         v = tri.corners[following(k)]
-        if v < tri.caps and count < len(found):
+        if tri.frozen[u] or count == len(found):
+            return 0
+        if v < tri.caps:
             cost, place = _cost(tri, quadrics, u, v), count
             while place > 0 and costs[place - 1] > cost:
                 costs[place], found[place] = costs[place - 1], found[place - 1]
@@ -202,24 +199,13 @@ def remove_vertices(tri, spheres, quadrics, edges, change, longest):
             h = found[i]
             if _is_removable(tri, spheres, h, longest, seen, change):
                 v = tri.corners[following(h)]
-                start = _remove(tri, spheres, h, change, edges)
+                _remove(tri, spheres, h, change, edges)
                 for j in range(quadrics.shape[1]):
                     quadrics[v, j] += quadrics[u, j]
                 removed += 1
-                _queue_around(tri, quadrics, start, heap, edges, found, costs)
+                for k in change.corners[: change.size[0]].flat:
+                    if k < tri.caps:
+                        count = _candidates(tri, quadrics, edges[k], found, costs)
+                        put(heap, k, costs[0] if count else np.inf)
                 break
     return removed
-
-
-@njit(cache=True, error_model="numpy")
-def _queue_around(tri, quadrics, first, heap, edges, found, costs):
-    """Queue a vertex, at which a half-edge starts, and its neighbors by their costs."""
-    k = first
-    while True:
-        for w in (tri.corners[k], tri.corners[following(k)]):
-            if w < tri.caps and (w != tri.corners[first] or k == first):
-                count = _candidates(tri, quadrics, edges[w], found, costs)
-                put(heap, w, costs[0] if count else np.inf)
-        k = tri.mates[previous(k)]
-        if k == first:
-            return

@@ -23,7 +23,7 @@ Indices = NDArray[np.int64]
 
 REMOVED = -1
 
-MIN_COSINE = 0.0
+MIN_COSINE = 0.2
 """Of the angle between a new triangle and the mean of those it replaces: noise turns them by more than a feature."""
 
 
@@ -33,6 +33,7 @@ class Triangulation(NamedTuple):
     vertices: Array  # (v, 3)
     corners: Indices  # (3t,)
     mates: Indices  # (3t,)
+    frozen: NDArray[np.bool_]  # (v,) vertices whose triangles stay as they are
     caps: int
 
 

@@ -19,12 +19,13 @@ from simplexmesh.surface.features._kernels_tolerance import Change, Spheres, Tri
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
+Mask = NDArray[np.bool_]
 
 FEW_REMOVED = 0.05
 """Of the vertices that are left: fewer in a round are not worth another."""
 
 MOST_REPLACED = 64
-"""Triangles that one change may make: a vertex of more is not removed."""
+"""Triangles that one change may make: a vertex of more stays."""
 
 
 def simplify(surface: Any, tolerance: float | ArrayLike, *, longest: float | None = None) -> TriangleMesh:
@@ -32,17 +33,18 @@ def simplify(surface: Any, tolerance: float | ArrayLike, *, longest: float | Non
 
     Every given vertex stays within its tolerance of the result, and one on a border within it of the border. Vertices
     are removed, each by drawing it to a neighbor, then edges are flipped where that lowers the sum of the angles
-    between triangles, so that edges lie along creases. Components, borders and genus stay, and no triangles cross that
-    did not before.
+    between triangles, so that edges lie along creases. Components, borders and genus stay, and if triangles of the
+    result cross, they are given ones.
 
     Parameters
     ----------
     surface : TriangleMesh, SimplexMesh, PyVista or trimesh object, pair of arrays, or path
-        The surface; duplicate positions are merged.
+        The surface; a simplex mesh is triangulated, duplicate positions are merged.
     tolerance : float or (n,) array of float
-        The largest distance of each vertex from the result, in its unit of length: the noise of a scan, say. It
-        binds one way only: where the given surface has no vertex, the result may be farther from it. `decimate` binds
-        both ways, for simplex meshes, and its vertices are new ones.
+        The largest distance of each vertex, of the triangles, from the result, in its unit of length: four standard
+        deviations of a scan's noise, say. It binds one way only: where the given surface has no vertex, the result may
+        be farther from it. One wider than a wall is thick lets the wall collapse. `decimate` binds both ways, for
+        simplex meshes, and its vertices are new ones.
     longest : float, optional
         No edge becomes longer than this, so that vertices remain in planes and along cylinders. Default: no limit.
 
@@ -62,7 +64,7 @@ def simplify(surface: Any, tolerance: float | ArrayLike, *, longest: float | Non
     Warns
     -----
     SimplexMeshWarning
-        For triangles that were flipped or dropped.
+        For given triangles that are turned to agree with the others, or dropped.
 
     References
     ----------
@@ -82,13 +84,18 @@ def simplify(surface: Any, tolerance: float | ArrayLike, *, longest: float | Non
     """
     given = as_triangles(surface, "surface")
     mesh = given.welded(report=False).oriented(outward=False)
+    checks.size("surface", mesh.bounds)
     radii = _radii(tolerance, given.n_vertices, merged=mesh.n_vertices < given.n_vertices)[: mesh.n_vertices]
-    limit = np.inf if longest is None else checks.number("longest", longest, 0.0, open_low=True) ** 2
+    limit = np.inf if longest is None else checks.number("longest", longest, 0.0, open_low=True)
     faces, mates, _ = manifold.matched(mesh.faces)
     fans = vertex_fans(faces, mates).astype(np.int64)
     vertex = np.zeros(int(fans.max()) + 1, np.int64)
     vertex[fans] = faces
-    left = vertex[_simplified(mesh.vertices[vertex], fans, mates, radii[vertex], limit)]
+    local = mesh.vertices - mesh.vertices.mean(axis=0)
+    unit = 2.0 ** np.round(np.log2(np.abs(local).max()))  # squares of areas neither overflow nor vanish
+    wide, far = np.minimum(radii[vertex] / unit, 8.0), min(limit / unit, 8.0)
+    pinched = np.bincount(vertex)[vertex] > 1  # each fan would be changed without regard to the others
+    left = vertex[_simplified(local[vertex] / unit, fans, mates, wide, far**2, pinched)]
     used, index = np.unique(left, return_inverse=True)
     return TriangleMesh(mesh.vertices[used], index.reshape(-1, 3), taken(mesh.data, used), mesh.unit)
 
@@ -99,39 +106,38 @@ def _radii(tolerance: float | ArrayLike, n: int, *, merged: bool) -> Array:
         return np.full(n, checks.number("tolerance", tolerance, 0.0, open_low=True))
     radii = checks.array("tolerance", tolerance, (n,))
     if merged:
-        raise ValueError("tolerance must be one number for a surface with duplicate positions; or give mesh.welded()")
+        raise ValueError("tolerance must be one number where vertices are duplicate or unused: see TriangleMesh.welded")
     if not radii.min() >= 0:
         raise ValueError(f"tolerance must be at least 0 everywhere, not {radii.min():g}")
     return radii
 
 
-def _simplified(vertices: Array, fans: Indices, mates: Indices, radii: Array, longest: float) -> Indices:
-    """Return the triangles (t, 3) that are left, without tolerance where they would cross; `longest` is squared.
+def _simplified(local: Array, fans: Indices, mates: Indices, radii: Array, longest: float, frozen: Mask) -> Indices:
+    """Return the triangles (t, 3) that are left; `longest` is squared.
 
-    `fans` (t, 3) are the triangles given, with a vertex for each fan of triangles around one. Where they themselves
-    cross, the result may.
+    `fans` (t, 3) are the triangles given, with a vertex for each fan of triangles around one. Where the result would
+    cross itself, it is found again with the triangles around the corners there frozen, and a quarter of the tolerance
+    of the vertices below, until only given triangles cross.
     """
-    local, radii = vertices - vertices.mean(axis=0), radii.copy()
-    free = np.ones(len(vertices), bool)
-    free[fans[crossing_triangles(local, fans)]] = False
+    frozen, radii = frozen.copy(), radii.copy()
     while True:
-        tri, spheres = _watched(local, fans, mates, radii)
+        tri, spheres = _watched(local, fans, mates, radii, frozen)
         _change(tri, spheres, longest)
         triangles = tri.corners.reshape(-1, 3)
         there = np.flatnonzero((triangles[:, 2] >= 0) & (triangles[:, 2] < tri.caps))
-        crossing = np.zeros(len(triangles), bool)
-        crossing[there[crossing_triangles(local, triangles[there])]] = True
-        spoiled = free & (radii > 0) & crossing[_kernels_tolerance.holders(spheres)[: tri.caps]]
-        if not spoiled.any():
+        crossing = there[crossing_triangles(local, triangles[there])]
+        if frozen[triangles[crossing]].all():
             return triangles[there]
-        radii[spoiled] = 0.0
+        frozen[triangles[crossing]] = True
+        radii[np.isin(_kernels_tolerance.holders(spheres)[: tri.caps], crossing)] /= 4
 
 
-def _watched(local: Array, fans: Indices, mates: Indices, radii: Array) -> tuple[Triangulation, Spheres]:
+def _watched(local: Array, fans: Indices, mates: Indices, radii: Array, frozen: Mask) -> tuple[Triangulation, Spheres]:
     """Return the triangulation with its borders closed, and the spheres of its vertices."""
     n = len(local)
     corners, mates, caps = _kernels_tolerance.capped(fans.ravel(), mates.ravel().astype(np.int64), n)
-    tri = Triangulation(np.concatenate([local, np.zeros((caps, 3))]), corners, mates, n)
+    vertices = np.concatenate([local, np.zeros((caps, 3))])
+    tri = Triangulation(vertices, corners, mates, np.append(frozen, np.zeros(caps, bool)), n)
     border = np.zeros((len(corners) - fans.size) // 3)
     centers = np.concatenate([local, np.zeros((len(border), 3))])
     lists = np.full((2, len(centers)), -1)
