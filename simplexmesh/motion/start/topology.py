@@ -118,13 +118,13 @@ def _components_containing(grown: Mask, solid: Mask) -> Mask:
 
 
 def thickened(solid: Mask, places: NDArray[np.int64], rings: int) -> Mask:
-    """Return a solid without cavities dilated by two layers of cells within `rings` cells of given places (n, 3).
+    """Return a solid without cavities dilated by one layer of cells within `rings` cells of given places (n, 3).
 
     Pinholes and narrow clefts close, wider hollows stay open.
     """
     near = np.zeros(solid.shape, bool)
     near[tuple(np.clip(places, 0, np.array(solid.shape) - 1).T)] = True
-    out = solid | (_layered(near, rings) & _layered(solid, 2))
+    out = solid | (_layered(near, rings) & _layered(solid))
     for axis in range(3):
         side = np.moveaxis(out, axis, 0)
         side[0] = side[-1] = False

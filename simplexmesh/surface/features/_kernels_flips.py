@@ -45,12 +45,8 @@ def _gain(tri, h):
     g = tri.mates[h]
     bc, ca, ad, db = following(h), previous(h), following(g), previous(g)
     a, b, c, d = tri.corners[h], tri.corners[bc], tri.corners[ca], tri.corners[db]
-    one, two, first, second = (
-        normal_of(tri, a, b, c),
-        normal_of(tri, b, a, d),
-        normal_of(tri, a, d, c),
-        normal_of(tri, d, b, c),
-    )
+    one, two = normal_of(tri, a, b, c), normal_of(tri, b, a, d)
+    first, second = normal_of(tri, a, d, c), normal_of(tri, d, b, c)
     mean = plus(one, two, 1.0)
     if not (cosine(first, mean) > MIN_COSINE and cosine(second, mean) > MIN_COSINE):
         return -1.0
@@ -63,13 +59,12 @@ def _gain(tri, h):
 
 @njit(cache=True, error_model="numpy")
 def flip_edges(tri, spheres, change, longest):
-    """Flip edges in place, in sweeps until none is left to flip; return how many flips.
+    """Flip edges in place, in sweeps until none is left to flip.
 
     An edge is flipped if that has a `_gain`, all spheres touch the surface still, and the new edge is not too long.
     """
-    flips = 0
     for _ in range(MOST_SWEEPS):
-        before = flips
+        flips = 0
         for h in range(len(tri.mates)):
             g = tri.mates[h]
             if tri.corners[h] == REMOVED or g < h or is_cap(tri, h) or is_cap(tri, g):
@@ -91,6 +86,5 @@ def flip_edges(tri, spheres, change, longest):
                 hand_over(spheres, unlist(spheres, u, unlist(spheres, t, -1)))
                 flip(tri.corners, tri.mates, h)
                 flips += 1
-        if flips == before:
+        if not flips:
             break
-    return flips

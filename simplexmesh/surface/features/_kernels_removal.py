@@ -22,12 +22,6 @@ from simplexmesh.surface.features._kernels_tolerance import (
 
 
 @njit(cache=True, error_model="numpy")
-def _faces_along(tri, a, b, c, normal):
-    """Return whether a triangle with these corners faces along a normal."""
-    return cosine(normal_of(tri, a, b, c), normal) > MIN_COSINE
-
-
-@njit(cache=True, error_model="numpy")
 def _star_normal(tri, h):
     """Return the vector area of the triangles around the start of a half-edge, and whether it is on a border."""
     x = y = z = 0.0
@@ -62,11 +56,9 @@ def _is_removable(tri, spheres, h, longest, seen, change):
         if not is_cap(tri, k):
             if squared_length(tri, v, q) > longest or squared_length(tri, v, r) > longest:
                 return False
-            if not _faces_along(tri, v, q, r, normal):
+            if not cosine(normal_of(tri, v, q, r), normal) > MIN_COSINE:
                 return False
         i, start = change.size[0], 3 * (k // 3)
-        if i == len(change.triangles):
-            return False
         for j in range(3):
             change.corners[i, j] = v if start + j == k else tri.corners[start + j]
         change.triangles[i] = k // 3
@@ -187,7 +179,7 @@ def remove_vertices(tri, spheres, quadrics, edges, change, longest):
     least of those where it may; one that may not go is tried again when a neighbor of it has gone.
     """
     heap, seen = new_heap(tri.caps), np.full(len(tri.vertices), -1)
-    found, costs = np.zeros(64, np.int64), np.zeros(64)
+    found, costs = np.zeros(len(change.triangles), np.int64), np.zeros(len(change.triangles))
     for v in range(tri.caps):
         if edges[v] >= 0 and _candidates(tri, quadrics, edges[v], found, costs):
             put(heap, v, costs[0])

@@ -109,7 +109,7 @@ def test_a_box_keeps_its_corners_and_its_volume():
     assert out.volume == pytest.approx(1)
 
 
-def test_a_longest_leaves_vertices_in_planes():
+def test_a_longest_edge_leaves_vertices_in_planes():
     mesh = box(12)
     out = sm.simplify(mesh, 1e-9, longest=0.3)
     assert 100 < out.n_vertices < 0.5 * mesh.n_vertices
@@ -265,10 +265,11 @@ def test_triangles_of_a_noisy_ball_do_not_turn_over():
 
 
 def test_triangles_around_frozen_vertices_stay():
-    mesh = grid(20, 20)
+    rng = np.random.default_rng(0)
+    mesh = grid(20, 20, lambda x, y: 0.02 * rng.normal(size=x.shape))  # rough: many edges would be flipped
     faces = mesh.faces.astype(np.int64)
-    frozen = np.random.default_rng(0).random(mesh.n_vertices) < 0.02
-    left = _simplified(mesh.vertices, faces, half_edge_mates(faces), np.full(mesh.n_vertices, 0.01), np.inf, frozen)
+    frozen = rng.random(mesh.n_vertices) < 0.02
+    left = _simplified(mesh.vertices, faces, half_edge_mates(faces), np.full(mesh.n_vertices, 0.05), np.inf, frozen)
     kept = {frozenset(face) for face in left.tolist()}
     assert frozen.any()
     assert {frozenset(face) for face in faces[frozen[faces].any(axis=1)].tolist()} <= kept
