@@ -1,4 +1,4 @@
-"""Flips of the edges of a triangulation under tolerances, until its triangles bend against each other least."""
+"""Flips of the edges of a triangulation under tolerances, until triangles bend least, or have the smallest angles."""
 # mypy: allow-untyped-defs
 
 from __future__ import annotations
@@ -7,7 +7,7 @@ import math
 
 from simplexmesh._base._kernels_njit import njit
 from simplexmesh.mesh.triangles._kernels_half_edges import cosine, flip, following, is_adjacent, previous
-from simplexmesh.numerics._kernels_vectors import plus
+from simplexmesh.numerics._kernels_vectors import difference, plus
 from simplexmesh.surface.features._kernels_tolerance import (
     MIN_COSINE,
     REMOVED,
@@ -21,6 +21,9 @@ from simplexmesh.surface.features._kernels_tolerance import (
 
 LEAST_GAIN = 1e-6
 """In radians: flips of less could go on for ever, as rounding errors decide."""
+
+FLAT = 0.985
+"""Cosine between triangles of one smooth part: ten degrees."""
 
 MOST_SWEEPS = 100
 """A tenth is enough for surfaces; triangles without area have normals of rounding errors, and would never end."""
@@ -58,10 +61,33 @@ def _gain(tri, h):
 
 
 @njit(cache=True, error_model="numpy")
-def flip_edges(tri, spheres, change, longest):
+def _widest(tri, a, b, c):
+    """Return the largest angle of a triangle."""
+    out = 0.0
+    for at, one, two in ((a, b, c), (b, c, a), (c, a, b)):
+        to, back = difference(tri.vertices, one, at), difference(tri.vertices, two, at)
+        out = max(out, math.acos(min(1.0, max(-1.0, cosine(to, back)))))
+    return out
+
+
+@njit(cache=True, error_model="numpy")
+def _evening(tri, h):
+    """Return by how much a flip lowers the largest angle of two triangles; negative across or making a sharp edge."""
+    g = tri.mates[h]
+    a, b, c, d = tri.corners[h], tri.corners[g], tri.corners[previous(h)], tri.corners[previous(g)]
+    one, two = normal_of(tri, a, b, c), normal_of(tri, b, a, d)
+    first, second = normal_of(tri, a, d, c), normal_of(tri, d, b, c)
+    if min(cosine(one, two), cosine(first, second), cosine(one, first), cosine(one, second)) < FLAT:
+        return -1.0
+    return max(_widest(tri, a, b, c), _widest(tri, b, a, d)) - max(_widest(tri, a, d, c), _widest(tri, d, b, c))
+
+
+@njit(cache=True, error_model="numpy")
+def flip_edges(tri, spheres, change, longest, even):
     """Flip edges in place, in sweeps until none is left to flip.
 
-    An edge is flipped if that has a `_gain`, all spheres touch the surface still, and the new edge is not too long.
+    An edge is flipped if that has a `_gain`, or an `_evening` if wanted, all spheres touch the surface still, and the
+    new edge is not too long.
     """
     for _ in range(MOST_SWEEPS):
         flips = 0
@@ -74,7 +100,9 @@ def flip_edges(tri, spheres, change, longest):
                 continue
             if squared_length(tri, c, d) > longest:
                 continue
-            if is_adjacent(tri.corners, tri.mates, previous(h), d) or not _gain(tri, h) > LEAST_GAIN:
+            if is_adjacent(tri.corners, tri.mates, previous(h), d):
+                continue
+            if not (_evening(tri, h) if even else _gain(tri, h)) > LEAST_GAIN:
                 continue
             t, u = h // 3, g // 3
             change.size[0] = 2

@@ -33,7 +33,8 @@ def simplify(surface: Any, tolerance: float | ArrayLike, *, longest: float | Non
 
     Every given vertex stays within its tolerance of the result, and one on a border within it of the border. Vertices
     are removed, each by drawing it to a neighbor, then edges are flipped where that lowers the sum of the angles
-    between triangles, so that edges lie along creases. Components, borders and genus stay, and if triangles of the
+    between triangles, so that edges lie along creases, and where both triangles are of one smooth part that lowers
+    the largest of their angles. Components, borders and genus stay, and if triangles of the
     result cross, they are given ones.
 
     Parameters
@@ -69,7 +70,7 @@ def simplify(surface: Any, tolerance: float | ArrayLike, *, longest: float | Non
     References
     ----------
     P. Veron, S. Lesage and J.-C. Leon, *Outils de base pour l'extraction de caracteristiques de surfaces numerisees*,
-    1998, sections 2 and 3: the tolerances and the flips. M. Garland and P. Heckbert, *Surface simplification using
+    1998, sections 2 and 3: the tolerances and flips. M. Garland and P. Heckbert, *Surface simplification using
     quadric error metrics*, SIGGRAPH 1997, 209-216: the order of removal.
 
     Examples
@@ -158,5 +159,6 @@ def _change(tri: Triangulation, spheres: Spheres, longest: float) -> None:
         alive = np.flatnonzero(tri.corners >= 0)
         edges[tri.corners[alive]] = alive
         removed = _kernels_removal.remove_vertices(tri, spheres, quadrics, edges, change, longest)
-        _kernels_flips.flip_edges(tri, spheres, change, longest)
+        _kernels_flips.flip_edges(tri, spheres, change, longest, False)  # noqa: FBT003
         left -= removed
+    _kernels_flips.flip_edges(tri, spheres, change, longest, True)  # noqa: FBT003
