@@ -40,6 +40,17 @@ VIEWS = {  # the single views that are recognized, in the same way
     "spot": ((0.8, 0.35, -1.0), (0.0, 1.0, 0.0)),
     "mannequin": ((0.8, -1.0, 0.3), (0.0, 0.0, 1.0)),
 }
+PARTS = {  # parts and scans whose sharp edges and zones are shown, likewise
+    "fandisk.off": ((0.7, -1.0, 0.6), (0.0, 0.0, 1.0)),
+    "anchor.off": ((0.7, -1.0, 0.75), (0.0, 0.0, 1.0)),
+    "coupling.off": ((0.7, -1.0, 0.8), (0.0, 0.0, 1.0)),
+    "featuretype.stl": ((0.7, -1.0, 0.75), (0.0, 0.0, 1.0)),
+    "fixed_top.ply": ((0.7, -1.0, 0.75), (0.0, 0.0, 1.0)),
+    "tray_bottom.stl": ((0.5, -0.8, 1.0), (0.0, 0.0, 1.0)),
+    "abc8.stl": ((0.7, -1.0, 0.75), (0.0, 0.0, 1.0)),
+    "part_scan.ply": ((0.3, 0.3, -1.0), (0.0, 1.0, 0.0)),
+    "rabbit_scan.vtk": ((-0.3, 0.2, -1.0), (0.0, 1.0, 0.0)),
+}
 NEAR = np.cos(np.radians(35))  # the scanner is within this angle of the camera, so that its points are visible
 NOISE = 0.003  # of the views, as a share of the diagonal
 MODEL, SCAN = "#a9bac6", "#c2502e"
@@ -64,6 +75,25 @@ def adaptive():
         name = "mean curvature H" + " " * column  # panels with the same name would share one scale
         sm.plot.heat(mesh, sm.curvature(mesh).mean, name=name, title=title, plotter=plotter)
     return [sm.plot.looked_at(plotter, "xy")]
+
+
+def features():
+    """Sharp edges and zones of parts, and of two scans by depth cameras, with default parameters."""
+    rows = []
+    for place, (file, (toward, up)) in enumerate(PARTS.items()):
+        column = place % 3
+        if column == 0:
+            rows.append(sm.plot.stage(columns=3, size=(1800, 560)))
+        mesh = sm.read_triangles(DATA / file)
+        T = picture_axes(toward, up)
+        middle = mesh.transformed(T).bounds.mean(axis=0)
+        T[:3, 3] = -middle
+        mesh = mesh.transformed(T).scaled(1 / mesh.diagonal)
+        zones = sm.zones(mesh)
+        title = f"{Path(file).stem}: {len(zones)} zone{'s' if len(zones) > 1 else ''}"
+        rows[-1].subplot(0, column)
+        sm.plot.features(mesh, None, zones, title=title, plotter=rows[-1])
+    return [sm.plot.looked_at(row, "xy") for row in rows]
 
 
 def occlusion():
@@ -257,6 +287,7 @@ PICTURES = {  # name: what draws it, row by row, and its width in pixels
     "adaptive": (adaptive, 1800),
     "colors": (colors, 1200),
     "compare": (compared, 1200),
+    "features": (features, 1500),
     "frog": (demo("frog"), 1200),
     "landscape": (demo("recognition", "show_landscape"), 1080),
     "measure": (lambda: [page("measure")["picture"]], 800),

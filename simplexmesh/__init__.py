@@ -74,7 +74,11 @@ _HOME = {
     "surface.quality": ["aspect_ratios"],
     "surface.curvature.estimate": ["curvature"],
     "surface.curvature.result": ["Curvature"],
+    "surface.features.aligned": ["aligned"],
+    "surface.features.feature_lines": ["feature_lines"],
+    "surface.features.lines.network": ["FeatureLine", "FeatureNetwork"],
     "surface.features.simplify": ["simplify"],
+    "surface.features.zones": ["Zones", "zones"],
     "surface.saliency.saliency": ["saliency"],
     "surface.saliency.salient_points": ["salient_points", "SalientPoints"],
     "surface.saliency.hk_classes": ["hk_classes", "HKClasses"],
@@ -173,7 +177,13 @@ if TYPE_CHECKING:  # the same list once more, for type checkers and editors; a t
     from simplexmesh.recognition.scans.register_all import register_all as register_all
     from simplexmesh.surface.curvature.estimate import curvature as curvature
     from simplexmesh.surface.curvature.result import Curvature as Curvature
+    from simplexmesh.surface.features.aligned import aligned as aligned
+    from simplexmesh.surface.features.feature_lines import feature_lines as feature_lines
+    from simplexmesh.surface.features.lines.network import FeatureLine as FeatureLine
+    from simplexmesh.surface.features.lines.network import FeatureNetwork as FeatureNetwork
     from simplexmesh.surface.features.simplify import simplify as simplify
+    from simplexmesh.surface.features.zones import Zones as Zones
+    from simplexmesh.surface.features.zones import zones as zones
     from simplexmesh.surface.landmarks.circle import Circle as Circle
     from simplexmesh.surface.landmarks.circle import fit_circle as fit_circle
     from simplexmesh.surface.landmarks.circle import rim_circle as rim_circle

@@ -136,6 +136,16 @@ def test_a_scan_becomes_few_triangles_within_its_noise(ran):
     assert out["clean"].topology == out["scan"].topology
 
 
+def test_a_scan_is_divided_along_its_edges(ran):
+    _, out = ran("features")
+    found, true = out["lengths"]
+    assert found == pytest.approx(true, rel=0.03)
+    zones = out["zones"]
+    large = zones.areas > 0.01 * zones.areas.sum()
+    assert sorted(np.array(zones.kinds)[large]) == ["cylinder"] * 2 + ["plane"] * 8 + ["sphere"]
+    assert len(zones) <= large.sum() + 1
+
+
 def test_a_tenth_of_the_vertices_is_close_to_marching_cubes(ran):
     _, out = ran("decimated")
     full, tenth, few = out["models"].values()

@@ -1,4 +1,4 @@
-"""The command line: `simplexmesh demo | reconstruct | decimate | register | curvature | library | info | view`.
+"""The command line: `simplexmesh demo | reconstruct | decimate | register | curvature | features | library | ...`.
 
 Heavy modules are imported when a command runs, so that `--help` is immediate.
 """

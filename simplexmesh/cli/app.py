@@ -13,7 +13,7 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 
 from simplexmesh._base.errors import DivergedError
-from simplexmesh.cli import curvature, decimate, demo, info, library, reconstruct, register, view, warm_up
+from simplexmesh.cli import curvature, decimate, demo, features, info, library, reconstruct, register, view, warm_up
 from simplexmesh.cli.report import INTERRUPTED, KEPT, NOTES, as_json, error, note
 
 BAD_INPUT = 2
@@ -22,6 +22,8 @@ SUGGESTIONS = {
     "normals": "curvature",
     "fit": "reconstruct",
     "simplify": "decimate",
+    "edges": "features",
+    "zones": "features",
     "align": "register",
     "match": "register",
     "show": "view",
@@ -80,6 +82,7 @@ app.command("reconstruct", cls=_Command, epilog=reconstruct.EXAMPLE)(reconstruct
 app.command("decimate", cls=_Command, epilog=decimate.EXAMPLE)(decimate.command)
 app.command("register", cls=_Command, epilog=register.EXAMPLE)(register.command)
 app.command("curvature", cls=_Command, epilog=curvature.EXAMPLE)(curvature.command)
+app.command("features", cls=_Command, epilog=features.EXAMPLE)(features.command)
 _library = typer.Typer(
     cls=_Group,
     help="Keep models in a library and find which of them a scan shows: add, list, remove, recognize.",

@@ -12,11 +12,13 @@ import typer
 
 from simplexmesh._base.interrupts import deferred_interrupts
 from simplexmesh.cli.curvature_report import described, per_unit, print_table
-from simplexmesh.cli.options import Json, Unit, View
 from simplexmesh.cli.report import (
     KEPT,
     NOTES,
     PICTURES,
+    Json,
+    Unit,
+    View,
     as_json,
     direction,
     note,

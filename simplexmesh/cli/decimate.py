@@ -9,10 +9,11 @@ from typing import Annotated, Any
 import typer
 
 from simplexmesh._base.interrupts import deferred_interrupts
-from simplexmesh.cli.options import Json, Model
 from simplexmesh.cli.report import (
     MODELS,
     NOTES,
+    Json,
+    Model,
     as_json,
     mesh_numbers,
     mesh_rows,

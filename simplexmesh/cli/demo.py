@@ -8,8 +8,7 @@ from typing import Annotated
 
 import typer
 
-from simplexmesh.cli.options import Json
-from simplexmesh.cli.report import KEPT, as_json, note, progress, table
+from simplexmesh.cli.report import KEPT, Json, as_json, note, progress, table
 
 EXAMPLE = "Example: simplexmesh demo -o demo_output"
 

@@ -9,8 +9,21 @@ from typing import Annotated, Any
 import typer
 
 from simplexmesh._base.interrupts import deferred_interrupts
-from simplexmesh.cli.options import Inside, Json, Label, Level
-from simplexmesh.cli.report import KEPT, NOTES, PICTURES, as_json, note, progress, table, writable, written_to
+from simplexmesh.cli.report import (
+    KEPT,
+    NOTES,
+    PICTURES,
+    Inside,
+    Json,
+    Label,
+    Level,
+    as_json,
+    note,
+    progress,
+    table,
+    writable,
+    written_to,
+)
 
 EXAMPLE = "Example: simplexmesh library recognize models.sml scan.ply"
 ADD_EXAMPLE = "Example: simplexmesh library add models.sml cow.obj elephant.off"

@@ -11,12 +11,16 @@ import typer
 
 from simplexmesh._base.interrupts import deferred_interrupts
 from simplexmesh._base.progress import Report
-from simplexmesh.cli.options import Inside, Json, Label, Level, Model
 from simplexmesh.cli.report import (
     KEPT,
     MODELS,
     NOTES,
     PICTURES,
+    Inside,
+    Json,
+    Label,
+    Level,
+    Model,
     as_json,
     direction,
     mesh_numbers,

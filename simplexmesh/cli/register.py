@@ -10,8 +10,21 @@ import typer
 
 from simplexmesh._base.drafts import draft
 from simplexmesh._base.interrupts import deferred_interrupts
-from simplexmesh.cli.options import Inside, Json, Label, Level
-from simplexmesh.cli.report import NOTES, PICTURES, as_json, json_text, note, progress, table, writable, written_to
+from simplexmesh.cli.report import (
+    NOTES,
+    PICTURES,
+    Inside,
+    Json,
+    Label,
+    Level,
+    as_json,
+    json_text,
+    note,
+    progress,
+    table,
+    writable,
+    written_to,
+)
 
 EXAMPLE = "Example: simplexmesh register bun045.ply bun000.ply -o pose.json --picture before_after.png"
 

@@ -1,4 +1,4 @@
-"""Output of the commands: tables and JSON on standard output; notes, errors and progress on standard error."""
+"""What commands share: options; tables and JSON on standard output; notes, errors and progress on standard error."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import typer
 
@@ -20,6 +20,16 @@ KEPT = "interrupted, with the results so far kept"  # return value of such a com
 UPS = ("auto", "x", "y", "z", "-x", "-y", "-z")
 NOTES: list[str] = []  # the notes printed so far, for JSON
 VIEWS = ("iso", "xy", "xz", "yz", "yx", "zx", "zy", "-xy", "-xz", "-yz", "-yx", "-zx", "-zy")
+
+Level = Annotated[float | None, typer.Option(help="Isovalue of an intensity volume.")]
+Label = Annotated[int | None, typer.Option(help="Region of a label map.")]
+Inside = Annotated[str, typer.Option(help="Whether the object is above or below the level.")]
+Model = Annotated[
+    Path, typer.Option("--output", "-o", help="Model to write: .vtp (keeps everything), .ply, .obj, .off, .stl.")
+]
+View = Annotated[str, typer.Option("--view", help="Direction of view: iso, xy, -xy, xz, yx, ...")]
+Unit = Annotated[str, typer.Option(help="Unit of length, for the color scale and the report.")]
+Json = Annotated[bool, typer.Option("--json", help="Print the report as JSON.")]
 
 
 def mesh_numbers(mesh: Any) -> dict[str, Any]:

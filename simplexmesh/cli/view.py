@@ -8,8 +8,20 @@ from typing import Annotated, Any
 import typer
 
 from simplexmesh._base.interrupts import deferred_interrupts
-from simplexmesh.cli.options import Inside, Label, Level, Unit, View
-from simplexmesh.cli.report import PICTURES, direction, note, unused, upward, writable, written_to
+from simplexmesh.cli.report import (
+    PICTURES,
+    Inside,
+    Label,
+    Level,
+    Unit,
+    View,
+    direction,
+    note,
+    unused,
+    upward,
+    writable,
+    written_to,
+)
 
 EXAMPLE = "Example: simplexmesh view head.vtp --scalars mean_curvature"
 

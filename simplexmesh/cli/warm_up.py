@@ -69,6 +69,7 @@ def examples() -> dict[str, Callable[[], Any]]:
         "normals": lambda: (sm.vertex_normals(triangles), sm.vertex_normals(ball.vertices)),
         "saliency": lambda: (sm.saliency(triangles), sm.hk_classes(triangles)),
         "simplify": lambda: sm.simplify(triangles, 0.05),
+        "features": lambda: sm.zones(sm.clipped(triangles, (0, 0, 0), (0, 0, 1), cap=True), tolerance=0.5).kinds,
         "deviation": lambda: sm.deviation(triangles, sm.sphere(16).triangulated("dual")),
         "signatures": lambda: sm.match(sm.sai(egg), sm.sai(egg)),
         "register": lambda: sm.register(egg[egg[:, 0] > -1], egg),

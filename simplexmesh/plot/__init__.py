@@ -12,6 +12,7 @@ Examples
 from simplexmesh.plot.camera import looked_at
 from simplexmesh.plot.classes import classes
 from simplexmesh.plot.curvature import curvature
+from simplexmesh.plot.features import features
 from simplexmesh.plot.heat import heat
 from simplexmesh.plot.landscape import landscape
 from simplexmesh.plot.overlay import overlay
@@ -24,6 +25,7 @@ __all__ = [
     "beside",
     "classes",
     "curvature",
+    "features",
     "has_display",
     "heat",
     "landscape",

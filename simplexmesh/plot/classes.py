@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.plot.camera import looked_at, upright
-from simplexmesh.plot.legend import PALETTE, legend_of_classes
+from simplexmesh.plot.color_scale import PALETTE, legend_of_classes
 from simplexmesh.plot.polydata import as_surface, colored, points_of, vertex_cells
 from simplexmesh.plot.stage import COLORS_LIT, add, headline, stage
 

@@ -11,7 +11,7 @@ from simplexmesh.data.points import PointCloud
 from simplexmesh.data.volume import Volume
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.plot.camera import looked_at, upright
-from simplexmesh.plot.legend import PALETTE, entry
+from simplexmesh.plot.color_scale import PALETTE, entry
 from simplexmesh.plot.polydata import as_drawable, oriented_like
 from simplexmesh.plot.stage import stage
 from simplexmesh.plot.surface import check_choice, surface

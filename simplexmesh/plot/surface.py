@@ -17,11 +17,14 @@ from simplexmesh.data.volume import Volume
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.plot.camera import looked_at, upright
 from simplexmesh.plot.color_scale import scale, titled
+from simplexmesh.plot.features import features
 from simplexmesh.plot.heat import heat
 from simplexmesh.plot.overlay import COLORS
 from simplexmesh.plot.polydata import as_drawable, colored, geometry, painted_with
 from simplexmesh.plot.scalars import scalars_of
 from simplexmesh.plot.stage import COLORS_LIT, INK, SURFACE_LIT, add, grid, headline, quiet, stage
+from simplexmesh.surface.features.lines.network import FeatureNetwork
+from simplexmesh.surface.features.zones import Zones
 
 CLAY = "#c9d3dc"
 DATA = "#d9c3a5"
@@ -138,7 +141,9 @@ def surface(
 
 
 def thumbnail(*shown: Any, values: ArrayLike | None = None) -> bytes:
-    """Return a small picture of surfaces, drawn off screen, one colored by values if given, as bytes of a PNG file.
+    """Return a small picture of surfaces, or of zones or sharp edges, drawn off screen, as bytes of a PNG file.
+
+    One surface is colored by `values` if given.
 
     Examples
     --------
@@ -151,12 +156,15 @@ def thumbnail(*shown: Any, values: ArrayLike | None = None) -> bytes:
     if values is not None:
         heat(shown[0], values, plotter=plotter)
         plotter.remove_scalar_bar()  # its letters would be too small to read
+    elif isinstance(shown[0], FeatureNetwork | Zones):
+        network, zones = (shown[0], None) if isinstance(shown[0], FeatureNetwork) else (None, shown[0])
+        features(shown[0].mesh, network, zones, plotter=plotter)
     elif len(shown) == 1:
         surface(shown[0], plotter=plotter)
     else:
         for one, color in zip(shown, COLORS, strict=True):
             add(plotter, geometry(one)[0], SURFACE_LIT, color=color)
-    looked_at(plotter, None, up=upright(shown[-1], "auto"))
+    looked_at(plotter, None, up=upright(as_drawable(shown[-1]), "auto"))
     out = BytesIO()
     with quiet():
         plotter.screenshot(out)

@@ -38,7 +38,8 @@ class Polyline:
     closed: bool
 
     def __repr__(self) -> str:
-        return f"Polyline({len(self.points)} points, {'closed' if self.closed else 'open'}, length {self.length:.6g})"
+        ends = "closed" if self.closed else "open"
+        return f"{type(self).__name__}({len(self.points)} points, {ends}, length {self.length:.6g})"
 
     @property
     def length(self) -> float:

@@ -130,6 +130,13 @@ def to_pyvista(value: Any) -> Any:
     return out
 
 
+def polylines(points: Array, cells: NDArray[Any]) -> Any:
+    """Return a `pyvista.PolyData` of lines, each the number of its points (at least two) and their indices."""
+    import pyvista
+
+    return pyvista.PolyData(points, lines=cells) if len(cells) else pyvista.PolyData()
+
+
 def _content(value: Any) -> _Polygons:
     if hasattr(value, "connectivity"):
         topology = value.connectivity

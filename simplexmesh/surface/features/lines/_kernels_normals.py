@@ -1,0 +1,60 @@
+"""Averages of normals over patches of triangles. Arrays in, arrays filled; no checks."""
+# mypy: allow-untyped-defs
+
+from __future__ import annotations
+
+import math
+
+from numba import prange
+
+from simplexmesh._base._kernels_njit import njit
+
+
+@njit(cache=True, error_model="numpy", parallel=True)
+def fill_means(offsets, members, areas, normals, means, spreads):
+    """Fill the mean normal of each patch, and how much its normals differ: 0 if they agree, at most 1."""
+    for t in prange(len(means)):
+        x = y = z = total = 0.0
+        for k in range(offsets[t], offsets[t + 1]):
+            u = members[k]
+            x, y, z = x + areas[u] * normals[u, 0], y + areas[u] * normals[u, 1], z + areas[u] * normals[u, 2]
+            total += areas[u]
+        length = max(math.sqrt(x * x + y * y + z * z), 1e-300)
+        means[t, 0], means[t, 1], means[t, 2] = x / length, y / length, z / length
+        spreads[t] = 1.0 - length / total if total > 0 else 1.0
+
+
+@njit(cache=True, error_model="numpy")
+def _guide(patch, spreads, least_gain):
+    """Return the triangle of a patch whose own patch is the most consistent; the first unless that gains enough."""
+    best = patch[0]
+    for u in patch:
+        if spreads[u] < spreads[best]:
+            best = u
+    return best if spreads[best] <= least_gain * spreads[patch[0]] else patch[0]
+
+
+@njit(cache=True, error_model="numpy", parallel=True)
+def fill_guides(offsets, members, means, spreads, least_gain, guides):
+    """Fill the mean normal of the most consistent patch that holds each triangle, its own unless that is far better."""
+    for t in prange(len(guides)):
+        best = _guide(members[offsets[t] : offsets[t + 1]], spreads, least_gain)
+        for axis in range(3):
+            guides[t, axis] = means[best, axis]
+
+
+@njit(cache=True, error_model="numpy", parallel=True)
+def fill_averages(offsets, members, weights, guides, normals, width, out):
+    """Fill the average of the normals in each patch, weighted, and by how near their guides are to its own."""
+    falling = -0.5 / (width * width)
+    for t in prange(len(out)):
+        x = y = z = 0.0
+        for k in range(offsets[t], offsets[t + 1]):
+            u, square = members[k], 0.0
+            for axis in range(3):
+                square += (guides[t, axis] - guides[u, axis]) ** 2
+            weight = weights[k] * math.exp(falling * square)
+            x, y, z = x + weight * normals[u, 0], y + weight * normals[u, 1], z + weight * normals[u, 2]
+        length = math.sqrt(x * x + y * y + z * z)
+        for axis, value in enumerate((x, y, z)):
+            out[t, axis] = value / length if length > 0 else guides[t, axis]

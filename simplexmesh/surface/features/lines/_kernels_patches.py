@@ -1,0 +1,67 @@
+"""Patches of triangles: those that share a vertex with one, and those connected to it within a radius."""
+# mypy: allow-untyped-defs
+
+from __future__ import annotations
+
+import numpy as np
+
+from simplexmesh._base._kernels_njit import njit
+
+
+@njit(cache=True)
+def _around_vertices(faces, n_vertices):
+    """Return CSR (offsets, triangles) of the triangles at each vertex."""
+    offsets = np.zeros(n_vertices + 1, np.int64)
+    for t in range(len(faces)):
+        for j in range(3):
+            offsets[faces[t, j] + 1] += 1
+    for v in range(n_vertices):
+        offsets[v + 1] += offsets[v]
+    filled, found = offsets[:-1].copy(), np.empty(3 * len(faces), np.int64)
+    for t in range(len(faces)):
+        for j in range(3):
+            v = faces[t, j]
+            found[filled[v]] = t
+            filled[v] += 1
+    return offsets, found
+
+
+@njit(cache=True)
+def _apart(centers, t, u):
+    """Return the squared distance of two centers."""
+    square = 0.0
+    for axis in range(3):
+        square += (centers[t, axis] - centers[u, axis]) ** 2
+    return square
+
+
+@njit(cache=True)
+def patches(faces, n_vertices, centers, radius, at):
+    """Return CSR (offsets, members) for triangles `at`: themselves, those that share a vertex, and those connected.
+
+    Connected are those that share a vertex with one whose center is within the radius of the first's, and are so too.
+    """
+    starts, around = _around_vertices(faces, n_vertices)
+    offsets, stamp = np.zeros(len(at) + 1, np.int64), np.full(len(faces), -1, np.int64)
+    members, place = np.empty(16 * len(at) + 64, np.int64), 0
+    for i in range(len(at)):
+        t = at[i]
+        if place == len(members):
+            members = np.concatenate((members, np.empty_like(members)))
+        members[place], stamp[t], place, k = t, i, place + 1, place
+        while k < place:
+            u = members[k]
+            k += 1
+            if u != t and (radius == 0.0 or _apart(centers, t, u) > radius * radius):
+                continue
+            for j in range(3):
+                for m in range(starts[faces[u, j]], starts[faces[u, j] + 1]):
+                    other = around[m]
+                    if stamp[other] == i or (u != t and _apart(centers, t, other) > radius * radius):
+                        continue
+                    if place == len(members):
+                        members = np.concatenate((members, np.empty_like(members)))
+                    members[place], stamp[other] = other, i
+                    place += 1
+        offsets[i + 1] = place
+    return offsets, members[:place].copy()

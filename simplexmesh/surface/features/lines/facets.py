@@ -1,0 +1,86 @@
+"""Triangles with what is measured of each one, as kernels take them."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplexmesh._base.vectors import cross, dot, norm
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+
+class Facets(NamedTuple):
+    """Triangles, matched across their edges."""
+
+    vertices: Array
+    """(n, 3), about the origin."""
+
+    faces: Indices
+    """(t, 3)."""
+
+    mates: Indices
+    """(3t,): the half-edge opposite to `3 t + j`, from corner j to corner j + 1; -1 on a border."""
+
+    areas: Array
+    """(t,)."""
+
+    normals: Array
+    """(t, 3): unit normals, 0 of triangles without area."""
+
+    centers: Array
+    """(t, 3)."""
+
+    scales: Array
+    """(t,): the edge of equilateral triangles as large as those around a triangle in the mean."""
+
+
+def measured(vertices: Array, faces: Indices, mates: Indices, scales: Array) -> Facets:
+    """Return the facets of triangles, but for their scales, which are given."""
+    corners = vertices[faces]
+    vectors = cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    doubled = norm(vectors)
+    normals = vectors / np.where(doubled > 0, doubled, 1.0)[:, None]
+    return Facets(vertices, faces, mates, doubled / 2, normals, corners.mean(axis=1), scales)
+
+
+def vertex_noise(facets: Facets) -> float:
+    """Return the standard deviation of the positions of vertices that a surface itself shows, along its normals.
+
+    The four corners at an inner edge, projected along the normal, have one affine relation. Where the surface is flat,
+    the heights in that relation, with coefficients of unit length, have the deviation of a single vertex. The seventh
+    of the edges that bends least tells it: creases and curvature bend the others more, and meshes of planes have none.
+    """
+    inner = np.flatnonzero(facets.mates > np.arange(facets.faces.size))
+    other = facets.mates[inner]
+    corners = facets.faces.ravel()
+    a, b = corners[inner], corners[_after(inner)]
+    c, d = corners[_after(_after(inner))], corners[_after(_after(other))]
+    quads = facets.vertices[np.stack([a, b, c, d], axis=1)]
+    quads = quads - quads[:, :1]
+    normal = cross(quads[:, 1], quads[:, 2]) - cross(quads[:, 1], quads[:, 3])
+    normal /= np.maximum(norm(normal), 1e-300)[:, None]
+    area = [dot(cross(quads[:, j] - quads[:, i], quads[:, k] - quads[:, i]), normal) for i, j, k in TRIPLES]
+    relation = np.stack(area, axis=1) * [1, -1, 1, -1]
+    heights = dot(quads, normal[:, None])
+    off = np.abs((relation * heights).sum(axis=1)) / np.maximum(norm(relation), 1e-300)
+    noise = float(np.quantile(off, FEW)) / DEVIATION if len(off) else 0.0
+    return noise if noise < LARGEST * float(np.sqrt(facets.areas.mean())) else 0.0
+
+
+LARGEST = 0.5
+"""Of the root of a triangle's area: what is more is the shape of a mesh of few triangles."""
+
+TRIPLES = ((1, 2, 3), (0, 2, 3), (0, 1, 3), (0, 1, 2))
+"""The corners left where one of four is taken away."""
+
+FEW, DEVIATION = 0.15, 0.18912
+"""A share, and the value below which so many absolute values of a standard normal distribution are."""
+
+
+def _after(half: Indices) -> Indices:
+    """Return the half-edges that follow others around their triangles."""
+    return half - half % 3 + (half + 1) % 3

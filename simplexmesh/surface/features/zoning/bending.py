@@ -1,0 +1,58 @@
+"""How much the surface bends inside its zones."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplexmesh._base.vectors import dot
+from simplexmesh.surface.features.lines._kernels_patches import patches
+from simplexmesh.surface.features.lines.creases import Creases
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+NEAR = 0.02
+"""Weight of triangles that touch a sharp edge: they may straddle it."""
+
+NARROW, WIDE = 3.0, 10.0
+"""Radius of the windows in edges of the mesh, and least in roots of noise times edge."""
+
+
+def bending(found: Creases, labels: Indices) -> Array:
+    """Return the root (t,) of the sum of the squared principal curvatures at triangles, per length.
+
+    The normals of the triangles around, in a window but in the same zone, never beyond a sharp edge (Veron et al. 1998,
+    section 3), are fitted by a linear function along the surface; this is the norm of its matrix.
+    """
+    facets, n = found.edges.facets, len(labels)
+    scale = float(facets.scales.mean())
+    radius = max(NARROW * scale, WIDE * float(np.sqrt(found.noise * scale)))
+    offsets, members = patches(facets.faces, len(facets.vertices), facets.centers, radius, np.arange(n))
+    owner = np.repeat(np.arange(n), np.diff(offsets))
+    inside = labels[members] == labels[owner]
+    owner, members = owner[inside], members[inside]
+    weights, apart = found.areas_beside(NEAR)[members], facets.centers[members] - facets.centers[owner]
+    along = [dot(apart, axis[owner]) for axis in _tangents(found.normals)]
+    turned = [dot(facets.normals[members], axis[owner]) for axis in _tangents(found.normals)]
+
+    def mean(values: Array) -> Array:
+        return np.bincount(owner, weights * values, n) / np.maximum(np.bincount(owner, weights, n), 1e-300)
+
+    middles, normals = [mean(x) for x in along], [mean(x) for x in turned]
+    A = np.empty((n, 2, 2))
+    b = np.empty((n, 2, 2))
+    for i in range(2):
+        for j in range(2):
+            A[:, i, j] = mean(along[i] * along[j]) - middles[i] * middles[j] + (i == j) * (0.1 * scale) ** 2
+            b[:, i, j] = mean(along[i] * turned[j]) - middles[i] * normals[j]
+    out: Array = np.sqrt((np.linalg.solve(A, b) ** 2).sum(axis=(1, 2)))
+    return out
+
+
+def _tangents(normals: Array) -> tuple[Array, Array]:
+    """Return two unit vectors (t, 3) perpendicular to normals and to each other."""
+    least = np.eye(3)[np.abs(normals).argmin(axis=1)]
+    one = np.cross(normals, least)
+    one /= np.maximum(np.linalg.norm(one, axis=1), 1e-300)[:, None]
+    return one, np.cross(normals, one)

@@ -1,0 +1,76 @@
+"""Edits of zones, as labels of triangles."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import connected_components
+
+from simplexmesh.surface.features.lines.edges import Edges
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+Mask = NDArray[np.bool_]
+
+MOST_SWEEPS = 100
+"""Of smoothing; each shortens the boundaries, and few are needed."""
+
+
+def by_size(labels: Indices, areas: Array) -> Indices:
+    """Return labels numbered from the largest zone on."""
+    _, labels = np.unique(labels, return_inverse=True)
+    rank = np.argsort(np.argsort(-np.bincount(labels.ravel(), areas), kind="stable"))
+    return np.asarray(rank[labels.ravel()], np.int64)
+
+
+def in_pieces(labels: Indices, edges: Edges) -> Indices:
+    """Return labels with unconnected parts of zones told apart."""
+    one, two = edges.sides[labels[edges.sides[:, 0]] == labels[edges.sides[:, 1]]].T
+    links = csr_matrix((np.ones(len(one), bool), (one, two)), (len(labels), len(labels)))
+    return np.asarray(connected_components(links, directed=False)[1], np.int64)
+
+
+def dissolved(labels: Indices, gone: Mask, edges: Edges, closed: Mask) -> Indices:
+    """Return labels with the triangles of some zones (z,) given to their neighbors, ring by ring.
+
+    A triangle goes to the neighbor with which it shares the longest side; across closed sides only what cannot be
+    reached across open ones.
+    """
+    labels, free = labels.copy(), gone[labels]
+    one, two = edges.sides.T
+    into = np.concatenate([np.stack([one, two], axis=1), np.stack([two, one], axis=1)])
+    lengths, open_ones = np.tile(edges.lengths, 2), np.tile(~closed, 2)
+    while free.any():
+        usable = free[into[:, 0]] & ~free[into[:, 1]]
+        usable = usable & open_ones if (usable & open_ones).any() else usable
+        if not usable.any():
+            break
+        taken = into[usable][np.argsort(lengths[usable], kind="stable")]
+        labels[taken[:, 0]] = labels[taken[:, 1]]
+        free[taken[:, 0]] = False
+    return labels
+
+
+def smoothed(labels: Indices, edges: Edges, closed: Mask) -> Indices:
+    """Return labels with single triangles exchanged where that shortens the open boundaries between zones."""
+    labels = labels.copy()
+    mates, length = edges.facets.mates, np.zeros(len(edges.facets.mates))
+    barred = edges.halved(closed)
+    length[edges.halves] = length[mates[edges.halves]] = edges.lengths
+    for _ in range(MOST_SWEEPS):
+        changed = 0
+        border = np.unique(edges.sides[(labels[edges.sides[:, 0]] != labels[edges.sides[:, 1]]) & ~closed])
+        for t in border.tolist():
+            shared: dict[int, float] = {}
+            for h in range(3 * t, 3 * t + 3):
+                if mates[h] >= 0 and not barred[h]:
+                    zone = int(labels[mates[h] // 3])
+                    shared[zone] = shared.get(zone, 0.0) + float(length[h])
+            own = shared.get(int(labels[t]), 0.0)
+            best = max(shared, key=shared.__getitem__)
+            if shared[best] > own * (1 + 1e-9):
+                labels[t], changed = best, changed + 1
+        if not changed:
+            break
+    return labels

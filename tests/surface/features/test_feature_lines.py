@@ -1,0 +1,217 @@
+"""Lines of surfaces known in closed form, whatever their pose, and what is refused."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import pyvista as pv
+from numpy.testing import assert_allclose
+from scipy.spatial.transform import Rotation
+
+import simplexmesh as sm
+from simplexmesh.data.conversion import as_triangles
+from tests.surface.features.sheets import folded, mean_edge, shaken, sheet
+
+
+def prism(sides, edge=0.2):
+    """A regular prism of radius 1 and height 2."""
+    return sm.divided(pv.Cylinder(resolution=sides, radius=1, height=2).triangulate().clean(), edge)
+
+
+CUBE = sm.divided(pv.Cube().triangulate().clean(), 0.15)
+CAN = sm.divided(pv.Cylinder(resolution=48, radius=1, height=2).triangulate().clean(), 0.2)
+BALL = sm.sphere(16).triangulated("dual")
+FADING = folded(lambda x: np.clip(40 - 80 / 3 * x, 0, None))
+"""A fold of 40 degrees that fades to 0 where x is 1.5."""
+
+
+class TestClosedForms:
+    @pytest.mark.parametrize("sides", [3, 5, 6, 8])
+    def test_prism(self, sides):
+        network = sm.feature_lines(prism(sides))
+        side = 2 * np.sin(np.pi / sides)
+        expected = [2.0] * sides + [side] * 2 * sides
+        assert_allclose([line.length for line in network.lines], expected, rtol=1e-6)
+        assert len(network.nodes) == 2 * sides
+        assert not any(line.closed for line in network.lines)
+        for line in network.lines:
+            turned = 2 * np.pi / sides if line.length > 1.9 else np.pi / 2
+            assert_allclose(line.angle[1:-1], turned, rtol=1e-6)
+
+    @pytest.mark.parametrize(
+        ("name", "lines", "nodes", "angle"),
+        [
+            ("tetrahedron", 6, 4, np.arccos(-1 / 3)),
+            ("octahedron", 12, 6, np.arccos(1 / 3)),
+            ("dodecahedron", 30, 20, np.arctan(2)),
+            ("icosahedron", 30, 12, np.arccos(np.sqrt(5) / 3)),
+        ],
+    )
+    def test_platonic_solid(self, name, lines, nodes, angle):
+        body = sm.divided(pv.PlatonicSolid(name).triangulate().clean(), 0.15)
+        network = sm.feature_lines(body)
+        assert (len(network.lines), len(network.nodes)) == (lines, nodes)
+        for line in network.lines:
+            assert_allclose(line.angle, angle, rtol=1e-5)
+            assert line.length == pytest.approx(np.linalg.norm(line.points[-1] - line.points[0]), rel=1e-6)
+
+    @pytest.mark.parametrize("bend", [8, 20, 40, 90])
+    def test_fold(self, bend):
+        (line,) = sm.feature_lines(folded(bend), angle=np.radians(5)).lines
+        assert line.length == pytest.approx(2, rel=1e-6)
+        assert_allclose(line.points[:, 1:], 0, atol=1e-6)
+        assert_allclose(np.degrees(line.angle), bend, rtol=1e-6)
+
+    @pytest.mark.parametrize("body", [CAN, pv.Cylinder(resolution=60, radius=1, height=2).triangulate().clean()])
+    def test_can(self, body):
+        network = sm.feature_lines(body)
+        assert [line.closed for line in network.lines] == [True, True]
+        assert len(network.nodes) == 0
+        for line in network.lines:
+            assert line.length == pytest.approx(2 * np.pi, rel=2e-3)
+            assert_allclose(line.angle, np.pi / 2, atol=0.01)
+            assert line.kind == "C0"
+
+    @pytest.mark.parametrize("sides", [1, 3, 4, 6])
+    def test_the_twelve_triangles_of_a_box_or_as_few_of_a_prism(self, sides):
+        body = pv.Box((0, 1, 0, 2, 0, 3)) if sides == 1 else pv.Cylinder(resolution=sides, radius=1, height=2)
+        network = sm.feature_lines(body.triangulate().clean())
+        sides = 4 if sides == 1 else sides
+        assert (len(network.lines), len(network.nodes)) == (3 * sides, 2 * sides)
+
+    def test_angles_at_nodes_are_those_of_the_line(self):
+        upright = [line for line in sm.feature_lines(prism(3)).lines if line.length > 1.9]
+        assert_allclose([line.angle[[0, -1]] for line in upright], 2 * np.pi / 3, rtol=1e-6)
+
+
+class TestNothingSharp:
+    @pytest.mark.parametrize("noise", [0.0, 0.05, 0.1, 0.2])
+    @pytest.mark.parametrize(
+        "body",
+        [
+            BALL,
+            as_triangles(pv.ParametricTorus(crosssectionradius=0.4, u_res=120, v_res=80).triangulate(), "torus"),
+            sm.TriangleMesh(BALL.vertices * [1, 1, 1.5], BALL.faces),
+            sheet(lambda x, y: 0.2 * np.sin(2 * x) * np.cos(2 * y)),
+        ],
+        ids=["sphere", "torus", "ellipsoid", "waves"],
+    )
+    def test_smooth_surfaces(self, body, noise):
+        network = sm.feature_lines(shaken(body, noise))
+        assert network.lines == ()
+        assert network.nodes.shape == (0, 3)
+        assert len(network.without()) == 0
+
+    @pytest.mark.parametrize("resolution", [24, 40])
+    def test_a_capsule_whose_ends_go_on_smoothly(self, resolution):
+        capsule = pv.Capsule(radius=0.5, cylinder_length=1.5, resolution=resolution).triangulate().clean()
+        assert sm.feature_lines(capsule).lines == ()
+
+    def test_a_border_is_no_crease(self):
+        assert sm.feature_lines(sheet(lambda x, y: 0 * x)).lines == ()
+        keep = (CUBE.vertices[CUBE.faces][:, :, 2] < 0.4999).any(axis=1)
+        network = sm.feature_lines(sm.TriangleMesh(CUBE.vertices, CUBE.faces[keep]))
+        assert sum(line.length for line in network.lines) == pytest.approx(8, rel=1e-6)
+        assert len(network.lines) == 8
+
+
+class TestNoise:
+    @pytest.mark.parametrize(("bend", "noise"), [(20, 0.05), (40, 0.1), (90, 0.2)])
+    def test_a_fold_is_found(self, bend, noise):
+        for seed in range(3):
+            network = sm.feature_lines(shaken(folded(bend), noise, seed))
+            assert sum(line.length for line in network.lines) == pytest.approx(2, rel=0.15)
+            angle = np.concatenate([line.angle for line in network.lines])
+            assert np.degrees(np.median(angle)) == pytest.approx(bend, rel=0.2)
+
+    @pytest.mark.parametrize("noise", [0.05, 0.1, 0.2])
+    def test_is_estimated(self, noise):
+        for seed, body in enumerate([folded(40), CAN, CUBE, BALL]):
+            known = noise * mean_edge(body)
+            assert sm.feature_lines(shaken(body, noise, seed)).noise == pytest.approx(known, rel=0.25)
+
+    @pytest.mark.parametrize("noise", [0.05, 0.1])
+    def test_is_not_taken_for_creases_at_any_angle(self, noise):
+        for seed in range(4):
+            for angle in np.radians([2, 4]):
+                assert sm.feature_lines(shaken(BALL, noise, seed), angle=angle).lines == ()
+
+    def test_without_noise_none_is_estimated(self):
+        assert sm.feature_lines(CUBE).noise < 1e-12
+
+
+class TestInvariance:
+    @pytest.mark.parametrize("seed", range(4))
+    @pytest.mark.parametrize(("body", "noise"), [(CUBE, 0.0), (CAN, 0.1), (folded(40), 0.05), (prism(5), 0.1)])
+    def test_to_poses_units_and_the_order_of_vertices_and_triangles(self, body, noise, seed):
+        rng, mesh = np.random.default_rng(seed), shaken(body, noise)
+        turn, unit, move = Rotation.random(random_state=rng), (1e-6, 1e6, 25.4, 1.0)[seed], rng.normal(size=3)
+        order, rows = rng.permutation(mesh.n_vertices), rng.permutation(mesh.n_faces)
+        faces = np.roll(np.argsort(order)[mesh.faces[rows]], seed, axis=1)
+        given = sm.TriangleMesh(unit * (turn.apply(mesh.vertices[order]) + move), faces)
+        one, two = sm.feature_lines(mesh), sm.feature_lines(given)
+        assert len(one.lines) == len(two.lines)
+        assert_allclose([line.length * unit for line in one.lines], [line.length for line in two.lines], rtol=0.02)
+        assert two.noise == pytest.approx(one.noise * unit, rel=1e-6, abs=1e-12 * unit)
+        mean = [np.median(np.concatenate([line.angle for line in net.lines])) for net in (one, two)]
+        assert mean[1] == pytest.approx(mean[0], rel=0.02)
+
+    def test_components_have_the_lines_that_each_one_has(self):
+        other = sm.TriangleMesh(CAN.vertices + np.array([5, 0, 0]), CAN.faces)
+        both = sm.feature_lines(pv.merge([CUBE.to_pyvista(), other.to_pyvista()], merge_points=False))
+        assert sum(line.closed for line in both.lines) == 2
+        assert len(both.lines) == 14
+
+
+class TestAngle:
+    @pytest.mark.parametrize(("angle", "lines"), [(None, 36), (0.4, 36), (0.65, 2), (1.4, 2), (1.7, 0)])
+    def test_leaves_lines_of_less(self, angle, lines):
+        """Twelve sides meet at 30 degrees, and the bases at 90."""
+        assert len(sm.feature_lines(prism(12), angle=angle)) == lines
+
+    @pytest.mark.parametrize("noise", [0.0, 0.05])
+    def test_lines_end_where_a_crease_fades(self, noise):
+        (line,) = sm.feature_lines(shaken(FADING, noise)).lines
+        start, end = np.sort(line.points[[0, -1], 0])
+        assert start == pytest.approx(0, abs=0.03)
+        assert 0.6 < end < 1.35  # between 24 and 4 degrees
+        assert np.abs(line.points[:, 1]).max() < 0.1
+
+    @pytest.mark.parametrize("angle", [0, np.pi, 45, -0.1, 4.0])
+    def test_must_be_of_radians(self, angle):
+        with pytest.raises(ValueError, match="radians"):
+            sm.feature_lines(CUBE, angle=angle)
+        with pytest.raises(ValueError, match="radians"):
+            sm.feature_lines(FADING).prolonged(0, angle=angle)
+
+    @pytest.mark.parametrize(("angle", "error"), [(np.nan, ValueError), ("0.5", TypeError), ([0.5], TypeError)])
+    def test_must_be_a_number(self, angle, error):
+        with pytest.raises(error, match="angle"):
+            sm.feature_lines(CUBE, angle=angle)
+
+
+class TestGivenTriangles:
+    def test_an_edge_of_three_is_refused_and_named(self):
+        wing = np.concatenate([CUBE.faces, [[*CUBE.faces[0, :2], CUBE.n_vertices]]])
+        with pytest.raises(sm.TopologyError) as caught:
+            sm.feature_lines((np.concatenate([CUBE.vertices, [[3, 3, 3]]]), wing))
+        named = CUBE.faces[0, :2].tolist()
+        assert all(str(vertex) in str(caught.value) for vertex in named)
+
+    def test_without_area_do_not_matter(self):
+        faces, middle = CUBE.faces.tolist(), []
+        for t in (5, 150, 400, 700):
+            a, b, c = faces[t]
+            middle.append((CUBE.vertices[a] + CUBE.vertices[b]) / 2)
+            m = CUBE.n_vertices + len(middle) - 1
+            faces[t] = [a, m, c]
+            faces += [[m, b, c], [a, b, m]]
+        network = sm.feature_lines((np.concatenate([CUBE.vertices, middle]), np.array(faces)))
+        assert len(network.lines) == 12
+        assert sum(line.length for line in network.lines) == pytest.approx(12, rel=1e-3)
+
+    def test_may_come_with_vertices_of_their_own(self):
+        soup = CUBE.vertices[CUBE.faces].reshape(-1, 3), np.arange(3 * CUBE.n_faces).reshape(-1, 3)
+        network = sm.feature_lines(soup)
+        assert len(network.lines) == 12
+        assert network.mesh.n_vertices == CUBE.n_vertices

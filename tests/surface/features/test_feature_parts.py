@@ -1,0 +1,102 @@
+"""Lines and zones of parts with exactly known creases, in four tessellations, with noise."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+
+import simplexmesh as sm
+from tests.surface.features.parts import noisy, reference, tessellated
+from tests.surface.features.reference import Reference
+from tests.surface.features.scoring import crease_score, networks, paths, rand_index, samples
+from tests.surface.features.solids import Solid, pose, profile
+
+SEEDS = {"block": 0, "plate": 1, "crossing": 1, "dome": 2, "bracket": 0}
+FACES = 7000
+
+
+@cache
+def part(name, kind):
+    body = reference(name, SEEDS[name])
+    return tessellated(body, kind, body.edge(FACES) / (4 if kind == "sliver" else 1), SEEDS[name])
+
+
+@cache
+def found(name, kind, noise):
+    """A part with noise and its network."""
+    given = noisy(part(name, kind), noise, SEEDS[name]) if noise else part(name, kind)
+    return given, sm.feature_lines(given.mesh)
+
+
+@cache
+def score(name, kind, noise):
+    given, network = found(name, kind, noise)
+    return crease_score(paths(network), given)
+
+
+def mean(attribute, kind, noise):
+    return np.nanmean([getattr(score(name, kind, noise), attribute) for name in SEEDS])
+
+
+@pytest.mark.parametrize(
+    ("noise", "precision", "recall"), [(0.0, 0.97, 0.97), (0.05, 0.97, 0.95), (0.1, 0.95, 0.92), (0.2, 0.9, 0.82)]
+)
+@pytest.mark.parametrize("kind", ["aligned", "irregular", "scan"])
+class TestWithNoise:
+    def test_lines_are_creases_and_creases_are_found(self, kind, noise, precision, recall):
+        assert mean("precision", kind, noise) > precision
+        assert mean("recall", kind, noise) > recall
+        assert 0.75 < mean("excess", kind, noise) < 1.1
+
+    def test_zones_are_the_patches(self, kind, noise, precision, recall):
+        agree = []
+        for name in SEEDS:
+            given, network = found(name, kind, noise)
+            agree.append(rand_index(sm.zones(given.mesh, network).labels, given.patches))
+        assert np.mean(agree) > recall - 0.15
+
+
+@pytest.mark.parametrize("kind", ["aligned", "irregular", "sliver", "scan"])
+class TestWithout:
+    @pytest.mark.parametrize("name", SEEDS)
+    def test_every_line_closes_or_ends_at_others(self, kind, name):
+        assert score(name, kind, 0.0).loose == 0
+
+    def test_there_are_as_many_networks_as_of_creases(self, kind):
+        true = [networks(list(np.concatenate([of.creases, of.soft])), 1e-9) for of in (part(n, kind) for n in SEEDS)]
+        assert sum(abs(score(n, kind, 0.0).pieces - pieces) for n, (pieces, _) in zip(SEEDS, true, strict=True)) <= 3
+
+    def test_creases_of_20_degrees_are_found(self, kind):
+        assert score("block", kind, 0.0).soft_recall > 0.9
+
+
+@pytest.mark.parametrize("name", SEEDS)
+def test_points_of_lines_lie_nearer_the_creases_than_vertices_do(name):
+    given, network = found(name, "scan", 0.0)
+    tree = cKDTree(samples(np.concatenate([given.creases, given.soft]), 0.01 * given.edge)[0])
+    points, vertices = (
+        np.concatenate(each)
+        for each in zip(*((line.points, network.mesh.vertices[line.vertices]) for line in network.lines), strict=True)
+    )
+    assert np.median(tree.query(points)[0]) < 0.2 * np.median(tree.query(vertices)[0])
+
+
+@pytest.mark.parametrize("noise", [0.05, 0.1, 0.2])
+@pytest.mark.parametrize("kind", ["aligned", "irregular"])
+def test_noise_is_estimated(kind, noise):
+    shares = [network.noise / given.edge for given, network in (found(name, kind, noise) for name in SEEDS)]
+    assert np.mean(shares) == pytest.approx(noise, rel=0.15)
+
+
+@pytest.mark.parametrize("kind", ["aligned", "sliver", "scan"])
+@pytest.mark.parametrize("radius", [0.2, 0.49])
+def test_fillets_are_no_creases(kind, radius):
+    side = profile((0, 0), (2, 0), (2, 1), (0, 1), radii=[(k, radius) for k in range(4)])
+    slab = Reference("slab", [("+", Solid(side, 0.6, pose(axis=(1, 2, 3))))])
+    lines = sm.feature_lines(tessellated(slab, kind, slab.edge(4000)).mesh).lines
+    assert [line.closed for line in lines] == [True, True]
+    around = 6 - (8 - 2 * np.pi) * radius
+    assert [line.length for line in lines] == pytest.approx([around, around], rel=0.02)
