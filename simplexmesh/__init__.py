@@ -78,7 +78,8 @@ _HOME = {
     "surface.features.feature_lines": ["feature_lines"],
     "surface.features.lines.network": ["FeatureLine", "FeatureNetwork"],
     "surface.features.simplify": ["simplify"],
-    "surface.features.zones": ["Zones", "zones"],
+    "surface.features.zones": ["zones"],
+    "surface.features.zoning.result": ["Zones"],
     "surface.saliency.saliency": ["saliency"],
     "surface.saliency.salient_points": ["salient_points", "SalientPoints"],
     "surface.saliency.hk_classes": ["hk_classes", "HKClasses"],
@@ -182,8 +183,8 @@ if TYPE_CHECKING:  # the same list once more, for type checkers and editors; a t
     from simplexmesh.surface.features.lines.network import FeatureLine as FeatureLine
     from simplexmesh.surface.features.lines.network import FeatureNetwork as FeatureNetwork
     from simplexmesh.surface.features.simplify import simplify as simplify
-    from simplexmesh.surface.features.zones import Zones as Zones
     from simplexmesh.surface.features.zones import zones as zones
+    from simplexmesh.surface.features.zoning.result import Zones as Zones
     from simplexmesh.surface.landmarks.circle import Circle as Circle
     from simplexmesh.surface.landmarks.circle import fit_circle as fit_circle
     from simplexmesh.surface.landmarks.circle import rim_circle as rim_circle

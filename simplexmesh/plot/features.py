@@ -17,8 +17,8 @@ from simplexmesh.plot.stage import COLORS_LIT, INK, add, headline, stage
 from simplexmesh.surface.features.exporting import polylines
 from simplexmesh.surface.features.feature_lines import prepared
 from simplexmesh.surface.features.lines.network import FeatureNetwork
-from simplexmesh.surface.features.zones import Zones
 from simplexmesh.surface.features.zones import zones as zones_of
+from simplexmesh.surface.features.zoning.result import Zones
 
 PALE = (
     *("#b5d2ee", "#f8d9a8", "#bfe0b6", "#f2bfb7", "#d3c5ec", "#abdfdb", "#f3e9ae", "#f6cbdf", "#ddcebd", "#cdd6dc"),

@@ -24,7 +24,7 @@ from simplexmesh.plot.polydata import as_drawable, colored, geometry, painted_wi
 from simplexmesh.plot.scalars import scalars_of
 from simplexmesh.plot.stage import COLORS_LIT, INK, SURFACE_LIT, add, grid, headline, quiet, stage
 from simplexmesh.surface.features.lines.network import FeatureNetwork
-from simplexmesh.surface.features.zones import Zones
+from simplexmesh.surface.features.zoning.result import Zones
 
 CLAY = "#c9d3dc"
 DATA = "#d9c3a5"

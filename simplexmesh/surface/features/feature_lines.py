@@ -30,7 +30,7 @@ def feature_lines(surface: Any, *, angle: float | None = None) -> FeatureNetwork
         The surface; a simplex mesh is triangulated, duplicate positions are merged.
     angle : float, optional
         The least angle by which the normal jumps, in radians, between 0 and pi. Default: ten degrees, or what stands
-        out from the noise if that is more: some ten degrees where vertices are off by 5 % of an edge, 25 at 20 %.
+        out from the noise if that is more: some 15 degrees where vertices are off by 5 % of an edge, 30 at 20 %.
 
     Returns
     -------

@@ -126,7 +126,7 @@ class FeatureNetwork:
 
     def _line(self, chains: Chains, k: int, kind: str) -> FeatureLine:
         """Return one of some lines of edges."""
-        along, jumps = chains.along(k), self._found.jumps[chains.of(k)]
+        along, jumps = chains.along(k), np.maximum(self._found.jumps[chains.of(k)], 0.0)
         closed = bool(along[0] == along[-1])
         at = along[:-1] if closed else along
         before, after = (jumps[-1:], jumps[:1]) if closed else (jumps[:1], jumps[-1:])

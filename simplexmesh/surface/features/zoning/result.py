@@ -1,0 +1,288 @@
+"""Zones of a surface: what they are, their boundaries, edits and files."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplexmesh._base import checks
+from simplexmesh._base.drafts import draft
+from simplexmesh._base.html import card
+from simplexmesh._base.named_arrays import taken
+from simplexmesh.data.triangles import TriangleMesh
+from simplexmesh.surface.features import exporting
+from simplexmesh.surface.features.lines.network import FeatureLine, FeatureNetwork
+from simplexmesh.surface.features.zoning import edits
+from simplexmesh.surface.features.zoning._kernels_fronts import grow
+from simplexmesh.surface.features.zoning.bending import bending
+from simplexmesh.surface.features.zoning.kinds import kind_of
+
+if TYPE_CHECKING:
+    import pyvista as pv
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+
+LEAST_INNER = 12
+"""Vertices inside a zone; with fewer, those on its boundary are looked at too."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Zones:
+    """A surface divided into zones, the largest first. An edit returns new zones and leaves the old ones.
+
+    Attributes
+    ----------
+    mesh : TriangleMesh
+        The surface: the one given, with duplicate positions merged.
+    network : FeatureNetwork
+        The sharp edges between zones.
+    labels : (t,) array of int
+        The zone of each triangle.
+
+    Examples
+    --------
+    >>> import pyvista as pv, simplexmesh as sm
+    >>> can = sm.zones(pv.Cylinder(resolution=60).triangulate().clean())
+    >>> can, can.kinds
+    (Zones(3 zones of 236 triangles), ('cylinder', 'plane', 'plane'))
+    >>> len(can.merged(1, 0))
+    2
+    """
+
+    network: FeatureNetwork
+    labels: Indices = field(repr=False)
+
+    def __repr__(self) -> str:
+        return f"Zones({len(self)} zones of {len(self.labels):,} triangles)"
+
+    def _repr_html_(self) -> str:
+        """Return a picture of the zones and a table of their kinds, as notebooks show them."""
+        kinds = np.array(self.kinds)
+        rows = {
+            str(kind): f"{(kinds == kind).sum()}, area {self.areas[kinds == kind].sum():.4g}" for kind in set(kinds)
+        }
+        return card(f"{len(self)} zones", dict(sorted(rows.items())), self)
+
+    def __len__(self) -> int:
+        return int(self.labels.max()) + 1
+
+    @property
+    def mesh(self) -> TriangleMesh:
+        """The surface."""
+        return self.network.mesh
+
+    @cached_property
+    def areas(self) -> Array:
+        """The area (z,) of each zone, in the surface's unit squared."""
+        return checks.frozen(np.bincount(self.labels, self.network._found.edges.facets.areas))
+
+    @cached_property
+    def _fits(self) -> list[tuple[str, float]]:
+        """The kind and rms of each zone."""
+        found, vertices, out = self.network._found, self.mesh.vertices, []
+        inner = np.ones(len(vertices), bool)
+        inner[self._boundary_vertices] = False
+        for k in range(len(self)):
+            triangles = np.flatnonzero(self.labels == k)
+            corners = np.unique(self.mesh.faces[triangles])
+            inside = corners[inner[corners]]
+            points = vertices[inside if len(inside) >= LEAST_INNER else corners]
+            centers = vertices[self.mesh.faces[triangles]].mean(axis=1)
+            out.append(kind_of(points, centers, found.normals[triangles], found.noise))
+        return out
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """What each zone is: "plane", "cylinder", "sphere", "cone", "torus" or "free form"."""
+        return tuple(kind for kind, _ in self._fits)
+
+    @property
+    def errors(self) -> Array:
+        """The rms distance (z,) of the vertices from the fit of that kind, in the unit of length."""
+        return np.array([error for _, error in self._fits])
+
+    @property
+    def _boundary_vertices(self) -> Indices:
+        """Vertices between zones, or on sharp edges."""
+        edges = self.network._found.edges
+        across = self.labels[edges.sides[:, 0]] != self.labels[edges.sides[:, 1]]
+        return np.unique(edges.ends[across | self.network._chosen])
+
+    @cached_property
+    def boundaries(self) -> tuple[tuple[FeatureLine, tuple[int, int]], ...]:
+        """The lines between zones and the numbers of both, "C0" where the surface has a sharp edge and "Gn" elsewhere.
+
+        A sharp edge that ends inside a zone has that zone on both sides.
+        """
+        edges, sharp = self.network._found.edges, self.network._chosen
+        pair = np.sort(self.labels[edges.sides], axis=1)
+        smooth = (pair[:, 0] != pair[:, 1]) & ~sharp
+        nodes = (edges.degrees(sharp | smooth) != 2) | (edges.degrees(sharp) == 1)
+        out = []
+        for kind, mask in (("C0", sharp), ("Gn", smooth)):
+            chains = edges.chains(mask, nodes)
+            for k in range(chains.n_lines):
+                one, two = pair[chains.of(k)[0]].tolist()
+                out.append((self.network._line(chains, k, kind), (one, two)))
+        return tuple(out)
+
+    def patches(self) -> tuple[TriangleMesh, ...]:
+        """Return a mesh of each zone."""
+        out = []
+        for k in range(len(self)):
+            used, index = np.unique(self.mesh.faces[self.labels == k], return_inverse=True)
+            used = np.append(used, np.repeat(used[-1:], max(0, 4 - len(used))))  # a mesh has at least four vertices
+            arrays = taken(self.mesh.data, used)
+            out.append(TriangleMesh(self.mesh.vertices[used], index.reshape(-1, 3), arrays, self.mesh.unit))
+        return tuple(out)
+
+    def merged(self, *zones: int) -> Zones:
+        """Return the zones with some made one.
+
+        Raises
+        ------
+        ValueError, TypeError
+            For fewer than two numbers, one that is not of a zone, or zones that do not touch.
+        """
+        numbers = np.array([self._number(zone) for zone in zones], np.int64)
+        if len(set(numbers.tolist())) < 2:
+            raise ValueError(f"zones to merge must be at least two, not {len(set(numbers.tolist()))}")
+        labels = np.where(np.isin(self.labels, numbers), numbers[0], self.labels)
+        pieces = edits.in_pieces(labels, self.network._found.edges)
+        if len(np.unique(pieces[labels == numbers[0]])) > 1:
+            raise ValueError(f"zones to merge must touch, but {', '.join(map(str, zones))} do not all")
+        return self._with(labels)
+
+    def grown(self, zone: int, *, tolerance: float) -> Zones:
+        """Return the zones with one grown over its neighbors, up to sharp edges, where these bend as it does.
+
+        Parameters
+        ----------
+        zone : int
+            Its number.
+        tolerance : float
+            By how much the curvature may differ from the zone's mean, per unit of length: the root of the sum of the
+            squared principal curvatures.
+
+        Raises
+        ------
+        ValueError, TypeError
+            For a number that is not one of a zone, or a tolerance that is not above 0.
+        """
+        number = self._number(zone)
+        tolerance = checks.number("tolerance", tolerance, 0.0, open_low=True)
+        found, sharp = self.network._found, self.network._chosen
+        values = bending(found, found.edges.zones(sharp))
+        inside = self.labels == number
+        weights = found.edges.facets.areas[inside]
+        values = np.where(inside, np.average(values[inside], weights=weights), values)
+        taken_over = np.full(len(values), -1)
+        mates, closed = found.edges.facets.mates, found.edges.halved(sharp)
+        grow(taken_over, np.flatnonzero(inside), values, tolerance, mates, closed)
+        return self._with(np.where(taken_over >= 0, number, self.labels))
+
+    def without(self, *zones: int) -> Zones:
+        """Return the zones without some, whose triangles their neighbors take over.
+
+        Raises
+        ------
+        ValueError, TypeError
+            For a number that is not one of a zone, or all of them.
+        """
+        gone = np.zeros(len(self), bool)
+        gone[[self._number(zone) for zone in zones]] = True
+        if gone.all():
+            raise ValueError("zones must be left: not all can be taken away")
+        return self._with(edits.dissolved(self.labels, gone, self.network._found.edges, self.network._chosen))
+
+    def without_small(self, *, faces: int) -> Zones:
+        """Return the zones without those of fewer triangles, which their neighbors take over, the smallest first.
+
+        Raises
+        ------
+        ValueError, TypeError
+            For a count that is not a whole number of at least 1.
+        """
+        least, out, stuck = checks.integer("faces", faces, 1), self, 0
+        while stuck < len(out):
+            counts = np.bincount(out.labels)
+            smallest = np.argsort(counts, kind="stable")[stuck]
+            if counts[smallest] >= least or len(out) == 1:
+                break
+            gone = np.arange(len(out)) == smallest
+            labels = edits.dissolved(out.labels, gone, out.network._found.edges, out.network._chosen)
+            if (labels == out.labels).all():  # a component of its own
+                stuck += 1
+            else:
+                out = out._with(labels)
+        return out
+
+    def smoothed(self) -> Zones:
+        """Return the zones with shorter boundaries: single triangles change sides, never across a sharp edge."""
+        return self._with(edits.smoothed(self.labels, self.network._found.edges, self.network._chosen))
+
+    def _with(self, labels: Indices) -> Zones:
+        """Return zones of other labels, each connected, the largest first."""
+        edges = self.network._found.edges
+        pieces = edits.in_pieces(labels, edges)
+        return replace(self, labels=checks.frozen(edits.by_size(pieces, edges.facets.areas)))
+
+    def _number(self, number: int) -> int:
+        """Return the number of a zone, checked."""
+        return checks.integer("zone", number, 0, len(self) - 1)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return zones and boundaries as plain lists and numbers: what the JSON file holds."""
+        counts = np.bincount(self.labels)
+        rows = zip(self.kinds, self.errors.tolist(), self.areas.tolist(), counts.tolist(), strict=True)
+        zones = [
+            {"kind": kind, "rms": rms if np.isfinite(rms) else None, "area": area, "triangles": n}
+            for kind, rms, area, n in rows
+        ]
+        lines = [
+            {"kind": line.kind, "zones": pair, "closed": line.closed, "points": line.points.tolist()}
+            for line, pair in self.boundaries
+        ]
+        return {"zones": zones, "boundaries": lines, "labels": self.labels.tolist()}
+
+    def to_pyvista(self) -> pv.PolyData:
+        """Return the surface and the lines between zones as PyVista's; cells have a "zone", or a "line" and a "kind".
+
+        Of lines these are their numbers in `boundaries` and in the array "kinds" of the data set, and "zones" are those
+        on both sides; -1 where a cell has none.
+        """
+        return exporting.zoned(self.mesh, self.labels, self.boundaries)
+
+    def save(self, path: str | Path) -> None:
+        """Write the zones: `.vtp` (as by `to_pyvista`), `.json` (kinds, boundaries), `.stl` (one per zone).
+
+        `part.stl` becomes `part_0.stl`, `part_1.stl` and so on.
+
+        Raises
+        ------
+        ValueError
+            For another extension.
+        OSError
+            When a file cannot be written; an older one is then as it was.
+        """
+        path = checks.path("path", path)
+        suffix = path.suffix.lower()
+        if suffix == ".stl":
+            for k, patch in enumerate(self.patches()):
+                patch.save(path.with_name(f"{path.stem}_{k}{path.suffix}"))
+        elif suffix in (".vtp", ".json"):
+            with draft(path) as place:
+                if suffix == ".vtp":
+                    self.to_pyvista().save(place)
+                else:
+                    place.write_text(json.dumps(self.as_dict(), indent=1))
+        else:
+            raise ValueError(f"path must end in .vtp, .json or .stl, not {path.name!r}")
