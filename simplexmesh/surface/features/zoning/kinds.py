@@ -48,6 +48,8 @@ def kind_of(points: Array, centers: Array, normals: Array, noise: float) -> tupl
         least = min(least, rms)
         if rms <= limit:
             fitting.append((name, rms * size, rise.mean()))
+            if rise.mean() > 1 - ALIKE:
+                break
     for name, rms, facing in fitting:
         if facing > max(each[2] for each in fitting) - ALIKE:
             return name, rms
