@@ -10,6 +10,7 @@ import numpy as np
 from simplexmesh._base import checks
 from simplexmesh._base.vectors import cross, dot
 from simplexmesh.data.triangles import TriangleMesh
+from simplexmesh.mesh.triangles.self_intersection import crossing_triangles
 from simplexmesh.surface.features.feature_lines import feature_lines, matching
 from simplexmesh.surface.features.lines.network import FeatureNetwork
 
@@ -18,7 +19,7 @@ def aligned(surface: Any, network: FeatureNetwork | None = None) -> TriangleMesh
     """Return a surface whose vertices along sharp edges are moved to where the surfaces on both sides meet.
 
     The triangles of a scan straddle its edges, as if they were beveled; here they meet in them. Triangles stay the
-    same ones. A vertex stays where a triangle would turn against the surface.
+    same ones. A vertex stays where a triangle would turn against the surface, or come to cross another.
 
     Parameters
     ----------
@@ -55,6 +56,8 @@ def aligned(surface: Any, network: FeatureNetwork | None = None) -> TriangleMesh
     while True:
         corners = to[faces]
         turned = dot(cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), found.normals) <= 0
+        if not turned.any():
+            turned[np.setdiff1d(crossing_triangles(to, faces), crossing_triangles(given, faces))] = True
         back = np.unique(faces[turned])
         back = back[(to[back] != given[back]).any(axis=1)]
         if not len(back):
