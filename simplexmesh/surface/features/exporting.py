@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 Indices = NDArray[np.int64]
 
-KINDS = ("C0", "Gn", "undefined")
+KINDS = ("C0", "Gn")
 
 
 def polylines(lines: Sequence[FeatureLine]) -> pv.PolyData:

@@ -68,7 +68,7 @@ def feature_lines(surface: Any, *, angle: float | None = None) -> FeatureNetwork
     mesh = prepared(surface)
     local = mesh.vertices - mesh.vertices.mean(axis=0)
     found = creases(local, mesh.faces.astype(np.int64), manifold.half_edge_mates(mesh.faces).ravel(), least)
-    return FeatureNetwork(mesh, found, found.chosen)
+    return FeatureNetwork(mesh, found)
 
 
 def prepared(surface: Any) -> TriangleMesh:

@@ -6,6 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+import pyvista as pv
 from numpy.testing import assert_allclose, assert_array_equal
 
 import simplexmesh as sm
@@ -16,6 +17,7 @@ from simplexmesh.surface.features.lines._kernels_patches import patches
 from simplexmesh.surface.features.lines.edges import Edges
 from simplexmesh.surface.features.lines.facets import measured
 from simplexmesh.surface.features.lines.invariants import shape_invariant, straight
+from simplexmesh.surface.features.lines.normals import within_zones
 from simplexmesh.surface.features.zoning._kernels_fronts import grow
 from tests.surface.features.sheets import shaken, sheet
 
@@ -24,7 +26,7 @@ BODIES = [sm.sphere(3).triangulated("dual"), sheet(lambda x, y: 0.1 * np.sin(x),
 
 def facets_of(mesh):
     faces = mesh.faces.astype(np.int64)
-    return measured(np.array(mesh.vertices), faces, manifold.half_edge_mates(mesh.faces).ravel(), np.ones(len(faces)))
+    return measured(np.array(mesh.vertices), faces, manifold.half_edge_mates(mesh.faces).ravel())
 
 
 def sets(offsets, members):
@@ -202,3 +204,10 @@ class TestShapeInvariant:
     def test_of_a_straight_crease(self):
         """Two of the edges at a vertex bend, and its triangles are in planes."""
         assert straight(0.4) == pytest.approx(4 * (2 * 0.4 / 4 / (2 * np.pi / 6)) ** 2)
+
+
+def test_normals_within_zones_do_not_see_beyond_a_sharp_edge():
+    box = sm.divided(pv.Cube().triangulate().clean(), 0.3)
+    body = facets_of(box)
+    labels = np.unique(body.normals.round(), axis=0, return_inverse=True)[1].ravel()
+    assert_allclose(within_zones(body, 0.05, labels, np.arange(len(labels))), body.normals, atol=1e-12)

@@ -38,9 +38,6 @@ class Sides(NamedTuple):
     normals: NDArray[np.float64]
     """(t, 3), filtered."""
 
-    variances: NDArray[np.float64]
-    """(t,): the variance of each component of a triangle's normal, from the noise of its corners."""
-
     near: NDArray[np.bool_]
     """(t,): whether it touches a candidate."""
 
@@ -111,7 +108,7 @@ def _side(facets, sides, half, frame, noise, stamp, queue):
         if t != first and (far > radius or aside or dot(row(sides.normals, t), bend) < 0):
             continue
         turned = minus(row(facets.normals, t), row(sides.normals, t))
-        doubt = dot(turned, turned) / (0.1 + 2.5 * math.sqrt(sides.variances[t])) ** 2
+        doubt = dot(turned, turned) / (0.1 + 2.5 * math.sqrt(facets.variances[t])) ** 2
         weight = facets.areas[t] * max(1 - (far / radius) ** 2, 0.05) / (1 + doubt)
         weight *= NEAR if sides.near[t] else 1.0
         smooth, apart = row(sides.normals, t), minus(place, middle)

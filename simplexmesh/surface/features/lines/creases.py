@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from simplexmesh._base.vectors import dot
 from simplexmesh.surface.features.lines import _kernels_jumps
 from simplexmesh.surface.features.lines.edges import Chains, Edges
-from simplexmesh.surface.features.lines.facets import Facets
 from simplexmesh.surface.features.lines.normals import sampled, within_zones
 
 Array = NDArray[np.float64]
@@ -43,7 +42,6 @@ SAMPLE = 1000
 
 FEWEST = 8
 """Triangles of a zone between lines: fewer are the straddling triangles between two courses of one crease."""
-
 
 SHORTEST, GAP = 7.0, 6.0
 """In edges of the mesh: the shortest line with a free end, and the longest gap closed."""
@@ -116,7 +114,7 @@ def _jumps(
     """Return jumps (e,) of the normal, places and directions (e, 3), 0 where not chosen."""
     facets = edges.facets
     near, stops = _touching(edges, chosen) & ~exact, edges.halved(chosen & (strengths > STRONG))
-    sides = _kernels_jumps.Sides(normals, _variances(facets, noise), near, exact, stops)
+    sides = _kernels_jumps.Sides(normals, near, exact, stops)
     at = np.flatnonzero(chosen)
     jumps, places, directions = np.zeros(len(chosen)), np.zeros((len(chosen), 3)), np.zeros((len(chosen), 3))
     filled = np.zeros(len(at)), np.zeros((len(at), 3)), np.zeros((len(at), 3))
@@ -146,13 +144,6 @@ def _touching(edges: Edges, chosen: Mask) -> Mask:
     touched[edges.ends[chosen]] = True
     out: Mask = np.asarray(touched[edges.facets.faces].any(axis=1))
     return out
-
-
-def _variances(facets: Facets, noise: float) -> Array:
-    """Return the variance (t,) of the components of normals along the surface, from the noise of the corners."""
-    corners = facets.vertices[facets.faces]
-    squares = ((corners - np.roll(corners, 1, axis=1)) ** 2).sum(axis=(1, 2))
-    return noise**2 * squares / np.maximum(8 * facets.areas**2, 1e-300)
 
 
 def _cleaned(edges: Edges, chosen: Mask, jumps: Array, bends: Array, angle: float, exact: Mask) -> Mask:

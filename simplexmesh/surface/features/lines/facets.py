@@ -37,14 +37,18 @@ class Facets(NamedTuple):
     scales: Array
     """(t,): the edge of equilateral triangles as large as those around a triangle in the mean."""
 
+    variances: Array
+    """(t,): of the components of a normal along the surface, from the noise of the corners."""
 
-def measured(vertices: Array, faces: Indices, mates: Indices, scales: Array) -> Facets:
-    """Return the facets of triangles, but for their scales, which are given."""
+
+def measured(vertices: Array, faces: Indices, mates: Indices) -> Facets:
+    """Return the facets of triangles, with zeros for what triangles around them and the noise tell."""
     corners = vertices[faces]
     vectors = cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     doubled = norm(vectors)
     normals = vectors / np.where(doubled > 0, doubled, 1.0)[:, None]
-    return Facets(vertices, faces, mates, doubled / 2, normals, corners.mean(axis=1), scales)
+    unknown = np.zeros(len(faces))
+    return Facets(vertices, faces, mates, doubled / 2, normals, corners.mean(axis=1), unknown, unknown)
 
 
 def vertex_noise(facets: Facets) -> float:

@@ -86,7 +86,6 @@ class FeatureNetwork:
 
     mesh: TriangleMesh
     _found: Creases = field(repr=False)
-    _chosen: Mask = field(repr=False)
 
     def __repr__(self) -> str:
         length = sum(line.length for line in self.lines)
@@ -111,6 +110,11 @@ class FeatureNetwork:
     def noise(self) -> float:
         """The standard deviation of the vertices along the normal that the surface shows, in its unit of length."""
         return self._found.noise
+
+    @property
+    def _chosen(self) -> Mask:
+        """The edges (e,) that are on lines, of the inner ones of the mesh."""
+        return self._found.chosen
 
     @cached_property
     def lines(self) -> tuple[FeatureLine, ...]:
@@ -149,7 +153,7 @@ class FeatureNetwork:
     def _places(self) -> Array:
         """The vertices (n, 3) of the mesh, those on lines where the sides meet."""
         given, out = self._found.edges.facets.vertices, self.mesh.vertices.copy()
-        to = placed(self._found, self._chosen)
+        to = placed(self._found)
         moved = (to != given).any(axis=1)
         out[moved] = to[moved] + self.mesh.vertices.mean(axis=0)
         return out
@@ -195,7 +199,7 @@ class FeatureNetwork:
 
     def _of(self, chosen: Mask) -> FeatureNetwork:
         """Return the network of other edges."""
-        return replace(self, _found=measured_again(self._found, chosen), _chosen=chosen)
+        return replace(self, _found=measured_again(self._found, chosen))
 
     def _number(self, number: int) -> int:
         """Return the number of a line, checked."""

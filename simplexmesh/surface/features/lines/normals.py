@@ -31,7 +31,6 @@ EXACT = 0.005
 EVEN = 0.6
 """... where triangles are of the shapes that programs make, not scanners: the mean quality around, 1 if equilateral."""
 
-
 FLAT = 1e-3
 """In radians: triangles of files in single precision are in one plane to that."""
 
@@ -42,14 +41,16 @@ def sampled(vertices: Array, faces: Indices, mates: Indices) -> tuple[Facets, fl
     Guided bilateral filtering of normals (Zhang et al. 2015): each is averaged with those whose guides, the means of
     the most consistent patches around, are alike. A triangle that straddles a crease so takes the normal of one side.
     """
-    facets = measured(vertices, faces, mates, np.zeros(len(faces)))
+    facets = measured(vertices, faces, mates)
     noise = vertex_noise(facets)
     everywhere = np.arange(len(faces))
     ring = patches(faces, len(vertices), facets.centers, 0.0, everywhere)
     owner, counts = np.repeat(np.arange(len(faces)), np.diff(ring[0])), np.diff(ring[0])
-    facets = facets._replace(scales=np.sqrt(4 / np.sqrt(3) * np.bincount(owner, facets.areas[ring[1]]) / counts))
+    scales = np.sqrt(4 / np.sqrt(3) * np.bincount(owner, facets.areas[ring[1]]) / counts)
     sides = norm(vertices[faces] - vertices[np.roll(faces, 1, axis=1)])
-    quality = 4 * np.sqrt(3) * facets.areas / np.maximum((sides**2).sum(axis=1), 1e-300)
+    squares = (sides**2).sum(axis=1)
+    facets = facets._replace(scales=scales, variances=noise**2 * squares / np.maximum(8 * facets.areas**2, 1e-300))
+    quality = 4 * np.sqrt(3) * facets.areas / np.maximum(squares, 1e-300)
     even = np.bincount(owner, quality[ring[1]]) / counts >= EVEN
     height = 2 * facets.areas / np.maximum(sides.max(axis=1), 1e-300)
     exact = (~even | _in_planes(facets, noise, *ring)) & (np.sqrt(2) * noise < EXACT * height)

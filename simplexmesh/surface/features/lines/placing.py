@@ -29,14 +29,14 @@ FARTHEST = 2.0
 """In edges of the mesh: a vertex that would move farther stays."""
 
 
-def placed(found: Creases, chosen: Mask) -> Array:
+def placed(found: Creases) -> Array:
     """Return the vertices (n, 3), those at chosen edges moved nearest to the crease lines measured at their edges.
 
     Each edge gives a line, through its place in its direction. A vertex goes where the sum of the squared distances
     from those of its edges is least. Where lines meet, windows are small and see little; so nodes go where the lines
     of edges farther along meet, and the vertices next to them between. Vertices stay along lines on their creases.
     """
-    edges, vertices = found.edges, found.edges.facets.vertices
+    edges, vertices, chosen = found.edges, found.edges.facets.vertices, found.chosen
     lines = edges.chains(chosen)
     known = _beside_creases(found, lines) & (norm(found.directions) > 0)
     vague = np.zeros(len(vertices), bool)
@@ -46,7 +46,7 @@ def placed(found: Creases, chosen: Mask) -> Array:
     out = _met(found, out, nodes[known[by]], by[known[by]])
     for node, one, two, on in first:
         out[[one, two]] = out[node] + (out[on] - out[node]) * [[1 / 3], [2 / 3]]
-    return _smoothed(out, found, chosen, vague)
+    return _smoothed(out, found, vague)
 
 
 def _beside_creases(found: Creases, lines: Chains) -> Mask:
@@ -91,11 +91,11 @@ def _near_nodes(lines: Chains, nodes: Mask) -> tuple[Indices, Indices, list[tupl
     return np.array(at, np.int64), np.array(by, np.int64), first
 
 
-def _smoothed(vertices: Array, found: Creases, chosen: Mask, vague: Mask) -> Array:
+def _smoothed(vertices: Array, found: Creases, vague: Mask) -> Array:
     """Return vertices with those inside lines smoothed along them."""
     edges = found.edges
-    moved = np.flatnonzero((edges.degrees(chosen) == 2) & vague)
-    ends = edges.ends[chosen]
+    moved = np.flatnonzero((edges.degrees(found.chosen) == 2) & vague)
+    ends = edges.ends[found.chosen]
     for step in SMOOTHINGS:
         total = np.zeros_like(vertices)
         np.add.at(total, ends[:, 0], vertices[ends[:, 1]])
