@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_matrix
-from scipy.sparse.csgraph import connected_components
 
 from simplexmesh.surface.features.lines.edges import Edges
 
@@ -26,9 +24,7 @@ def by_size(labels: Indices, areas: Array) -> Indices:
 
 def in_pieces(labels: Indices, edges: Edges) -> Indices:
     """Return labels with unconnected parts of zones told apart."""
-    one, two = edges.sides[labels[edges.sides[:, 0]] == labels[edges.sides[:, 1]]].T
-    links = csr_matrix((np.ones(len(one), bool), (one, two)), (len(labels), len(labels)))
-    return np.asarray(connected_components(links, directed=False)[1], np.int64)
+    return edges.zones(labels[edges.sides[:, 0]] != labels[edges.sides[:, 1]])
 
 
 def dissolved(labels: Indices, gone: Mask, edges: Edges, closed: Mask) -> Indices:
