@@ -13,7 +13,7 @@ from simplexmesh.surface.features.lines.network import FeatureNetwork
 from simplexmesh.surface.features.zoning import edits
 from simplexmesh.surface.features.zoning._kernels_fronts import grow
 from simplexmesh.surface.features.zoning.bending import bending
-from simplexmesh.surface.features.zoning.result import Zones
+from simplexmesh.surface.features.zoning.result import Zones, zoned
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -73,7 +73,7 @@ def zones(surface: Any, network: FeatureNetwork | None = None, *, tolerance: flo
         grow(labels, order, values, tolerance, found.edges.facets.mates, found.edges.halved(sharp))
         few = np.bincount(labels) < FEWEST
         labels = labels if few.all() else edits.dissolved(labels, few, found.edges, sharp)
-    return Zones(network, checks.frozen(edits.by_size(labels, found.edges.facets.areas)))
+    return zoned(network, labels)
 
 
 def _priorities(values: Array, tolerance: float) -> Indices:

@@ -11,8 +11,9 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 import simplexmesh as sm
 from simplexmesh.surface.features.zoning.bending import bending
-from tests.surface.features.parts import tessellated
+from tests.surface.features.parts import noisy, tessellated
 from tests.surface.features.reference import Reference
+from tests.surface.features.scoring import rand_index
 from tests.surface.features.sheets import folded, mean_edge, shaken, sheet
 from tests.surface.features.solids import Solid, profile
 
@@ -274,3 +275,21 @@ def test_patches_keep_unit_and_data():
     for patch in sm.zones(mesh).patches():
         assert patch.unit == "mm"
         assert_array_equal(patch.data["height"], patch.vertices[:, 2])
+
+
+class TestStraddlingTriangles:
+    """Triangles of scans lie to both sides of the lines, which follow their edges."""
+
+    @pytest.mark.parametrize("noise", [0.0, 0.1])
+    def test_are_in_the_zone_on_their_side(self, noise):
+        part = noisy(tessellated(SLAB, "scan", SLAB.edge(8000)), noise)
+        zones = sm.zones(part.mesh)
+        across = zones.network._found.edges.zones(zones.network._chosen)
+        assert rand_index(zones.labels, part.patches) > 0.97
+        assert np.sum(zones.labels != zones._parts) > 100
+        assert 1 - rand_index(zones.labels, part.patches) < 0.6 * (1 - rand_index(across, part.patches))
+        assert_partition(zones)
+
+    def test_are_none_where_the_mesh_follows_its_creases(self):
+        zones = sm.zones(tessellated(SLAB, "aligned", SLAB.edge(5000)).mesh)
+        assert_array_equal(zones.labels, zones._parts)

@@ -152,11 +152,15 @@ class FeatureNetwork:
     @cached_property
     def _places(self) -> Array:
         """The vertices (n, 3) of the mesh, those on lines where the sides meet."""
-        given, out = self._found.edges.facets.vertices, self.mesh.vertices.copy()
-        to = placed(self._found)
-        moved = (to != given).any(axis=1)
+        to, out = self._centered, self.mesh.vertices.copy()
+        moved = (to != self._found.edges.facets.vertices).any(axis=1)
         out[moved] = to[moved] + self.mesh.vertices.mean(axis=0)
         return out
+
+    @cached_property
+    def _centered(self) -> Array:
+        """Those about their mean, as facets have them."""
+        return placed(self._found)
 
     def without(self, *lines: int) -> FeatureNetwork:
         """Return the network without some of its lines, given by number; those that met two of them are joined.

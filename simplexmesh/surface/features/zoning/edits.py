@@ -16,15 +16,25 @@ MOST_SWEEPS = 100
 
 
 def by_size(labels: Indices, areas: Array) -> Indices:
-    """Return labels numbered from the largest zone on."""
-    _, labels = np.unique(labels, return_inverse=True)
-    rank = np.argsort(np.argsort(-np.bincount(labels.ravel(), areas), kind="stable"))
-    return np.asarray(rank[labels.ravel()], np.int64)
+    """Return the place (z,) of each zone, the largest first; labels need not be consecutive."""
+    totals = np.bincount(labels, areas)
+    return np.argsort(np.argsort(-totals, kind="stable"))
 
 
 def in_pieces(labels: Indices, edges: Edges) -> Indices:
     """Return labels with unconnected parts of zones told apart."""
     return edges.zones(labels[edges.sides[:, 0]] != labels[edges.sides[:, 1]])
+
+
+def connected(labels: Indices, edges: Edges) -> Indices:
+    """Return labels with all but the largest piece of each zone given to the neighbors."""
+    pieces, areas = in_pieces(labels, edges), edges.facets.areas
+    owner = np.empty(pieces.max() + 1, np.int64)
+    owner[pieces] = labels
+    order = np.lexsort((-np.bincount(pieces, areas), owner))
+    lesser = np.zeros(len(owner), bool)
+    lesser[order[1:]] = np.diff(owner[order]) == 0
+    return owner[dissolved(pieces, lesser, edges, np.zeros(len(edges.halves), bool))]
 
 
 def dissolved(labels: Indices, gone: Mask, edges: Edges, closed: Mask) -> Indices:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,6 +22,7 @@ from simplexmesh.surface.features.zoning import edits
 from simplexmesh.surface.features.zoning._kernels_fronts import grow
 from simplexmesh.surface.features.zoning.bending import bending
 from simplexmesh.surface.features.zoning.kinds import kind_of
+from simplexmesh.surface.features.zoning.straddling import sided
 
 if TYPE_CHECKING:
     import pyvista as pv
@@ -45,7 +46,7 @@ class Zones:
     network : FeatureNetwork
         The sharp edges between zones.
     labels : (t,) array of int
-        The zone of each triangle.
+        The zone of each triangle; of one that straddles a sharp edge, the zone on whose side its center lies.
 
     Examples
     --------
@@ -59,9 +60,10 @@ class Zones:
 
     network: FeatureNetwork
     labels: Indices = field(repr=False)
+    _parts: Indices = field(repr=False)
 
     def __repr__(self) -> str:
-        return f"Zones({len(self)} zones of {len(self.labels):,} triangles)"
+        return f"Zones({len(self)} zones of {len(self._parts):,} triangles)"
 
     def _repr_html_(self) -> str:
         """Return a picture of the zones and a table of their kinds, as notebooks show them."""
@@ -72,7 +74,7 @@ class Zones:
         return card(f"{len(self)} zones", dict(sorted(rows.items())), self)
 
     def __len__(self) -> int:
-        return int(self.labels.max()) + 1
+        return int(self._parts.max()) + 1
 
     @property
     def mesh(self) -> TriangleMesh:
@@ -123,7 +125,7 @@ class Zones:
         A sharp edge that ends inside a zone has that zone on both sides.
         """
         edges, sharp = self.network._found.edges, self.network._chosen
-        pair = np.sort(self.labels[edges.sides], axis=1)
+        pair = np.sort(self._parts[edges.sides], axis=1)
         smooth = (pair[:, 0] != pair[:, 1]) & ~sharp
         nodes = (edges.degrees(sharp | smooth) != 2) | (edges.degrees(sharp) == 1)
         out = []
@@ -155,7 +157,7 @@ class Zones:
         numbers = np.array([self._number(zone) for zone in zones], np.int64)
         if len(set(numbers.tolist())) < 2:
             raise ValueError(f"zones to merge must be at least two, not {len(set(numbers.tolist()))}")
-        labels = np.where(np.isin(self.labels, numbers), numbers[0], self.labels)
+        labels = np.where(np.isin(self._parts, numbers), numbers[0], self._parts)
         pieces = edits.in_pieces(labels, self.network._found.edges)
         if len(np.unique(pieces[labels == numbers[0]])) > 1:
             raise ValueError(f"zones to merge must touch, but {', '.join(map(str, zones))} do not all")
@@ -181,13 +183,13 @@ class Zones:
         tolerance = checks.number("tolerance", tolerance, 0.0, open_low=True)
         found, sharp = self.network._found, self.network._chosen
         values = bending(found, found.edges.zones(sharp))
-        inside = self.labels == number
+        inside = self._parts == number
         weights = found.edges.facets.areas[inside]
         values = np.where(inside, np.average(values[inside], weights=weights), values)
         taken_over = np.full(len(values), -1)
         mates, closed = found.edges.facets.mates, found.edges.halved(sharp)
         grow(taken_over, np.flatnonzero(inside), values, tolerance, mates, closed)
-        return self._with(np.where(taken_over >= 0, number, self.labels))
+        return self._with(np.where(taken_over >= 0, number, self._parts))
 
     def without(self, *zones: int) -> Zones:
         """Return the zones without some, whose triangles their neighbors take over.
@@ -201,7 +203,7 @@ class Zones:
         gone[[self._number(zone) for zone in zones]] = True
         if gone.all():
             raise ValueError("zones must be left: not all can be taken away")
-        return self._with(edits.dissolved(self.labels, gone, self.network._found.edges, self.network._chosen))
+        return self._with(edits.dissolved(self._parts, gone, self.network._found.edges, self.network._chosen))
 
     def without_small(self, *, faces: int) -> Zones:
         """Return the zones without those of fewer triangles, which their neighbors take over, the smallest first.
@@ -213,13 +215,13 @@ class Zones:
         """
         least, out, stuck = checks.integer("faces", faces, 1), self, 0
         while stuck < len(out):
-            counts = np.bincount(out.labels)
+            counts = np.bincount(out._parts)
             smallest = np.argsort(counts, kind="stable")[stuck]
             if counts[smallest] >= least or len(out) == 1:
                 break
             gone = np.arange(len(out)) == smallest
-            labels = edits.dissolved(out.labels, gone, out.network._found.edges, out.network._chosen)
-            if (labels == out.labels).all():  # a component of its own
+            labels = edits.dissolved(out._parts, gone, out.network._found.edges, out.network._chosen)
+            if (labels == out._parts).all():  # a component of its own
                 stuck += 1
             else:
                 out = out._with(labels)
@@ -227,13 +229,11 @@ class Zones:
 
     def smoothed(self) -> Zones:
         """Return the zones with shorter boundaries: single triangles change sides, never across a sharp edge."""
-        return self._with(edits.smoothed(self.labels, self.network._found.edges, self.network._chosen))
+        return self._with(edits.smoothed(self._parts, self.network._found.edges, self.network._chosen))
 
-    def _with(self, labels: Indices) -> Zones:
-        """Return zones of other labels, each connected, the largest first."""
-        edges = self.network._found.edges
-        pieces = edits.in_pieces(labels, edges)
-        return replace(self, labels=checks.frozen(edits.by_size(pieces, edges.facets.areas)))
+    def _with(self, parts: Indices) -> Zones:
+        """Return zones of other labels, each connected."""
+        return zoned(self.network, edits.in_pieces(parts, self.network._found.edges))
 
     def _number(self, number: int) -> int:
         """Return the number of a zone, checked."""
@@ -286,3 +286,11 @@ class Zones:
                     place.write_text(json.dumps(self.as_dict(), indent=1))
         else:
             raise ValueError(f"path must end in .vtp, .json or .stl, not {path.name!r}")
+
+
+def zoned(network: FeatureNetwork, parts: Indices) -> Zones:
+    """Return the zones of labels (t,) of the parts between lines, the largest first."""
+    found = network._found
+    labels = sided(parts, found, network._centered)
+    rank = edits.by_size(labels, found.edges.facets.areas)
+    return Zones(network, checks.frozen(rank[labels]), checks.frozen(rank[parts]))
