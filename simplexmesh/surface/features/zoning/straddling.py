@@ -13,16 +13,18 @@ from simplexmesh.surface.features.zoning import edits
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
+ASKEW = 0.1
+"""In squared edges of the mesh: edges on a crease go 0 across it, those of triangles that ignore it about 0.3."""
+
 
 def sided(labels: Indices, found: Creases, vertices: Array) -> Indices:
     """Return labels (t,) with triangles at sharp edges in the zone on whose side of the crease their centers lie.
 
-    Lines run along edges of the mesh, and where `vertices` (n, 3), placed on the crease, are not those of the mesh its
-    triangles lie to both sides of what they border. Zones stay connected.
+    Lines run along edges of the mesh, `vertices` (n, 3) are on the crease. Triangles of a mesh with edges on its crease
+    stay where they are, and zones connected.
     """
     edges, facets = found.edges, found.edges.facets
-    moved = (vertices != facets.vertices).any(axis=1)
-    lines = np.flatnonzero(found.chosen & moved[edges.ends].any(axis=1))
+    lines = _askew(found)
     triangles, nearest = _nearest_lines(found, lines, vertices[edges.ends].mean(axis=1))
     to = facets.centers[triangles] - vertices[edges.ends[nearest]].mean(axis=1)
     mean = found.normals[edges.sides[nearest]].sum(axis=1)
@@ -31,6 +33,15 @@ def sided(labels: Indices, found: Creases, vertices: Array) -> Indices:
     wanted = labels.copy()
     wanted[triangles] = np.where(labels[triangles] == beyond, beside, labels[triangles])
     return edits.connected(wanted, edges)
+
+
+def _askew(found: Creases) -> Indices:
+    """Return the edges of lines that on the whole run to and fro along their crease by more than noise explains."""
+    edges, lines = found.edges, found.edges.chains(found.chosen)
+    start, end = edges.facets.vertices[edges.ends].transpose(1, 0, 2)
+    aside = edges.lengths**2 - dot(end - start, found.directions) ** 2 - 4 * found.noise**2
+    askew = lines.mean(aside / edges.facets.scales[edges.sides].mean(axis=1) ** 2) > ASKEW
+    return lines.edges[np.repeat(askew, np.diff(lines.offsets))]
 
 
 def _nearest_lines(found: Creases, lines: Indices, middles: Array) -> tuple[Indices, Indices]:
