@@ -91,12 +91,17 @@ _HOME = {
     "surface.landmarks.morphed": ["morphed"],
 }
 _MODULE = {name: f"simplexmesh.{module}" for module, names in _HOME.items() for name in names}
-_SUBMODULES = {"targets": "simplexmesh.motion.targets", "plot": "simplexmesh.plot"}
+_SUBMODULES = {
+    "targets": "simplexmesh.motion.targets",
+    "primitives": "simplexmesh.cloud.primitives",
+    "plot": "simplexmesh.plot",
+}
 
 __all__ = sorted([*_MODULE, *_SUBMODULES, "__version__"])
 
 if TYPE_CHECKING:  # the same list once more, for type checkers and editors; a test compares the two
     from simplexmesh import plot as plot
+    from simplexmesh.cloud import primitives as primitives
     from simplexmesh._base.errors import DivergedError as DivergedError
     from simplexmesh._base.errors import SimplexMeshWarning as SimplexMeshWarning
     from simplexmesh._base.errors import TopologyError as TopologyError

@@ -24,9 +24,10 @@ BELOW = {
     "motion": BASE | {"mesh", "data", "orientation"},
     "surface": BASE | {"mesh", "data", "orientation"},
     "recognition": BASE | {"mesh", "data", "orientation", "motion", "surface"},
-    "plot": BASE | {"mesh", "data", "orientation", "motion", "surface", "recognition"},
+    "cloud": BASE | {"mesh", "data", "orientation"},
+    "plot": BASE | {"mesh", "data", "orientation", "motion", "surface", "recognition", "cloud"},
     "bench": BASE | {"mesh", "data", "surface", "plot", "front"},
-    "cli": BASE | {"mesh", "data", "orientation", "motion", "surface", "recognition", "plot", "front"},
+    "cli": BASE | {"mesh", "data", "orientation", "motion", "surface", "recognition", "cloud", "plot", "front"},
 }
 
 # Imports that point up, each with its reason.

@@ -120,6 +120,8 @@ def test_every_room_says_what_it_is(name):
 def test_only_one_class_has_the_name_of_a_public_one():
     homes = {}
     for path in (REPOSITORY / "simplexmesh").rglob("*.py"):
+        if path.parent.name == "primitives":  # which have a namespace of their own
+            continue
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if isinstance(node, ast.ClassDef) and not path.name.startswith("_kernels"):
                 homes.setdefault(node.name, []).append(path.name)

@@ -1,0 +1,310 @@
+"""What all primitives are: surfaces or curves of revolution, told by the profile that turns about their axis."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, ClassVar, Self, cast
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from simplexmesh._base import checks
+from simplexmesh._base.vectors import dot, norm, normalized, tangents
+from simplexmesh.cloud.primitives import patch
+from simplexmesh.data.triangles import TriangleMesh
+from simplexmesh.mesh.duality import dual
+
+if TYPE_CHECKING:
+    import pyvista as pv
+
+    from simplexmesh.cloud.validation.validation import Validation
+    from simplexmesh.mesh.simplex_mesh import SimplexMesh
+
+Array = NDArray[np.float64]
+
+TURN = 2 * np.pi
+
+NEWTON_STEPS = 12
+"""Along a vertex' normal; the distance to the surface is left within a millionth after few."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Fit:
+    """How a primitive was fitted to points.
+
+    Attributes
+    ----------
+    rms : float
+        Root mean square distance of the points.
+    noise : float
+        Deviation of the points that the distances show: with as many points less as there are parameters.
+    covariance : (p, p) array of float
+        Of the parameters, in the order of the primitive's `parameter_names`.
+    extent : (2, 2) array of float
+        Ranges of the points' two surface coordinates; of an angle the second end is less than a turn after the first.
+    count : int
+        How many points were used.
+    validation : Validation, optional
+        Whether the distances are those of noise.
+    """
+
+    rms: float
+    noise: float
+    covariance: Array
+    extent: Array
+    count: int
+    validation: Validation | None = None
+
+    def __repr__(self) -> str:
+        return f"Fit({self.count:,} points, rms {self.rms:.3g})"
+
+
+class Primitive(ABC):
+    """A surface or curve that a profile makes by turning about an axis.
+
+    A point at the distance `rho` from the axis and the height `z` along it is as far from the primitive as (rho, z) is
+    from the profile, which is what kinds differ in. Distances are positive outside. Directions are taken in a local
+    frame, so that no pose is singular.
+
+    Examples
+    --------
+    >>> import simplexmesh as sm
+    >>> pipe = sm.primitives.Cylinder([0, 0, 0], [0, 0, 1], 0.5)
+    >>> float(pipe.distance([[2, 0, 7]])[0])
+    1.5
+    """
+
+    kind: ClassVar[str]
+    parameter_names: ClassVar[tuple[str, ...]]
+    periods: ClassVar[tuple[bool, bool]]
+    """Which of the two surface coordinates is an angle that comes around."""
+
+    _moves: ClassVar[tuple[int, ...]]
+    """Which of the five motions of a frame change it: two tilts of the axis, shifts across it twice, and along it."""
+
+    fit: Fit | None
+
+    @property
+    @abstractmethod
+    def _pose(self) -> tuple[Array, Array]:
+        """A point of the axis, and its direction."""
+
+    @property
+    @abstractmethod
+    def _shape(self) -> tuple[float, ...]:
+        """The measures besides the pose."""
+
+    @abstractmethod
+    def _with(self, origin: Array, axis: Array, *shape: Any) -> Self:
+        """Return another one of this kind, without a fit."""
+
+    @abstractmethod
+    def _profile(self, rho: Array, z: Array) -> tuple[Array, Array, Array, tuple[Array, ...]]:
+        """Return distances (n,) from the profile, their derivatives by rho and z, and by each measure of the shape."""
+
+    @abstractmethod
+    def _coordinate(self, rho: Array, z: Array) -> Array:
+        """Return the coordinate (n,) along the profile."""
+
+    @abstractmethod
+    def _on_profile(self, v: Array) -> tuple[Array, Array]:
+        """Return rho and z of points of the profile."""
+
+    @property
+    def n_parameters(self) -> int:
+        """How many numbers tell it."""
+        return len(self.parameter_names)
+
+    @cached_property
+    def frame(self) -> Array:
+        """(3, 3): rows are two directions across the axis, the first where angles begin, and the axis."""
+        axis = self._pose[1]
+        return checks.frozen(np.stack([*tangents(axis), axis]))
+
+    @property
+    def rms(self) -> float:
+        """The root mean square distance of the points it was fitted to; NaN of one that was given."""
+        return self.fit.rms if self.fit else float("nan")
+
+    @property
+    def covariance(self) -> Array | None:
+        """The covariance (p, p) of its `parameter_names`, if it was fitted."""
+        return self.fit.covariance if self.fit else None
+
+    @property
+    def extent(self) -> Array | None:
+        """Ranges (2, 2) of the surface coordinates of the points it was fitted to; without a fit it has no ends."""
+        return self.fit.extent if self.fit else None
+
+    def distance(self, points: ArrayLike) -> Array:
+        """Return the signed distances (n,) of points (n, 3), positive outside."""
+        rho, z = self._cylindrical(self._local(points))
+        return self._profile(rho, z)[0]
+
+    def gradient(self, points: ArrayLike) -> Array:
+        """Return the unit vectors (n, 3) in which the distance grows; 0 across the axis where they are undefined."""
+        return self._profiled(self._local(points))[1] @ self.frame
+
+    def projected(self, points: ArrayLike) -> Array:
+        """Return the nearest points (n, 3) of the surface or curve; one of them where several are as near."""
+        local = self._local(points)
+        rho, z = self._cylindrical(local)
+        angle = np.arctan2(local[:, 1], local[:, 0])
+        return self._placed(angle, *self._on_profile(self._coordinate(rho, z)))
+
+    def coordinates(self, points: ArrayLike) -> Array:
+        """Return the surface coordinates (n, 2) of the nearest points: the angle about the axis, then the other."""
+        local = self._local(points)
+        return np.stack([np.arctan2(local[:, 1], local[:, 0]), self._coordinate(*self._cylindrical(local))], axis=1)
+
+    def at(self, coordinates: ArrayLike) -> Array:
+        """Return the points (n, 3) of surface coordinates (n, 2)."""
+        u, v = checks.array("coordinates", coordinates, (None, 2)).T
+        return self._placed(u, *self._on_profile(v))
+
+    def transformed(self, T: ArrayLike) -> Self:
+        """Return it moved, and scaled, by a similarity (4, 4), without its fit."""
+        matrix = checks.affine("T", T)
+        scale = float(np.cbrt(abs(np.linalg.det(matrix[:3, :3]))))
+        if not np.allclose(matrix[:3, :3] @ matrix[:3, :3].T, scale**2 * np.eye(3), atol=1e-9 * scale**2):
+            raise ValueError("T must be a motion with one scale: primitives stay what they are by no other map")
+        origin, axis = self._pose
+        moved = matrix[:3, :3] @ origin + matrix[:3, 3]
+        return self._with(moved, matrix[:3, :3] @ axis / scale, *self._scaled(scale))
+
+    def centered(self, points: ArrayLike) -> Self:
+        """Return the same surface, where it has a choice with the point nearest to the middle of points (n, 3)."""
+        return self
+
+    def with_fit(self, fit: Fit) -> Self:
+        """Return it with how it was fitted."""
+        out: Self = replace(cast(Any, self), fit=fit)
+        return out
+
+    def within(self, points: ArrayLike) -> Array:
+        """Return the ranges (2, 2) of the surface coordinates of points (n, 3)."""
+        values = self.coordinates(points)
+        return np.stack([patch.span(values[:, k], periodic=self.periods[k]) for k in range(2)])
+
+    def derivatives(self, points: ArrayLike) -> Array:
+        """Return the derivatives (n, p) of the distances of points (n, 3) by the parameters, for `stepped`."""
+        return self._linearized(checks.array("points", points, (None, 3)))[1]
+
+    def stepped(self, step: ArrayLike) -> Self:
+        """Return it with its parameters moved by a step (p,): tilts of the axis, shifts, measures."""
+        step = np.asarray(step, float)
+        motion = np.zeros(5)
+        motion[list(self._moves)] = step[: len(self._moves)]
+        origin, axis = self._pose
+        axis = normalized(axis + motion[:2] @ self.frame[:2])
+        measures = np.asarray(self._shape) + step[len(self._moves) :]
+        return self._with(origin + motion[2:] @ self.frame, axis, *measures.tolist())
+
+    def sample(self, count: int, *, rng: int | np.random.Generator = 0) -> Array:
+        """Return points (count, 3) spread evenly at random over the part within the extent."""
+        number = checks.integer("count", count, 0)
+        return self.at(patch.sampled(self._area_density, self._ends(), number, checks.generator("rng", rng)))
+
+    @property
+    def bounds(self) -> Array:
+        """(2, 3): the least and greatest coordinates of the part within the extent."""
+        corners = patch.extremes(self.frame, self._ends(), self.periods)
+        at = self.at(corners)
+        return np.stack([at.min(axis=0), at.max(axis=0)])
+
+    def triangulated(self, edge: float | None = None) -> TriangleMesh:
+        """Return the part within the extent in triangles with edges of about a length, by default 32 a turn."""
+        return TriangleMesh(*patch.grid(self, edge))
+
+    def mesh(self, edge: float | None = None) -> SimplexMesh:
+        """Return the part within the extent as a simplex mesh, ready to be deformed."""
+        return dual(self.triangulated(edge), outward=False)
+
+    def to_pyvista(self) -> pv.PolyData:
+        """Return the part within the extent as PyVista's."""
+        return self.triangulated().to_pyvista()
+
+    def gap(self, vertices: ArrayLike, normals: ArrayLike, reach: float) -> Array:
+        """Return how far along its normal each vertex has the surface, NaN where not within reach: a target of motion.
+
+        Only where the normal leaves the surface on its outside, and within the extent of one that was fitted.
+        """
+        start, along = checks.array("vertices", vertices, (None, 3)), checks.array("normals", normals, (None, 3))
+        way = np.zeros(len(start))
+        with np.errstate(all="ignore"):
+            for _ in range(NEWTON_STEPS):
+                at = start + way[:, None] * along
+                way = way - self.distance(at) / dot(self.gradient(at), along)
+            way = np.where(np.isfinite(way), way, np.inf)
+            at = start + np.clip(way, -reach, reach)[:, None] * along
+        size = float(np.abs(start).max(initial=0.0)) + 1.0
+        met = (np.abs(way) <= reach) & (np.abs(self.distance(at)) < 1e-6 * size) & (dot(self.gradient(at), along) > 0)
+        if self.extent is not None:
+            met &= patch.inside(self.coordinates(at), self.extent, self.periods)
+        return np.where(met, way, np.nan)
+
+    def _scaled(self, scale: float) -> tuple[float, ...]:
+        """Return the measures of the shape when lengths are scaled."""
+        return tuple(scale * measure for measure in self._shape)
+
+    def _area_density(self, uv: Array) -> Array:
+        """Return the area at coordinates (n, 2), up to a factor."""
+        return self._on_profile(uv[:, 1])[0]
+
+    def _ends(self) -> Array:
+        """Return the extent, or that of the whole surface."""
+        if self.extent is not None:
+            return self.extent
+        if all(self.periods):
+            return np.array([[-np.pi, np.pi], [-np.pi, np.pi]])
+        raise ValueError(f"a {self.kind} without a fit has no ends: give it an extent with_fit")
+
+    def _local(self, points: ArrayLike) -> Array:
+        """Return points (n, 3) in the frame."""
+        at = checks.array("points", points, (None, 3))
+        return (at - self._pose[0]) @ self.frame.T
+
+    def _cylindrical(self, local: Array) -> tuple[Array, Array]:
+        """Return distances from the axis, and heights along it."""
+        return np.hypot(local[:, 0], local[:, 1]), local[:, 2]
+
+    def _placed(self, angle: Array, rho: Array, z: Array) -> Array:
+        """Return points (n, 3) of cylindrical coordinates."""
+        local = np.stack(np.broadcast_arrays(rho * np.cos(angle), rho * np.sin(angle), z), axis=1)
+        return self._pose[0] + local @ self.frame
+
+    def _linearized(self, points: Array) -> tuple[Array, Array]:
+        """Return the distances (n,) of points (n, 3), not checked, and their derivatives (n, p) by the parameters."""
+        local = (points - self._pose[0]) @ self.frame.T
+        distance, gradient, shape = self._profiled(local)
+        return distance, self._by_parameters(local, gradient, shape)
+
+    def _by_parameters(self, local: Array, gradient: Array, shape: tuple[Array, ...]) -> Array:
+        """Return derivatives (n, p) by the parameters, from those by the place in the frame, and by the measures."""
+        x, y, z = local.T
+        gx, gy, gz = gradient.T
+        motions = (lambda: gz * x - gx * z, lambda: gz * y - gy * z, lambda: -gx, lambda: -gy, lambda: -gz)
+        return np.stack([*(motions[k]() for k in self._moves), *shape], axis=1)
+
+    def _profiled(self, local: Array) -> tuple[Array, Array, tuple[Array, ...]]:
+        """Return the distances of points in the frame, their gradients there, and derivatives by the measures."""
+        rho, z = self._cylindrical(local)
+        distance, by_rho, by_z, by_shape = self._profile(rho, z)
+        out = np.divide(by_rho, rho, out=np.zeros_like(rho), where=rho > 0)
+        return distance, np.stack([out * local[:, 0], out * local[:, 1], by_z], axis=1), by_shape
+
+
+def checked_axis(name: str, value: ArrayLike) -> Array:
+    """Return a direction (3,) as a unit vector."""
+    vector = checks.array(name, value, (3,))
+    length = float(norm(vector))
+    if not length > 0:
+        raise ValueError(f"{name} must be a direction, not a vector of length 0")
+    return checks.frozen(vector / length)
+
+
+def text(vector: Array) -> str:
+    """Return a vector as representations show it."""
+    return "(" + ", ".join(f"{x:.6g}" for x in vector) + ")"

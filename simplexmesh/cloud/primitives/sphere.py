@@ -1,0 +1,77 @@
+"""Spheres."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, ClassVar, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplexmesh._base import checks
+from simplexmesh.cloud.primitives.base import Fit, Primitive, text
+
+Array = NDArray[np.float64]
+
+UP = checks.frozen([0.0, 0.0, 1.0])
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Sphere(Primitive):
+    """A sphere; its surface coordinates are longitude and latitude about the z axis.
+
+    Attributes
+    ----------
+    center : (3,) array of float
+        Center.
+    radius : float
+        Radius, above 0.
+
+    Examples
+    --------
+    >>> import simplexmesh as sm
+    >>> sm.primitives.Sphere([0, 0, 0], 2).distance([[3, 0, 0], [0, 0, 0]])
+    array([ 1., -2.])
+    """
+
+    kind: ClassVar[str] = "sphere"
+    parameter_names: ClassVar[tuple[str, ...]] = ("x", "y", "z", "radius")
+    periods: ClassVar[tuple[bool, bool]] = (True, False)
+    _moves: ClassVar[tuple[int, ...]] = (2, 3, 4)
+
+    center: Array
+    radius: float
+    fit: Fit | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "center", checks.frozen(checks.array("center", self.center, (3,))))
+        object.__setattr__(self, "radius", checks.number("radius", self.radius, 0.0, open_low=True))
+
+    def __repr__(self) -> str:
+        return f"Sphere(center {text(self.center)}, radius {self.radius:.6g})"
+
+    @property
+    def _pose(self) -> tuple[Array, Array]:
+        return self.center, UP
+
+    @property
+    def _shape(self) -> tuple[float, ...]:
+        return (self.radius,)
+
+    def _with(self, origin: Array, axis: Array, *shape: Any) -> Self:
+        return type(self)(origin, *shape)
+
+    def _profile(self, rho: Array, z: Array) -> tuple[Array, Array, Array, tuple[Array, ...]]:
+        far = np.hypot(rho, z)
+        some = np.where(far > 0, far, 1.0)
+        return far - self.radius, rho / some, z / some, (-np.ones_like(far),)
+
+    def _coordinate(self, rho: Array, z: Array) -> Array:
+        return np.arctan2(z, rho)
+
+    def _on_profile(self, v: Array) -> tuple[Array, Array]:
+        return self.radius * np.cos(v), self.radius * np.sin(v)
+
+    def _ends(self) -> Array:
+        whole = np.array([[-np.pi, np.pi], [-np.pi / 2, np.pi / 2]])
+        return self.extent if self.extent is not None else whole

@@ -1,0 +1,206 @@
+"""Primitives: distances, gradients, charts, coordinates, samples, meshes, gaps."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.testing import assert_allclose
+from scipy.spatial import cKDTree
+from scipy.spatial.transform import Rotation
+
+import simplexmesh as sm
+from simplexmesh.cloud.primitives.patch import span
+
+P = sm.primitives
+AXIS = [0.3, -0.5, 0.8]
+KINDS = {
+    "plane": P.Plane([0.1, 0.2, 0.3], AXIS),
+    "sphere": P.Sphere([0.1, 0.2, 0.3], 0.7),
+    "cylinder": P.Cylinder([0.1, 0.2, 0.3], AXIS, 0.7),
+    "cone": P.Cone([0.1, 0.2, 0.3], AXIS, 0.4),
+    "torus": P.Torus([0.1, 0.2, 0.3], AXIS, 1.0, 0.3),
+    "line": P.Line([0.1, 0.2, 0.3], AXIS),
+    "circle": P.Circle([0.1, 0.2, 0.3], AXIS, 0.7),
+}
+ENDS = {
+    "plane": [[-3, 3], [-3, 3]],
+    "sphere": [[-np.pi, np.pi], [-np.pi / 2, np.pi / 2]],
+    "cylinder": [[-np.pi, np.pi], [-3, 3]],
+    "cone": [[-np.pi, np.pi], [0, 4]],
+    "torus": [[-np.pi, np.pi], [-np.pi, np.pi]],
+    "line": [[-np.pi, np.pi], [-3, 3]],
+    "circle": [[-np.pi, np.pi], [0, 1]],
+}
+SURFACES = ["plane", "sphere", "cylinder", "cone", "torus"]
+every = pytest.mark.parametrize("kind", KINDS)
+
+
+def around(count=400, seed=0):
+    return np.random.default_rng(seed).uniform(-1.2, 1.2, (count, 3))
+
+
+def bounded(primitive, extent=None):
+    """The primitive with ends, as if it had been fitted."""
+    ends = np.array(ENDS[primitive.kind] if extent is None else extent, float)
+    return primitive.with_fit(P.Fit(0.0, 0.0, np.zeros((primitive.n_parameters,) * 2), ends, 100))
+
+
+class TestDistance:
+    @every
+    def test_is_that_of_the_nearest_of_dense_samples(self, kind):
+        primitive = KINDS[kind]
+        u, v = (np.linspace(*ends, 700) for ends in ENDS[kind])
+        grid = primitive.at(np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2))
+        near, exact = cKDTree(grid).query(around())[0], np.abs(primitive.distance(around()))
+        assert (near >= exact - 1e-12).all()
+        assert (near <= np.hypot(exact, 0.01)).all()
+
+    @every
+    def test_changes_sign_across_surfaces(self, kind):
+        signs = np.sign(KINDS[kind].distance(around()))
+        assert set(signs) == ({-1.0, 1.0} if kind in SURFACES else {1.0})
+
+    @every
+    def test_feet_are_on_it_and_as_far(self, kind):
+        primitive, points = KINDS[kind], around()
+        feet = primitive.projected(points)
+        assert_allclose(primitive.distance(feet), 0, atol=1e-12)
+        assert_allclose(np.linalg.norm(points - feet, axis=1), np.abs(primitive.distance(points)), atol=1e-12)
+
+    @every
+    def test_gradient_is_the_difference_quotient(self, kind):
+        primitive, points = KINDS[kind], around()
+        steps = [(primitive.distance(points + h) - primitive.distance(points - h)) / 2e-6 for h in 1e-6 * np.eye(3)]
+        assert_allclose(primitive.gradient(points), np.stack(steps, axis=1), atol=1e-8)
+
+    @every
+    def test_is_finite_where_undefined(self, kind):
+        primitive = KINDS[kind]
+        origin, axis = primitive._pose
+        on = np.stack([origin, origin + 0.5 * axis, origin - 0.5 * axis])
+        assert np.isfinite(primitive.gradient(on)).all()
+        assert np.isfinite(primitive.derivatives(on)).all()
+
+    @every
+    @settings(max_examples=20, deadline=None)
+    @given(seed=st.integers(0, 10**6), scale=st.floats(0.01, 100))
+    def test_goes_with_motions_and_scales(self, kind, seed, scale):
+        T = np.eye(4)
+        T[:3, :3] = scale * Rotation.random(random_state=seed).as_matrix()
+        T[:3, 3] = np.random.default_rng(seed).normal(size=3)
+        points = around(50)
+        moved = points @ T[:3, :3].T + T[:3, 3]
+        assert_allclose(
+            KINDS[kind].transformed(T).distance(moved), scale * KINDS[kind].distance(points), atol=1e-9 * scale
+        )
+
+
+class TestChart:
+    @every
+    def test_derivatives_are_difference_quotients(self, kind):
+        primitive, points = KINDS[kind], around()
+        found = primitive.derivatives(points)
+        assert found.shape == (len(points), primitive.n_parameters)
+        for k, step in enumerate(1e-6 * np.eye(primitive.n_parameters)):
+            quotient = (primitive.stepped(step).distance(points) - primitive.stepped(-step).distance(points)) / 2e-6
+            assert_allclose(found[:, k], quotient, atol=1e-8)
+
+    @every
+    @pytest.mark.parametrize("axis", np.concatenate([np.eye(3), -np.eye(3)]))
+    def test_has_no_singular_pose(self, kind, axis):
+        turn = np.eye(4)
+        turn[:3, :3] = Rotation.align_vectors([axis], [KINDS[kind]._pose[1]])[0].as_matrix()
+        derivatives = KINDS[kind].transformed(turn).derivatives(around(2000))
+        assert np.linalg.cond(derivatives) < 50
+
+    @every
+    def test_zero_step_and_other_points_of_the_axis_change_nothing(self, kind):
+        primitive, points = KINDS[kind], around()
+        same = primitive.stepped(np.zeros(primitive.n_parameters))
+        assert_allclose(same.distance(points), primitive.distance(points), atol=1e-14)
+        assert_allclose(primitive.centered(points + 5).distance(points), primitive.distance(points), atol=1e-12)
+
+
+class TestPart:
+    @pytest.mark.parametrize("kind", SURFACES)
+    def test_samples_are_on_it_evenly_and_within(self, kind):
+        primitive = bounded(KINDS[kind])
+        points = primitive.sample(20000, rng=1)
+        assert_allclose(primitive.distance(points), 0, atol=1e-12)
+        mesh = primitive.triangulated(0.05)
+        middle = mesh.vertices[mesh.faces].mean(axis=1)
+        one, two = (mesh.vertices[mesh.faces[:, k]] - mesh.vertices[mesh.faces[:, 0]] for k in (1, 2))
+        share = np.average(middle, axis=0, weights=np.linalg.norm(np.cross(one, two), axis=1))
+        assert_allclose(points.mean(axis=0), share, atol=5 * points.std() / np.sqrt(len(points)) + 0.01)
+
+    @pytest.mark.parametrize("kind", SURFACES)
+    def test_bounds_hold_samples_tightly(self, kind):
+        ends = [[0.3, 2.1], [0.2, 1.1]] if kind != "plane" else ENDS[kind]
+        primitive = bounded(KINDS[kind], ends)
+        u, v = (np.linspace(*row, 400) for row in ends)
+        points = primitive.at(np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2))
+        assert_allclose(primitive.bounds, [points.min(axis=0), points.max(axis=0)], atol=1e-3)
+
+    @pytest.mark.parametrize(
+        ("kind", "genus", "holes"), [("sphere", 0, 0), ("cylinder", 0, 2), ("torus", 1, 0), ("cone", 0, 1)]
+    )
+    def test_meshes_are_sound(self, kind, genus, holes):
+        mesh = bounded(KINDS[kind]).mesh(0.1)
+        assert mesh.check()
+        assert (mesh.genus, mesh.n_holes) == (genus, holes)
+        assert np.abs(KINDS[kind].distance(mesh.vertices)).max() < 0.01
+        outside = np.einsum("ij,ij->i", KINDS[kind].gradient(mesh.vertices), mesh.normals)
+        assert np.median(outside) > 0.9
+
+    def test_without_ends_says_so(self):
+        with pytest.raises(ValueError, match="has no ends"):
+            KINDS["cylinder"].sample(3)
+
+    def test_span_of_angles(self):
+        assert_allclose(span(np.array([3.0, -3.0, 2.5]), periodic=True), [2.5, 2 * np.pi - 3.0])
+        assert_allclose(span(np.linspace(0, 7, 90), periodic=True), [-np.pi, np.pi])
+        assert_allclose(span(np.array([3.0, -3.0, 2.5]), periodic=False), [-3, 3])
+
+
+class TestGap:
+    @pytest.mark.parametrize("kind", SURFACES)
+    def test_reaches_the_surface_along_the_normal(self, kind):
+        primitive = bounded(KINDS[kind])
+        on = primitive.sample(300, rng=2)
+        normals = primitive.gradient(on)
+        start = on + 0.02 * normals
+        assert_allclose(primitive.gap(start, normals, 0.1), -0.02, atol=1e-6)
+        assert np.isnan(primitive.gap(start, normals, 0.01)).all()
+        assert np.isnan(primitive.gap(start, -normals, 0.1)).all()
+
+    def test_ends_where_the_points_did(self):
+        pipe = bounded(KINDS["cylinder"], [[-np.pi, np.pi], [-1, 1]])
+        beyond = pipe.at([[0.0, 2.0], [0.0, 0.5]])
+        assert np.isnan(pipe.gap(beyond, pipe.gradient(beyond), 1.0)).tolist() == [True, False]
+
+    def test_draws_a_sphere(self):
+        ball = P.Sphere([0, 0, 0], 1.0)
+        model = sm.DeformableModel(sm.sphere(8, radius=1.3), ball)
+        for _ in model.run(60):
+            pass
+        assert np.abs(ball.distance(model.mesh.vertices)).max() < 0.02
+
+
+class TestBadInput:
+    @pytest.mark.parametrize(
+        ("make", "said"),
+        [
+            (lambda: P.Cylinder([0, 0, 0], [0, 0, 0], 1), "axis must be a direction"),
+            (lambda: P.Cylinder([0, 0, 0], [0, 0, 1], 0), "radius"),
+            (lambda: P.Cylinder([0, 0, np.nan], [0, 0, 1], 1), "point must be finite"),
+            (lambda: P.Torus([0, 0, 0], [0, 0, 1], 1, 2), "tube_radius must be at most"),
+            (lambda: P.Cone([0, 0, 0], [0, 0, 1], 30), "radians"),
+            (lambda: P.Plane([0, 0], [0, 0, 1]), "point must have shape"),
+            (lambda: KINDS["sphere"].transformed(np.diag([1, 2, 1, 1.0])), "one scale"),
+        ],
+    )
+    def test_is_told(self, make, said):
+        with pytest.raises(ValueError, match=said):
+            make()
