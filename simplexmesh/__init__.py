@@ -101,10 +101,10 @@ __all__ = sorted([*_MODULE, *_SUBMODULES, "__version__"])
 
 if TYPE_CHECKING:  # the same list once more, for type checkers and editors; a test compares the two
     from simplexmesh import plot as plot
-    from simplexmesh.cloud import primitives as primitives
     from simplexmesh._base.errors import DivergedError as DivergedError
     from simplexmesh._base.errors import SimplexMeshWarning as SimplexMeshWarning
     from simplexmesh._base.errors import TopologyError as TopologyError
+    from simplexmesh.cloud import primitives as primitives
     from simplexmesh.data.cutting.boolean import boolean as boolean
     from simplexmesh.data.cutting.clipping import clipped as clipped
     from simplexmesh.data.cutting.dividing import divided as divided
