@@ -49,6 +49,9 @@ DOORS = {
     "skimage": ["/motion/start/polygonize.py"],
     "SimpleITK": ["/data/io/itk.py", "/data/io/writing.py"],
     "plyfile": ["/data/io/ply.py"],
+    "laspy": ["/data/io/survey/las.py"],
+    "lazrs": ["/data/io/survey/las.py"],
+    "pye57": ["/data/io/survey/e57.py"],
     "pyvista": [
         *("/plot/*.py", "/bench/charts.py", "/data/io/vtk.py", "/data/conversion.py", "/data/io/writing.py"),
         "/cli/*.py",

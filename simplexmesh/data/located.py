@@ -61,8 +61,9 @@ class Located(InUnits):
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write to a file in the format its name says.
 
-        Points: .vtp, .ply or .xyz. Triangles also: .obj, .off, .stl, and .glb or .3mf with the extra `export`. All
-        arrays go into .vtp and .ply, those of up to four columns into .glb, colors and `uv` into .obj.
+        Points: .vtp, .ply or .xyz, and .las, .laz or .e57 with the extra `survey`. Triangles also: .obj, .off, .stl,
+        and .glb or .3mf with the extra `export`. All arrays go into .vtp, .ply and the files of surveys, those of up
+        to four columns into .glb, colors and `uv` into .obj.
 
         Warns
         -----

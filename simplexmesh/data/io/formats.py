@@ -21,6 +21,8 @@ NAMES = {
     "obj": "OBJ",
     "off": "OFF",
     "pcd": "PCD",
+    "las": "LAS",
+    "e57": "E57",
     "text": "XYZ",
 }
 
@@ -42,6 +44,9 @@ SUFFIXES = {
     ".obj": "obj",
     ".off": "off",
     ".pcd": "pcd",
+    ".las": "las",
+    ".laz": "las",
+    ".e57": "e57",
     ".xyz": "text",
     ".xyzn": "text",
     ".xyzc": "text",
@@ -64,6 +69,8 @@ _MAGIC = [
     (b"MM\0+", "tiff"),
     (b"# .PCD", "pcd"),
     (b"VERSION", "pcd"),
+    (b"LASF", "las"),
+    (b"ASTM-E57", "e57"),
 ]
 
 
@@ -107,7 +114,7 @@ def format_of(path: Path) -> str:
 
 def with_article(name: str) -> str:
     """Return the name of a format with its indefinite article."""
-    return ("an " if name in ("NRRD", "STL", "OBJ", "OFF", "XYZ") else "a ") + name
+    return ("an " if name in ("NRRD", "STL", "OBJ", "OFF", "XYZ", "LAS", "E57") else "a ") + name
 
 
 def _by_content(head: bytes, size: int) -> str | None:

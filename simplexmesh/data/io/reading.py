@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from simplexmesh._base import checks
 from simplexmesh._base.errors import TopologyError, warn
 from simplexmesh.data.io import formats
-from simplexmesh.data.points import PointCloud, cloud_of_vertices
+from simplexmesh.data.points import PointCloud, cloud_of_file, cloud_of_vertices
 from simplexmesh.data.poses import read_poses
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.data.volume import Volume
@@ -34,7 +34,7 @@ def read(path: str | os.PathLike[str]) -> Any:
     ----------
     path : str or Path
         Volumes: MetaImage, NRRD, NIfTI, VTI, DICOM, TIFF, a folder of DICOM or TIFF slices. Surfaces and points:
-        PLY, STL, OBJ, OFF, VTK, VTP, PCD, XYZ and CSV text.
+        PLY, STL, OBJ, OFF, VTK, VTP, PCD, XYZ and CSV text; LAS, LAZ and E57 with the extra `survey`.
 
     Returns
     -------
@@ -205,6 +205,14 @@ def _read_kind(path: Path, kind: str) -> Any:
         from simplexmesh.data.io.pcd import read_pcd
 
         return read_pcd(path)
+    if kind == "las":
+        from simplexmesh.data.io.survey.las import read_las
+
+        return cloud_of_file(path.name, *read_las(path), missing=True)
+    if kind == "e57":
+        from simplexmesh.data.io.survey.e57 import read_e57
+
+        return cloud_of_file(path.name, *read_e57(path), missing=True)
     if kind == "text":
         from simplexmesh.data.io.text import read_text
 

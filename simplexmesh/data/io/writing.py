@@ -1,4 +1,4 @@
-"""Write meshes and points to VTP, PLY, OBJ, OFF, STL, XYZ, GLB and 3MF files, volumes to VTI and medical formats."""
+"""Write meshes and points to files of geometry, of the web and of surveys, volumes to VTI and medical formats."""
 
 from __future__ import annotations
 
@@ -53,8 +53,8 @@ def save(path: str | os.PathLike[str], value: Any) -> None:
     if suffix not in _WRITERS:
         raise ValueError(f"path must end with one of {', '.join(_WRITERS)}, not {suffix or 'nothing'} ({where.name})")
     content = _content(value)
-    if suffix not in (".vtp", ".ply", ".xyz") and not len(content.sizes):
-        raise ValueError(f"path must end with .vtp, .ply or .xyz for points without faces, not {suffix}")
+    if suffix not in _OF_POINTS and not len(content.sizes):
+        raise ValueError(f"path must end with one of {', '.join(_OF_POINTS)} for points without faces, not {suffix}")
     with draft(where) as part:
         _WRITERS[suffix](part, content)
     _tell_what_is_lost(suffix, content.data)
@@ -291,6 +291,18 @@ def _write_xyz(path: Path, content: _Polygons) -> None:
     _write_lines(path, (" ".join(map(repr, row)) + "\n" for row in rows.tolist()))
 
 
+def _write_las(path: Path, content: _Polygons) -> None:
+    from simplexmesh.data.io.survey.las import write_las
+
+    write_las(path, content.points, content.normals, content.data, content.unit)
+
+
+def _write_e57(path: Path, content: _Polygons) -> None:
+    from simplexmesh.data.io.survey.e57 import write_e57
+
+    write_e57(path, content.points, content.normals, content.data, content.unit)
+
+
 def _write_glb(path: Path, content: _Polygons) -> None:
     """Write triangles in meters, with colors, and with other arrays of up to four columns in single precision."""
     surface = _in(content.triangles(), "m")
@@ -332,6 +344,9 @@ _HOLDS: dict[str, Callable[[str, NDArray[Any]], bool]] = {
 }
 """Which named arrays a file can hold, of formats that do not hold all."""
 
+_OF_POINTS = (".vtp", ".ply", ".xyz", ".las", ".laz", ".e57")
+"""Formats that hold points without faces."""
+
 _WRITERS: dict[str, Callable[[Path, _Polygons], None]] = {
     ".vtp": _write_vtp,
     ".ply": _write_ply,
@@ -339,6 +354,9 @@ _WRITERS: dict[str, Callable[[Path, _Polygons], None]] = {
     ".off": _write_off,
     ".stl": _write_stl,
     ".xyz": _write_xyz,
+    ".las": _write_las,
+    ".laz": _write_las,
+    ".e57": _write_e57,
     ".glb": _write_glb,
     ".3mf": _write_3mf,
 }

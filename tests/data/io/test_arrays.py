@@ -301,7 +301,7 @@ def test_3mf_is_in_millimeters(tmp_path):
 
 @pytest.mark.parametrize("ending", [".glb", ".3mf"])
 def test_what_trimesh_writes_needs_faces_and_trimesh(ending, tmp_path, monkeypatch):
-    with pytest.raises(ValueError, match=r"path must end with .vtp, .ply or .xyz for points"):
+    with pytest.raises(ValueError, match=r"path must end with one of .vtp, .ply, .xyz, .las, .laz, .e57 for points"):
         CLOUD.save(tmp_path / f"a{ending}")
     monkeypatch.setitem(__import__("sys").modules, "trimesh", None)
     with pytest.raises(ImportError, match=r"this needs the extra export: pip install 'simplexmesh\[export\]'"):

@@ -205,7 +205,7 @@ class TestRefusals:
                 "a.xyzzy",
                 sm.sphere(2),
                 ValueError,
-                r"path must end with one of .vtp, .ply, .obj, .off, .stl, .xyz, .glb, .3mf, not .xyzzy",
+                r"path must end with one of .vtp, .ply, .obj, .off, .stl, .xyz, .*, .3mf, not .xyzzy",
             ),
             ("a", sm.sphere(2), ValueError, "path must end with one of .*, not nothing"),
             ("no/a.vtp", sm.sphere(2), FileNotFoundError, "path must be in an existing folder, .*no' is not one"),
@@ -215,7 +215,7 @@ class TestRefusals:
                 TypeError,
                 "value must be a SimplexMesh, TriangleMesh or PointCloud, not ndarray",
             ),
-            ("a.stl", sm.PointCloud(np.eye(4)[:, :3]), ValueError, "path must end with .vtp, .ply or .xyz for points"),
+            ("a.stl", sm.PointCloud(np.eye(4)[:, :3]), ValueError, "must end with one of .*.e57 for points"),
             ("folder.vtp", sm.sphere(2), IsADirectoryError, "path must be a file"),
         ],
     )

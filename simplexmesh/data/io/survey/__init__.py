@@ -1,0 +1,1 @@
+"""Points of surveys, by libraries that are optional: LAS and LAZ, E57."""
