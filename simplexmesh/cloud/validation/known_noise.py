@@ -1,0 +1,32 @@
+"""The test of residuals against noise of known deviation."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.special import chdtrc
+
+from simplexmesh.cloud.validation.outcome import Outcome
+
+Array = NDArray[np.float64]
+
+
+def chi_square_test(residuals: Array, noise: ArrayLike, parameters: float) -> Outcome:
+    """Test whether residuals are larger than noise of a deviation, one or (n,) for each point.
+
+    The sum of (residual / noise)^2 has the chi-square law with n - parameters degrees of freedom (Chaperon 2002,
+    section 5.2.2, where the ratio of deviations is said to have it).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> chi_square_test(np.random.default_rng(0).normal(0, 2, 500), 2.0, 0), chi_square_test(np.full(9, 3.0), 2.0, 1)
+    (Outcome(514, p 0.322, passed), Outcome(20.2, p 0.00943, rejected))
+    """
+    statistic = float(((residuals / np.asarray(noise, float)) ** 2).sum())
+    return Outcome(statistic, float(chdtrc(len(residuals) - parameters, statistic)))
+
+
+def noise_along(covariances: Array, directions: Array) -> Array:
+    """Return the deviations (n,) along unit directions (n, 3) of points with covariances (n, 3, 3)."""
+    return np.sqrt(np.einsum("ni,nij,nj->n", directions, covariances, directions))

@@ -1,0 +1,125 @@
+"""The test whether averages over neighbors keep more of residuals than they do of noise."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_array
+from scipy.spatial import cKDTree
+
+from simplexmesh.cloud.validation.outcome import Outcome
+from simplexmesh.cloud.validation.regression import rounding
+
+Array = NDArray[np.float64]
+
+NEIGHBORS = 10
+"""Over which residuals are averaged, each with itself (Chaperon 2002, section 5.2.6)."""
+
+TRIALS = 399
+"""Of the law under the hypothesis: p-values are whole 400ths."""
+
+
+def nearest_neighbors(points: Array, k: int = NEIGHBORS) -> csr_array:
+    """Return the matrix (n, n) that averages over the k nearest points, itself among them; of any dimension."""
+    n = len(points)
+    index = cKDTree(points).query(points, k=range(1, min(k, n) + 1))[1]
+    return _averaging(np.repeat(np.arange(n), index.shape[1]), index.ravel(), n)
+
+
+def ball_neighbors(points: Array, radius: float) -> csr_array:
+    """Return the matrix (n, n) that averages over the points within a radius, itself among them."""
+    pairs = cKDTree(points).query_pairs(radius, output_type="ndarray")
+    return edge_neighbors(pairs, len(points))
+
+
+def edge_neighbors(edges: NDArray[np.integer], count: int) -> csr_array:
+    """Return the matrix (count, count) that averages over the ends (e, 2) of a mesh' edges, itself among them."""
+    itself = np.arange(count)
+    rows = np.concatenate([edges[:, 0], edges[:, 1], itself])
+    return _averaging(rows, np.concatenate([edges[:, 1], edges[:, 0], itself]), count)
+
+
+def _averaging(rows: NDArray[np.integer], columns: NDArray[np.integer], count: int) -> csr_array:
+    """Return the matrix that averages over pairs, each of them once."""
+    out = csr_array((np.ones(len(rows)), (rows, columns)), shape=(count, count))
+    out.sum_duplicates()
+    out.data = np.repeat(1.0 / np.diff(out.indptr), np.diff(out.indptr))
+    return out
+
+
+def means(residuals: Array, averaging: csr_array) -> Array:
+    """Return the mean (n,) or (n, m) over neighbors (eq. 5.7)."""
+    return averaging @ residuals
+
+
+def medians(residuals: Array, averaging: csr_array) -> Array:
+    """Return the median (n,) or (n, m) over neighbors, which outliers do not move."""
+    if residuals.ndim > 1:
+        return np.stack([medians(column, averaging) for column in residuals.T], axis=1)
+    counts, values = np.diff(averaging.indptr), residuals[averaging.indices]
+    ordered = values[np.lexsort((values, np.repeat(np.arange(len(counts)), counts)))]
+    low, high = averaging.indptr[:-1] + (counts - 1) // 2, averaging.indptr[:-1] + counts // 2
+    return (ordered[low] + ordered[high]) / 2
+
+
+def smoothed_ratio(residuals: Array, smoothed: Array) -> Array:
+    """Return rho (eq. 5.8): squares of smoothed residuals by squares of what smoothing takes away.
+
+    About 1 / (k - 1) for independent residuals of mean 0 and means of k of them with itself, 1 / (k + 1) without;
+    columns (n, m) give (m,).
+    """
+    away = ((residuals - smoothed) ** 2).sum(axis=0)
+    kept = (smoothed**2).sum(axis=0)
+    return kept / np.maximum(away, rounding(residuals))
+
+
+def bounded_ratio(residuals: Array, smoothed: Array) -> Array:
+    """Return what smoothing takes away as a share of what it takes and keeps: 1 for noise, 0 for relief, 1 / (1 + rho).
+
+    The same by the squares of the residuals, as printed (section 5.2.6), is not bounded: 1 + 1 / k for independent
+    residuals and means without themselves.
+    """
+    return 1 / (1 + smoothed_ratio(residuals, smoothed))
+
+
+def sign_flips(residuals: Array, rng: np.random.Generator, trials: int = TRIALS) -> Array:
+    """Return residuals (n, trials) of the hypothesis: each at its place, of random sign.
+
+    Where noise is larger it stays so, as it does not in permutations (the wild bootstrap; Wu 1986).
+    """
+    return residuals[:, None] * rng.choice(np.array([-1.0, 1.0]), (len(residuals), trials))
+
+
+def smoothness_test(
+    residuals: Array,
+    averaging: csr_array,
+    rng: np.random.Generator,
+    *,
+    smooth: Callable[[Array, csr_array], Array] = means,
+    trials: int = TRIALS,
+) -> Outcome:
+    """Test residuals for relief by rho, with its law for these neighbors and residuals of random sign.
+
+    Neighbors are to be those of points on the surface: points off it are near where their residuals are alike.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> rng = np.random.default_rng(0)
+    >>> at, noise = rng.uniform(-1, 1, (500, 2)), rng.normal(size=500)
+    >>> near = nearest_neighbors(at)
+    >>> smoothness_test(noise, near, rng).passed, smoothness_test(noise + 2 * np.sin(9 * at[:, 0]), near, rng).passed
+    (True, False)
+    """
+    rest = residuals - residuals.mean()
+    trial = sign_flips(rest, rng, trials)
+    trial -= trial.mean(axis=0)
+    found = float(smoothed_ratio(rest, smooth(rest, averaging)))
+    return Outcome(found, at_least(found, smoothed_ratio(trial, smooth(trial, averaging))))
+
+
+def at_least(value: float, law: Array) -> float:
+    """Return the p-value of a statistic by trials of its law, itself one of them (Davison and Hinkley 1997, 4.11)."""
+    return float((1 + np.count_nonzero(law >= value)) / (1 + len(law)))

@@ -1,0 +1,47 @@
+"""Surface coordinates made comparable: angles cut open where no points are, ranges scaled."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+TURN = 2 * np.pi
+
+
+def unfolded(coordinates: Array, periods: tuple[bool, bool]) -> Array:
+    """Return surface coordinates (n, 2) unwrapped from the widest gap between angles on, and scaled into [-1, 1].
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> unfolded(np.array([[3.0, 0.0], [-3.0, 5.0], [-2.0, 1.0]]), (True, False)).round(2).tolist()
+    [[-1.0, -1.0], [-0.56, 1.0], [1.0, -0.6]]
+    """
+    out = np.stack([_unwrapped(coordinates[:, k]) if periods[k] else coordinates[:, k] for k in range(2)], axis=1)
+    low, high = out.min(axis=0), out.max(axis=0)
+    return np.where(high > low, 2 * (out - low) / np.where(high > low, high - low, 1.0) - 1, 0.0)
+
+
+def embedded(coordinates: Array, periods: tuple[bool, bool]) -> Array:
+    """Return surface coordinates for distances between points: `unfolded`, but angles rolled so that they close.
+
+    (n, 2) to (n, 4): one for a length, two for an angle.
+    """
+    flat, columns = unfolded(coordinates, periods), []
+    for k in range(2):
+        span = np.ptp(_unwrapped(coordinates[:, k])) if periods[k] else 0.0
+        if span > 0:
+            columns += [2 / span * np.cos(coordinates[:, k]), 2 / span * np.sin(coordinates[:, k])]
+        else:
+            columns.append(flat[:, k])
+    return np.stack(columns, axis=1)
+
+
+def _unwrapped(angles: Array) -> Array:
+    """Return angles as those from the end of their widest gap on."""
+    around = np.sort(np.mod(angles, TURN))
+    gaps = np.diff(np.append(around, around[0] + TURN))
+    start = around[(int(gaps.argmax()) + 1) % len(around)]
+    return np.mod(np.mod(angles, TURN) - start, TURN)

@@ -1,0 +1,209 @@
+"""Whether residuals of a fitted model are those of noise."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from simplexmesh._base import checks
+from simplexmesh.cloud.validation import regression, selection, smoothing
+from simplexmesh.cloud.validation.known_noise import chi_square_test
+from simplexmesh.cloud.validation.normality import normality_test
+from simplexmesh.cloud.validation.outcome import SIGNIFICANCE, Outcome
+from simplexmesh.cloud.validation.runs import helix_order, runs_test
+from simplexmesh.cloud.validation.unfolding import unfolded
+
+Array = NDArray[np.float64]
+
+MOST_POINTS = 2000
+"""That are tested: relief of an eighth of the noise is found, and a registration error of less does not matter."""
+
+TERMS = regression.polynomial_terms(np.zeros((1, 2))).shape[1]
+"""Of the polynomial that residuals are compared with."""
+
+NEGLIGIBLE = 1e-9
+"""Of the size of the points: no scanner resolves it, residuals below are of rounding and of ended iterations."""
+
+ROUNDING = 64 * float(np.finfo(float).eps)
+"""Of the coordinates, which may be far from the origin."""
+
+
+@dataclass(frozen=True, repr=False)
+class Validation:
+    """Tests of the residuals of a fitted model; `valid` is the verdict.
+
+    The verdict is that neither a polynomial of the surface coordinates (`regression`) nor smoothing over neighbors
+    (`smoothness`) finds relief in the residuals, and where the noise is known that they are not larger (`chi_square`).
+    Each is tested at the level at which one of all rejects a right model in 5 of 100 cases. It is this combination
+    because only these tests keep their level for noise of any law and of a deviation that varies over the surface, and
+    because they complement each other: polynomials find what is wide, smoothing what is small. Normality rejects right
+    models wherever noise is not normal, signs in order find little: both are told, and do not decide.
+
+    Attributes
+    ----------
+    rms, noise : float
+        Root mean square residual e, and the deviation e' of the noise that it means, of all points.
+    count, tested : int
+        Points, and how many of them, taken at random, were tested.
+    regression : Outcome
+        F of a polynomial of degree 4, with the p-value of residuals of random sign.
+    smoothness : Outcome
+        Ratio rho of what smoothing keeps to what it takes away, likewise.
+    chi_square : Outcome or None
+        Sum of squares by the known noise; None where it is not known.
+    normality : Outcome
+        Largest difference D_n from the normal law.
+    runs : Outcome
+        Number of runs of one sign along a helix, less its expectation, in deviations.
+
+    References
+    ----------
+    T. Chaperon, *Segmentation de nuage de points 3D*, 2002, chapter 5.
+    """
+
+    rms: float
+    noise: float
+    count: int
+    tested: int
+    regression: Outcome
+    smoothness: Outcome
+    chi_square: Outcome | None
+    normality: Outcome
+    runs: Outcome
+
+    @property
+    def valid(self) -> bool:
+        """Whether the residuals are those of noise."""
+        return all(outcome.passed for outcome in self._deciding)
+
+    @property
+    def p_value(self) -> float:
+        """Probability that one of the deciding tests speaks as much against a right model."""
+        least = min(outcome.p_value for outcome in self._deciding)
+        return 1.0 - (1.0 - least) ** len(self._deciding)
+
+    @property
+    def _deciding(self) -> list[Outcome]:
+        return [each for each in (self.regression, self.smoothness, self.chi_square) if each is not None]
+
+    def __repr__(self) -> str:
+        tests = f"F {self.regression.statistic:.3g}, rho {self.smoothness.statistic:.3g}"
+        chi = "" if self.chi_square is None else f", chi-square p {self.chi_square.p_value:.3g}"
+        return f"Validation({'valid' if self.valid else 'not valid'}, p {self.p_value:.3g}: {tests}{chi})"
+
+
+def validated(
+    points: ArrayLike,
+    residuals: ArrayLike,
+    coordinates: ArrayLike,
+    parameters: int,
+    *,
+    noise: float | None = None,
+    periods: tuple[bool, bool] = (False, False),
+    derivatives: ArrayLike | None = None,
+    rng: int | np.random.Generator = 0,
+) -> Validation:
+    """Return whether residuals of a fitted surface are those of noise, independent of where on the surface.
+
+    Of more than 2000 points as many are taken at random for the tests, so that an error of a model that is small
+    against the noise does not come to matter with the number of points.
+
+    Parameters
+    ----------
+    points : (n, 3) array of float
+        On the surface: `primitive.projected`. Of points off it, near ones have like residuals, and a right model may be
+        rejected. At least 16 more than parameters.
+    residuals : (n,) array of float
+        Signed distances from the surface.
+    coordinates : (n, 2) array of float
+        Surface coordinates, in radians where periodic.
+    parameters : int
+        How many were fitted.
+    noise : float, optional
+        Known deviation of the distances.
+    periods : (bool, bool)
+        Which coordinates are angles.
+    derivatives : (n, p) array of float, optional
+        Of the distances by the fitted parameters. With them the level is kept; a fit takes from residuals what its
+        parameters explain, so that without them only 1 or 2 right models in 100 are rejected, and wrong ones less too.
+    rng : Generator or int
+        Of the points taken and the random signs.
+
+    Returns
+    -------
+    Validation
+        Tests and verdict; residuals of rounding only are valid.
+
+    Raises
+    ------
+    ValueError
+        If there are too few points, or all at one place.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> rng = np.random.default_rng(0)
+    >>> flat = np.column_stack([rng.uniform(0, 9, (500, 2)), np.zeros(500)])
+    >>> distances = rng.normal(0, 0.1, 500)
+    >>> validated(flat, distances, flat[:, :2], 3)
+    Validation(valid, p 0.594: F 0.871, rho 0.116)
+    >>> validated(flat, distances + 0.1 * np.sin(flat[:, 0]), flat[:, :2], 3).valid
+    False
+    """
+    at, d, uv, J, p = _checked(points, residuals, coordinates, parameters, derivatives)
+    deviation = None if noise is None else checks.number("noise", noise, 0.0, open_low=True)
+    square_sum, n = float(d @ d), len(d)
+    told = (selection.rms(square_sum, n), selection.noise(square_sum, n, p), n)
+    if told[0] <= max(NEGLIGIBLE * float(np.ptp(at, axis=0).max()), ROUNDING * float(np.abs(at).max())):
+        exact = Outcome(0.0, 1.0)
+        return Validation(*told, 0, exact, exact, None if noise is None else exact, exact, exact)
+    generator = checks.generator("rng", rng)
+    if n > MOST_POINTS:
+        some = generator.choice(n, MOST_POINTS, replace=False)
+        at, d, uv, J = at[some], d[some], uv[some], J[some]
+    inner, flat = regression.orthonormal(J), unfolded(uv, periods)
+    rest = d - inner @ (inner.T @ d)
+    level = 1 - (1 - SIGNIFICANCE) ** (1 / (2 if deviation is None else 3))
+    relief, smooth = _relief_tests(rest, inner, flat, at, generator, level)
+    chi = None
+    if deviation is not None:
+        known = chi_square_test(d, deviation, p * len(d) / n)
+        chi = Outcome(known.statistic, known.p_value, level)
+    return Validation(*told, len(d), relief, smooth, chi, normality_test(rest), runs_test(rest[helix_order(flat)]))
+
+
+def _relief_tests(
+    rest: Array, inner: Array, flat: Array, at: Array, rng: np.random.Generator, level: float
+) -> tuple[Outcome, Outcome]:
+    """Return the tests by regression and by smoothing, of residuals without what a basis (m, q) explains."""
+    trial = smoothing.sign_flips(rest, rng)
+    trial -= inner @ (inner.T @ trial)
+    outer = regression.orthonormal(np.column_stack([inner, regression.polynomial_terms(flat)]))
+    if outer.shape[1] == inner.shape[1]:
+        raise ValueError("coordinates must differ: relief has no place in one")
+    averaging = smoothing.nearest_neighbors(at)
+    found = float(regression.nested_model_statistic(rest, outer, inner))
+    law = regression.nested_model_statistic(trial, outer, inner)
+    rho = float(smoothing.smoothed_ratio(rest, smoothing.means(rest, averaging)))
+    rho_law = smoothing.smoothed_ratio(trial, smoothing.means(trial, averaging))
+    return (
+        Outcome(found, smoothing.at_least(found, law), level),
+        Outcome(rho, smoothing.at_least(rho, rho_law), level),
+    )
+
+
+def _checked(
+    points: ArrayLike, residuals: ArrayLike, coordinates: ArrayLike, parameters: int, derivatives: ArrayLike | None
+) -> tuple[Array, Array, Array, Array, int]:
+    """Return the arrays of as many points, and derivatives, of a constant if none were given."""
+    at = checks.array("points", points, (None, 3))
+    n, p = len(at), checks.integer("parameters", parameters, 0)
+    d, uv = checks.array("residuals", residuals, (n,)), checks.array("coordinates", coordinates, (n, 2))
+    if n <= p + TERMS:
+        raise ValueError(f"points must be at least {p + TERMS + 1} to test {p} parameters, not {n}")
+    J = np.ones((n, 1)) if derivatives is None else checks.array("derivatives", derivatives, (n, None))
+    if J.shape[1] > p:
+        raise ValueError(f"derivatives must be by the {p} parameters, not {J.shape[1]}")
+    return at, d, uv, J, p

@@ -1,0 +1,47 @@
+"""The chi-square test."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from simplexmesh.cloud.validation.known_noise import chi_square_test, noise_along
+from tests.cloud.validation.fitted import are_uniform, linear_fit, places
+
+
+def test_p_values_are_uniform():
+    found = []
+    for seed in range(300):
+        rng = np.random.default_rng(seed)
+        fit = linear_fit(*places(rng, 60), rng.normal(0, 2.0, 60))
+        found.append(chi_square_test(fit.residuals, 2.0, 5).p_value)
+    assert are_uniform(found)
+    assert not are_uniform([chi_square_test(np.sqrt(60 / 55) * np.ones(60) * 2.0, 2.0, 5).p_value] * 300)
+
+
+def test_parameters_count():
+    """55 unit squares are the expectation of 55 degrees of freedom, and much of 30."""
+    assert chi_square_test(np.ones(55), 1.0, 0).p_value == pytest.approx(0.475, abs=0.01)
+    assert chi_square_test(np.ones(55), 1.0, 25).p_value < 0.005
+
+
+def test_noise_of_each_point():
+    rng = np.random.default_rng(3)
+    noise = rng.uniform(0.1, 4.0, 400)
+    residuals = rng.normal(0, noise)
+    assert chi_square_test(residuals, noise, 0).statistic == pytest.approx(float(((residuals / noise) ** 2).sum()))
+    assert chi_square_test(residuals, noise, 0).passed
+    assert not chi_square_test(1.3 * residuals, noise, 0).passed
+    assert chi_square_test(7 * residuals, 7 * noise, 0).p_value == pytest.approx(
+        chi_square_test(residuals, noise, 0).p_value
+    )
+
+
+def test_noise_along_normals():
+    rng = np.random.default_rng(4)
+    direction = np.array([0.6, 0.0, 0.8])
+    spread = rng.normal(size=(3, 3))
+    sample = rng.normal(size=(200_000, 3)) @ spread.T
+    found = noise_along(np.stack([spread @ spread.T, np.eye(3)]), np.stack([direction, direction]))
+    assert found[0] == pytest.approx((sample @ direction).std(), rel=0.01)
+    assert found[1] == pytest.approx(1.0)
