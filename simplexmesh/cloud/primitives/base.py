@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, Self, cast
@@ -46,8 +47,8 @@ class Fit:
         Ranges of the points' two surface coordinates; of an angle the second end is less than a turn after the first.
     count : int
         How many points were used.
-    validation : Validation, optional
-        Whether the distances are those of noise.
+    tests : callable, optional
+        Returns the `validation`.
     """
 
     rms: float
@@ -55,7 +56,12 @@ class Fit:
     covariance: Array
     extent: Array
     count: int
-    validation: Validation | None = None
+    tests: Callable[[], Validation] | None = None
+
+    @cached_property
+    def validation(self) -> Validation | None:
+        """Whether the distances are those of noise, tested when first asked for; None of curves and few points."""
+        return self.tests() if self.tests else None
 
     def __repr__(self) -> str:
         return f"Fit({self.count:,} points, rms {self.rms:.3g})"

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from simplexmesh._base.vectors import dot, norm, normalized
+from simplexmesh.numerics.round_fits import across_normals, ball, cone_apex, from_axis, met_axis
 
 Array = NDArray[np.float64]
 
@@ -68,7 +69,7 @@ def _to_plane(points: Array, x: Array) -> Array:
 
 def _sphere(points: Array, normals: Array) -> Array | None:
     """Return the center and radius of a sphere."""
-    center, radius = _ball(points)
+    center, radius = ball(points)
     return np.append(center, radius) if radius < LARGEST else None
 
 
@@ -78,60 +79,44 @@ def _to_sphere(points: Array, x: Array) -> Array:
 
 def _cylinder(points: Array, normals: Array) -> Array | None:
     """Return a point on the axis most perpendicular to the normals, the axis, and the radius of a cylinder."""
-    frame = np.linalg.svd(normals)[2]
-    center, radius = _ball(points @ frame[:2].T)
+    frame = across_normals(normals)
+    center, radius = ball(points @ frame[:2].T)
     return np.array([*(center @ frame[:2]), *frame[2], radius]) if radius < LARGEST else None
 
 
 def _to_cylinder(points: Array, x: Array) -> Array:
-    return _from_axis(points, x)[0] - x[6]
+    return from_axis(points, x[:3], normalized(x[3:6]))[0] - x[6]
 
 
 def _cone(points: Array, normals: Array) -> Array | None:
     """Return the apex of a cone, which is in all tangent planes, its axis and half its angle."""
     axis = np.linalg.svd(normals - normals.mean(axis=0))[2][-1]
-    apex = np.asarray(np.linalg.lstsq(normals, dot(normals, points), rcond=None)[0], float)
+    apex = cone_apex(points, normals)
     if norm(apex) > LARGEST:
         return None
     axis = axis if dot(points.mean(axis=0) - apex, axis) > 0 else -axis
-    away, along = _from_axis(points, np.append(apex, axis))
+    away, along = from_axis(points, apex, axis)
     return np.array([*apex, *axis, np.arctan2(np.median(away), np.median(along))])
 
 
 def _to_cone(points: Array, x: Array) -> Array:
-    away, along = _from_axis(points, x)
+    away, along = from_axis(points, x[:3], normalized(x[3:6]))
     return away * np.cos(x[6]) - along * np.sin(x[6])
 
 
 def _torus(points: Array, normals: Array) -> Array | None:
     """Return the center and axis, which all normals meet, and the two radii of a torus."""
-    lines = np.concatenate([np.cross(points, normals), normals], axis=1)
-    axis, moment = np.split(np.linalg.svd(lines)[2][-1], 2)
-    if norm(axis) < 1e-3 * norm(moment):
+    found = met_axis(points, normals)
+    if found is None:
         return None
-    on = np.append(np.cross(axis, moment) / dot(axis, axis), axis)
-    (ring, height), tube = _ball(np.column_stack(_from_axis(points, on)))
-    center = on[:3] + height * axis / norm(axis)
+    (ring, height), tube = ball(np.column_stack(from_axis(points, *found)))
+    center, axis = found[0] + height * found[1], found[1]
     return np.array([*center, *axis, ring, tube]) if 0 < tube < LARGEST and 0 < ring < LARGEST else None
 
 
 def _to_torus(points: Array, x: Array) -> Array:
-    away, along = _from_axis(points, x)
+    away, along = from_axis(points, x[:3], normalized(x[3:6]))
     return np.hypot(away - x[6], along) - x[7]
-
-
-def _from_axis(points: Array, x: Array) -> tuple[Array, Array]:
-    """Return the distances from an axis, given by a point and a direction, and the places along it from the point."""
-    axis, apart = normalized(x[3:6]), points - x[:3]
-    along = dot(apart, axis)
-    return norm(apart - along[:, None] * axis), along
-
-
-def _ball(points: Array) -> tuple[Array, float]:
-    """Return center and radius of the circle or sphere with the least algebraic distance."""
-    A = np.column_stack([2 * points, np.ones(len(points))])
-    x = np.asarray(np.linalg.lstsq(A, dot(points, points), rcond=None)[0], float)
-    return x[:-1], float(np.sqrt(max(x[-1] + dot(x[:-1], x[:-1]), 0.0)))
 
 
 FITS = (

@@ -1,0 +1,74 @@
+"""How a primitive was fitted: distances, covariance, extent and validation."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplexmesh.cloud.fitting.inputs import Given, per_point
+from simplexmesh.cloud.fitting.solver import Mask, normal_matrix
+from simplexmesh.cloud.primitives import Fit, Primitive
+from simplexmesh.cloud.validation.validation import Validation, validated
+
+Array = NDArray[np.float64]
+
+TESTED = 2000
+"""Points whose distances are validated."""
+
+SPARE = 16
+"""Points more than parameters that a validation needs."""
+
+SINGULAR = 1e-13
+"""Of the largest eigenvalue of a normal matrix of unit diagonal: parameters do not change distances independently."""
+
+
+def described(primitive: Primitive, given: Given, used: NDArray[np.bool_], mask: Mask | None) -> Primitive:
+    """Return a primitive with how it was fitted to points."""
+    points = given.points[used]
+    count, each = len(points), per_point(primitive.kind)
+    free = np.ones(primitive.n_parameters, bool) if mask is None else ~mask
+    distance = primitive.distance(points)
+    square = distance @ distance if given.weights is None else distance**2 @ given.weights
+    spare = count * each - int(free.sum())
+    noise = float(np.sqrt(square / spare)) if spare else float("nan")
+    deviation = noise if given.noise is None else given.noise
+    covariance = deviation**2 * inverse(normal_matrix(primitive, points, given.weights), free, primitive.kind)
+    tests = _tests(primitive, points, free, given) if each == 1 else None
+    extent = primitive.within(points)
+    return primitive.with_fit(Fit(float(np.sqrt(square / count)), noise, covariance, extent, count, tests))
+
+
+def inverse(matrix: Array, free: NDArray[np.bool_], kind: str) -> Array:
+    """Return the inverse (p, p) of a normal matrix in the free parameters, 0 in the others."""
+    scale = np.sqrt(np.diagonal(matrix)[free])
+    out = np.zeros_like(matrix)
+    if len(scale):
+        values, vectors = np.linalg.eigh(matrix[np.ix_(free, free)] / np.maximum(np.outer(scale, scale), 1e-300))
+        if values[0] <= SINGULAR * values[-1]:
+            raise ValueError(f"points must determine a {kind}, but these leave some of its parameters free")
+        out[np.ix_(free, free)] = (vectors / values) @ vectors.T / np.outer(scale, scale)
+    return out
+
+
+def _tests(
+    primitive: Primitive, points: Array, free: NDArray[np.bool_], given: Given
+) -> Callable[[], Validation] | None:
+    """Return what tests whether the distances of some of the points are noise; None of too few points."""
+    if len(points) > TESTED:
+        points = points[np.sort(given.rng.choice(len(points), TESTED, replace=False))]
+    if len(points) < primitive.n_parameters + SPARE:
+        return None
+    return partial(
+        validated,
+        primitive.projected(points),
+        primitive.distance(points),
+        primitive.coordinates(points),
+        int(free.sum()),
+        noise=given.noise,
+        periods=primitive.periods,
+        derivatives=primitive.derivatives(points)[:, free],
+        rng=int(given.rng.integers(2**32)),
+    )

@@ -1,0 +1,150 @@
+"""Fit a primitive to points."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from simplexmesh._base.errors import warn
+from simplexmesh.cloud.fitting import selection
+from simplexmesh.cloud.fitting.describe import described
+from simplexmesh.cloud.fitting.inputs import Given, checked, held
+from simplexmesh.cloud.fitting.refine import Cloud, cloud_of, deviation, fitted, is_thin, spread, without_outliers
+from simplexmesh.cloud.fitting.solver import solve
+from simplexmesh.cloud.fitting.starts import scaled
+from simplexmesh.cloud.primitives import Primitive
+
+Array = NDArray[np.float64]
+
+
+def fit_primitive(
+    points: ArrayLike,
+    kind: str,
+    *,
+    radius: float | None = None,
+    axis: ArrayLike | None = None,
+    point: ArrayLike | None = None,
+    tube_radius: float | None = None,
+    half_angle: float | None = None,
+    start: Primitive | None = None,
+    normals: ArrayLike | None = None,
+    robust: bool = False,
+    noise: float | None = None,
+    weights: ArrayLike | None = None,
+    rng: np.random.Generator | int = 0,
+) -> Primitive:
+    """Fit a plane, sphere, cylinder, cone, torus, line or circle to points, or the simplest surface that suits them.
+
+    The sum of the squared distances is least; these are exact, not algebraic. Of several initial values, from normals,
+    from directions all over the sphere and from simpler primitives, the best one is refined (Levenberg-Marquardt in
+    local charts, so that no direction is singular).
+
+    Parameters
+    ----------
+    points : (n, 3) array of float
+        At least as many different ones as the kind has parameters.
+    kind : str
+        "plane", "sphere", "cylinder", "cone", "torus", "line", "circle", or "any": of the five surfaces the one of the
+        fewest parameters than which no other one is clearly better (by the Bayesian information criterion).
+    radius : float, optional
+        Known radius of a sphere, cylinder or circle, or of the middle of the tube of a torus.
+    axis : (3,) array of float, optional
+        Known axis of a cylinder, cone or torus, direction of a line, or normal of a plane or circle.
+    point : (3,) array of float, optional
+        Known center of a sphere, torus or circle, apex of a cone, or a point of a plane, line or cylinder's axis.
+    tube_radius : float, optional
+        Known radius of the tube of a torus.
+    half_angle : float, optional
+        Known angle between the axis and the surface of a cone, in radians.
+    start : Primitive, optional
+        One of the kind to start from instead.
+    normals : (n, 3) array of float, optional
+        Normals of the points, of either sign, for the initial values; otherwise they are estimated.
+    robust : bool
+        Whether there may be outliers: the fit then starts from random subsets too, and uses the points that are within
+        three deviations of their noise. Up to 30 % of outliers do no harm.
+    noise : float, optional
+        Known deviation of the points along normals, for the covariance and the validation.
+    weights : (n,) array of float, optional
+        Weights of the squared distances, at least 0: inverse variances, up to a factor.
+    rng : Generator or int
+        Draws the points of initial values.
+
+    Returns
+    -------
+    Primitive
+        Its `fit` has the rms distance, the deviation of the noise, the covariance of the parameters (0 of known ones),
+        the extent of the points, how many were used and whether the distances are those of noise.
+
+    Raises
+    ------
+    ValueError
+        Points that do not determine the primitive: too few, all the same, on a line or in a plane.
+
+    Warns
+    -----
+    SimplexMeshWarning
+        A simpler kind suits the points as well: the parameters of the wanted one are hardly determined.
+
+    References
+    ----------
+    T. Chaperon, *Segmentation de nuage de points 3D*, 2002, chapters 4 and 5.
+
+    Examples
+    --------
+    >>> import numpy as np, simplexmesh as sm
+    >>> turn, along = np.random.default_rng(0).uniform([0, 0], [3, 8], (500, 2)).T
+    >>> points = np.stack([2 * np.cos(turn), 2 * np.sin(turn), along], axis=1)
+    >>> sm.fit_primitive(points, "any").kind, round(sm.fit_primitive(points, "cylinder").radius, 6)
+    ('cylinder', 2.0)
+    """
+    known = {"axis": axis, "point": point, "radius": radius, "tube_radius": tube_radius, "half_angle": half_angle}
+    given = checked(points, kind, known, start, normals, weights, robust=robust, noise=noise, rng=rng)
+    cloud = cloud_of(given)
+    found = _chosen(cloud, given) if kind == "any" else _wanted(kind, cloud, given)
+    mask = held(found.kind, given.known)
+    used = np.ones(len(given.points), bool)
+    if given.robust:
+        found, used = without_outliers(found, cloud.points, mask)
+    else:
+        found = solve(found, cloud.points, weights=given.weights, fixed=mask)[0]
+    out = scaled(found, given.size, given.middle)
+    return described(out, given, used, mask)
+
+
+def _wanted(kind: str, cloud: Cloud, given: Given) -> Primitive:
+    """Return the primitive of a kind, near its place; warn if a simpler kind suits the points as well."""
+    mask = held(kind, given.known)
+    found = fitted(kind, cloud, mask, robust=given.robust, start=given.start)
+    if found is None:
+        raise ValueError(f"points must determine a {kind}, but these are as flat as can be seen")
+    if mask is None:
+        some = without_outliers(found, cloud.some, None)[1] if given.robust else np.ones(len(cloud.some), bool)
+        _compare_with_simpler(found, cloud, some, robust=given.robust)
+    return found
+
+
+def _compare_with_simpler(found: Primitive, cloud: Cloud, some: NDArray[np.bool_], *, robust: bool) -> None:
+    """Warn if points do not tell a kind from a simpler one, or from a layer of noise."""
+    points, kind = cloud.some[some], found.kind
+    for name in selection.SIMPLER.get(kind, ()):
+        other = fitted(name, cloud, None, robust=robust, start=None)
+        if other is not None and selection.score(other, points) < selection.score(found, points) + selection.DECISIVE:
+            warn(f"the points are as well on a {name}: the parameters of the {kind} are hardly determined")
+            return
+    if is_thin(found, points, spread(found, points, robust=False)):
+        warn(f"the points are a layer about as thick as the {kind} is: its parameters are hardly determined")
+
+
+def _chosen(cloud: Cloud, given: Given) -> Primitive:
+    """Return the simplest surface that is as good as any."""
+    kinds = selection.SURFACES[:1] if given.flat else selection.SURFACES
+    tried = [fitted(kind, cloud, None, robust=given.robust, start=None) for kind in kinds]
+    found = [each for each in tried if each is not None and len(cloud.some) > each.n_parameters]
+    some = cloud.some
+    if given.robust:
+        best = min(found, key=lambda each: deviation(each, np.abs(each.distance(some))))
+        some = some[without_outliers(best, some, None)[1]]
+        found = [solve(each, some)[0] for each in found]
+    found = [each for each in found if not is_thin(each, some, spread(each, some, robust=False))]
+    return selection.simplest(found, some)

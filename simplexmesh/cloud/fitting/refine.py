@@ -1,0 +1,159 @@
+"""From initial values to the least squares of all points, or of those that are no outliers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplexmesh.cloud.fitting.candidates import Known, candidates, given, simple
+from simplexmesh.cloud.fitting.inputs import Given, in_unit
+from simplexmesh.cloud.fitting.solver import Mask, solve
+from simplexmesh.cloud.primitives import Circle, Cone, Line, Primitive
+from simplexmesh.numerics.plane_fits import planes
+from simplexmesh.numerics.rigid import robust_scale
+from simplexmesh.numerics.round_fits import from_axis
+
+Array = NDArray[np.float64]
+
+MOST_POINTS = 2000
+"""From which normals and initial values are taken; kinds are compared on them."""
+
+FEW = 300
+"""Points on which initial values are compared."""
+
+STEPS = 10
+"""With which initial values are compared."""
+
+SAMPLES = {5: 150, 20: 50}
+"""How many random subsets of a size are started from: with 30 % of outliers 1 in 6 subsets of 5 points has none."""
+
+BEST = 6
+"""The best starts of subsets are refined."""
+
+ROUNDS = 20
+"""At most, in which the scale of outliers is found."""
+
+WITHIN = 3.0
+"""Deviations of the noise; what is farther away is an outlier, as 3 of 1000 points are by chance."""
+
+FINAL = 2
+"""The best initial values are refined to the end."""
+
+THIN = 4.0
+"""Of the rms distance: thinner tubes and balls are inside a layer of noise, whose least squares they often are."""
+
+FLOOR = 1e-9
+"""Least scale of the noise, of the size of the points."""
+
+DEVIATION = 1.4826
+"""Of a normal law, in medians of the absolute value."""
+
+
+@dataclass(frozen=True, eq=False)
+class Cloud:
+    """Points about the origin and of unit size, and what is known of the primitive in that unit."""
+
+    points: Array
+    some: Array  # at most MOST_POINTS of them
+    normals: Array  # of those, of either sign
+    known: Known
+    rng: np.random.Generator
+
+    @property
+    def seed(self) -> int:
+        """A seed for the next draw."""
+        return int(self.rng.integers(2**32))
+
+
+def cloud_of(given: Given) -> Cloud:
+    """Return the points of a fit with normals of some of them."""
+    points = given.unit
+    chosen = np.arange(len(points))
+    if len(points) > MOST_POINTS:
+        chosen = np.sort(given.rng.choice(len(points), MOST_POINTS, replace=False))
+    some = points[chosen]
+    normals = planes(some).normals if given.normals is None else given.normals[chosen]
+    return Cloud(points, some, normals, in_unit(given), given.rng)
+
+
+def fitted(kind: str, cloud: Cloud, mask: Mask | None, *, robust: bool, start: Primitive | None) -> Primitive | None:
+    """Return the primitive of a kind that is nearest to the points that are looked at first; None without a start."""
+    if start is not None:
+        tried = [given(start, cloud.some, cloud.known)]
+    else:
+        tried = candidates(kind, cloud.some, cloud.normals, cloud.known, cloud.seed)
+        if robust:
+            tried += _of_subsets(kind, cloud)
+    few = cloud.some[:: -(-len(cloud.some) // FEW)]
+    found = [_improved(each, few, mask, robust=robust) for each in tried]
+    if not found:
+        return None
+    for at in (few, cloud.some):
+        if at is cloud.some:
+            found = [steady(each, at, mask) if robust else solve(each, at, fixed=mask)[0] for each in found[:FINAL]]
+        off = {id(each): spread(each, at, robust=robust) for each in found}
+        found.sort(key=lambda each: (is_thin(each, at, off[id(each)]), off[id(each)]))
+    return found[0]
+
+
+def is_thin(primitive: Primitive, points: Array, off: float) -> bool:
+    """Return whether points that are `off` from a tube, ball or cone are a layer of noise that it is inside of."""
+    if isinstance(primitive, Cone):
+        return float(from_axis(points, primitive.point, primitive.axis)[0].mean()) < THIN * off
+    return primitive.kind in ("sphere", "cylinder", "torus") and primitive._shape[-1] < THIN * off
+
+
+def spread(primitive: Primitive, points: Array, *, robust: bool) -> float:
+    """Return the root mean square distance of points, or the median of the absolute ones."""
+    distance = np.abs(primitive.distance(points))
+    return float(np.median(distance) if robust else np.sqrt(np.mean(distance**2)))
+
+
+def steady(primitive: Primitive, points: Array, mask: Mask | None) -> Primitive:
+    """Return a primitive moved to the least robust sum of distances, whose scale is that of the distances."""
+    before = np.inf
+    for _ in range(ROUNDS):
+        scale = robust_scale(primitive.distance(points), FLOOR)
+        if scale > 0.99 * before:
+            break
+        before = scale
+        primitive = solve(primitive, points, fixed=mask, loss_scale=scale)[0]
+    return primitive
+
+
+def without_outliers(primitive: Primitive, points: Array, mask: Mask | None) -> tuple[Primitive, NDArray[np.bool_]]:
+    """Return the least squares of the points that are within the noise, which is theirs, and which those are."""
+    used = np.ones(len(points), bool)
+    for _ in range(ROUNDS):
+        distance = np.abs(primitive.distance(points))
+        near = distance <= WITHIN * deviation(primitive, distance[used])
+        if np.array_equal(near, used):
+            break
+        used = near
+        primitive = solve(primitive, points[used], fixed=mask)[0]
+    return primitive, used
+
+
+def deviation(primitive: Primitive, distance: Array) -> float:
+    """Return the deviation of the noise from absolute distances, of which some may be of outliers."""
+    chi = 1.1774 if isinstance(primitive, Circle | Line) else 1 / DEVIATION  # median of two deviations, and of one
+    return max(float(np.median(distance)) / chi, FLOOR)
+
+
+def _improved(primitive: Primitive, points: Array, mask: Mask | None, *, robust: bool) -> Primitive:
+    """Return a primitive after some steps."""
+    scale = robust_scale(primitive.distance(points), FLOOR) if robust else None
+    return solve(primitive, points, fixed=mask, loss_scale=scale, iterations=STEPS)[0]
+
+
+def _of_subsets(kind: str, cloud: Cloud) -> list[Primitive]:
+    """Return the best of the starts from random subsets, by the median distance."""
+    few = cloud.some[:: -(-len(cloud.some) // FEW)]
+    found = []
+    for size, draws in SAMPLES.items():
+        for _ in range(draws if len(cloud.some) > size else 0):
+            chosen = cloud.rng.choice(len(cloud.some), size, replace=False)
+            found += simple(kind, cloud.some[chosen], cloud.normals[chosen], cloud.known)
+    return sorted(found, key=lambda each: spread(each, few, robust=True))[:BEST]

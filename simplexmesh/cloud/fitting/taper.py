@@ -1,0 +1,84 @@
+"""Cones told by where the points are, not by an apex that may be far away or at infinity."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, ClassVar, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplexmesh._base.vectors import normalized
+from simplexmesh.cloud.primitives import Cone, Fit, Primitive
+
+Array = NDArray[np.float64]
+
+LEAST_SLOPE = 1e-9
+"""In radians: a cone that is nearer to a cylinder has its apex so far away that distances lose their digits."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Taper(Primitive):
+    """A cone by a point of its axis, the radius there, and the signed angle at which that grows along the axis.
+
+    A cylinder is one of slope 0, which is no singularity: a fit may pass it.
+    """
+
+    kind: ClassVar[str] = "taper"
+    parameter_names: ClassVar[tuple[str, ...]] = ("tilt v", "tilt w", "shift v", "shift w", "radius", "slope")
+    periods: ClassVar[tuple[bool, bool]] = (True, False)
+    _moves: ClassVar[tuple[int, ...]] = (0, 1, 2, 3)
+
+    point: Array
+    axis: Array
+    radius: float
+    slope: float
+    fit: Fit | None = None
+
+    def __post_init__(self) -> None:
+        if not self.radius > 0 or not abs(self.slope) < np.pi / 2:
+            raise ValueError(f"no cone has the radius {self.radius:g} and the slope {self.slope:g}")
+
+    @classmethod
+    def of(cls, cone: Cone, points: Array) -> Taper | None:
+        """Return a cone by its place nearest to the middle of points (n, 3); None if that is behind the apex."""
+        height = float((points.mean(axis=0) - cone.point) @ cone.axis)
+        if height <= 0:
+            return None
+        return cls(cone.point + height * cone.axis, cone.axis, height * float(np.tan(cone.half_angle)), cone.half_angle)
+
+    def cone(self) -> Cone:
+        """Return it as a cone with an apex."""
+        angle = np.copysign(max(abs(self.slope), LEAST_SLOPE), self.slope)
+        axis = np.copysign(1.0, angle) * self.axis
+        return Cone(self.point - self.radius / np.tan(angle) * self.axis, axis, float(abs(angle)))
+
+    @property
+    def _pose(self) -> tuple[Array, Array]:
+        return self.point, self.axis
+
+    @property
+    def _shape(self) -> tuple[float, ...]:
+        return self.radius, self.slope
+
+    def _with(self, origin: Array, axis: Array, *shape: Any) -> Self:
+        return type(self)(origin, normalized(axis), *shape)
+
+    def _profile(self, rho: Array, z: Array) -> tuple[Array, Array, Array, tuple[Array, ...]]:
+        cos, sin = np.cos(self.slope), np.sin(self.slope)
+        out = rho - self.radius
+        distance, by_slope = cos * out - sin * z, -sin * out - cos * z
+        by_rho, by_z, by_radius = np.full_like(rho, cos), np.full_like(rho, -sin), np.full_like(rho, -cos)
+        tip = (sin * z + cos * self.radius) * cos + sin**2 * rho <= 0  # behind the apex, which is at -radius cot(slope)
+        if tip.any():
+            above = z[tip] + self.radius * cos / sin
+            far = np.maximum(np.hypot(rho[tip], above), 1e-300)
+            distance[tip], by_rho[tip], by_z[tip] = far, rho[tip] / far, above / far
+            by_radius[tip], by_slope[tip] = above / far * cos / sin, -above / far * self.radius / sin**2
+        return distance, by_rho, by_z, (by_radius, by_slope)
+
+    def _coordinate(self, rho: Array, z: Array) -> Array:
+        raise NotImplementedError("a taper is only fitted")
+
+    def _on_profile(self, v: Array) -> tuple[Array, Array]:
+        raise NotImplementedError("a taper is only fitted")

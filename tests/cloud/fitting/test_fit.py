@@ -1,0 +1,254 @@
+"""Fits of one kind: from nothing but points, with known parameters, in any pose and unit."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from scipy.spatial.transform import Rotation
+
+import simplexmesh as sm
+from simplexmesh.cloud.fitting.solver import linearized, normal_matrix, solve
+from tests.cloud.fitting.clouds import PRIMITIVES, SURFACES, exact, moved, noisy, same
+
+P = sm.primitives
+every = pytest.mark.parametrize("kind", PRIMITIVES)
+
+
+@every
+def test_exact_points(kind):
+    primitive, points = exact(kind)
+    found = sm.fit_primitive(points, kind)
+    assert same(found, primitive, 1e-6)
+    assert found.rms < 1e-6
+    assert found.fit.count == len(points)
+
+
+@every
+def test_least_squares_are_those_from_the_truth(kind):
+    primitive, points = noisy(kind)
+    found = sm.fit_primitive(points, kind)
+    from_truth, _ = solve(primitive, points)
+    assert_allclose(found.rms, np.sqrt(np.mean(from_truth.distance(points) ** 2)), rtol=1e-7)
+
+
+@every
+def test_errors_are_those_of_the_formulas(kind):
+    primitive, points = noisy(kind)
+    fit = sm.fit_primitive(points, kind).fit
+    square = (sm.fit_primitive(points, kind).distance(points) ** 2).sum()
+    count = len(points) * (2 if kind in ("line", "circle") else 1)
+    assert_allclose(fit.rms, np.sqrt(square / len(points)))
+    assert_allclose(fit.noise, np.sqrt(square / (count - primitive.n_parameters)))
+    assert 0.018 < fit.noise < 0.022
+
+
+@every
+def test_points_are_within_the_extent(kind):
+    _, points = noisy(kind)
+    found = sm.fit_primitive(points, kind)
+    sizes = np.diff(found.extent)[:, 0]
+    assert (sizes >= 0).all()
+    if kind not in ("line", "circle"):
+        assert_allclose(found.sample(50), found.projected(found.sample(50)), atol=1e-9)
+
+
+@every
+def test_motions_move_fits(kind):
+    _, points = noisy(kind)
+    T = np.eye(4)
+    T[:3, :3], T[:3, 3] = Rotation.random(random_state=3).as_matrix(), [5, -7, 3]
+    there = sm.fit_primitive(points @ T[:3, :3].T + T[:3, 3], kind)
+    assert same(there, sm.fit_primitive(points, kind).transformed(T), 2e-4)
+
+
+@every
+@pytest.mark.parametrize("scale", [1e-6, 1e6])
+def test_units(kind, scale):
+    _, points = noisy(kind)
+    here, there = sm.fit_primitive(points, kind), sm.fit_primitive(scale * points, kind)
+    T = np.diag([1 / scale] * 3 + [1])
+    assert same(there.transformed(T), here, 2e-4)
+    assert_allclose(there.rms, scale * here.rms, rtol=1e-6)
+
+
+@every
+def test_far_from_the_origin(kind):
+    _, points = noisy(kind)
+    far = np.array([1e6, -2e6, 5e5])
+    here, there = sm.fit_primitive(points, kind), sm.fit_primitive(points + far, kind)
+    assert_allclose(there.rms, here.rms, rtol=1e-6)
+    assert_allclose(np.diagonal(there.covariance), np.diagonal(here.covariance), rtol=1e-2)
+
+
+KNOWN = [
+    ("plane", {"axis": [1, 2, 0.3]}),
+    ("plane", {"point": [1, 2, 3]}),
+    ("sphere", {"radius": 2.0}),
+    ("sphere", {"point": [1, 2, 3]}),
+    ("cylinder", {"radius": 2.0}),
+    ("cylinder", {"axis": [1, 2, 0.3]}),
+    ("cylinder", {"point": [1, 2, 3]}),
+    ("cylinder", {"axis": [-1, -2, -0.3], "radius": 2.0}),
+    ("cone", {"half_angle": 0.3}),
+    ("cone", {"axis": [-1, -2, -0.3]}),
+    ("cone", {"point": [1, 2, 3]}),
+    ("torus", {"radius": 4.0}),
+    ("torus", {"tube_radius": 1.0}),
+    ("torus", {"axis": [1, 2, 0.3], "tube_radius": 1.0}),
+    ("torus", {"point": [1, 2, 3]}),
+    ("line", {"axis": [1, 2, 0.3]}),
+    ("line", {"point": [1, 2, 3]}),
+    ("circle", {"radius": 2.0}),
+    ("circle", {"axis": [1, 2, 0.3]}),
+    ("circle", {"point": [1, 2, 3]}),
+]
+
+
+@pytest.mark.parametrize(("kind", "known"), KNOWN)
+def test_known_parameters_are_kept(kind, known):
+    primitive, points = noisy(kind)
+    found, free = sm.fit_primitive(points, kind, **known), sm.fit_primitive(points, kind)
+    for name, value in known.items():
+        if name == "axis":
+            sign = 1 if kind == "cone" else np.sign(primitive._pose[1] @ value)
+            assert_allclose(found._pose[1] @ primitive._pose[1], sign, atol=1e-12)
+        elif name == "point":
+            on = found._pose[0] - np.array(value)
+            assert abs(np.linalg.norm(on)) < 1e-9
+        else:
+            assert getattr(found, name) == pytest.approx(value, rel=1e-12)
+    assert free.rms <= found.rms * (1 + 1e-9)
+    assert found.rms < 1.05 * free.rms
+    fixed = np.diagonal(found.covariance) == 0
+    assert 0 < fixed.sum() < len(fixed)
+    assert (np.diagonal(found.covariance) <= 1.02 * np.diagonal(free.covariance)).all() or kind == "cylinder"
+
+
+def test_a_wrong_known_radius_is_kept_too():
+    _, points = noisy("cylinder")
+    found = sm.fit_primitive(points, "cylinder", radius=2.3)
+    assert found.radius == 2.3
+    assert found.rms > 1.3 * sm.fit_primitive(points, "cylinder").rms
+
+
+def test_given_starts_and_normals():
+    primitive, points = noisy("torus")
+    free = sm.fit_primitive(points, "torus")
+    assert same(sm.fit_primitive(points, "torus", start=primitive), free, 1e-4)
+    signs = np.random.default_rng(0).choice([-1.0, 1.0], (len(points), 1))
+    assert same(sm.fit_primitive(points, "torus", normals=signs * primitive.gradient(points)), free, 1e-4)
+
+
+def test_weights_are_inverse_variances():
+    primitive, points = exact("cylinder", 600)
+    rng = np.random.default_rng(0)
+    deviation = rng.choice([0.01, 0.1], len(points))
+    points = moved(primitive, points, deviation[:, None], rng)
+    plain, weighted = (sm.fit_primitive(points, "cylinder", weights=w) for w in (None, 7 / deviation**2))
+    assert weighted.covariance[4, 4] < 0.2 * plain.covariance[4, 4]
+    assert abs(weighted.radius - 2) < 4 * np.sqrt(weighted.covariance[4, 4])
+    expected = 1 / normal_matrix(weighted, points, 1 / deviation**2)[4, 4]
+    assert expected < weighted.covariance[4, 4]
+    assert_allclose(weighted.covariance * np.mean(1 / deviation**2), _covariance(weighted, points, deviation), rtol=0.2)
+
+
+def _covariance(primitive, points, deviation):
+    return np.linalg.inv(normal_matrix(primitive, points, 1 / deviation**2)) * np.mean(1 / deviation**2)
+
+
+@every
+def test_weights_count_points(kind):
+    _, points = noisy(kind, 200)
+    counts = np.random.default_rng(0).integers(0, 4, len(points))
+    weighted = sm.fit_primitive(points, kind, weights=counts)
+    assert same(weighted, sm.fit_primitive(np.repeat(points, counts, axis=0), kind), 1e-4)
+    assert weighted.fit.count == np.count_nonzero(counts)
+
+
+def test_known_noise_sets_the_covariance():
+    _, points = noisy("sphere")
+    plain, told = sm.fit_primitive(points, "sphere"), sm.fit_primitive(points, "sphere", noise=0.04)
+    assert_allclose(told.covariance, plain.covariance * (0.04 / plain.fit.noise) ** 2)
+    assert told.fit.validation.chi_square is not None
+
+
+@pytest.mark.parametrize("kind", SURFACES)
+def test_right_kinds_are_valid_and_wrong_ones_not(kind):
+    _, points = noisy(kind, 800)
+    assert sm.fit_primitive(points, kind).fit.validation.p_value > 1e-3
+    wrong = "cylinder" if kind == "sphere" else "sphere"
+    if kind != "plane":
+        assert not sm.fit_primitive(points, wrong).fit.validation.valid
+
+
+@every
+def test_deviations_are_as_predicted(kind):
+    """The mean of the squared errors, in units of the predicted covariance, is the number of parameters."""
+    primitive, points = exact(kind, 200)
+    rng = np.random.default_rng(1)
+    found = []
+    for _ in range(60):
+        fit = sm.fit_primitive(moved(primitive, points, 0.02, rng), kind, start=primitive)
+        if kind == "line":
+            local = (points - fit.point) @ fit.frame.T
+            rows = np.concatenate([np.kron([[-z, -1.0]], np.eye(2)) for z in local[:, 2]])
+            step = np.linalg.lstsq(rows, -local[:, :2].ravel(), rcond=None)[0]
+        else:
+            residual, rows = linearized(fit, points)
+            step = np.linalg.lstsq(rows, -residual, rcond=None)[0]
+        found.append(step @ np.linalg.solve(fit.covariance, step) / primitive.n_parameters)
+    deviation = np.sqrt(2 / primitive.n_parameters / len(found))
+    assert abs(np.mean(found) - 1) < 4 * deviation
+
+
+def cylinders(count):
+    """Yield radius-1 cylinders' points of every arc, length, offset and noise, and what they are."""
+    for seed in range(count):
+        rng = np.random.default_rng(seed)
+        arc, length = np.radians(rng.uniform(30, 360)), np.exp(rng.uniform(np.log(0.2), np.log(10)))
+        offset, noise = rng.choice([0, 1, 10, 1e6]), rng.choice([0.01, 0.03, 0.1])
+        pipe = P.Cylinder(offset * rng.normal(size=3), rng.normal(size=3), 1.0)
+        points = pipe.at(np.column_stack([rng.uniform(0, arc, 500), rng.uniform(0, length, 500)]))
+        yield pipe, moved(pipe, points, noise, rng), noise
+
+
+def reached(count):
+    """Return, of fits of cylinders without a warning: how many, radii within three deviations, least squares met."""
+    told = near = least = 0
+    for pipe, points, noise in cylinders(count):
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            found = sm.fit_primitive(points, "cylinder")
+        if caught:
+            assert noise > 0.01  # nothing is undetermined but for noise
+            continue
+        told += 1
+        near += abs(found.radius - 1) < 3 * np.sqrt(found.covariance[4, 4])
+        least += found.rms <= (1 + 1e-6) * np.sqrt(np.mean(solve(pipe, points)[0].distance(points) ** 2))
+    return told, near, least
+
+
+def test_cylinders_of_every_shape():
+    told, near, least = reached(60)
+    assert told >= 48
+    assert near >= 0.95 * told
+    assert least == told
+
+
+@pytest.mark.nightly
+def test_many_cylinders_of_every_shape():
+    told, near, least = reached(700)
+    assert told >= 0.9 * 700
+    assert near >= 0.98 * told
+    assert least >= 0.998 * told
+
+
+def test_a_million_points():
+    _, points = noisy("cylinder", 1_000_000, noise=0.05)
+    found = sm.fit_primitive(points, "cylinder")
+    assert abs(found.radius - 2) < 4 * np.sqrt(found.covariance[4, 4])
+    assert np.sqrt(found.covariance[4, 4]) < 1e-3
+    assert found.fit.validation.p_value > 1e-3

@@ -1,0 +1,63 @@
+"""Fits with outliers."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import simplexmesh as sm
+from simplexmesh.cloud.fitting.solver import solve
+from tests.cloud.fitting.clouds import PRIMITIVES, exact, noisy, same, with_outliers
+
+every = pytest.mark.parametrize("kind", PRIMITIVES)
+
+
+@every
+@pytest.mark.parametrize("share", [0.0, 0.1, 0.3])
+@pytest.mark.parametrize("seed", range(2))
+def test_outliers_do_no_harm(kind, share, seed):
+    """The points that are no outliers are as near as to their own least squares, within a tenth of the noise."""
+    primitive, points = noisy(kind, 500, 0.01, seed)
+    cloud, out = with_outliers(points, share, np.random.default_rng(seed))
+    found = sm.fit_primitive(cloud, kind, robust=True, rng=seed)
+    inner = points[~out]
+    least = np.sqrt(np.mean(solve(primitive, inner)[0].distance(inner) ** 2))
+    assert np.sqrt(np.mean(found.distance(inner) ** 2)) < 1.05 * least
+    assert abs(found.fit.count - len(inner)) < 0.05 * len(points)
+    assert found.fit.noise == pytest.approx(0.01, rel=0.12)
+
+
+@every
+def test_plain_least_squares_do_not_bear_them(kind):
+    primitive, points = noisy(kind, 500, 0.01)
+    cloud, out = with_outliers(points, 0.3, np.random.default_rng(0))
+    found = solve(primitive, cloud)[0]
+    assert np.sqrt(np.mean(found.distance(points[~out]) ** 2)) > 2 * 0.01
+
+
+@every
+def test_exact_points_with_outliers(kind):
+    primitive, points = exact(kind, 300)
+    cloud, _ = with_outliers(points, 0.2, np.random.default_rng(0))
+    assert same(sm.fit_primitive(cloud, kind, robust=True), primitive, 1e-5)
+
+
+def test_known_parameters_with_outliers():
+    _, points = noisy("torus", 600, 0.01)
+    cloud, _ = with_outliers(points, 0.3, np.random.default_rng(0))
+    found = sm.fit_primitive(cloud, "torus", tube_radius=1.0, robust=True)
+    assert found.tube_radius == 1.0
+    assert found.radius == pytest.approx(4, abs=0.01)
+
+
+@pytest.mark.parametrize("kind", ["sphere", "cylinder", "cone", "torus", "circle"])
+def test_a_wall_is_not_followed(kind):
+    """Outliers that are on a plane draw the fit that starts from all points; those of random subsets do not follow."""
+    primitive, points = noisy(kind, 500, 0.01)
+    rng = np.random.default_rng(0)
+    out = rng.random(len(points)) < 0.35
+    wall = points.mean(axis=0) + [1.5, 0, -1] + rng.uniform(-3, 3, (len(points), 2)) @ [[1, 0, 0.5], [0, 1, 0.2]]
+    found = sm.fit_primitive(np.where(out[:, None], wall, points), kind, robust=True)
+    inner = points[~out]
+    least = np.sqrt(np.mean(solve(primitive, inner)[0].distance(inner) ** 2))
+    assert np.sqrt(np.mean(found.distance(inner) ** 2)) < 1.1 * least
