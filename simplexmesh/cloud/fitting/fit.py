@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -18,7 +20,7 @@ Array = NDArray[np.float64]
 
 
 def fit_primitive(
-    points: ArrayLike,
+    points: Any,
     kind: str,
     *,
     radius: float | None = None,
@@ -41,7 +43,7 @@ def fit_primitive(
 
     Parameters
     ----------
-    points : (n, 3) array of float
+    points : (n, 3) array of float, PointCloud, or path
         At least as many different ones as the kind has parameters.
     kind : str
         "plane", "sphere", "cylinder", "cone", "torus", "line", "circle", or "any": of the five surfaces the one of the
@@ -59,7 +61,7 @@ def fit_primitive(
     start : Primitive, optional
         One of the kind to start from instead.
     normals : (n, 3) array of float, optional
-        Normals of the points, of either sign, for the initial values; otherwise they are estimated.
+        Normals of the points, of either sign, for the initial values; otherwise the cloud's, or estimated ones.
     robust : bool
         Whether there may be outliers: the fit then starts from random subsets too, and uses the points that are within
         three deviations of their noise. Up to 30 % of outliers do no harm.

@@ -14,6 +14,7 @@ from simplexmesh.cloud.fitting.candidates import Known
 from simplexmesh.cloud.fitting.solver import Mask
 from simplexmesh.cloud.fitting.starts import scaled
 from simplexmesh.cloud.primitives import Circle, Cone, Cylinder, Line, Plane, Primitive, Sphere, Torus
+from simplexmesh.data.conversion import as_points
 
 Array = NDArray[np.float64]
 
@@ -56,7 +57,7 @@ class Given:
 
 
 def checked(
-    points: ArrayLike,
+    points: Any,
     kind: str,
     known: Known,
     start: Primitive | None,
@@ -69,7 +70,9 @@ def checked(
 ) -> Given:
     """Return what is given to a fit, or say what is wrong with it."""
     checks.choice("kind", kind, [*KINDS, "any"])
-    at = checks.array("points", points, (None, 3))
+    cloud = None if isinstance(points, np.ndarray | list | tuple) else as_points(points)
+    at = checks.array("points", points if cloud is None else cloud.points, (None, 3))
+    normals = cloud.normals if normals is None and cloud is not None else normals
     across = None if normals is None else normalized(checks.array("normals", normals, (len(at), 3)))
     mass = None if weights is None else checks.array("weights", weights, (len(at),))
     if checks.flag("robust", robust) and mass is not None:

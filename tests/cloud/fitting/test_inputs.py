@@ -106,3 +106,12 @@ WRONG = [
 def test_wrong_arguments(arguments, more, error, sentence):
     with pytest.raises(error, match=sentence):
         sm.fit_primitive(*arguments, **more)
+
+
+def test_a_cloud_and_its_file_are_points_too(tmp_path):
+    points = np.random.default_rng(0).normal(size=(200, 3))
+    points /= np.linalg.norm(points, axis=1)[:, None]
+    cloud = sm.PointCloud(points, normals=points)
+    cloud.save(tmp_path / "ball.ply")
+    for given in (cloud, tmp_path / "ball.ply"):
+        assert sm.fit_primitive(given, "sphere").radius == pytest.approx(1.0)
