@@ -9,13 +9,13 @@ from functools import cached_property
 from typing import Any, TypeVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.named_arrays import Data, changed
 from simplexmesh._base.units import InUnits
 
-Array = NDArray[np.float64]
 Self = TypeVar("Self", bound="Located")
 
 

@@ -6,11 +6,10 @@ import json
 import os
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from simplexmesh._base import checks
-
-Array = NDArray[np.float64]
+from simplexmesh._base.arrays import Array
 
 _ROUNDING = 1e-3
 

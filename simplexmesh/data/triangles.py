@@ -7,9 +7,10 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from simplexmesh._base import checks, vectors
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.errors import counted, warn
 from simplexmesh._base.named_arrays import Data, named_arrays, taken
 from simplexmesh._base.units import unit_or_none
@@ -20,9 +21,6 @@ from simplexmesh.numerics.blending import blended
 
 if TYPE_CHECKING:
     from simplexmesh.mesh.triangles.topology import Topology
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -11,11 +11,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.units import InUnits, unit_or_none
 from simplexmesh.data.labels import MOST_LABELS, could_be_labels, few_whole_numbers, looks_like_labels, slabs
 from simplexmesh.data.poses import rigid
-
-Array = NDArray[np.float64]
 
 MAX_SAMPLES = 1e11
 """Spacings that would give more samples are refused by `Volume.resampled`."""

@@ -6,15 +6,14 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Indices, Mask
 from simplexmesh._base.errors import TopologyError
 from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.mesh.operators import seams
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-
-Indices = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -152,7 +151,7 @@ class Contour:
         return bool(np.ptp(face[self.darts]) == 0 or np.ptp(face[twin[self.darts]]) == 0)
 
     @cached_property
-    def left_faces(self) -> NDArray[np.bool_]:
+    def left_faces(self) -> Mask:
         """(f,) mask of the faces, holes included, that are connected to its left side without crossing it."""
         from scipy.sparse import coo_array
         from scipy.sparse.csgraph import connected_components
@@ -164,7 +163,7 @@ class Contour:
         n = len(c.face_sizes)
         graph = coo_array((np.ones(len(beside), bool), beside.T), shape=(n, n))
         _, label = connected_components(graph, directed=False)
-        out: NDArray[np.bool_] = label == label[c.face.reshape(-1)[self.darts[0]]]
+        out: Mask = label == label[c.face.reshape(-1)[self.darts[0]]]
         out.setflags(write=False)
         return out
 
@@ -179,7 +178,7 @@ class Contour:
         return Contour(self.mesh, self.vertices[::-1])
 
 
-def _face_mask(connectivity: Connectivity, faces: ArrayLike) -> NDArray[np.bool_]:
+def _face_mask(connectivity: Connectivity, faces: ArrayLike) -> Mask:
     """Return a nonempty set of faces as a mask."""
     inside = np.zeros(len(connectivity.face_sizes), bool)
     inside[checks.selection("faces", faces, len(inside))] = True
@@ -188,7 +187,7 @@ def _face_mask(connectivity: Connectivity, faces: ArrayLike) -> NDArray[np.bool_
     return inside
 
 
-def _boundary_loops(connectivity: Connectivity, inside: NDArray[np.bool_]) -> list[Indices]:
+def _boundary_loops(connectivity: Connectivity, inside: Mask) -> list[Indices]:
     """Return the boundary loops of a set of faces, the set on their left; disjoint, as vertices have three faces."""
     twin, face = connectivity.twin.reshape(-1), connectivity.face.reshape(-1)
     border = np.flatnonzero(inside[face] & ~inside[face[twin]])

@@ -10,18 +10,15 @@ import os
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.errors import counted, warn
 from simplexmesh._base.units import InUnits
 from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.mesh.manifold import matched, oriented
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.numerics.blending import blended
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 
 def _vertices_and_faces(triangles: Any) -> tuple[Array, Indices]:

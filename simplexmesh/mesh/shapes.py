@@ -5,16 +5,14 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.vectors import normalized
 from simplexmesh.mesh import lattices, resolution
 from simplexmesh.mesh.duality import dual
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-
-Array = NDArray[np.float64]
-
 
 TRIANGLES = {"icosahedron": 20, "octahedron": 8, "tetrahedron": 4}
 """Triangles of each polyhedron; its sphere has this many vertices times the squared frequency. Most regular first."""

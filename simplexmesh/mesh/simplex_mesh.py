@@ -14,14 +14,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Indices32
 from simplexmesh._base.html import card
 from simplexmesh._base.named_arrays import changed, named_arrays
 from simplexmesh._base.units import InUnits, unit_or_none
 from simplexmesh.mesh import face_geometry, geometry, triangulation
 from simplexmesh.mesh.check import Report, check
 from simplexmesh.mesh.connectivity import Connectivity
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -120,19 +119,19 @@ class SimplexMesh(InUnits):
         return self.connectivity.genus
 
     @property
-    def neighbors(self) -> NDArray[np.int32]:
+    def neighbors(self) -> Indices32:
         """(n, 3) the neighbors of each vertex, counter-clockwise seen from outside."""
         return self.connectivity.neighbors
 
     @cached_property
-    def faces(self) -> tuple[NDArray[np.int32], ...]:
+    def faces(self) -> tuple[Indices32, ...]:
         """The vertices of each face of the surface, counter-clockwise seen from outside; holes excluded."""
         c = self.connectivity
         loops = np.split(c.face_vertices, c.face_offsets[1:-1])
         return tuple(loop for loop, hole in zip(loops, c.face_is_hole, strict=True) if not hole)
 
     @property
-    def _faces(self) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+    def _faces(self) -> tuple[Indices32, Indices32]:
         return self.connectivity.face_vertices, self.connectivity.face_offsets
 
     # ---- geometry, computed on first access

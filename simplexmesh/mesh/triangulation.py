@@ -7,14 +7,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.errors import TopologyError
 from simplexmesh._base.named_arrays import Data, joined, taken
 from simplexmesh.mesh import face_geometry
 from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.numerics.blending import blended
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 
 def fan(vertices: Array, connectivity: Connectivity) -> tuple[Array, Indices]:

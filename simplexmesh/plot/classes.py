@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 import pyvista as pv
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Indices
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.plot.camera import looked_at, upright
 from simplexmesh.plot.color_scale import PALETTE, legend_of_classes
@@ -77,7 +77,7 @@ def classes(
     return looked_at(plotter, view, up=upright(shown, up), window=True) if alone else plotter
 
 
-def _classes(labels: Any, shown: Any) -> NDArray[np.int64]:
+def _classes(labels: Any, shown: Any) -> Indices:
     numbers = np.asarray(getattr(labels, "labels", labels))
     count = len(points_of(shown))
     if numbers.shape != (count,) or numbers.dtype.kind not in "iub" or numbers.min(initial=0) < 0:

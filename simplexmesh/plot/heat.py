@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 import pyvista as pv
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.plot.camera import looked_at, upright
 from simplexmesh.plot.color_scale import bar, blue_to_red, ends
@@ -109,7 +110,7 @@ def _trace(plotter: pv.Plotter, line: Any, size: float) -> None:
     plotter.add_mesh(drawn.strip().tube(radius=THIN * size), color=INK, specular=0.2)
 
 
-def _areas(shown: Any) -> NDArray[np.float64]:
+def _areas(shown: Any) -> Array:
     """Return a weight per vertex proportional to its area; equal weights without triangles."""
     if not isinstance(shown, TriangleMesh):
         return np.ones(len(points_of(shown)))

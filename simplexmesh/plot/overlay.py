@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 import pyvista as pv
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array
 from simplexmesh.plot.camera import looked_at, upright
 from simplexmesh.plot.polydata import as_drawable, geometry
 from simplexmesh.plot.stage import SURFACE_LIT, add, headline, stage
@@ -74,5 +75,5 @@ def overlay(
     return looked_at(plotter, view, up=upright(things[1], up))
 
 
-def _middle(polydata: pv.PolyData) -> NDArray[np.float64]:
+def _middle(polydata: pv.PolyData) -> Array:
     return np.asarray(0.5 * (polydata.points.min(axis=0) + polydata.points.max(axis=0)), dtype=float)

@@ -12,14 +12,13 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.vectors import tangents
 from simplexmesh.data.conversion import as_data
 from simplexmesh.data.points import PointCloud
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.data.volume import Volume
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-
-Array = NDArray[np.float64]
 
 MOST_POINTS = 200_000
 """Points drawn of a cloud, a random subset of very many."""
@@ -151,7 +150,7 @@ def _lit(polydata: pv.PolyData, crease: float) -> pv.PolyData:
     )
 
 
-def _kept(count: int) -> NDArray[np.int64]:
+def _kept(count: int) -> Indices:
     if count <= MOST_POINTS:
         return np.arange(count)
     return np.random.default_rng(0).choice(count, MOST_POINTS, replace=False)

@@ -8,15 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.named_arrays import joined
 from simplexmesh._base.units import common_unit
 from simplexmesh._base.vectors import cross, dot
 from simplexmesh.data.conversion import as_triangles
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.numerics.blending import blended
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 OPERATIONS = ("difference", "union", "intersection")
 

@@ -7,15 +7,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.vectors import cross, dot, norm
-
-Indices = NDArray[np.int64]
 
 ROUNDING = 1e-6
 """Triangles turned over by less than this times the squared area of their polygon are due to rounding."""
 
 
-def triangulated(points: NDArray[np.float64], sizes: Indices, flat: NDArray[Any]) -> Indices:
+def triangulated(points: Array, sizes: Indices, flat: NDArray[Any]) -> Indices:
     """Return the triangles of polygons, given by their sizes and all their corners, in their order.
 
     Convex ones are fans; those whose fan turns a triangle over, as in most concave polygons, are cut by VTK.
@@ -48,12 +47,12 @@ def triangulated(points: NDArray[np.float64], sizes: Indices, flat: NDArray[Any]
     return np.concatenate([triangles[kept], pieces[cut]])[order]
 
 
-def _vector_areas(points: NDArray[np.float64], triangles: Indices) -> NDArray[np.float64]:
+def _vector_areas(points: Array, triangles: Indices) -> Array:
     a, b, c = (points[triangles[:, j]] for j in range(3))
     return cross(b - a, c - a)
 
 
-def _sums(vectors: NDArray[np.float64], groups: Indices, n: int) -> NDArray[np.float64]:
+def _sums(vectors: Array, groups: Indices, n: int) -> Array:
     """Return the sums (n, 3) of the vectors in each group."""
     return np.stack([np.bincount(groups, vectors[:, j], n) for j in range(3)], axis=1)
 

@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base import vectors
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
+from simplexmesh._base.arrays import Array, Indices
 
 VIEW = (0.0, 0.0, 1.0)
 LONGEST = 5.0

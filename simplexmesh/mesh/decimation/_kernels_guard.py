@@ -10,13 +10,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base._kernels_njit import njit
+from simplexmesh._base.arrays import Array
 from simplexmesh.mesh.decimation._kernels_fans import MovingMesh, crossings, touches_crossed
 from simplexmesh.numerics._kernels_vectors import Vector, cross_product, difference, dot, minus, norm, plus, row
-
-Array = NDArray[np.float64]
 
 CROSSING_PENALTY = 0.5
 """Penalty of a pair of crossing triangles; that of an inverted triangle is 1, in addition to that of its cosine."""

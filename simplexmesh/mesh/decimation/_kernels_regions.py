@@ -10,13 +10,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base._kernels_njit import njit
+from simplexmesh._base.arrays import Array, Indices, Indices32
 from simplexmesh.mesh.operators._kernels_edit import Darts, next_dart
 from simplexmesh.numerics._kernels_vectors import Vector, cross_product, minus, norm, row
-
-Array = NDArray[np.float64]
 
 AREA, CENTROID, MOMENTS, VECTOR_AREA, RIM_LENGTH, RIM_MOMENTS = 0, 1, 4, 10, 13, 17
 ROW_SIZE = 23
@@ -46,9 +44,9 @@ class Corners(NamedTuple):
     regions: Array  # (f, 23)
     energy: Array  # (f,) of the regions
     max_extent: Array  # (f,) largest rms extent of a region; a face with 0 is fixed, with its vertices
-    merged_into: NDArray[np.int32]  # (f,) the face into which each one was merged, itself if it was not
-    component: NDArray[np.int32]  # (n,) of each vertex
-    n_left: NDArray[np.int64]  # number of vertices left in each component
+    merged_into: Indices32  # (f,) the face into which each one was merged, itself if it was not
+    component: Indices32  # (n,) of each vertex
+    n_left: Indices  # number of vertices left in each component
 
 
 @njit(cache=True, error_model="numpy")
@@ -177,7 +175,7 @@ def set_region(d: Darts, f: int, m: Array) -> None:
 
 
 @njit(cache=True, error_model="numpy")
-def corners_of(d: Darts, component: NDArray[np.int32], max_extent: Array, w: Weights) -> Corners:
+def corners_of(d: Darts, component: Indices32, max_extent: Array, w: Weights) -> Corners:
     """Return the faces as corners, each the region of its own face; those of holes are zero."""
     n_faces, n_left = d.face_dart.size, np.zeros(component.max() + 1, np.int64)
     regions, energies = np.zeros((n_faces, ROW_SIZE)), np.zeros(n_faces)

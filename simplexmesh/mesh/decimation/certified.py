@@ -14,11 +14,9 @@ import igl
 import numpy as np
 from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.vectors import norm
 from simplexmesh.mesh.decimation import _kernels_fitting as kernels
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 RESOLUTION, ROUNDING = 0.05, 1e-12
 """Parts smaller than this times the distance, or times the largest coordinate, are not bisected and count as beyond."""
@@ -43,7 +41,7 @@ class Parts(NamedTuple):
         """(p, 3) the lengths of the sides, each from a corner to the next."""
         return norm(np.roll(self.corners, -1, axis=1) - self.corners)
 
-    def chosen(self, which: NDArray[np.bool_]) -> Parts:
+    def chosen(self, which: Mask) -> Parts:
         """Return the parts of a mask."""
         return Parts._make(values[which] for values in self)
 
@@ -91,7 +89,7 @@ class Surface:
         out = np.flatnonzero(uncertain | (worst > distance))
         return out, where[out]
 
-    def _within(self, parts: Parts, limit: Array) -> NDArray[np.bool_]:
+    def _within(self, parts: Parts, limit: Array) -> Mask:
         """Return which parts are certainly within their limits (p,) of the surface."""
         out = parts.far.max(axis=1) + parts.sides.max(axis=1) / np.sqrt(3) <= limit
         left = np.flatnonzero(~out)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array, Indices32, Mask
 from simplexmesh._base.vectors import normalized
 from simplexmesh.mesh.decimation import _kernels_collapse, _kernels_swap
 from simplexmesh.mesh.decimation import _kernels_regions as regions
@@ -14,9 +14,6 @@ from simplexmesh.mesh.decimation.fitting import Fit, SurfaceSamples
 from simplexmesh.mesh.operators.editable_mesh import EditableMesh
 from simplexmesh.mesh.operators.results import Edited
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int32]
 
 WEIGHTS = regions.Weights(
     normals=0.3,
@@ -48,7 +45,7 @@ class Coarsened(NamedTuple):
 
     fit: Fit
     out: Edited
-    part_of: Indices  # (f,) for each original face, the face into which it was merged
+    part_of: Indices32  # (f,) for each original face, the face into which it was merged
     extent: Array  # (f,) for each original face, the rms extent of that face's region
 
 
@@ -81,7 +78,7 @@ def coarsened(
     return Coarsened(fit, out, part_of, np.sqrt(np.maximum(squared, 0))[corners.merged_into])
 
 
-def _targets(corners: regions.Corners, out: Edited) -> tuple[Array, NDArray[np.bool_]]:
+def _targets(corners: regions.Corners, out: Edited) -> tuple[Array, Mask]:
     """Return the target normals (g, 3) of the new faces, zero where unknown, and a mask (n,) of the free vertices."""
     c, rows, kept = out.mesh.connectivity, corners.regions, np.flatnonzero(out.face_map >= 0)
     normals, free = np.zeros((len(c.face_sizes), 3)), np.ones(len(c.face_sizes), bool)

@@ -8,14 +8,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Indices, Indices32
 from simplexmesh._base.errors import TopologyError
 from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.mesh.operators import _kernels_batch
 from simplexmesh.mesh.operators import _kernels_edit as kernels
 from simplexmesh.mesh.operators.results import Edited
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-
-Indices = NDArray[np.int64]
 
 
 def _grown(values: NDArray, rows: int) -> NDArray:  # type: ignore[type-arg]
@@ -118,7 +117,7 @@ class EditableDarts:
         """Number of vertices so far, removed ones included; the next new vertex gets this number."""
         return self._used[0]
 
-    def values(self, vertices: ArrayLike) -> NDArray[np.float64]:
+    def values(self, vertices: ArrayLike) -> Array:
         """Return the values (m, k) of m vertices: their positions, then their floating-point data."""
         return self._darts.values[checks.selection("vertices", vertices, self._used[0])]
 
@@ -168,9 +167,7 @@ class EditableDarts:
         mesh = self._with_data(d.values[:n][alive], d.origin[:n][alive], connectivity)
         return Edited(mesh, checks.frozen(number[:n_before]), checks.frozen(face_map[:f_before]))
 
-    def _with_data(
-        self, values: NDArray[np.float64], origin: NDArray[np.int32], connectivity: Connectivity
-    ) -> SimplexMesh:
+    def _with_data(self, values: Array, origin: Indices32, connectivity: Connectivity) -> SimplexMesh:
         """Return the mesh with its vertex data: floats interpolated, the rest copied from the vertices of origin."""
         column = 3
         data = {}

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Indices32
 from simplexmesh._base.errors import TopologyError
 from simplexmesh.mesh.operators import _kernels_batch, _kernels_faces, seams
 from simplexmesh.mesh.operators import _kernels_edit as kernels
@@ -17,24 +18,24 @@ from simplexmesh.mesh.operators.seams import Seam
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 
 
-def _selected(name: str, given: ArrayLike, count: int) -> NDArray[np.int32]:
+def _selected(name: str, given: ArrayLike, count: int) -> Indices32:
     """Return the darts or faces of a batch, given by number or by mask, as checked indices."""
     return checks.selection(name, given, count).astype(np.int32)
 
 
-def edge_fractions(at: ArrayLike, count: int) -> NDArray[np.float64]:
+def edge_fractions(at: ArrayLike, count: int) -> Array:
     """Return the checked fractions (count, 2) at which new vertices divide pairs of darts, broadcast if need be."""
     given = checks.any_array("at", at)
     if given.ndim < 2:
         both = checks.number("at", at) if given.ndim == 0 else checks.array("at", at, (2,))
         given = np.broadcast_to(both, (count, 2))
-    fractions: NDArray[np.float64] = checks.array("at", given, (count, 2))
+    fractions: Array = checks.array("at", given, (count, 2))
     if (wrong := (fractions <= 0) | (fractions >= 1)).any():
         raise ValueError(f"at must be strictly between 0 and 1, not {fractions[wrong][0]:g}")
     return fractions
 
 
-def _order(numbers: NDArray[np.int32], in_order: bool) -> slice | NDArray[np.intp]:  # noqa: FBT001
+def _order(numbers: Indices32, in_order: bool) -> slice | NDArray[np.intp]:  # noqa: FBT001
     """Return the order in which a batch is applied: as given, or sorted (stable radix sort by 16 bits, the fastest)."""
     if in_order or len(numbers) < 2:
         return slice(None)
@@ -42,7 +43,7 @@ def _order(numbers: NDArray[np.int32], in_order: bool) -> slice | NDArray[np.int
     return low[np.argsort((numbers[low] >> 16).astype(np.uint16), kind="stable")]
 
 
-def _batch(status: NDArray[np.int32], witness: NDArray[np.int32], order: slice | NDArray[np.intp]) -> Batch:
+def _batch(status: Indices32, witness: Indices32, order: slice | NDArray[np.intp]) -> Batch:
     """Return the outcome of a batch that was applied in some order, in the order given."""
     counts = np.bincount(status, minlength=max(REASONS) + 1)
     reasons = {text: int(counts[code]) for code, text in REASONS.items() if counts[code]}

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Indices32
 from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.mesh.operators.editable_mesh import EditableMesh
 from simplexmesh.mesh.operators.results import Edited
@@ -27,14 +27,14 @@ class Regularized(Edited):
     """
 
     swaps: int
-    exceptions: NDArray[np.int32]
+    exceptions: Indices32
 
 
-def exceptional_faces(connectivity: Connectivity) -> NDArray[np.int32]:
+def exceptional_faces(connectivity: Connectivity) -> Indices32:
     """Return the faces, holes excluded, that have fewer than five or more than seven vertices."""
     sizes = connectivity.face_sizes
     odd = ((sizes < 5) | (sizes > 7)) & ~connectivity.face_is_hole
-    out: NDArray[np.int32] = checks.frozen(np.flatnonzero(odd), np.int32)
+    out: Indices32 = checks.frozen(np.flatnonzero(odd), np.int32)
     return out
 
 

@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base._kernels_njit import njit
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
+from simplexmesh._base.arrays import Array, Indices, Mask
 
 ROUNDING_BOUND = 8e-16
 """The sign of a determinant is certain above this times the sum of its absolute products (Shewchuk 1997)."""
@@ -127,7 +124,7 @@ def overlapping_boxes(low: Array, high: Array, origin: Array, cell: float, shape
 
 
 @njit(cache=True)
-def are_crossing(points: Array, triangles: Indices, pairs: Indices) -> NDArray[np.bool_]:
+def are_crossing(points: Array, triangles: Indices, pairs: Indices) -> Mask:
     """Return which pairs (m, 2) of triangles cross."""
     out = np.empty(pairs.shape[0], np.bool_)
     for k in range(out.size):

@@ -11,16 +11,13 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import breadth_first_order, dijkstra, minimum_spanning_tree
 
+from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.errors import TopologyError
 from simplexmesh._base.vectors import cross, norm, normalized
 from simplexmesh.mesh import manifold
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,7 +123,7 @@ def _graph(edges: Indices, lengths: Array, n: int) -> tuple[csr_matrix, Indices]
     return csr_matrix((np.tile(lengths[chosen], 2), (pairs[:, 0], pairs[:, 1])), shape=(n, n)), chosen
 
 
-def _cotree(sides: Indices, loop_lengths: Array, n: int) -> tuple[Indices, NDArray[np.bool_]]:
+def _cotree(sides: Indices, loop_lengths: Array, n: int) -> tuple[Indices, Mask]:
     """Return the parent of each triangle and the edge towards it (n, 2), and a mask of the edges the cotree crosses.
 
     It is the maximum spanning tree by loop length, so that the edges left over close short loops.

@@ -11,15 +11,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import ndimage
 
+from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh.mesh import triangulation
 from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.mesh.triangles import _kernels_crossing
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 
 def crossing_triangles(points: Array, triangles: Indices) -> Indices:
@@ -43,7 +40,7 @@ def overlapping_boxes(low: Array, high: Array, cell: float) -> Indices:
     return _kernels_crossing.overlapping_boxes(low, high, origin, cell, (size // cell).astype(np.int64) + 1)
 
 
-def self_intersections(vertices: Array, connectivity: Connectivity, among: NDArray[np.bool_] | None = None) -> Indices:
+def self_intersections(vertices: Array, connectivity: Connectivity, among: Mask | None = None) -> Indices:
     """Return the sorted pairs (m, 2) of faces whose fans cross; one whose fan crosses itself is paired with itself.
 
     With `among` (f,) the pairs of these faces and their surroundings: not all, but all with one of these.
@@ -63,7 +60,7 @@ def _boxes(points: Array, triangles: Indices) -> tuple[Array, Array]:
     return np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
 
 
-def _beside(points: Array, triangles: Indices, chosen: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _beside(points: Array, triangles: Indices, chosen: Mask) -> Mask:
     """Return a mask (t,) of the triangles near one of those chosen: all that meet one are among them.
 
     Boxes that meet have their lowest corners in the same or in neighboring cells of a grid whose cells are no smaller.
