@@ -119,9 +119,7 @@ class PointCloud(Located):
         warn(f"merged {counted(duplicates, 'duplicate point', 'duplicate points')} of {len(self):,}")
         normals: Array | None = None
         if self.normals is not None:
-            normals = np.zeros((len(first), 3))
-            for j in range(3):
-                normals[:, j] = np.bincount(inverse, self.normals[:, j])
+            normals = vectors.sums(self.normals, inverse, len(first))
             opposed = vectors.norm(normals) < 1e-6
             normals[opposed] = self.normals[first[opposed]]
         return PointCloud(self.points[first], normals, taken(self.data, first), self.unit)

@@ -102,8 +102,7 @@ class TriangleMesh(Located):
     @cached_property
     def face_vectors(self) -> Array:
         """(f, 3) array of float: outward face normals, with twice the area as length."""
-        a, b, c = (self.vertices[self.faces[:, j]] for j in range(3))
-        return checks.frozen(vectors.cross(b - a, c - a))
+        return checks.frozen(vectors.triangle_vectors(self.vertices, self.faces))
 
     @property
     def area(self) -> float:
@@ -119,10 +118,7 @@ class TriangleMesh(Located):
     @cached_property
     def vertex_normals(self) -> Array:
         """(v, 3) array of float: unit vertex normals, area-weighted over the adjacent faces; zero without faces."""
-        total = np.zeros_like(self.vertices)
-        for j in range(3):
-            np.add.at(total, self.faces[:, j], self.face_vectors)
-        return checks.frozen(vectors.normalized(total))
+        return checks.frozen(vectors.vertex_normals(self.vertices, self.faces))
 
     @cached_property
     def is_closed(self) -> bool:

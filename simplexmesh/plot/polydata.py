@@ -14,6 +14,7 @@ from scipy.spatial import cKDTree
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.vectors import tangents
+from simplexmesh.data.box import box_around, box_slices
 from simplexmesh.data.conversion import as_data
 from simplexmesh.data.points import PointCloud
 from simplexmesh.data.triangles import TriangleMesh
@@ -179,7 +180,9 @@ def isosurface(volume: Volume, level: float | None, label: int | None, inside: s
     """
     if level is None or label is not None:
         mask = volume.mask(_label(volume, label))
-        values, offset = _cropped(mask.values.astype(np.float32))
+        box = box_around(mask.values > 0)
+        assert box is not None  # `mask` refuses labels that are absent
+        values, offset = np.pad(mask.values[box_slices(*box, mask.shape)].astype(np.float32), 1), box[0] - 1.0
         level, inside = 0.5, "above"
     else:
         low, high = volume.range
@@ -207,14 +210,3 @@ def _label(volume: Volume, label: int | None) -> int:
     if len(labels) != 1:
         raise ValueError(f"label must be given: the volume has {len(labels)}")
     return labels[0]
-
-
-def _cropped(values: NDArray[Any]) -> tuple[NDArray[Any], Array]:
-    """Return a mask cropped to its nonzero part and padded with zeros, and the index where it begins."""
-    low, high = np.zeros(3, dtype=int), np.zeros(3, dtype=int)
-    for axis in range(3):
-        (there,) = np.nonzero(values.any(axis=tuple(other for other in range(3) if other != axis)))
-        if not len(there):
-            return values, np.zeros(3)
-        low[axis], high[axis] = there[0], there[-1] + 1
-    return np.pad(values[tuple(map(slice, low, high))], 1), low - 1.0

@@ -32,7 +32,7 @@ def grid_faces(points: Array, grid: Indices) -> Indices:
         (d < 0, [(a, b, c)]),
     ]
     faces = np.concatenate([np.stack(corner, axis=1)[mask] for mask, corners in groups for corner in corners])
-    steps = _face_vectors(points, faces)
+    steps = vectors.triangle_vectors(points, faces)
     if (steps @ VIEW).sum() < 0:
         faces, steps = faces[:, ::-1], -steps
     a, b, c = points[faces.T]
@@ -45,14 +45,6 @@ def grid_faces(points: Array, grid: Indices) -> Indices:
 def grid_normals(points: Array, grid: Indices) -> Array:
     """Return unit vertex normals (n, 3) of a range grid, towards the sensor; see `grid_faces`."""
     faces = grid_faces(points, grid)
-    steps = _face_vectors(points, faces)
-    normals = np.zeros_like(points)
-    for j in range(3):
-        np.add.at(normals, faces[:, j], steps)
+    normals = vectors.vertex_normals(points, faces)
     normals[~normals.any(axis=1)] = VIEW
-    return vectors.normalized(normals)
-
-
-def _face_vectors(points: Array, faces: Indices) -> Array:
-    a, b, c = (points[faces[:, j]] for j in range(3))
-    return vectors.cross(b - a, c - a)
+    return normals

@@ -16,7 +16,7 @@ from scipy.sparse.csgraph import breadth_first_order, dijkstra, minimum_spanning
 
 from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.errors import TopologyError
-from simplexmesh._base.vectors import cross, norm, normalized
+from simplexmesh._base.vectors import cross, norm, normalized, triangle_vectors
 from simplexmesh.mesh import manifold
 
 
@@ -57,9 +57,8 @@ class CutSurface:
     @cached_property
     def linking(self) -> Indices:
         """(2 g, 2 g) linking number of each basis loop with each dual cycle, pushed off the surface to the outside."""
-        a, b, c = (self.vertices[self.faces[:, j]] for j in range(3))
-        area = cross(b - a, c - a)
-        size, normals, centroids = np.sqrt(norm(area)), normalized(area), (a + b + c) / 3
+        area = triangle_vectors(self.vertices, self.faces)
+        size, normals, centroids = np.sqrt(norm(area)), normalized(area), self.vertices[self.faces].mean(axis=1)
         out = np.zeros((len(self.generators),) * 2)
         lifted = [self._lifted(cycle, centroids, normals, size) for cycle in self.dual_cycles]
         for i, edge in enumerate(self.generators.tolist()):
