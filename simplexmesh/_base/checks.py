@@ -1,7 +1,4 @@
-"""Argument checks: return the argument as a clean array or number, or raise with one sentence that says what is wrong.
-
-Called by public functions only, never by kernels.
-"""
+"""Argument checks: return the argument as a clean array or number, or raise with one sentence that says why."""
 
 from __future__ import annotations
 

@@ -98,10 +98,7 @@ def command(
 
 
 def loaded(inputs: list[Path], poses: Path | None, options: dict[str, Any], shown: Report) -> tuple[Any, Any, float]:
-    """Return the data of the files, the poses if these were to be found, and the share of the progress this took.
-
-    The data are of a single file as it is; of several, or one with a pose, joined points.
-    """
+    """Return the data, of several files joined points, the poses if they were found, and the share of progress."""
     import numpy as np
 
     from simplexmesh._base.progress import part_of

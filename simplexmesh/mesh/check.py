@@ -1,7 +1,4 @@
-"""Validity checks: completeness, degenerate geometry, orientation and self-intersections of a mesh.
-
-Completeness: H. Delingette, thesis, 1994, section 2.1.
-"""
+"""Validity checks: completeness (thesis, section 2.1), degenerate geometry, orientation, self-intersections."""
 
 from __future__ import annotations
 

@@ -1,7 +1,6 @@
 """Connectivity of a 2-simplex mesh: its darts (half-edges), and all adjacency derived from them.
 
-Dart `d = 3 * i + j` is the directed edge from vertex `i` to its neighbor number `j`; the three darts of a vertex are
-counter-clockwise seen from outside. `twin[i, j]` is the opposite dart, and that one array is the whole topology.
+Dart `3 * i + j` is the directed edge from vertex `i` to its neighbor number `j`, counter-clockwise seen from outside.
 """
 
 from __future__ import annotations

@@ -55,20 +55,8 @@ class Contour:
         c = checks.instance("mesh", self.mesh, SimplexMesh).connectivity
         vertices = checks.frozen(checks.indices("contour", self.vertices, (None,), c.n_vertices))
         object.__setattr__(self, "vertices", vertices)
-        if len(vertices) < 3:
-            raise TopologyError(f"contour must have at least 3 vertices, not {len(vertices)}")
-        if (repeated := seams.first_repeated(vertices)) >= 0:
-            raise TopologyError(f"contour must not touch itself, but visits vertex {repeated} twice")
-        ahead = np.roll(vertices, -1)
-        linked = (c.neighbors[vertices] == ahead[:, None]).any(axis=1)
-        if not linked.all():
-            i = int(linked.argmin())
-            where = "is not closed: " if i == len(vertices) - 1 else "must run along edges; "
-            raise TopologyError(f"contour {where}vertices {vertices[i]} and {ahead[i]} are not neighbors")
-        on = np.zeros(c.n_vertices, bool)
-        on[vertices] = True
-        if (full := on[c.neighbors[vertices]].all(axis=1)).any():
-            raise TopologyError(f"contour vertex {vertices[full.argmax()]} has all three neighbors on the contour")
+        if reason := seams.refusal_of_path(vertices, c.neighbors[vertices]):
+            raise TopologyError(f"contour {reason}")
 
     def __repr__(self) -> str:
         return f"Contour({len(self)} vertices)"
@@ -109,8 +97,12 @@ class Contour:
         >>> Contour.of_faces(ball, ball.connectivity.vertex_faces[0])
         (Contour(11 vertices),)
         """
-        inside = _face_mask(checks.instance("mesh", mesh, SimplexMesh).connectivity, faces)
-        return tuple(cls(mesh, loop) for loop in _boundary_loops(mesh.connectivity, inside))
+        c = checks.instance("mesh", mesh, SimplexMesh).connectivity
+        inside = np.zeros(len(c.face_sizes), bool)
+        inside[checks.selection("faces", faces, len(inside))] = True
+        if not inside.any():
+            raise ValueError("faces must be at least one, not none")
+        return tuple(cls(mesh, loop) for loop in _boundary_loops(c, inside))
 
     @classmethod
     def through(cls, mesh: SimplexMesh, picked: ArrayLike) -> Contour:
@@ -176,15 +168,6 @@ class Contour:
     def reversed(self) -> Contour:
         """Return the contour in the opposite direction."""
         return Contour(self.mesh, self.vertices[::-1])
-
-
-def _face_mask(connectivity: Connectivity, faces: ArrayLike) -> Mask:
-    """Return a nonempty set of faces as a mask."""
-    inside = np.zeros(len(connectivity.face_sizes), bool)
-    inside[checks.selection("faces", faces, len(inside))] = True
-    if not inside.any():
-        raise ValueError("faces must be at least one, not none")
-    return inside
 
 
 def _boundary_loops(connectivity: Connectivity, inside: Mask) -> list[Indices]:

@@ -1,8 +1,4 @@
-"""Geometry of the faces of a simplex mesh, each triangulated as a fan around its centroid.
-
-Faces come as in `Connectivity`: face `f` has the vertices `face_vertices[face_offsets[f] : face_offsets[f + 1]]`,
-counter-clockwise seen from outside, hole faces included.
-"""
+"""Geometry of the faces of a simplex mesh, holes included, each triangulated as a fan around its centroid."""
 
 from __future__ import annotations
 
@@ -50,10 +46,8 @@ def face_normals(vertices: Array, face_vertices: Indices32, face_offsets: Indice
 def face_gauss(vertex_normals: Array, face_vertices: Indices32, face_offsets: Indices32) -> Array:
     """Return the Gaussian measure (f,) of each face: the solid angle of the polygon of its vertices' unit normals.
 
-    It is the integral of the Gaussian curvature, positive where elliptic, and sums to 4 pi (1 - genus) over a closed
-    mesh; where the normals follow a great circle, as at a cylinder's holes, the side is ambiguous and sums may differ
-    by 4 pi. H. Delingette, thesis, 1994, section 3.3.6; A. Van Oosterom and J. Strackee, IEEE Trans. Biomed. Eng. 30
-    (1983) 125, for areas of spherical triangles.
+    The integral of the Gaussian curvature, 4 pi (1 - genus) over a closed mesh, but 4 pi off where normals follow a
+    great circle. Thesis, section 3.3.6; A. Van Oosterom and J. Strackee, IEEE Trans. Biomed. Eng. 30 (1983) 125.
     """
     mean = normalized(_face_sums(vertex_normals[face_vertices], face_offsets))
     a = np.repeat(mean, np.diff(face_offsets), axis=0)

@@ -60,8 +60,7 @@ def half_edge_mates(faces: Indices) -> Indices:
 def to_flip(faces: Indices, mates: Indices) -> Mask:
     """Return a mask of the triangles to flip for a consistent orientation, the fewest in each component.
 
-    In the orientation double cover each triangle is two nodes, as given and flipped, linked to the neighbors' nodes
-    with the same orientation. A component of the surface is orientable exactly when its cover has two components.
+    Each triangle is two nodes, as given and flipped, linked to neighbors that agree: in one component if one-sided.
     """
     n = len(faces)
     inside = mates >= 0

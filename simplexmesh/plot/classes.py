@@ -39,13 +39,9 @@ def classes(
     names, colors : sequence of str, optional
         By class number. Default: those of `labels`, or no names and the colors of a palette.
     title, view, up, plotter
-        As for `heat`.
+        As for `surface`.
     legend : bool
         Whether to write the names: at the left, or below in a narrow panel.
-
-    Returns
-    -------
-    pyvista.Plotter
 
     Raises
     ------

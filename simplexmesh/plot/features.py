@@ -61,10 +61,6 @@ def features(
     title, view, up, plotter
         As for `plot.surface`.
 
-    Returns
-    -------
-    pyvista.Plotter
-
     Raises
     ------
     ValueError, TypeError

@@ -53,18 +53,8 @@ def heat(
         Points to mark with balls, the first ones larger.
     lines : sequence of Polyline or of (k, 3) arrays of float
         Lines to draw, as returned by `level_lines` and `inversion_lines`.
-    title : str, optional
-        Text over the picture.
-    view : str or (3,) vector, optional
-        As for `looked_at`, when the plotter is new.
-    up : {"auto", "x", "y", "z", "-x", "-y", "-z"}
+    title, view, up, plotter
         As for `surface`.
-    plotter : pyvista.Plotter, optional
-        Plotter to add to; a new one if not given.
-
-    Returns
-    -------
-    pyvista.Plotter
 
     Raises
     ------

@@ -57,14 +57,8 @@ def landscape(
         As for `simplexmesh.match`.
     found : sequence of Match, optional
         As returned by `simplexmesh.match`; computed if not given.
-    view : str or (3,) vector, optional
-        As for `looked_at`.
-    title : str, optional
-        Text over the picture.
-
-    Returns
-    -------
-    pyvista.Plotter
+    view, title
+        As for `surface`.
 
     Raises
     ------

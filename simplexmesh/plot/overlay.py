@@ -40,18 +40,10 @@ def overlay(
         On the left, a source far from the target is drawn centered on it.
     T_target_source : (4, 4) array of float
         As in `Registration`, or `Match.T_target_source`.
-    level, label, inside : float, int, str, optional
-        Isovalue, or region, where one is a volume, as for `surface`.
     titles : (2,) tuple of str
         Titles of the two panels.
-    view : str or (3,) vector, optional
-        As for `looked_at`.
-    up : {"auto", "x", "y", "z", "-x", "-y", "-z"}
+    level, label, inside, view, up
         As for `surface`; "auto" is determined by the target.
-
-    Returns
-    -------
-    pyvista.Plotter
 
     Examples
     --------

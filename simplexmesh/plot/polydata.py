@@ -174,10 +174,7 @@ def _cloud(cloud: PointCloud) -> pv.PolyData:
 
 
 def isosurface(volume: Volume, level: float | None, label: int | None, inside: str = "above") -> TriangleMesh:
-    """Return the triangulated isosurface of a level or a label of a volume, in physical space, for display.
-
-    The volume is padded with background, so that objects cut by its border are closed there, as in a model of it.
-    """
+    """Return the isosurface of a level or a label of a volume, padded so that objects at its border are closed."""
     if level is None or label is not None:
         mask = volume.mask(_label(volume, label))
         box = box_around(mask.values > 0)

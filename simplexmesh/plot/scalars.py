@@ -85,10 +85,7 @@ def _deviations(shown: Any, data: Any) -> Array:
 
 
 def _distances(mesh: SimplexMesh, data: Any, level: float | None, label: int | None, inside: str) -> Array:
-    """Return distances of vertices to the surface in the data along their normals, NaN where none is near.
-
-    These are the distances from mesh to data of `Reconstruction.distance`; near is within two samples or one edge.
-    """
+    """Return distances along the normals as in `Reconstruction.distance`, NaN beyond two samples and one edge."""
     if isinstance(data, SimplexMesh):
         data = data.triangulated(method="fan")
     fitted = as_input(data, level=level, label=label, inside=inside, components="all")

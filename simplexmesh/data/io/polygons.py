@@ -15,10 +15,7 @@ ROUNDING = 1e-6
 
 
 def triangulated(points: Array, sizes: Indices, flat: NDArray[Any]) -> Indices:
-    """Return the triangles of polygons, given by their sizes and all their corners, in their order.
-
-    Convex ones are fans; those whose fan turns a triangle over, as in most concave polygons, are cut by VTK.
-    """
+    """Return the triangles of polygons in their order: fans, or cut by VTK where a fan would turn a triangle over."""
     triangles = fans(sizes, flat)
     if sizes.max(initial=0) <= 3 or not 0 <= triangles.min() <= triangles.max() < len(points):
         return triangles

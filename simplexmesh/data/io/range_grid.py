@@ -15,8 +15,8 @@ STEEPEST = np.deg2rad(85.0)
 def grid_faces(points: Array, grid: Indices) -> Indices:
     """Return the triangles (f, 3) between neighboring cells of a range grid, ccw seen from the sensor at +z.
 
-    `grid` (rows, columns) holds the index of the point measured in each cell, -1 for none. Triangles across steps in
-    depth are left out: those with long edges, and those seen at a grazing angle (Curless and Levoy 1996, section 3).
+    `grid` (rows, columns) holds the point measured in each cell, -1 for none. Triangles across steps in depth, long or
+    seen at a grazing angle, are left out (Curless and Levoy 1996, section 3).
     """
     cells = np.stack([grid[:-1, :-1], grid[:-1, 1:], grid[1:, 1:], grid[1:, :-1]]).reshape(4, -1)
     a, b, c, d = cells[:, np.count_nonzero(cells >= 0, axis=0) >= 3]

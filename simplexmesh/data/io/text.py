@@ -1,7 +1,4 @@
-"""Read points from text: XYZ, CSV and similar, with or without a header, commas and normals.
-
-`numpy.loadtxt` reads the numbers; it knows neither a header that names the columns, nor several separators at once.
-"""
+"""Read points from text: XYZ, CSV and similar, with or without a header, commas and normals."""
 
 from __future__ import annotations
 

@@ -43,11 +43,7 @@ _UNIT_OF_OBJ = re.compile(r"(?im)^#[^\n]*\bunits?\s*[:=]\s*(\S+)")
 
 
 def read_dataset(path: Path, kind: str) -> Any:
-    """Return the VTK data set in a file; errors that VTK prints are raised.
-
-    The readers of VTK's own formats trust counts, and a damaged file ends their process: one of the old kind, or one
-    that is not as programs write it, is read in another process.
-    """
+    """Return the VTK data set in a file, or raise what VTK prints; one that may end the process is read in another."""
     plain = {"vtp": xml.is_plain, "vti": xml.is_plain, "vtk": lambda _: False, "obj": obj.is_plain}.get(kind)
     if plain is None or plain(path):
         return _dataset(path, kind, path.name)
@@ -75,10 +71,7 @@ def _dataset(path: Path, kind: str, name: str) -> Any:
 
 
 def from_dataset(dataset: Any, name: str, *, owned: bool = False) -> Volume | TriangleMesh | PointCloud | SimplexMesh:
-    """Return a VTK image as a Volume, polygons as a TriangleMesh or the simplex mesh they were, points as a PointCloud.
-
-    With `owned`, the samples of an image are not copied: nothing else may refer to it.
-    """
+    """Return what a VTK data set holds; with `owned`, nothing else refers to it, and samples are not copied."""
     if dataset.IsA("vtkImageData"):
         return _volume(dataset, name, owned=owned)
     if not dataset.IsA("vtkPolyData"):

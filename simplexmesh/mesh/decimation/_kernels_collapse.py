@@ -1,7 +1,6 @@
-"""Kernels of decimation: greedy edge removal (T1) in order of cost.
+"""Kernels of decimation: greedy edge removal (T1) in order of cost, which merges the regions of two faces.
 
-Each face represents a region of the original surface, whose centroid is a vertex of the dual triangulation, here called
-a corner; each vertex is a triangle of it, each vertex on a rim a border edge. T1 merges two regions.
+The centroids of regions are the corners of the dual triangulation; its triangles are the vertices of the mesh.
 """
 
 from __future__ import annotations

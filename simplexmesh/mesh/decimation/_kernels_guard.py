@@ -1,8 +1,7 @@
 """Kernels that move vertices one by one, only as far as no face folds or crosses another more than before.
 
-A face is a fan about its centroid. Its penalty measures by how much the cosines of the angles between its triangles'
-normals and those of their vertices, and the target normal of the face, are below given bounds. Untangling searches for
-positions with smaller penalties.
+The penalty of a face is how far the cosines between the normals of its fan, and those of its vertices and its target,
+are below bounds; untangling searches for positions with smaller penalties.
 """
 
 from __future__ import annotations

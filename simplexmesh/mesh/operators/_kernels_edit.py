@@ -1,8 +1,6 @@
 """Kernels of the editable mesh: the dart surgery of T1, T2 and T7, and the conditions for it.
 
-A removed vertex keeps its darts and their twins, so it can be restored by relinking its former neighbors to it, in the
-reverse order of removal (dancing links). Removing and inserting an edge are therefore exact inverses, and undoing
-needs no more than the dart.
+A removed vertex keeps its darts and their twins, so that relinking its former neighbors restores it (dancing links).
 """
 
 from __future__ import annotations

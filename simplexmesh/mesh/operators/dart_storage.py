@@ -71,21 +71,11 @@ class EditableDarts:
     def _reserve(self, edits: int, vertices: int = 0, faces: int = 0) -> None:
         """Ensure capacity for this many more edits, vertices and faces."""
         n, f, rows = self._used
-        d = self._darts
-        per_vertex, per_dart, per_face = n + vertices, 3 * (n + vertices), f + faces
-        self._darts = kernels.Darts(
-            _grown(d.twin, per_dart),
-            _grown(d.face, per_dart),
-            _grown(d.alive, per_vertex),
-            _grown(d.values, per_vertex),
-            _grown(d.origin, per_vertex),
-            _grown(d.face_dart, per_face),
-            _grown(d.face_size, per_face),
-            _grown(d.face_hole, per_face),
-            _grown(d.log, rows + edits),
-            _grown(d.log_values, rows + edits),
-            d.used,
-        )
+        needed = dict.fromkeys(("alive", "values", "origin"), n + vertices)
+        needed |= dict.fromkeys(("twin", "face"), 3 * (n + vertices))
+        needed |= dict.fromkeys(("face_dart", "face_size", "face_hole"), f + faces)
+        needed |= dict.fromkeys(("log", "log_values"), rows + edits)
+        self._darts = self._darts._replace(**{k: _grown(getattr(self._darts, k), m) for k, m in needed.items()})
 
     # ---- queries
 

@@ -162,11 +162,17 @@ class EditableMesh(EditableDarts):
     def cut(self, darts: ArrayLike, *, holes: bool = False) -> tuple[int, int]:
         """T3: cut along a closed path of darts; return the new faces that close its left and its right side."""
         path = checks.indices("darts", darts, (None,), 3 * self._used[0])
-        d = self._darts
-        alive = d.alive[path // 3].all()
-        reason = seams.refusal_of_path(d.twin, path) if alive else "one of its vertices was removed"
+        d, vertices = self._darts, path // 3
+        if not d.alive[vertices].all():
+            raise TopologyError("contour cannot be cut: one of its vertices was removed")
+        if (apart := d.twin[path] // 3 != np.roll(vertices, -1)).any():
+            i = int(apart.argmax())
+            where = f"dart {path[i]} does not lead to the vertex of the next one, {path[(i + 1) % len(path)]}"
+            raise TopologyError(f"contour cannot be cut: {where}")
+        if reason := seams.refusal_of_path(vertices, d.twin[3 * vertices[:, None] + np.arange(3)] // 3):
+            raise TopologyError(f"contour {reason}")
         seam = seams.along(d.twin, path)
-        if reason := reason or seams.refusal_to_cut(seam, d.face):
+        if reason := seams.refusal_to_cut(seam, d.face):
             raise TopologyError(f"contour cannot be cut: {reason}")
         self._reserve(1, faces=2)
         left, right, row = self._used[1], self._used[1] + 1, self.n_edits

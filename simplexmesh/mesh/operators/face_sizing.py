@@ -1,7 +1,4 @@
-"""Face sizes: divide large faces and merge small ones, as in isotropic remeshing.
-
-H. Delingette, thesis, 1994, section 5.5, for the operators.
-"""
+"""Face sizes: divide large faces and merge small ones, as in isotropic remeshing (thesis, section 5.5)."""
 
 from __future__ import annotations
 

@@ -1,9 +1,7 @@
-"""Seams: dart surgery for cutting along a cycle of edges (T3) and sewing two faces together (T4).
+"""Seams: dart surgery for cutting along a cycle of edges (T3) and sewing two faces together (T4), its inverse.
 
-On a closed path each vertex has a dart onward, a dart back, and a third one to the left or to the right. When sewn, the
-dart onward of each vertex is the twin of the dart back of the next one. When cut, that holds among the vertices of each
-side separately, and a new face closes each side. Cutting and sewing are thus inverse by construction. H. Delingette,
-thesis, 1994, section 2.6.
+When sewn, the dart onward of each vertex is the twin of the dart back of the next one; when cut, that holds among the
+vertices of each side separately, those whose third edge is there. H. Delingette, thesis, 1994, section 2.6.
 """
 
 from __future__ import annotations
@@ -90,19 +88,19 @@ def sewn_faces(seam: Seam, face: Indices32) -> tuple[Indices32, Indices32]:
     return face[seam.onward[last_left % k]], face[seam.back[next_right % k]]
 
 
-def refusal_of_path(twin: Indices32, darts: Indices) -> str:
-    """Return the reason why a sequence of darts is not a contour, "" if it is one."""
-    vertices = darts // 3
-    if len(darts) < 3:
-        return f"it has {len(darts)} edges, where a contour has at least 3"
-    if (apart := twin[darts] // 3 != np.roll(vertices, -1)).any():
-        i = int(apart.argmax())
-        return f"dart {darts[i]} does not lead to the vertex of the next one, {darts[(i + 1) % len(darts)]}"
+def refusal_of_path(vertices: Indices, neighbors: NDArray[np.integer]) -> str:
+    """Return what is wrong with a contour of vertices (k,) with these neighbors (k, 3), "" if it is one."""
+    if len(vertices) < 3:
+        return f"must have at least 3 vertices, not {len(vertices)}"
     if (repeated := first_repeated(vertices)) >= 0:
-        return f"it visits vertex {repeated} twice"
-    neighbors = twin[3 * vertices[:, None] + np.arange(3)] // 3
+        return f"must not touch itself, but visits vertex {repeated} twice"
+    ahead = np.roll(vertices, -1)
+    if (apart := (neighbors != ahead[:, None]).all(axis=1)).any():
+        i = int(apart.argmax())
+        where = "is not closed:" if i == len(vertices) - 1 else "must run along edges;"
+        return f"{where} vertices {vertices[i]} and {ahead[i]} are not neighbors"
     if (full := np.isin(neighbors, vertices).all(axis=1)).any():
-        return f"its vertex {vertices[full.argmax()]} has all three neighbors on it"
+        return f"vertex {vertices[full.argmax()]} has all three neighbors on the contour"
     return ""
 
 

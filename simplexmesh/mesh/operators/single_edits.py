@@ -1,8 +1,4 @@
-"""The genus-preserving operators T1, T2, T5, T6 and T7: a mesh in, a new mesh with vertex and face maps out.
-
-An edge is given by one of its darts or by its two ends, a face by its number in the connectivity, holes included. Each
-is a single edit of an `EditableMesh`, which applies many at a time and can undo them.
-"""
+"""The genus-preserving operators T1, T2, T5, T6 and T7 as single edits of an `EditableMesh`: mesh in, new mesh out."""
 
 from __future__ import annotations
 
@@ -40,16 +36,11 @@ def remove_edge(mesh: SimplexMesh, edge: Edge) -> Edited:
     TopologyError
         When an opposite face is a triangle, or some other face is adjacent to both sides.
 
-    References
-    ----------
-    H. Delingette, thesis, 1994, section 2.6.
-
     Examples
     --------
     >>> import simplexmesh as sm
-    >>> from simplexmesh.mesh.operators.single_edits import remove_edge
     >>> ball = sm.sphere(4)
-    >>> after = remove_edge(ball, 0)
+    >>> after = sm.remove_edge(ball, 0)
     >>> after.mesh.n_vertices - ball.n_vertices, after.mesh.n_faces - ball.n_faces
     (-2, -1)
     """
@@ -84,17 +75,12 @@ def insert_edge(
     TopologyError
         When the edges are the same, or have no face in common.
 
-    References
-    ----------
-    H. Delingette, thesis, 1994, section 2.6.
-
     Examples
     --------
     >>> import simplexmesh as sm
-    >>> from simplexmesh.mesh.operators.single_edits import insert_edge
     >>> ball = sm.sphere(4)
     >>> a, b, c, d, *_ = ball.faces[0]
-    >>> insert_edge(ball, (a, b), (c, d)).mesh
+    >>> sm.insert_edge(ball, (a, b), (c, d)).mesh
     SimplexMesh(322 vertices, 163 faces, genus 0, 0 holes)
     """
     edit = EditableMesh(mesh)
@@ -127,15 +113,10 @@ def swap_edge(mesh: SimplexMesh, edge: Edge) -> Edited:
     TopologyError
         When an adjacent face is a triangle, or the opposite faces are the same or already share an edge.
 
-    References
-    ----------
-    H. Delingette, thesis, 1994, section 2.6. The last condition follows from completeness.
-
     Examples
     --------
     >>> import simplexmesh as sm
-    >>> from simplexmesh.mesh.operators.single_edits import swap_edge
-    >>> sorted({len(face) for face in swap_edge(sm.torus(14, 6), 0).mesh.faces})
+    >>> sorted({len(face) for face in sm.swap_edge(sm.torus(14, 6), 0).mesh.faces})
     [5, 6, 7]
     """
     edit = EditableMesh(mesh)
@@ -155,16 +136,11 @@ def remove_face(mesh: SimplexMesh, face: int) -> Edited:
     TopologyError
         When a T1 is illegal, or the face or a neighbor is a hole.
 
-    References
-    ----------
-    H. Delingette, thesis, 1994, section 2.6.
-
     Examples
     --------
     >>> import simplexmesh as sm
-    >>> from simplexmesh.mesh.operators.single_edits import remove_face
     >>> ball = sm.sphere(4)
-    >>> remove_face(ball, 5).mesh
+    >>> sm.remove_face(ball, 5).mesh
     SimplexMesh(308 vertices, 156 faces, genus 0, 0 holes)
     """
     edit = EditableMesh(mesh)
@@ -183,15 +159,10 @@ def refine_face(mesh: SimplexMesh, face: int) -> Edited:
     TopologyError
         When the face is a hole.
 
-    References
-    ----------
-    H. Delingette, thesis, 1994, section 2.6.
-
     Examples
     --------
     >>> import simplexmesh as sm
-    >>> from simplexmesh.mesh.operators.single_edits import refine_face
-    >>> refine_face(sm.sphere(4), 5).mesh
+    >>> sm.refine_face(sm.sphere(4), 5).mesh
     SimplexMesh(332 vertices, 168 faces, genus 0, 0 holes)
     """
     edit = EditableMesh(mesh)

@@ -91,10 +91,7 @@ def boxes_by_cell(
 
 @njit(cache=True, error_model="numpy")
 def overlapping_boxes(low: Array, high: Array, origin: Array, cell: float, shape: Indices) -> Indices:
-    """Return the pairs (m, 2) of overlapping boxes `low` to `high` (b, 3) in a grid of cells, the smaller index first.
-
-    A pair that shares several cells is found in the first cell of the intersection of its boxes.
-    """
+    """Return the pairs (m, 2) of overlapping boxes, each found in the first cell shared, the smaller index first."""
     offsets, boxes, span = boxes_by_cell(low, high, origin, cell, shape)
     out = np.empty((8 * low.shape[0] + 64, 2), np.int64)
     found = 0

@@ -1,8 +1,6 @@
 """Homology basis of a closed surface by tree-cotree decomposition, with cohomology forms and linking numbers.
 
-D. Eppstein, *Dynamic generators of topologically embedded graphs*, SODA 2003; J. Erickson and K. Whittlesey, *Greedy
-optimal homotopy and homology generators*, SODA 2005; Z. Arai, *A rigorous numerical algorithm for computing the linking
-number of links*, NOLTA 4 (2013).
+D. Eppstein, SODA 2003; J. Erickson and K. Whittlesey, SODA 2005; linking numbers by Z. Arai, NOLTA 4 (2013).
 """
 
 from __future__ import annotations
@@ -123,10 +121,7 @@ def _graph(edges: Indices, lengths: Array, n: int) -> tuple[csr_matrix, Indices]
 
 
 def _cotree(sides: Indices, loop_lengths: Array, n: int) -> tuple[Indices, Mask]:
-    """Return the parent of each triangle and the edge towards it (n, 2), and a mask of the edges the cotree crosses.
-
-    It is the maximum spanning tree by loop length, so that the edges left over close short loops.
-    """
+    """Return parents, with the edges to them (n, 2), in the maximum spanning tree by loop length, and its edges."""
     free = np.flatnonzero(np.isfinite(loop_lengths) & (sides[:, 0] != sides[:, 1]))
     low, high = sides[free].min(axis=1), sides[free].max(axis=1)
     order = np.lexsort((-loop_lengths[free], high, low))

@@ -1,9 +1,7 @@
-"""Self-intersections: pairs of triangles, or of faces as fans, that cross.
+"""Self-intersections: pairs of triangles, or of faces as fans, of which an edge passes through the other's interior.
 
-Triangles cross when an edge of one passes through the interior of the other; touching, meeting in a shared corner or
-edge, and overlapping in one plane do not count. Orientation determinants decide, with a bound on their rounding errors:
-J. R. Shewchuk, *Adaptive precision floating-point arithmetic and fast robust geometric predicates*, Discrete Comput.
-Geom. 18 (1997) 305.
+Touching and overlapping in a plane do not count. Determinants decide, with a bound on their rounding errors: J. R.
+Shewchuk, *Adaptive precision floating-point arithmetic ...*, Discrete Comput. Geom. 18 (1997) 305.
 """
 
 from __future__ import annotations
@@ -61,10 +59,7 @@ def _boxes(points: Array, triangles: Indices) -> tuple[Array, Array]:
 
 
 def _beside(points: Array, triangles: Indices, chosen: Mask) -> Mask:
-    """Return a mask (t,) of the triangles near one of those chosen: all that meet one are among them.
-
-    Boxes that meet have their lowest corners in the same or in neighboring cells of a grid whose cells are no smaller.
-    """
+    """Return a mask (t,) of triangles near those chosen: boxes that meet begin in neighboring cells as large as any."""
     if not chosen.any():
         return chosen
     low, high = _boxes(points, triangles)
