@@ -13,7 +13,7 @@ EXPORT = "the extra export: pip install 'simplexmesh[export]'"
 
 def to_trimesh(value: Any) -> Any:
     """Return a `trimesh.Trimesh` of a triangle mesh or a `trimesh.PointCloud` of points, with colors and unit."""
-    trimesh = _library("trimesh", EXPORT)
+    trimesh, value = _library("trimesh", EXPORT), _triangulated(value)
     colors = value.data.get("colors")
     shown = np.array(colors) if colors is not None and is_color(colors) else None
     if not hasattr(value, "faces"):
@@ -37,7 +37,7 @@ def by_trimesh(surface: Any, kind: str) -> bytes:
 
 def to_open3d(value: Any) -> Any:
     """Return an `open3d.t.geometry` TriangleMesh or PointCloud, with normals, colors as shares, and other arrays."""
-    open3d = _library("open3d", "Open3D: pip install open3d")
+    open3d, value = _library("open3d", "Open3D: pip install open3d"), _triangulated(value)
     if hasattr(value, "faces"):
         out = open3d.t.geometry.TriangleMesh()
         table, positions, normals = out.vertex, value.vertices, value.vertex_normals
@@ -52,6 +52,10 @@ def to_open3d(value: Any) -> Any:
             rows = (rows[:, :3] / 255).astype(np.float32)
         table[name] = open3d.core.Tensor(rows.reshape(len(rows), -1))
     return out
+
+
+def _triangulated(value: Any) -> Any:
+    return value.triangulated() if hasattr(value, "triangulated") else value
 
 
 def _library(name: str, how: str) -> Any:

@@ -12,9 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 from simplexmesh._base import checks, vectors
 from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.errors import counted, warn
-from simplexmesh._base.named_arrays import Data, joined, named_arrays, taken
+from simplexmesh._base.named_arrays import Data, Located, joined, named_arrays, taken
 from simplexmesh._base.units import common_unit, unit_or_none
-from simplexmesh.data.located import Located
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -12,9 +12,8 @@ from numpy.typing import ArrayLike
 from simplexmesh._base import checks, vectors
 from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.errors import counted, warn
-from simplexmesh._base.named_arrays import Data, named_arrays, taken
+from simplexmesh._base.named_arrays import Data, Located, named_arrays, taken
 from simplexmesh._base.units import unit_or_none
-from simplexmesh.data.located import Located
 from simplexmesh.data.points import PointCloud
 from simplexmesh.data.welding import are_proper, distinct_positions, report_welding
 from simplexmesh.numerics.blending import blended

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -200,18 +199,6 @@ class Volume(InUnits):
         """Return the volume with spacing and origin multiplied by a positive factor; samples and `unit` stay."""
         factor = checks.number("factor", factor, 0.0, open_low=True)
         return replace(self, spacing=factor * self.spacing, origin=factor * self.origin)
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the volume to a file in the format its name says: .mha, .nrrd, .nii, .nii.gz or .vti."""
-        from simplexmesh.data.io import writing
-
-        writing.save(path, self)
-
-    def to_pyvista(self) -> Any:
-        """Return a `pyvista.ImageData` with the samples as point data `values`."""
-        from simplexmesh.data.io import writing
-
-        return writing.to_pyvista(self)
 
     def smoothed(self, sigma: float) -> Volume:
         """Return the volume smoothed by a Gaussian.
