@@ -13,7 +13,8 @@ from typing import Annotated, Any
 
 import typer
 
-from simplexmesh._base.interrupts import Interrupts, Report, deferred_interrupts
+from simplexmesh._base.interrupts import Interrupts, deferred_interrupts
+from simplexmesh._base.progress import Report
 
 MODELS = (".vtp", ".ply", ".obj", ".off", ".stl")
 PICTURES = (".png", ".jpg", ".jpeg", ".tif", ".html")

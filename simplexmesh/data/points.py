@@ -86,12 +86,7 @@ class PointCloud(Located):
         return f"PointCloud({len(self)} points, {with_normals} normals, diagonal {self.diagonal:g})"
 
     def transformed(self, T_target_source: ArrayLike) -> PointCloud:
-        """Return the cloud in the target frame of a transform.
-
-        Parameters
-        ----------
-        T_target_source : (4, 4) array of float
-            Affine; normals are transformed by the inverse transpose and stay outward under reflections; data stay.
+        """Return the cloud in the target frame of a (4, 4) affine; normals stay outward under reflections; data stay.
 
         Examples
         --------

@@ -211,13 +211,7 @@ class TriangleMesh(Located):
         return replace(self, faces=faces)
 
     def transformed(self, T_target_source: ArrayLike) -> TriangleMesh:
-        """Return the surface in the target frame of a transform; faces stay outward under reflections; data stay.
-
-        Parameters
-        ----------
-        T_target_source : (4, 4) array of float
-            Affine.
-        """
+        """Return the surface in the target frame of a (4, 4) affine; faces stay outward in reflections; data stay."""
         T = checks.affine("T_target_source", T_target_source)
         faces = self.faces if np.linalg.slogdet(T[:3, :3])[0] > 0 else self.faces[:, ::-1]
         return replace(self, vertices=self.vertices @ T[:3, :3].T + T[:3, 3], faces=faces)

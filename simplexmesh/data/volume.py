@@ -178,12 +178,7 @@ class Volume(InUnits):
         return self._with_values(inside)
 
     def transformed(self, T_target_source: ArrayLike) -> Volume:
-        """Return the volume in the target frame of a transform: the samples stay, the grid moves.
-
-        Parameters
-        ----------
-        T_target_source : (4, 4) array of float
-            A rotation and a translation.
+        """Return the volume in the target frame of a (4, 4) rotation and translation: the samples stay, the grid moves.
 
         Examples
         --------

@@ -201,12 +201,7 @@ class SimplexMesh(Located):
         return SimplexMesh(vertices, self.connectivity, self.data, self.unit)  # type: ignore[arg-type]
 
     def transformed(self, T_target_source: ArrayLike) -> SimplexMesh:
-        """Return the mesh in the target frame of a transform, keeping the connectivity and the data.
-
-        Parameters
-        ----------
-        T_target_source : (4, 4) array of float
-            Affine; a reflection, which would turn the mesh inside out, is refused.
+        """Return the mesh in the target frame of a (4, 4) affine; reflections, which turn it inside out, are refused.
 
         Examples
         --------

@@ -60,7 +60,10 @@ def boolean(first: Any, second: Any, operation: str = "difference") -> TriangleM
     True
     """
     checks.choice("operation", operation, OPERATIONS)
-    manifold3d = _library()
+    try:
+        import manifold3d
+    except ImportError:
+        raise ImportError("boolean needs the package manifold3d: pip install 'simplexmesh[guides]'") from None
     meshes = tuple(
         as_triangles(each, name).welded(report=False) for each, name in ((first, "first"), (second, "second"))
     )
@@ -92,14 +95,6 @@ def _carried(
     normal = cross(b - a, c - a)
     parts = [dot(cross(q - p, vertices - p), normal) for p, q in ((b, c), (c, a), (a, b))]
     return blended(arrays, rows, np.maximum(np.stack(parts, axis=1) / dot(normal, normal)[:, None], 0.0))
-
-
-def _library() -> Any:
-    try:
-        import manifold3d
-    except ImportError:
-        raise ImportError("boolean needs the package manifold3d: pip install 'simplexmesh[guides]'") from None
-    return manifold3d
 
 
 def _solid(manifold3d: Any, mesh: TriangleMesh, number: int, name: str) -> Any:

@@ -34,10 +34,6 @@ def divided(surface: Any, longest: float | None = None) -> TriangleMesh:
     longest : float, optional
         Maximum edge length, in the surface's unit of length. By default a 60th of the diagonal.
 
-    Returns
-    -------
-    TriangleMesh
-
     Raises
     ------
     ValueError, TypeError

@@ -15,20 +15,9 @@ from simplexmesh.mesh.operators.editable_mesh import EditableMesh
 from simplexmesh.mesh.operators.results import Edited
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 
-WEIGHTS = regions.Weights(
-    normals=0.3,
-    extent=4e-3,
-    rim=1.0,
-    imbalance=0.05,
-    turn=0.1,
-    bend=-0.5,
-    quality=0.1,
-    min_size=4,
-    max_size=10,
-    min_component=20,
-    necks=False,
-    max_deviation=np.inf,
-)
+COST = {"normals": 0.3, "extent": 4e-3, "rim": 1.0, "imbalance": 0.05}
+LIMITS = {"turn": 0.1, "bend": -0.5, "quality": 0.1, "min_size": 4, "max_size": 10, "min_component": 20}
+WEIGHTS = regions.Weights(**COST, **LIMITS, necks=False, max_deviation=np.inf)  # type: ignore[arg-type]
 LAST_RESORT = WEIGHTS._replace(imbalance=0.0, bend=-1.0, min_size=3, max_size=2**30, min_component=4, necks=True)
 LAX = WEIGHTS._replace(turn=-0.5, quality=0.05)
 """For the last edge swaps."""

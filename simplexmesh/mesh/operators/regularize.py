@@ -46,16 +46,6 @@ def regularize(mesh: SimplexMesh) -> Regularized:
     sum unchanged and could cycle; they are made if the sum of (N - 6)^4 decreases, which eliminates faces of four and
     eight vertices. Edges on a hole are kept, as are the numbers of vertices and faces, the genus and the holes.
 
-    Parameters
-    ----------
-    mesh : SimplexMesh
-        The mesh.
-
-    Returns
-    -------
-    Regularized
-        The mesh, with the faces that are still exceptions.
-
     Raises
     ------
     TopologyError
@@ -68,10 +58,8 @@ def regularize(mesh: SimplexMesh) -> Regularized:
     Examples
     --------
     >>> import simplexmesh as sm
-    >>> from simplexmesh.mesh.operators.single_edits import refine_face
-    >>> from simplexmesh.mesh.operators.regularize import regularize
-    >>> uneven = refine_face(sm.sphere(8), 40).mesh
-    >>> out = regularize(uneven)
+    >>> uneven = sm.refine_face(sm.sphere(8), 40).mesh
+    >>> out = sm.regularize(uneven)
     >>> sorted({len(face) for face in out.mesh.faces}), len(out.exceptions)
     ([5, 6, 7], 0)
     """

@@ -14,7 +14,7 @@ Edge = int | Sequence[int]
 
 
 def remove_edge(mesh: SimplexMesh, edge: Edge) -> Edited:
-    """T1: remove an edge and its two ends, merging the faces on its two sides.
+    """T1 (Delingette, thesis, section 2.6): remove an edge and its two ends, merging the faces on its two sides.
 
     Two vertices, three edges and one face fewer; the two opposite faces, those at the ends, lose a vertex each. A face
     beside a hole merges into the hole, and two holes into one.
@@ -53,7 +53,7 @@ def remove_edge(mesh: SimplexMesh, edge: Edge) -> Edited:
 def insert_edge(
     mesh: SimplexMesh, edge: Edge, other: Edge, *, at: Sequence[float] = (0.5, 0.5), face: int | None = None
 ) -> Edited:
-    """T2: divide a face by an edge between a new vertex on each of two of its edges.
+    """T2 (Delingette, thesis, section 2.6): divide a face by an edge between a new vertex on each of two of its edges.
 
     Two vertices, three edges and one face more; the new vertices are the last two, their positions and floating-point
     data interpolated along the edges. Two edges that meet in a vertex cut it off by a triangle. A hole is divided into
@@ -103,7 +103,7 @@ def insert_edge(
 
 
 def swap_edge(mesh: SimplexMesh, edge: Edge) -> Edited:
-    """T7: swap an edge, the dual of an edge flip: it then separates the two faces that were at its ends.
+    """T7 (Delingette, thesis, section 2.6): swap an edge, which then separates the two faces that were at its ends.
 
     The adjacent faces lose a vertex each, the opposite ones gain one; vertices are kept. Position and floating-point
     data of each end become the mean of both ends and of its two other neighbors after the swap.
@@ -126,7 +126,7 @@ def swap_edge(mesh: SimplexMesh, edge: Edge) -> Edited:
 
 
 def remove_face(mesh: SimplexMesh, face: int) -> Edited:
-    """T5: merge a face with all its neighbors, by T1 on its edges.
+    """T5 (Delingette, thesis, section 2.6): merge a face with all its neighbors, by T1 on its edges.
 
     For a face of m vertices, 2 m vertices, 3 m edges and m faces fewer. On the middle face of `refine_face` it is the
     inverse.
@@ -149,7 +149,7 @@ def remove_face(mesh: SimplexMesh, face: int) -> Edited:
 
 
 def refine_face(mesh: SimplexMesh, face: int) -> Edited:
-    """T6: replace a face by a smaller one and a ring of pentagons around it, by T2.
+    """T6 (Delingette, thesis, section 2.6): replace a face by a smaller one and a ring of pentagons around it, by T2.
 
     For a face of m vertices, 2 m vertices, 3 m edges and m faces more; each neighbor gains a vertex. The face map sends
     the refined face to the one in the middle, again of m vertices.
