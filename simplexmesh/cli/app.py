@@ -17,23 +17,16 @@ from simplexmesh.cli import curvature, decimate, demo, features, info, library, 
 from simplexmesh.cli.report import INTERRUPTED, KEPT, NOTES, as_json, error, note
 
 BAD_INPUT = 2
-SUGGESTIONS = {
-    "saliency": "curvature",
-    "normals": "curvature",
-    "fit": "reconstruct",
-    "simplify": "decimate",
-    "edges": "features",
-    "zones": "features",
-    "align": "register",
-    "match": "register",
-    "show": "view",
-    "plot": "view",
-    "recognise": "library recognize",
-    "recognize": "library recognize",
-    "add": "library add",
-    "list": "library list",
-    "remove": "library remove",
-}
+_MEANT = {
+    "curvature": "saliency normals",
+    "reconstruct": "fit",
+    "decimate": "simplify",
+    "features": "edges zones",
+    "register": "align match",
+    "view": "show plot",
+    "library recognize": "recognise recognize",
+} | {f"library {word}": word for word in ("add", "list", "remove")}
+SUGGESTIONS = {word: command for command, words in _MEANT.items() for word in words.split()}
 """Words that a user may try as a command, and the command to suggest."""
 
 IN_PYTHON = (

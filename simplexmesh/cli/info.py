@@ -50,7 +50,8 @@ def described(thing: Any) -> dict[str, Any]:
     elif isinstance(thing, TriangleMesh):
         facts = _triangles(thing)
     else:
-        facts = _simplex_mesh(thing)
+        problems = list(thing.check(self_intersections=True).problems)
+        facts = {"kind": "simplex mesh", **report.mesh_numbers(thing), "problems": problems}
     return facts | {"arrays": sorted(thing.data), "unit": thing.unit} | _extent(thing.bounds)
 
 
@@ -76,15 +77,6 @@ def _volume(volume: Any) -> dict[str, Any]:
     if volume.is_labels:
         facts["labels"] = volume.labels()
     return facts | {"unit": volume.unit} | _extent(volume.bounds)
-
-
-def _simplex_mesh(mesh: Any) -> dict[str, Any]:
-    found = mesh.check(self_intersections=True)
-    return {
-        "kind": "simplex mesh",
-        **report.mesh_numbers(mesh),
-        "problems": list(found.problems),
-    }
 
 
 def _triangles(mesh: Any) -> dict[str, Any]:

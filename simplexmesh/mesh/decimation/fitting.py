@@ -72,11 +72,9 @@ def faces_of(c: Connectivity) -> kernels.Faces:
     """Return the faces as arrays for the kernels."""
     corner = np.empty(c.twin.size, np.int32)
     corner[c.face_darts] = np.arange(c.twin.size)
-    owner = np.repeat(np.arange(len(c.face_sizes)), c.face_sizes)
-    ahead = face_geometry.following(c.face_vertices, c.face_offsets)
-    across = corner[c.twin.reshape(-1)[c.face_darts]]
-    flat = [np.ascontiguousarray(v, np.int32) for v in (c.face_vertices, c.face_offsets, ahead, owner, across)]
-    return kernels.Faces(flat[0], flat[1], flat[2], flat[3], flat[4], c.face_is_hole)
+    owner = np.repeat(np.arange(len(c.face_sizes), dtype=np.int32), c.face_sizes)
+    ahead, across = face_geometry.following(c.face_vertices, c.face_offsets), corner[c.twin.reshape(-1)[c.face_darts]]
+    return kernels.Faces(c.face_vertices, c.face_offsets, ahead, owner, across, c.face_is_hole)
 
 
 class Terms(NamedTuple):

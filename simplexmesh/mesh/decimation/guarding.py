@@ -32,14 +32,14 @@ class Guard:
         """Return the vertices, moved towards `target` (n, 3) as far as the constraints allow."""
         m, bounds = self._moving(mesh, self._facing_pairs(mesh)), kernels.Bounds(MUTUAL_COSINE, target_cosine)
         kernels.advance(m, target, MAX_STEP * _mean_edge(mesh), MAX_TRIES, bounds)
-        return np.array(m.points[: len(target)])
+        return m.points[: len(target)]
 
     def untangled(self, mesh: SimplexMesh, mutual: float, target_cosine: float) -> Array:
         """Return the vertices, moved where that reduces the folds and crossings of the faces around them."""
         solid = np.flatnonzero(~self._faces.hole)
         m = self._moving(mesh, np.concatenate([self._near_pairs(mesh), np.stack([solid, solid], axis=1)]))
         kernels.untangle(m, PASSES, kernels.Bounds(mutual, target_cosine))
-        return np.array(m.points[: mesh.n_vertices])
+        return m.points[: mesh.n_vertices]
 
     def _near_pairs(self, mesh: SimplexMesh) -> Indices:
         """Return the pairs (m, 2) of solid faces whose boxes, with a margin, overlap."""
@@ -66,8 +66,8 @@ class Guard:
             np.concatenate([v, face_geometry.face_centroids(v, f.vertices, f.offsets)]),
             np.array(mesh.normals),
             self._target_normals,
-            np.ascontiguousarray(c.neighbors, np.int32),
-            np.ascontiguousarray(c.vertex_faces, np.int32),
+            c.neighbors,
+            c.vertex_faces,
             f,
             np.searchsorted(both[:, 0], np.arange(len(f.hole) + 1)),
             both[:, 1].astype(np.int32),

@@ -18,11 +18,6 @@ from simplexmesh.mesh.operators.seams import Seam
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 
 
-def _selected(name: str, given: ArrayLike, count: int) -> Indices32:
-    """Return the darts or faces of a batch, given by number or by mask, as checked indices."""
-    return checks.selection(name, given, count).astype(np.int32)
-
-
 def edge_fractions(at: ArrayLike, count: int) -> Array:
     """Return the checked fractions (count, 2) at which new vertices divide pairs of darts, broadcast if need be."""
     given = checks.any_array("at", at)
@@ -117,8 +112,8 @@ class EditableMesh(EditableDarts):
 
     def _apply(self, kind: int, darts: ArrayLike, others: ArrayLike, at: ArrayLike, in_order: bool) -> Batch:  # noqa: FBT001
         """Apply edits of one kind, skipping those that are illegal or touch an edge already changed."""
-        first = _selected("darts", darts, 3 * self._used[0])
-        second = first if others is darts else _selected("others", others, 3 * self._used[0])
+        both = (("darts", darts), ("others", others))
+        first, second = (checks.selection(*each, 3 * self._used[0]).astype(np.int32) for each in both)
         if len(first) != (m := len(second)):
             raise ValueError(f"others must have {len(first)} darts, as many as darts, not {m}")
         order = _order(first, in_order)
@@ -146,7 +141,7 @@ class EditableMesh(EditableDarts):
 
     def _apply_to_faces(self, kind: int, faces: ArrayLike, in_order: bool) -> Batch:  # noqa: FBT001
         """Apply T6 or T5 to faces, skipping those that are illegal or already refined or merged in this batch."""
-        chosen = _selected("faces", faces, self._used[1])
+        chosen = checks.selection("faces", faces, self._used[1]).astype(np.int32)
         # capacity: each face is edited at most once, and may have gained a vertex on each edge by then
         refining = kind == kernels.REFINE_FACE
         edits = int(self._darts.face_size[np.unique(chosen)].sum()) * (2 if refining else 1)
