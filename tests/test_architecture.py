@@ -34,7 +34,8 @@ BELOW = {
 UPWARD = {
     ("_base/html.py", "simplexmesh.plot.surface"): "notebooks show results with a picture",
     ("mesh/simplex_mesh.py", "simplexmesh.data.triangles"): "users look for mesh.triangulated() on the mesh",
-    ("mesh/simplex_mesh.py", "simplexmesh.data.io.writing"): "users look for mesh.save() and mesh.to_pyvista() on it",
+    ("_base/units.py", "simplexmesh.data.io.writing"): "users look for save() and to_pyvista() on all data",
+    ("_base/named_arrays.py", "simplexmesh.data.exporting"): "users look for to_trimesh() and to_open3d() on all data",
     ("mesh/simplex_mesh.py", "simplexmesh.surface.curvature.estimate"): "users look for mesh.mean_curvature on it",
 }
 

@@ -1,7 +1,4 @@
-"""Validity checks: completeness, degenerate geometry, orientation and self-intersections of a mesh.
-
-Completeness: H. Delingette, thesis, 1994, section 2.1.
-"""
+"""Validity checks: completeness (thesis, section 2.1), degenerate geometry, orientation, self-intersections."""
 
 from __future__ import annotations
 
@@ -11,13 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array, Mask
 from simplexmesh._base.errors import counted
 from simplexmesh._base.vectors import dot, norm
 from simplexmesh.mesh import face_geometry, geometry
 from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.mesh.triangles.self_intersection import self_intersections
-
-Array = NDArray[np.float64]
 
 DEGENERATE = 1e-9
 """Lengths below this times the mean edge length count as zero, areas below this times its square."""
@@ -106,7 +102,7 @@ def degenerate(vertices: Array, connectivity: Connectivity) -> Defects:
     }
 
 
-def misoriented(vertices: Array, connectivity: Connectivity) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+def misoriented(vertices: Array, connectivity: Connectivity) -> tuple[Mask, Mask]:
     """Return masks of inverted vertices (n,), whose normal opposes their faces, and of folded faces (f,)."""
     loops = connectivity.face_vertices, connectivity.face_offsets
     normals = geometry.normals(vertices, connectivity.neighbors)

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Indices, Mask
 from simplexmesh.mesh.check import degenerate, misoriented
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.mesh.triangles.self_intersection import self_intersections
-
-Mask = NDArray[np.bool_]
 
 
 def tangled_vertices(mesh: SimplexMesh) -> Mask:
@@ -17,7 +15,7 @@ def tangled_vertices(mesh: SimplexMesh) -> Mask:
     return tangled_with(mesh, self_intersections(mesh.vertices, mesh.connectivity))
 
 
-def tangled_with(mesh: SimplexMesh, pairs: NDArray[np.int64]) -> Mask:
+def tangled_with(mesh: SimplexMesh, pairs: Indices) -> Mask:
     """Return the tangled vertices (n,), given the pairs (m, 2) of faces that cross."""
     c, found = mesh.connectivity, degenerate(mesh.vertices, mesh.connectivity)
     faces = np.zeros(len(c.face_sizes), bool)

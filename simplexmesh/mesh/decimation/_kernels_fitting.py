@@ -1,8 +1,6 @@
-"""Kernels that fit a coarse mesh to samples of a surface: closest points of samples, and least squares.
+"""Kernels that find the points of a coarse mesh closest to samples of a surface, on the fans of nearby faces.
 
-Each face is a fan about its centroid. The closest point of a sample, searched for in nearby fans, is a weighted mean of
-two vertices and a centroid, so its displacement is linear in the vertices. Closest points on triangles: C. Ericson,
-Real-Time Collision Detection, 2005, section 5.1.5.
+Closest points on triangles: C. Ericson, Real-Time Collision Detection, 2005, section 5.1.5.
 """
 
 from __future__ import annotations
@@ -10,13 +8,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base._kernels_njit import njit
+from simplexmesh._base.arrays import Array, Indices, Indices32, Mask
 from simplexmesh.numerics._kernels_vectors import Vector, dot, minus, row
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int32]
 
 MAX_STEPS = 12
 MAX_MISSES = 32
@@ -26,18 +21,18 @@ CLOSER = 1 - 1e-9
 class Faces(NamedTuple):
     """The faces of a mesh as flat arrays over corners, ordered as in `Connectivity`."""
 
-    vertices: Indices  # (3n,)
-    offsets: Indices  # (f + 1,)
-    ahead: Indices  # (3n,) the next vertex of each corner
-    owner: Indices  # (3n,) the face of each corner
-    across: Indices  # (3n,) the corner whose edge to its next vertex is the opposite of this corner's
-    hole: NDArray[np.bool_]  # (f,)
+    vertices: Indices32  # (3n,)
+    offsets: Indices32  # (f + 1,)
+    ahead: Indices32  # (3n,) the next vertex of each corner
+    owner: Indices32  # (3n,) the face of each corner
+    across: Indices32  # (3n,) the corner whose edge to its next vertex is the opposite of this corner's
+    hole: Mask  # (f,)
 
 
 class Locations(NamedTuple):
     """Points on the fans or on the rims, those closest to samples."""
 
-    corner: Indices  # (s,) the corner of the fan triangle or rim edge
+    corner: Indices32  # (s,) the corner of the fan triangle or rim edge
     weights: Array  # (s, 3) barycentric: of the corner, of the next vertex, of the centroid
 
 
@@ -46,18 +41,6 @@ def set_location(locations: Locations, s: int, corner: int, ahead: float, inside
     """Set location `s`, given the weights of the next vertex and the centroid."""
     locations.corner[s] = corner
     locations.weights[s, 0], locations.weights[s, 1], locations.weights[s, 2] = 1 - ahead - inside, ahead, inside
-
-
-@njit(cache=True, error_model="numpy")
-def centroids(vertices: Array, faces: Faces, out: Array) -> None:
-    """Write the mean of each face's vertices to `out` (f, 3)."""
-    for f in range(faces.offsets.size - 1):
-        first, last = faces.offsets[f], faces.offsets[f + 1]
-        for k in range(3):
-            total = 0.0
-            for c in range(first, last):
-                total += vertices[faces.vertices[c], k]
-            out[f, k] = total / (last - first)
 
 
 @njit(cache=True, error_model="numpy")
@@ -87,16 +70,14 @@ def closest_on_triangle(p: Vector, a: Vector, b: Vector, c: Vector) -> tuple[flo
 
 
 @njit(cache=True, error_model="numpy")
-def squared_to_triangle(points: Array, triangles: NDArray[np.int64], t: int, p: Vector) -> float:
+def squared_to_triangle(points: Array, triangles: Indices, t: int, p: Vector) -> float:
     """Return the squared distance of a point from a triangle."""
     a, b, c = row(points, triangles[t, 0]), row(points, triangles[t, 1]), row(points, triangles[t, 2])
     return closest_on_triangle(p, a, b, c)[0]
 
 
 @njit(cache=True, error_model="numpy")
-def are_covered(
-    points: Array, triangles: NDArray[np.int64], corners: Array, near: NDArray[np.int64], limit: Array
-) -> NDArray[np.bool_]:
+def are_covered(points: Array, triangles: Indices, corners: Array, near: Indices, limit: Array) -> Mask:
     """Return which triangles, given by their corners (p, 3, 3), one of those `near` (p, 3) is near at all corners."""
     out = np.zeros(limit.size, np.bool_)
     for i in range(limit.size):
@@ -109,7 +90,7 @@ def are_covered(
 
 
 @njit(cache=True, error_model="numpy")
-def barycentric(points: Array, triangles: NDArray[np.int64], found: NDArray[np.int64], at: Array) -> Array:
+def barycentric(points: Array, triangles: Indices, found: Indices, at: Array) -> Array:
     """Return the barycentric coordinates (p, 3) of points on triangles `found` (p,)."""
     out = np.empty(at.shape)
     for i in range(found.size):
@@ -134,7 +115,7 @@ def closest_on_fan(
 
 @njit(cache=True, error_model="numpy")
 def locate(
-    vertices: Array, centroid: Array, faces: Faces, samples: Array, start: Indices, locations: Locations
+    vertices: Array, centroid: Array, faces: Faces, samples: Array, start: Indices32, locations: Locations
 ) -> None:
     """Find the closest points of samples, walking from face `start` across edges while the distance decreases."""
     for s in range(samples.shape[0]):
@@ -174,113 +155,3 @@ def locate_on_rim(vertices: Array, faces: Faces, samples: Array, locations: Loca
                 if misses > MAX_MISSES:
                     break
                 c = first + (c - first + step) % (end - first)
-
-
-@njit(cache=True, error_model="numpy")
-def interpolate(values: Array, centroid: Array, faces: Faces, locations: Locations, s: int, out: Array) -> None:
-    """Write the position of location `s` to `out`."""
-    c = locations.corner[s]
-    w = locations.weights[s]
-    a, b, m = values[faces.vertices[c]], values[faces.ahead[c]], centroid[faces.owner[c]]
-    for k in range(3):
-        out[k] = w[0] * a[k] + w[1] * b[k] + w[2] * m[k]
-
-
-class Terms(NamedTuple):
-    """The terms of the least-squares problem: distances of samples, smoothness, flatness of faces."""
-
-    samples: Array  # (s, 3)
-    direction: Array  # (s, 3) unit vectors
-    along: Array  # (s,) weight of the squared distance along the direction
-    across: Array  # (s,) weight of the squared distance perpendicular to it
-    neighbors: Indices  # (n, 3) of each vertex; on a rim the two on it, the second one twice
-    share: Array  # (n, 3) weights of the neighbors in their mean
-    smooth: Array  # (n, 3, 3) matrix weights of the squared distance to that mean
-    flat: Array  # (f, 3) face normal times the square root of the weight of squared distances to the face's plane
-
-
-@njit(cache=True, error_model="numpy")
-def add_sample_gradient(
-    v: Array, centroid: Array, faces: Faces, locations: Locations, t: Terms, offset: float, out: Array, inner: Array
-) -> None:
-    """Add half the gradient of the sample terms, for vertices to `out`, for centroids to `inner`."""
-    p = np.empty(3)
-    for s in range(t.samples.shape[0]):
-        interpolate(v, centroid, faces, locations, s, p)
-        dot = 0.0
-        for k in range(3):
-            p[k] -= offset * t.samples[s, k]
-            dot += p[k] * t.direction[s, k]
-        c = locations.corner[s]
-        a, b, f = faces.vertices[c], faces.ahead[c], faces.owner[c]
-        for k in range(3):
-            force = t.across[s] * p[k] + (t.along[s] - t.across[s]) * dot * t.direction[s, k]
-            out[a, k] += locations.weights[s, 0] * force
-            out[b, k] += locations.weights[s, 1] * force
-            inner[f, k] += locations.weights[s, 2] * force
-
-
-@njit(cache=True, error_model="numpy")
-def add_face_gradient(v: Array, centroid: Array, faces: Faces, t: Terms, out: Array, inner: Array) -> None:
-    """Add the gradient `inner` for centroids, distributed to the vertices, and half that of the flatness terms."""
-    for f in range(faces.offsets.size - 1):
-        size = faces.offsets[f + 1] - faces.offsets[f]
-        for c in range(faces.offsets[f], faces.offsets[f + 1]):
-            i = faces.vertices[c]
-            dot = 0.0
-            for k in range(3):
-                dot += t.flat[f, k] * (v[i, k] - centroid[f, k])
-            for k in range(3):
-                out[i, k] += inner[f, k] / size + dot * t.flat[f, k]
-
-
-@njit(cache=True, error_model="numpy")
-def add_vertex_gradient(v: Array, t: Terms, out: Array) -> None:
-    """Add half the gradient of the smoothness terms."""
-    p = np.empty(3)
-    for i in range(v.shape[0]):
-        one, two, three = t.neighbors[i, 0], t.neighbors[i, 1], t.neighbors[i, 2]
-        for k in range(3):
-            p[k] = v[i, k] - t.share[i, 0] * v[one, k] - t.share[i, 1] * v[two, k] - t.share[i, 2] * v[three, k]
-        for k in range(3):
-            force = t.smooth[i, k, 0] * p[0] + t.smooth[i, k, 1] * p[1] + t.smooth[i, k, 2] * p[2]
-            out[i, k] += force
-            out[one, k] -= t.share[i, 0] * force
-            out[two, k] -= t.share[i, 1] * force
-            out[three, k] -= t.share[i, 2] * force
-
-
-@njit(cache=True, error_model="numpy")
-def half_gradient(
-    v: Array, centroid: Array, faces: Faces, locations: Locations, t: Terms, offset: float, out: Array
-) -> None:
-    """Write half the gradient at `v` to `out`: of the full quadratic with offset 1, of its homogeneous part with 0."""
-    out[:] = 0.0
-    centroids(v, faces, centroid)
-    inner = np.zeros(centroid.shape)
-    add_sample_gradient(v, centroid, faces, locations, t, offset, out, inner)
-    add_face_gradient(v, centroid, faces, t, out, inner)
-    add_vertex_gradient(v, t, out)
-
-
-@njit(cache=True, error_model="numpy")
-def conjugate_gradients(vertices: Array, faces: Faces, locations: Locations, t: Terms, iterations: int) -> Array:
-    """Return the vertices after some iterations of the conjugate gradient method on the least-squares problem."""
-    centroid = np.empty((faces.offsets.size - 1, 3))
-    move = np.zeros_like(vertices)
-    residual, image = np.empty_like(vertices), np.empty_like(vertices)
-    half_gradient(vertices, centroid, faces, locations, t, 1.0, residual)
-    residual = -residual
-    direction = residual.copy()
-    squared = (residual * residual).sum()
-    for _ in range(iterations):
-        if squared == 0:
-            break
-        half_gradient(direction, centroid, faces, locations, t, 0.0, image)
-        step = squared / (direction * image).sum()
-        move += step * direction
-        residual -= step * image
-        now = (residual * residual).sum()
-        direction = residual + now / squared * direction
-        squared = now
-    return vertices + move

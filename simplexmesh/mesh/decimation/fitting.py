@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_matrix, identity, vstack
+from scipy.sparse.linalg import LinearOperator, cg
 
+from simplexmesh._base.arrays import Array, Indices32, Mask
+from simplexmesh._base.vectors import dot, normalized
 from simplexmesh.mesh import face_geometry
 from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.mesh.decimation import _kernels_fitting as kernels
 from simplexmesh.mesh.decimation.guarding import MUTUAL_COSINE, Guard
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int32]
 
 TANGENTIAL = 0.02
 """Weight of the tangential distance of a sample, relative to that of its normal distance."""
@@ -37,11 +39,11 @@ class SurfaceSamples:
     points: Array  # (s, 3)
     normals: Array  # (s, 3) unit vectors
     weights: Array  # (s,) the area that each represents
-    faces: Indices  # (s,) the face of the surface that each is on
+    faces: Indices32  # (s,) the face of the surface that each is on
     rim_points: Array  # (r, 3) the vertices on holes
     rim_weights: Array  # (r,) the length that each represents
-    rim_faces: Indices  # (r,) the face and the hole that each is on
-    rim_holes: Indices
+    rim_faces: Indices32  # (r,) the face and the hole that each is on
+    rim_holes: Indices32
 
     @classmethod
     def of(cls, mesh: SimplexMesh) -> SurfaceSamples:
@@ -70,11 +72,44 @@ def faces_of(c: Connectivity) -> kernels.Faces:
     """Return the faces as arrays for the kernels."""
     corner = np.empty(c.twin.size, np.int32)
     corner[c.face_darts] = np.arange(c.twin.size)
-    owner = np.repeat(np.arange(len(c.face_sizes)), c.face_sizes)
-    ahead = face_geometry.following(c.face_vertices, c.face_offsets)
-    across = corner[c.twin.reshape(-1)[c.face_darts]]
-    flat = [np.ascontiguousarray(v, np.int32) for v in (c.face_vertices, c.face_offsets, ahead, owner, across)]
-    return kernels.Faces(flat[0], flat[1], flat[2], flat[3], flat[4], c.face_is_hole)
+    owner = np.repeat(np.arange(len(c.face_sizes), dtype=np.int32), c.face_sizes)
+    ahead, across = face_geometry.following(c.face_vertices, c.face_offsets), corner[c.twin.reshape(-1)[c.face_darts]]
+    return kernels.Faces(c.face_vertices, c.face_offsets, ahead, owner, across, c.face_is_hole)
+
+
+class Terms(NamedTuple):
+    """The terms of the problem; points on the mesh are means of vertices and centroids, so it is quadratic."""
+
+    samples: Array  # (s, 3)
+    direction: Array  # (s, 3) unit vectors
+    along: Array  # (s,) weight of the squared distance along the direction
+    across: Array  # (s,) weight of the squared distance perpendicular to it
+    places: csr_matrix  # (s, n + f) weights of vertices and centroids in the points closest to the samples
+    points: csr_matrix  # (n + f, n) of the vertices in the vertices and centroids
+    uneven: csr_matrix  # (n, n) each vertex minus the mean of its neighbors, on a rim of the two on it
+    smooth: Array  # (n, 3, 3) matrix weights of the squared distance to that mean
+    vertex_faces: Indices32  # (n, 3)
+    flat: Array  # (f, 3) face normal times the square root of the weight of squared distances to the face's plane
+
+    def half_gradient(self, v: Array, samples: Array) -> Array:
+        """Return half the gradient at vertices `v`; with samples at zero, that of the homogeneous part."""
+        points = self.points @ v
+        off = self.places @ points - samples
+        pull = self.across[:, None] * off
+        pull += ((self.along - self.across) * dot(off, self.direction))[:, None] * self.direction
+        smoothed = np.einsum("nij,nj->ni", self.smooth, self.uneven @ v)
+        normals = self.flat[self.vertex_faces]
+        height = dot(normals, v[:, None] - points[len(v) :][self.vertex_faces])
+        level = np.einsum("nf,nfk->nk", height, normals)
+        return self.points.T @ (self.places.T @ pull) + self.uneven.T @ smoothed + level
+
+    def lowered(self, vertices: Array, iterations: int) -> Array:
+        """Return the vertices after some iterations of the conjugate gradient method."""
+        zero = np.zeros_like(self.samples)
+        size = vertices.size, vertices.size
+        operator = LinearOperator(size, lambda v: self.half_gradient(v.reshape(-1, 3), zero).ravel(), dtype=float)
+        start = -self.half_gradient(vertices, self.samples).ravel()
+        return vertices + cg(operator, start, maxiter=iterations)[0].reshape(-1, 3)
 
 
 class Fit:
@@ -84,9 +119,9 @@ class Fit:
         self,
         surface: SurfaceSamples,
         mesh: SimplexMesh,
-        part_of: Indices,
+        part_of: Indices32,
         target_normals: Array,
-        free: NDArray[np.bool_],
+        free: Mask,
     ) -> None:
         self._surface = surface
         self.mesh = mesh
@@ -98,7 +133,7 @@ class Fit:
         self._rim_locations = kernels.Locations(np.zeros(r, np.int32), np.zeros((r, 3)))
         self._initialize_rims(part_of)
 
-    def _initialize_rims(self, part_of: Indices) -> None:
+    def _initialize_rims(self, part_of: Indices32) -> None:
         """Locate each rim sample on the edge between its face and its hole."""
         s, f = self._surface, self._faces
         n_faces = len(f.hole)
@@ -112,8 +147,7 @@ class Fit:
     def _locate(self) -> None:
         """Find the closest points of the samples on the mesh, by local search from the previous ones."""
         f, v = self._faces, self.mesh.vertices
-        centroids = np.empty((len(f.hole), 3))
-        kernels.centroids(v, f, centroids)
+        centroids = face_geometry.face_centroids(v, f.vertices, f.offsets)
         kernels.locate(v, centroids, f, self._surface.points, self._start, self._locations)
         kernels.locate_on_rim(v, f, self._surface.rim_points, self._rim_locations)
 
@@ -131,46 +165,52 @@ class Fit:
         """Alternate locating the samples and solving the least-squares problem, as in iterative closest point."""
         for _ in range(rounds):
             self._locate()
-            one, other = self._locations, self._rim_locations
-            locations = kernels.Locations(
-                np.concatenate([one.corner, other.corner]), np.concatenate([one.weights, other.weights])
-            )
-            start = np.array(self.mesh.vertices)
-            target = kernels.conjugate_gradients(start, self._faces, locations, self._terms(), 12)
-            self.advance(target, loosely=True)
+            self.advance(self._terms().lowered(self.mesh.vertices, 12), loosely=True)
 
-    def _terms(self) -> kernels.Terms:
+    def _terms(self) -> Terms:
         """Return the terms of the least-squares problem at the current positions."""
         s, f, mesh = self._surface, self._faces, self.mesh
-        c, corner = mesh.connectivity, self._rim_locations.corner
+        c, corner, n = mesh.connectivity, self._rim_locations.corner, mesh.n_vertices
         edges = mesh.vertices[f.ahead[corner]] - mesh.vertices[f.vertices[corner]]
-        along = edges / np.maximum(np.linalg.norm(edges, axis=1, keepdims=True), np.finfo(float).tiny)
         rim_weight = s.rim_weights * np.sqrt(s.weights.sum() / max(mesh.n_faces, 1))
         covered = np.bincount(self._start, s.weights, len(f.hole)) / c.face_sizes
         weight = covered[c.vertex_faces].sum(axis=1)
-        neighbors, share = np.array(c.neighbors), np.full((mesh.n_vertices, 3), 1 / 3)
-        rims = np.flatnonzero(f.hole[f.owner])
-        on_rim = f.ahead[rims]
-        behind, ahead = f.vertices[rims], f.ahead[self._next_corners(rims)]
-        neighbors[on_rim] = np.stack([behind, ahead, ahead], axis=1)
-        share[on_rim] = (0.5, 0.5, 0)
         normals = face_geometry.face_normals(mesh.vertices, f.vertices, f.offsets)
         normals[f.hole] = 0
-        return kernels.Terms(
+        corners = np.concatenate([self._locations.corner, corner])
+        weights = np.concatenate([self._locations.weights, self._rim_locations.weights])
+        fans = np.stack([f.vertices[corners], f.ahead[corners], n + f.owner[corners]], axis=1)
+        return Terms(
             np.concatenate([s.points, s.rim_points]),
-            np.concatenate([s.normals, along]),
+            np.concatenate([s.normals, normalized(edges)]),
             np.concatenate([s.weights, TANGENTIAL * rim_weight]),
             np.concatenate([TANGENTIAL * s.weights, rim_weight]),
-            np.ascontiguousarray(neighbors, np.int32),
-            share,
+            rows_of(weights, fans, n + len(f.hole)),
+            points_of(c),
+            _unevenness(c),
             SMOOTHNESS * weight[:, None, None] * _tangential_projection(normals[c.vertex_faces]),
+            c.vertex_faces,
             normals * np.sqrt(FLATNESS * covered)[:, None],
         )
 
-    def _next_corners(self, corners: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return the next corner of each one around its face."""
-        last = self._faces.offsets[self._faces.owner[corners] + 1] - 1
-        return np.asarray(np.where(corners == last, self._faces.offsets[self._faces.owner[corners]], corners + 1))
+
+def points_of(c: Connectivity) -> csr_matrix:
+    """Return the weights (n + f, n) of the vertices in the vertices and in the face centroids, holes included."""
+    means = csr_matrix((np.repeat(1 / c.face_sizes, c.face_sizes), c.face_vertices, c.face_offsets))
+    return vstack([identity(c.n_vertices), means], format="csr")
+
+
+def rows_of(weights: Array, columns: NDArray[np.integer], width: int) -> csr_matrix:
+    """Return the sparse matrix (m, width) with weights (m, k) in columns (m, k)."""
+    m, k = weights.shape
+    return csr_matrix((weights.ravel(), columns.ravel(), np.arange(0, m * k + 1, k)), (m, width))
+
+
+def _unevenness(c: Connectivity) -> csr_matrix:
+    """Return the matrix (n, n) that subtracts from vertices the mean of their neighbors, on a rim of the two on it."""
+    kept = ~np.roll(c.face_is_hole[c.vertex_faces], -1, axis=1)
+    share = kept / np.maximum(kept.sum(axis=1, keepdims=True), 1)
+    return identity(c.n_vertices, format="csr") - rows_of(share, c.neighbors, c.n_vertices)
 
 
 def _tangential_projection(normals: Array) -> Array:
