@@ -6,15 +6,15 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 import pyvista as pv
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from simplexmesh._base.arrays import Array
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.plot.camera import looked_at
 from simplexmesh.plot.color_scale import FAILED, bar, blue_to_red
 from simplexmesh.plot.polydata import colored
 from simplexmesh.plot.stage import COLORS_LIT, INK, grid
 
-Array = NDArray[np.float64]
 Curves = Mapping[str, tuple[ArrayLike, ArrayLike]]
 
 COLORS = (

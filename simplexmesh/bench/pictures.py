@@ -7,9 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+from simplexmesh._base.arrays import Array
 from simplexmesh.bench.charts import curves as drawn
 from simplexmesh.bench.charts import maps
 from simplexmesh.bench.trials.candidates import distance, estimates, truth
@@ -21,7 +19,6 @@ from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.plot.stage import picture
 from simplexmesh.surface.sampled_surface import SampledSurface
 
-Array = NDArray[np.float64]
 Picture = tuple[str, str, Callable[[], Any]]
 """File name without suffix, caption, and the function that draws it."""
 

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import nnls
 
-Array = NDArray[np.float64]
+from simplexmesh._base.arrays import Array
 
 REGULARIZATION = 1e-3
 """Ridge parameter relative to the trace of the normal matrix, which keeps undetermined components at zero."""

@@ -5,13 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.vectors import cross, dot
 from simplexmesh.numerics.rotation_vectors import rotation_matrices
-
-Array = NDArray[np.float64]
 
 TANGENTIAL_WEIGHT = 0.02
 """Weight of tangential residuals, small since those of neighbors are correlated."""

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.errors import warn
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.data.welding import distinct_positions
@@ -18,8 +19,6 @@ from simplexmesh.orientation._kernels_consistency import clashing_edges
 from simplexmesh.surface.neighborhoods import Ball, Nearest, Neighborhood, Neighborhoods, Rings, rings
 from simplexmesh.surface.reasons import EXPLANATIONS, FEW, OPEN
 from simplexmesh.surface.sampled_surface import SampledSurface
-
-Array = NDArray[np.float64]
 
 LEAST_INWARD = 0.02
 """An open surface is reported as inward only if its volume is below minus this share of its area times its diagonal."""
@@ -143,7 +142,7 @@ def warn_of_inward_faces(samples: SampledSurface, normals: Any) -> None:
         )
 
 
-def _advice_on_duplicates(samples: SampledSurface, unconnected: NDArray[np.int64]) -> str:
+def _advice_on_duplicates(samples: SampledSurface, unconnected: Indices) -> str:
     """Return advice if vertices lack neighbors because of duplicate vertices, else an empty string."""
     if samples.faces is None or not len(unconnected):
         return ""

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import cKDTree
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.vectors import norm
 from simplexmesh.data.foreign import converted
 from simplexmesh.data.points import PointCloud
@@ -19,9 +20,6 @@ from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.numerics import _kernels_balls as balls
 from simplexmesh.surface import _kernels_neighborhoods as kernels
 from simplexmesh.surface.neighborhoods import Ball, Nearest, Neighborhood, Neighborhoods, Rings
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 CLOUD_NEIGHBORS = 12
 """Number of nearest points that serve as the one-ring in a cloud, which has no edges."""

@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.errors import SimplexMeshWarning
 from simplexmesh.bench.truth.exact import Exact
 from simplexmesh.surface.curvature import estimate as curvatures
@@ -17,7 +17,6 @@ from simplexmesh.surface.normals import estimate as normal_estimates
 from simplexmesh.surface.registry import Method
 from simplexmesh.surface.sampled_surface import SampledSurface
 
-Array = NDArray[np.float64]
 Estimate = tuple[str, str, Array]
 """Method, quantity ("H", "K", or "N", the normal) and values, NaN where there is no estimate."""
 

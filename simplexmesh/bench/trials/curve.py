@@ -6,11 +6,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array
 from simplexmesh.bench.trials.candidates import distance
-
-Array = NDArray[np.float64]
 
 ROUND_OFF = 4e-15
 """Rounding error of a curvature, 2 z / d^2, times the squared distance."""

@@ -7,8 +7,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array
 from simplexmesh.bench.trials.candidates import REGISTRIES, distance, estimates, truth
 from simplexmesh.bench.truth.discretized import (
     Discretized,
@@ -25,7 +25,6 @@ from simplexmesh.bench.truth.noise import noisy
 from simplexmesh.surface.neighborhoods import rings
 from simplexmesh.surface.sampled_surface import SampledSurface
 
-Array = NDArray[np.float64]
 Names = Mapping[str, Sequence[str]]
 Row = dict[str, Any]
 

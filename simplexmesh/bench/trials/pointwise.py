@@ -7,15 +7,13 @@ from itertools import product
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.vectors import normalized, tangents
 from simplexmesh.bench.trials.candidates import REGISTRIES, distance, estimates, starts, truth
 from simplexmesh.bench.trials.curve import Curve
 from simplexmesh.bench.truth.graphs import Graph
 from simplexmesh.bench.truth.rings import SCHEMES, scheme_ring, stacked
-
-Array = NDArray[np.float64]
 
 COUNTS = (6, 12)
 DISTANCES = np.geomspace(0.5, 0.0005, 13)

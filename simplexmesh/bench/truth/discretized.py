@@ -6,9 +6,9 @@ from dataclasses import dataclass, fields
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.vectors import normalized
 from simplexmesh.bench.truth import closed, grids
 from simplexmesh.bench.truth.exact import Exact
@@ -16,9 +16,6 @@ from simplexmesh.bench.truth.graphs import Graph
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.mesh.lattices import polyhedron, subdivided
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
-Mask = NDArray[np.bool_]
 Seed = np.random.Generator | int | None
 
 JITTER = 0.35

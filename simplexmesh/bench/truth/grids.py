@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Indices = NDArray[np.int64]
-Mask = NDArray[np.bool_]
+from simplexmesh._base.arrays import Indices, Mask
 
 
 def quads(a: Indices, b: Indices, c: Indices, d: Indices, flipped: Mask | None = None) -> Indices:

@@ -6,16 +6,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array
 from simplexmesh.bench.truth import closed
 from simplexmesh.bench.truth.exact import Exact
 from simplexmesh.bench.truth.graphs import Graph
 from simplexmesh.surface.neighborhoods import Neighborhoods
 from simplexmesh.surface.sampled_surface import SampledSurface
-
-Array = NDArray[np.float64]
 
 SCHEMES = ("R", "Rda", "Rdd", "Rdds", "U")
 """The thesis's: regular; one neighbor rotated by a fifth of a step; one at 1.2 times the distance; nearly half of them

@@ -6,9 +6,10 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.errors import warn
 from simplexmesh._base.vectors import dot, norm
 from simplexmesh.data.conversion import as_triangles
@@ -17,9 +18,6 @@ from simplexmesh.numerics.rigid import plane_jacobian, rigid_fit, small_motion
 from simplexmesh.numerics.rotation_vectors import rotation_angle
 from simplexmesh.recognition.contact.contact_limits import ContactLimits, pair_limits
 from simplexmesh.recognition.contact.part_distances import FACING_COSINE, Part, PartDistances, part_distances
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 REACH, TOLERANCE = 0.1, 0.002
 """Default reach and contact tolerance, relative to the diagonal of the moving part."""
@@ -69,7 +67,7 @@ class Occlusion:
 
     T_target_source: Array
     distances: Array
-    contact: NDArray[np.bool_]
+    contact: Mask
     contact_area: float
     area_before: float
     penetration: float
@@ -289,7 +287,7 @@ def _result(part: Part, opposite: Part, T: Array, limits: ContactLimits, before:
     return Occlusion(frozen(T), frozen(distances), frozen(contact), area, before, max(0.0, -lowest), slack)
 
 
-def _contact(part: Part, opposite: Part, T: Array, limits: ContactLimits) -> tuple[NDArray[np.bool_], Array]:
+def _contact(part: Part, opposite: Part, T: Array, limits: ContactLimits) -> tuple[Mask, Array]:
     """Return a mask of the moving part's vertices that touch, and the signed distances of all."""
     distance, outward = opposite.signed_distance(part.points @ T[:3, :3].T + T[:3, 3])
     facing = dot(part.normals @ T[:3, :3].T, outward) < FACING_COSINE

@@ -5,15 +5,12 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.vectors import dot, norm
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.motion.targets.triangles import Triangles
 from simplexmesh.numerics.rigid import plane_jacobian
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 FACING_COSINE = -0.3
 """Surfaces face each other where the cosine between their normals is less."""
@@ -75,7 +72,7 @@ def part_distances(
     return PartDistances(distances, jacobian, areas, center, radius, moving_rows[near], fixed_rows[near_back])
 
 
-def _within(distance: Array, reach: float, behind: float) -> NDArray[np.bool_]:
+def _within(distance: Array, reach: float, behind: float) -> Mask:
     """Return a mask of the signed distances that are known, at most `reach`, and at least -`behind`."""
     with np.errstate(invalid="ignore"):
         return np.asarray((distance <= reach) & (distance >= -behind))

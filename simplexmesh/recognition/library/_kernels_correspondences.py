@@ -15,6 +15,7 @@ from numba import prange
 from numpy.typing import NDArray
 
 from simplexmesh._base._kernels_njit import njit
+from simplexmesh._base.arrays import Indices
 from simplexmesh.recognition.library._kernels_descriptors import two_nearest
 
 FLAGS = {"nsz", "arcp", "contract", "reassoc"}
@@ -36,7 +37,7 @@ class Likeness(NamedTuple):
     queries: NDArray[np.float32]
     rows: NDArray[np.float32]
     squares: NDArray[np.float32]  # (n,) squared norms of the rows
-    spans: NDArray[np.int64]
+    spans: Indices
 
 
 @njit(cache=True, error_model="numpy", fastmath=FLAGS)

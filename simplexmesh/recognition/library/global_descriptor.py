@@ -8,14 +8,12 @@ distance from the center; the principal extents; the logarithm of the size.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.vectors import norm
 from simplexmesh.recognition.library import _kernels_descriptors
 from simplexmesh.recognition.library._kernels_descriptors import COSINE_BINS, LENGTH_BINS, RADIUS_BINS
 from simplexmesh.recognition.register.oriented_points import OrientedPoints
-
-Array = NDArray[np.float64]
 
 MAXIMUM_LENGTH, MAXIMUM_RADIUS = 4.0, 2.6
 """Upper ends of the histograms of lengths and radii, relative to the root mean square radius."""

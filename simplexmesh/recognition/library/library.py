@@ -9,9 +9,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.errors import warn
 from simplexmesh._base.progress import Report, reporting
 from simplexmesh.data.points import PointCloud
@@ -24,8 +25,6 @@ from simplexmesh.recognition.library.scene import Scene, without_outliers
 from simplexmesh.recognition.library.store import Store
 from simplexmesh.recognition.register.oriented_points import OrientedPoints, oriented_points
 from simplexmesh.recognition.register.verify import Evaluation
-
-Array = NDArray[np.float64]
 
 MOST_POINTS = 4_000
 """Larger models and scans are subsampled at random: more points take longer, and more memory for each model."""

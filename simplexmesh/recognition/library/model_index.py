@@ -7,12 +7,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh.recognition.library import _kernels_descriptors
 from simplexmesh.recognition.library.global_descriptor import DESCRIPTOR_SIZE
 from simplexmesh.recognition.library.models import Model
 from simplexmesh.recognition.library.spin_images import PIXELS
-
-Array = NDArray[np.float64]
 
 COMPONENTS = 32
 """Number of principal components in which images are compared: more take longer, and tell them hardly better apart."""
@@ -71,8 +70,8 @@ class ModelIndex:
 class ImageIndex:
     """The images of all models at a radius and at twice that, in their principal components."""
 
-    which: NDArray[np.int64]  # (m,) the models that have such images
-    starts: NDArray[np.int64]  # (m + 1,) offsets of their rows
+    which: Indices  # (m,) the models that have such images
+    starts: Indices  # (m + 1,) offsets of their rows
     mean: NDArray[np.float32]  # (2 PIXELS,)
     basis: NDArray[np.float32]  # (2 PIXELS, COMPONENTS)
     rows: NDArray[np.float32]  # (n, COMPONENTS)
@@ -102,7 +101,7 @@ class ImageIndex:
         _kernels_descriptors.nearest(self.rows, self.squares, self.starts, np.ascontiguousarray(queries.T), out)
         return out + np.einsum("ij,ij->i", queries, queries)
 
-    def spans(self, models: NDArray[np.int64]) -> NDArray[np.int64]:
+    def spans(self, models: Indices) -> Indices:
         """Return the row ranges (k, 2) of some models; empty for those without images."""
         position = np.minimum(np.searchsorted(self.which, models), max(len(self.which) - 1, 0))
         has = self.which[position] == models if len(self.which) else np.zeros(len(models), bool)

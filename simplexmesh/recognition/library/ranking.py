@@ -13,17 +13,14 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.progress import Report
 from simplexmesh.recognition.library.model_index import ModelIndex
 from simplexmesh.recognition.library.scene import Scene
 from simplexmesh.recognition.register import pose_scoring
 from simplexmesh.recognition.register.pose_scoring import Source, distinct
 from simplexmesh.recognition.register.verify import Evaluation, Verifier
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 BY_DESCRIPTOR, BY_IMAGES, MORE_BY_IMAGES = 8, 6, 40
 """Numbers of models that are tried for their global descriptor, for their images, and for their images if needed."""

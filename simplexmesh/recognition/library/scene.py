@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.vectors import norm
 from simplexmesh.recognition.library import _kernels_correspondences
 from simplexmesh.recognition.library._kernels_correspondences import Likeness, Tolerances
@@ -19,9 +20,6 @@ from simplexmesh.recognition.register._kernels_pose_scoring import TargetGrid
 from simplexmesh.recognition.register.oriented_points import OrientedPoints
 from simplexmesh.recognition.register.pose_candidates import axis_candidates, principal_axes
 from simplexmesh.recognition.register.pose_scoring import Source, source_of, target_grid
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 OUTLIER_RATIO = 5.0
 """Distance of an outlier's neighbors relative to the median: parts of another density are no outliers."""

@@ -15,6 +15,7 @@ from numba import prange
 from numpy.typing import NDArray
 
 from simplexmesh._base._kernels_njit import njit
+from simplexmesh._base.arrays import Array, Indices
 
 FLAGS = {"nsz", "arcp", "contract", "reassoc"}
 ANGLES, TURNS = 12, 24
@@ -24,8 +25,8 @@ ANGLES, TURNS = 12, 24
 class Framed(NamedTuple):
     """Points (n, 3), and frames (n, 3, 3) whose rows are the unit normal and two tangents."""
 
-    points: NDArray[np.float64]
-    frames: NDArray[np.float64]
+    points: Array
+    frames: Array
 
 
 class PairTable(NamedTuple):
@@ -33,7 +34,7 @@ class PairTable(NamedTuple):
 
     step: float  # width of a distance bin
     distances: int  # number of distance bins
-    starts: NDArray[np.int64]
+    starts: Indices
     firsts: NDArray[np.int32]  # the first point of each pair
     turns: NDArray[np.float32]  # the angle of the second about the normal of the first
 

@@ -16,6 +16,7 @@ from numba import prange
 from numpy.typing import NDArray
 
 from simplexmesh._base._kernels_njit import njit
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh.numerics._kernels_matrices import solve
 
 FLAGS = {"nsz", "arcp", "contract", "reassoc"}
@@ -24,17 +25,17 @@ FLAGS = {"nsz", "arcp", "contract", "reassoc"}
 class TargetGrid(NamedTuple):
     """A target (n, 6), points and normals, and the row of the point nearest to each cell of a grid (i, j, k)."""
 
-    planes: NDArray[np.float64]
+    planes: Array
     nearest: NDArray[np.int32]
-    low: NDArray[np.float64]
+    low: Array
     cell: float
 
 
 class SourceColumns(NamedTuple):
     """Points and normals of several sources as columns (6, k); source i has those in ``starts[i] : starts[i + 1]``."""
 
-    columns: NDArray[np.float64]
-    starts: NDArray[np.int64]
+    columns: Array
+    starts: Indices
 
 
 @njit(cache=True, error_model="numpy")

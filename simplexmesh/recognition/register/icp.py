@@ -9,15 +9,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.vectors import dot, norm
 from simplexmesh.numerics.rigid import plane_jacobian, robust_weights, small_motion
 from simplexmesh.recognition.register.oriented_points import OrientedPoints
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 MINIMUM_COSINE = 0.5
 """Least cosine between the normals of corresponding points: noise turns normals, the other side of a sheet too."""
@@ -35,7 +32,7 @@ class Correspondences:
 
     residual: Array  # (n,) signed distance to the tangent plane at the nearest point
     nearest: Indices  # (n,)
-    inlier: NDArray[np.bool_]  # (n,) within reach, and the normals agree
+    inlier: Mask  # (n,) within reach, and the normals agree
     cosine: Array  # (n,) between the normals
     points: Array  # (n, 3)
 

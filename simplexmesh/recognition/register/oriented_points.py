@@ -7,9 +7,10 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.spatial import cKDTree
 
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.errors import TopologyError
 from simplexmesh._base.units import common_unit
 from simplexmesh._base.vectors import dot, norm
@@ -23,8 +24,6 @@ from simplexmesh.numerics import _kernels_local_fits
 from simplexmesh.numerics.plane_fits import Planes
 from simplexmesh.numerics.rigid import relative_extents
 from simplexmesh.orientation.poisson import oriented_indicator
-
-Array = NDArray[np.float64]
 
 MOST_POINTS = 40_000
 """Larger data is subsampled at random; more points do not improve the pose within its covariance."""
@@ -88,7 +87,7 @@ class OrientedPoints:
         fine = None if self.fine is None else np.stack([self.fine[0], -self.fine[1]])
         return replace(self, normals=-self.normals, fine=fine)
 
-    def sample(self, count: int, rng: np.random.Generator) -> NDArray[np.int64]:
+    def sample(self, count: int, rng: np.random.Generator) -> Indices:
         """Return the indices of at most `count` points, drawn at random."""
         if len(self.points) <= count:
             return np.arange(len(self.points))
@@ -158,7 +157,7 @@ def check_units(source: OrientedPoints, target: OrientedPoints) -> None:
         )
 
 
-def neighborhoods(points: Array) -> tuple[float, float, NDArray[np.int64]]:
+def neighborhoods(points: Array) -> tuple[float, float, Indices]:
     """Return spacing, noise, and the nearest neighbors (n, k) of points, each itself first; more if noisy."""
     tree = cKDTree(points)
     few = min(FEW_NEIGHBORS, len(points))
@@ -172,7 +171,7 @@ def neighborhoods(points: Array) -> tuple[float, float, NDArray[np.int64]]:
     return spacing, noise, near
 
 
-def _planes_of(points: Array, near: NDArray[np.int64]) -> tuple[Array, Array, Array]:
+def _planes_of(points: Array, near: Indices) -> tuple[Array, Array, Array]:
     """Return normals (m, 3), mean squared distances (m,) and projections (m, 3) of planes through neighbors (m, k)."""
     out = np.empty((len(near), 3)), np.empty(len(near)), np.empty((len(near), 3))
     _kernels_local_fits.fit_planes(points, near, *out)

@@ -7,15 +7,12 @@ from dataclasses import dataclass
 from itertools import accumulate, pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import ndimage
 
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh.recognition.register import _kernels_pose_scoring
 from simplexmesh.recognition.register._kernels_pose_scoring import SourceColumns, TargetGrid
 from simplexmesh.recognition.register.oriented_points import OrientedPoints
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 CELLS, MARGIN = 64, 6
 """Cells along the longest side of the target, and around it: finer cells take longer to fill than they save steps."""

@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.errors import warn
 from simplexmesh._base.html import card
 from simplexmesh._base.progress import Report, reporting
@@ -28,8 +28,6 @@ from simplexmesh.recognition.register.oriented_points import OrientedPoints, che
 from simplexmesh.recognition.register.pose_candidates import pose_candidates
 from simplexmesh.recognition.register.pose_scoring import Source, distinct, target_grid
 from simplexmesh.recognition.register.verify import Evaluation, Verifier
-
-Array = NDArray[np.float64]
 
 SCORED, REFINED, VERIFIED = 400, 700, 2000
 """Numbers of points that motions are scored and refined with on the grid, and verified with on both surfaces."""

@@ -5,16 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.vectors import cross, norm
 from simplexmesh.numerics.rigid import plane_jacobian, small_motion
 from simplexmesh.recognition.register.icp import Correspondences, find_correspondences, refined
 from simplexmesh.recognition.register.oriented_points import OrientedPoints
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 SAME_SCORE = 0.03
 """A motion is worse if its score is lower by three standard errors and by more than this fraction of the score: more

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh._base._kernels_njit import njit
+from simplexmesh._base.arrays import Array, Mask
 
 FAST = {"nsz", "arcp", "contract", "reassoc"}
 WIDTH = 64  # the 60 rotations of the icosahedron, padded to whole SIMD vectors
@@ -20,20 +21,20 @@ LONGEST_STEP = 0.1
 class SphereMesh(NamedTuple):
     """The quasi-regular sphere, and the centers (f, 3) of its faces."""
 
-    vertices: NDArray[np.float64]
+    vertices: Array
     neighbors: NDArray[np.int32]
     faces: NDArray[np.int32]  # (n, 3) of each vertex
-    centers: NDArray[np.float64]
+    centers: Array
 
 
 class SignaturePair(NamedTuple):
     """The values of two signatures, and where they are visible; of the first also the mean over each face."""
 
-    first: NDArray[np.float64]
-    means: NDArray[np.float64]
-    first_seen: NDArray[np.bool_]
-    second: NDArray[np.float64]
-    second_seen: NDArray[np.bool_]
+    first: Array
+    means: Array
+    first_seen: Mask
+    second: Array
+    second_seen: Mask
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)

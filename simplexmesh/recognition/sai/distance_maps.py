@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import map_coordinates
 from scipy.spatial import cKDTree
 
+from simplexmesh._base.arrays import Array
 from simplexmesh.numerics.rotation_vectors import rotation_matrices, rotation_vector
 from simplexmesh.recognition.sai import _kernels_rotations
 from simplexmesh.recognition.sai._kernels_rotations import SignaturePair
@@ -18,8 +18,6 @@ from simplexmesh.recognition.sai.partial_signatures import Signature, signature_
 from simplexmesh.recognition.sai.rotations import rotations
 from simplexmesh.recognition.sai.shift_matching import compared_values, shift_differences
 from simplexmesh.recognition.sai.sphere_domain import sphere_domain
-
-Array = NDArray[np.float64]
 
 NODES = 6
 """Frequency of the sphere over which rotations are binned: about 27 of the 19,800 per vertex."""

@@ -6,9 +6,9 @@ import warnings
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.errors import SimplexMeshWarning
 from simplexmesh._base.vectors import norm
 from simplexmesh.data.triangles import TriangleMesh
@@ -18,8 +18,6 @@ from simplexmesh.motion.reconstruct.inputs import Input
 from simplexmesh.motion.reconstruct.pipeline import reconstruct
 from simplexmesh.recognition.sai.flat_domains import PERIODIC, FlatDomain, flat_domain
 from simplexmesh.recognition.sai.parameterization import Parameterization, conformal_parameterization
-
-Array = NDArray[np.float64]
 
 INVARIANTS = {"torus": (1, 0), "cylinder": (0, 2), "plane": (0, 1)}
 """Genus and number of borders of each topology."""

@@ -6,13 +6,10 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh.numerics.rigid import point_to_plane_fit, rigid_fit
 from simplexmesh.numerics.rotation_vectors import rotation_angle
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 MINIMUM_ANGLE = np.radians(15.0)
 """Hypotheses nearer to each other than this are duplicates."""

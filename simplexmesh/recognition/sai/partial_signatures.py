@@ -7,11 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array, Mask
 from simplexmesh._base.vectors import normalized
 from simplexmesh.recognition.sai.attribute_image import SAI
 from simplexmesh.recognition.sai.sphere_domain import sphere_domain
-
-Array = NDArray[np.float64]
 
 COMPLETE = 0.98
 """Visible fraction from which a signature counts as complete."""
@@ -22,7 +21,7 @@ class Signature:
     """Values on the sphere that are compared, possibly scaled about the center of the visible part."""
 
     values: Array  # (n,)
-    seen: NDArray[np.bool_]  # (n,)
+    seen: Mask  # (n,)
     sources: Array  # (n, 3) the direction on the original sphere that each vertex's value comes from
 
 
@@ -36,7 +35,7 @@ def scale_factor(first: SAI, second: SAI) -> float:
     return float(density[0] / density[1])
 
 
-def scaled_directions(directions: Array, center: Array, k: float) -> tuple[Array, NDArray[np.bool_]]:
+def scaled_directions(directions: Array, center: Array, k: float) -> tuple[Array, Mask]:
     """Return the preimages (n, 3) of directions under a scaling of the sphere about a center, and whether they exist.
 
     ``1 - cos(theta') = k (1 - cos(theta))`` (equation 6.9): areas about the center grow by k; directions are at theta'.
@@ -69,7 +68,7 @@ def signature_of(sai: SAI, *, smoothing: int = 0, scale: float = 1.0, limit: flo
     return Signature(np.clip(values, -limit, limit), exist & seen[locations.vertex], sources)
 
 
-def smoothed(values: Array, seen: NDArray[np.bool_], neighbors: NDArray[np.int32], passes: int) -> Array:
+def smoothed(values: Array, seen: Mask, neighbors: NDArray[np.int32], passes: int) -> Array:
     """Return values averaged over each vertex and its visible neighbors `passes` times; zero where hidden."""
     weight = seen.astype(float)
     values = np.where(seen, values, 0.0)

@@ -24,13 +24,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh._base import cache, checks
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.drafts import draft
 from simplexmesh._base.vectors import normalized
 from simplexmesh.mesh.lattices import polyhedron
 from simplexmesh.numerics.rotation_vectors import rotation_matrices
 from simplexmesh.recognition.sai.sphere_domain import checked_frequency, sphere_domain
 
-Array = NDArray[np.float64]
 Table = NDArray[np.int16]
 
 FAMILIES = ("even", "darts")

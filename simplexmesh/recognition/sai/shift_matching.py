@@ -6,18 +6,14 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.vectors import normalized
 from simplexmesh.recognition.sai.attribute_image import SAI
 from simplexmesh.recognition.sai.flat_domains import flat_domain
 from simplexmesh.recognition.sai.match_result import CANDIDATES, MINIMUM_ANGLE, Match
 from simplexmesh.recognition.sai.partial_signatures import smoothed
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
-Mask = NDArray[np.bool_]
 
 COLUMNS, ROWS = 10, 4
 """Columns and rows of the sampling grid per unit of frequency: twice the resolution of the mesh."""

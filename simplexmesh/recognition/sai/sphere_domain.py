@@ -6,16 +6,13 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh.mesh.shapes import sphere
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.recognition.sai import _kernels_rotations
 from simplexmesh.recognition.sai._kernels_rotations import SphereMesh
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 
 def checked_frequency(frequency: int) -> int:

@@ -7,13 +7,12 @@ from dataclasses import dataclass, field
 from itertools import combinations, permutations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array
 from simplexmesh.recognition.register.verify import SAME_SCORE, Evaluation
 from simplexmesh.recognition.scans.pose_graph import optimized
 from simplexmesh.recognition.scans.scan_pairs import Measured, Scan, contact, measure, search, verifier_of
 
-Array = NDArray[np.float64]
 Pair = tuple[int, int]
 
 CERTAIN, POSSIBLE = 0.4, 0.3

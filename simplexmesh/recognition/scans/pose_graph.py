@@ -10,15 +10,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh.numerics.rotation_vectors import rotation_matrices
 from simplexmesh.recognition.scans.scan_pairs import Measured
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 Pair = tuple[int, int]
 
 SYSTEMATIC = 0.3

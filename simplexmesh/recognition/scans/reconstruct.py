@@ -10,7 +10,6 @@ from itertools import combinations
 from typing import Any, ParamSpec
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base.errors import warn
 from simplexmesh._base.progress import Report, part_of, reporting
@@ -27,7 +26,6 @@ from simplexmesh.recognition.scans.assembly import TOUCHING
 from simplexmesh.recognition.scans.register_all import Registered, names_of, registered, registered_named, tell_groups
 from simplexmesh.recognition.scans.scan_pairs import Scan, contact
 
-Array = NDArray[np.float64]
 P = ParamSpec("P")
 Pair = tuple[int, int]
 

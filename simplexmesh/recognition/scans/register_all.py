@@ -9,17 +9,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.errors import warn
 from simplexmesh._base.progress import Report, reporting
 from simplexmesh._base.vectors import norm
 from simplexmesh.recognition.register.icp import about_origin
 from simplexmesh.recognition.scans.assembly import Assembly
 from simplexmesh.recognition.scans.scan_pairs import Scan
-
-Array = NDArray[np.float64]
 
 CONTRADICTING = 10.0
 """Shift, in root mean square distances of pairs, from which the pose of a pair alone contradicts the others."""

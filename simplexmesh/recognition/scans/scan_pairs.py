@@ -8,9 +8,9 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.units import common_unit
 from simplexmesh._base.vectors import dot
 from simplexmesh.recognition.register._kernels_pose_scoring import TargetGrid
@@ -26,9 +26,6 @@ from simplexmesh.recognition.register.register import (
     refined_candidates,
 )
 from simplexmesh.recognition.register.verify import Evaluation, Verifier
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 MATCHED = 5_000
 """Points of each scan that are matched in refinements: more change poses by less than their error."""

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.vectors import dot, norm, tangents
 from simplexmesh.surface.sampled_surface import SampledSurface
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 SECTORS, RINGS = 24, 4
 """Directions and distances into which a disk is divided."""

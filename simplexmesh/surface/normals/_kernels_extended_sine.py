@@ -8,10 +8,10 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import prange
-from numpy.typing import NDArray
 
 from simplexmesh._base._kernels_both import Both
 from simplexmesh._base._kernels_njit import njit
+from simplexmesh._base.arrays import Array
 from simplexmesh.numerics._kernels_frames import tangents
 from simplexmesh.numerics._kernels_matrices import solve
 from simplexmesh.surface._kernels_fan import FLAT
@@ -38,10 +38,10 @@ class Solver(NamedTuple):
 class Ring(NamedTuple):
     """Vectors to the neighbors over their squared lengths, the mean distance, and work arrays of the fit."""
 
-    edges: NDArray[np.float64]
+    edges: Array
     distance: float
-    matrix: NDArray[np.float64]
-    right: NDArray[np.float64]
+    matrix: Array
+    right: Array
 
 
 @njit(cache=True, error_model="numpy")

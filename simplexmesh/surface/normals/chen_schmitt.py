@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.checks import flag
 from simplexmesh.surface.neighborhoods import Neighborhoods
 from simplexmesh.surface.normals import _kernels_chen_schmitt as kernels
 from simplexmesh.surface.registry import Normals
 from simplexmesh.surface.sampled_surface import SampledSurface
-
-Array = NDArray[np.float64]
 
 
 def estimate(samples: SampledSurface, around: Neighborhoods, normals: Array, *, normalized: bool) -> Normals:

@@ -6,9 +6,10 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from simplexmesh._base import checks, vectors
+from simplexmesh._base.arrays import Array
 from simplexmesh.surface.face_cycles import one_rings
 from simplexmesh.surface.neighborhoods import Neighborhood, Neighborhoods
 from simplexmesh.surface.reasons import DEGENERATE, FOUND
@@ -21,8 +22,6 @@ from simplexmesh.surface.registry import (
     warn_of_failures,
 )
 from simplexmesh.surface.sampled_surface import SampledSurface, as_sampled_surface
-
-Array = NDArray[np.float64]
 
 METHODS = {
     "mean": Method("normals.faces", fixed={"weighting": "uniform"}, normals=None, needs_faces=True),

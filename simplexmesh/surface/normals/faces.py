@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array
 from simplexmesh.surface.neighborhoods import Neighborhoods
 from simplexmesh.surface.normals import _kernels_faces as kernels
 from simplexmesh.surface.registry import Normals
 from simplexmesh.surface.sampled_surface import SampledSurface, wedges_between
 
-Array = NDArray[np.float64]
 WEIGHTINGS = {"uniform": kernels.UNIFORM, "area": kernels.AREA, "angle": kernels.ANGLE, "max": kernels.MAX}
 
 

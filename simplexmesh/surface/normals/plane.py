@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array
 from simplexmesh.surface.neighborhoods import Neighborhoods
 from simplexmesh.surface.normals import _kernels_plane as kernels
 from simplexmesh.surface.normals.orientation import oriented, outward_directions
 from simplexmesh.surface.registry import Normals
 from simplexmesh.surface.sampled_surface import SampledSurface
 
-Array = NDArray[np.float64]
 VARIANTS = ["pca", "svd4"]
 
 

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array
 from simplexmesh.surface.curvature.classic import fans
 from simplexmesh.surface.neighborhoods import Neighborhoods
 from simplexmesh.surface.registry import Normals
 from simplexmesh.surface.sampled_surface import SampledSurface
-
-Array = NDArray[np.float64]
 
 
 def estimate(samples: SampledSurface, around: Neighborhoods, normals: Array, *, passes: int) -> Normals:

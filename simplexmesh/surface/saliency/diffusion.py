@@ -11,10 +11,9 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_matrix, csr_matrix, diags
 from scipy.sparse.linalg import spsolve
 
+from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.vectors import cross, dot, norm
 from simplexmesh.surface.sampled_surface import SampledSurface
-
-Array = NDArray[np.float64]
 
 TOLERANCE = 1e-5
 """Relative residual at which the solver stops."""
@@ -111,7 +110,7 @@ class Diffusion:
             out = _diffused(self._masses(known), 0.25 * sigma**2, rotated, out)
         return out
 
-    def _masses(self, known: NDArray[np.bool_]) -> Array:
+    def _masses(self, known: Mask) -> Array:
         """Return the lumped masses: areas, nearly zero at unknown values."""
         areas = self._system[0]
         mass = np.where(known, areas, TINY * areas)
@@ -148,7 +147,7 @@ def _inner(a: Any, b: Any) -> float:
     return float(dot(a.conj(), b).real)
 
 
-def _of_triangles(points: Array, faces: NDArray[np.int64]) -> tuple[Array, csr_matrix]:
+def _of_triangles(points: Array, faces: Indices) -> tuple[Array, csr_matrix]:
     """Return a third of the area of the triangles at each vertex, and the cotangent Laplacian."""
     n = len(points)
     corners = points[faces]
@@ -176,7 +175,7 @@ def _of_links(samples: SampledSurface) -> tuple[Array, csr_matrix]:
     return areas, _laplacian(n, ends, ring.members, 0.5 * share[ends])
 
 
-def _laplacian(n: int, rows: NDArray[np.int64], columns: NDArray[np.int64], weights: Array) -> csr_matrix:
+def _laplacian(n: int, rows: Indices, columns: Indices, weights: Array) -> csr_matrix:
     """Return D - W for the symmetrized weights W, negative entries set to zero, and its row sums D."""
     half = coo_matrix((weights, (rows, columns)), (n, n)).tocsr()
     symmetric = (half + half.T).tocsr()

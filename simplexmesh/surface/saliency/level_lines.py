@@ -6,9 +6,10 @@ from collections import Counter
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh.surface.curvature.result import Curvature
 from simplexmesh.surface.polyline import Polyline
 from simplexmesh.surface.saliency.diffusion import Diffusion
@@ -16,9 +17,6 @@ from simplexmesh.surface.saliency.fields import field_values, known_curvature
 from simplexmesh.surface.saliency.noise import smallest_window
 from simplexmesh.surface.saliency.smoothed_curvature import shrunk, smoothed_curvature
 from simplexmesh.surface.sampled_surface import SampledSurface, as_sampled_surface
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 
 def level_lines(surface: Any, values: ArrayLike, *, level: float = 0.0, minimum: float = 0.0) -> tuple[Polyline, ...]:

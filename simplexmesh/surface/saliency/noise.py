@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array
 from simplexmesh.surface.curvature.result import Curvature
 from simplexmesh.surface.saliency.diffusion import Diffusion
-
-Array = NDArray[np.float64]
 
 WINDOW_SHARE = 0.006
 """Width of the smallest window over the bounding box's diagonal (Lee, Varshney and Jacobs 2005: 2 x 0.3 %)."""

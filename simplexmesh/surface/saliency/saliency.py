@@ -6,19 +6,18 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Mask
 from simplexmesh.surface.curvature.result import Curvature
 from simplexmesh.surface.saliency._kernels_watersheds import watersheds
 from simplexmesh.surface.saliency.diffusion import Diffusion
 from simplexmesh.surface.saliency.fields import field_of
 from simplexmesh.surface.saliency.noise import smallest_window
 from simplexmesh.surface.sampled_surface import SampledSurface, as_sampled_surface
-
-Array = NDArray[np.float64]
 
 SCALE_STEPS = (1.0, 1.5, 2.0, 2.5, 3.0)
 """Scales as multiples of the smallest: 2, 3, 4, 5 and 6 epsilon."""
@@ -102,7 +101,7 @@ def map_weight(samples: SampledSurface, response: Array) -> float:
     return float((1 - tops.mean() / highest) ** 2) if highest > 0 and len(tops) > 1 else float(highest > 0)
 
 
-def connected_to(samples: SampledSurface, known: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def connected_to(samples: SampledSurface, known: Mask) -> Mask:
     """Return which vertices are connected to one that is known."""
     ring, n = samples.one_ring, len(known)
     links = csr_matrix((np.ones(len(ring.members), bool), ring.members, ring.offsets), (n, n))

@@ -7,12 +7,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.vectors import cross, dot
 from simplexmesh.surface.curvature.result import Curvature
 from simplexmesh.surface.saliency.diffusion import Diffusion
 from simplexmesh.surface.saliency.noise import local_noise, remaining_noise, smallest_window
 
-Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 

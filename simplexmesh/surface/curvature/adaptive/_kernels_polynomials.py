@@ -9,11 +9,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array
 from simplexmesh.numerics._kernels_frames import tangents
 from simplexmesh.numerics._kernels_matrices import factored, solved
 from simplexmesh.surface.curvature.adaptive._kernels_balls import jit, whole
-
-Array = NDArray[np.float64]
 
 HIGHEST, QUADRIC_TERMS, FIRST, SECOND = np.array([6, 6, 3, 5])
 """The highest degree fitted; coefficients of a quadric, and places of those of u^2 and v^2. Of an array, as numba

@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.vectors import cross
 from simplexmesh.surface.curvature.adaptive import _kernels_scales as kernels
 from simplexmesh.surface.curvature.adaptive._kernels_balls import Surface
@@ -17,9 +17,6 @@ from simplexmesh.surface.curvature.adaptive._kernels_polynomials import HIGHEST
 from simplexmesh.surface.curvature.adaptive.probes import ProbeFits, noise_level, probe_fits, risks
 from simplexmesh.surface.normals.orientation import consistent_normals
 from simplexmesh.surface.sampled_surface import SampledSurface
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 LADDER = np.array([2.4, 3.4, 4.6, 6.0, 7.6])
 """Radii tried, in spacings: about 20, 42, 77, 130 and 210 points."""

@@ -9,16 +9,13 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.vectors import cross, dot, norm, normalized
 from simplexmesh.surface.neighborhoods import Neighborhoods, rings
 from simplexmesh.surface.normals import faces as face_normals
 from simplexmesh.surface.reasons import DEGENERATE, FEW, FOUND
 from simplexmesh.surface.registry import Estimates
 from simplexmesh.surface.sampled_surface import SampledSurface
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
-Mask = NDArray[np.bool_]
 
 CHUNK = 50_000
 """Vertices whose rings are in memory at a time."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh.surface.curvature.classic import _kernels_simplex_angle as kernels
 from simplexmesh.surface.face_cycles import one_rings, simplex_neighbors
 from simplexmesh.surface.neighborhoods import Neighborhoods
@@ -12,8 +13,6 @@ from simplexmesh.surface.reasons import DEGENERATE, FEW, FOUND, OPEN
 from simplexmesh.surface.registry import Estimates
 from simplexmesh.surface.sampled_surface import SampledSurface
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 Codes = NDArray[np.uint8]
 
 
