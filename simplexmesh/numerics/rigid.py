@@ -12,7 +12,8 @@ from simplexmesh._base.vectors import cross, dot
 from simplexmesh.numerics.rotation_vectors import rotation_matrices
 
 TANGENTIAL_WEIGHT = 0.02
-"""Weight of tangential residuals, small since those of neighbors are correlated."""
+"""Weight of tangential residuals, small since those of neighbors are correlated; without any, motions that the normals
+do not determine, of nearly round bodies for example, would be arbitrary."""
 
 
 def point_pairs(pairs: Any, owners: str) -> tuple[Array, Array]:
@@ -41,12 +42,7 @@ def rigid_fit(source: Array, target: Array) -> Array:
 
 
 def point_to_plane_fit(source: Array, target: Array, normals: Array, start: Array) -> Array:
-    """Return the rigid motion (4, 4) that minimizes distances to tangent planes at corresponding points (k, 3).
-
-    Gauss-Newton on E1 (Delingette 1994, equation 6.11) with Geman-McClure weights; it reaches the minimum of the
-    thesis's mechanical iteration (6.13) in fewer steps. Tangential residuals enter with a weight inverse to their
-    variance, which regularizes motions that the normals do not determine, of nearly round bodies for example.
-    """
+    """Return the rigid motion (4, 4) that minimizes robust distances to tangent planes (Delingette 1994, 6.11)."""
     T = start.copy()
     extent = max(float(np.sqrt(((target - target.mean(axis=0)) ** 2).sum(axis=1).mean())), 1e-300)
     for _ in range(20):

@@ -58,10 +58,7 @@ def _start_at_smallest(members, begin, end, rotated):
 
 @njit(cache=True)
 def ordered_rings(starts, ahead, behind):
-    """Return (offsets, members, closed): one-rings ccw, cycles from their smallest member, fans in order.
-
-    Where several fans meet they are concatenated, each vertex once, and `closed` is False.
-    """
+    """Return (offsets, members, closed): one-rings ccw, cycles from their smallest member, several fans in a row."""
     n_vertices, most = starts.shape[0] - 1, 0
     for i in range(n_vertices):
         most = max(most, starts[i + 1] - starts[i])

@@ -48,10 +48,7 @@ def estimates(
     normals: Array | None = None,
     around: Neighborhood | None = None,
 ) -> Iterator[Estimate]:
-    """Yield what the methods that accept the input estimate for the rows of `around`, or all vertices.
-
-    Initial `normals` are passed to methods that start from them and do not choose their scale.
-    """
+    """Yield what methods estimate for the rows of `around`, or all vertices; from `normals` if they start from some."""
     call: Callable[..., Any] = curvatures.curvature if kind == "curvature" else normal_estimates.vertex_normals
     for name in names:
         method = REGISTRIES[kind][name]

@@ -22,10 +22,7 @@ LIMIT_TOLERANCE = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """Estimates (d,) or (d, 3), NaN where missing, of H, K or N at a point with neighbors at decreasing distances (d,).
-
-    The unit of the errors, `scale`, is the largest principal curvature (1 if that is 0), its square for K, 1 for N.
-    """
+    """Estimates (d,) or (d, 3) at a point with neighbors at decreasing distances (d,), NaN where missing."""
 
     method: str
     quantity: str

@@ -83,11 +83,7 @@ def spreads(curves: Sequence[Curve]) -> Iterator[dict[str, Any]]:
 def tilts(
     surfaces: Sequence[Graph], names: Mapping[str, Sequence[str]], angles: Sequence[float] = ANGLES
 ) -> Iterator[dict[str, Any]]:
-    """Yield the median error of H, in largest curvatures, or N when the initial normal is tilted (fig. 4.10, 4.38).
-
-    Over surfaces, patterns and numbers of neighbors, at distance 0.1, for each method that starts from a normal. Each
-    case is tilted in a different direction.
-    """
+    """Yield the median error of H, in largest curvatures, or N when the normal is tilted (fig. 4.10, 4.38)."""
     keys = product(surfaces, COUNTS, SCHEMES)
     rings = [scheme_ring(surface, scheme, count, 0.1) for surface, count, scheme in keys]
     samples, around = stacked(rings)

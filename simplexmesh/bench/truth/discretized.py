@@ -25,10 +25,7 @@ schemes do not converge on such meshes, as on those other programs were measured
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Discretized:
-    """A triangulated surface, vertices (n, 3) and faces (f, 3), with the exact values at the vertices.
-
-    These are undefined at the apex of a cone and on sharp edges, the indices `creased`.
-    """
+    """A triangulated surface with exact values at the vertices, undefined at those of sharp edges, `creased`."""
 
     vertices: Array
     faces: Indices
@@ -69,10 +66,7 @@ def split_square(surface: Graph, squares: int) -> Discretized:
 
 
 def sawtooth(surface: Graph, rows: int) -> Discretized:
-    """Return a graph over rows of nearly equilateral triangles (Charton 2014, eq. 4.5).
-
-    Even rows have rows + 1 vertices, odd ones `rows`, half a step inward.
-    """
+    """Return a graph over rows of nearly equilateral triangles, odd ones half a step inward (Charton 2014, eq. 4.5)."""
     n = checks.integer("rows", rows, 1)
     step = 2 / n
     even, odd = step * np.arange(n + 1) - 1, step * (np.arange(n) + 0.5) - 1

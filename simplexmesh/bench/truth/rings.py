@@ -51,10 +51,7 @@ class Ring:
 
 
 def stacked(rings: Sequence[Ring]) -> tuple[SampledSurface, Neighborhoods]:
-    """Combine rings into one set of points, with one neighborhood each, for one call of an estimator.
-
-    The faces are the fans from each P to its neighbors in order.
-    """
+    """Return rings as one set of points, with fans of faces, and a neighborhood each, for one call of an estimator."""
     counts = np.array([len(ring.neighbors) for ring in rings])
     first = np.concatenate([[0], np.cumsum(counts + 1)])
     points = np.concatenate([ring.points for ring in rings])
@@ -68,10 +65,7 @@ def stacked(rings: Sequence[Ring]) -> tuple[SampledSurface, Neighborhoods]:
 
 
 def gs03_ring(distance: float, *, perturbed: bool = False, radius: float = 2.0) -> Ring:
-    """Return six points of a cylinder at a distance from P (Goldfeather and Interrante 2004; Charton 2014, 4.1-4.3).
-
-    If perturbed, estimators that are correct on regular rings have wrong limits.
-    """
+    """Return six points of a cylinder at a distance from P (Goldfeather and Interrante 2004; Charton 2014, 4.1-4.3)."""
     return _at_heights([1, 0.5, -0.5, -1, -0.8 if perturbed else -0.5, 0.5], distance, "cylinder", radius)
 
 
@@ -85,10 +79,7 @@ def symmetric_ring(distance: float, count: int = 6, *, surface: str = "cylinder"
 
 
 def article_ring(distance: float, kind: str = "regular", *, radius: float = 2.0) -> Ring:
-    """Return six points of a sphere at a distance from P, as in the article of 2012 (eqs 31-38, corrected).
-
-    They are regular; or one is moved along its meridian to 1.6 times its latitude; or heights are a third apart.
-    """
+    """Return six points of a sphere at a distance from P, as in the article of 2012 (eqs 31-38, corrected)."""
     if checks.choice("kind", kind, KINDS) == "angles":
         return symmetric_ring(distance, 6, surface="sphere", radius=radius)
     ring = _at_heights([1, 0.5, -0.5, -1, -0.5, 0.5], distance, "sphere", radius)
@@ -126,10 +117,7 @@ def scheme_ring(
     at: tuple[float, float] = (0.0, 0.0),
     start: float = 0.0,
 ) -> Ring:
-    """Return a ring around the point over `at` of one of the thesis's five schemes in the plane, lifted to a graph.
-
-    The first neighbor is at the azimuth `start`; the thesis gives none, and 0 reproduces its results.
-    """
+    """Return a ring around the point over `at`, of one of the thesis's schemes in the plane, lifted to a graph."""
     azimuth, away = pattern(scheme, count)
     x, y = (at[k] + distance * away * part(azimuth + start) for k, part in enumerate((np.cos, np.sin)))
     return Ring(surface.points(*at)[0], surface.points(x, y), surface.exact(*at))

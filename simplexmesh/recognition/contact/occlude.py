@@ -196,11 +196,7 @@ def _attracted(
     part: Part, opposite: Part, T: Array, width: float, limits: ContactLimits, allowance: float,
     subset: tuple[Indices, Indices],
 ) -> Array:  # fmt: skip
-    """Return the motion after a stage of attraction with the given width of the weights.
-
-    Penetration is allowed `allowance` deeper. Steps that lower the objective are halved. Only the vertices in `subset`
-    are considered, of either part.
-    """
+    """Return the motion after a stage of attraction of `subset`, with weights of a width and `allowance` of depth."""
     relaxed = limits._replace(penetration=limits.penetration + allowance)
     found = part_distances(part, opposite, T, NEIGHBORHOOD * width, limits.reach, subset)
     subset, longest = (found.moving_rows, found.fixed_rows), width

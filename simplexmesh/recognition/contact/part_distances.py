@@ -46,11 +46,7 @@ class PartDistances(NamedTuple):
 def part_distances(
     moving: Part, fixed: Part, T: Array, reach: float, behind: float, subset: tuple[Indices, Indices] | None = None
 ) -> PartDistances:
-    """Return the distances between a part moved by T (4, 4) and a fixed one, where they are at most `reach`.
-
-    `behind` is the largest depth behind an open surface that counts as penetration, `subset` the rows of the vertices
-    of either part to consider.
-    """
+    """Return the distances of a part moved by T to a fixed one, from -`behind`, if that is open, to `reach`."""
     R, t = T[:3, :3], T[:3, 3]
     moving_rows, fixed_rows = subset or (np.arange(len(moving.points)), np.arange(len(fixed.points)))
     points, fixed_points = moving.points[moving_rows] @ R.T + t, fixed.points[fixed_rows]

@@ -21,10 +21,7 @@ LENGTH_BINS, COSINE_BINS, RADIUS_BINS = 22, 4, 22
 
 @njit(cache=True, error_model="numpy", parallel=True, fastmath=FLAGS)
 def spin_images(points, normals, chosen, radius, images):
-    """Fill the spin images of chosen points: histograms of the distance from the normal and the height along it.
-
-    Points within `radius` are distributed bilinearly to bins; weights fall to 0 at the radius.
-    """
+    """Fill the spin images of chosen points: bilinear histograms of distance from the normal and height along it."""
     for k in prange(len(chosen)):
         i = chosen[k]
         for j in range(len(points)):

@@ -1,8 +1,6 @@
 """Rotation-invariant global descriptor of a surface: histograms of pairs and of distances from the center.
 
-The entries are square roots of the normalized histograms of pairs of points by length and angle between normals
-(R. Osada, T. Funkhouser, B. Chazelle, D. Dobkin, Shape distributions, 2002, there without normals), and of points by
-distance from the center; the principal extents; the logarithm of the size.
+Of pairs by length and angle between normals, after R. Osada and others, Shape distributions, 2002, there without these.
 """
 
 from __future__ import annotations

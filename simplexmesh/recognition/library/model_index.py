@@ -53,11 +53,7 @@ class ModelIndex:
         return self._image_indices[octave]
 
     def image_distances(self, images: NDArray[np.float32], octave: int) -> Array:
-        """Return the mean distances (m,) of a scan's images to the nearest of each model, infinite where it has none.
-
-        Over the nearest `KEPT_FRACTION` of the images (O. Boiman, E. Shechtman, M. Irani, In defense of
-        nearest-neighbor based image classification, 2008).
-        """
+        """Return mean distances (m,) of most of a scan's images to the nearest of each model (Boiman et al. 2008)."""
         index = self.image_index(octave)
         distances = np.sqrt(np.maximum(index.nearest(images), 0.0))
         out = np.full(len(self.models), np.inf)

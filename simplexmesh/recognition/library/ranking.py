@@ -1,9 +1,6 @@
 """Rank the models of a library for a scan: cheap comparisons select candidates, the data decides.
 
-Candidates are the models with the nearest global descriptors and those with the nearest spin images; more of the latter
-if none of these explains the scan, or if it is a part. Candidate motions of each model come from principal axes and
-consistent correspondences. They are scored and refined on the scan's grid, and the best models are evaluated on the
-points of both surfaces, as in `register`.
+Motions of each model are scored and refined on the scan's grid, the best on the points of both, as in `register`.
 """
 
 from __future__ import annotations
@@ -53,10 +50,7 @@ class Candidate:
 
 
 def explainable_fraction(model_area: float, scan_area: float) -> float:
-    """Return the largest fraction of a scan that a model can explain.
-
-    It lowers the scores of small models, which fit somewhere on large scans: a plate on any flat side.
-    """
+    """Return the largest fraction of a scan that a model can explain; a small one fits somewhere on any large scan."""
     return min(1.0, float(AREA_TOLERANCE * model_area / scan_area))
 
 
@@ -92,10 +86,7 @@ def _best(scores: Array, count: int) -> Indices:
 def _with_best(
     scene: Scene, rows: list[int], sources: list[Source], motions: list[Array], scores: list[Array], count: int
 ) -> list[Candidate]:
-    """Return models with the best `count` of their motions, best first.
-
-    Scores are made relative to the smaller surface, as in a registration.
-    """
+    """Return models with the best `count` of their motions, best first by scores relative to the smaller surface."""
     candidates = []
     for row, source, each, values in zip(rows, sources, motions, scores, strict=True):
         model, scan = source.surface.area, scene.surface.area

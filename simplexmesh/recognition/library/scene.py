@@ -92,10 +92,7 @@ class Scene:
         return source_of(surface, self.surface, _sampled_rows(len(surface)), min(model.frame[2] / self.unit, 1.0))
 
     def motions(self, models: list[Model], sources: list[Source], images: ImageIndex, which: Indices) -> list[Array]:
-        """Return candidate motions (h, 12) of each model, from principal axes and from consistent correspondences.
-
-        `which` are the indices of the models among those in `images`.
-        """
+        """Return motions (h, 12) of each model, from principal axes and consistent correspondences."""
         chosen = [model.spin_images.chosen for model in models]
         rows = [(each.surface, at) for each, at in zip(sources, chosen, strict=True)]
         oriented = np.concatenate([np.hstack([surface.points[at], surface.normals[at]]) for surface, at in rows])

@@ -1,8 +1,4 @@
-"""Point pair features: a hash table, and votes for motions. Arrays in, arrays out; no checks.
-
-The feature of a pair is its distance, the angles of its line with the two normals, and the angle between these.
-"""
-
+"""Features of point pairs, distance and angles of line and normals: a hash table, and votes for motions."""
 # mypy: allow-untyped-defs
 
 from __future__ import annotations
@@ -130,10 +126,7 @@ def _peaks(count, found):
 
 @njit(cache=True, error_model="numpy", parallel=True)
 def vote(references, source, table, n_target, maximum, found):
-    """Fill `found` (r, p, 2): the p target points and rotations about the normal with most votes per reference point.
-
-    Rotations are in radians. Bins with more than `maximum` pairs are not distinctive and are skipped.
-    """
+    """Fill `found` (r, p, 2): target points and rotations about the normal, radians, with most votes per reference."""
     for r in prange(len(references)):
         count = np.zeros((n_target, TURNS), np.float32)
         _vote_of(references[r], source, table, maximum, count)

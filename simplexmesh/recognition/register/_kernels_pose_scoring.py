@@ -40,11 +40,9 @@ class SourceColumns(NamedTuple):
 
 @njit(cache=True, error_model="numpy")
 def _nearest_row(grid, scale, x, y, z):
-    """Return the row of the target point nearest to the cell of a point, or -1 outside; `scale` is 1 / cell size.
-
-    Unsigned indices need one comparison each, and no wraparound of negative ones.
-    """
+    """Return the row of the target point nearest to the cell of a point, or -1 outside; `scale` is 1 / cell size."""
     nearest, low = grid.nearest, grid.low
+    # unsigned indices need one comparison each, and no wraparound of negative ones
     i = np.uint64(np.int64(math.floor((x - low[0]) * scale)))
     j = np.uint64(np.int64(math.floor((y - low[1]) * scale)))
     k = np.uint64(np.int64(math.floor((z - low[2]) * scale)))
@@ -87,21 +85,14 @@ def _score(m, sources, owner, grid, width):
 
 @njit(cache=True, error_model="numpy", parallel=True)
 def score_motions(motions, owners, sources, grid, widths, scores):
-    """Fill the score of motion h of source ``owners[h]``: the mean of a distance score times the cosine of normals.
-
-    The distance score falls from 1 on the target's planes to 0 at the source's width, and on to -1; points farther from
-    the target than two widths, and than two cells, score 0.
-    """
+    """Fill the score of motion h of source ``owners[h]``: the mean of a distance score times the cosine of normals."""
     for h in prange(len(motions)):
         scores[h] = _score(motions[h], sources, owners[h], grid, widths[owners[h]])
 
 
 @njit(cache=True, error_model="numpy")
 def distinct_motions(motions, limit, far, kept):
-    """Fill `kept` with motions, in order, that differ from all kept before, until it is full; return their number.
-
-    Two motions are the same if the trace of ``R1.T @ R2`` exceeds `limit` and their shifts differ by less than `far`.
-    """
+    """Fill `kept` with motions, in order, whose trace or shift differs from all kept before; return their number."""
     count = 0
     for k in range(len(motions)):
         if count == len(kept):

@@ -57,10 +57,7 @@ def refined(
     source: OrientedPoints, target: OrientedPoints, tree: cKDTree, start: Array, reach: float, *,
     chosen: Indices | slice = slice(None), iterations: int = 20,
 ) -> Array:  # fmt: skip
-    """Return the motion (4, 4) that minimizes robustly weighted distances to tangent planes, from a start nearby.
-
-    `tree` is that of the target's points, `chosen` the source's rows to use; points beyond `reach` do not count.
-    """
+    """Return the motion (4, 4) nearby of least robust distances to tangent planes, from points within `reach`."""
     T = start.copy()
     for _ in range(iterations):
         found = find_correspondences(source, target, tree, T, reach, chosen)
@@ -83,10 +80,7 @@ def refined(
 def uncertainty(
     source: OrientedPoints, target: OrientedPoints, found: Correspondences, T: Array
 ) -> tuple[Array, float]:
-    """Return the covariance (6, 6) of a small motion after T (4, 4), and the root mean square distance to planes.
-
-    The points are those measured; `found` are the correspondences of all.
-    """
+    """Return the covariance (6, 6) of a small motion after T (4, 4), and the root mean square distance to planes."""
     inlier = found.inlier
     if np.count_nonzero(inlier) < MINIMUM_INLIERS:
         return np.full((6, 6), np.inf), float("inf")

@@ -76,10 +76,7 @@ class OrientedPoints:
         return OrientedPoints(self.smooth, self.normals, self.spacing, 0.35 * self.noise, self.smooth)
 
     def on_quadrics(self) -> OrientedPoints:
-        """Return the surface with its points on quadrics fitted to their neighbors, if these are known.
-
-        Unlike planes, quadrics do not bias surfaces of different density differently.
-        """
+        """Return the surface with its points on fitted quadrics, which unlike planes are not biased by density."""
         return self if self.fine is None else replace(self, points=self.fine[0], normals=self.fine[1])
 
     def flipped(self) -> OrientedPoints:
@@ -179,10 +176,7 @@ def _planes_of(points: Array, near: Indices) -> tuple[Array, Array, Array]:
 
 
 def outward_normals(points: Array, found: Planes) -> Array:
-    """Return the normals (n, 3) of planes, oriented outward from the body or shell that the points sample.
-
-    The mean normal points away from the center of a shell's border, or of a body.
-    """
+    """Return the normals (n, 3) of planes, oriented outward from the body or shell that the points sample."""
     sample, planes = points, found
     if len(points) > ORIENTED:
         sample = points[np.sort(np.random.default_rng(0).choice(len(points), ORIENTED, replace=False))]

@@ -1,8 +1,7 @@
 """Candidate motions between two surfaces: votes of point pairs, principal axes, and a covering of all rotations.
 
-Two pairs of points match if distance, angles of their line to the normals and angle between the normals agree; a match
-determines the target point of a source point, and the rotation about its normal (B. Drost, M. Ulrich, N. Navab,
-S. Ilic, Model globally, match locally, CVPR 2010).
+A match of two pairs determines the target point of a source point, and the rotation about its normal (B. Drost,
+M. Ulrich, N. Navab, S. Ilic, Model globally, match locally, CVPR 2010).
 """
 
 from __future__ import annotations

@@ -281,11 +281,7 @@ def evaluated_candidates(verifier: Verifier, motions: Array) -> list[Evaluation]
 def conclude(
     verifier: Verifier, evaluations: list[Evaluation], source: OrientedPoints, target: OrientedPoints
 ) -> tuple[Evaluation, list[tuple[Evaluation, bool]], Array, Array]:
-    """Return the best evaluation, the others with whether they are equivalent, open motions and covariance.
-
-    The best pose is refined on all points, projected to quadrics, which reduces noise, unless that loses the target,
-    as can happen with sparse data. The covariance is that of the points as measured.
-    """
+    """Return the best evaluation, the others with whether they are equivalent, open motions and covariance."""
     first, moving, fixed = evaluations[0], source.on_quadrics(), target.on_quadrics()
     tree = cKDTree(fixed.points)
     best = verifier.evaluated(refined(moving, fixed, tree, first.T, verifier.reach))

@@ -74,10 +74,7 @@ class Verifier:
         )
 
     def point_scores(self, found: Correspondences) -> Array:
-        """Return a score in [-1, 1] for each point: a distance score times the cosine between normals.
-
-        It is negative where the surfaces are near but do not coincide.
-        """
+        """Return a score for each point, negative where the surfaces are near but do not coincide: at least -1."""
         distance_score = np.clip(1 - (found.residual / self.width) ** 2, -1, None)
         return np.asarray(np.where(found.inlier, distance_score * found.cosine, 0.0))
 
@@ -93,10 +90,7 @@ class Verifier:
         return Evaluation(T, score, float(agreeing.mean()), error, point_scores, weights)
 
     def open_motions(self, T: Array) -> Array:
-        """Return (k, 6) small motions after T, of any length, under which the surface slides along itself, if any.
-
-        Candidates are eigenvectors of the normal matrix with small eigenvalues; each is tested by applying it.
-        """
+        """Return (k, 6) small motions after T, of any length, under which the surface slides along itself, if any."""
         found = self.correspondences(T)[0]
         agreeing = found.inlier & (np.abs(found.residual) < self.width)
         if np.count_nonzero(agreeing) < 12:

@@ -120,11 +120,7 @@ def locate(directions, start, mesh, nearest, pair, weights):
 
 @njit(cache=True, error_model="numpy")
 def residuals(R, near, values, mesh, A, b):
-    """Return the sum of squares of first(R p) - second(p) over the vertices p visible in both, and their number.
-
-    `A` (3, 3) and `b` (3,) get the normal equations for a small rotation after R, `near` the vertex whose cell holds
-    each rotated vertex.
-    """
+    """Return sum and number of squares of first(R p) - second(p) where both are seen; fill normal equations."""
     A[:] = 0.0
     b[:] = 0.0
     total, count = 0.0, 0

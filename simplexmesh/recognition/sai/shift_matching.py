@@ -99,10 +99,7 @@ def _candidates(
 def shift_differences(
     topology: str, frequency: int, a: tuple[Array, Mask], b: tuple[Array, Mask], *, flipped: bool
 ) -> tuple[Array, Array]:
-    """Return the sum of squared differences over the common part, and its area, for every shift by grid cells.
-
-    By shifts around the tube and around the axis; in one row if only the axis is periodic; `flipped` turns b first.
-    """
+    """Return squared differences over the common part, and its area, for shifts around the tube and around the axis."""
     grid_points = sample_grid(topology, frequency)
     (values_a, weight_a), (values_b, weight_b) = (_on_grid(grid_points, *each) for each in (a, b))
     if flipped:

@@ -1,8 +1,7 @@
 """The poses that agree best with measured poses of pairs: least squares in which pairs that contradict count little.
 
-Every pair pulls on the two poses it joins, with the weight of its covariance, and all poses are found together, so that
-errors of a chain of scans do not add up where it closes (F. Lu, E. Milios, Globally consistent range scan alignment,
-1997).
+All are found together, so that errors of a chain do not add up (F. Lu, E. Milios, Globally consistent range scan
+alignment, 1997).
 """
 
 from __future__ import annotations
@@ -28,10 +27,7 @@ OUTLYING = 3.0
 
 
 def optimized(poses: Array, pairs: Sequence[Pair], measured: Sequence[Measured], radius: float) -> tuple[Array, Array]:
-    """Return poses (n, 4, 4) near those given, the first of which stays, and their covariances (n, 6, 6).
-
-    `pairs` are source and target of the measured poses; `radius` is the mean distance of points from their center.
-    """
+    """Return poses (n, 4, 4) near those given, the first of which stays, and their covariances (n, 6, 6)."""
     source, target = np.array(pairs).T
     inverse = np.linalg.inv([each.T for each in measured])
     whitening = np.array([_whitening(each, radius) for each in measured])

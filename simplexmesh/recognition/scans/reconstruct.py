@@ -84,10 +84,7 @@ def check_choices(chosen: Mapping[str, Any]) -> None:
 
 
 def posed_scans(data: Sequence[Any], poses: Any, report: Report) -> tuple[list[Any], Registered | None]:
-    """Return the scans that hang together and all poses, found if "auto" or if the frames contradict each other.
-
-    Scans whose frames agree, or cannot be compared, keep them: their poses are None.
-    """
+    """Return the scans that hang together and all poses, None where frames agree or cannot be compared."""
     names, scans = names_of(data), [as_data(scan) for scan in data]
     if poses == "auto":
         found = registered_named(scans, names, report)

@@ -172,10 +172,7 @@ def measure(source: Scan, target: Scan, T: Array, *, wider: Sequence[float] = (1
 
 
 def contact(source: Scan, target: Scan, T: Array, *, wider: float = 1.0) -> tuple[float, float]:
-    """Return the fraction of the smaller scan that T (4, 4) brings near the other, and the share of it that agrees.
-
-    Points on the other side of a thin wall are near, but neither for nor against a pose.
-    """
+    """Return the fraction of the smaller scan that T (4, 4) brings near the other, and the share of it that agrees."""
     if source.surface.area > target.surface.area:
         source, target, T = target, source, np.asarray(np.linalg.inv(T), np.float64)
     verifier = verifier_of(source, target)
@@ -186,7 +183,7 @@ def contact(source: Scan, target: Scan, T: Array, *, wider: float = 1.0) -> tupl
     nearest = np.where(near, nearest, 0)
     normals = target.smooth.normals[nearest]
     cosine = dot(source.smooth.normals[rows] @ T[:3, :3].T, normals)
-    near &= cosine > -MINIMUM_COSINE
+    near &= cosine > -MINIMUM_COSINE  # the other side of a thin wall is neither for nor against a pose
     residual = dot(points - target.smooth.points[nearest], normals)
     agreeing = near & (cosine > MINIMUM_COSINE) & (np.abs(residual) < verifier.width)
     return float(near.mean()), float(agreeing.sum() / max(near.sum(), 1))

@@ -266,11 +266,7 @@ def _weighted_median(values: Array, weights: Array) -> float:
 
 
 def _covered(at: Array, center: Array, normal: Array) -> float:
-    """Return the share of the circle that has points near.
-
-    Gaps of up to three times the median gap, or ten degrees, count as covered, so that a rim of few vertices is
-    complete; of longer gaps ten degrees count.
-    """
+    """Return the share of the circle that has points near; gaps of three median gaps or ten degrees are covered."""
     u, v = tangents(normal)
     turn = np.sort(np.arctan2((at - center) @ v, (at - center) @ u))
     arcs = np.diff(turn, append=turn[0] + 2 * np.pi)

@@ -60,10 +60,7 @@ def _ring(points, i, near):
 
 @njit(cache=True, error_model="numpy")
 def _fitted(ring, normal):
-    """Fit k = a cos 2 t + b sin 2 t + c + d cos t + e sin t into `right` (3.41); return False where it is singular.
-
-    t is the azimuth from the first of `tangents`, k the curvature of the circle tangent to the surface (2.39).
-    """
+    """Fit k = a cos 2t + b sin 2t + c + d cos t + e sin t into `right` (3.41); return False where it is singular."""
     matrix, right, seen = ring.matrix, ring.right, 0
     nx, ny, nz = normal[0], normal[1], normal[2]
     ux, uy, uz, vx, vy, vz = tangents(nx, ny, nz)

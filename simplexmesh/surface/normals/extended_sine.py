@@ -18,10 +18,7 @@ SOLVERS = ["newton", "ternary"]
 def estimate(
     samples: SampledSurface, around: Neighborhoods, normals: Array, *, solver: str, tolerance: float, iterations: int
 ) -> Normals:
-    """Return the normals for which the sampled normal curvatures have no first harmonic; those of "quadric" elsewhere.
-
-    "newton" takes five to seven fits, "ternary", the thesis's algorithm 4 with errata, up to a hundred times as many.
-    """
+    """Return the normals for which normal curvatures have no first harmonic; those of "quadric" elsewhere."""
     n = len(around)
     settings = kernels.Solver(
         checks.choice("solver", solver, SOLVERS) == "newton",

@@ -31,13 +31,7 @@ MAX_COTANGENT = 10.0
 
 @dataclass(frozen=True, eq=False)
 class Diffusion:
-    """Diffusion of per-vertex fields along a surface.
-
-    Diffusion for the time sigma^2 / 2 is a convolution with the Gaussian window exp(-d^2 / 2 sigma^2). Each step is one
-    implicit Euler step, (M + t L) u = M u_0, with the lumped mass matrix M and the cotangent Laplacian L (without
-    negative weights, so that means stay between the values). Borders are reflecting (Neumann). In a cloud, and in a
-    simplex mesh, L is the Laplacian of the edges, weighted by their lengths.
-    """
+    """Gaussian windows along a surface: diffusion for the time sigma^2 / 2, in steps (M + t L) u = M u_0."""
 
     samples: SampledSurface
 
@@ -98,10 +92,7 @@ class Diffusion:
     def smoothed_deviators(
         self, values: Array, rotations: NDArray[np.complex128], sigma: float
     ) -> NDArray[np.complex128]:
-        """Return a smoothed tangential field, given as complex numbers in each vertex's own frame.
-
-        `rotations`, (m,), transform from the frame of the column of each of `links` to that of its row.
-        """
+        """Return a smoothed tangential field, complex in each vertex's frame; `rotations` are those along the links."""
         known = np.isfinite(values)
         out = np.where(known, values, 0.0).astype(complex)
         stiffness = self._system[1].tocoo()
@@ -176,7 +167,7 @@ def _of_links(samples: SampledSurface) -> tuple[Array, csr_matrix]:
 
 
 def _laplacian(n: int, rows: Indices, columns: Indices, weights: Array) -> csr_matrix:
-    """Return D - W for the symmetrized weights W, negative entries set to zero, and its row sums D."""
+    """Return D - W for the symmetrized weights W, at least 0 so that means stay between values, and row sums D."""
     half = coo_matrix((weights, (rows, columns)), (n, n)).tocsr()
     symmetric = (half + half.T).tocsr()
     symmetric.data = np.maximum(symmetric.data, 0.0)

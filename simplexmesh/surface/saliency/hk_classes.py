@@ -178,12 +178,9 @@ def _with_tolerances(
 
 
 def _combined(estimates: list[tuple[Array, Array, Array, Array]]) -> tuple[Array, Array, Array, Array]:
-    """Return the first estimates of H and K with their tolerances; where they are zero, those that follow.
-
-    Only if these are within the first tolerance too: smoothed values near an edge contain its curvature.
-    """
+    """Return the first estimates of H and K with their tolerances; where they are zero, those that follow."""
     mean, gauss, tolerance, tolerance_k = estimates[0]
-    for h, k, h_tolerance, k_tolerance in estimates[1:]:
+    for h, k, h_tolerance, k_tolerance in estimates[1:]:  # smoothed values near an edge contain its curvature
         replaced = (np.abs(mean) <= tolerance) & (np.abs(h) <= tolerance)
         replaced_gauss = (np.abs(gauss) <= tolerance_k) & (np.abs(k) <= tolerance_k)
         mean, tolerance = np.where(replaced, h, mean), np.where(replaced, h_tolerance, tolerance)

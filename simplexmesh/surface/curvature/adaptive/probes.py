@@ -85,10 +85,7 @@ class Risks(NamedTuple):
     variance: Array  # (p, k) of the curvature by noise alone
 
     def compared(self, increments: Array, groups: Indices) -> Risks:
-        """Raise the risk of radii whose H differs from that of shorter ones by more than those' errors (Lepski 1990).
-
-        `increments` are those of the single probes; row i is the mean of the probes `groups[i]`.
-        """
+        """Raise the risk of radii whose H differs from that of shorter ones by more than their errors (Lepski 1990)."""
         mean = (self.shrinkage[:, None] * increments[groups]).sum(axis=3)
         truncation = self.truncation**2
         for k in range(1, mean.shape[2]):

@@ -91,12 +91,10 @@ def _area_vectors(points: Array, faces: Indices) -> Array:
 
 
 def spacings(samples: SampledSurface) -> Array:
-    """Return the edge length of a regular triangulation as dense as the points around each vertex; 0 without neighbors.
-
-    The v nearest of points with one on each area a have the mean square distance a (v + 1) / (2 pi).
-    """
+    """Return the edge length of a regular triangulation as dense as the points around each vertex; 0 without any."""
     ends, lengths = samples.ring_edges
     count = samples.one_ring.valence
+    # the v nearest of points with one on each area a have the mean square distance a (v + 1) / (2 pi)
     areas = 2 * np.pi * np.bincount(ends, lengths**2, len(count)) / np.maximum(count * (count + 1), 1)
     return np.asarray(np.sqrt(areas * 2 / np.sqrt(3)))
 
