@@ -5,15 +5,20 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array
 from simplexmesh._base.vectors import cross, dot
-from simplexmesh.numerics.rotation_vectors import rotation_matrices
 
 TANGENTIAL_WEIGHT = 0.02
 """Weight of tangential residuals, small since those of neighbors are correlated; without any, motions that the normals
 do not determine, of nearly round bodies for example, would be arbitrary."""
+
+
+def rotation_angle(T: Array) -> float:
+    """Return the angle of a rigid motion (4, 4), in [0, pi]."""
+    return float(Rotation.from_matrix(T[:3, :3]).magnitude())
 
 
 def point_pairs(pairs: Any, owners: str) -> tuple[Array, Array]:
@@ -87,6 +92,6 @@ def robust_scale(residuals: Array, floor: float) -> float:
 def small_motion(vector: Array, shift: Array, center: Array) -> Array:
     """Return the motion (4, 4) of a rotation vector about a center, followed by a shift."""
     T = np.eye(4)
-    T[:3, :3] = rotation_matrices(vector[None])[0]
+    T[:3, :3] = Rotation.from_rotvec(vector).as_matrix()
     T[:3, 3] = center + shift - T[:3, :3] @ center
     return T

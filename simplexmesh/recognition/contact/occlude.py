@@ -14,8 +14,7 @@ from simplexmesh._base.errors import warn
 from simplexmesh._base.vectors import dot, norm
 from simplexmesh.data.conversion import as_triangles
 from simplexmesh.numerics.constrained_least_squares import constrained_least_squares
-from simplexmesh.numerics.rigid import plane_jacobian, rigid_fit, small_motion
-from simplexmesh.numerics.rotation_vectors import rotation_angle
+from simplexmesh.numerics.rigid import plane_jacobian, rigid_fit, rotation_angle, small_motion
 from simplexmesh.recognition.contact.contact_limits import ContactLimits, pair_limits
 from simplexmesh.recognition.contact.part_distances import FACING_COSINE, Part, PartDistances, part_distances
 
@@ -82,7 +81,7 @@ class Occlusion:
     @property
     def angle(self) -> float:
         """Angle of the rotation, in radians."""
-        return rotation_angle(self.T_target_source[:3, :3])
+        return rotation_angle(self.T_target_source)
 
 
 def occlude(

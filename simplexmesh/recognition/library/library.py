@@ -23,6 +23,7 @@ from simplexmesh.recognition.library.models import Model, model_of
 from simplexmesh.recognition.library.ranking import ranked
 from simplexmesh.recognition.library.scene import Scene, without_outliers
 from simplexmesh.recognition.library.store import Store
+from simplexmesh.recognition.register.icp import between_frames
 from simplexmesh.recognition.register.oriented_points import OrientedPoints, oriented_points
 from simplexmesh.recognition.register.verify import Evaluation
 
@@ -297,11 +298,9 @@ def _name_taken(name: str) -> str:
 
 def _as_recognition(scene: Scene, name: str, model: Model, evaluation: Evaluation) -> Recognition:
     """Return an evaluation in the frames and unit of the data."""
-    T = evaluation.T.copy()
-    T[:3, 3] = scene.center + scene.unit * T[:3, 3] - T[:3, :3] @ model.frame[0]
     return Recognition(
         name=name,
-        T_scan_model=checks.frozen(T),
+        T_scan_model=checks.frozen(between_frames(evaluation.T, model.frame[0], scene.center, scene.unit)),
         score=evaluation.score,
         overlap=float((evaluation.point_scores[1] > 0).mean()),
         error=evaluation.error * scene.unit,

@@ -32,6 +32,7 @@ class Correspondences:
 
     residual: Array  # (n,) signed distance to the tangent plane at the nearest point
     nearest: Indices  # (n,)
+    near: Mask  # (n,) within reach
     inlier: Mask  # (n,) within reach, and the normals agree
     cosine: Array  # (n,) between the normals
     points: Array  # (n, 3)
@@ -45,12 +46,12 @@ def find_correspondences(
     points = source.points[chosen] @ T[:3, :3].T + T[:3, 3]
     workers = -1 if len(points) > 1000 else 1  # starting threads takes as long as searching for a few hundred
     distance, nearest = tree.query(points, distance_upper_bound=reach, workers=workers)
-    found = np.isfinite(distance)
-    nearest = np.where(found, nearest, 0)
+    near = np.isfinite(distance)
+    nearest = np.where(near, nearest, 0)
     normals = target.normals[nearest]
     cosine = dot(source.normals[chosen] @ T[:3, :3].T, normals)
     residual = dot(points - target.points[nearest], normals)
-    return Correspondences(residual, nearest, found & (cosine > MINIMUM_COSINE), cosine, points)
+    return Correspondences(residual, nearest, near, near & (cosine > MINIMUM_COSINE), cosine, points)
 
 
 def refined(
@@ -111,3 +112,10 @@ def about_origin(center: Array) -> Array:
     A = np.eye(6)
     A[3:, :3] = [[0, -z, y], [z, 0, -x], [-y, x, 0]]
     return A
+
+
+def between_frames(T: Array, source_center: Array, target_center: Array, unit: float) -> Array:
+    """Return a motion (4, 4) between surfaces about their centers, in a unit, as one between the frames of the data."""
+    out = T.copy()
+    out[:3, 3] = target_center + unit * T[:3, 3] - T[:3, :3] @ source_center
+    return out

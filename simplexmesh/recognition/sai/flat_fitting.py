@@ -78,7 +78,7 @@ def sampled(parameterization: Parameterization, patch: FlatDomain) -> Array:
     offset = np.zeros(2) if periodic.all() else np.where(periodic, 0.0, centers.min(axis=0))
     box = np.where(periodic, size, 0.0)
     at = np.where(periodic, (patch.coordinates % 1.0) * size, patch.coordinates * size)
-    tree = cKDTree(centers - offset, boxsize=box)
+    tree = cKDTree(np.maximum(centers - offset, 0.0), boxsize=box)  # which refuses negative ones, by rounding too
     near = tree.query(at - offset, k=min(24, len(centers)), workers=-1)[1]
     difference = at[:, None] - centers[near]
     difference = np.where(periodic, difference - np.rint(difference / size) * size, difference)

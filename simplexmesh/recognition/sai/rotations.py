@@ -14,12 +14,12 @@ from functools import cached_property, lru_cache
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
+from scipy.spatial.transform import Rotation
 
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array
 from simplexmesh._base.vectors import normalized
 from simplexmesh.mesh.lattices import polyhedron
-from simplexmesh.numerics.rotation_vectors import rotation_matrices
 from simplexmesh.recognition.sai.sphere_domain import checked_frequency, sphere_domain
 
 Table = NDArray[np.int16]
@@ -87,7 +87,7 @@ def even_representatives(count: int, group: Array) -> Array:
     off = np.array([0.137, 0.211, 0.318])  # so that no point lies on the boundary of the cell
     vectors = spacing * (np.vstack([grid, grid + 0.5]) + off)
     vectors = vectors[np.linalg.norm(vectors, axis=1) < reach]
-    matrices = rotation_matrices(vectors)
+    matrices = Rotation.from_rotvec(vectors).as_matrix()
     nearness = np.einsum("gab,jab->jg", group, matrices)
     return matrices[nearness.argmax(axis=1) == 0]
 

@@ -13,7 +13,6 @@ from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
 from simplexmesh._base.arrays import Array, Indices
-from simplexmesh.numerics.rotation_vectors import rotation_matrices
 from simplexmesh.recognition.scans.scan_pairs import Measured
 
 Pair = tuple[int, int]
@@ -79,7 +78,7 @@ def _cross_matrices(vectors: Array) -> Array:
 def motions(x: Array) -> Array:
     """Return the motions (k, 4, 4) of rotation vectors and shifts (k, 6)."""
     out = np.zeros((len(x), 4, 4))
-    out[:, :3, :3], out[:, :3, 3], out[:, 3, 3] = rotation_matrices(x[:, :3]), x[:, 3:], 1.0
+    out[:, :3, :3], out[:, :3, 3], out[:, 3, 3] = Rotation.from_rotvec(x[:, :3]).as_matrix(), x[:, 3:], 1.0
     return out
 
 

@@ -20,7 +20,7 @@ from simplexmesh.motion.reconstruct import pipeline
 from simplexmesh.motion.reconstruct.conversion import are_scans, check_for_no_volume
 from simplexmesh.motion.reconstruct.options import Options
 from simplexmesh.motion.reconstruct.result import Reconstruction
-from simplexmesh.numerics.rotation_vectors import rotation_angle
+from simplexmesh.numerics.rigid import rotation_angle
 from simplexmesh.recognition.register.oriented_points import FEWEST_POINTS
 from simplexmesh.recognition.scans.assembly import TOUCHING
 from simplexmesh.recognition.scans.register_all import Registered, names_of, registered, registered_named, tell_groups
@@ -125,7 +125,7 @@ def _compared(scans: list[Any], names: tuple[str, ...], report: Report) -> Regis
     moved = [edge for edge in turned if (edge.target, edge.source) not in agreeing]
     if moved:
         edge = max(moved, key=lambda edge: edge.overlap)
-        angle = np.degrees(rotation_angle(edge.T_target_source[:3, :3]))
+        angle = np.degrees(rotation_angle(edge.T_target_source))
         warn(
             f"the scans are in different frames: {names[edge.source]} fits {names[edge.target]} turned by "
             f"{angle:.0f} degrees; all were registered, as by poses='auto' "
