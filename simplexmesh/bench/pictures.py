@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 from simplexmesh._base.arrays import Array
@@ -16,7 +15,6 @@ from simplexmesh.bench.truth.discretized import Discretized, split_square, torus
 from simplexmesh.bench.truth.graphs import graph
 from simplexmesh.bench.truth.noise import noisy
 from simplexmesh.data.triangles import TriangleMesh
-from simplexmesh.plot.stage import picture
 from simplexmesh.surface.sampled_surface import SampledSurface
 
 Picture = tuple[str, str, Callable[[], Any]]
@@ -55,11 +53,6 @@ def of_surfaces(names: Mapping[str, Sequence[str]], *, few: bool = False) -> Ite
     yield _map("H_torus", "irregular torus", ring, names, (-2.0, 2.0))
     rough = noisy(ring.mesh, 0.1, rng=1)
     yield _map("H_rough_torus", "irregular torus, 10 % noise", ring, names, (-2.0, 2.0), rough)
-
-
-def save(path: Path, plotter: Any) -> None:
-    """Write a figure to a file."""
-    picture(path, plotter)
 
 
 def _map(

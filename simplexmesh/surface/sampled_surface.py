@@ -9,6 +9,8 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from simplexmesh._base import checks
@@ -67,6 +69,13 @@ class SampledSurface:
         return ends, norm(self.points[ring.members] - self.points[ends])
 
     @cached_property
+    def components(self) -> Indices:
+        """(n,) the connected component of each point over the edges of the one-rings."""
+        ring, n = self.one_ring, len(self.points)
+        links = csr_array((np.ones(len(ring.members), bool), ring.members, ring.offsets), shape=(n, n))
+        return np.asarray(connected_components(links, directed=False)[1], np.int64)
+
+    @cached_property
     def tree(self) -> cKDTree:
         """Kd-tree of all points."""
         return cKDTree(self.points)
@@ -84,17 +93,14 @@ class SampledSurface:
             count = min(neighborhood.count, n - 1) + 1
             _, found = self.tree.query(self.points[centers], count, workers=-1)
             return _without_centers(centers, found.reshape(len(centers), count))
+        if neighborhood == Rings(1):
+            return self.one_ring if vertices is None else self.one_ring.taken(centers)
+        radius, steps = (neighborhood.radius, n) if isinstance(neighborhood, Ball) else (np.inf, neighborhood.count)
         if isinstance(neighborhood, Ball) and not (neighborhood.connected and self.is_connected):
-            offsets, members = _in_balls(self.points, centers, neighborhood.radius)
+            offsets, members = _in_balls(self.points, centers, radius)
         else:
-            ring = self.one_ring
-            if isinstance(neighborhood, Ball):
-                inside = (self.points, centers, neighborhood.radius, MAX_MEMBERS)
-                offsets, members = kernels.connected_balls(ring.offsets, ring.members, *inside)
-            elif neighborhood.count == 1:
-                return ring if vertices is None else ring.taken(centers)
-            else:
-                offsets, members = kernels.rings(ring.offsets, ring.members, centers, neighborhood.count, MAX_MEMBERS)
+            ring = (self.one_ring.offsets, self.one_ring.members)
+            offsets, members = kernels.within(*ring, self.points, centers, steps, radius, MAX_MEMBERS)
             _check_total(offsets[-1], neighborhood)
         if isinstance(neighborhood, Ball) and neighborhood.inner > 0.0:
             offsets, members = _outside(self.points, centers, offsets, members, neighborhood.inner)

@@ -238,14 +238,11 @@ def _edges(assembly: Assembly) -> tuple[tuple[ScanPair, ...], Array]:
                 edges.append(((i, j), found.T, typical, found.near, False, False))
                 residuals.append(off)
     unit = scans[0].unit
-    pairs = tuple(
-        ScanPair(
-            *(i, j, checks.frozen(between_frames(T, scans[i].center, scans[j].center, unit))),
-            *(error * unit, near, accepted, ambiguous),
-        )
-        for (i, j), T, error, near, accepted, ambiguous in edges
-    )
-    return pairs, unit * np.array(residuals)
+    pairs = []
+    for (i, j), T, error, near, accepted, ambiguous in edges:
+        pose = checks.frozen(between_frames(T, scans[i].center, scans[j].center, unit))
+        pairs.append(ScanPair(i, j, pose, error * unit, near, accepted, ambiguous))
+    return tuple(pairs), unit * np.array(residuals)
 
 
 def _shift(scan: Scan, one: Array, other: Array) -> float:

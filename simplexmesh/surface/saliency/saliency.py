@@ -7,11 +7,9 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.sparse import csr_matrix
-from scipy.sparse.csgraph import connected_components
 
 from simplexmesh._base import checks
-from simplexmesh._base.arrays import Array, Mask
+from simplexmesh._base.arrays import Array
 from simplexmesh.surface.curvature.result import Curvature
 from simplexmesh.surface.saliency._kernels_watersheds import watersheds
 from simplexmesh.surface.saliency.diffusion import Diffusion
@@ -88,7 +86,8 @@ def saliency(
         total += weight * response
         weights += weight
     out = total / weights if weights > 0 else total
-    return np.where(connected_to(samples, np.isfinite(field)), out, np.nan)
+    parts = samples.components
+    return np.where(np.isin(parts, parts[np.isfinite(field)]), out, np.nan)
 
 
 def map_weight(samples: SampledSurface, response: Array) -> float:
@@ -99,14 +98,6 @@ def map_weight(samples: SampledSurface, response: Array) -> float:
     tops = response[(basin == np.arange(len(basin))) & (ring.valence > 0)]
     highest = float(tops.max(initial=0.0))
     return float((1 - tops.mean() / highest) ** 2) if highest > 0 and len(tops) > 1 else float(highest > 0)
-
-
-def connected_to(samples: SampledSurface, known: Mask) -> Mask:
-    """Return which vertices are connected to one that is known."""
-    ring, n = samples.one_ring, len(known)
-    links = csr_matrix((np.ones(len(ring.members), bool), ring.members, ring.offsets), (n, n))
-    _, component = connected_components(links, directed=False)
-    return np.isin(component, component[known])
 
 
 def _widths(scales: Sequence[float] | None, diffusion: Diffusion) -> Array:

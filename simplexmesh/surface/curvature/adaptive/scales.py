@@ -5,8 +5,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from simplexmesh._base.arrays import Array, Indices
@@ -148,10 +146,7 @@ def _probed(samples: SampledSurface, order: Indices) -> tuple[Indices, Indices]:
     nearest = kernels.nearest_probe(ring.offsets, ring.members, samples.points, rows)
     missed = order[nearest[order] < 0]
     if len(missed):
-        n = len(samples.points)
-        links = csr_array((np.ones(len(ring.members), bool), ring.members, ring.offsets), shape=(n, n))
-        components = connected_components(links, directed=False)[1]
-        rows = np.sort(np.append(rows, missed[np.unique(components[missed], return_index=True)[1]]))
+        rows = np.sort(np.append(rows, missed[np.unique(samples.components[missed], return_index=True)[1]]))
         nearest = kernels.nearest_probe(ring.offsets, ring.members, samples.points, rows)
     return rows, nearest
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 import igl
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array, Indices, Mask
@@ -95,6 +93,4 @@ def _safe_vertices(points: Array, faces: Indices, radius: int) -> Mask:
         safe[rows] = norm(sums) > CANCELED * (near.valence + 1)
     if safe.all():
         return safe
-    links = coo_array((np.ones(faces.size), (faces.ravel(), faces[:, [1, 2, 0]].ravel())), shape=(n, n))
-    parts = connected_components(links, directed=False)[1]
-    return np.asarray(~np.isin(parts, parts[~safe]))
+    return np.asarray(~np.isin(samples.components, samples.components[~safe]))
