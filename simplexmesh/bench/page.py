@@ -33,7 +33,7 @@ def index(found: Results, pictures: Mapping[str, str], *, quick: bool) -> str:
         TITLE: [
             "All methods of `simplexmesh.curvature` and `simplexmesh.vertex_normals` on surfaces with known normals "
             "and curvatures, after the comparison in Charton's thesis (2014) and the article of 2012. "
-            f"simplexmesh {simplexmesh.__version__}{', quick run' if quick else ''}.",
+            f"simplexmesh {simplexmesh.__version__}{', quick run' if quick else ''}."
         ],
         "## Ratings": [
             "From best to worst `+++ ++ + +/- - -- ---`, the thesis's where they differ in brackets, by these rules:",

@@ -32,9 +32,6 @@ class Discretized:
     exact: Exact
     creased: Indices | None = None
 
-    def __repr__(self) -> str:
-        return f"Discretized({len(self.vertices):,} vertices, {len(self.faces):,} faces)"
-
     @property
     def mesh(self) -> TriangleMesh:
         """The triangle mesh."""

@@ -22,9 +22,6 @@ class Exact:
     k2: Array
     d1: Array
 
-    def __repr__(self) -> str:
-        return f"Exact({len(self.k1):,} points)"
-
     def __len__(self) -> int:
         return len(self.k1)
 

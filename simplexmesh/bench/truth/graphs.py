@@ -27,9 +27,6 @@ class Graph:
     formula: str
     jet: Jet
 
-    def __repr__(self) -> str:
-        return f"Graph({self.name}: {self.formula})"
-
     def points(self, x: ArrayLike, y: ArrayLike) -> Array:
         """Return the (n, 3) points above (x, y)."""
         u, v = paired(x, y)

@@ -27,9 +27,6 @@ class Ring:
     neighbors: Array
     exact: Exact
 
-    def __repr__(self) -> str:
-        return f"Ring({len(self.neighbors)} neighbors)"
-
     @property
     def points(self) -> Array:
         """(m + 1, 3) array of float: P first."""

@@ -34,11 +34,6 @@ class ModelIndex:
         models = self.models | {identity: Model.unpacked(packed) for identity, packed in data.items()}
         return ModelIndex({identity: models[identity] for identity, _ in names}, dict(names))
 
-    @property
-    def identities(self) -> list[int]:
-        """The identities of all models, in order."""
-        return list(self.names)
-
     def descriptor_distances(self, descriptor: Array) -> Array:
         """Return the distances (m,) between the global descriptors of a scan and of each model."""
         if self._descriptors is None:

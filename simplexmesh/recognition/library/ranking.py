@@ -56,7 +56,8 @@ def explainable_fraction(model_area: float, scan_area: float) -> float:
 
 def best_candidates(scene: Scene, index: ModelIndex, which: Indices, count: int) -> list[Candidate]:
     """Return at least `count` of the models `which`, if there are, with refined motions, best first."""
-    models = [index.models[index.identities[k]] for k in which]
+    every = list(index.models.values())
+    models = [every[k] for k in which]
     sources = [scene.source(model) for model in models]
     motions = scene.motions(models, sources, index.image_index(scene.octave), which)
     scores = pose_scoring.scores(sources, scene.grid, motions, every=4)
@@ -122,7 +123,8 @@ def ranked(
             report(0.6, "comparing more")
             found += _evaluated_best(scene, index, more, count)
             found.sort(key=lambda each: -each[1].score)
-    return [(index.identities[k], evaluation) for k, evaluation in found[:count]]
+    identities = list(index.names)
+    return [(identities[k], evaluation) for k, evaluation in found[:count]]
 
 
 def _evaluated_best(scene: Scene, index: ModelIndex, which: Indices, count: int) -> list[tuple[int, Evaluation]]:

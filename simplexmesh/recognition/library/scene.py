@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cache, cached_property
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -76,16 +76,6 @@ class Scene:
         tree, grid = cKDTree(scaled.points), target_grid(scaled)
         return Scene(scaled, center, unit, images.chosen, images.at(octave), octave, tree, grid)
 
-    @cached_property
-    def distinctiveness(self) -> Array:
-        """(k,) distance of each image from the median image: on a flat side all are alike."""
-        return np.asarray(norm(self.images - np.median(self.images, axis=0)), np.float64)
-
-    @cached_property
-    def axes(self) -> tuple[Array, Array]:
-        """Center (3,) and principal axes (3, 3)."""
-        return principal_axes(self.surface.points)
-
     def source(self, model: Model) -> Source:
         """Return a model in the scene's unit, with its center at the origin."""
         surface = model.surface(model.frame[0], self.unit)
@@ -102,11 +92,14 @@ class Scene:
             Tolerances(MINIMUM_LENGTH * each.size, LENGTH_TOLERANCE * each.size, COSINE_TOLERANCE) for each in sources
         ]
         likeness = Likeness(images.reduced(self.images), images.rows, images.squares, images.spans(which))
+        # how far each image is from the median one: on a flat side all are alike
+        distinctiveness = np.asarray(norm(self.images - np.median(self.images, axis=0)), np.float64)
         out, counts = np.empty((len(models), MOTIONS, 12)), np.zeros(len(models), np.int64)
         _kernels_correspondences.pair_motions(
-            scan, self.distinctiveness, oriented, starts, likeness, np.array(tolerances), out, counts
+            scan, distinctiveness, oriented, starts, likeness, np.array(tolerances), out, counts
         )
-        axes = [axis_candidates((np.zeros(3), model.frame[1]), self.axes) for model in models]
+        own = principal_axes(self.surface.points)
+        axes = [axis_candidates((np.zeros(3), model.frame[1]), own) for model in models]
         return [np.concatenate([first, each[:count]]) for first, each, count in zip(axes, out, counts, strict=True)]
 
 

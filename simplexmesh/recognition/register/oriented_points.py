@@ -21,7 +21,7 @@ from simplexmesh.motion.reconstruct.conversion import as_input
 from simplexmesh.motion.reconstruct.open_data import are_inward
 from simplexmesh.motion.targets.borders import border_of_points
 from simplexmesh.numerics import _kernels_local_fits
-from simplexmesh.numerics.plane_fits import Planes
+from simplexmesh.numerics.plane_fits import Planes, fitted, spacing_within
 from simplexmesh.numerics.rigid import relative_extents
 from simplexmesh.orientation.poisson import oriented_indicator
 
@@ -105,7 +105,7 @@ def oriented_points(
         chosen = np.sort(np.random.default_rng(0).choice(len(points), maximum, replace=False))
         points, known = points[chosen], None if known is None else known[chosen]
     spacing, noise, near = neighborhoods(points)
-    normals, _, smooth = _planes_of(points, near)
+    normals, _, smooth = fitted(points, near)
     if known is not None:
         normals = np.where(dot(normals, known)[:, None] < 0, -normals, normals)
     else:
@@ -160,19 +160,12 @@ def neighborhoods(points: Array) -> tuple[float, float, Indices]:
     few = min(FEW_NEIGHBORS, len(points))
     sample = points if len(points) <= SUBSET else points[:: len(points) // SUBSET]
     distance, near = tree.query(sample, k=few, workers=-1)
-    spacing = float(np.median(distance[:, -1])) * np.sqrt(np.pi / few)
-    noise = float(np.sqrt(np.median(_planes_of(points, near)[1])))
+    spacing = spacing_within(distance[:, -1], few)
+    noise = float(np.sqrt(np.median(fitted(points, near)[1])))
     count = few if noise < NOISE_RATIO * spacing else min(MANY_NEIGHBORS, len(points))
     if count > few or sample is not points:
         _, near = tree.query(points, k=count, workers=-1)
     return spacing, noise, near
-
-
-def _planes_of(points: Array, near: Indices) -> tuple[Array, Array, Array]:
-    """Return normals (m, 3), mean squared distances (m,) and projections (m, 3) of planes through neighbors (m, k)."""
-    out = np.empty((len(near), 3)), np.empty(len(near)), np.empty((len(near), 3))
-    _kernels_local_fits.fit_planes(points, near, *out)
-    return out
 
 
 def outward_normals(points: Array, found: Planes) -> Array:
@@ -181,7 +174,7 @@ def outward_normals(points: Array, found: Planes) -> Array:
     if len(points) > ORIENTED:
         sample = points[np.sort(np.random.default_rng(0).choice(len(points), ORIENTED, replace=False))]
         spacing, noise, near = neighborhoods(sample)
-        planes = Planes(_planes_of(sample, near)[0], spacing, noise)
+        planes = Planes(fitted(sample, near)[0], spacing, noise)
     cell = float(np.ptp(points, axis=0).max()) / 32
     inward = oriented_indicator(sample, planes, cell).at(points)[1]
     normals = np.where(dot(found.normals, inward)[:, None] > 0, -found.normals, found.normals)

@@ -24,9 +24,8 @@ STEPS = (0.5, 0.15, 0.05, 0.02)
 
 @dataclass(frozen=True, eq=False)
 class SampleGrid:
-    """Sample points of a domain in rows and columns, the columns along the periodic direction."""
+    """Sample points of a domain, columns along the periodic direction; of the disc these are angles, the rows radii."""
 
-    coordinates: Array  # (rows, columns, 2) as in `FlatDomain`; for the disc the columns are angles and the rows radii
     corners: Indices  # (rows, columns, 3) the triangle that holds each point
     weights: Array  # (rows, columns, 3) its barycentric coordinates there
     areas: Array  # (rows, 1) of its cell, as a fraction of the domain
@@ -46,7 +45,7 @@ def sample_grid(topology: str, frequency: int) -> SampleGrid:
     corners, weights = patch.locate(at.reshape(-1, 2))
     areas = steps[:, None] if topology == "plane" else np.ones((rows, 1))
     return SampleGrid(
-        at, corners.reshape(rows, columns, 3), weights.reshape(rows, columns, 3), areas / areas.sum() / columns
+        corners.reshape(rows, columns, 3), weights.reshape(rows, columns, 3), areas / areas.sum() / columns
     )
 
 

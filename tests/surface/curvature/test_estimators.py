@@ -1092,7 +1092,7 @@ class TestNotFinite:
             spoiled[4] = np.nan
             return registry.Normals(spoiled, np.zeros(len(around), np.uint8))
 
-        monkeypatch.setattr("simplexmesh.surface.normals.plane.estimate", wild)
+        monkeypatch.setattr("simplexmesh.surface.normals.neighbors.plane", wild)
         with pytest.warns(SimplexMeshWarning, match="at 1 of 48 vertices"):
             normals = sm.vertex_normals(discretized.torus(8, 6).mesh, "plane")
         assert np.flatnonzero(~normals.any(axis=1)).tolist() == [4]

@@ -169,11 +169,7 @@ def _at_probes(
         found.risk[:, 0] *= 2.0  # with so few points it must be clearly better
     k, i = _best(found.risk), np.arange(len(positions))
     values = np.column_stack(
-        [
-            np.log(grouped.radii[i, k] / spacing),
-            found.truncation[i, k] ** 2,
-            wide.priors[i, k] ** 2,
-        ]
+        [np.log(grouped.radii[i, k] / spacing), found.truncation[i, k] ** 2, wide.priors[i, k] ** 2]
     )[near].mean(axis=1)
     degrees = wide.degrees[i, k]
     if shortest:
