@@ -32,9 +32,9 @@ def planes(points: Array) -> Planes:
     return out
 
 
-def spacing_of(points: Array, most: int = 5000) -> float:
-    """Estimate the median distance between neighboring points from a subset of `most` to twice as many."""
-    some = points[:: max(1, len(points) // most)]
+def spacing_of(points: Array) -> float:
+    """Estimate the median distance between neighboring points from a subset of 5,000 to twice as many."""
+    some = points[:: max(1, len(points) // 5000)]
     count = min(FEW_NEIGHBORS, len(points))
     distance = cKDTree(points).query(some, k=[count], workers=-1)[0]
     return spacing_within(distance, count)

@@ -13,10 +13,8 @@ import simplexmesh as sm
 from simplexmesh.bench.truth import rings as truth
 from simplexmesh.bench.truth.discretized import sawtooth, split_square, uv_sphere
 from simplexmesh.bench.truth.graphs import graph
-from simplexmesh.surface.neighborhoods import Neighborhoods
 from simplexmesh.surface.normals import _kernels_extended_sine as kernels
 from simplexmesh.surface.normals.estimate import METHODS, found_normals
-from simplexmesh.surface.sampled_surface import SampledSurface
 from tests.bench import article_rings
 from tests.surface import normal_errors, reference_normals
 
@@ -28,10 +26,8 @@ ON_SPHERES = ["chen_schmitt", "extended_sine", "max"]
 
 def one(points, method, *, start=None, **options):
     """The normal at the first of the points, whose neighbors are the others in order."""
-    m = len(points) - 1
-    around = Neighborhoods(np.array([0]), np.array([0, m]), np.arange(1, m + 1), np.array([True]))
-    normals = None if start is None else np.tile(start, (m + 1, 1))
-    found = found_normals(SampledSurface(points, links=around), around, method, normals=normals, **options)
+    normals = None if start is None else np.tile(start, (len(points), 1))
+    found = found_normals(*reference_normals.ringed(points), method, normals=normals, **options)
     assert found.reasons.tolist() == [0]
     return found.normals[0]
 
