@@ -11,11 +11,11 @@ import numpy as np
 from numba import prange
 from numpy.typing import NDArray
 
+from simplexmesh._base._kernels_both import FAST
 from simplexmesh._base._kernels_njit import njit
 from simplexmesh._base.arrays import Indices
 from simplexmesh.recognition.library._kernels_descriptors import two_nearest
 
-FLAGS = {"nsz", "arcp", "contract", "reassoc"}
 MINIMUM_ACROSS = 0.1
 """Least component of a pair's normals across its line for which they determine a frame."""
 
@@ -37,7 +37,7 @@ class Likeness(NamedTuple):
     spans: Indices
 
 
-@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _mark_consistent(i, scan, model, tolerances, out):
     """Fill `out[j]`, for j < i, with whether i and j of oriented points, columns (6, k), are consistent; vectorized."""
     p, n, q, m = scan[:3], scan[3:], model[:3], model[3:]
@@ -57,7 +57,7 @@ def _mark_consistent(i, scan, model, tolerances, out):
         )
 
 
-@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def consistent_pairs(scan, model, tolerances, degree, pairs):
     """Fill the pairs of oriented points (k, 6) that a rigid motion explains, and each one's; return how many."""
     count = 0

@@ -10,10 +10,10 @@ import numpy as np
 from numba import prange
 from numpy.typing import NDArray
 
+from simplexmesh._base._kernels_both import FAST
 from simplexmesh._base._kernels_njit import njit
 from simplexmesh._base.arrays import Array, Indices
 
-FLAGS = {"nsz", "arcp", "contract", "reassoc"}
 ANGLES, TURNS = 12, 24
 """Bins of each angle of a feature, over pi, and of the rotation about a normal: finer ones collect fewer votes."""
 
@@ -35,7 +35,7 @@ class PairTable(NamedTuple):
     turns: NDArray[np.float32]  # the angle of the second about the normal of the first
 
 
-@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _bin(framed, i, j, step, distances):
     """Return the bin of the feature of points i and j, or -1."""
     p, q, n, m = framed.points[i], framed.points[j], framed.frames[i, 0], framed.frames[j, 0]
@@ -54,7 +54,7 @@ def _bin(framed, i, j, step, distances):
     return key
 
 
-@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _angle_about_normal(framed, i, j):
     """Return the angle of point j about the normal of point i, in the frame of i."""
     y = z = 0.0

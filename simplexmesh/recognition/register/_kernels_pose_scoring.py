@@ -15,11 +15,10 @@ import numpy as np
 from numba import prange
 from numpy.typing import NDArray
 
+from simplexmesh._base._kernels_both import FAST
 from simplexmesh._base._kernels_njit import njit
 from simplexmesh._base.arrays import Array, Indices
 from simplexmesh.numerics._kernels_matrices import solve
-
-FLAGS = {"nsz", "arcp", "contract", "reassoc"}
 
 
 class TargetGrid(NamedTuple):
@@ -51,7 +50,7 @@ def _nearest_row(grid, scale, x, y, z):
     return np.int64(nearest[i, j, k])
 
 
-@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _score(m, sources, owner, grid, width):
     """Return the score of one motion; without branches, so that the loop is vectorized."""
     a, b, c, d, e, f = m[0], m[1], m[2], m[3], m[4], m[5]

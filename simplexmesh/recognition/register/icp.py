@@ -66,9 +66,7 @@ def refined(
         if np.count_nonzero(inlier) < MINIMUM_INLIERS:
             return start
         residual, normals = found.residual[inlier], target.normals[found.nearest[inlier]]
-        center, radius, local = _centered(found.points[inlier])
-        weight = robust_weights(residual, 1e-9 * radius) * found.cosine[inlier]
-        rows = plane_jacobian(local, normals)
+        center, radius, rows, weight = _equations(found.points[inlier], normals, residual, found.cosine[inlier])
         values, vectors = np.linalg.eigh((rows * weight[:, None]).T @ rows)
         regular = values > RANK_TOLERANCE * values[-1]
         x = -vectors[:, regular] @ ((vectors[:, regular].T @ (rows.T @ (weight * residual))) / values[regular])
@@ -88,9 +86,7 @@ def uncertainty(
     nearest = found.nearest[inlier]
     points, normals = source.points[inlier] @ T[:3, :3].T + T[:3, 3], target.normals[nearest]
     residual = dot(points - target.points[nearest], normals)
-    center, radius, local = _centered(points)
-    weight = robust_weights(residual, 1e-9 * radius) * found.cosine[inlier]
-    rows = plane_jacobian(local, normals)
+    center, radius, rows, weight = _equations(points, normals, residual, found.cosine[inlier])
     values, vectors = np.linalg.eigh((rows * weight[:, None]).T @ rows)
     inverse = (vectors / np.maximum(values, RANK_TOLERANCE * values[-1])) @ vectors.T
     shared = len(nearest) / len(np.unique(nearest))  # points on one plane of the target share its error
@@ -99,11 +95,12 @@ def uncertainty(
     return A @ (inverse * shared * variance) @ A.T, float(np.sqrt((residual**2).mean()))
 
 
-def _centered(points: Array) -> tuple[Array, float, Array]:
-    """Return the center of points, their root mean square distance to it, and the points in this frame."""
+def _equations(points: Array, normals: Array, residual: Array, cosine: Array) -> tuple[Array, float, Array, Array]:
+    """Return center and root mean square radius of points, and rows (n, 6) and weights (n,) of equations there."""
     center = points.mean(axis=0)
     radius = float(np.sqrt(((points - center) ** 2).sum(axis=1).mean()))
-    return center, radius, (points - center) / radius
+    rows = plane_jacobian((points - center) / radius, normals)
+    return center, radius, rows, robust_weights(residual, 1e-9 * radius) * cosine
 
 
 def about_origin(center: Array) -> Array:

@@ -9,10 +9,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from simplexmesh._base._kernels_both import FAST
 from simplexmesh._base._kernels_njit import njit
 from simplexmesh._base.arrays import Array, Mask
 
-FAST = {"nsz", "arcp", "contract", "reassoc"}
 WIDTH = 64  # the 60 rotations of the icosahedron, padded to whole SIMD vectors
 LONGEST_STEP = 0.1
 """Limit of a step of refinement, in radians: about the width of the mesh."""
