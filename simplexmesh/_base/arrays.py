@@ -1,4 +1,4 @@
-"""Types of arrays by their numbers; shapes are told where they matter."""
+"""Types of arrays, for signatures; shapes are told where they matter."""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh._base._kernels_njit import njit
+from simplexmesh._base.arrays import Array
 
-Array = NDArray[np.float64]
 Indices = NDArray[np.int32]
 
 

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 import pyvista as pv
+from scipy.spatial.transform import Rotation
 
 from simplexmesh._base.arrays import Array
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-from simplexmesh.numerics.rotation_vectors import rotation_vector
 from simplexmesh.plot.camera import looked_at
 from simplexmesh.plot.color_scale import scale
 from simplexmesh.plot.polydata import per_point
@@ -99,7 +99,7 @@ def landscape(
     _relief(plotter, flat, slices, limits)
     headline(plotter, "rotations relative to the best")
     for color, one in zip(COLORS, shown, strict=False):
-        off = axes @ rotation_vector(one.rotation @ shown[0].rotation.T) / np.pi
+        off = axes @ Rotation.from_matrix(one.rotation @ shown[0].rotation.T).as_rotvec() / np.pi
         _mark(plotter, np.array([*off, 0.03 + _height(one.distance, limits)]), color)
     return looked_at(plotter, view)
 
