@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import minimum_spanning_tree
 
-from simplexmesh.orientation import _kernels_propagation as kernels
+from simplexmesh.orientation import _kernels_consistency as kernels
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]

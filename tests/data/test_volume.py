@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy.spatial.transform import Rotation
 
-from simplexmesh.data.box import box_around, box_slices
 from simplexmesh.data.volume import Volume
+from simplexmesh.motion.start.topology import box_around, box_slices
 
 positive = st.floats(0.01, 100)
 near = st.floats(-1000, 1000)

@@ -18,13 +18,13 @@ from simplexmesh.motion.density.face_edits import (
     disjoint_groups,
     divide_faces,
     evened,
+    face_distance,
+    face_score,
     removable_edges,
     with_even_metric,
 )
-from simplexmesh.motion.density.face_score import face_distance, face_score
-from simplexmesh.motion.density.refine_options import as_target, default_reach
-from simplexmesh.motion.density.refined import Refined, Refinement, Round
-from simplexmesh.motion.model.state import Target
+from simplexmesh.motion.density.refinement import Refined, Refinement, Round, as_target, default_reach
+from simplexmesh.motion.targets.protocol import Target
 
 GROWTH = 1.25
 """Largest ratio of the numbers of vertices after and before a round."""
@@ -146,7 +146,7 @@ def redistribute_round(
     removed_darts = darts[lowest[: _merge_count(merged[lowest], scores[highest], change)]]
     removed = int(edit.remove_edges(removed_darts, in_order=True).done.sum())
     cut, _ = divide_faces(edit, mesh, highest, 2 * max(change + removed, 0), np.ones(scores.size, bool), fewest=5)
-    out, swaps = evened(edit.result())
+    out, swaps = evened(edit)
     done = Round(0, float(scores.max(initial=0.0)), cut, 0, out.mesh.n_vertices, removed, swaps)
     return Refined(with_even_metric(out), out.vertex_map, out.face_map, (done,))
 

@@ -17,7 +17,7 @@ from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.mesh.tangles import tangled_with
 from simplexmesh.mesh.triangles.self_intersection import self_intersections
 from simplexmesh.motion.model.deform import DeformableModel
-from simplexmesh.motion.model.state import Target
+from simplexmesh.motion.targets.protocol import Target
 from simplexmesh.motion.topology.face_regions import dilated
 
 Mask = NDArray[np.bool_]

@@ -24,9 +24,11 @@ from simplexmesh.data.volume import Volume
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.reconstruct.inputs import Input, PointsInput, TrianglesInput, VolumeInput
 from simplexmesh.motion.targets.isosurface import Isosurface
-from simplexmesh.orientation.consistency import with_consistent_normals
 
 Array = NDArray[np.float64]
+
+LEAST_AGREEMENT = 0.75
+"""Share of neighboring normals within 90 degrees: with fewer, normals do not tell inside from outside."""
 
 MOST_STRAY = 0.01
 """Largest fraction of stray points: more of them are a part of the object."""
@@ -141,6 +143,20 @@ def without_stray_points(cloud: PointCloud) -> PointCloud:
         return cloud
     warn(f"left out {count:,} of {len(points):,} points, isolated and far from all others")
     return cloud.selected(~stray)
+
+
+def with_consistent_normals(cloud: PointCloud) -> PointCloud:
+    """Return the cloud, without normals and with a warning if those of neighboring points contradict each other."""
+    if cloud.normals is None:
+        return cloud
+    some = np.linspace(0, len(cloud.points) - 1, min(len(cloud.points), 2000)).astype(int)
+    _, near = cKDTree(cloud.points).query(cloud.points[some], k=min(5, len(cloud.points)))
+    agree = np.einsum("ij,ikj->ik", cloud.normals[some], cloud.normals[near[:, 1:]]) > 0
+    if agree.mean() > LEAST_AGREEMENT:
+        return cloud
+    share = f"{1 - agree.mean():.0%}"
+    warn(f"normals of neighboring points contradict each other ({share}); they were left out")
+    return replace(cloud, normals=None)
 
 
 def are_scans(data: Any) -> bool:

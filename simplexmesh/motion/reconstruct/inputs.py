@@ -14,7 +14,6 @@ from simplexmesh._base.errors import TopologyError, counted, warn
 from simplexmesh.data.points import PointCloud
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.data.volume import Volume
-from simplexmesh.motion.model.state import Target
 from simplexmesh.motion.reconstruct.open_data import are_inward, outward_cloud
 from simplexmesh.motion.start.crossings import outer_crossings
 from simplexmesh.motion.start.from_points import start_from_points
@@ -23,6 +22,7 @@ from simplexmesh.motion.start.report import Start
 from simplexmesh.motion.targets.isosurface import Isosurface
 from simplexmesh.motion.targets.labels import LabelSurface
 from simplexmesh.motion.targets.points import Points
+from simplexmesh.motion.targets.protocol import Target
 from simplexmesh.motion.targets.triangles import Triangles
 
 Array = NDArray[np.float64]

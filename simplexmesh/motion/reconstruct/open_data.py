@@ -13,8 +13,8 @@ from scipy.spatial import cKDTree
 
 from simplexmesh._base.vectors import dot, norm
 from simplexmesh.data.points import PointCloud
-from simplexmesh.motion.model.state import Target
 from simplexmesh.motion.targets.borders import border_of_points
+from simplexmesh.motion.targets.protocol import Target
 from simplexmesh.numerics.plane_fits import planes
 from simplexmesh.orientation.poisson import oriented_indicator
 from simplexmesh.orientation.propagation import propagated

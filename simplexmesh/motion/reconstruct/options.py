@@ -1,4 +1,4 @@
-"""The choices of the user of `reconstruct`, checked, with their defaults."""
+"""The choices of the user of `reconstruct`, checked, with their defaults, and the stages of motion that follow."""
 
 from __future__ import annotations
 
@@ -7,11 +7,15 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from simplexmesh._base import checks
 from simplexmesh.data.io.reading import read_mesh
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-from simplexmesh.motion.density.refine_options import THRESHOLDS
+from simplexmesh.motion.density.refinement import THRESHOLDS
 from simplexmesh.motion.model.parameters import MOST_RIGID
+from simplexmesh.motion.model.state import Stage, mean_edge
+from simplexmesh.motion.reconstruct.inputs import Input
 from simplexmesh.motion.start.primitives import ENCLOSING, PRIMITIVES
 
 FEWEST_VERTICES, MOST_VERTICES = 20, 20_000_000
@@ -126,3 +130,29 @@ def _choice(name: str, given: Choice | None, default: str) -> Choice:
     if not hasattr(given, "__len__"):
         raise TypeError(f"{name} must be 'auto', 'none', a function or a sequence, not {type(given).__name__}")
     return list(given)
+
+
+def stages_from(start: SimplexMesh, data: Input, options: Options, *, cell: float | None) -> list[Stage]:
+    """Return three stages from an automatic start, found on a grid of cells of this size, and five from farther away.
+
+    Rigidity and reach decrease from the stiff stages over the fine one, where metric parameters adapt, to the last.
+    """
+    radius = 0.5 * float(np.linalg.norm(np.ptp(data.points, axis=0)))
+    edge, rigidity, iterations = mean_edge(start), options.rigidity, options.iterations
+    last = max(2 * data.resolution, edge)
+    if cell is not None:
+        error = max(data.resolution, cell, min(1.2 * edge, 1.5 * data.resolution))  # few vertices are farther off
+        near = 1.25 * error if data.layered else max(3 * data.resolution, 2 * edge)
+        reach = min(near, 0.2 * radius)
+        return [
+            Stage(max(2, rigidity), reach, 40, beta=0.2),
+            Stage(rigidity, reach, iterations, beta=0.4, adaptation=options.adaptation or 0.0),
+            Stage(rigidity, min(last, reach), iterations // 2, beta=0.4),
+        ]
+    return [
+        Stage(max(20, rigidity), 2.0 * radius, 150, alpha=0.5, beta=0.03),
+        Stage(max(10, rigidity), 0.8 * radius, 60, alpha=0.5, beta=0.05),
+        Stage(max(6, rigidity), 0.4 * radius, 100, beta=0.1),
+        Stage(rigidity, 0.16 * radius, iterations, beta=0.3, adaptation=options.adaptation or 0.0),
+        Stage(rigidity, last, iterations // 2, beta=0.4),
+    ]

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from simplexmesh.data.box import box_around, box_slices
 from simplexmesh.data.volume import Volume
+from simplexmesh.motion.start.topology import box_around, box_slices
 
 Array = NDArray[np.float64]
 

@@ -16,11 +16,10 @@ from scipy import ndimage
 
 from simplexmesh._base import checks
 from simplexmesh._base.errors import TopologyError, warn
-from simplexmesh.data.box import box_around, box_slices
 from simplexmesh.data.volume import Volume
 from simplexmesh.motion.start.report import Start, StartReport
 from simplexmesh.motion.start.solid_mesh import FEWEST, cell_size, edge_length, solid_mesh, surface_area
-from simplexmesh.motion.start.topology import pieces, without_cavities, without_tunnels
+from simplexmesh.motion.start.topology import box_around, box_slices, pieces, without_cavities, without_tunnels
 
 Array = NDArray[np.float64]
 

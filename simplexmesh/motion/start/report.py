@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-from simplexmesh.orientation.indicator import Indicator
+from simplexmesh.orientation.poisson import Indicator
 
 
 @dataclass(frozen=True)

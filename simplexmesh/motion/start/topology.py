@@ -13,13 +13,27 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from simplexmesh.data.box import box_around, box_slices
-from simplexmesh.motion.start import _kernels_reach, _kernels_thinning
+from simplexmesh.motion.start import _kernels_topology
 from simplexmesh.orientation import _kernels_grid
 
+Index = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
 _CORNERS = np.ones((3, 3, 3))
+
+
+def box_around(inside: NDArray[np.bool_]) -> tuple[Index, Index] | None:
+    """Return the box of the true samples, first (3,) and end (3,), one after the last; None if there are none."""
+    rows = [np.flatnonzero(inside.any(axis=tuple({0, 1, 2} - {axis}))) for axis in range(3)]
+    if not len(rows[0]):
+        return None
+    return np.array([row[0] for row in rows]), np.array([row[-1] + 1 for row in rows])
+
+
+def box_slices(first: Index, end: Index, shape: tuple[int, ...], *, margin: int = 0) -> tuple[slice, ...]:
+    """Return the slices of a box widened by `margin` samples on every side, clipped to the grid."""
+    ends = zip(first.tolist(), end.tolist(), shape, strict=True)
+    return tuple(slice(max(0, a - margin), min(n, b + margin)) for a, b, n in ends)
 
 
 def genus(solid: Mask) -> int:
@@ -94,7 +108,7 @@ def within(cells: Mask, radius: float) -> Mask:
     array([[[0, 1, 1, 1, 1, 1, 0]]])
     """
     out = np.zeros(cells.shape, bool)
-    _kernels_reach.within(cells, int(radius * radius + 1e-9), out)
+    _kernels_topology.within(cells, int(radius * radius + 1e-9), out)
     return out
 
 
@@ -185,6 +199,8 @@ def _block_adjacency(*, corners: bool) -> NDArray[np.int64]:
 
 
 _ADJACENCY6 = _block_adjacency(corners=False)
+
+
 _ADJACENCY26 = _block_adjacency(corners=True)
 
 
@@ -197,7 +213,7 @@ def thinned(solid: Mask, keep: Mask, rounds: int = 100) -> Mask:
     cells = np.argwhere(spare)
     cells = cells[np.argsort(depth[tuple(cells.T)], kind="stable")]
     out = solid.copy()
-    _kernels_thinning.thin(out, keep, cells, _ADJACENCY6, _ADJACENCY26, rounds)
+    _kernels_topology.thin(out, keep, cells, _ADJACENCY6, _ADJACENCY26, rounds)
     return out
 
 

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh._base.vectors import normalized
-from simplexmesh.data.box import box_around, box_slices
 from simplexmesh.data.conversion import as_volume
 from simplexmesh.data.volume import Volume
+from simplexmesh.motion.start.topology import box_around, box_slices
 from simplexmesh.motion.targets import _kernels_labels
 from simplexmesh.motion.targets.points import SurfelTarget
 from simplexmesh.motion.targets.surfels.surfels import fitted_surfels
