@@ -76,10 +76,7 @@ def propagated(offsets, members, points, normals, softening):
 
 @njit(cache=True)
 def clashing_edges(offsets, ahead, behind):
-    """Return how many edges all their triangles, two or more, traverse in the same direction.
-
-    Copies of a triangle count once. Takes the wedges of surface's one-rings.
-    """
+    """Return how many edges all their triangles, copies counting once, traverse alike, from wedges of one-rings."""
     n = offsets.shape[0] - 1
     owner = np.full(n, -1, np.int64)  # of the counts: how many triangles leave a center for a vertex, or come from it
     leaving, coming = np.zeros(n, np.int8), np.zeros(n, np.int8)

@@ -112,10 +112,7 @@ class Poisson:
         return Poisson(points, grid, _areas(points, grid), _transfer_function(grid.shape))
 
     def indicator(self, normals: Array) -> Indicator:
-        """Return the field whose gradient is closest, by least squares, to the inward normals on the points.
-
-        The lengths of the outward `normals` (n, 3) are confidence weights.
-        """
+        """Return the field whose gradient is closest to minus the outward normals, whose lengths are weights."""
         grid, layer = self.grid, np.zeros((*self.grid.shape, 3), dtype=np.float32)
         unit = 2.0 ** np.round(2 * np.log2(grid.cell))  # areas in the data's unit may be beyond single precision
         _kernels_grid.splat(grid.to_index(self.points), normals * (self.areas / unit)[:, None], layer)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from simplexmesh._base import checks
 from simplexmesh._base.errors import counted, warn
+from simplexmesh.mesh.check import tangled_vertices
 from simplexmesh.mesh.decimation.coarsening import Coarsened, coarsened
 from simplexmesh.mesh.decimation.comparison import Original, sample_distances
 from simplexmesh.mesh.decimation.fitting import SurfaceSamples
@@ -18,7 +19,6 @@ from simplexmesh.mesh.operators.editable_mesh import EditableMesh
 from simplexmesh.mesh.operators.regularize import exceptional_faces
 from simplexmesh.mesh.operators.results import Edited
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-from simplexmesh.mesh.tangles import tangled_vertices
 
 Indices = NDArray[np.int32]
 

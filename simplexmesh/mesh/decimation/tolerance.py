@@ -7,12 +7,12 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_matrix, identity, vstack
 
 from simplexmesh._base.vectors import norm
+from simplexmesh.mesh.check import tangled_vertices
 from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.mesh.decimation.coarsening import Coarsened, coarsened
 from simplexmesh.mesh.decimation.comparison import Comparison, Corrections, Original
 from simplexmesh.mesh.decimation.vertex_bound import minimum_vertices
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-from simplexmesh.mesh.tangles import tangled_vertices
 from simplexmesh.mesh.triangulation import fan
 
 Array = NDArray[np.float64]

@@ -83,11 +83,7 @@ def face_score(mesh: SimplexMesh, away: Array, reach: float) -> FaceScore:
 def divide_faces(
     edit: EditableMesh, mesh: SimplexMesh, faces: Indices, budget: int, may_grow: Mask, *, fewest: int = 6
 ) -> tuple[int, int]:
-    """Divide faces (m,) of `mesh` in order, by T2 those of `fewest` vertices or more, by T6 the others; count both.
-
-    At most `budget` vertices are added. A face that another edit has touched, or whose neighbors may not grow (f,), is
-    skipped.
-    """
+    """Divide faces (m,) in order, by T2 those of `fewest` vertices or more, by T6 the others; count both."""
     sizes = mesh.connectivity.face_sizes[faces]
     done = _divide_by_cuts(edit, mesh, faces[sizes >= fewest], budget // 2, may_grow)
     left, ringed = budget - 2 * done, 0
@@ -216,10 +212,7 @@ def mapped_zone(zone: Mask, step: Edited) -> Mask:
 
 
 def divided_boundary(mesh: SimplexMesh, most: int) -> Edited:
-    """Return the mesh with the longest edges on holes divided, at most `most`, by T2 across the adjacent face.
-
-    Refinement of faces alone leaves the boundary coarse: a face beside a hole keeps one edge there when divided.
-    """
+    """Return the mesh with the longest edges on holes, which division of faces leaves coarse, divided by T2."""
     c = mesh.connectivity
     ends = mesh.vertices[c.edge_vertices]
     length = norm(ends[:, 0] - ends[:, 1])

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh._base import checks
+from simplexmesh.mesh.check import tangled_vertices
 from simplexmesh.mesh.decimation.vertex_bound import minimum_vertices
 from simplexmesh.mesh.operators.editable_mesh import EditableMesh
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-from simplexmesh.mesh.tangles import tangled_vertices
 from simplexmesh.motion.density.face_edits import (
     disjoint_groups,
     divide_faces,
@@ -127,10 +127,7 @@ def _vertex_schedule(start: int, wanted: int, rounds: int) -> list[int]:
 def redistribute_round(
     mesh: SimplexMesh, target: Target, *, reach: float, vertices: int, tangled: NDArray[np.bool_] | None = None
 ) -> Refined:
-    """Do one round of edits without motion: merge low-scoring faces and divide high-scoring ones, to `vertices` in all.
-
-    The faces of tangled vertices (n,) are neither divided nor merged in exchange; the test takes half of the time.
-    """
+    """Merge low-scoring faces and divide high-scoring ones, none tangled, to `vertices` in all; without motion."""
     c = mesh.connectivity
     factors = face_score(mesh, face_distance(mesh, target, reach), reach)
     scores = factors.total

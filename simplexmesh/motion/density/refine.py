@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh._base import checks
+from simplexmesh.mesh.check import tangled_vertices
 from simplexmesh.mesh.operators.editable_mesh import EditableMesh
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-from simplexmesh.mesh.tangles import tangled_vertices
 from simplexmesh.motion.density.face_edits import divide_faces, evened, face_distance, face_score, with_even_metric
 from simplexmesh.motion.density.refinement import THRESHOLDS as THRESHOLDS
 from simplexmesh.motion.density.refinement import (
@@ -139,10 +139,7 @@ def refine_round(
     budget: int | None = None,
     zone: Mask | None = None,
 ) -> Refined:
-    """Do one round of edits without motion: divide the faces above a threshold, adding at most `budget` vertices.
-
-    `zone` (f,) is whether a face may be divided. It has converged when no face was above the threshold.
-    """
+    """Divide the faces of a zone (f,) above a threshold, without motion, adding at most `budget` vertices."""
     scores = refinement_scores(mesh, target, reach)
     allowed = ~mesh.connectivity.face_is_hole if zone is None else zone & ~mesh.connectivity.face_is_hole
     above = np.flatnonzero(allowed & (scores > threshold))

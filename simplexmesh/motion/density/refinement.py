@@ -141,11 +141,7 @@ class Refined(Edited):
 
 @dataclass
 class Refinement:
-    """A refinement in progress: the present mesh and zone, the accumulated maps, and the rounds done.
-
-    After each round the mesh moves under the parameters of `DeformableModel`, then `watch` is called. An interrupt
-    during the motion leaves the state before the round.
-    """
+    """A refinement in progress; an interrupt during the motion of a round leaves the state before it."""
 
     mesh: SimplexMesh
     target: Target

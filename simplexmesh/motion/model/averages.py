@@ -48,11 +48,10 @@ class Averages:
 
     def mean_curvature(self, rigidity: NDArray[np.int64]) -> Array:
         """Return the mean of H over Q^s, weighted by area: else tiny triangles of high curvature inflate large ones."""
-        _kernels_averages.moments(self._frames.curvature, self._frames.area, self._moment)
-        np.copyto(self._moment, self.of(self._moment, rigidity))
+        moment = np.multiply(self._frames.curvature, self._frames.area, out=self._moment)
+        np.copyto(moment, self.of(moment, rigidity))
         area = self.of(self._frames.area, rigidity)
-        _kernels_averages.quotients(self._moment, area, self._moment)
-        return self._moment
+        return np.divide(moment, area, out=moment, where=area > 0.0)
 
 
 def curvedness(vertices: Array, normals: Array, neighbors: NDArray[np.int32], *, shortest: float = 0.0) -> Array:

@@ -32,10 +32,7 @@ def wide_border(target: Any, edge: float) -> Array:
 
 
 class BorderAttraction:
-    """Attraction of boundary vertices to points (k, 3) on the border of the data, across their hole.
-
-    `weight` is the fraction of the distance covered in one iteration.
-    """
+    """Attraction of boundary vertices to points (k, 3), by a fraction `weight` of the distance in one iteration."""
 
     def __init__(self, points: Array, weight: float) -> None:
         if len(points) > 3000:  # more take time and move nothing
@@ -49,11 +46,7 @@ class BorderAttraction:
         return cls(wide_border(target if weight else None, edge), weight)
 
     def displacements(self, vertices: Array, outlines: Outlines, reach: float) -> Array:
-        """Return (m, 3) the displacement of each boundary vertex towards the border.
-
-        Its goal is the mean of the border points whose nearest vertex it is, which draws vertices into corners, or the
-        nearest border point where there are none. The component along the hole is dropped to keep spacing even.
-        """
+        """Return (m, 3) the way, across its hole, of each boundary vertex to the mean of its nearest points."""
         positions = vertices[outlines.vertices]
         ahead, back = positions[outlines.after], positions[outlines.before]
         distance, nearest = self._tree.query(positions)
@@ -84,11 +77,7 @@ def outlines_of(connectivity: Connectivity) -> Outlines:
 
 
 class Boundary:
-    """The boundary of a mesh under its internal force, the target's data force and the attraction of its border.
-
-    The internal force is that of 1-simplex meshes in space (Delingette 1994, sections 3.2 and 4.8) with equal metric
-    parameters; see `forces.CONSTRAINTS` for its constraints.
-    """
+    """The boundary under the internal force of 1-simplex meshes (Delingette 1994, sections 3.2 and 4.8), and others."""
 
     def __init__(self, mesh: SimplexMesh, reference: SimplexMesh, attraction: BorderAttraction) -> None:
         self.outlines, self.attraction = outlines_of(mesh.connectivity), attraction
@@ -148,11 +137,7 @@ class BoundaryShape:
 
 
 def unfolded_boundary(mesh: SimplexMesh) -> SimplexMesh:
-    """Return the mesh with the interior neighbors of reversed boundary vertices moved inwards, while that helps.
-
-    At a corner of a hole the normal, of the plane of the three neighbors, flips when the interior neighbor crosses the
-    line between the other two.
-    """
+    """Return the mesh with the interior neighbors of reversed boundary vertices moved inwards, while that helps."""
     c, now = mesh.connectivity, mesh
     hole = np.asarray(c.face_is_hole[c.vertex_faces].any(axis=1))
     best, rows = mesh, _reversed_vertices(mesh, hole)

@@ -107,11 +107,7 @@ def is_at_rest(states: Sequence[State], edge: float) -> bool:
 
 
 class Release:
-    """The vertices released by a motion: the folded ones, and those without data that folds have spread to.
-
-    They get no curvature and no data, so that they unfold or contract, as a film spanned by the rest, until they find
-    data. Where nothing folds nothing changes.
-    """
+    """The vertices folded, or without data where folds spread: they unfold, or contract until they find data."""
 
     def __init__(self, count: int) -> None:
         self._rings, self._other = np.zeros(count, np.int8), np.zeros(count, np.int8)

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from scipy.spatial import cKDTree
 
+from simplexmesh.mesh.check import folded_vertices, tangled_vertices
 from simplexmesh.mesh.face_geometry import face_areas
 from simplexmesh.mesh.operators.editable_mesh import EditableMesh
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-from simplexmesh.mesh.tangles import folded_vertices, tangled_vertices
 from simplexmesh.motion.density.face_edits import divide_faces, divided_boundary, with_even_metric
 from simplexmesh.motion.density.redistribute import redistribute_round
 from simplexmesh.motion.density.refine import refine_round
@@ -176,17 +176,7 @@ def _is_wanted(run: Run) -> bool:
     """Return whether the vertices of this mesh are to be redistributed."""
     if run.options.placement != "closed":
         return run.options.placement == "adaptive"
-    thin = run.found is not None and run.data.layered and is_thin(run.start)
-    return not (thin or run.mesh.n_holes)
-
-
-def is_thin(mesh: SimplexMesh) -> bool:
-    """Return whether the mean thickness of a closed body, twice volume over area, is small in mean edges.
-
-    Examples
-    --------
-    >>> import simplexmesh as sm
-    >>> is_thin(sm.sphere(12)), is_thin(sm.ellipsoid((1.0, 1.0, 0.1), 12))
-    (False, True)
-    """
-    return bool(2 * mesh.volume < THIN * mesh.area * mean_edge(mesh))
+    if run.mesh.n_holes or run.found is None or not run.data.layered:
+        return not run.mesh.n_holes
+    body = run.start
+    return bool(2 * body.volume >= THIN * body.area * mean_edge(body))  # twice volume over area is the mean thickness

@@ -43,13 +43,7 @@ def as_input(
     components: str = "largest",
     poses: Any = None,
 ) -> Input:
-    """Return data of any kind as an input: own types, arrays, PyVista or trimesh objects, a path, or scans.
-
-    Raises
-    ------
-    ValueError, TypeError, OSError
-        For invalid data, or a level or label that does not fit it.
-    """
+    """Return data of any kind as an input: own types, arrays, PyVista or trimesh objects, a path, or scans."""
     if isinstance(data, Input):
         return data
     checks.choice("inside", inside, ("above", "below"))
@@ -180,10 +174,7 @@ def _are_faces(numbers: NDArray[Any], of: NDArray[Any], *, pair: bool) -> bool:
 
 
 def joined_scans(scans: Sequence[Any], poses: Any = None) -> PointCloud:
-    """Return several scans as one cloud in world coordinates, with normals if every scan has them.
-
-    `poses` is a file, a mapping from file names (or stems) to T_world_scan (4, 4), or one matrix per scan.
-    """
+    """Return scans as one cloud in the world; `poses` are a file, T_world_scan by file names, or one per scan."""
     clouds = []
     for place, scan in enumerate(scans):
         item = as_data(scan)

@@ -146,10 +146,7 @@ def drawn_points(data: Input) -> NDArray[np.float64]:
 
 
 def measure(run: Run) -> None:
-    """Measure the distances both ways, keep that of each vertex to the data on the mesh, and warn of a poor model.
-
-    For a vertex without data along its normal within reach it is the distance to the nearest point of the data.
-    """
+    """Measure the distances both ways, keep that of each vertex on the mesh, and warn of a poor model."""
     run.report(0.95, "measuring")
     mesh, reach, points = run.mesh, run.stages[-1].reach, drawn_points(run.data)
     gaps = run.target.gap(np.ascontiguousarray(mesh.vertices), np.ascontiguousarray(mesh.normals), reach)
@@ -219,10 +216,7 @@ def _share_of_area(mesh: SimplexMesh, chosen: NDArray[np.bool_]) -> float:
 
 
 def has_lid(target: Target, mesh: SimplexMesh, bare: float) -> bool:
-    """Return whether a model closes open data with lids, a share `bare` of its area; volumes end where their grid does.
-
-    Of closed bodies, sampled sparsely or with noise, no area at all is so far from the data.
-    """
+    """Return whether a model closes open data with lids, of so far from data a share `bare` of its area."""
     return not mesh.n_holes and bare >= LEAST_BARE and hasattr(type(target), "border")
 
 

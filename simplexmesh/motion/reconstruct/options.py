@@ -30,35 +30,20 @@ Choice = str | Sequence[Any] | Callable[[Any], bool]
 
 @dataclass(frozen=True)
 class Options:
-    """The parameters of `reconstruct`, checked; by default primitives change in every way, meshes given in none.
+    """The parameters of `reconstruct`, checked; by default primitives change in every way, meshes given in none."""
 
-    Attributes
-    ----------
-    init : str or SimplexMesh
-        A mesh that was named by path has been read.
-    holes, handles : str, function or list
-    components : {"auto", "largest", "all"}
-        "largest" for a start that is given.
-    refine : {"none", "auto", "coarse", "medium", "fine"}
-    closes : bool
-        Whether the model closes open data although nobody asked for it.
-    placement : {"even", "adaptive", "closed"}
-        "closed" redistributes vertices only without holes, among whose coarse faces the boundary strays, and in bodies
-        of a volume that are not thin.
-    """
-
-    init: Any
+    init: Any  # a mesh that was named by path has been read
     vertices: int
-    components: str
+    components: str  # "largest" for a start that is given
     tunnels: float | None
     iterations: int
     rigidity: int
     adaptation: float | None
-    placement: str | None
+    placement: str | None  # "closed": adaptive but for models with holes and thin bodies of a volume
     holes: Choice | None
     handles: Choice | None
     refine: str | None
-    closes: bool = field(default=False, init=False)
+    closes: bool = field(default=False, init=False)  # open data, although nobody asked for it
 
     def __post_init__(self) -> None:
         placement, adaptation, init = self.placement, self.adaptation, checked_init(self.init)
@@ -133,10 +118,7 @@ def _choice(name: str, given: Choice | None, default: str) -> Choice:
 
 
 def stages_from(start: SimplexMesh, data: Input, options: Options, *, cell: float | None) -> list[Stage]:
-    """Return three stages from an automatic start, found on a grid of cells of this size, and five from farther away.
-
-    Rigidity and reach decrease from the stiff stages over the fine one, where metric parameters adapt, to the last.
-    """
+    """Return ever lighter stages: three from a start found on a grid of this cell size, five from farther away."""
     radius = 0.5 * float(np.linalg.norm(np.ptp(data.points, axis=0)))
     edge, rigidity, iterations = mean_edge(start), options.rigidity, options.iterations
     last = max(2 * data.resolution, edge)

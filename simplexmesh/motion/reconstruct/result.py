@@ -224,10 +224,7 @@ class Reconstruction:
 
 
 def with_data_of(mesh: SimplexMesh, source: Any) -> SimplexMesh:
-    """Return a mesh with the unit and the arrays of points, triangles or a volume that it was fitted to.
-
-    Values come from the nearest points, or from the nearest place on the triangles; the mesh keeps its own arrays.
-    """
+    """Return a mesh with the unit of its data, and arrays from the nearest points or places; it keeps its own."""
     data = getattr(source, "data", {})
     if not data:
         return replace(mesh, unit=source.unit)

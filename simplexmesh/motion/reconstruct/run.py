@@ -34,44 +34,24 @@ OPEN = 0.05
 
 @dataclass
 class Run:
-    """A reconstruction in progress; the attributes beyond these are those of `Reconstruction`.
-
-    Attributes
-    ----------
-    data : Input
-        With normals turned outward where the start needs that.
-    mesh : SimplexMesh
-        The present mesh, always a complete state.
-    target : Target
-        The data that attracts it.
-    stages : list of Stage
-        The stiff ones, the fine one and the last.
-    surface : SimplexMesh or None
-        The automatic start of closed data, around which `mesh`, which encloses it, is wrapped.
-    zones : list of array of bool
-        The faces of holes that the user gave.
-    fallback : SimplexMesh or None
-        An untangled mesh of the same connectivity near the data, when one is known.
-    done : float
-        Share of the motion done, 0 to 1.
-    """
+    """A reconstruction in progress; the attributes without a comment are those of `Reconstruction`."""
 
     options: Options
-    data: Input
+    data: Input  # with normals turned outward where the start needs that
     report: Report
     start: SimplexMesh
-    mesh: SimplexMesh
+    mesh: SimplexMesh  # always a complete state
     target: Target
-    stages: list[Stage]
+    stages: list[Stage]  # the stiff ones, the fine one and the last
     found: StartReport | None = None
-    surface: SimplexMesh | None = None
-    zones: list[NDArray[np.bool_]] = field(default_factory=list)
-    fallback: SimplexMesh | None = None
+    surface: SimplexMesh | None = None  # the automatic start of closed data, around which `mesh` is wrapped
+    zones: list[NDArray[np.bool_]] = field(default_factory=list)  # faces of holes that the user gave
+    fallback: SimplexMesh | None = None  # untangled, of the same connectivity near the data, when one is known
     topology: TopologyRecord = field(default_factory=TopologyRecord)
     history: list[State] = field(default_factory=list)
     distance: Distance = UNMEASURED
     bare: float = float("nan")
-    done: float = 0.0
+    done: float = 0.0  # share of the motion, 0 to 1
     converged: bool = False
     interrupted: bool = False
     tangled: int | None = None

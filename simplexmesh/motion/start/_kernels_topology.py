@@ -11,10 +11,7 @@ from simplexmesh._base._kernels_njit import njit
 
 @njit(cache=True, error_model="numpy")
 def _count_components(inside, wanted, adjacency, mark, stack):
-    """Count the components of the `wanted` value in a 3x3x3 block that are adjacent to its center, up to two.
-
-    `adjacency[s]` lists the neighbors of cell s within the block, terminated by -1; row 13 is that of the center.
-    """
+    """Count the components of the `wanted` value, up to two, that are adjacent to the center of a 3x3x3 block."""
     mark[:] = False
     found = 0
     for first in range(26):

@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from simplexmesh._base.errors import TopologyError
+from simplexmesh.mesh.check import tangled_vertices
 from simplexmesh.mesh.duality import dual
 from simplexmesh.mesh.manifold import half_edge_mates
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-from simplexmesh.mesh.tangles import tangled_vertices
 from simplexmesh.mesh.triangles._kernels_half_edges import MIN_COSINE
 from simplexmesh.motion.start import _kernels_remesh
 from simplexmesh.motion.start.topology import box_around, box_slices, euler, pinched, thickened
@@ -104,10 +104,7 @@ def _marching_cubes(field: NDArray[np.float32]) -> tuple[Array, Indices]:
 
 
 def decimated(vertices: Array, faces: Indices, triangles: int) -> tuple[Array, Indices]:
-    """Return a closed triangulation decimated to `triangles` triangles or one fewer, by collapses of shortest edges.
-
-    Collapses that turn a triangle by more than 60 degrees come last, which keeps thin rods round.
-    """
+    """Return a closed triangulation decimated by collapses of shortest edges, those that turn triangles last."""
     if len(faces) <= triangles:
         return vertices, faces
     positions = np.array(vertices, dtype=float, order="C")

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from simplexmesh._base.vectors import dot, norm, normalized
+from simplexmesh.mesh.check import tangled_vertices
 from simplexmesh.mesh.face_geometry import face_centroids
 from simplexmesh.mesh.operators.face_sizing import resized_faces
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-from simplexmesh.mesh.tangles import tangled_vertices
 from simplexmesh.motion.model.deform import DeformableModel
 from simplexmesh.motion.model.forces import CONSTRAINTS, Frame
 from simplexmesh.motion.topology.face_regions import dilated, face_components
@@ -75,10 +75,7 @@ def contacts(
 
 @dataclass(frozen=True, eq=False)
 class Wrapped:
-    """A mesh wrapped around a surface, and the pairs of films that met, each joined or with a reason for refusal.
-
-    Where the mesh does not reach all of the surface with its genus and untangled, it is the surface itself, `replaced`.
-    """
+    """A wrapped mesh, or the surface itself, `replaced`, where that fails; and the pairs of films that met."""
 
     mesh: SimplexMesh
     proposals: tuple[HandleProposal, ...]
@@ -93,10 +90,7 @@ def wrapped(
     accept: Callable[[HandleProposal], Any] | None = None,
     watch: Callable[[SimplexMesh], None] | None = None,
 ) -> Wrapped:
-    """Return a closed mesh that encloses a closed surface wrapped around it, with about this number of vertices.
-
-    The mesh gains at most the handles of the surface. With `accept`, it is returned as it is even if it lacks some.
-    """
+    """Return a mesh wrapped around a surface that it encloses, with its handles; with `accept` some may lack."""
     wrapping = Wrapping(start, surface, vertices)
     ask = _Decisions(accept)
     proposals: list[HandleProposal] = []
@@ -228,10 +222,7 @@ class _Decisions:
 def _films_joined(
     wrapping: Wrapping, accept: Callable[[HandleProposal], Any]
 ) -> tuple[SimplexMesh, HandleProposal] | None:
-    """Return the mesh with a handle between the two films that meet the most, and its proposal; None without any.
-
-    A film is a connected set of faces off the surface; the two sides of a flap belong to one film.
-    """
+    """Return the mesh with a handle between the two films off the surface that meet the most, and its proposal."""
     mesh, c = wrapping.mesh, wrapping.mesh.connectivity
     share = np.add.reduceat(wrapping.free[c.face_vertices].astype(float), c.face_offsets[:-1]) / c.face_sizes
     films = face_components(c, share > 0.5)

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 import simplexmesh as sm
+from simplexmesh.mesh.check import tangled_vertices
 from simplexmesh.mesh.operators.editable_mesh import EditableMesh
-from simplexmesh.mesh.tangles import tangled_vertices
 from simplexmesh.motion.density import _kernels_refine
 from simplexmesh.motion.density.face_edits import (
     MOST_MERGED,

@@ -7,8 +7,8 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from simplexmesh import PointCloud, TopologyError, read_points, read_triangles
+from simplexmesh.mesh.check import tangled_vertices
 from simplexmesh.mesh.shapes import sphere
-from simplexmesh.mesh.tangles import tangled_vertices
 from simplexmesh.motion.start import solid_mesh
 from simplexmesh.motion.start.from_points import start_from_points
 from simplexmesh.numerics.plane_fits import planes, spacing_of

@@ -64,10 +64,7 @@ def _faces(heads, i, oriented, direction, least):
 
 @njit(**LEAN)
 def still_nearest(heads, patches, i, oriented, query):
-    """Return whether surfel `i` certainly is the nearest and faces the direction: a cheap sufficient test.
-
-    It holds if no other surfel of its patch is nearer, and all outside the patch are twice as far from it as the place.
-    """
+    """Return whether surfel `i` certainly is the nearest and faces the direction: a cheap sufficient test."""
     place, direction, reach = query
     away = minus(place, row(heads, i))
     squared = dot(away, away)
@@ -105,10 +102,7 @@ def _nearest_facing(heads, oriented, listed, v, query):
 
 @njit(**LEAN)
 def nearest_cached(points, heads, oriented, known, listed, v, query):
-    """Return the nearest surfel facing a direction within reach, `NONE` if none does, `STALE` if a search is due.
-
-    A `query` is a place, a direction and the reach.
-    """
+    """Return the nearest surfel facing a query's direction within reach, `NONE`, or `STALE` if a search is due."""
     place, direction, reach = query
     turn = direction[0] - known[v, 3], direction[1] - known[v, 4], direction[2] - known[v, 5]
     move = minus(place, row(known, v))
@@ -136,10 +130,7 @@ def _list(squared, listed, v, d, i):
 
 @njit(**LEAN)
 def _next_node(boxes, node, trail, place, limit):
-    """Return the next node within a squared distance after a node is done, -1 at the end, and the trail to it.
-
-    A trail has a bit for each level, set where the node beside has been visited or is farther than the limit.
-    """
+    """Return the next node near enough, -1 at the end, and the trail: a bit for each level, set where both are done."""
     while node > 0:
         if trail & 1:
             node, trail = (node - 1) >> 1, trail >> 1
@@ -153,10 +144,7 @@ def _next_node(boxes, node, trail, place, limit):
 
 @njit(**LEAN)
 def nearest_searched(surfels, cache, v, query):
-    """Return the nearest surfel as `nearest_cached` does, by a tree search, and refresh the cache.
-
-    The old list, or that of the previous vertex, gives an upper bound of the distance.
-    """
+    """Return the nearest surfel by a tree search, bounded by old lists, and refresh the cache."""
     points, heads, boxes, oriented = surfels.points, surfels.heads, surfels.boxes, surfels.oriented
     known, listed, squared = cache.known, cache.listed, cache.squared
     place, direction, reach = query
@@ -201,10 +189,7 @@ def move_to_front(listed, v, found):
 
 @njit(cache=True, error_model="numpy")
 def transfer_cache(vertices, normals, center, reach, surfels, old, new):
-    """Fill the cache `new` of the vertices of an edited mesh from the cache `old`, where it is still valid.
-
-    Edited meshes keep the order of the remaining vertices; new ones are at the end.
-    """
+    """Fill the cache of an edited mesh, which keeps the order of vertices, from the old one where still valid."""
     at = 0
     points, heads, oriented = surfels.points, surfels.heads, surfels.oriented
     for v in range(len(vertices)):
@@ -258,10 +243,7 @@ def _surface_gap(heads, neighbors, patches, i, place, direction):
 
 @partial(Both, pays_from=1500)  # a vertex costs 60 ns or more
 def surfel_gaps(vertices, normals, center, reach, search, surfels, cache, out):
-    """Fill the signed distance along each normal, NaN beyond `reach`; surfels are searched within `search`.
-
-    Surfels are relative to `center`.
-    """
+    """Fill the distances along normals, NaN beyond `reach`; surfels, relative to `center`, are sought in `search`."""
     points, heads, oriented = surfels.points, surfels.heads, surfels.oriented
     neighbors, patches, known, listed = surfels.neighbors, surfels.patches, cache.known, cache.listed
     for r in prange(len(vertices)):
