@@ -47,7 +47,7 @@ CIRCLES: set[frozenset[str]] = set()
 DOORS = {
     "numba": ["_kernels*.py"],
     "igl": ["/mesh/decimation/certified.py", "/motion/targets/triangles.py", "/surface/curvature/classic/principal.py"],
-    "skimage": ["/motion/start/polygonize.py"],
+    "skimage": ["/motion/start/solid_mesh.py"],
     "SimpleITK": ["/data/io/itk.py", "/data/io/writing.py"],
     "plyfile": ["/data/io/ply.py"],
     "pyvista": [

@@ -81,7 +81,7 @@ def loaded(path: Path) -> Any:
 
 def described(before: Any, result: Any) -> dict[str, Any]:
     """Return the report of a decimation: sizes, distances, and the defects of the mesh."""
-    from simplexmesh.motion.model.stages import mean_edge
+    from simplexmesh.motion.model.state import mean_edge
 
     mesh, (low, high) = result.mesh, before.bounds
     return {

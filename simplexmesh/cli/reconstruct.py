@@ -137,7 +137,7 @@ def _reported(result: Any, output: Path, seconds: float, *, interrupted: bool) -
 
 def described(result: Any) -> dict[str, Any]:
     """Return the report of a reconstruction: sizes, distances, topology, and the defects of the mesh."""
-    from simplexmesh.motion.model.stages import mean_edge
+    from simplexmesh.motion.model.state import mean_edge
 
     mesh = result.mesh
     return {

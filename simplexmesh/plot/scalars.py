@@ -12,7 +12,7 @@ from simplexmesh._base.arrays import Array
 from simplexmesh.data.points import PointCloud
 from simplexmesh.data.volume import Volume
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-from simplexmesh.motion.model.stages import mean_edge
+from simplexmesh.motion.model.state import mean_edge
 from simplexmesh.motion.reconstruct.conversion import as_input
 from simplexmesh.motion.reconstruct.deviation import deviation
 from simplexmesh.plot.polydata import as_drawable, points_of

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Indices32
 from simplexmesh._base.errors import counted, warn
+from simplexmesh.mesh.check import tangled_vertices
 from simplexmesh.mesh.decimation.coarsening import Coarsened, coarsened
 from simplexmesh.mesh.decimation.comparison import Original, sample_distances
 from simplexmesh.mesh.decimation.fitting import SurfaceSamples
@@ -16,7 +17,6 @@ from simplexmesh.mesh.operators.editable_mesh import EditableMesh
 from simplexmesh.mesh.operators.regularize import exceptional_faces
 from simplexmesh.mesh.operators.results import Edited
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-from simplexmesh.mesh.tangles import tangled_vertices
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -6,12 +6,12 @@ import numpy as np
 
 from simplexmesh._base.arrays import Array, Mask
 from simplexmesh._base.vectors import norm
+from simplexmesh.mesh.check import tangled_vertices
 from simplexmesh.mesh.decimation.coarsening import Coarsened, coarsened
 from simplexmesh.mesh.decimation.comparison import Comparison, Corrections, Original
 from simplexmesh.mesh.decimation.fitting import points_of, rows_of
 from simplexmesh.mesh.decimation.vertex_bound import minimum_vertices
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-from simplexmesh.mesh.tangles import tangled_vertices
 from simplexmesh.mesh.triangulation import fan
 
 MAX_DEVIATION, SHRINK = 0.35, 0.85

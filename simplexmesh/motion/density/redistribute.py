@@ -10,21 +10,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh._base import checks
+from simplexmesh.mesh.check import tangled_vertices
 from simplexmesh.mesh.decimation.vertex_bound import minimum_vertices
 from simplexmesh.mesh.operators.editable_mesh import EditableMesh
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-from simplexmesh.mesh.tangles import tangled_vertices
 from simplexmesh.motion.density.face_edits import (
     disjoint_groups,
     divide_faces,
     evened,
+    face_distance,
+    face_score,
     removable_edges,
     with_even_metric,
 )
-from simplexmesh.motion.density.face_score import face_distance, face_score
-from simplexmesh.motion.density.refine_options import as_target, default_reach
-from simplexmesh.motion.density.refined import Refined, Refinement, Round
-from simplexmesh.motion.model.state import Target
+from simplexmesh.motion.density.refinement import Refined, Refinement, Round, as_target, default_reach
+from simplexmesh.motion.targets.protocol import Target
 
 GROWTH = 1.25
 """Largest ratio of the numbers of vertices after and before a round."""
@@ -127,10 +127,7 @@ def _vertex_schedule(start: int, wanted: int, rounds: int) -> list[int]:
 def redistribute_round(
     mesh: SimplexMesh, target: Target, *, reach: float, vertices: int, tangled: NDArray[np.bool_] | None = None
 ) -> Refined:
-    """Do one round of edits without motion: merge low-scoring faces and divide high-scoring ones, to `vertices` in all.
-
-    The faces of tangled vertices (n,) are neither divided nor merged in exchange; the test takes half of the time.
-    """
+    """Merge low-scoring faces and divide high-scoring ones, none tangled, to `vertices` in all; without motion."""
     c = mesh.connectivity
     factors = face_score(mesh, face_distance(mesh, target, reach), reach)
     scores = factors.total
@@ -146,7 +143,7 @@ def redistribute_round(
     removed_darts = darts[lowest[: _merge_count(merged[lowest], scores[highest], change)]]
     removed = int(edit.remove_edges(removed_darts, in_order=True).done.sum())
     cut, _ = divide_faces(edit, mesh, highest, 2 * max(change + removed, 0), np.ones(scores.size, bool), fewest=5)
-    out, swaps = evened(edit.result())
+    out, swaps = evened(edit)
     done = Round(0, float(scores.max(initial=0.0)), cut, 0, out.mesh.n_vertices, removed, swaps)
     return Refined(with_even_metric(out), out.vertex_map, out.face_map, (done,))
 

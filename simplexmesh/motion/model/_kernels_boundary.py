@@ -66,11 +66,7 @@ def _transported_mean(k, outlines, bend, tangent, wanted):
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def boundary_goals(vertices, outlines, constraint, restored, out):
-    """Fill the goal (m, 3) of the internal force of each row: midway between its neighbors, at its constraint's height.
-
-    Its present curvature under `free`, zero curvature under `orientation`, the `restored` position under `shape`, and
-    curvature averaged along the hole under all others, so that circles are at rest.
-    """
+    """Fill the goal (m, 3) of the internal force of each row: between its neighbors, at its constraint's height."""
     rows, before, after = outlines
     bend, tangent, wanted = np.empty((len(rows), 3)), np.empty((len(rows), 3)), np.empty(3)
     _curvatures(vertices, outlines, bend, tangent)

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from simplexmesh._base import checks
 from simplexmesh._base.errors import DivergedError
 from simplexmesh._base.vectors import norm
+from simplexmesh.mesh.geometry import simplex_angle
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.model import _kernels_step
 from simplexmesh.motion.model._kernels_step import (
@@ -25,10 +26,8 @@ from simplexmesh.motion.model._kernels_step import (
     Step,
     Wanted,
 )
-from simplexmesh.motion.model.adapt import FLAT, adapted_metric, curvedness
-from simplexmesh.motion.model.averages import Averages
-from simplexmesh.motion.model.border_attraction import BorderAttraction
-from simplexmesh.motion.model.boundary import Boundary
+from simplexmesh.motion.model.averages import FLAT, Averages, adapted_metric, curvedness
+from simplexmesh.motion.model.boundary import BorderAttraction, Boundary
 from simplexmesh.motion.model.forces import CONSTRAINTS, Force, Frame, total_displacement
 from simplexmesh.motion.model.parameters import (
     MOST_RIGID,
@@ -39,9 +38,8 @@ from simplexmesh.motion.model.parameters import (
     references,
     whole_per_vertex,
 )
-from simplexmesh.motion.model.safeguards import Confines, Release, warn_of_end
-from simplexmesh.motion.model.state import State, Target, check_target
-from simplexmesh.motion.targets.protocol import checked_reach, read_only, target_gaps
+from simplexmesh.motion.model.state import Confines, Release, State, warn_of_end
+from simplexmesh.motion.targets.protocol import Target, check_target, checked_reach, read_only, target_gaps
 
 Array = NDArray[np.float64]
 
@@ -269,8 +267,7 @@ class DeformableModel:
             wanted = np.where(code == CURVATURE, self._prescribed, wanted)
         angle = self._reference_angle
         if counts[ANGLE]:
-            angle, frames = np.zeros(len(code)), self._frames
-            _kernels_step.angles(self._vertices, self._neighbors, frames.normals, frames.inverse_radius, angle)
+            angle = np.where(self._frames.inverse_radius > 0, simplex_angle(self._vertices, self._neighbors), 0.0)
             angle = np.where(code == ANGLE, self._averages.of(angle, self.rigidity, angles=True), self._reference_angle)
         code = np.where(released & (code != FREE) & (code != SHAPE), np.int8(ORIENTATION), code)
         extra = np.zeros_like(self._vertices) if extra is None else extra

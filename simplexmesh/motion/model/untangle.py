@@ -13,11 +13,11 @@ from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import spsolve
 
 from simplexmesh._base.errors import DivergedError, warn
+from simplexmesh.mesh.check import tangled_with
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-from simplexmesh.mesh.tangles import tangled_with
 from simplexmesh.mesh.triangles.self_intersection import self_intersections
 from simplexmesh.motion.model.deform import DeformableModel
-from simplexmesh.motion.model.state import Target
+from simplexmesh.motion.targets.protocol import Target
 from simplexmesh.motion.topology.face_regions import dilated
 
 Mask = NDArray[np.bool_]
@@ -28,11 +28,7 @@ PATIENCE = 3
 
 @dataclass(frozen=True, eq=False)
 class Tangles:
-    """A mesh and its tangled vertices: inverted, or on faces that are folded or intersect.
-
-    Intersections are searched for where vertices are not as in a mesh for which they are `known`: (n, 3) positions
-    and the pairs of faces there.
-    """
+    """A mesh and its tangled vertices; `known` are positions (n, 3) and the pairs of faces that intersect there."""
 
     mesh: SimplexMesh
     known: tuple[NDArray[np.float64], NDArray[np.int64]] | None = None
@@ -101,10 +97,7 @@ def untangled(
 
 
 def filmed(mesh: SimplexMesh, zone: Mask) -> SimplexMesh:
-    """Return the mesh with each vertex of a zone (n,), but those on holes, at the mean of its neighbors: a film.
-
-    A film must be held somewhere: components that are wholly in the zone stay as they are.
-    """
+    """Return the mesh with a zone (n,), but holes and whole components, at the means of its neighbors: a film."""
     c = mesh.connectivity
     free = zone.copy()
     free[c.face_vertices[np.repeat(c.face_is_hole, c.face_sizes)]] = False

@@ -15,10 +15,7 @@ Array = NDArray[np.float64]
 
 
 def outer_crossings(volume: Volume, level: float, *, largest: bool = False) -> Array:
-    """Return (m, 3) points where grid lines leave an object, above the level, for the background around it.
-
-    Outside the volume is background; cavities are not. With `largest`, only the largest component is the object.
-    """
+    """Return (m, 3) points where grid lines leave an object, above the level, or its largest part, to the outside."""
     first, part = _cropped(volume.values, level)
     values = np.full(np.add(part.shape, 2), -np.inf, dtype=np.float32)
     contrast = min(abs(level - bound) for bound in volume.range)

@@ -15,8 +15,7 @@ from simplexmesh.motion.start.report import Start, StartReport
 from simplexmesh.motion.start.solid_mesh import FEWEST, cell_size, solid_mesh
 from simplexmesh.motion.start.topology import pieces, without_cavities, without_tunnels
 from simplexmesh.numerics.plane_fits import planes, spacing_of
-from simplexmesh.orientation.indicator import Indicator, Poisson
-from simplexmesh.orientation.poisson import oriented_indicator
+from simplexmesh.orientation.poisson import Indicator, Poisson, oriented_indicator
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from simplexmesh._base import checks
 from simplexmesh._base.errors import TopologyError, warn
 from simplexmesh.data.box import box_around, box_slices
 from simplexmesh.data.volume import Volume
@@ -51,11 +50,7 @@ def start_from_volume(
     components: str = "largest",
     tunnels: float | None = None,
 ) -> Start:
-    """Return a closed mesh near the isosurface of a volume at `level`, its object above it, or near that of a label.
-
-    Tunnels narrower than given are sealed: by default 3 edges of the mesh or 13 voxels (3 for a label), if these are
-    more.
-    """
+    """Return a closed mesh near an isosurface, its object above it, or near a label; narrower `tunnels` are sealed."""
     native, first, left_out = _field(volume, level, label, components, 0.5 * FEWEST / vertices)
     body = without_cavities(native > 0)
     filled = np.count_nonzero(body) / np.count_nonzero(native > 0) - 1
@@ -87,10 +82,7 @@ def start_from_volume(
 def _missing(
     inside: NDArray[np.bool_], solid: NDArray[np.bool_], first: Array, factor: Array
 ) -> tuple[NDArray[np.bool_], int]:
-    """Return the samples of pieces of which nothing is left in a solid, too small or thin for a mesh, and their number.
-
-    The first cell of the solid is at the sample `first`, and cells are `factor` samples apart.
-    """
+    """Return the samples, and number, of pieces of which a solid, with cells of `factor` from `first`, has nothing."""
     near = ndimage.binary_dilation(np.pad(solid, 2))
     sides = zip(inside.shape, near.shape, first, factor, strict=True)
     at = [np.rint((np.arange(n) - low) / step).astype(int).clip(-2, m - 3) + 2 for n, m, low, step in sides]
@@ -113,10 +105,7 @@ def _cell(volume: Volume, solid: NDArray[np.bool_], area: float, vertices: int) 
 def _field(
     volume: Volume, level: float | None, label: int | None, components: str, smallest: float
 ) -> tuple[NDArray[np.float32], Array, int]:
-    """Return the samples around the solid, positive inside, the index of the first, and the components dropped.
-
-    Of all components, those are dropped that have less than the share `smallest` of the samples.
-    """
+    """Return the samples around the solid, positive inside, the index of the first, and the components dropped."""
     inside, middle, contrast = _inside(volume, level, label)
     low, high = _box(inside)
     part = inside[box_slices(low, high, volume.shape)]
@@ -140,19 +129,11 @@ def _box(inside: NDArray[np.bool_]) -> tuple[NDArray[np.int64], NDArray[np.int64
 
 
 def _inside(volume: Volume, level: float | None, label: int | None) -> tuple[NDArray[np.bool_], float, float]:
-    """Return the mask of the solid, the value at its surface, and the contrast at which values are clipped.
-
-    They are clipped symmetrically, so that smoothing does not shift the surface towards the brightest regions.
-    """
-    if level is not None and label is not None:
-        raise ValueError("one of level and label must be given, not both")
-    if label is not None:
-        return np.asarray(volume.mask(label).values) > 0, 0.5, 0.5
+    """Return the mask of the solid, the value at its surface, and the contrast to clip at, the same on both sides."""
     if level is None:
-        raise ValueError("one of level and label must be given, got none")
+        assert label is not None
+        return np.asarray(volume.mask(label).values) > 0, 0.5, 0.5
     low, high = volume.range
-    if not low < checks.number("level", level) < high:
-        raise ValueError(f"level must be between {low:g} and {high:g}, the range of the volume, not {level:g}")
     return volume.values > level, level, min(level - low, high - level)
 
 
@@ -173,10 +154,7 @@ def _finely_resampled(
 
 
 def _resampled(native: NDArray[Any], spacing: Array, cell: float, *, binary: bool) -> NDArray[np.float32] | None:
-    """Return the field smoothed and resampled to cubic cells, with the same first sample.
-
-    It is smoothed less where half of the volume would be lost; None if that is lost even so.
-    """
+    """Return the field on cubic cells, smoothed less where half of its volume would be lost; None if it is even so."""
     factor = cell / spacing
     shape = tuple(np.ceil((np.array(native.shape) - 1) / factor).astype(int) + 2)
     wanted = np.count_nonzero(native > 0) / float(np.prod(factor))

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-from simplexmesh.orientation.indicator import Indicator
+from simplexmesh.orientation.poisson import Indicator
 
 
 @dataclass(frozen=True)
@@ -55,10 +55,7 @@ class StartReport:
 
 @dataclass(frozen=True, eq=False)
 class Start:
-    """A closed initial mesh, normals outward, and its report.
-
-    For points also the indicator, positive inside; for a volume the samples of pieces left out, if there are any.
-    """
+    """A closed initial mesh and its report; of points the indicator, of a volume the samples left out."""
 
     mesh: SimplexMesh
     report: StartReport

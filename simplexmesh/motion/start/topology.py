@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from simplexmesh.data.box import box_around, box_slices
-from simplexmesh.motion.start import _kernels_reach, _kernels_thinning
+from simplexmesh.motion.start import _kernels_topology
 from simplexmesh.orientation import _kernels_grid
 
 Mask = NDArray[np.bool_]
@@ -84,17 +84,9 @@ def closed(solid: Mask, radius: float) -> Mask:
 
 
 def within(cells: Mask, radius: float) -> Mask:
-    """Return the cells within a distance `radius`, in cells, of true ones: a thirtieth of a distance transform's work.
-
-    Examples
-    --------
-    >>> cells = np.zeros((1, 1, 7), bool)
-    >>> cells[0, 0, 3] = True
-    >>> within(cells, 2.5).astype(int)
-    array([[[0, 1, 1, 1, 1, 1, 0]]])
-    """
+    """Return the cells within a distance `radius`, in cells, of true ones: far faster than a distance transform."""
     out = np.zeros(cells.shape, bool)
-    _kernels_reach.within(cells, int(radius * radius + 1e-9), out)
+    _kernels_topology.within(cells, int(radius * radius + 1e-9), out)
     return out
 
 
@@ -118,10 +110,7 @@ def _components_containing(grown: Mask, solid: Mask) -> Mask:
 
 
 def thickened(solid: Mask, places: NDArray[np.int64], rings: int) -> Mask:
-    """Return a solid without cavities dilated by one layer of cells within `rings` cells of given places (n, 3).
-
-    Pinholes and narrow clefts close, wider hollows stay open.
-    """
+    """Return a solid grown by a layer near places (n, 3): pinholes and clefts close, wider hollows stay open."""
     near = np.zeros(solid.shape, bool)
     near[tuple(np.clip(places, 0, np.array(solid.shape) - 1).T)] = True
     out = solid | (_layered(near, rings) & _layered(solid))
@@ -185,6 +174,8 @@ def _block_adjacency(*, corners: bool) -> NDArray[np.int64]:
 
 
 _ADJACENCY6 = _block_adjacency(corners=False)
+
+
 _ADJACENCY26 = _block_adjacency(corners=True)
 
 
@@ -197,7 +188,7 @@ def thinned(solid: Mask, keep: Mask, rounds: int = 100) -> Mask:
     cells = np.argwhere(spare)
     cells = cells[np.argsort(depth[tuple(cells.T)], kind="stable")]
     out = solid.copy()
-    _kernels_thinning.thin(out, keep, cells, _ADJACENCY6, _ADJACENCY26, rounds)
+    _kernels_topology.thin(out, keep, cells, _ADJACENCY6, _ADJACENCY26, rounds)
     return out
 
 

@@ -51,10 +51,7 @@ def with_holes_beside(connectivity: Connectivity, zone: Mask) -> Mask:
 
 
 def cuttable(connectivity: Connectivity, zone: Mask) -> Mask | None:
-    """Return a similar zone whose outlines can all be cut along (T3), or None when there is none.
-
-    Faces are added where the outside of the zone is one face wide, and removed where the zone is.
-    """
+    """Return the zone, faces added or removed where it is narrow, such that its outlines can be cut along; or None."""
     fixed = _adjusted(connectivity, zone, may_shrink=True)
     if fixed is None and np.count_nonzero(zone & ~connectivity.face_is_hole) >= 3:
         fixed = _adjusted(connectivity, zone, may_shrink=False)
@@ -92,10 +89,7 @@ def _around(connectivity: Connectivity, zone: Mask) -> Mask:
 
 
 def _narrow(connectivity: Connectivity, zone: Mask) -> tuple[Mask, Mask]:
-    """Return the faces inside and outside the zone where an outline cannot be cut along.
-
-    These are faces that an outline visits twice, and all faces on a side where it has fewer than three.
-    """
+    """Return the faces inside and outside that an outline visits twice, or that are fewer than three along it."""
     twin, face = connectivity.twin.reshape(-1), connectivity.face.reshape(-1)
     border = np.flatnonzero(zone[face] & ~zone[face[twin]])
     ends = twin[border] // 3

@@ -16,8 +16,7 @@ from simplexmesh._base.vectors import cross, dot, norm, normalized
 from simplexmesh.mesh.operators.editable_mesh import EditableMesh
 from simplexmesh.mesh.operators.results import Edited
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-from simplexmesh.motion.model.state import Target, check_target
-from simplexmesh.motion.targets.protocol import target_gaps
+from simplexmesh.motion.targets.protocol import Target, check_target, target_gaps
 from simplexmesh.motion.topology.holes import refusal
 
 Array = NDArray[np.float64]

@@ -17,9 +17,8 @@ from simplexmesh.mesh.operators.cut_join import parts, together
 from simplexmesh.mesh.operators.editable_mesh import EditableMesh
 from simplexmesh.mesh.operators.results import Edited
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-from simplexmesh.motion.model.stages import mean_edge
-from simplexmesh.motion.model.state import Target, check_target
-from simplexmesh.motion.targets.protocol import target_gaps
+from simplexmesh.motion.model.state import mean_edge
+from simplexmesh.motion.targets.protocol import Target, check_target, target_gaps
 from simplexmesh.motion.topology.face_regions import cuttable, face_components, with_holes_beside, without_islands
 
 Array = NDArray[np.float64]

@@ -30,7 +30,7 @@ a few occur, as in the corners of a rectangle fitted to a disc."""
 
 def fit_flat_domain(data: Input, topology: str, frequency: int) -> SimplexMesh:
     """Return the regular mesh of a topology and frequency fitted to data."""
-    if topology == "plane" or data.surface is not None:
+    if topology == "plane" or isinstance(data.source, TriangleMesh):
         data = data.turned_outward()  # so that the side taken does not depend on the pose
     surface = _surface(data, topology)
     patch = flat_domain(topology, frequency)
@@ -40,7 +40,7 @@ def fit_flat_domain(data: Input, topology: str, frequency: int) -> SimplexMesh:
 
 def _surface(data: Input, topology: str) -> TriangleMesh:
     """Return the data as a triangulated surface of a topology."""
-    surface = _reconstructed(data, topology) if data.surface is None else data.surface
+    surface = data.source if isinstance(data.source, TriangleMesh) else _reconstructed(data, topology)
     found, (genus, borders) = surface.topology, INVARIANTS[topology]
     if (found.n_components, found.genus, found.n_borders) != (1, genus, borders):
         raise ValueError(

@@ -13,7 +13,7 @@ from simplexmesh._base.arrays import Array
 from simplexmesh._base.progress import Report, reporting
 from simplexmesh.data.points import PointCloud
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-from simplexmesh.motion.model.stages import mean_edge
+from simplexmesh.motion.model.state import mean_edge
 from simplexmesh.motion.reconstruct.conversion import as_input
 from simplexmesh.numerics.rigid import relative_extents
 from simplexmesh.recognition.sai.attribute_image import SAI

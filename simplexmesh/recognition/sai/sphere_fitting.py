@@ -12,12 +12,12 @@ from simplexmesh.data.points import PointCloud
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.model.deform import DeformableModel
 from simplexmesh.motion.model.forces import CONSTRAINTS
-from simplexmesh.motion.model.stages import mean_edge
-from simplexmesh.motion.model.state import Target
+from simplexmesh.motion.model.state import mean_edge
 from simplexmesh.motion.reconstruct.open_data import are_inward
 from simplexmesh.motion.start.primitives import primitive_around, principal_frame
 from simplexmesh.motion.targets.borders import border_of_points
 from simplexmesh.motion.targets.points import Points
+from simplexmesh.motion.targets.protocol import Target
 from simplexmesh.numerics.plane_fits import planes
 from simplexmesh.orientation.poisson import oriented_indicator
 from simplexmesh.recognition.sai.sphere_domain import mobius_centering, mobius_map, sphere_domain

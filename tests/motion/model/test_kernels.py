@@ -99,18 +99,6 @@ def test_curvature_is_one_over_the_radius_on_a_sphere():
     assert_allclose(frames(ball.vertices, ball.neighbors)[2], 1 / 7, rtol=1e-12)
 
 
-@given(seed=SEEDS, degenerate=st.booleans())
-@settings(max_examples=20, deadline=None)
-def test_angles_are_simplex_angles_over_the_whole_range(seed, degenerate):
-    vertices, neighbors = rough(seed, noise=0.5, degenerate=degenerate)
-    normals, inverse_radius, _ = frames(vertices, neighbors)
-    out = np.zeros(len(vertices))
-    _kernels_step.angles.serial(vertices, neighbors, normals, inverse_radius, out)
-    turn = (out - reference.simplex_angle(vertices, neighbors) + np.pi) % (2 * np.pi) - np.pi
-    assert_allclose(turn[apart(vertices, neighbors)], 0, atol=1e-6)
-    assert np.abs(out).max() > np.pi / 2
-
-
 @given(seed=SEEDS)
 @settings(max_examples=20, deadline=None)
 def test_averages_are_the_means_over_the_one_ring(seed):
@@ -124,16 +112,6 @@ def test_averages_are_the_means_over_the_one_ring(seed):
     _kernels_averages.angle_averages.serial(angles, neighbors, inverse_radius, out)
     radii = 1 / np.where(inverse_radius > 0, inverse_radius, np.nan)
     assert_allclose(out, reference.one_ring_mean_angle(angles, neighbors, radii), atol=1e-9)
-
-
-def test_moments_and_quotients_are_products_and_ratios():
-    rng = np.random.default_rng(0)
-    curvature, area, out = rng.normal(size=50), rng.random(50) * (rng.random(50) > 0.2), np.zeros(50)
-    for which in ("serial", "parallel"):
-        getattr(_kernels_averages.moments, which)(curvature, area, out)
-        assert_allclose(out, curvature * area, rtol=1e-15)
-        getattr(_kernels_averages.quotients, which)(out.copy(), area, out)
-        assert_allclose(out, np.where(area > 0, curvature, 0.0), rtol=1e-12)
 
 
 @pytest.mark.parametrize("name", reference.NAMES)
@@ -183,11 +161,10 @@ def test_serial_and_parallel_agree():
         for a, b in zip(one, all_, strict=True):
             assert_allclose(a, b, rtol=1e-12, atol=1e-13)
     values = np.random.default_rng(0).normal(size=len(vertices))
-    normals, inverse_radius, _ = frames(vertices, neighbors)
+    inverse_radius = frames(vertices, neighbors)[1]
     for kernel, rest in (
         (_kernels_averages.averages, (values, neighbors)),
         (_kernels_averages.angle_averages, (values, neighbors, inverse_radius)),
-        (_kernels_step.angles, (vertices, neighbors, normals, inverse_radius)),
     ):
         one, many = np.zeros(len(vertices)), np.zeros(len(vertices))
         kernel.serial(*rest, one)

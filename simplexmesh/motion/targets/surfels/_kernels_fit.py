@@ -117,10 +117,7 @@ def _height(x, a, b):
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _normal_equations(local, n, bend, cutoff, m, rhs):
-    """Fill the normal equations of a quadric, (6, 6) and (6,), with Tukey weights about that of coefficients `bend`.
-
-    Return how far the weighted center is from the place, in radii.
-    """
+    """Fill the normal equations of a quadric, with Tukey weights about `bend`; return how far off their center is."""
     m0 = m1 = m2 = m3 = m4 = m5 = m6 = m7 = m8 = m9 = m10 = m11 = m12 = m13 = m14 = 0.0
     r0 = r1 = r2 = r3 = r4 = r5 = 0.0
     for i in range(n):
@@ -146,10 +143,7 @@ def _normal_equations(local, n, bend, cutoff, m, rhs):
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _residuals(local, n, bend, cutoff, x, first):
-    """Return the weighted mean squared residual, the number of inliers, and the height's variance per unit variance.
-
-    `x` is the solution, `first` the first column of the inverse.
-    """
+    """Return the weighted mean squared residual, the number of inliers, and the height's variance per unit variance."""
     squares = weights = gain = used = 0.0
     for i in range(n):
         a, b, c = local.s[i], local.t[i], local.h[i]
@@ -165,10 +159,7 @@ def _residuals(local, n, bend, cutoff, x, first):
 
 @njit(cache=True, error_model="numpy")
 def _solve_quadric(m, rhs, first, used):
-    """Solve the normal equations, for a plane if a quadric is underdetermined; return the number of unknowns.
-
-    `rhs` becomes the solution, `first` column 0 of the inverse.
-    """
+    """Solve for `rhs` and column 0 of the inverse, of a plane if a quadric is underdetermined; return the unknowns."""
     for unknowns, least in ((6, 9), (3, 3)):
         factor, x = m.copy(), rhs.copy()
         determined = used >= least and solve(factor, x, unknowns)
