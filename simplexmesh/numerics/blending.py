@@ -10,10 +10,8 @@ from numpy.typing import NDArray
 from simplexmesh._base.arrays import Array
 from simplexmesh._base.named_arrays import Data, is_color
 
-Indices = NDArray[Any]
 
-
-def blended(data: Data, rows: Indices, weights: Array) -> dict[str, NDArray[Any]]:
+def blended(data: Data, rows: NDArray[Any], weights: Array) -> dict[str, NDArray[Any]]:
     """Return weighted means of the (n, k) `rows` of named arrays, of their types; whole numbers by majority."""
     return {name: _blend(values)(values[rows], weights) for name, values in data.items()}
 

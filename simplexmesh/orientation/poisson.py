@@ -17,11 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft, ndimage
 
+from simplexmesh._base.arrays import Array, Mask
 from simplexmesh._base.vectors import dot
 from simplexmesh.numerics.plane_fits import Planes
 from simplexmesh.orientation import _kernels_grid
-
-Array = NDArray[np.float64]
 
 WALL_RADIUS = 1.6
 """In cells: the finest grid that does not leak then has the right genus; thinner walls leak, thicker fill handles."""
@@ -62,8 +61,8 @@ class Flood:
     """The result of a flood fill."""
 
     grid: Grid
-    outside: NDArray[np.bool_]  # (nx, ny, nz) samples reached from the border
-    wall: NDArray[np.bool_]  # (nx, ny, nz) samples within `WALL_RADIUS` cells of a point
+    outside: Mask  # (nx, ny, nz) samples reached from the border
+    wall: Mask  # (nx, ny, nz) samples within `WALL_RADIUS` cells of a point
 
     @property
     def enclosed(self) -> float:

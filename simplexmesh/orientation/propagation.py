@@ -10,14 +10,11 @@ rim of a thin plate parallel normals are inconsistent.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import minimum_spanning_tree
 
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh.orientation import _kernels_consistency as kernels
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 SOFTENING = 0.1
 """Softening in median squared distances of neighbors: less fails with noise, more in thin parts."""

@@ -10,9 +10,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Indices, Indices32, Mask
 from simplexmesh._base.vectors import norm
 from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.mesh.face_geometry import face_centroids, face_normals
@@ -23,10 +23,7 @@ from simplexmesh.motion.density import _kernels_refine
 from simplexmesh.motion.model.averages import curvedness
 from simplexmesh.motion.targets.protocol import Target, target_gaps
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
-Mask = NDArray[np.bool_]
-Maps = tuple[NDArray[np.int32], NDArray[np.int32]]
+Maps = tuple[Indices32, Indices32]
 
 MOST_MERGED = 9
 """Maximum number of vertices of a merged face."""
@@ -117,7 +114,7 @@ def _divide_by_cuts(edit: EditableMesh, mesh: SimplexMesh, faces: Indices, most:
     return done
 
 
-def removable_edges(connectivity: Connectivity, score: FaceScore) -> tuple[Indices, NDArray[np.int32], Array]:
+def removable_edges(connectivity: Connectivity, score: FaceScore) -> tuple[Indices, Indices32, Array]:
     """Return a dart of each edge that T1 may remove, the faces (m, 4) on its sides and at its ends, and the new score.
 
     None is near a hole or leaves a triangle or a face of more than nine vertices. Merging adds areas, curvatures and
@@ -137,7 +134,7 @@ def removable_edges(connectivity: Connectivity, score: FaceScore) -> tuple[Indic
     return darts, around, merged
 
 
-def _edges(connectivity: Connectivity) -> tuple[Indices, NDArray[np.int32]]:
+def _edges(connectivity: Connectivity) -> tuple[Indices, Indices32]:
     """Return one dart (e,) of each edge, and the faces (e, 4) on its sides and at its ends."""
     twin, face = connectivity.twin.reshape(-1), connectivity.face.reshape(-1)
     darts = np.flatnonzero(np.arange(twin.size) < twin)
@@ -176,7 +173,7 @@ def with_even_faces(step: Edited, zone: Mask) -> Edited:
     return step
 
 
-def disjoint_groups(groups: NDArray[np.int32], count: int, most: int, free: Mask | None = None) -> Indices:
+def disjoint_groups(groups: Indices32, count: int, most: int, free: Mask | None = None) -> Indices:
     """Return the indices of groups of faces chosen greedily, in order, so that no two share a face."""
     out = np.zeros(min(most, len(groups)), np.int64)
     free = np.ones(count, bool) if free is None else free.copy()

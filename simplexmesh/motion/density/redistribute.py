@@ -7,9 +7,9 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Mask
 from simplexmesh.mesh.check import tangled_vertices
 from simplexmesh.mesh.decimation.vertex_bound import minimum_vertices
 from simplexmesh.mesh.operators.editable_mesh import EditableMesh
@@ -125,7 +125,7 @@ def _vertex_schedule(start: int, wanted: int, rounds: int) -> list[int]:
 
 
 def redistribute_round(
-    mesh: SimplexMesh, target: Target, *, reach: float, vertices: int, tangled: NDArray[np.bool_] | None = None
+    mesh: SimplexMesh, target: Target, *, reach: float, vertices: int, tangled: Mask | None = None
 ) -> Refined:
     """Merge low-scoring faces and divide high-scoring ones, none tangled, to `vertices` in all; without motion."""
     c = mesh.connectivity
@@ -148,7 +148,7 @@ def redistribute_round(
     return Refined(with_even_metric(out), out.vertex_map, out.face_map, (done,))
 
 
-def _merge_count(merged: NDArray[np.float64], highest: NDArray[np.float64], change: int) -> int:
+def _merge_count(merged: Array, highest: Array, change: int) -> int:
     """Return the number of pairs to merge: those that must go, and those worth exchanging for a division."""
     must, more = min(max(-change, 0), len(merged)), max(change, 0)
     count = min(len(merged) - must, max(len(highest) - more, 0))

@@ -6,9 +6,10 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Mask
 from simplexmesh.mesh.check import tangled_vertices
 from simplexmesh.mesh.operators.editable_mesh import EditableMesh
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
@@ -24,9 +25,6 @@ from simplexmesh.motion.density.refinement import (
     zone_of,
 )
 from simplexmesh.motion.targets.protocol import Target
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 
 def refine(

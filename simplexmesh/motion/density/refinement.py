@@ -8,9 +8,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Mask
 from simplexmesh._base.errors import counted, warn
 from simplexmesh.mesh.operators.results import Edited
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
@@ -21,8 +22,6 @@ from simplexmesh.motion.model.untangle import Tangles, filmed, untangled
 from simplexmesh.motion.reconstruct.conversion import as_input
 from simplexmesh.motion.targets.protocol import Target, checked_reach
 from simplexmesh.motion.topology.face_regions import dilated
-
-Mask = NDArray[np.bool_]
 
 THRESHOLDS = {"coarse": 2e-4, "medium": 2.5e-5, "fine": 3e-6}
 """Score thresholds by name. On a smooth surface the score of a face falls with the cube of the number of faces, so each

@@ -7,12 +7,10 @@ drain minimal saddles of vertices until the mesh spans them; curvedness does not
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array, Indices, Indices32
 from simplexmesh.motion.model import _kernels_averages
 from simplexmesh.motion.model._kernels_step import Frames
-
-Array = NDArray[np.float64]
 
 LOWEST, HIGHEST = 0.05, 0.833
 """Bounds of the metric parameters (thesis, section 5.5.1), which keep vertices off their neighbors."""
@@ -24,11 +22,11 @@ FLAT = 0.005
 class Averages:
     """Averages of values at the vertices of given frames and neighbors, in buffers that the next one overwrites."""
 
-    def __init__(self, frames: Frames, neighbors: NDArray[np.int32]) -> None:
+    def __init__(self, frames: Frames, neighbors: Indices32) -> None:
         self._frames, self._neighbors = frames, neighbors
         self._moment, self._scratch = np.zeros(len(neighbors)), np.zeros((2, len(neighbors)))
 
-    def of(self, values: Array, passes: NDArray[np.int64], *, angles: bool = False) -> Array:
+    def of(self, values: Array, passes: Indices, *, angles: bool = False) -> Array:
         """Return `values` (n,) after `passes` (n,) averages over the one-ring, a number for each vertex."""
         most = int(passes.max(initial=0))
         uniform = int(passes.min()) == most
@@ -46,7 +44,7 @@ class Averages:
                 np.copyto(out, into, where=passes == k)
         return out
 
-    def mean_curvature(self, rigidity: NDArray[np.int64]) -> Array:
+    def mean_curvature(self, rigidity: Indices) -> Array:
         """Return the mean of H over Q^s, weighted by area: else tiny triangles of high curvature inflate large ones."""
         moment = np.multiply(self._frames.curvature, self._frames.area, out=self._moment)
         np.copyto(moment, self.of(moment, rigidity))
@@ -54,7 +52,7 @@ class Averages:
         return np.divide(moment, area, out=moment, where=area > 0.0)
 
 
-def curvedness(vertices: Array, normals: Array, neighbors: NDArray[np.int32], *, shortest: float = 0.0) -> Array:
+def curvedness(vertices: Array, normals: Array, neighbors: Indices32, *, shortest: float = 0.0) -> Array:
     """Return (n,) the rms change of normal per edge length, at least `shortest`, over the three neighbors.
 
     It tends to sqrt((k1^2 + k2^2) / 2) under refinement: 1 / R on a sphere.
@@ -65,7 +63,7 @@ def curvedness(vertices: Array, normals: Array, neighbors: NDArray[np.int32], *,
 
 
 def adapted_metric(
-    metric: Array, curvature: Array, neighbors: NDArray[np.int32], *, strength: float, least: float = 1e-300
+    metric: Array, curvature: Array, neighbors: Indices32, *, strength: float, least: float = 1e-300
 ) -> Array:
     """Return metric parameters (n, 3) moved half way to ``1/3 + strength (C_j - mean_k C_k) / C``, C the curvature.
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from simplexmesh._base.arrays import Array, Indices32, Mask
 from simplexmesh._base.vectors import dot, norm, normalized
 from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.mesh.face_geometry import fan_vectors
@@ -15,8 +16,6 @@ from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.model import _kernels_boundary
 from simplexmesh.motion.model._kernels_boundary import Outlines
 from simplexmesh.motion.model._kernels_step import SHAPE, Forces, Moving, Step
-
-Array = NDArray[np.float64]
 
 MIN_WIDTH = 3.0
 """In mean edges of the mesh: narrower holes of the data are below its resolution and attract nothing."""
@@ -111,7 +110,7 @@ class BoundaryShape:
     ACM Transactions on Graphics 24 (3), 2005).
     """
 
-    def __init__(self, rows: NDArray[np.int32], vertices: Array, neighbors: NDArray[np.int32]) -> None:
+    def __init__(self, rows: Indices32, vertices: Array, neighbors: Indices32) -> None:
         near = neighbors[rows]
         self._neighborhoods = np.concatenate([rows[:, None], near, neighbors[near].reshape(-1, 9)], axis=1)
         weights = np.ones(self._neighborhoods.shape)
@@ -159,7 +158,7 @@ def unfolded_boundary(mesh: SimplexMesh) -> SimplexMesh:
     return best
 
 
-def _reversed_vertices(mesh: SimplexMesh, hole: NDArray[np.bool_]) -> NDArray[np.intp]:
+def _reversed_vertices(mesh: SimplexMesh, hole: Mask) -> NDArray[np.intp]:
     """Return the vertices on holes whose normals are opposed to those of their faces."""
     c = mesh.connectivity
     vectors = np.add.reduceat(fan_vectors(mesh.vertices, c.face_vertices, c.face_offsets), c.face_offsets[:-1], axis=0)

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.errors import DivergedError
 from simplexmesh._base.vectors import norm
 from simplexmesh.mesh.geometry import simplex_angle
@@ -40,8 +41,6 @@ from simplexmesh.motion.model.parameters import (
 )
 from simplexmesh.motion.model.state import Confines, Release, State, warn_of_end
 from simplexmesh.motion.targets.protocol import Target, check_target, checked_reach, read_only, target_gaps
-
-Array = NDArray[np.float64]
 
 MAX_STEP = 10.0
 """In diagonals of the first mesh: a vertex that moves farther in one iteration has diverged."""

@@ -11,15 +11,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array, Indices32, Mask
 from simplexmesh._base.errors import counted, warn
 from simplexmesh._base.vectors import norm
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.model import _kernels_averages
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 STILL, LEVEL = 0.01, 0.02
 """Of the mean edge, the longest step, and of the mean energy, its change, of a motion at rest. A tenth and a quarter of
@@ -66,7 +63,7 @@ class State:
     released: float = 0.0
 
     @classmethod
-    def of(cls, iteration: int, energy: Array, gaps: Array, move: float, released: NDArray[np.bool_]) -> State:
+    def of(cls, iteration: int, energy: Array, gaps: Array, move: float, released: Mask) -> State:
         """Return the state of a mesh from the (n,) energies and gaps of its vertices, and which are released."""
         seen = np.isfinite(gaps)
         reached = float(seen.mean())
@@ -117,7 +114,7 @@ class Release:
         """(n,) bool: the vertices released now."""
         return self._rings > 0
 
-    def update(self, normals: Array, neighbors: NDArray[np.int32], gaps: Array) -> Mask:
+    def update(self, normals: Array, neighbors: Indices32, gaps: Array) -> Mask:
         """Return (n,) the vertices released now, given their gaps (n,)."""
         _kernels_averages.released(normals, neighbors, gaps, RINGS, self._rings, self._other)
         self._rings, self._other = self._other, self._rings
@@ -127,7 +124,7 @@ class Release:
 class Confines:
     """The box around the start of a motion and the `bounds` (2, 3) of its target, if it has such."""
 
-    def __init__(self, start: Array, neighbors: NDArray[np.int32], target: Any) -> None:
+    def __init__(self, start: Array, neighbors: Indices32, target: Any) -> None:
         self.target, self._box = target, None
         bounds: Any = getattr(target, "bounds", None)
         if np.shape(bounds) == (2, 3):

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import spsolve
 
+from simplexmesh._base.arrays import Array, Indices, Indices32, Mask
 from simplexmesh._base.errors import DivergedError, warn
 from simplexmesh.mesh.check import tangled_with
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
@@ -19,8 +19,6 @@ from simplexmesh.mesh.triangles.self_intersection import self_intersections
 from simplexmesh.motion.model.deform import DeformableModel
 from simplexmesh.motion.targets.protocol import Target
 from simplexmesh.motion.topology.face_regions import dilated
-
-Mask = NDArray[np.bool_]
 
 PATIENCE = 3
 """Attempts at smoothing before remaining tangles are moved back towards the start, if there is one."""
@@ -31,10 +29,10 @@ class Tangles:
     """A mesh and its tangled vertices; `known` are positions (n, 3) and the pairs of faces that intersect there."""
 
     mesh: SimplexMesh
-    known: tuple[NDArray[np.float64], NDArray[np.int64]] | None = None
+    known: tuple[Array, Indices] | None = None
 
     @cached_property
-    def pairs(self) -> NDArray[np.int64]:
+    def pairs(self) -> Indices:
         """(m, 2) pairs of faces that intersect; a face whose own triangles do is paired with itself."""
         vertices, c = self.mesh.vertices, self.mesh.connectivity
         if self.known is None:
@@ -67,7 +65,7 @@ class Tangles:
         mixed = self.mesh.moved(np.where(free[:, None], moved.vertices, self.mesh.vertices))
         return Tangles(mixed, (self.mesh.vertices, self.pairs))
 
-    def regions(self, other: Tangles, marked: Mask) -> NDArray[np.int32]:
+    def regions(self, other: Tangles, marked: Mask) -> Indices32:
         """Return (n,) labels of regions: marked vertices connected by edges or by an intersection in either mesh."""
         c = self.mesh.connectivity
         edges = c.edge_vertices[marked[c.edge_vertices].all(axis=1)]

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.errors import warn
 from simplexmesh._base.vectors import norm
 from simplexmesh.data.conversion import as_data, as_triangles
@@ -24,8 +25,6 @@ from simplexmesh.data.volume import Volume
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.reconstruct.inputs import Input, PointsInput, TrianglesInput, VolumeInput
 from simplexmesh.motion.targets.isosurface import Isosurface
-
-Array = NDArray[np.float64]
 
 LEAST_AGREEMENT = 0.75
 """Share of neighboring normals within 90 degrees: with fewer, normals do not tell inside from outside."""

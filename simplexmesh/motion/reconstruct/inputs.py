@@ -8,8 +8,8 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.errors import TopologyError, counted, warn
 from simplexmesh.data.points import PointCloud
 from simplexmesh.data.triangles import TriangleMesh
@@ -24,8 +24,6 @@ from simplexmesh.motion.targets.labels import LabelSurface
 from simplexmesh.motion.targets.points import Points
 from simplexmesh.motion.targets.protocol import Target
 from simplexmesh.motion.targets.triangles import Triangles
-
-Array = NDArray[np.float64]
 
 MOST_LEFT_OUT = 0.1
 """Fraction of the surface on omitted components above which a warning is given."""

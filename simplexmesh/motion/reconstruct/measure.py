@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.errors import counted, warn
 from simplexmesh.mesh.face_geometry import face_centroids
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
@@ -25,9 +25,6 @@ from simplexmesh.motion.targets.protocol import Target
 from simplexmesh.motion.targets.triangles import Triangles, inside_surface, surface_distance
 from simplexmesh.motion.topology.face_regions import dilated
 from simplexmesh.motion.topology.handles import HandleProposal
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 MOST_POINTS = 200_000
 """Of the data, drawn at random, for distances to the mesh."""
@@ -77,7 +74,7 @@ class Strays:
             out[out] = away[out] > self._tree.query(self.places(places[out]))[0] + limit
         return np.asarray(out[: mesh.n_vertices] | out[mesh.n_vertices :][c.vertex_faces].any(axis=1))
 
-    def lost(self, mesh: SimplexMesh, zone: Mask) -> NDArray[np.int64]:
+    def lost(self, mesh: SimplexMesh, zone: Mask) -> Indices:
         """Return the vertices nearest to the points in a zone (n,) that the mesh strayed from, one for each point."""
         nearest = cKDTree(mesh.vertices).query(self.points, workers=-1)[1]
         here = zone[nearest]
@@ -137,7 +134,7 @@ def _improved(tangles: Tangles, moved: SimplexMesh, strays: Strays) -> Tangles:
     return mixed if mixed.count <= tangles.count else tangles
 
 
-def drawn_points(data: Input) -> NDArray[np.float64]:
+def drawn_points(data: Input) -> Array:
     """Return the points of the data, drawn at random if they are very many."""
     points = data.points
     if len(points) <= MOST_POINTS:
@@ -208,7 +205,7 @@ def genus_message(surface: SimplexMesh, mesh: SimplexMesh, proposals: Sequence[H
     return f"the data has genus {surface.genus}, the model has {mesh.genus}; init='auto' finds all its handles"
 
 
-def _share_of_area(mesh: SimplexMesh, chosen: NDArray[np.bool_]) -> float:
+def _share_of_area(mesh: SimplexMesh, chosen: Mask) -> float:
     """Return the share of the area of the surface around vertices."""
     c = mesh.connectivity
     areas = (mesh.face_areas * ~c.face_is_hole / c.face_sizes)[c.face].sum(axis=1)
@@ -220,7 +217,7 @@ def has_lid(target: Target, mesh: SimplexMesh, bare: float) -> bool:
     return not mesh.n_holes and bare >= LEAST_BARE and hasattr(type(target), "border")
 
 
-def open_data_message(target: Target, points: NDArray[np.float64], mesh: SimplexMesh) -> str:
+def open_data_message(target: Target, points: Array, mesh: SimplexMesh) -> str:
     """Return a message about a model without holes of points whose target has a wide border, else an empty one."""
     if mesh.n_holes or border_width(target, points) < CLEARLY_OPEN:
         return ""

@@ -8,9 +8,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.vectors import dot, norm
 from simplexmesh.data.points import PointCloud
 from simplexmesh.motion.targets.borders import border_of_points
@@ -19,13 +19,11 @@ from simplexmesh.numerics.plane_fits import planes
 from simplexmesh.orientation.poisson import oriented_indicator
 from simplexmesh.orientation.propagation import propagated
 
-Array = NDArray[np.float64]
-
 STRAIGHT = 0.05
 """Mean cosine below which data is too flat to have an outer side: it keeps the side that it has."""
 
 
-def border_width(target: Target, points: NDArray[np.float64]) -> float:
+def border_width(target: Target, points: Array) -> float:
     """Return the width of the widest border of the data, in diagonals of its points; 0 without any."""
     border = getattr(target, "border", None)
     return 0.0 if border is None else float(border.width.max(initial=0.0) / norm(np.ptp(points, axis=0)))

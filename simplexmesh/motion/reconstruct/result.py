@@ -6,9 +6,9 @@ from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.html import card, grid
 from simplexmesh._base.vectors import cross, dot
 from simplexmesh.data.triangles import TriangleMesh
@@ -20,8 +20,7 @@ from simplexmesh.motion.topology.handles import HandleProposal
 from simplexmesh.motion.topology.holes import HoleProposal
 from simplexmesh.numerics.blending import blended
 
-Array = NDArray[np.float64]
-Rows = tuple[NDArray[np.int64], Array]
+Rows = tuple[Indices, Array]
 
 COLUMNS = ("mean", "rms", "95 %", "max", "points")
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Mask
 from simplexmesh._base.errors import TopologyError, warn
 from simplexmesh._base.progress import Report
 from simplexmesh.mesh.operators.regularize import regularize
@@ -45,7 +45,7 @@ class Run:
     stages: list[Stage]  # the stiff ones, the fine one and the last
     found: StartReport | None = None
     surface: SimplexMesh | None = None  # the automatic start of closed data, around which `mesh` is wrapped
-    zones: list[NDArray[np.bool_]] = field(default_factory=list)  # faces of holes that the user gave
+    zones: list[Mask] = field(default_factory=list)  # faces of holes that the user gave
     fallback: SimplexMesh | None = None  # untangled, of the same connectivity near the data, when one is known
     topology: TopologyRecord = field(default_factory=TopologyRecord)
     history: list[State] = field(default_factory=list)

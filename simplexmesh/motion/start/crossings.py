@@ -8,10 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh.data.box import box_around, box_slices
 from simplexmesh.data.volume import Volume
-
-Array = NDArray[np.float64]
 
 
 def outer_crossings(volume: Volume, level: float, *, largest: bool = False) -> Array:
@@ -55,7 +54,7 @@ def _axes_back(index: Array, axis: int) -> Array:
     return out
 
 
-def _cropped(values: NDArray[Any], level: float) -> tuple[NDArray[np.int64], NDArray[Any]]:
+def _cropped(values: NDArray[Any], level: float) -> tuple[Indices, NDArray[Any]]:
     """Return the first index and the samples of the object's bounding box, with a margin of one sample."""
     box = box_around(values > level)
     if box is None:

@@ -14,14 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.errors import TopologyError, warn
 from simplexmesh.data.box import box_around, box_slices
 from simplexmesh.data.volume import Volume
 from simplexmesh.motion.start.report import Start, StartReport
 from simplexmesh.motion.start.solid_mesh import FEWEST, cell_size, edge_length, solid_mesh, surface_area
 from simplexmesh.motion.start.topology import pieces, without_cavities, without_tunnels
-
-Array = NDArray[np.float64]
 
 MOST_CELLS, MOST_CELLS_THIN = 3_000_000, 8_000_000
 """Grid cells, also for thin solids: time and memory against detail."""
@@ -79,9 +78,7 @@ def start_from_volume(
     return Start(mesh, report, left_out=missing if count else None)
 
 
-def _missing(
-    inside: NDArray[np.bool_], solid: NDArray[np.bool_], first: Array, factor: Array
-) -> tuple[NDArray[np.bool_], int]:
+def _missing(inside: Mask, solid: Mask, first: Array, factor: Array) -> tuple[Mask, int]:
     """Return the samples, and number, of pieces of which a solid, with cells of `factor` from `first`, has nothing."""
     near = ndimage.binary_dilation(np.pad(solid, 2))
     sides = zip(inside.shape, near.shape, first, factor, strict=True)
@@ -92,7 +89,7 @@ def _missing(
     return ~kept[label], int(np.count_nonzero(~kept))
 
 
-def _cell(volume: Volume, solid: NDArray[np.bool_], area: float, vertices: int) -> float:
+def _cell(volume: Volume, solid: Mask, area: float, vertices: int) -> float:
     """Return the cell size: for twice the triangles needed, less if thin, about a voxel, and not too many."""
     voxel = float(np.prod(volume.spacing)) ** (1 / 3)
     thickness = 2 * np.count_nonzero(solid) * float(np.prod(volume.spacing)) / area
@@ -121,14 +118,14 @@ def _field(
     return np.pad(out, pad, constant_values=-contrast / unit), low.astype(float), dropped
 
 
-def _box(inside: NDArray[np.bool_]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def _box(inside: Mask) -> tuple[Indices, Indices]:
     """Return the bounding box of a non-empty mask, widened by a margin; it may extend beyond the grid."""
     box = box_around(inside)
     assert box is not None
     return box[0] - 3, box[1] + 3
 
 
-def _inside(volume: Volume, level: float | None, label: int | None) -> tuple[NDArray[np.bool_], float, float]:
+def _inside(volume: Volume, level: float | None, label: int | None) -> tuple[Mask, float, float]:
     """Return the mask of the solid, the value at its surface, and the contrast to clip at, the same on both sides."""
     if level is None:
         assert label is not None

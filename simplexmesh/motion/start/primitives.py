@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.vectors import norm
 from simplexmesh.mesh import shapes
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-
-Array = NDArray[np.float64]
 
 PRIMITIVES = ("sphere", "ellipsoid", "cylinder", "plane", "torus")
 ENCLOSING = ("sphere", "ellipsoid")

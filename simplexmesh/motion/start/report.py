@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
+from simplexmesh._base.arrays import Mask
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.orientation.poisson import Indicator
 
@@ -60,4 +58,4 @@ class Start:
     mesh: SimplexMesh
     report: StartReport
     indicator: Indicator | None = None
-    left_out: NDArray[np.bool_] | None = None
+    left_out: Mask | None = None

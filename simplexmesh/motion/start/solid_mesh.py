@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.errors import TopologyError
 from simplexmesh.data.box import box_around, box_slices
 from simplexmesh.mesh.check import tangled_vertices
@@ -22,10 +23,6 @@ from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.mesh.triangles._kernels_half_edges import MIN_COSINE
 from simplexmesh.motion.start import _kernels_remesh
 from simplexmesh.motion.start.topology import euler, pinched, thickened
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
-Mask = NDArray[np.bool_]
 
 PINCHED_INSIDE, PINCHED_OUTSIDE = 0.3, 0.45
 """Values where cells touch at an edge or a corner: the larger outside lets marching cubes separate them."""
@@ -143,7 +140,7 @@ def edge_length(area: float, vertices: int) -> float:
     return float(np.sqrt(4 * area / (3 * np.sqrt(3) * vertices)))
 
 
-def surface_area(solid: NDArray[np.bool_], spacing: Array) -> float:
+def surface_area(solid: Mask, spacing: Array) -> float:
     """Estimate the surface area of a voxel solid as two thirds of the area of its boundary faces."""
     total = 0.0
     for axis in range(3):
@@ -154,9 +151,7 @@ def surface_area(solid: NDArray[np.bool_], spacing: Array) -> float:
     return total * 2 / 3
 
 
-def solid_mesh(
-    field: NDArray[np.float32], solid: NDArray[np.bool_], T_world_cell: Array, vertices: int
-) -> tuple[SimplexMesh, NDArray[np.bool_]]:
+def solid_mesh(field: NDArray[np.float32], solid: Mask, T_world_cell: Array, vertices: int) -> tuple[SimplexMesh, Mask]:
     """Return the mesh of a solid, and the solid, thickened where the mesh would intersect itself."""
     best = mesh = _mesh_of(field, solid, T_world_cell, vertices)
     best_solid, fewest, rounds = solid, solid.size, THICKENINGS if vertices < SUBDIVIDE_FROM else 0
@@ -173,7 +168,7 @@ def solid_mesh(
     return best, best_solid
 
 
-def _mesh_of(field: NDArray[np.float32], solid: NDArray[np.bool_], T_world_cell: Array, vertices: int) -> SimplexMesh:
+def _mesh_of(field: NDArray[np.float32], solid: Mask, T_world_cell: Array, vertices: int) -> SimplexMesh:
     positions, faces = isosurface(field, solid, _min_triangles(vertices))
     if np.linalg.det(T_world_cell[:3, :3]) < 0:
         faces = faces[:, ::-1]

@@ -10,14 +10,12 @@ from __future__ import annotations
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import ndimage
 
+from simplexmesh._base.arrays import Indices, Indices32, Mask
 from simplexmesh.data.box import box_around, box_slices
 from simplexmesh.motion.start import _kernels_topology
 from simplexmesh.orientation import _kernels_grid
-
-Mask = NDArray[np.bool_]
 
 _CORNERS = np.ones((3, 3, 3))
 
@@ -63,7 +61,7 @@ def without_cavities(solid: Mask) -> Mask:
     return solid | (_cavities(solid) > 0)
 
 
-def _cavities(solid: Mask) -> NDArray[np.int32]:
+def _cavities(solid: Mask) -> Indices32:
     """Return labels of the cavities: what a flood from around the grid leaves, by components that do not touch it."""
     filled, label = np.pad(solid, 1), np.zeros(solid.shape, np.int32)
     _kernels_grid.flood(filled)
@@ -109,7 +107,7 @@ def _components_containing(grown: Mask, solid: Mask) -> Mask:
     return kept[label]
 
 
-def thickened(solid: Mask, places: NDArray[np.int64], rings: int) -> Mask:
+def thickened(solid: Mask, places: Indices, rings: int) -> Mask:
     """Return a solid grown by a layer near places (n, 3): pinholes and clefts close, wider hollows stay open."""
     near = np.zeros(solid.shape, bool)
     near[tuple(np.clip(places, 0, np.array(solid.shape) - 1).T)] = True
@@ -157,7 +155,7 @@ def pinched(solid: Mask) -> Mask:
     return out
 
 
-def _block_adjacency(*, corners: bool) -> NDArray[np.int64]:
+def _block_adjacency(*, corners: bool) -> Indices:
     """Return the adjacency lists (27, 27) of a 3x3x3 block without its center, padded by -1, for the `thin` kernel."""
     at = np.stack(np.unravel_index(np.arange(27), (3, 3, 3)), axis=1)
     apart = np.abs(at[:, None] - at[None])

@@ -7,12 +7,12 @@ import math
 from functools import partial
 from typing import Any, NamedTuple
 
-import numpy as np
 from numba import prange
 from numpy.typing import NDArray
 
 from simplexmesh._base._kernels_both import FAST, Both
 from simplexmesh._base._kernels_njit import njit
+from simplexmesh._base.arrays import Array
 from simplexmesh.numerics._kernels_vectors import row
 
 
@@ -26,7 +26,7 @@ class Field(NamedTuple):
     ni: int  # samples along each axis
     nj: int
     nk: int
-    to_index: NDArray[np.float64]  # (3, 4) from positions to continuous indices
+    to_index: Array  # (3, 4) from positions to continuous indices
     level: float
     sign: float
     outside: float  # value of samples beyond the volume

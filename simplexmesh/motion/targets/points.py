@@ -7,9 +7,10 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Mask
 from simplexmesh.data.conversion import as_points
 from simplexmesh.data.points import PointCloud
 from simplexmesh.motion.targets.borders import Border, border_of_points
@@ -17,8 +18,6 @@ from simplexmesh.motion.targets.protocol import BuiltInTarget, checked_arguments
 from simplexmesh.motion.targets.surfels import _kernels_gaps
 from simplexmesh.motion.targets.surfels.surfels import Surfels, fitted_surfels
 from simplexmesh.numerics.kd_tree import nearest
-
-Array = NDArray[np.float64]
 
 
 class SurfelTarget(BuiltInTarget):
@@ -67,7 +66,7 @@ class SurfelTarget(BuiltInTarget):
         _kernels_gaps.surfel_gaps(vertices, normals, self.center, reach, search, s, cache, out)
         return out
 
-    def beyond(self, places: Array, distance: float) -> NDArray[np.bool_]:
+    def beyond(self, places: Array, distance: float) -> Mask:
         """Return (n,) bool: whether places are farther than a distance from all data points.
 
         With large noise the fitted surface, and `gap` with it, extends beyond the border of the data.

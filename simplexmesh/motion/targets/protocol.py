@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array
 
-Array = NDArray[np.float64]
 FLOAT = np.dtype(np.float64)
 
 

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from simplexmesh._base.arrays import Indices32, Mask
 from simplexmesh.mesh.connectivity import Connectivity
-
-Mask = NDArray[np.bool_]
 
 MOST_ROUNDS = 20
 """Rounds in which a zone may gain and lose faces; after them it only grows."""
@@ -25,7 +23,7 @@ def face_components(connectivity: Connectivity, zone: Mask) -> list[Mask]:
     return [np.asarray((label == name) & zone) for name in np.unique(label[zone])]
 
 
-def dilated(marked: Mask, neighbors: NDArray[np.int32], rings: int) -> Mask:
+def dilated(marked: Mask, neighbors: Indices32, rings: int) -> Mask:
     """Return the mask (n,) of the marked vertices and those within `rings` edges of one."""
     for _ in range(rings):
         marked = marked | marked[neighbors].any(axis=1)

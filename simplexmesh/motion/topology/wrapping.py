@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from simplexmesh._base.arrays import Array, Indices, Indices32
 from simplexmesh._base.vectors import dot, norm, normalized
 from simplexmesh.mesh.check import tangled_vertices
 from simplexmesh.mesh.face_geometry import face_centroids
@@ -24,9 +25,6 @@ from simplexmesh.motion.model.forces import CONSTRAINTS, Frame
 from simplexmesh.motion.topology.face_regions import dilated, face_components
 from simplexmesh.motion.topology.handles import HandleProposal, add_handles
 from simplexmesh.motion.topology.holes import open_holes, refusal
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 FILM, ON_SURFACE = CONSTRAINTS.index("orientation"), CONSTRAINTS.index("mean_curvature")
 
@@ -46,9 +44,7 @@ DISTANCE, DIFFERENCE, ANGLE = 1.5, 0.6, float(np.radians(60.0))
 """Of `add_handles`, for openings that are not at their final places yet."""
 
 
-def contacts(
-    vertices: Array, normals: Array, edges: Array, rows: NDArray[np.integer]
-) -> tuple[NDArray[np.int64], Array]:
+def contacts(vertices: Array, normals: Array, edges: Array, rows: NDArray[np.integer]) -> tuple[Indices, Array]:
     """Return, for some vertices, the shallowest vertex (n,) within two `edges` (n,) behind it with an opposed normal.
 
     It is -1 for none and for other vertices; the second array (n,) is its depth, negative where the surface crosses
@@ -167,7 +163,7 @@ class Wrapping:
         away = self._tree.query(face_centroids(self.mesh.vertices, c.face_vertices, c.face_offsets))[0]
         return resized_faces(self.mesh, self._face_area * np.maximum(1.0, GRADE * away / self.edge) ** 2).mesh
 
-    def _update(self, vertices: Array, normals: Array, neighbors: NDArray[np.int32]) -> None:
+    def _update(self, vertices: Array, normals: Array, neighbors: Indices32) -> None:
         """Find the nearest place of each vertex on the surface, the vertices that are on it, and those that meet."""
         self._away, self._nearest = self._tree.query(vertices, workers=-1)
         facing = dot(normals, self.surface.normals[self._nearest])

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from simplexmesh._base._kernels_both import FAST
 from simplexmesh._base._kernels_njit import njit
-from simplexmesh._base.arrays import Array, Indices
+from simplexmesh._base.arrays import Array, Indices, Indices32
 
 ANGLES, TURNS = 12, 24
 """Bins of each angle of a feature, over pi, and of the rotation about a normal: finer ones collect fewer votes."""
@@ -31,7 +31,7 @@ class PairTable(NamedTuple):
     step: float  # width of a distance bin
     distances: int  # number of distance bins
     starts: Indices
-    firsts: NDArray[np.int32]  # the first point of each pair
+    firsts: Indices32  # the first point of each pair
     turns: NDArray[np.float32]  # the angle of the second about the normal of the first
 
 

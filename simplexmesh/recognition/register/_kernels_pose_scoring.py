@@ -13,11 +13,10 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import prange
-from numpy.typing import NDArray
 
 from simplexmesh._base._kernels_both import FAST
 from simplexmesh._base._kernels_njit import njit
-from simplexmesh._base.arrays import Array, Indices
+from simplexmesh._base.arrays import Array, Indices, Indices32
 from simplexmesh.numerics._kernels_matrices import solve
 
 
@@ -25,7 +24,7 @@ class TargetGrid(NamedTuple):
     """A target (n, 6), points and normals, and the row of the point nearest to each cell of a grid (i, j, k)."""
 
     planes: Array
-    nearest: NDArray[np.int32]
+    nearest: Indices32
     low: Array
     cell: float
 

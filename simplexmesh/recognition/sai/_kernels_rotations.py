@@ -7,11 +7,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base._kernels_both import FAST
 from simplexmesh._base._kernels_njit import njit
-from simplexmesh._base.arrays import Array, Mask
+from simplexmesh._base.arrays import Array, Indices32, Mask
 
 WIDTH = 64  # the 60 rotations of the icosahedron, padded to whole SIMD vectors
 LONGEST_STEP = 0.1
@@ -22,8 +21,8 @@ class SphereMesh(NamedTuple):
     """The quasi-regular sphere, and the centers (f, 3) of its faces."""
 
     vertices: Array
-    neighbors: NDArray[np.int32]
-    faces: NDArray[np.int32]  # (n, 3) of each vertex
+    neighbors: Indices32
+    faces: Indices32  # (n, 3) of each vertex
     centers: Array
 
 

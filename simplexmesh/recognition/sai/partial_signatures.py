@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from simplexmesh._base.arrays import Array, Mask
+from simplexmesh._base.arrays import Array, Indices32, Mask
 from simplexmesh._base.vectors import normalized
 from simplexmesh.recognition.sai.attribute_image import SAI
 from simplexmesh.recognition.sai.sphere_domain import sphere_domain
@@ -57,7 +56,7 @@ def signature_of(sai: SAI, *, smoothing: int = 0, scale: float = 1.0, limit: flo
     return Signature(np.clip(values, -limit, limit), exist & seen[locations.vertex], sources)
 
 
-def smoothed(values: Array, seen: Mask, neighbors: NDArray[np.int32], passes: int) -> Array:
+def smoothed(values: Array, seen: Mask, neighbors: Indices32, passes: int) -> Array:
     """Return values averaged over each vertex and its visible neighbors `passes` times; zero where hidden."""
     weight = seen.astype(float)
     values = np.where(seen, values, 0.0)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_matrix, csr_matrix, diags
 from scipy.sparse.linalg import spsolve
 
-from simplexmesh._base.arrays import Array, Indices, Mask
+from simplexmesh._base.arrays import Array, Indices, Indices32, Mask
 from simplexmesh._base.vectors import cross, dot, norm
 from simplexmesh.surface.sampled_surface import SampledSurface
 
@@ -59,7 +59,7 @@ class Diffusion:
         return _of_links(self.samples)
 
     @property
-    def links(self) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+    def links(self) -> tuple[Indices32, Indices32]:
         """Rows and columns of the Laplacian's entries, the diagonal included."""
         entries = self._system[1].tocoo()
         return entries.row, entries.col

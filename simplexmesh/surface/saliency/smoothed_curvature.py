@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from simplexmesh._base.arrays import Array
+from simplexmesh._base.arrays import Array, Indices32
 from simplexmesh._base.vectors import cross, dot
 from simplexmesh.surface.curvature.result import Curvature
 from simplexmesh.surface.saliency.diffusion import Diffusion
@@ -70,7 +70,7 @@ def mean_deviators(diffusion: Diffusion, known: Curvature, d1: Array, width: flo
     return diffusion.smoothed_deviators(half, _rotations(normals, directions, rows, columns), width)
 
 
-def _rotations(normals: Array, directions: Array, to: NDArray[np.int32], of: NDArray[np.int32]) -> Complex:
+def _rotations(normals: Array, directions: Array, to: Indices32, of: Indices32) -> Complex:
     """Return exp(2 i angle) from the direction at `to` to the one at `of`, transported there."""
     n, m, u, v = normals[to], normals[of], directions[to], directions[of]
     cosine, axis = dot(n, m), cross(m, n)

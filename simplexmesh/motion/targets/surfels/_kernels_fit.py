@@ -12,16 +12,14 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base._kernels_both import FAST
 from simplexmesh._base._kernels_njit import njit
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh.numerics._kernels_frames import tangents
 from simplexmesh.numerics._kernels_matrices import solve
 from simplexmesh.numerics._kernels_tree import select
 from simplexmesh.numerics._kernels_vectors import assign, cross_product, dot, minus, row, unit
-
-Array = NDArray[np.float64]
 
 MAX_POINTS = 2048  # per fit; larger neighborhoods are subsampled
 VARIANCE_FLOOR = 0.04  # isotropic part of the variance of known errors
@@ -34,8 +32,8 @@ class Cloud(NamedTuple):
     """Points to be described by surfels, and their tree; `normals` and `spread` may be empty, (0, 3)."""
 
     points: Array  # (n, 3), as the next three those of a `kd_tree.Tree`: kernels cannot take nested tuples
-    starts: NDArray[np.int64]
-    ends: NDArray[np.int64]
+    starts: Indices
+    ends: Indices
     boxes: Array
     normals: Array  # (n, 3) oriented
     spread: Array  # (n, 3) one standard deviation of each point's error, along one known direction
@@ -44,14 +42,14 @@ class Cloud(NamedTuple):
 class Local(NamedTuple):
     """Members of a neighborhood, and those within the radius in the surfel's frame, in radii; scratch memory."""
 
-    members: NDArray[np.int64]
+    members: Indices
     s: Array  # tangential coordinates
     t: Array
     h: Array  # height
     w: Array  # weight, without that of robustness
     e: Array  # known variance of the height; 1 if it is unknown
     rest: Array
-    order: NDArray[np.int64]
+    order: Indices
 
 
 class Report(NamedTuple):

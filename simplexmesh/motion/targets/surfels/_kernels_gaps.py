@@ -14,10 +14,10 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import prange
-from numpy.typing import NDArray
 
 from simplexmesh._base._kernels_both import Both
 from simplexmesh._base._kernels_njit import LEAN, njit
+from simplexmesh._base.arrays import Array, Indices32
 from simplexmesh.motion.targets.surfels._kernels_patches import (
     blended_height,
     closest_lane,
@@ -45,9 +45,9 @@ MAX_REMOVED = 32  # consecutive removed vertices that `transfer_cache` can skip
 class Cache(NamedTuple):
     """What is known of each vertex since its last search."""
 
-    known: NDArray[np.float64]  # (n, 7) place relative to the surfels' center, normal, distance of unlisted surfels
-    listed: NDArray[np.int32]  # (n, NEAREST) surfels, nearest first
-    squared: NDArray[np.float64]  # (n, NEAREST) their squared distances at that search
+    known: Array  # (n, 7) place relative to the surfels' center, normal, distance of unlisted surfels
+    listed: Indices32  # (n, NEAREST) surfels, nearest first
+    squared: Array  # (n, NEAREST) their squared distances at that search
 
 
 def empty_cache(n: int) -> Cache:

@@ -13,15 +13,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array, Indices, Indices32, Mask
 from simplexmesh._base.vectors import norm
 from simplexmesh.motion.targets.surfels import _kernels_patches
 from simplexmesh.motion.targets.surfels import _kernels_surfels as kernels
 from simplexmesh.motion.targets.surfels._kernels_fit import Cloud, Report
 from simplexmesh.numerics.kd_tree import Tree, kd_tree, nearest
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
-Mask = NDArray[np.bool_]
 
 MAX_SURFELS = 60_000
 
@@ -73,7 +70,7 @@ def _chosen_radii(cloud: Cloud, pilots: Indices) -> Array:
     blurred = radius < 3.0 * report.noise
     error = report.variance + _squared_bias(report, radius, blurred, around)
     error[blurred | ~np.isfinite(error)] = np.inf
-    found: NDArray[np.bool_] = np.asarray(np.isfinite(error).any(axis=1))
+    found: Mask = np.asarray(np.isfinite(error).any(axis=1))
     best = np.where(found, np.argmin(error, axis=1), np.argmax(np.isfinite(report.variance), axis=1))
     logs = np.log(bases) + best * np.log(kernels.RATIO)
     usable = found[around]
@@ -82,7 +79,7 @@ def _chosen_radii(cloud: Cloud, pilots: Indices) -> Array:
     return 1.1 * np.exp(np.where(usable.any(axis=1), smooth, logs))
 
 
-def _squared_bias(report: Report, radius: Array, blurred: NDArray[np.bool_], around: Indices) -> Array:
+def _squared_bias(report: Report, radius: Array, blurred: Mask, around: Indices) -> Array:
     """Return the squared bias per pilot and scale, where unknown at least that of a cylinder of the same curvature."""
     variance, offset = np.asarray(report.variance), np.asarray(report.offset)
     # fourth-order bias grows fourfold per scale, so the change to the next scale is three times this one's
@@ -94,7 +91,7 @@ def _squared_bias(report: Report, radius: Array, blurred: NDArray[np.bool_], aro
     return np.maximum(bias, (radius**4 * bend**3 / 213) ** 2)  # 213: of a fit with these weights
 
 
-def _pooled(values: Array, blurred: NDArray[np.bool_], around: Indices) -> Array:
+def _pooled(values: Array, blurred: Mask, around: Indices) -> Array:
     """Return, per pilot and scale, the mean over neighboring pilots; NaN unless more than a quarter have a value."""
     known = np.isfinite(values) & ~blurred
     count = known[around].sum(axis=1)
@@ -116,13 +113,13 @@ class Surfels(NamedTuple):
     """Surface elements with their adjacency; the first four fields are those of a `kd_tree.Tree`."""
 
     points: Array  # (m, 3)
-    starts: NDArray[np.int64]
-    ends: NDArray[np.int64]
+    starts: Indices
+    ends: Indices
     boxes: Array
     table: Array  # (m, 12) see `_kernels_fit`; the normal is zero if it is unknown: a mere point
     heads: Array  # (m, 9) what is read first per vertex: point, normal (NaN if unknown), radius of influence, and
     # squared distances: along the surface up to where there is data, of the nearest surfel outside of the patch
-    neighbors: NDArray[np.int32]  # (m, 12) the nearest surfels, nearest first
+    neighbors: Indices32  # (m, 12) the nearest surfels, nearest first
     horizon: Array  # (m,) lower bound of the distance of all others
     patches: NDArray[np.float32]  # (m, 14, 8) each surfel with its nearest: see `_kernels_patches.pack_patches`
     noise: Array  # (m,) standard deviation of the points along the normal
@@ -162,12 +159,12 @@ def fitted_surfels(points: Array, normals: Array | None = None, spread: Array | 
         table = np.zeros((len(tree.points), 12))
         table[:, :3], table[:, 3:6] = tree.points, 0.0 if normals is None else facing
         return assembled(table, np.zeros(len(table)), np.zeros(len(table)), oriented=normals is not None)
-    keep: NDArray[np.int64] = good[thinned(table[good, :3], cell)]
+    keep: Indices = good[thinned(table[good, :3], cell)]
     blended = _blended(table[keep], oriented=normals is not None)
     return assembled(blended, noise[keep], radii[keep], oriented=normals is not None)
 
 
-def _first_occurrences(points: Array) -> NDArray[np.int64]:
+def _first_occurrences(points: Array) -> Indices:
     """Return the index of one point of each group of equal ones, in order; by a scalar sort, which is fast."""
     along = (points - points[0]) @ np.array([0.5772156649, 0.9159655942, 0.2614972128])
     order = np.argsort(along, kind="stable")
@@ -229,7 +226,7 @@ def _largest(distances: Array) -> Array:
     return np.asarray(np.where(np.isfinite(distances), distances, 0.0).max(axis=1))
 
 
-def _nearest_others(tree: Tree) -> tuple[Array, NDArray[np.int64]]:
+def _nearest_others(tree: Tree) -> tuple[Array, Indices]:
     """Return the distances and indices (m, 13) of the nearest other points, padded by the point itself at infinity."""
     m = len(tree.points)
     distance, index = nearest(tree, tree.points, min(NEIGHBORS + 2, m))
