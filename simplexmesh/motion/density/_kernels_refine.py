@@ -63,7 +63,7 @@ def best_cuts(vertices, twin, face, face_darts, offsets, may_grow, faces, out):
                     if not (may_grow[across] and may_grow[beyond]):
                         continue
                     sizes = offsets[across + 1] - offsets[across] + offsets[beyond + 1] - offsets[beyond]
-                    cost = math.sqrt(length2) / longest + 0.1 * (sizes - 12)
+                    cost = math.sqrt(length2) / longest + 0.1 * (sizes - 12)  # a cut adds a vertex to both faces across
                     if cost < least:
                         least = cost
                         out[i, 0], out[i, 1] = d, e

@@ -50,7 +50,7 @@ class BorderAttraction:
         ahead, back = positions[outlines.after], positions[outlines.before]
         distance, nearest = self._tree.query(positions)
         step = self.points[nearest] - positions
-        near, owner = cKDTree(positions).query(self.points)
+        near, owner = cKDTree(positions).query(self.points)  # means of what is nearest draw vertices into corners
         side = 0.5 * (norm(ahead - positions) + norm(back - positions))
         assigned = near < MAX_SPACING * side[owner]
         count = np.bincount(owner[assigned], minlength=len(positions))
@@ -59,7 +59,7 @@ class BorderAttraction:
         matched = count > 0
         step[matched] = total[matched] / count[matched, None] - positions[matched]
         along = normalized(ahead - back)
-        step -= dot(step, along)[:, None] * along
+        step -= dot(step, along)[:, None] * along  # keeps the spacing along the hole
         step[distance > reach] = 0.0
         return np.asarray(self.weight * step)
 
@@ -139,7 +139,7 @@ def unfolded_boundary(mesh: SimplexMesh) -> SimplexMesh:
     """Return the mesh with the interior neighbors of reversed boundary vertices moved inwards, while that helps."""
     c, now = mesh.connectivity, mesh
     hole = np.asarray(c.face_is_hole[c.vertex_faces].any(axis=1))
-    best, rows = mesh, _reversed_vertices(mesh, hole)
+    best, rows = mesh, _reversed_vertices(mesh, hole)  # the third neighbor crossed the line between those on the hole
     fewest = len(rows)
     for _ in range(10):  # each moves an interior neighbor by a third
         around = c.neighbors[rows]

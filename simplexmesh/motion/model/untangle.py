@@ -111,7 +111,7 @@ def filmed(mesh: SimplexMesh, zone: Mask) -> SimplexMesh:
     links = coo_array((ones, (here, row_of[near[inner]])), shape=(len(rows), len(rows)))
     label = connected_components(links, directed=False)[1]
     held = np.bincount(label, ~inner.all(axis=1))[label] > 0
-    if not held.all():
+    if not held.all():  # a film that nothing holds would have no place: a component wholly in the zone stays
         return filmed(mesh, np.isin(np.arange(c.n_vertices), rows[held]))
     matrix = coo_array((np.full(len(rows), 3.0), (diagonal, diagonal)), shape=links.shape) - links
     pull = np.where(inner[:, :, None], 0.0, mesh.vertices[near]).sum(axis=1)

@@ -39,7 +39,7 @@ class Options:
     iterations: int
     rigidity: int
     adaptation: float | None
-    placement: str | None  # "closed": adaptive but for models with holes and thin bodies of a volume
+    placement: str | None  # "closed": adaptive but for thin bodies, and holes: their boundary strays among coarse faces
     holes: Choice | None
     handles: Choice | None
     refine: str | None

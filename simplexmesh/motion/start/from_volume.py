@@ -131,7 +131,8 @@ def _inside(volume: Volume, level: float | None, label: int | None) -> tuple[Mas
         assert label is not None
         return np.asarray(volume.mask(label).values) > 0, 0.5, 0.5
     low, high = volume.range
-    return volume.values > level, level, min(level - low, high - level)
+    contrast = min(level - low, high - level)  # else smoothing would shift the surface towards the brightest regions
+    return volume.values > level, level, contrast
 
 
 def _finely_resampled(

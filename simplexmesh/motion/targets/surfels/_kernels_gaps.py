@@ -67,7 +67,7 @@ def still_nearest(heads, patches, i, oriented, query):
     """Return whether surfel `i` certainly is the nearest and faces the direction: a cheap sufficient test."""
     place, direction, reach = query
     away = minus(place, row(heads, i))
-    squared = dot(away, away)
+    squared = dot(away, away)  # surfels outside its patch must be twice as far from it: then they are farther from here
     if squared > reach * reach or not 4.0 * squared < heads[i, 8] or not _faces(heads, i, oriented, direction, FACING):
         return False
     scale = 1.0 / heads[i, 6]
