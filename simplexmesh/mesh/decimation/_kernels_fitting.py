@@ -1,6 +1,7 @@
-"""Kernels that find the points of a coarse mesh closest to samples of a surface, on the fans of nearby faces.
+"""Kernels that fit a coarse mesh to samples of a surface: closest points on the fans of nearby faces, least squares.
 
-Closest points on triangles: C. Ericson, Real-Time Collision Detection, 2005, section 5.1.5.
+The closest point of a sample is a weighted mean of two vertices and a centroid, so its displacement is linear in the
+vertices. Closest points on triangles: C. Ericson, Real-Time Collision Detection, 2005, section 5.1.5.
 """
 
 from __future__ import annotations
@@ -41,6 +42,18 @@ def set_location(locations: Locations, s: int, corner: int, ahead: float, inside
     """Set location `s`, given the weights of the next vertex and the centroid."""
     locations.corner[s] = corner
     locations.weights[s, 0], locations.weights[s, 1], locations.weights[s, 2] = 1 - ahead - inside, ahead, inside
+
+
+@njit(cache=True, error_model="numpy")
+def centroids(vertices: Array, faces: Faces, out: Array) -> None:
+    """Write the mean of each face's vertices to `out` (f, 3)."""
+    for f in range(faces.offsets.size - 1):
+        first, last = faces.offsets[f], faces.offsets[f + 1]
+        for k in range(3):
+            total = 0.0
+            for c in range(first, last):
+                total += vertices[faces.vertices[c], k]
+            out[f, k] = total / (last - first)
 
 
 @njit(cache=True, error_model="numpy")
@@ -155,3 +168,113 @@ def locate_on_rim(vertices: Array, faces: Faces, samples: Array, locations: Loca
                 if misses > MAX_MISSES:
                     break
                 c = first + (c - first + step) % (end - first)
+
+
+@njit(cache=True, error_model="numpy")
+def interpolate(values: Array, centroid: Array, faces: Faces, locations: Locations, s: int, out: Array) -> None:
+    """Write the position of location `s` to `out`."""
+    c = locations.corner[s]
+    w = locations.weights[s]
+    a, b, m = values[faces.vertices[c]], values[faces.ahead[c]], centroid[faces.owner[c]]
+    for k in range(3):
+        out[k] = w[0] * a[k] + w[1] * b[k] + w[2] * m[k]
+
+
+class Terms(NamedTuple):
+    """The terms of the least-squares problem: distances of samples, smoothness, flatness of faces."""
+
+    samples: Array  # (s, 3)
+    direction: Array  # (s, 3) unit vectors
+    along: Array  # (s,) weight of the squared distance along the direction
+    across: Array  # (s,) weight of the squared distance perpendicular to it
+    neighbors: Indices32  # (n, 3)
+    share: Array  # (n, 3) weights of the neighbors in their mean; on a rim of the two on it
+    smooth: Array  # (n, 3, 3) matrix weights of the squared distance to that mean
+    flat: Array  # (f, 3) face normal times the square root of the weight of squared distances to the face's plane
+
+
+@njit(cache=True, error_model="numpy")
+def add_sample_gradient(
+    v: Array, centroid: Array, faces: Faces, locations: Locations, t: Terms, offset: float, out: Array, inner: Array
+) -> None:
+    """Add half the gradient of the sample terms, for vertices to `out`, for centroids to `inner`."""
+    p = np.empty(3)
+    for s in range(t.samples.shape[0]):
+        interpolate(v, centroid, faces, locations, s, p)
+        dot = 0.0
+        for k in range(3):
+            p[k] -= offset * t.samples[s, k]
+            dot += p[k] * t.direction[s, k]
+        c = locations.corner[s]
+        a, b, f = faces.vertices[c], faces.ahead[c], faces.owner[c]
+        for k in range(3):
+            force = t.across[s] * p[k] + (t.along[s] - t.across[s]) * dot * t.direction[s, k]
+            out[a, k] += locations.weights[s, 0] * force
+            out[b, k] += locations.weights[s, 1] * force
+            inner[f, k] += locations.weights[s, 2] * force
+
+
+@njit(cache=True, error_model="numpy")
+def add_face_gradient(v: Array, centroid: Array, faces: Faces, t: Terms, out: Array, inner: Array) -> None:
+    """Add the gradient `inner` for centroids, distributed to the vertices, and half that of the flatness terms."""
+    for f in range(faces.offsets.size - 1):
+        size = faces.offsets[f + 1] - faces.offsets[f]
+        for c in range(faces.offsets[f], faces.offsets[f + 1]):
+            i = faces.vertices[c]
+            dot = 0.0
+            for k in range(3):
+                dot += t.flat[f, k] * (v[i, k] - centroid[f, k])
+            for k in range(3):
+                out[i, k] += inner[f, k] / size + dot * t.flat[f, k]
+
+
+@njit(cache=True, error_model="numpy")
+def add_vertex_gradient(v: Array, t: Terms, out: Array) -> None:
+    """Add half the gradient of the smoothness terms."""
+    p = np.empty(3)
+    for i in range(v.shape[0]):
+        one, two, three = t.neighbors[i, 0], t.neighbors[i, 1], t.neighbors[i, 2]
+        for k in range(3):
+            p[k] = v[i, k] - t.share[i, 0] * v[one, k] - t.share[i, 1] * v[two, k] - t.share[i, 2] * v[three, k]
+        for k in range(3):
+            force = t.smooth[i, k, 0] * p[0] + t.smooth[i, k, 1] * p[1] + t.smooth[i, k, 2] * p[2]
+            out[i, k] += force
+            out[one, k] -= t.share[i, 0] * force
+            out[two, k] -= t.share[i, 1] * force
+            out[three, k] -= t.share[i, 2] * force
+
+
+@njit(cache=True, error_model="numpy")
+def half_gradient(
+    v: Array, centroid: Array, faces: Faces, locations: Locations, t: Terms, offset: float, out: Array
+) -> None:
+    """Write half the gradient at `v` to `out`: of the full quadratic with offset 1, of its homogeneous part with 0."""
+    out[:] = 0.0
+    centroids(v, faces, centroid)
+    inner = np.zeros(centroid.shape)
+    add_sample_gradient(v, centroid, faces, locations, t, offset, out, inner)
+    add_face_gradient(v, centroid, faces, t, out, inner)
+    add_vertex_gradient(v, t, out)
+
+
+@njit(cache=True, error_model="numpy")
+def conjugate_gradients(vertices: Array, faces: Faces, locations: Locations, t: Terms, iterations: int) -> Array:
+    """Return the vertices after some iterations of the conjugate gradient method on the least-squares problem."""
+    centroid = np.empty((faces.offsets.size - 1, 3))
+    move = np.zeros_like(vertices)
+    residual, image = np.empty_like(vertices), np.empty_like(vertices)
+    half_gradient(vertices, centroid, faces, locations, t, 1.0, residual)
+    residual = -residual
+    direction = residual.copy()
+    squared = (residual * residual).sum()
+    for _ in range(iterations):
+        if squared == 0:
+            break
+        half_gradient(direction, centroid, faces, locations, t, 0.0, image)
+        step = squared / (direction * image).sum()
+        move += step * direction
+        residual -= step * image
+        now = (residual * residual).sum()
+        direction = residual + now / squared * direction
+        squared = now
+    return vertices + move

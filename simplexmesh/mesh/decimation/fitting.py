@@ -3,15 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.sparse import csr_matrix, identity, vstack
-from scipy.sparse.linalg import LinearOperator, cg
 
 from simplexmesh._base.arrays import Array, Indices32, Mask
-from simplexmesh._base.vectors import dot, normalized
+from simplexmesh._base.vectors import normalized
 from simplexmesh.mesh import face_geometry
 from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.mesh.decimation import _kernels_fitting as kernels
@@ -77,41 +73,6 @@ def faces_of(c: Connectivity) -> kernels.Faces:
     return kernels.Faces(c.face_vertices, c.face_offsets, ahead, owner, across, c.face_is_hole)
 
 
-class Terms(NamedTuple):
-    """The terms of the problem; points on the mesh are means of vertices and centroids, so it is quadratic."""
-
-    samples: Array  # (s, 3)
-    direction: Array  # (s, 3) unit vectors
-    along: Array  # (s,) weight of the squared distance along the direction
-    across: Array  # (s,) weight of the squared distance perpendicular to it
-    places: csr_matrix  # (s, n + f) weights of vertices and centroids in the points closest to the samples
-    points: csr_matrix  # (n + f, n) of the vertices in the vertices and centroids
-    uneven: csr_matrix  # (n, n) each vertex minus the mean of its neighbors, on a rim of the two on it
-    smooth: Array  # (n, 3, 3) matrix weights of the squared distance to that mean
-    vertex_faces: Indices32  # (n, 3)
-    flat: Array  # (f, 3) face normal times the square root of the weight of squared distances to the face's plane
-
-    def half_gradient(self, v: Array, samples: Array) -> Array:
-        """Return half the gradient at vertices `v`; with samples at zero, that of the homogeneous part."""
-        points = self.points @ v
-        off = self.places @ points - samples
-        pull = self.across[:, None] * off
-        pull += ((self.along - self.across) * dot(off, self.direction))[:, None] * self.direction
-        smoothed = np.einsum("nij,nj->ni", self.smooth, self.uneven @ v)
-        normals = self.flat[self.vertex_faces]
-        height = dot(normals, v[:, None] - points[len(v) :][self.vertex_faces])
-        level = np.einsum("nf,nfk->nk", height, normals)
-        return self.points.T @ (self.places.T @ pull) + self.uneven.T @ smoothed + level
-
-    def lowered(self, vertices: Array, iterations: int) -> Array:
-        """Return the vertices after some iterations of the conjugate gradient method."""
-        zero = np.zeros_like(self.samples)
-        size = vertices.size, vertices.size
-        operator = LinearOperator(size, lambda v: self.half_gradient(v.reshape(-1, 3), zero).ravel(), dtype=float)
-        start = -self.half_gradient(vertices, self.samples).ravel()
-        return vertices + cg(operator, start, maxiter=iterations)[0].reshape(-1, 3)
-
-
 class Fit:
     """A mesh that is fitted to a surface; `mesh` is its current state."""
 
@@ -147,7 +108,8 @@ class Fit:
     def _locate(self) -> None:
         """Find the closest points of the samples on the mesh, by local search from the previous ones."""
         f, v = self._faces, self.mesh.vertices
-        centroids = face_geometry.face_centroids(v, f.vertices, f.offsets)
+        centroids = np.empty((len(f.hole), 3))
+        kernels.centroids(v, f, centroids)
         kernels.locate(v, centroids, f, self._surface.points, self._start, self._locations)
         kernels.locate_on_rim(v, f, self._surface.rim_points, self._rim_locations)
 
@@ -165,52 +127,40 @@ class Fit:
         """Alternate locating the samples and solving the least-squares problem, as in iterative closest point."""
         for _ in range(rounds):
             self._locate()
-            self.advance(self._terms().lowered(self.mesh.vertices, 12), loosely=True)
+            one, other = self._locations, self._rim_locations
+            locations = kernels.Locations(
+                np.concatenate([one.corner, other.corner]), np.concatenate([one.weights, other.weights])
+            )
+            start = np.array(self.mesh.vertices)
+            target = kernels.conjugate_gradients(start, self._faces, locations, self._terms(), 12)
+            self.advance(target, loosely=True)
 
-    def _terms(self) -> Terms:
+    def _terms(self) -> kernels.Terms:
         """Return the terms of the least-squares problem at the current positions."""
         s, f, mesh = self._surface, self._faces, self.mesh
-        c, corner, n = mesh.connectivity, self._rim_locations.corner, mesh.n_vertices
+        c, corner = mesh.connectivity, self._rim_locations.corner
         edges = mesh.vertices[f.ahead[corner]] - mesh.vertices[f.vertices[corner]]
         rim_weight = s.rim_weights * np.sqrt(s.weights.sum() / max(mesh.n_faces, 1))
         covered = np.bincount(self._start, s.weights, len(f.hole)) / c.face_sizes
         weight = covered[c.vertex_faces].sum(axis=1)
         normals = face_geometry.face_normals(mesh.vertices, f.vertices, f.offsets)
         normals[f.hole] = 0
-        corners = np.concatenate([self._locations.corner, corner])
-        weights = np.concatenate([self._locations.weights, self._rim_locations.weights])
-        fans = np.stack([f.vertices[corners], f.ahead[corners], n + f.owner[corners]], axis=1)
-        return Terms(
+        return kernels.Terms(
             np.concatenate([s.points, s.rim_points]),
             np.concatenate([s.normals, normalized(edges)]),
             np.concatenate([s.weights, TANGENTIAL * rim_weight]),
             np.concatenate([TANGENTIAL * s.weights, rim_weight]),
-            rows_of(weights, fans, n + len(f.hole)),
-            points_of(c),
-            _unevenness(c),
+            c.neighbors,
+            _shares(c),
             SMOOTHNESS * weight[:, None, None] * _tangential_projection(normals[c.vertex_faces]),
-            c.vertex_faces,
             normals * np.sqrt(FLATNESS * covered)[:, None],
         )
 
 
-def points_of(c: Connectivity) -> csr_matrix:
-    """Return the weights (n + f, n) of the vertices in the vertices and in the face centroids, holes included."""
-    means = csr_matrix((np.repeat(1 / c.face_sizes, c.face_sizes), c.face_vertices, c.face_offsets))
-    return vstack([identity(c.n_vertices), means], format="csr")
-
-
-def rows_of(weights: Array, columns: NDArray[np.integer], width: int) -> csr_matrix:
-    """Return the sparse matrix (m, width) with weights (m, k) in columns (m, k)."""
-    m, k = weights.shape
-    return csr_matrix((weights.ravel(), columns.ravel(), np.arange(0, m * k + 1, k)), (m, width))
-
-
-def _unevenness(c: Connectivity) -> csr_matrix:
-    """Return the matrix (n, n) that subtracts from vertices the mean of their neighbors, on a rim of the two on it."""
+def _shares(c: Connectivity) -> Array:
+    """Return the weights (n, 3) of the neighbors of each vertex in their mean, on a rim of the two on it."""
     kept = ~np.roll(c.face_is_hole[c.vertex_faces], -1, axis=1)
-    share = kept / np.maximum(kept.sum(axis=1, keepdims=True), 1)
-    return identity(c.n_vertices, format="csr") - rows_of(share, c.neighbors, c.n_vertices)
+    return np.asarray(kept / np.maximum(kept.sum(axis=1, keepdims=True), 1))
 
 
 def _tangential_projection(normals: Array) -> Array:

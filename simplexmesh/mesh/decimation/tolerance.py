@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_matrix, identity, vstack
 
 from simplexmesh._base.arrays import Array, Mask
 from simplexmesh._base.vectors import norm
 from simplexmesh.mesh.check import tangled_vertices
+from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.mesh.decimation.coarsening import Coarsened, coarsened
 from simplexmesh.mesh.decimation.comparison import Comparison, Corrections, Original
-from simplexmesh.mesh.decimation.fitting import points_of, rows_of
 from simplexmesh.mesh.decimation.vertex_bound import minimum_vertices
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.mesh.triangulation import fan
@@ -83,3 +85,15 @@ def vertex_displacements(corrections: Corrections, mesh: SimplexMesh, extra: flo
     scale = 1 / np.maximum(np.asarray(squares.sum(axis=1)), tiny)
     wanted = corrections.displacements * (1 + extra / np.maximum(norm(corrections.displacements), tiny))[:, None]
     return np.asarray((weights.T @ (scale * wanted)) / np.maximum(squares.T @ scale, 1))
+
+
+def points_of(c: Connectivity) -> csr_matrix:
+    """Return the weights (n + f, n) of the vertices in the vertices and in the face centroids, holes included."""
+    means = csr_matrix((np.repeat(1 / c.face_sizes, c.face_sizes), c.face_vertices, c.face_offsets))
+    return vstack([identity(c.n_vertices), means], format="csr")
+
+
+def rows_of(weights: Array, columns: NDArray[np.integer], width: int) -> csr_matrix:
+    """Return the sparse matrix (m, width) with weights (m, k) in columns (m, k)."""
+    m, k = weights.shape
+    return csr_matrix((weights.ravel(), columns.ravel(), np.arange(0, m * k + 1, k)), (m, width))

@@ -17,8 +17,7 @@ from simplexmesh.mesh import shapes
 from simplexmesh.mesh.decimation import _kernels_fitting as kernels
 from simplexmesh.mesh.decimation.certified import RESOLUTION, Surface
 from simplexmesh.mesh.decimation.comparison import Corrections, Original, fan_owners, rims
-from simplexmesh.mesh.decimation.fitting import points_of
-from simplexmesh.mesh.decimation.tolerance import vertex_displacements
+from simplexmesh.mesh.decimation.tolerance import points_of, vertex_displacements
 from simplexmesh.mesh.duality import dual
 from simplexmesh.mesh.triangulation import fan
 from tests.mesh.decimation.reference import apart, shaken
