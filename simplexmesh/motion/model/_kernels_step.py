@@ -102,6 +102,34 @@ def frames(vertices, neighbors, normals, inverse_radius, curvature, area, obtuse
         obtuse[i] = 0 if power <= 0.0 else 1 if h > 0.0 else -1
 
 
+@Both
+def angles(vertices, neighbors, normals, inverse_radius, out):
+    """Fill the simplex angle of each vertex, in (-pi, pi], given its frame from `frames`."""
+    for i in prange(vertices.shape[0]):
+        if inverse_radius[i] == 0.0:
+            out[i] = 0.0
+            continue
+        a, b, c = neighbors[i, 0], neighbors[i, 1], neighbors[i, 2]
+        p2 = h = 0.0
+        uu = vv = uv = pu = pv = 0.0
+        for k in range(3):
+            p, u, v = (
+                vertices[i, k] - vertices[a, k],
+                vertices[b, k] - vertices[a, k],
+                vertices[c, k] - vertices[a, k],
+            )
+            p2 += p * p
+            h += p * normals[i, k]
+            uu += u * u
+            vv += v * v
+            uv += u * v
+            pu += p * u
+            pv += p * v
+        nn = uu * vv - uv * uv
+        power = p2 - (vv * (uu - uv) * pu + uu * (vv - uv) * pv) / nn
+        out[i] = math.atan2(2.0 * h / inverse_radius[i], -power)
+
+
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def advance(i, moving, normals, force, push, reach, forces, out):
     """Fill `Step` row i from the internal `force`, inertia, the data force and `push`, limited to half of `reach`."""

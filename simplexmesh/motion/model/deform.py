@@ -11,7 +11,6 @@ from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array
 from simplexmesh._base.errors import DivergedError
 from simplexmesh._base.vectors import norm
-from simplexmesh.mesh.geometry import simplex_angle
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.model import _kernels_step
 from simplexmesh.motion.model._kernels_step import (
@@ -266,7 +265,8 @@ class DeformableModel:
             wanted = np.where(code == CURVATURE, self._prescribed, wanted)
         angle = self._reference_angle
         if counts[ANGLE]:
-            angle = np.where(self._frames.inverse_radius > 0, simplex_angle(self._vertices, self._neighbors), 0.0)
+            angle, frames = np.zeros(len(code)), self._frames
+            _kernels_step.angles(self._vertices, self._neighbors, frames.normals, frames.inverse_radius, angle)
             angle = np.where(code == ANGLE, self._averages.of(angle, self.rigidity, angles=True), self._reference_angle)
         code = np.where(released & (code != FREE) & (code != SHAPE), np.int8(ORIENTATION), code)
         extra = np.zeros_like(self._vertices) if extra is None else extra

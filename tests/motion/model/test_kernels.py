@@ -99,6 +99,18 @@ def test_curvature_is_one_over_the_radius_on_a_sphere():
     assert_allclose(frames(ball.vertices, ball.neighbors)[2], 1 / 7, rtol=1e-12)
 
 
+@given(seed=SEEDS, degenerate=st.booleans())
+@settings(max_examples=20, deadline=None)
+def test_angles_are_simplex_angles_over_the_whole_range(seed, degenerate):
+    vertices, neighbors = rough(seed, noise=0.5, degenerate=degenerate)
+    normals, inverse_radius, _ = frames(vertices, neighbors)
+    out = np.zeros(len(vertices))
+    _kernels_step.angles.serial(vertices, neighbors, normals, inverse_radius, out)
+    turn = (out - reference.simplex_angle(vertices, neighbors) + np.pi) % (2 * np.pi) - np.pi
+    assert_allclose(turn[apart(vertices, neighbors)], 0, atol=1e-6)
+    assert np.abs(out).max() > np.pi / 2
+
+
 @given(seed=SEEDS)
 @settings(max_examples=20, deadline=None)
 def test_averages_are_the_means_over_the_one_ring(seed):
@@ -161,10 +173,11 @@ def test_serial_and_parallel_agree():
         for a, b in zip(one, all_, strict=True):
             assert_allclose(a, b, rtol=1e-12, atol=1e-13)
     values = np.random.default_rng(0).normal(size=len(vertices))
-    inverse_radius = frames(vertices, neighbors)[1]
+    normals, inverse_radius, _ = frames(vertices, neighbors)
     for kernel, rest in (
         (_kernels_averages.averages, (values, neighbors)),
         (_kernels_averages.angle_averages, (values, neighbors, inverse_radius)),
+        (_kernels_step.angles, (vertices, neighbors, normals, inverse_radius)),
     ):
         one, many = np.zeros(len(vertices)), np.zeros(len(vertices))
         kernel.serial(*rest, one)
