@@ -56,7 +56,7 @@ _HOME = {
     "motion.topology.handles": ["add_handles", "Handled", "HandleProposal"],
     "motion.reconstruct.deviation": ["Deviation", "deviation"],
     "motion.model.state": ["State"],
-    "motion.density.refined": ["Refined", "Round"],
+    "motion.density.refinement": ["Refined", "Round"],
     # IV   the recognition
     "recognition.sai.attribute_image": ["SAI"],
     "recognition.sai.sai": ["sai"],
@@ -149,8 +149,8 @@ if TYPE_CHECKING:  # the same list once more, for type checkers and editors; a t
     from simplexmesh.motion import targets as targets
     from simplexmesh.motion.density.redistribute import redistribute as redistribute
     from simplexmesh.motion.density.refine import refine as refine
-    from simplexmesh.motion.density.refined import Refined as Refined
-    from simplexmesh.motion.density.refined import Round as Round
+    from simplexmesh.motion.density.refinement import Refined as Refined
+    from simplexmesh.motion.density.refinement import Round as Round
     from simplexmesh.motion.model.deform import DeformableModel as DeformableModel
     from simplexmesh.motion.model.state import State as State
     from simplexmesh.motion.reconstruct.deviation import Deviation as Deviation

@@ -34,7 +34,8 @@ BELOW = {
 UPWARD = {
     ("_base/html.py", "simplexmesh.plot.surface"): "notebooks show results with a picture",
     ("mesh/simplex_mesh.py", "simplexmesh.data.triangles"): "users look for mesh.triangulated() on the mesh",
-    ("mesh/simplex_mesh.py", "simplexmesh.data.io.writing"): "users look for mesh.save() and mesh.to_pyvista() on it",
+    ("_base/units.py", "simplexmesh.data.io.writing"): "users look for save() and to_pyvista() on all data",
+    ("_base/named_arrays.py", "simplexmesh.data.exporting"): "users look for to_trimesh() and to_open3d() on all data",
     ("mesh/simplex_mesh.py", "simplexmesh.surface.curvature.estimate"): "users look for mesh.mean_curvature on it",
 }
 
@@ -46,7 +47,7 @@ CIRCLES: set[frozenset[str]] = set()
 DOORS = {
     "numba": ["_kernels*.py"],
     "igl": ["/mesh/decimation/certified.py", "/motion/targets/triangles.py", "/surface/curvature/classic/principal.py"],
-    "skimage": ["/motion/start/polygonize.py"],
+    "skimage": ["/motion/start/solid_mesh.py"],
     "SimpleITK": ["/data/io/itk.py", "/data/io/writing.py"],
     "plyfile": ["/data/io/ply.py"],
     "laspy": ["/data/io/survey/las.py"],

@@ -1,7 +1,4 @@
-"""What every room stands on: checks, errors, vectors, drafts, cache, progress, interrupts, the kernel decorator.
-
-Importing it prepares the environment in which numba is imported later.
-"""
+"""What every room stands on; importing it prepares the environment in which numba is imported later."""
 
 import os
 

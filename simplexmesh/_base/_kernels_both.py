@@ -1,9 +1,4 @@
-"""Kernels compiled twice, serial and multithreaded, with the variant chosen by the size of the input.
-
-A parallel call costs some 5 microseconds on an idle machine, and as many milliseconds (the scheduler's time slices)
-where another process holds a core and the waiting threads spin. So threads start only where a call has at least a tenth
-of a millisecond of work.
-"""
+"""Kernels compiled twice, serial and multithreaded, with the variant chosen by the size of the input."""
 
 from __future__ import annotations
 
@@ -17,6 +12,7 @@ from simplexmesh._base._kernels_njit import njit
 
 FAST = {"nsz", "arcp", "contract", "reassoc"}  # never 'nnan': NaN means "no data here" and must stay visible
 PARALLEL_FROM = 6000
+"""Rows, a tenth of a millisecond of work: starting threads costs 5 microseconds, on a busy machine milliseconds."""
 
 
 class Both:

@@ -1,10 +1,6 @@
 """The decorator of all kernels: `numba.njit` with one compilation for read-only and writable arrays, and a safe cache.
 
-Two things have no public way in numba. It compiles a function again for each combination of read-only and writable
-arrays, and the arrays of meshes are read-only: here all arrays of a call from Python are typed as writable
-(`tests/base/kernel_writes.py` checks that no kernel writes to a read-only one). And its disk cache mixes up functions
-that two processes compile at the same time, for good (numba issues 4807 and 10128), and does not see that a file has
-changed from which a kernel imports: here a cached file is named after its signature and all sources it depends on.
+Neither has a public way in numba. `tests/base/kernel_writes.py` checks that no kernel writes to a read-only array.
 """
 
 # mypy: allow-untyped-defs
@@ -62,7 +58,10 @@ def source_hash(module: str) -> str:
 
 
 class Kernel(CPUDispatcher):  # type: ignore[misc]
-    """A compiled function whose read-only array arguments are typed as writable, and its numbers as of full width."""
+    """A compiled function whose read-only arrays are typed as writable, and its numbers as of full width.
+
+    Otherwise numba would compile it anew for each combination, and the arrays of meshes are read-only.
+    """
 
     def get_call_template(self, args, kws):
         """Return how a kernel calls this one with these types; one compilation serves all literals and widths."""
@@ -95,7 +94,11 @@ def writable(kind):
 
 
 class CacheFile(IndexDataCacheFile):  # type: ignore[misc]
-    """Index and data files of one kernel's compiled specializations; those that name a type since renamed are stale."""
+    """Index and data files of one kernel's compiled specializations; those that name a type since renamed are stale.
+
+    Data files are named after signature and sources: numba's are mixed up by processes that compile at the same time
+    (its issues 4807 and 10128), and are used although a file has changed from which the kernel imports.
+    """
 
     def load(self, key):
         """Return a stored specialization, or None."""

@@ -1,4 +1,4 @@
-"""Folders for cached results: numba's compiled kernels, and lookup tables that are computed once."""
+"""The folder of numba's compiled kernels."""
 
 from __future__ import annotations
 
@@ -52,10 +52,3 @@ def _writable(folder: Path) -> bool:
     except OSError:  # no permission to search a parent folder
         return False
     return folder.is_dir() and os.access(folder, os.W_OK | os.X_OK)
-
-
-def table_folder() -> Path | None:
-    """Return the folder for lookup tables, SIMPLEXMESH_CACHE if set, or None if it is not writable."""
-    named = os.environ.get("SIMPLEXMESH_CACHE")
-    folder = Path(named) if named else _user_folder().with_name("simplexmesh")
-    return folder if _writable(folder) else None

@@ -1,7 +1,4 @@
-"""Argument checks: return the argument as a clean array or number, or raise with one sentence that says what is wrong.
-
-Called by public functions only, never by kernels.
-"""
+"""Argument checks: return the argument as a clean array or number, or raise with one sentence that says why."""
 
 from __future__ import annotations
 
@@ -14,6 +11,8 @@ from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
+
+from simplexmesh._base.arrays import Array, Indices
 
 Kind = TypeVar("Kind")
 
@@ -56,7 +55,7 @@ def _numbers(name: str, value: ArrayLike, shape: Sequence[int | None]) -> NDArra
     return out
 
 
-def indices(name: str, value: ArrayLike, shape: Sequence[int | None], count: int) -> NDArray[np.int64]:
+def indices(name: str, value: ArrayLike, shape: Sequence[int | None], count: int) -> Indices:
     """Return `value` as int64 indices below `count`; an empty list is valid, booleans are not (see `selection`)."""
     given = _numbers(name, value, shape)
     if given.dtype == bool:
@@ -68,7 +67,7 @@ def indices(name: str, value: ArrayLike, shape: Sequence[int | None], count: int
     return out
 
 
-def selection(name: str, value: ArrayLike, count: int) -> NDArray[np.int64]:
+def selection(name: str, value: ArrayLike, count: int) -> Indices:
     """Return a selection among `count` elements, given as indices or as a boolean mask, as (m,) int64 indices."""
     given = _numbers(name, value, (None,))
     if given.dtype == bool:
@@ -148,7 +147,7 @@ def _plain(word: str) -> str:
     return word[:1].lower() + word[1:].lower().translate({ord(mark): None for mark in "-_ "})
 
 
-def affine(name: str, value: ArrayLike) -> NDArray[np.float64]:
+def affine(name: str, value: ArrayLike) -> Array:
     """Return an invertible (4, 4) affine transform of any scale, checked."""
     T = array(name, value, (4, 4))
     scale = np.abs(T[:3, :3]).max()
@@ -190,7 +189,7 @@ def type_name(value: Any) -> str:
     return type(value).__name__ if own else f"{library}.{type(value).__name__}"
 
 
-def size(name: str, bounds: NDArray[np.float64]) -> None:
+def size(name: str, bounds: Array) -> None:
     """Refuse (2, 3) bounds so small, so large or so far from the origin that products of areas overflow or vanish."""
     extent, far = float((bounds[1] / 2 - bounds[0] / 2).max()), float(np.abs(bounds).max())
     if far > LARGEST or 0.0 < extent < SMALLEST:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import signal
 import sys
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 
-Report = Callable[[float, str], None]
+from simplexmesh._base.progress import Report
 
 DELAY = 1.0
 """Seconds after which a Ctrl-C that has not taken effect is acknowledged."""

@@ -1,15 +1,20 @@
-"""Named arrays with one row for each point or vertex: checked, and passed on to what is made of the points."""
+"""Named arrays with one row for each point or vertex: checked, and passed on; what meshes and points have in common."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import cached_property
 from types import MappingProxyType
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array
+from simplexmesh._base.units import InUnits
 
 Data = Mapping[str, NDArray[Any]]
 
@@ -55,3 +60,64 @@ def joined(parts: Sequence[Data]) -> dict[str, NDArray[Any]]:
 def is_color(values: NDArray[Any]) -> bool:
     """Whether an array holds colors: bytes in three columns, red, green and blue (sRGB), or four with opacity."""
     return values.dtype == np.uint8 and values.ndim == 2 and values.shape[1] in (3, 4)
+
+
+Self = TypeVar("Self", bound="Located")
+
+
+class Located(InUnits):
+    """Places in space with named arrays.
+
+    Attributes
+    ----------
+    data : mapping of str to array
+        One row for each place.
+    """
+
+    data: Data
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(checks.frozen_state(state))
+
+    def __getstate__(self) -> dict[str, Any]:
+        return checks.picklable_state(self.__dict__)
+
+    @cached_property
+    def bounds(self) -> Array:
+        """(2, 3) array of float: lowest and highest coordinates."""
+        at = self.points if hasattr(self, "points") else self.vertices  # type: ignore[attr-defined]
+        return checks.frozen(np.stack([at.min(axis=0), at.max(axis=0)]))
+
+    @property
+    def diagonal(self) -> float:
+        """Length of the diagonal of the bounding box."""
+        return math.dist(*self.bounds)
+
+    def with_data(self: Self, **arrays: ArrayLike | None) -> Self:
+        """Return the same with named arrays added or replaced, one row for each place; None removes one.
+
+        Examples
+        --------
+        >>> import numpy as np, simplexmesh as sm
+        >>> list(sm.PointCloud(np.eye(4)[:, :3]).with_data(intensity=[1, 2, 3, 4]).data)
+        ['intensity']
+        """
+        return replace(self, data=changed(self.data, arrays))  # type: ignore[type-var]
+
+    def to_trimesh(self) -> Any:
+        """Return a `trimesh.Trimesh` with colors and other arrays, of points a `trimesh.PointCloud` with colors only.
+
+        Needs the extra `export`.
+        """
+        from simplexmesh.data import exporting
+
+        return exporting.to_trimesh(self)
+
+    def to_open3d(self) -> Any:
+        """Return an `open3d.t.geometry` PointCloud or TriangleMesh with normals, colors and other arrays.
+
+        Needs Open3D.
+        """
+        from simplexmesh.data import exporting
+
+        return exporting.to_open3d(self)

@@ -1,7 +1,8 @@
-"""Units of length, and what all data with coordinates can do with them."""
+"""Units of length, and what all data with coordinates have in common: they are converted, saved and handed on."""
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any, TypeVar
@@ -101,3 +102,25 @@ class InUnits:
             raise ValueError(f"given must be {self.unit!r}, the unit that is known, or left out, not {given!r}")
         scaled = self if now == unit else self.scaled(NANOMETERS[now] / NANOMETERS[unit])
         return replace(scaled, unit=unit)  # type: ignore[type-var]
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write to a file in the format its name says; VTP keeps all of a simplex mesh.
+
+        Points: .vtp, .ply or .xyz. Meshes also: .obj, .off, .stl, and .glb or .3mf with the extra `export`. All arrays
+        go into .vtp and .ply, those of up to four columns into .glb, colors and `uv` into .obj. Volumes: .mha, .nrrd,
+        .nii, .nii.gz or .vti.
+
+        Warns
+        -----
+        SimplexMeshWarning
+            Arrays that the format does not hold; the message names them.
+        """
+        from simplexmesh.data.io import writing
+
+        writing.save(path, self)
+
+    def to_pyvista(self) -> Any:
+        """Return a `pyvista.PolyData` with the data, of points with their normals; of a volume, `ImageData`."""
+        from simplexmesh.data.io import writing
+
+        return writing.to_pyvista(self)

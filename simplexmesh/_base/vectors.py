@@ -1,11 +1,10 @@
-"""Dot and cross products, norms and unit vectors of stacked vectors."""
+"""Dot and cross products, norms, unit vectors and sums of stacked vectors; normals of triangles."""
 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from simplexmesh._base.arrays import Array, Indices
 
 
 def dot(a: Array, b: Array) -> Array:
@@ -29,6 +28,22 @@ def normalized(a: Array) -> Array:
     """Return the vectors scaled to unit length; a zero vector stays zero."""
     length = norm(a)[..., None]
     return np.divide(a, length, out=np.zeros_like(a), where=length > 0)
+
+
+def triangle_vectors(points: Array, triangles: Indices) -> Array:
+    """Return the normals (t, 3) of triangles, as long as twice their areas."""
+    a, b, c = (points[triangles[:, j]] for j in range(3))
+    return cross(b - a, c - a)
+
+
+def sums(vectors: Array, rows: Indices, n: int) -> Array:
+    """Return the sums (n, k) of the vectors (m, k) in each of the `rows` (m,)."""
+    return np.stack([np.bincount(rows, column, n) for column in vectors.T], axis=1)
+
+
+def vertex_normals(points: Array, triangles: Indices) -> Array:
+    """Return the unit vertex normals (n, 3), means of those of triangles by area; zero at points of none."""
+    return normalized(sums(np.tile(triangle_vectors(points, triangles), (3, 1)), triangles.T.ravel(), len(points)))
 
 
 def tangents(normals: Array) -> tuple[Array, Array]:

@@ -6,15 +6,15 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 import pyvista as pv
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from simplexmesh._base.arrays import Array
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.plot.camera import looked_at
 from simplexmesh.plot.color_scale import FAILED, bar, blue_to_red
 from simplexmesh.plot.polydata import colored
 from simplexmesh.plot.stage import COLORS_LIT, INK, grid
 
-Array = NDArray[np.float64]
 Curves = Mapping[str, tuple[ArrayLike, ArrayLike]]
 
 COLORS = (
@@ -23,6 +23,9 @@ COLORS = (
 )
 DASHES = ("-", "--", "-.")
 MARKS = ("o", "s", "d", "x", "+")
+CHARTS, CHART, MAPS, MAP = 3, (430, 360), 5, (280, 225)
+"""Columns of charts and of maps, and the sizes of their cells, in pixels."""
+
 MARGIN = 20
 """Margin of charts without axes, in pixels."""
 
@@ -33,17 +36,15 @@ def curves(
     x_label: str,
     y_label: str,
     y_limits: tuple[float, float],
-    columns: int = 3,
-    title: str = "",
-    cell: tuple[int, int] = (430, 360),
+    title: str,
 ) -> pv.Plotter:
     """Plot curves with logarithmic axes in panels, with one legend."""
     names = list(dict.fromkeys(name for panel in panels.values() for name in panel))
-    plotter = _cells(len(panels) + 1, columns, cell)
+    plotter = _cells(len(panels) + 1, CHARTS, CHART)
     across = np.concatenate([np.asarray(x, float) for panel in panels.values() for x, _ in panel.values()])
     limits = np.log10([across.min() / 1.15, across.max() * 1.15]), np.log10(y_limits)
     for at, (heading, panel) in enumerate(panels.items()):
-        plotter.subplot(*divmod(at, columns))
+        plotter.subplot(*divmod(at, CHARTS))
         chart = pv.Chart2D()
         for name, (x, y) in panel.items():
             color, dash, mark = _style(names.index(name))
@@ -54,8 +55,8 @@ def curves(
                 chart.scatter(u[kept], v[kept], color=color, size=6, style=mark)
         _axes(chart, limits, (x_label, y_label), heading)
         plotter.add_chart(chart)
-    plotter.subplot(*divmod(len(panels), columns))
-    _legend(plotter, title, names, cell[1])
+    plotter.subplot(*divmod(len(panels), CHARTS))
+    _legend(plotter, title, names, CHART[1])
     return plotter
 
 
@@ -64,21 +65,18 @@ def maps(
     *,
     name: str,
     limits: tuple[float, float],
-    columns: int = 5,
-    view: str | Sequence[float] | None = None,
-    cell: tuple[int, int] = (280, 225),
 ) -> pv.Plotter:
     """Plot scalars on surfaces in panels, with one blue-to-red color scale in the last cell."""
-    plotter = _cells(len(panels) + 1, columns, cell)
+    plotter = _cells(len(panels) + 1, MAPS, MAP)
     low, high = limits
     for at, (heading, mesh, values) in enumerate(panels):
-        plotter.subplot(*divmod(at, columns))
+        plotter.subplot(*divmod(at, MAPS))
         polydata = colored(mesh, "heat", np.clip(values, low, high))
         style = {"scalars": "heat", "cmap": blue_to_red(low, high), "clim": limits, "show_scalar_bar": False}
         plotter.add_mesh(polydata, smooth_shading=True, **COLORS_LIT, **style)
         plotter.add_text(heading, position="upper_edge", font_size=8, color=INK)
-        looked_at(plotter, view, up="z")
-    plotter.subplot(*divmod(len(panels), columns))
+        looked_at(plotter, None, up="z")
+    plotter.subplot(*divmod(len(panels), MAPS))
     _scale(plotter, name, limits)
     return plotter
 
@@ -139,8 +137,7 @@ def _legend(plotter: pv.Plotter, title: str, names: Sequence[str], tall: int) ->
         plotter.add_text(name, position=(0.28, middle - 8 / tall), viewport=True, font_size=8, color=INK)
     chart.legend_visible = False
     plotter.add_chart(chart)
-    if title:
-        plotter.add_text(title, position="upper_edge", font_size=10, color=INK)
+    plotter.add_text(title, position="upper_edge", font_size=10, color=INK)
 
 
 def _scale(plotter: pv.Plotter, name: str, limits: tuple[float, float]) -> None:

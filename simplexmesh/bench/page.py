@@ -33,7 +33,7 @@ def index(found: Results, pictures: Mapping[str, str], *, quick: bool) -> str:
         TITLE: [
             "All methods of `simplexmesh.curvature` and `simplexmesh.vertex_normals` on surfaces with known normals "
             "and curvatures, after the comparison in Charton's thesis (2014) and the article of 2012. "
-            f"simplexmesh {simplexmesh.__version__}{', quick run' if quick else ''}.",
+            f"simplexmesh {simplexmesh.__version__}{', quick run' if quick else ''}."
         ],
         "## Ratings": [
             "From best to worst `+++ ++ + +/- - -- ---`, the thesis's where they differ in brackets, by these rules:",
@@ -157,7 +157,7 @@ def tilts(rows: Rows, quantity: str) -> str:
     return as_markdown(pivoted(lines, "method", "degrees", "error")) if lines else ""
 
 
-def tori(rows: Rows, quantity: str, columns: Sequence[str] | None = None) -> str:
+def tori(rows: Rows, quantity: str) -> str:
     """Return the errors of a quantity on tori, of H also other programs', empty if there are none."""
     lines = [line for line in rows if line["quantity"] == quantity]
     if not lines:
@@ -168,7 +168,7 @@ def tori(rows: Rows, quantity: str, columns: Sequence[str] | None = None) -> str
         table += [
             {"method": f"*{name}*"} | dict(zip(titles, map(float, v), strict=False)) for name, v in OTHERS.items()
         ]
-    return as_markdown(table, ["method", *columns] if columns else None)
+    return as_markdown(table)
 
 
 def _times(rows: Rows) -> Rows:

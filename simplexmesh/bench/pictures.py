@@ -4,12 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
-from pathlib import Path
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+from simplexmesh._base.arrays import Array
 from simplexmesh.bench.charts import curves as drawn
 from simplexmesh.bench.charts import maps
 from simplexmesh.bench.trials.candidates import distance, estimates, truth
@@ -18,10 +15,8 @@ from simplexmesh.bench.truth.discretized import Discretized, split_square, torus
 from simplexmesh.bench.truth.graphs import graph
 from simplexmesh.bench.truth.noise import noisy
 from simplexmesh.data.triangles import TriangleMesh
-from simplexmesh.plot.stage import picture
 from simplexmesh.surface.sampled_surface import SampledSurface
 
-Array = NDArray[np.float64]
 Picture = tuple[str, str, Callable[[], Any]]
 """File name without suffix, caption, and the function that draws it."""
 
@@ -58,11 +53,6 @@ def of_surfaces(names: Mapping[str, Sequence[str]], *, few: bool = False) -> Ite
     yield _map("H_torus", "irregular torus", ring, names, (-2.0, 2.0))
     rough = noisy(ring.mesh, 0.1, rng=1)
     yield _map("H_rough_torus", "irregular torus, 10 % noise", ring, names, (-2.0, 2.0), rough)
-
-
-def save(path: Path, plotter: Any) -> None:
-    """Write a figure to a file."""
-    picture(path, plotter)
 
 
 def _map(

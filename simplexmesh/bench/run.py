@@ -16,6 +16,7 @@ from simplexmesh.bench.trials import meshes, ratings
 from simplexmesh.bench.trials.curve import Curve
 from simplexmesh.bench.trials.pointwise import Pointwise, rows_of, spreads, tilts
 from simplexmesh.bench.truth.graphs import Graph
+from simplexmesh.plot.stage import picture
 
 Report = Callable[[float, str], None]
 Rows = list[dict[str, Any]]
@@ -81,6 +82,6 @@ def write(found: Results, folder: Path, report: Report, *, quick: bool = False) 
     for at, (name, _, draw) in enumerate(shown):
         report(0.8 + 0.2 * at / len(shown), f"picture {name}")
         with held_interrupts():
-            pictures.save(folder / f"{name}.png", draw())
+            picture(folder / f"{name}.png", draw())
     captions = {name: caption for name, caption, _ in shown}
     (folder / INDEX).write_text(index(found, captions, quick=quick), encoding="utf-8")

@@ -1,7 +1,4 @@
-"""The command line: `simplexmesh demo | reconstruct | decimate | register | curvature | features | library | ...`.
-
-Heavy modules are imported when a command runs, so that `--help` is immediate.
-"""
+"""The command line; heavy modules are imported when a command runs, so that `--help` is immediate."""
 
 from __future__ import annotations
 

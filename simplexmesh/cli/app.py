@@ -17,23 +17,16 @@ from simplexmesh.cli import curvature, decimate, demo, features, info, library, 
 from simplexmesh.cli.report import INTERRUPTED, KEPT, NOTES, as_json, error, note
 
 BAD_INPUT = 2
-SUGGESTIONS = {
-    "saliency": "curvature",
-    "normals": "curvature",
-    "fit": "reconstruct",
-    "simplify": "decimate",
-    "edges": "features",
-    "zones": "features",
-    "align": "register",
-    "match": "register",
-    "show": "view",
-    "plot": "view",
-    "recognise": "library recognize",
-    "recognize": "library recognize",
-    "add": "library add",
-    "list": "library list",
-    "remove": "library remove",
-}
+_MEANT = {
+    "curvature": "saliency normals",
+    "reconstruct": "fit",
+    "decimate": "simplify",
+    "features": "edges zones",
+    "register": "align match",
+    "view": "show plot",
+    "library recognize": "recognise recognize",
+} | {f"library {word}": word for word in ("add", "list", "remove")}
+SUGGESTIONS = {word: command for command, words in _MEANT.items() for word in words.split()}
 """Words that a user may try as a command, and the command to suggest."""
 
 IN_PYTHON = (
@@ -77,12 +70,9 @@ app = typer.Typer(
     rich_markup_mode="rich",
     pretty_exceptions_enable=False,
 )
-app.command("demo", cls=_Command, epilog=demo.EXAMPLE)(demo.command)
-app.command("reconstruct", cls=_Command, epilog=reconstruct.EXAMPLE)(reconstruct.command)
-app.command("decimate", cls=_Command, epilog=decimate.EXAMPLE)(decimate.command)
-app.command("register", cls=_Command, epilog=register.EXAMPLE)(register.command)
-app.command("curvature", cls=_Command, epilog=curvature.EXAMPLE)(curvature.command)
-app.command("features", cls=_Command, epilog=features.EXAMPLE)(features.command)
+for _module in (demo, reconstruct, decimate, register, curvature, features, info, view, warm_up):
+    _name = _module.__name__.rpartition(".")[2].replace("_", "-")
+    app.command(_name, cls=_Command, epilog=_module.EXAMPLE)(_module.command)
 _library = typer.Typer(
     cls=_Group,
     help="Keep models in a library and find which of them a scan shows: add, list, remove, recognize.",
@@ -95,9 +85,6 @@ _library.command("list", cls=_Command, epilog=library.LIST_EXAMPLE)(library.list
 _library.command("remove", cls=_Command, epilog=library.REMOVE_EXAMPLE)(library.remove)
 _library.command("recognize", cls=_Command, epilog=library.RECOGNIZE_EXAMPLE)(library.recognize)
 app.add_typer(_library, name="library")
-app.command("info", cls=_Command, epilog=info.EXAMPLE)(info.command)
-app.command("view", cls=_Command, epilog=view.EXAMPLE)(view.command)
-app.command("warm-up", cls=_Command, epilog=warm_up.EXAMPLE)(warm_up.command)
 
 
 def _show_version(wanted: bool) -> None:

@@ -10,23 +10,7 @@ from typing import Annotated, Any
 
 import typer
 
-from simplexmesh._base.interrupts import deferred_interrupts
-from simplexmesh.cli.curvature_report import described, per_unit, print_table
-from simplexmesh.cli.report import (
-    KEPT,
-    NOTES,
-    PICTURES,
-    Json,
-    Unit,
-    View,
-    as_json,
-    direction,
-    note,
-    progress,
-    upward,
-    writable,
-    written_to,
-)
+from simplexmesh.cli import report
 
 EXAMPLE = "Example: simplexmesh curvature femur.off --method sine --rings 2 -o femur_curv.vtp --picture femur.png"
 SHOWN = ("mean", "gauss", "k1", "k2", "saliency", "classes", "all")
@@ -47,26 +31,25 @@ def command(
     radius: Annotated[float | None, typer.Option(help="or all within a distance, in the unit of the file,")] = None,
     nearest: Annotated[int | None, typer.Option(help="or so many nearest points.")] = None,
     points: Annotated[int, typer.Option(help="Number of salient points to report.")] = 10,
-    picture: Annotated[Path | None, typer.Option(help="Write a picture to this file.")] = None,
+    picture: report.Picture = None,
     show: Annotated[
         str | None, typer.Option(help="What it shows: mean (the default), gauss, k1, k2, saliency, classes or all.")
     ] = None,
     limits: Annotated[tuple[float, float] | None, typer.Option(help="Ends of its color scale.")] = None,
-    unit: Unit = "",
+    unit: report.Unit = "",
     flip: Annotated[bool, typer.Option("--flip", help="Reverse faces or normals that point inward.")] = False,
-    side: View = "iso",
-    up: Annotated[str, typer.Option(help="Axis that points up: x, y, z, -x, -y, -z or auto.")] = "auto",
-    json: Json = False,
+    side: report.View = "iso",
+    up: report.Up = "auto",
+    json: report.Json = False,
 ) -> int | str:
     """Estimate curvature, saliency, surface types and salient points of a surface or point cloud."""
-    output = output and writable(output, "--output", (".vtp",), [path])
-    picture = picture and writable(picture, "--picture", PICTURES, [path])
+    output = output and report.writable(output, "--output", (".vtp",), [path])
+    picture = picture and report.writable(picture, "--picture", report.PICTURES, [path])
     _check_options(method, {"--rings": rings, "--radius": radius, "--nearest": nearest}, points)
     _check_picture(picture, show, limits)
-    camera, upwards = direction(side), upward(up, side)
+    camera, upwards = report.direction(side), report.upward(up, side)
 
-    with deferred_interrupts() as interrupts, progress("measuring", wanted=not json) as report:
-        reported = interrupts.checking(report)
+    with report.work("measuring", wanted=not json) as (interrupts, reported):
         began = time.perf_counter()
         reported(0.0, "reading")
         surface = _outward(_surface(path), flip=flip)
@@ -78,22 +61,16 @@ def command(
         interrupts.check()
         if output is not None:
             reported(0.8, "writing")
-            with written_to(output, "the surface"):
+            with report.written_to(output, "the surface"):
                 surface.with_data(**arrays(found)).save(output)
         if interrupts.pending and output is not None and picture is not None:
-            note(f"interrupted; {output} was written, {picture} was not")
-            return KEPT
+            report.note(f"interrupted; {output} was written, {picture} was not")
+            return report.KEPT
         if picture is not None:
             reported(0.9, "drawing")
-            with written_to(picture, "the picture"):
-                from simplexmesh import plot
-
-                view = {"title": path.name, "view": camera, "up": upwards}
-                plot.picture(picture, _drawn(surface, found, show or SHOWN[0], limits, unit, **view))
-    if json:
-        as_json(facts | {"notes": NOTES})
-    else:
-        print_table(str(output or path), facts, unit)
+        view = {"title": path.name, "view": camera, "up": upwards}
+        report.draw(picture, lambda plot: _drawn(plot, surface, found, show or SHOWN[0], limits, unit, **view))
+    report.tell(facts, str(output or path), _rows(facts, unit), json=json)
     return 0
 
 
@@ -162,7 +139,7 @@ def _neighborhood(rings: int | None, radius: float | None, nearest: int | None) 
     return None if nearest is None else neighborhoods.nearest(nearest)
 
 
-def measured(surface: Any, method: str | None, neighborhood: Any, points: int, report: Any) -> dict[str, Any]:
+def measured(surface: Any, method: str | None, neighborhood: Any, points: int, reported: Any) -> dict[str, Any]:
     """Return curvature, saliency, classes and salient points of a surface, by name."""
     from simplexmesh.surface.curvature.estimate import curvature
     from simplexmesh.surface.saliency.hk_classes import hk_classes
@@ -173,7 +150,7 @@ def measured(surface: Any, method: str | None, neighborhood: Any, points: int, r
     samples = as_sampled_surface(surface)
     how = {} if neighborhood is None else {"neighborhood": neighborhood}
     found = curvature(samples, **how) if method is None else curvature(samples, method, **how)
-    report(0.5, "saliency")
+    reported(0.5, "saliency")
     standing = saliency(samples, curvature=found)
     kinds = hk_classes(samples, curvature=found)
     salient = salient_points(samples, curvature=found, count=points)
@@ -188,10 +165,8 @@ def arrays(found: dict[str, Any]) -> dict[str, Any]:
     return known | {"saliency": found["saliency"], "hk_class": found["classes"].labels}
 
 
-def _drawn(surface: Any, found: dict[str, Any], show: str, limits: Any, unit: str, **options: Any) -> Any:
+def _drawn(plot: Any, surface: Any, found: dict[str, Any], show: str, limits: Any, unit: str, **options: Any) -> Any:
     """Return the plotter of what is to be shown; the options are the title and the view."""
-    from simplexmesh import plot
-
     if show == "all":
         curved, points = found["curvature"], len(found["salient"])
         return plot.curvature(surface, curvature=curved, count=points, unit=unit, **options)
@@ -201,3 +176,72 @@ def _drawn(surface: Any, found: dict[str, Any], show: str, limits: Any, unit: st
     name = {"mean": "mean curvature", "gauss": "Gaussian curvature", "saliency": "saliency (rad)"}.get(show, show)
     power = per_unit(unit, POWERS.get(show, 0))
     return plot.heat(surface, values, name=f"{name} ({power})" if power else name, limits=limits, **options)
+
+
+def described(found: dict[str, Any]) -> dict[str, Any]:
+    """Return the report of a surface's curvature."""
+    curved, salient, samples = found["curvature"], found["salient"], found["samples"]
+    faces = samples.faces
+    return {
+        "vertices": len(samples.points),
+        "faces": 0 if faces is None else len(faces),
+        "method": curved.method,
+        "failed": int(curved.failed.sum()),
+        **{name: _spread(getattr(curved, name)) for name in ("mean", "gauss", "k1", "k2")},
+        "saliency": _spread(found["saliency"]),
+        "classes": found["classes"].counts,
+        "salient": [
+            {"vertex": int(vertex), "point": point, "value": float(value), "persistence": float(above)}
+            for vertex, point, value, above in zip(
+                salient.vertices, salient.points.tolist(), salient.values, salient.persistence, strict=True
+            )
+        ],
+        "threshold": salient.threshold,
+    }
+
+
+def _spread(values: Any) -> dict[str, float]:
+    import numpy as np
+
+    known = values[np.isfinite(values)]
+    marks = np.percentile(known, [0, 5, 50, 95, 100]) if len(known) else np.full(5, np.nan)
+    return dict(zip(("min", "p5", "median", "p95", "max"), marks.tolist(), strict=True))
+
+
+def _rows(facts: dict[str, Any], unit: str) -> dict[str, str]:
+    """Return the rows of the table."""
+
+    def summary(name: str, measure: str) -> str:
+        low, middle, high = (facts[name][part] for part in ("p5", "median", "p95"))
+        middle = 0.0 if abs(middle) < 1e-9 * max(abs(low), abs(high)) else middle  # rounding errors on planes
+        return f"{middle:.4g}, 90 % between {low:.4g} and {high:.4g} {measure}".rstrip()
+
+    count = facts["vertices"]
+    return {
+        "surface": f"{count:,} vertices, {facts['faces']:,} faces",
+        "method": facts["method"] + (f", failed at {facts['failed']:,} vertices" if facts["failed"] else ""),
+        "mean H": summary("mean", per_unit(unit, 1)),
+        "Gauss K": summary("gauss", per_unit(unit, 2)),
+        "saliency": summary("saliency", "rad"),
+        "types": ", ".join(f"{name} {number / count:.0%}" for name, number in facts["classes"].items()),
+        "salient": _places(facts["salient"], unit),
+        "time": f"{facts['seconds']:.1f} s",
+    }
+
+
+def per_unit(unit: str, power: int) -> str:
+    """Return the unit of a curvature, empty where the unit of length is unknown."""
+    return {1: f"1/{unit}", 2: f"1/{unit}²"}.get(power, "") if unit else ""
+
+
+def _places(salient: list[dict[str, Any]], unit: str) -> str:
+    """Return a table of the salient points, one line each, with a header."""
+    if not salient:
+        return "none"
+    place, size = f"z {unit}".rstrip(), f"|H| {per_unit(unit, 1)}".rstrip()
+    wide, wider = max(10, len(place) + 9), max(10, len(size) + 5)
+    lines = [f"{'x':>10} {'y':>10} {place:>{wide}} {size:>{wider}}"]
+    for each in salient:
+        x, y, z = (f"{value:.5g}" for value in each["point"])
+        lines.append(f"{x:>10} {y:>10} {z:>{wide}} {each['value']:>{wider}.4g}")
+    return "\n".join(lines)

@@ -8,21 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from simplexmesh._base.interrupts import deferred_interrupts
-from simplexmesh.cli.report import (
-    MODELS,
-    NOTES,
-    Json,
-    Model,
-    as_json,
-    mesh_numbers,
-    mesh_rows,
-    note,
-    progress,
-    table,
-    writable,
-    written_to,
-)
+from simplexmesh.cli import report
 
 EXAMPLE = (
     "Examples: simplexmesh decimate head.vtp --vertices 2000 -o small.vtp ;  "
@@ -34,22 +20,21 @@ def command(
     path: Annotated[
         Path, typer.Argument(metavar="INPUT", help="A model, or triangles, which are converted to their dual.")
     ],
-    output: Model,
+    output: report.Model,
     vertices: Annotated[int | None, typer.Option(help="Number of vertices to keep, even.")] = None,
     tolerance: Annotated[
         float | None, typer.Option(help="Or: the largest distance allowed, in the unit of the file.")
     ] = None,
-    json: Json = False,
+    json: report.Json = False,
 ) -> None:
     """Remove vertices where they affect the surface least; genus, components and holes are kept."""
-    output = writable(output, "--output", MODELS, [path])
+    output = report.writable(output, "--output", report.MODELS, [path])
     if (vertices is None) == (tolerance is None):
         raise ValueError("give --vertices or --tolerance" + ("" if vertices is None else ", not both"))
 
-    with deferred_interrupts() as interrupts, progress("decimating", wanted=not json) as report:
+    with report.work("decimating", wanted=not json) as (interrupts, reported):
         from simplexmesh.data.decimate import decimate
 
-        reported = interrupts.checking(report)
         began = time.perf_counter()
         reported(0.0, "reading")
         mesh = loaded(path)
@@ -59,16 +44,13 @@ def command(
         reported(0.9, "checking")
         facts = described(mesh, result) | {"seconds": round(seconds, 3), "output": str(output)}
         interrupts.check()
-        with written_to(output, "the model"):
+        with report.written_to(output, "the model"):
             result.mesh.save(output)
     for problem in facts["problems"]:
-        note(f"the model has a defect: {problem}")
+        report.note(f"the model has a defect: {problem}")
     if facts["problems"] and (older := mesh.check(self_intersections=True).problems):
-        note(f"so had the input: {'; '.join(older)}")
-    if json:
-        as_json(facts | {"notes": NOTES})
-    else:
-        _print(facts, output)
+        report.note(f"so had the input: {'; '.join(older)}")
+    report.tell(facts, str(output), _rows(facts), json=json)
 
 
 def loaded(path: Path) -> Any:
@@ -91,19 +73,21 @@ def loaded(path: Path) -> Any:
         mesh = dual(found)
     except TopologyError as problem:
         raise TopologyError(f"{path.name}: {problem}") from None
-    note(f"{path.name} holds {found.n_faces:,} triangles; their dual, {mesh.n_vertices:,} vertices, is decimated")
+    report.note(
+        f"{path.name} holds {found.n_faces:,} triangles; their dual, {mesh.n_vertices:,} vertices, is decimated"
+    )
     return mesh
 
 
 def described(before: Any, result: Any) -> dict[str, Any]:
     """Return the report of a decimation: sizes, distances, and the defects of the mesh."""
-    from simplexmesh.motion.model.stages import mean_edge
+    from simplexmesh.motion.model.state import mean_edge
 
     mesh, (low, high) = result.mesh, before.bounds
     return {
-        **mesh_numbers(mesh),
+        **report.mesh_numbers(mesh),
         "mean_edge": mean_edge(mesh),
-        "before": mesh_numbers(before),
+        "before": report.mesh_numbers(before),
         "diagonal": float(((high - low) ** 2).sum() ** 0.5),
         "rms": result.rms,
         "largest": result.largest,
@@ -112,20 +96,17 @@ def described(before: Any, result: Any) -> dict[str, Any]:
     }
 
 
-def _print(facts: dict[str, Any], output: Path) -> None:
-    before = facts["before"]
-    odd = facts["exceptions"]
-    table(
-        str(output),
-        {
-            "before": f"{before['vertices']:,} vertices, {before['faces']:,} faces",
-            **mesh_rows(facts),
-            "distance": f"rms {_part(facts['rms'], facts)}, largest {_part(facts['largest'], facts)}",
-            "faces": "of five to seven vertices" + (f", except {odd:,}" if odd else ""),
-            "problems": "\n".join(facts["problems"]) or "none",
-            "time": f"{facts['seconds']:.1f} s",
-        },
-    )
+def _rows(facts: dict[str, Any]) -> dict[str, str]:
+    """Return the rows of the table."""
+    before, odd = facts["before"], facts["exceptions"]
+    return {
+        "before": f"{before['vertices']:,} vertices, {before['faces']:,} faces",
+        **report.mesh_rows(facts),
+        "distance": f"rms {_part(facts['rms'], facts)}, largest {_part(facts['largest'], facts)}",
+        "faces": "of five to seven vertices" + (f", except {odd:,}" if odd else ""),
+        "problems": "\n".join(facts["problems"]) or "none",
+        "time": f"{facts['seconds']:.1f} s",
+    }
 
 
 def _part(length: float, facts: dict[str, Any]) -> str:

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from simplexmesh.cli.report import KEPT, Json, as_json, note, progress, table
+from simplexmesh.cli import report
 
 EXAMPLE = "Example: simplexmesh demo -o demo_output"
 
@@ -18,7 +18,7 @@ def command(
         Path, typer.Option("--output", "-o", help="Folder for models, report and pictures; created if missing.")
     ] = Path("demo_output"),
     size: Annotated[str, typer.Option(help="large (twelve organs) or small (two, coarse).")] = "large",
-    json: Json = False,
+    json: report.Json = False,
 ) -> str | None:
     """Reconstruct organs of a frog from a labelled MR volume, and one of them from a noisy scan."""
     from simplexmesh._base import checks
@@ -31,15 +31,15 @@ def command(
     if not os.access(parent, os.W_OK):
         raise PermissionError(f"--output must be in a writable folder, {str(parent)!r} is not")
     output.mkdir(parents=True, exist_ok=True)  # before any work, so that it fails at once
-    with progress("frog", wanted=not json) as report:
-        out = frog.main(size, report)
+    with report.progress("frog", wanted=not json) as reported:
+        out = frog.main(size, reported)
     try:
         facts = frog.written(out, output)
     except KeyboardInterrupt:
-        note(f"interrupted; {output} is incomplete")
-        return KEPT
+        report.note(f"interrupted; {output} is incomplete")
+        return report.KEPT
     if json:
-        as_json(facts)
+        report.as_json(facts)
         return None
     rows = {
         name: f"{organ['vertices']:>6,} vertices, genus {organ['genus']}, "
@@ -51,5 +51,5 @@ def command(
         f"{scan['model']['vertices']:>6,} vertices, genus {scan['model']['genus']}, "
         f"mean distance to the truth {scan['mean_distance_to_truth']:.3f}, {scan['model']['seconds']:.1f} s"
     )
-    table(f"models, report and pictures are in {output}", rows)
+    report.table(f"models, report and pictures are in {output}", rows)
     return None

@@ -10,23 +10,7 @@ from typing import Annotated, Any
 
 import typer
 
-from simplexmesh._base.interrupts import deferred_interrupts
-from simplexmesh.cli.report import (
-    KEPT,
-    NOTES,
-    PICTURES,
-    Json,
-    View,
-    as_json,
-    direction,
-    json_text,
-    note,
-    progress,
-    table,
-    upward,
-    writable,
-    written_to,
-)
+from simplexmesh.cli import report
 
 EXAMPLE = "Example: simplexmesh features fandisk.off -o fandisk.vtp --picture fandisk.png"
 ENDINGS = (".vtp", ".json", ".stl")
@@ -48,20 +32,19 @@ def command(
     tolerance: Annotated[
         float | None, typer.Option(help="Also divide where the curvature differs by this, per unit of the file.")
     ] = None,
-    picture: Annotated[Path | None, typer.Option(help="Write a picture to this file.")] = None,
-    side: View = "iso",
-    up: Annotated[str, typer.Option(help="Axis that points up: x, y, z, -x, -y, -z or auto.")] = "auto",
-    json: Json = False,
+    picture: report.Picture = None,
+    side: report.View = "iso",
+    up: report.Up = "auto",
+    json: report.Json = False,
 ) -> int | str:
     """Find the sharp edges of a surface, and the zones between them."""
     output = output and _target(output, path)
-    picture = picture and writable(picture, "--picture", PICTURES, [path])
-    camera, upwards = direction(side), upward(up, side)
+    picture = picture and report.writable(picture, "--picture", report.PICTURES, [path])
+    camera, upwards = report.direction(side), report.upward(up, side)
     if angle is not None and not 0 < angle < 180:
         raise ValueError(f"--angle must lie between 0 and 180 degrees, not {angle:g}")
 
-    with deferred_interrupts() as interrupts, progress("features", wanted=not json) as report:
-        reported = interrupts.checking(report)
+    with report.work("features", wanted=not json) as (interrupts, reported):
         began = time.perf_counter()
         reported(0.0, "reading")
         zones = found(path, angle, tolerance, reported)
@@ -72,32 +55,26 @@ def command(
             reported(0.8, "writing")
             _write(zones, output)
         if interrupts.pending and output is not None and picture is not None:
-            note(f"interrupted; {output} was written, {picture} was not")
-            return KEPT
+            report.note(f"interrupted; {output} was written, {picture} was not")
+            return report.KEPT
         if picture is not None:
             reported(0.9, "drawing")
-            with written_to(picture, "the picture"):
-                from simplexmesh import plot
-
-                plotter = plot.features(zones.mesh, None, zones, title=path.name, view=camera, up=upwards)
-                plot.picture(picture, plotter)
-    if json:
-        as_json(facts | {"notes": NOTES})
-    else:
-        _print(str(output or path), facts)
+        view = {"title": path.name, "view": camera, "up": upwards}
+        report.draw(picture, lambda plot: plot.features(zones.mesh, None, zones, **view))
+    report.tell(facts, str(output or path), _rows(facts), json=json)
     return 0
 
 
 def _target(output: Path, path: Path) -> Path:
     """Return the path to write to, checked; files of zones must not replace the input either."""
-    output = writable(output, "--output", ENDINGS, [path])
+    output = report.writable(output, "--output", ENDINGS, [path])
     numbered = re.fullmatch(re.escape(output.stem) + r"_\d+", path.stem) and path.suffix == output.suffix
     if output.suffix.lower() == ".stl" and numbered and path.parent.resolve() == output.parent.resolve():
         raise ValueError(f"--output must not lead to the input file {str(path)!r}: zones get numbered names")
     return output
 
 
-def found(path: Path, angle: float | None, tolerance: float | None, report: Any) -> Any:
+def found(path: Path, angle: float | None, tolerance: float | None, reported: Any) -> Any:
     """Return the zones of the surface in a file."""
     from simplexmesh._base.errors import TopologyError
     from simplexmesh.data.io.reading import read
@@ -109,10 +86,10 @@ def found(path: Path, angle: float | None, tolerance: float | None, report: Any)
     surface = read(path)
     if not isinstance(surface, TriangleMesh | SimplexMesh):
         raise ValueError(f"INPUT must hold triangles or a model, {path.name} holds a {type(surface).__name__}")
-    report(0.2, f"{surface.n_faces:,} faces")
+    reported(0.2, f"{surface.n_faces:,} faces")
     try:
         network = feature_lines(surface, angle=None if angle is None else math.radians(angle))
-        report(0.6, "zones")
+        reported(0.6, "zones")
         return zones(network.mesh, network, tolerance=tolerance)
     except TopologyError as problem:
         raise TopologyError(f"{path.name}: {problem}") from None
@@ -136,29 +113,27 @@ def _write(zones: Any, output: Path) -> None:
     """Write zones and lines; of STL files the number is told."""
     if output.suffix.lower() == ".stl":
         zones.save(output)
-        note(f"zones were written to {output.stem}_0{output.suffix} and so on, {len(zones)} in all")
+        report.note(f"zones were written to {output.stem}_0{output.suffix} and so on, {len(zones)} in all")
         return
-    with written_to(output, "the file"):
+    with report.written_to(output, "the file"):
         if output.suffix.lower() == ".vtp":
             zones.save(output)
         else:
             from simplexmesh._base.drafts import draft
 
             with draft(output) as part:
-                part.write_text(json_text(zones.network.as_dict() | zones.as_dict()), encoding="utf-8")
+                part.write_text(report.json_text(zones.network.as_dict() | zones.as_dict()), encoding="utf-8")
 
 
-def _print(title: str, facts: dict[str, Any]) -> None:
-    table(
-        title,
-        {
-            "surface": f"{facts['vertices']:,} vertices, {facts['triangles']:,} triangles",
-            "lines": f"{facts['lines']:,}, length {facts['length']:.6g}, {facts['nodes']:,} nodes",
-            "noise": f"{facts['noise']:.3g}",
-            "zones": _zones(facts["zones"]),
-            "time": f"{facts['seconds']:.1f} s",
-        },
-    )
+def _rows(facts: dict[str, Any]) -> dict[str, str]:
+    """Return the rows of the table."""
+    return {
+        "surface": f"{facts['vertices']:,} vertices, {facts['triangles']:,} triangles",
+        "lines": f"{facts['lines']:,}, length {facts['length']:.6g}, {facts['nodes']:,} nodes",
+        "noise": f"{facts['noise']:.3g}",
+        "zones": _zones(facts["zones"]),
+        "time": f"{facts['seconds']:.1f} s",
+    }
 
 
 def _zones(zones: list[dict[str, Any]]) -> str:

@@ -1,9 +1,6 @@
 """Reconstruction of organs of a frog from a labelled magnetic resonance volume, and of one of them from a noisy scan.
 
-The volume, 500 x 470 x 136 samples, comes with PyVista; its labels are those of the frog of the *VTK User's Guide*
-(1 blood, 2 brain, 3 duodenum, 4 retina, 5 white of the eye, 6 heart, 7 ileum, 8 kidney, 9 large intestine, 10 liver,
-11 lung, 12 nerve, 13 skeleton, 14 spleen, 15 stomach). The demo lives here, and not in `demos/`, so that an installed
-package has it; `demos/frog.py` and `make demo` run it.
+The volume comes with PyVista; its labels are those of the *VTK User's Guide*. `demos/frog.py` runs this module too.
 """
 
 from __future__ import annotations

@@ -9,7 +9,7 @@ import typer
 
 from simplexmesh._base.interrupts import deferred_interrupts
 from simplexmesh._base.progress import announce_compiling
-from simplexmesh.cli.report import as_json, mesh_numbers, table
+from simplexmesh.cli import report
 
 EXAMPLE = "Example: simplexmesh info head.vtp"
 
@@ -31,10 +31,10 @@ def command(
             found.append({"file": str(path)} | facts)
             interrupts.check()
     if json:
-        as_json(found[0] if len(found) == 1 else {"files": found})
+        report.as_json(found[0] if len(found) == 1 else {"files": found})
         return
     for facts in found:
-        table(str(facts.pop("file")), {name.replace("_", " "): _as_text(value) for name, value in facts.items()})
+        report.table(str(facts.pop("file")), {name.replace("_", " "): _as_text(value) for name, value in facts.items()})
 
 
 def described(thing: Any) -> dict[str, Any]:
@@ -50,7 +50,8 @@ def described(thing: Any) -> dict[str, Any]:
     elif isinstance(thing, TriangleMesh):
         facts = _triangles(thing)
     else:
-        facts = _simplex_mesh(thing)
+        problems = list(thing.check(self_intersections=True).problems)
+        facts = {"kind": "simplex mesh", **report.mesh_numbers(thing), "problems": problems}
     return facts | {"arrays": sorted(thing.data), "unit": thing.unit} | _extent(thing.bounds)
 
 
@@ -76,15 +77,6 @@ def _volume(volume: Any) -> dict[str, Any]:
     if volume.is_labels:
         facts["labels"] = volume.labels()
     return facts | {"unit": volume.unit} | _extent(volume.bounds)
-
-
-def _simplex_mesh(mesh: Any) -> dict[str, Any]:
-    found = mesh.check(self_intersections=True)
-    return {
-        "kind": "simplex mesh",
-        **mesh_numbers(mesh),
-        "problems": list(found.problems),
-    }
 
 
 def _triangles(mesh: Any) -> dict[str, Any]:

@@ -9,21 +9,7 @@ from typing import Annotated, Any
 import typer
 
 from simplexmesh._base.interrupts import deferred_interrupts
-from simplexmesh.cli.report import (
-    KEPT,
-    NOTES,
-    PICTURES,
-    Inside,
-    Json,
-    Label,
-    Level,
-    as_json,
-    note,
-    progress,
-    table,
-    writable,
-    written_to,
-)
+from simplexmesh.cli import report
 
 EXAMPLE = "Example: simplexmesh library recognize models.sml scan.ply"
 ADD_EXAMPLE = "Example: simplexmesh library add models.sml cow.obj elephant.off"
@@ -41,19 +27,19 @@ def add(
         str | None, typer.Option(help="Name of the model, for a single file. Default: the file name without suffix.")
     ] = None,
     replace: Annotated[bool, typer.Option("--replace", help="Replace models with the same names.")] = False,
-    level: Level = None,
-    label: Label = None,
-    inside: Inside = "above",
-    json: Json = False,
+    level: report.Level = None,
+    label: report.Label = None,
+    inside: report.Inside = "above",
+    json: report.Json = False,
 ) -> int | str:
     """Add models to a library, which is created if missing. Each is on disk before the next is read."""
     names = _names(inputs, name)
     code: int | str = 0
     added: list[str] = []
-    with deferred_interrupts() as interrupts, progress("adding", wanted=not json and len(inputs) > 1) as report:
+    with report.work("adding", wanted=not json and len(inputs) > 1) as (_, reported):
         from simplexmesh.recognition.library.library import ModelLibrary
 
-        models, reported = ModelLibrary(library), interrupts.checking(report)
+        models = ModelLibrary(library)
         if not replace and (taken := sorted(set(names) & set(models.names))):
             raise ValueError(f"names must be new to {library} (see --replace); it already has {', '.join(taken)}")
         try:
@@ -64,17 +50,14 @@ def add(
         except KeyboardInterrupt:
             if not added:
                 raise
-            note("interrupted; models added before are kept")
-            code = KEPT
+            report.note("interrupted; models added before are kept")
+            code = report.KEPT
         except (ValueError, TypeError, OSError):
             if added:
-                note(f"models added before are kept: {', '.join(added)}")
+                report.note(f"models added before are kept: {', '.join(added)}")
             raise
     facts = {"library": library, "added": added, "models": len(models)}
-    if json:
-        as_json(facts | {"notes": NOTES})
-        return code
-    table(str(library), {"added": ", ".join(added), "models": facts["models"]})
+    report.tell(facts, str(library), {"added": ", ".join(added), "models": len(models)}, json=json)
     return code
 
 
@@ -110,11 +93,11 @@ def _stored(library: Path) -> Any:
     return ModelLibrary(library)
 
 
-def list_models(library: Library, json: Json = False) -> None:
+def list_models(library: Library, json: report.Json = False) -> None:
     """List the models of a library, in the order they were added."""
     names = _stored(library).names
     if json:
-        as_json({"library": library, "models": names})
+        report.as_json({"library": library, "models": names})
         return
     for name in names:
         typer.echo(name)
@@ -123,7 +106,7 @@ def list_models(library: Library, json: Json = False) -> None:
 def remove(
     library: Library,
     names: Annotated[list[str], typer.Argument(metavar="NAME", help="Models, named as in `list`.")],
-    json: Json = False,
+    json: report.Json = False,
 ) -> None:
     """Remove models from a library."""
     models = _stored(library)
@@ -134,58 +117,44 @@ def remove(
         for name in removed:
             models.remove(name)
     if json:
-        as_json({"library": library, "removed": removed, "models": len(models)})
+        report.as_json({"library": library, "removed": removed, "models": len(models)})
         return
-    table(str(library), {"removed": ", ".join(removed), "models": len(models)})
+    report.table(str(library), {"removed": ", ".join(removed), "models": len(models)})
 
 
 def recognize(
     library: Library,
     scan: Annotated[Path, typer.Argument(metavar="SCAN", help="An object, or a part of it, in the models' unit.")],
     best: Annotated[int, typer.Option(help="Largest number of models to report.")] = 5,
-    level: Level = None,
-    label: Label = None,
-    inside: Inside = "above",
+    level: report.Level = None,
+    label: report.Label = None,
+    inside: report.Inside = "above",
     picture: Annotated[Path | None, typer.Option(help="Write a picture of the scan with the best model in it.")] = None,
-    json: Json = False,
+    json: report.Json = False,
 ) -> None:
     """Find which models a scan shows, best first, and the pose of each."""
-    picture = picture and writable(picture, "--picture", PICTURES, [library, scan])
+    picture = picture and report.writable(picture, "--picture", report.PICTURES, [library, scan])
     if best < 1:
         raise ValueError(f"--best must be at least 1, not {best}")
-    with deferred_interrupts() as interrupts, progress("recognizing", wanted=not json) as report:
+    with report.work("recognizing", wanted=not json) as (interrupts, reported):
         from simplexmesh.data.io.reading import read
 
         models, data = _stored(library), read(scan)
         began = time.perf_counter()
-        reported = interrupts.checking(report)
         found = models.recognize(data, best=best, level=level, label=label, inside=inside, progress=reported)
         seconds = time.perf_counter() - began
         interrupts.check()
-        if picture is not None and found:
-            with written_to(picture, "the picture"):
-                _draw(picture, data, models, found[0], level=level, label=label, inside=inside)
+        if found:
+            first, surface = found[0], {"level": level, "label": label, "inside": inside}
+            titles = (f"the scan, and {first.name} as stored in the library", f"{first.name} in the pose found")
+            placed = models.points(first.name), data, first.T_scan_model
+            report.draw(picture, lambda plot: plot.overlay(*placed, titles=titles, **surface))
     if not found:
-        note("no model of the library fits")
-    if json:
-        each = ("name", "score", "overlap", "error", "T_scan_model")
-        listed = [{name: getattr(one, name) for name in each} for one in found]
-        as_json({"models": listed, "seconds": round(seconds, 3), "notes": NOTES})
-        return
-    table(
-        scan.name,
-        {
-            f"{place}. {one.name}": f"score {one.score:.2f}, overlap {one.overlap:.0%}, error {one.error:.3g}"
-            for place, one in enumerate(found, 1)
-        }
-        | {"time": f"{seconds:.1f} s"},
-    )
-
-
-def _draw(path: Path, scan: Any, models: Any, best: Any, **surface: Any) -> None:
-    """Write a picture of the scan, a `surface` of a volume, with the best model before and after placing it."""
-    from simplexmesh import plot
-
-    titles = (f"the scan, and {best.name} as stored in the library", f"{best.name} in the pose found")
-    model, T = models.points(best.name), best.T_scan_model
-    plot.picture(path, plot.overlay(model, scan, T, titles=titles, **surface))
+        report.note("no model of the library fits")
+    each = ("name", "score", "overlap", "error", "T_scan_model")
+    facts = {"models": [{name: getattr(one, name) for name in each} for one in found], "seconds": round(seconds, 3)}
+    rows = {
+        f"{place}. {one.name}": f"score {one.score:.2f}, overlap {one.overlap:.0%}, error {one.error:.3g}"
+        for place, one in enumerate(found, 1)
+    }
+    report.tell(facts, scan.name, rows | {"time": f"{seconds:.1f} s"}, json=json)

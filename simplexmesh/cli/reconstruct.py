@@ -11,27 +11,7 @@ import typer
 
 from simplexmesh._base.interrupts import deferred_interrupts
 from simplexmesh._base.progress import Report
-from simplexmesh.cli.report import (
-    KEPT,
-    MODELS,
-    NOTES,
-    PICTURES,
-    Inside,
-    Json,
-    Label,
-    Level,
-    Model,
-    as_json,
-    direction,
-    mesh_numbers,
-    mesh_rows,
-    note,
-    progress,
-    table,
-    upward,
-    writable,
-    written_to,
-)
+from simplexmesh.cli import report
 
 EXAMPLE = (
     "Examples: simplexmesh reconstruct head_ct.mhd --level 500 --vertices 3000 -o head.vtp ;  "
@@ -45,10 +25,10 @@ def command(
     inputs: Annotated[
         list[Path], typer.Argument(metavar="INPUT", help="A volume, a surface, points, or several scans.")
     ],
-    output: Model,
-    level: Level = None,
-    label: Label = None,
-    inside: Inside = "above",
+    output: report.Model,
+    level: report.Level = None,
+    label: report.Label = None,
+    inside: report.Inside = "above",
     vertices: Annotated[int, typer.Option(help="Number of vertices of the model, kept within 10 %.")] = 4000,
     init: Annotated[
         str, typer.Option(help="Start: auto, sphere, ellipsoid, cylinder, plane, torus, or a .vtp file of a mesh.")
@@ -81,12 +61,12 @@ def command(
     up: Annotated[
         str | None, typer.Option(help="Axis that points up in the picture: x, y, z, -x, -y, -z or auto.")
     ] = None,
-    json: Json = False,
+    json: report.Json = False,
 ) -> int | str:
     """Fit a surface model to a volume, a label map, a scan or several scans."""
-    output = writable(output, "--output", MODELS, inputs)
-    picture = picture and writable(picture, "--picture", PICTURES, inputs)
-    camera, upwards = direction(view or "iso"), upward(up or "auto", view or "iso")
+    output = report.writable(output, "--output", report.MODELS, inputs)
+    picture = picture and report.writable(picture, "--picture", report.PICTURES, inputs)
+    camera, upwards = report.direction(view or "iso"), report.upward(up or "auto", view or "iso")
     if picture is None and (view or up):
         raise ValueError(f"--{'view' if view else 'up'} needs --picture")
 
@@ -95,39 +75,30 @@ def command(
         from simplexmesh.motion.reconstruct.pipeline import reconstruct
 
         began = time.perf_counter()
-        with progress("reconstructing", wanted=not json) as report:
+        with report.progress("reconstructing", wanted=not json) as shown:
             options: dict[str, Any] = {
                 "level": level, "label": label, "inside": inside, "vertices": vertices, "init": init,
                 "components": components, "tunnels": tunnels, "iterations": iterations, "holes": holes,
                 "handles": handles, "refine": refine, "placement": placement,
             }  # fmt: skip
-            checked = interrupts.checking(report)
+            checked = interrupts.checking(shown)
             data, found, begun = loaded(inputs, poses, options, checked)
             interrupts.check()
             result = reconstruct(data, **options, progress=part_of(checked, begun, 1.0))
         seconds = time.perf_counter() - began
-        with written_to(output, "the model"):
+        with report.written_to(output, "the model"):
             result.mesh.save(output)
         interrupted = result.interrupted or interrupts.pending
         facts = _reported(result, output, seconds, interrupted=interrupted) | _poses(found)
-        if picture is not None and not interrupted:
-            with written_to(picture, "the picture"):
-                from simplexmesh import plot
-
-                of: dict[str, Any] = {"level": level, "label": label, "inside": inside}
-                plot.picture(picture, plot.beside(data, result.mesh, **of, view=camera, up=upwards))
-    if json:
-        as_json(facts | {"notes": NOTES})
-    else:
-        _print(facts, output)
-    return KEPT if interrupted else 0
+        if not interrupted:
+            how = {"level": level, "label": label, "inside": inside, "view": camera, "up": upwards}
+            report.draw(picture, lambda plot: plot.beside(data, result.mesh, **how))
+    report.tell(facts, str(output), _rows(facts), json=json)
+    return report.KEPT if interrupted else 0
 
 
-def loaded(inputs: list[Path], poses: Path | None, options: dict[str, Any], report: Report) -> tuple[Any, Any, float]:
-    """Return the data of the files, the poses if these were to be found, and the share of the progress this took.
-
-    The data are of a single file as it is; of several, or one with a pose, joined points.
-    """
+def loaded(inputs: list[Path], poses: Path | None, options: dict[str, Any], shown: Report) -> tuple[Any, Any, float]:
+    """Return the data, of several files joined points, the poses if they were found, and the share of progress."""
     import numpy as np
 
     from simplexmesh._base.progress import part_of
@@ -139,7 +110,7 @@ def loaded(inputs: list[Path], poses: Path | None, options: dict[str, Any], repo
     chosen: Any = None if poses is None else words.get(poses, poses)
     if needs_poses(inputs, chosen):
         check_choices(options)
-        scans, found = posed_scans(inputs, chosen, part_of(report, 0.0, SHARE))
+        scans, found = posed_scans(inputs, chosen, part_of(shown, 0.0, SHARE))
         return joined_scans(scans, found and found.poses[list(found.groups[0])]), found, SHARE
     return as_data(inputs[0]) if len(inputs) == 1 and poses is None else joined_scans(inputs, chosen), None, 0.0
 
@@ -155,22 +126,22 @@ def _poses(found: Any) -> dict[str, Any]:
 def _reported(result: Any, output: Path, seconds: float, *, interrupted: bool) -> dict[str, Any]:
     """Return the report of a reconstruction, and print a note on each problem."""
     if interrupted:
-        note(f"interrupted; the model reached so far is in {output}")
+        report.note(f"interrupted; the model reached so far is in {output}")
     elif not result.converged:
-        note(f"the model did not converge in {len(result.history)} iterations; more --iterations may help")
+        report.note(f"the model did not converge in {len(result.history)} iterations; more --iterations may help")
     facts = described(result) | {"seconds": round(seconds, 3), "output": str(output)}
     for problem in facts["problems"]:
-        note(f"the model has a defect: {problem}")
+        report.note(f"the model has a defect: {problem}")
     return facts
 
 
 def described(result: Any) -> dict[str, Any]:
     """Return the report of a reconstruction: sizes, distances, topology, and the defects of the mesh."""
-    from simplexmesh.motion.model.stages import mean_edge
+    from simplexmesh.motion.model.state import mean_edge
 
     mesh = result.mesh
     return {
-        **mesh_numbers(mesh),
+        **report.mesh_numbers(mesh),
         "mean_edge": mean_edge(mesh),
         "distance": asdict(result.distance),
         "iterations": len(result.history),
@@ -212,23 +183,21 @@ def _summary(changes: dict[str, Any]) -> dict[str, str]:
     return {"topology": "\n".join(said)} if said else {}
 
 
-def _print(facts: dict[str, Any], output: Path) -> None:
+def _rows(facts: dict[str, Any]) -> dict[str, str]:
+    """Return the rows of the table."""
     rest = "interrupted" if facts["interrupted"] else "converged" if facts["converged"] else "not converged"
     enclosed = facts["distance"]["enclosed"]
     within = {"enclosed": f"{enclosed['count']:,} data points far inside the model, up to {enclosed['max']:.4g}"}
-    table(
-        str(output),
-        {
-            **mesh_rows(facts),
-            "mesh to data": _spread(facts["distance"]["mesh_to_data"]),
-            "data to mesh": _spread(facts["distance"]["data_to_mesh"]),
-            **(within if enclosed["count"] else {}),
-            **_summary(facts["topology"]),
-            "fit": f"{facts['iterations']} iterations, {rest}",
-            "problems": "\n".join(facts["problems"]) or "none",
-            "time": f"{facts['seconds']:.1f} s",
-        },
-    )
+    return {
+        **report.mesh_rows(facts),
+        "mesh to data": _spread(facts["distance"]["mesh_to_data"]),
+        "data to mesh": _spread(facts["distance"]["data_to_mesh"]),
+        **(within if enclosed["count"] else {}),
+        **_summary(facts["topology"]),
+        "fit": f"{facts['iterations']} iterations, {rest}",
+        "problems": "\n".join(facts["problems"]) or "none",
+        "time": f"{facts['seconds']:.1f} s",
+    }
 
 
 def _spread(spread: dict[str, float]) -> str:

@@ -9,22 +9,7 @@ from typing import Annotated, Any
 import typer
 
 from simplexmesh._base.drafts import draft
-from simplexmesh._base.interrupts import deferred_interrupts
-from simplexmesh.cli.report import (
-    NOTES,
-    PICTURES,
-    Inside,
-    Json,
-    Label,
-    Level,
-    as_json,
-    json_text,
-    note,
-    progress,
-    table,
-    writable,
-    written_to,
-)
+from simplexmesh.cli import report
 
 EXAMPLE = "Example: simplexmesh register bun045.ply bun000.ply -o pose.json --picture before_after.png"
 
@@ -37,50 +22,41 @@ def command(
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="File for the pose, .json, as --poses reads it.")
     ] = None,
-    level: Level = None,
-    label: Label = None,
-    inside: Inside = "above",
+    level: report.Level = None,
+    label: report.Label = None,
+    inside: report.Inside = "above",
     picture: Annotated[Path | None, typer.Option(help="Write a picture of both, before and after.")] = None,
-    json: Json = False,
+    json: report.Json = False,
 ) -> None:
     """Find the rigid motion between two objects, without an initial guess or a scale parameter."""
-    output = output and writable(output, "--output", (".json",), [source, target])
-    picture = picture and writable(picture, "--picture", PICTURES, [source, target])
-    with deferred_interrupts() as interrupts, progress("registering", wanted=not json) as report:
+    output = output and report.writable(output, "--output", (".json",), [source, target])
+    picture = picture and report.writable(picture, "--picture", report.PICTURES, [source, target])
+    with report.work("registering", wanted=not json) as (interrupts, reported):
         from simplexmesh.data.io.reading import read
         from simplexmesh.recognition.register.register import register
 
         began = time.perf_counter()
         here, there = read(source), read(target)
         levels, labels = (_of_volumes(value, here, there) for value in (level, label))
-        found = register(here, there, level=levels, label=labels, inside=inside, progress=interrupts.checking(report))
+        found = register(here, there, level=levels, label=labels, inside=inside, progress=reported)
         seconds = time.perf_counter() - began
         interrupts.check()
         if output is not None:
-            with written_to(output, "the pose"), draft(output) as part:
-                part.write_text(json_text({source.name: found.T_target_source}) + "\n", encoding="utf-8")
-        if picture is not None:
-            with written_to(picture, "the picture"):
-                from simplexmesh import plot
-
-                of: dict[str, Any] = {"level": level, "label": label, "inside": inside}
-                plot.picture(picture, plot.overlay(here, there, found.T_target_source, **of))
+            with report.written_to(output, "the pose"), draft(output) as part:
+                part.write_text(report.json_text({source.name: found.T_target_source}) + "\n", encoding="utf-8")
+        surface = {"level": level, "label": label, "inside": inside}
+        report.draw(picture, lambda plot: plot.overlay(here, there, found.T_target_source, **surface))
     if found.ambiguous:
-        note("the pose is ambiguous: the objects, or their common part, are symmetric")
-    if json:
-        as_json(_facts(found, seconds) | {"notes": NOTES})
-        return
-    table(
-        f"{source.name} on {target.name}",
-        {
-            "T_target_source": "\n".join(" ".join(f"{x: .6g}" for x in row) for row in found.T_target_source),
-            "error": f"{found.error:.4g}",
-            "overlap": f"{found.overlap:.0%} of the source",
-            "score": f"{found.score:.2f}",
-            "ambiguous": "yes" if found.ambiguous else "no",
-            "time": f"{seconds:.1f} s",
-        },
-    )
+        report.note("the pose is ambiguous: the objects, or their common part, are symmetric")
+    rows = {
+        "T_target_source": "\n".join(" ".join(f"{x: .6g}" for x in row) for row in found.T_target_source),
+        "error": f"{found.error:.4g}",
+        "overlap": f"{found.overlap:.0%} of the source",
+        "score": f"{found.score:.2f}",
+        "ambiguous": "yes" if found.ambiguous else "no",
+        "time": f"{seconds:.1f} s",
+    }
+    report.tell(_facts(found, seconds), f"{source.name} on {target.name}", rows, json=json)
 
 
 def _of_volumes(value: Any, here: Any, there: Any) -> Any:

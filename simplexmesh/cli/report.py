@@ -13,6 +13,9 @@ from typing import Annotated, Any
 
 import typer
 
+from simplexmesh._base.interrupts import Interrupts, deferred_interrupts
+from simplexmesh._base.progress import Report
+
 MODELS = (".vtp", ".ply", ".obj", ".off", ".stl")
 PICTURES = (".png", ".jpg", ".jpeg", ".tif", ".html")
 INTERRUPTED = 130
@@ -28,6 +31,8 @@ Model = Annotated[
     Path, typer.Option("--output", "-o", help="Model to write: .vtp (keeps everything), .ply, .obj, .off, .stl.")
 ]
 View = Annotated[str, typer.Option("--view", help="Direction of view: iso, xy, -xy, xz, yx, ...")]
+Picture = Annotated[Path | None, typer.Option("--picture", help="Write a picture to this file.")]
+Up = Annotated[str, typer.Option(help="Axis that points up: x, y, z, -x, -y, -z or auto.")]
 Unit = Annotated[str, typer.Option(help="Unit of length, for the color scale and the report.")]
 Json = Annotated[bool, typer.Option("--json", help="Print the report as JSON.")]
 
@@ -72,6 +77,14 @@ def table(title: str, rows: Mapping[str, Any]) -> None:
     console.print(grid)
 
 
+def tell(facts: Mapping[str, Any], title: str, rows: Mapping[str, Any], *, json: bool) -> None:
+    """Print a report: its facts and the notes as JSON, or a table."""
+    if json:
+        as_json({**facts, "notes": NOTES})
+    else:
+        table(title, rows)
+
+
 def as_json(facts: Mapping[str, Any]) -> None:
     """Print one JSON object, with non-finite numbers as null."""
     typer.echo(json_text(facts))
@@ -96,7 +109,14 @@ def _plain(value: Any) -> Any:
 
 
 @contextmanager
-def progress(title: str, *, wanted: bool = True) -> Iterator[Callable[[float, str], None]]:
+def work(title: str, *, wanted: bool = True) -> Iterator[tuple[Interrupts, Report]]:
+    """Show the progress of a command; a Ctrl-C is raised where it reports some, or checks."""
+    with deferred_interrupts() as interrupts, progress(title, wanted=wanted) as shown:
+        yield interrupts, interrupts.checking(shown)
+
+
+@contextmanager
+def progress(title: str, *, wanted: bool = True) -> Iterator[Report]:
     """Yield a progress callback that draws a bar on standard error; without a terminal it does nothing."""
     from simplexmesh._base._kernels_compiled import announce
 
@@ -145,6 +165,15 @@ def written_to(path: Path, what: str) -> Iterator[None]:
         raise
     if older:
         note(f"{what} {path} was replaced")
+
+
+def draw(path: Path | None, plotted: Callable[[Any], Any]) -> None:
+    """Write a picture, if one is wanted, of what a function makes with `simplexmesh.plot`."""
+    if path is not None:
+        with written_to(path, "the picture"):
+            from simplexmesh import plot
+
+            plot.picture(path, plotted(plot))
 
 
 def unused(folder: Path, name: str) -> Path:

@@ -8,20 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from simplexmesh._base.interrupts import deferred_interrupts
-from simplexmesh.cli.report import (
-    PICTURES,
-    Inside,
-    Label,
-    Level,
-    Unit,
-    View,
-    direction,
-    note,
-    unused,
-    upward,
-    writable,
-    written_to,
-)
+from simplexmesh.cli import report
 
 EXAMPLE = "Example: simplexmesh view head.vtp --scalars mean_curvature"
 
@@ -35,11 +22,11 @@ def command(
     data: Annotated[
         Path | None, typer.Option(help="Data to show beside the model, and to measure distances to.")
     ] = None,
-    level: Level = None,
-    label: Label = None,
-    inside: Inside = "above",
-    unit: Unit = "",
-    side: View = "iso",
+    level: report.Level = None,
+    label: report.Label = None,
+    inside: report.Inside = "above",
+    unit: report.Unit = "",
+    side: report.View = "iso",
     up: Annotated[
         str,
         typer.Option(help="Axis that points up: x, y, z, -x, -y, -z, or auto: z, or y for scans taller along y."),
@@ -47,8 +34,8 @@ def command(
     picture: Annotated[Path | None, typer.Option(help="Write a picture to this file and open no window.")] = None,
 ) -> None:
     """Show a file in a window; without a display, write a picture to the current folder."""
-    picture = picture and writable(picture, "--picture", PICTURES, [path, *([data] if data else [])])
-    camera, upwards = direction(side), upward(up, side)
+    picture = picture and report.writable(picture, "--picture", report.PICTURES, [path, *([data] if data else [])])
+    camera, upwards = report.direction(side), report.upward(up, side)
 
     with deferred_interrupts() as interrupts:
         from simplexmesh import plot
@@ -67,14 +54,14 @@ def command(
         interrupts.check()
         windowless = picture is None and not plot.has_display()
         if windowless:
-            picture = writable(unused(Path(), f"{path.name}.png"), "the picture", PICTURES)
+            picture = report.writable(report.unused(Path(), f"{path.name}.png"), "the picture", report.PICTURES)
         if picture is not None:
-            with written_to(picture, "the picture"):
+            with report.written_to(picture, "the picture"):
                 plot.picture(picture, plotter)
     if picture is None:
         fit_screen(plotter)
         plotter.show(title=f"simplexmesh: {path.name}")
         return
     if windowless:
-        note(f"there is no display; the picture was written to {picture}")
+        report.note(f"there is no display; the picture was written to {picture}")
     typer.echo(picture)

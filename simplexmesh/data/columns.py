@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from simplexmesh._base.arrays import Array
+
 Table = Mapping[str, NDArray[Any]]
 
 NORMALS = (("nx", "ny", "nz"), ("normal_x", "normal_y", "normal_z"))
@@ -32,10 +33,7 @@ def normals_of(table: Table) -> Array | None:
 
 
 def data_of(table: Table, alone: Collection[str] = ()) -> dict[str, NDArray[Any]]:
-    """Return all other columns: colors as bytes, numbered columns like `uv_0` and `uv_1` as one array, the rest alone.
-
-    Those named in `alone` are alone too. Normals are none of it, nor is what is not numbers.
-    """
+    """Return all other numbers: colors as bytes, columns like `uv_0` and `uv_1` as one array, and the rest `alone`."""
     kept = {name: column for name, column in table.items() if name in alone}
     left = {name: column for name, column in table.items() if column.dtype.kind in "biuf" and name not in kept}
     for name in ("x", "y", "z", *(NORMALS[0] if {*NORMALS[0]} <= left.keys() else NORMALS[1])):
@@ -53,10 +51,7 @@ def data_of(table: Table, alone: Collection[str] = ()) -> dict[str, NDArray[Any]
 
 
 def as_colors(values: NDArray[Any]) -> NDArray[Any]:
-    """Return colors as bytes: shares from 0 to 1 are floats, anything else is kept unless it is bytes in wider numbers.
-
-    Bytes that were widened, as tables in text are, are whole and at most 255, and not all 0 or 1.
-    """
+    """Return colors as bytes if they are shares from 0 to 1 or bytes in wider numbers, as in tables of text."""
     if values.dtype == np.uint8:
         return values
     low, high = float(values.min(initial=0)), float(values.max(initial=0))
@@ -72,10 +67,7 @@ def _stacked(table: Table, names: tuple[str, ...]) -> NDArray[Any]:
 
 
 def _unpacked(packed: NDArray[Any], *, with_opacity: bool) -> NDArray[np.uint8]:
-    """Return the bytes of colors packed as 0xAARRGGBB into four bytes, which PCD files also call floats.
-
-    Opacity is kept where it says more than that all or some points are to be seen: many writers leave it zero.
-    """
+    """Return the bytes of colors packed as 0xAARRGGBB, which PCD files also call floats; many leave opacity zero."""
     channels = np.ascontiguousarray(packed).astype(packed.dtype.newbyteorder("<"), copy=False).view(np.uint8)
     rows = channels.reshape(-1, 4)[:, [2, 1, 0, 3]]
     return rows if with_opacity and not np.isin(rows[:, 3], (0, 255)).all() else rows[:, :3]

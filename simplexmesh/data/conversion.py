@@ -15,10 +15,7 @@ from simplexmesh.data.volume import Volume
 
 
 def as_data(value: Any, name: str = "data") -> Any:
-    """Return a Volume, PointCloud, TriangleMesh or SimplexMesh from any of them, a path, or an object of a library.
-
-    Arrays are (n, 3) points, (n, 6) with normals, (nx, ny, nz) samples, or a pair of vertices and faces.
-    """
+    """Return a Volume, PointCloud, TriangleMesh or SimplexMesh from any of them, a path, arrays, or other objects."""
     if isinstance(value, Volume | TriangleMesh) or _is_simplex_mesh(value):
         return value
     if isinstance(value, PointCloud):

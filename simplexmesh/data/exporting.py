@@ -13,7 +13,11 @@ EXPORT = "the extra export: pip install 'simplexmesh[export]'"
 
 def to_trimesh(value: Any) -> Any:
     """Return a `trimesh.Trimesh` of a triangle mesh or a `trimesh.PointCloud` of points, with colors and unit."""
-    trimesh = _library("trimesh", EXPORT)
+    try:
+        import trimesh
+    except ImportError as error:
+        raise ImportError(f"this needs {EXPORT}") from error
+    value = _triangulated(value)
     colors = value.data.get("colors")
     shown = np.array(colors) if colors is not None and is_color(colors) else None
     if not hasattr(value, "faces"):
@@ -37,7 +41,11 @@ def by_trimesh(surface: Any, kind: str) -> bytes:
 
 def to_open3d(value: Any) -> Any:
     """Return an `open3d.t.geometry` TriangleMesh or PointCloud, with normals, colors as shares, and other arrays."""
-    open3d = _library("open3d", "Open3D: pip install open3d")
+    try:
+        import open3d
+    except ImportError as error:
+        raise ImportError("this needs Open3D: pip install open3d") from error
+    value = _triangulated(value)
     if hasattr(value, "faces"):
         out = open3d.t.geometry.TriangleMesh()
         table, positions, normals = out.vertex, value.vertices, value.vertex_normals
@@ -54,14 +62,5 @@ def to_open3d(value: Any) -> Any:
     return out
 
 
-def _library(name: str, how: str) -> Any:
-    """Return an optional library, or say how it is installed."""
-    try:
-        if name == "trimesh":
-            import trimesh
-
-            return trimesh
-        import open3d
-    except ImportError as error:
-        raise ImportError(f"this needs {how}") from error
-    return open3d
+def _triangulated(value: Any) -> Any:
+    return value.triangulated() if hasattr(value, "triangulated") else value

@@ -1,7 +1,4 @@
-"""Objects of other libraries as ours: PyVista, trimesh, Open3D, SimpleITK, nibabel, meshio and data frames.
-
-They are told by the library that their class comes from, so that none of these needs to be installed.
-"""
+"""Objects of other libraries as ours, told by the library that their class comes from: none needs to be installed."""
 
 from __future__ import annotations
 

@@ -13,18 +13,15 @@ _LARGEST_LABEL = 1 << 31
 _SLAB = 1 << 22
 
 
-def looks_like_labels(values: NDArray[Any]) -> bool:
+def looks_like_labels(values: NDArray[Any], most: int = MOST_LABELS) -> bool:
     """Whether samples look like labels: few distinct whole numbers in coherent regions; see `Volume.is_labels`."""
-    found = few_whole_numbers(values)
-    if found is None:
-        return False
-    return len(found) <= 2 or _form_regions(values, max(found, key=lambda label: found[label]))
+    found = few_whole_numbers(values, most)
+    return found is not None and (len(found) <= 2 or _form_regions(values, max(found, key=lambda label: found[label])))
 
 
 def could_be_labels(values: NDArray[Any]) -> bool:
     """Whether samples are acceptable as labels on request: any number of whole numbers in coherent regions."""
-    found = few_whole_numbers(values, most=values.size)
-    return found is not None and (len(found) <= 2 or _form_regions(values, max(found, key=lambda label: found[label])))
+    return looks_like_labels(values, values.size)
 
 
 def _form_regions(values: NDArray[Any], background: int) -> bool:

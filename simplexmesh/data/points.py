@@ -10,12 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh._base import checks, vectors
+from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.errors import counted, warn
-from simplexmesh._base.named_arrays import Data, joined, named_arrays, taken
+from simplexmesh._base.named_arrays import Data, Located, joined, named_arrays, taken
 from simplexmesh._base.units import common_unit, unit_or_none
-from simplexmesh.data.located import Located
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -88,12 +86,7 @@ class PointCloud(Located):
         return f"PointCloud({len(self)} points, {with_normals} normals, diagonal {self.diagonal:g})"
 
     def transformed(self, T_target_source: ArrayLike) -> PointCloud:
-        """Return the cloud in the target frame of a transform.
-
-        Parameters
-        ----------
-        T_target_source : (4, 4) array of float
-            Affine; normals are transformed by the inverse transpose and stay outward under reflections; data stay.
+        """Return the cloud in the target frame of a (4, 4) affine; normals stay outward under reflections; data stay.
 
         Examples
         --------
@@ -120,9 +113,7 @@ class PointCloud(Located):
         warn(f"merged {counted(duplicates, 'duplicate point', 'duplicate points')} of {len(self):,}")
         normals: Array | None = None
         if self.normals is not None:
-            normals = np.zeros((len(first), 3))
-            for j in range(3):
-                normals[:, j] = np.bincount(inverse, self.normals[:, j])
+            normals = vectors.sums(self.normals, inverse, len(first))
             opposed = vectors.norm(normals) < 1e-6
             normals[opposed] = self.normals[first[opposed]]
         return PointCloud(self.points[first], normals, taken(self.data, first), self.unit)
@@ -172,7 +163,7 @@ def cloud_of_file(
     name: str, points: Array, normals: Array | None, data: Data, unit: str | None = None, *, missing: bool = False
 ) -> PointCloud:
     """Return the cloud read from a file without points whose normals are zero or NaN, and warn of their number."""
-    keep: NDArray[np.bool_] = np.ones(len(points), dtype=bool)
+    keep: Mask = np.ones(len(points), dtype=bool)
     if missing:
         keep &= np.isfinite(points).all(axis=1)
     if normals is not None:
@@ -184,7 +175,7 @@ def cloud_of_file(
     return PointCloud(points[keep], None if normals is None else normals[keep], taken(data, keep), unit)
 
 
-def distinct(positions: Array) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def distinct(positions: Array) -> tuple[Indices, Indices]:
     """Return the first row of each distinct position, in order of appearance, and the index among them of each row."""
     plus_zero: Array = np.ascontiguousarray(positions + 0.0, dtype=np.float64)
     rows = plus_zero.view(np.dtype((np.void, 24))).reshape(-1)

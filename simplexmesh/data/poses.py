@@ -6,11 +6,10 @@ import json
 import os
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from simplexmesh._base import checks
-
-Array = NDArray[np.float64]
+from simplexmesh._base.arrays import Array
 
 _ROUNDING = 1e-3
 
@@ -93,18 +92,14 @@ def _matrix(name: str, T: ArrayLike) -> Array:
 def _stanford_pose(words: list[str]) -> tuple[str, Array]:
     if len(words) != 9:
         raise ValueError(f"a line must be bmesh, name and 7 numbers, not {len(words)} words")
-    tx, ty, tz, x, y, z, w = (float(word) for word in words[2:])
-    length = (x * x + y * y + z * z + w * w) ** 0.5
-    if not length > 0:
+    from scipy.spatial.transform import Rotation
+
+    *t, x, y, z, w = (float(word) for word in words[2:])
+    if not any((x, y, z, w)):
         raise ValueError(f"quaternion of {words[1]} must not be zero")
-    x, y, z, w = -x / length, -y / length, -z / length, w / length
     T = np.eye(4)
-    T[:3, :3] = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-    ]
-    T[:3, 3] = tx, ty, tz
+    T[:3, :3] = Rotation.from_quat([x, y, z, w]).as_matrix().T
+    T[:3, 3] = t
     return words[1], _matrix(words[1], T)
 
 

@@ -7,22 +7,19 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from simplexmesh._base import checks, vectors
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.errors import counted, warn
-from simplexmesh._base.named_arrays import Data, named_arrays, taken
+from simplexmesh._base.named_arrays import Data, Located, named_arrays, taken
 from simplexmesh._base.units import unit_or_none
-from simplexmesh.data.located import Located
 from simplexmesh.data.points import PointCloud
 from simplexmesh.data.welding import are_proper, distinct_positions, report_welding
 from simplexmesh.numerics.blending import blended
 
 if TYPE_CHECKING:
     from simplexmesh.mesh.triangles.topology import Topology
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -104,8 +101,7 @@ class TriangleMesh(Located):
     @cached_property
     def face_vectors(self) -> Array:
         """(f, 3) array of float: outward face normals, with twice the area as length."""
-        a, b, c = (self.vertices[self.faces[:, j]] for j in range(3))
-        return checks.frozen(vectors.cross(b - a, c - a))
+        return checks.frozen(vectors.triangle_vectors(self.vertices, self.faces))
 
     @property
     def area(self) -> float:
@@ -121,10 +117,7 @@ class TriangleMesh(Located):
     @cached_property
     def vertex_normals(self) -> Array:
         """(v, 3) array of float: unit vertex normals, area-weighted over the adjacent faces; zero without faces."""
-        total = np.zeros_like(self.vertices)
-        for j in range(3):
-            np.add.at(total, self.faces[:, j], self.face_vectors)
-        return checks.frozen(vectors.normalized(total))
+        return checks.frozen(vectors.vertex_normals(self.vertices, self.faces))
 
     @cached_property
     def is_closed(self) -> bool:
@@ -218,13 +211,7 @@ class TriangleMesh(Located):
         return replace(self, faces=faces)
 
     def transformed(self, T_target_source: ArrayLike) -> TriangleMesh:
-        """Return the surface in the target frame of a transform; faces stay outward under reflections; data stay.
-
-        Parameters
-        ----------
-        T_target_source : (4, 4) array of float
-            Affine.
-        """
+        """Return the surface in the target frame of a (4, 4) affine; faces stay outward in reflections; data stay."""
         T = checks.affine("T_target_source", T_target_source)
         faces = self.faces if np.linalg.slogdet(T[:3, :3])[0] > 0 else self.faces[:, ::-1]
         return replace(self, vertices=self.vertices @ T[:3, :3].T + T[:3, 3], faces=faces)

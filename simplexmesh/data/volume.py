@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -11,11 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.units import InUnits, unit_or_none
 from simplexmesh.data.labels import MOST_LABELS, could_be_labels, few_whole_numbers, looks_like_labels, slabs
 from simplexmesh.data.poses import rigid
-
-Array = NDArray[np.float64]
 
 MAX_SAMPLES = 1e11
 """Spacings that would give more samples are refused by `Volume.resampled`."""
@@ -180,12 +178,7 @@ class Volume(InUnits):
         return self._with_values(inside)
 
     def transformed(self, T_target_source: ArrayLike) -> Volume:
-        """Return the volume in the target frame of a transform: the samples stay, the grid moves.
-
-        Parameters
-        ----------
-        T_target_source : (4, 4) array of float
-            A rotation and a translation.
+        """Return the volume in the target frame of a (4, 4) rotation and translation: the samples stay, the grid moves.
 
         Examples
         --------
@@ -201,18 +194,6 @@ class Volume(InUnits):
         """Return the volume with spacing and origin multiplied by a positive factor; samples and `unit` stay."""
         factor = checks.number("factor", factor, 0.0, open_low=True)
         return replace(self, spacing=factor * self.spacing, origin=factor * self.origin)
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the volume to a file in the format its name says: .mha, .nrrd, .nii, .nii.gz or .vti."""
-        from simplexmesh.data.io import writing
-
-        writing.save(path, self)
-
-    def to_pyvista(self) -> Any:
-        """Return a `pyvista.ImageData` with the samples as point data `values`."""
-        from simplexmesh.data.io import writing
-
-        return writing.to_pyvista(self)
 
     def smoothed(self, sigma: float) -> Volume:
         """Return the volume smoothed by a Gaussian.

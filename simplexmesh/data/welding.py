@@ -7,20 +7,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.errors import counted, warn
 from simplexmesh.data.points import distinct
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 MOST_NEAR = 1000
 """Vertices within the tolerance of one, on average, beyond which no triangles would be left, and no memory."""
 
 
-def are_proper(faces: Indices) -> NDArray[np.bool_]:
+def are_proper(faces: Indices) -> Mask:
     """Return (f,) bool: whether each triangle has three distinct vertices."""
     a, b, c = faces.T
-    out: NDArray[np.bool_] = (a != b) & (b != c) & (c != a)
+    out: Mask = (a != b) & (b != c) & (c != a)
     return out
 
 

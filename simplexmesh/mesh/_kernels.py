@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base._kernels_njit import njit
-
-Indices = NDArray[np.int32]
+from simplexmesh._base.arrays import Indices, Indices32
 
 
 @njit(cache=True)
-def face_orbits(twin: Indices) -> tuple[Indices, Indices, Indices]:
+def face_orbits(twin: Indices32) -> tuple[Indices32, Indices32, Indices32]:
     """Return the face left of each dart, numbered by smallest dart, the darts around the faces, and their offsets."""
     count = twin.size
     face = np.full(count, -1, np.int32)
@@ -37,7 +35,7 @@ def face_orbits(twin: Indices) -> tuple[Indices, Indices, Indices]:
 
 
 @njit(cache=True)
-def component_labels(neighbors: Indices) -> Indices:
+def component_labels(neighbors: Indices32) -> Indices32:
     """Return the connected component of every row of `neighbors` (n, k), where -1 is none, numbered by smallest row."""
     n = neighbors.shape[0]
     labels = np.full(n, -1, np.int32)
@@ -63,7 +61,7 @@ def component_labels(neighbors: Indices) -> Indices:
 
 
 @njit(cache=True)
-def _ring(neighbors: Indices, vertex: int, size: int, stamp: Indices, queue: Indices) -> int:
+def _ring(neighbors: Indices32, vertex: int, size: int, stamp: Indices32, queue: Indices32) -> int:
     """Write the vertices within `size` edges of `vertex` to `queue`, sorted, and return their number."""
     stamp[vertex] = vertex
     queue[0] = vertex
@@ -83,7 +81,7 @@ def _ring(neighbors: Indices, vertex: int, size: int, stamp: Indices, queue: Ind
 
 
 @njit(cache=True)
-def rings(neighbors: Indices, size: int) -> tuple[NDArray[np.int64], Indices]:
+def rings(neighbors: Indices32, size: int) -> tuple[Indices, Indices32]:
     """Return `(offsets, vertices)`: for each vertex, all vertices within `size` edges, itself included, sorted."""
     n = neighbors.shape[0]
     stamp = np.full(n, -1, np.int32)
@@ -103,7 +101,7 @@ def rings(neighbors: Indices, size: int) -> tuple[NDArray[np.int64], Indices]:
 
 
 @njit(cache=True)
-def half_edge_mates(faces: NDArray[np.int64]) -> tuple[NDArray[np.int64], int]:
+def half_edge_mates(faces: Indices) -> tuple[Indices, int]:
     """Return opposite half-edges (3t,), -1 on a border, and the first half-edge of an edge of three triangles or -1."""
     count = 3 * faces.shape[0]
     bits = 4

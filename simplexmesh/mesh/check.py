@@ -1,23 +1,22 @@
-"""Validity checks: completeness, degenerate geometry, orientation and self-intersections of a mesh.
-
-Completeness: H. Delingette, thesis, 1994, section 2.1.
-"""
+"""Validity checks: completeness (thesis, section 2.1), degenerate geometry, orientation, crossings and tangles."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.errors import counted
 from simplexmesh._base.vectors import dot, norm
 from simplexmesh.mesh import face_geometry, geometry
 from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.mesh.triangles.self_intersection import self_intersections
 
-Array = NDArray[np.float64]
+if TYPE_CHECKING:
+    from simplexmesh.mesh.simplex_mesh import SimplexMesh
 
 DEGENERATE = 1e-9
 """Lengths below this times the mean edge length count as zero, areas below this times its square."""
@@ -106,7 +105,7 @@ def degenerate(vertices: Array, connectivity: Connectivity) -> Defects:
     }
 
 
-def misoriented(vertices: Array, connectivity: Connectivity) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+def misoriented(vertices: Array, connectivity: Connectivity) -> tuple[Mask, Mask]:
     """Return masks of inverted vertices (n,), whose normal opposes their faces, and of folded faces (f,)."""
     loops = connectivity.face_vertices, connectivity.face_offsets
     normals = geometry.normals(vertices, connectivity.neighbors)
@@ -136,3 +135,25 @@ def check(vertices: Array, connectivity: Connectivity, *, crossings: bool = Fals
         one, several, what = SENTENCES[kind]
         problems.append(f"{counted(len(indices), one, several)} {what}: {_first_few(indices)}")
     return Report(tuple(problems), where)
+
+
+def tangled_vertices(mesh: SimplexMesh) -> Mask:
+    """Return a mask (n,) of the vertices inverted, degenerate, or on a face folded, flat or crossing another."""
+    return tangled_with(mesh, self_intersections(mesh.vertices, mesh.connectivity))
+
+
+def tangled_with(mesh: SimplexMesh, pairs: Indices) -> Mask:
+    """Return the tangled vertices (n,), given the pairs (m, 2) of faces that cross."""
+    c, found = mesh.connectivity, degenerate(mesh.vertices, mesh.connectivity)
+    faces = np.zeros(len(c.face_sizes), bool)
+    faces[found["flat_faces"]] = True
+    faces[pairs.ravel()] = True
+    out = folded_vertices(mesh) | faces[c.vertex_faces].any(axis=1)
+    out[found["collinear"]] = out[c.edge_vertices[found["flat_edges"]].ravel()] = True
+    return np.asarray(out)
+
+
+def folded_vertices(mesh: SimplexMesh) -> Mask:
+    """Return a mask (n,) of the vertices inverted or on folded faces: a fast test that finds most tangles."""
+    inverted, folded = misoriented(mesh.vertices, mesh.connectivity)
+    return np.asarray(inverted | folded[mesh.connectivity.vertex_faces].any(axis=1))

@@ -1,7 +1,6 @@
 """Connectivity of a 2-simplex mesh: its darts (half-edges), and all adjacency derived from them.
 
-Dart `d = 3 * i + j` is the directed edge from vertex `i` to its neighbor number `j`; the three darts of a vertex are
-counter-clockwise seen from outside. `twin[i, j]` is the opposite dart, and that one array is the whole topology.
+Dart `3 * i + j` is the directed edge from vertex `i` to its neighbor number `j`, counter-clockwise seen from outside.
 """
 
 from __future__ import annotations
@@ -14,10 +13,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Indices, Indices32, Mask
 from simplexmesh._base.errors import TopologyError
 from simplexmesh.mesh import _kernels
 
-Indices = NDArray[np.int32]
 MAX_VERTICES = 2**31 // 3
 
 
@@ -27,7 +26,7 @@ def _read_only(values: NDArray[Any]) -> NDArray[Any]:
     return values
 
 
-def _checked_twin(twin: ArrayLike) -> Indices:
+def _checked_twin(twin: ArrayLike) -> Indices32:
     """Return `twin` as a read-only array, or raise `TopologyError` naming a vertex where it is not a simplex mesh."""
     given = checks.array("twin", twin, (None, 3), np.int64)
     n = len(given)
@@ -86,8 +85,8 @@ class Connectivity:
     [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]]
     """
 
-    twin: Indices
-    hole_darts: Indices = ()  # type: ignore[assignment]
+    twin: Indices32
+    hole_darts: Indices32 = ()  # type: ignore[assignment]
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "twin", _checked_twin(self.twin))
@@ -153,71 +152,71 @@ class Connectivity:
         return len(self.hole_darts)
 
     @cached_property
-    def neighbors(self) -> Indices:
+    def neighbors(self) -> Indices32:
         """(n, 3) the neighbors of each vertex, counter-clockwise seen from outside."""
         return _read_only(self.twin // np.int32(3))
 
     @cached_property
-    def _orbits(self) -> tuple[Indices, Indices, Indices]:
+    def _orbits(self) -> tuple[Indices32, Indices32, Indices32]:
         face, darts, offsets = _kernels.face_orbits(self.twin.reshape(-1))
         return _read_only(face.reshape(-1, 3)), _read_only(darts), _read_only(offsets)
 
     @property
-    def face(self) -> Indices:
+    def face(self) -> Indices32:
         """(n, 3) the face on the left of each dart; faces are numbered by their smallest dart, holes included."""
         return self._orbits[0]
 
     @property
-    def vertex_faces(self) -> Indices:
+    def vertex_faces(self) -> Indices32:
         """(n, 3) the faces around each vertex, number `j` between its neighbors `j` and `j + 1`; the array `face`."""
         return self._orbits[0]
 
     @property
-    def face_darts(self) -> Indices:
+    def face_darts(self) -> Indices32:
         """(3n,) the darts of each face in order around it; those of face `f` start at `face_offsets[f]`."""
         return self._orbits[1]
 
     @property
-    def face_offsets(self) -> Indices:
+    def face_offsets(self) -> Indices32:
         """(f + 1,) where each face, holes included, starts in `face_darts` and `face_vertices`."""
         return self._orbits[2]
 
     @cached_property
-    def face_vertices(self) -> Indices:
+    def face_vertices(self) -> Indices32:
         """(3n,) the vertices of each face, counter-clockwise seen from outside."""
         return _read_only(self.face_darts // np.int32(3))
 
     @cached_property
-    def face_sizes(self) -> Indices:
+    def face_sizes(self) -> Indices32:
         """(f,) the number of vertices of each face."""
         return _read_only(np.diff(self.face_offsets))
 
     @cached_property
-    def face_is_hole(self) -> NDArray[np.bool_]:
+    def face_is_hole(self) -> Mask:
         """(f,) whether each face is a hole."""
         out = np.zeros(len(self.face_sizes), bool)
         out[self.face.ravel()[self.hole_darts]] = True
         return _read_only(out)
 
     @cached_property
-    def edge_darts(self) -> Indices:
+    def edge_darts(self) -> Indices32:
         """(e, 2) the two darts of each edge, the smaller first."""
         twin = self.twin.ravel()
         first = np.flatnonzero(twin > np.arange(twin.size)).astype(np.int32)
         return _read_only(np.stack([first, twin[first]], axis=1))
 
     @cached_property
-    def edge_vertices(self) -> Indices:
+    def edge_vertices(self) -> Indices32:
         """(e, 2) the two ends of each edge, the smaller first."""
         return _read_only(self.edge_darts // np.int32(3))
 
     @cached_property
-    def edge_faces(self) -> Indices:
+    def edge_faces(self) -> Indices32:
         """(e, 2) the faces on the left and on the right of each edge, directed from its smaller end."""
         return _read_only(self.face.ravel()[self.edge_darts])
 
     @cached_property
-    def components(self) -> Indices:
+    def components(self) -> Indices32:
         """(n,) the connected component of each vertex, numbered by smallest vertex."""
         return _read_only(_kernels.component_labels(self.neighbors))
 
@@ -236,7 +235,7 @@ class Connectivity:
         """Number of handles, summed over the components: V - E + F = 2 (components - genus)."""
         return self.n_components - self.euler // 2
 
-    def rings(self, size: int) -> tuple[NDArray[np.int64], Indices]:
+    def rings(self, size: int) -> tuple[Indices, Indices32]:
         """Return the neighborhoods Q^s: for each vertex, the vertices within `size` edges, itself among them.
 
         Parameters

@@ -6,15 +6,14 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Indices, Mask
 from simplexmesh._base.errors import TopologyError
 from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.mesh.operators import seams
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-
-Indices = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -56,20 +55,8 @@ class Contour:
         c = checks.instance("mesh", self.mesh, SimplexMesh).connectivity
         vertices = checks.frozen(checks.indices("contour", self.vertices, (None,), c.n_vertices))
         object.__setattr__(self, "vertices", vertices)
-        if len(vertices) < 3:
-            raise TopologyError(f"contour must have at least 3 vertices, not {len(vertices)}")
-        if (repeated := seams.first_repeated(vertices)) >= 0:
-            raise TopologyError(f"contour must not touch itself, but visits vertex {repeated} twice")
-        ahead = np.roll(vertices, -1)
-        linked = (c.neighbors[vertices] == ahead[:, None]).any(axis=1)
-        if not linked.all():
-            i = int(linked.argmin())
-            where = "is not closed: " if i == len(vertices) - 1 else "must run along edges; "
-            raise TopologyError(f"contour {where}vertices {vertices[i]} and {ahead[i]} are not neighbors")
-        on = np.zeros(c.n_vertices, bool)
-        on[vertices] = True
-        if (full := on[c.neighbors[vertices]].all(axis=1)).any():
-            raise TopologyError(f"contour vertex {vertices[full.argmax()]} has all three neighbors on the contour")
+        if reason := seams.refusal_of_path(vertices, c.neighbors[vertices]):
+            raise TopologyError(f"contour {reason}")
 
     def __repr__(self) -> str:
         return f"Contour({len(self)} vertices)"
@@ -110,8 +97,12 @@ class Contour:
         >>> Contour.of_faces(ball, ball.connectivity.vertex_faces[0])
         (Contour(11 vertices),)
         """
-        inside = _face_mask(checks.instance("mesh", mesh, SimplexMesh).connectivity, faces)
-        return tuple(cls(mesh, loop) for loop in _boundary_loops(mesh.connectivity, inside))
+        c = checks.instance("mesh", mesh, SimplexMesh).connectivity
+        inside = np.zeros(len(c.face_sizes), bool)
+        inside[checks.selection("faces", faces, len(inside))] = True
+        if not inside.any():
+            raise ValueError("faces must be at least one, not none")
+        return tuple(cls(mesh, loop) for loop in _boundary_loops(c, inside))
 
     @classmethod
     def through(cls, mesh: SimplexMesh, picked: ArrayLike) -> Contour:
@@ -152,7 +143,7 @@ class Contour:
         return bool(np.ptp(face[self.darts]) == 0 or np.ptp(face[twin[self.darts]]) == 0)
 
     @cached_property
-    def left_faces(self) -> NDArray[np.bool_]:
+    def left_faces(self) -> Mask:
         """(f,) mask of the faces, holes included, that are connected to its left side without crossing it."""
         from scipy.sparse import coo_array
         from scipy.sparse.csgraph import connected_components
@@ -164,7 +155,7 @@ class Contour:
         n = len(c.face_sizes)
         graph = coo_array((np.ones(len(beside), bool), beside.T), shape=(n, n))
         _, label = connected_components(graph, directed=False)
-        out: NDArray[np.bool_] = label == label[c.face.reshape(-1)[self.darts[0]]]
+        out: Mask = label == label[c.face.reshape(-1)[self.darts[0]]]
         out.setflags(write=False)
         return out
 
@@ -179,16 +170,7 @@ class Contour:
         return Contour(self.mesh, self.vertices[::-1])
 
 
-def _face_mask(connectivity: Connectivity, faces: ArrayLike) -> NDArray[np.bool_]:
-    """Return a nonempty set of faces as a mask."""
-    inside = np.zeros(len(connectivity.face_sizes), bool)
-    inside[checks.selection("faces", faces, len(inside))] = True
-    if not inside.any():
-        raise ValueError("faces must be at least one, not none")
-    return inside
-
-
-def _boundary_loops(connectivity: Connectivity, inside: NDArray[np.bool_]) -> list[Indices]:
+def _boundary_loops(connectivity: Connectivity, inside: Mask) -> list[Indices]:
     """Return the boundary loops of a set of faces, the set on their left; disjoint, as vertices have three faces."""
     twin, face = connectivity.twin.reshape(-1), connectivity.face.reshape(-1)
     border = np.flatnonzero(inside[face] & ~inside[face[twin]])

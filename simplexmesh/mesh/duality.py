@@ -1,8 +1,4 @@
-"""The simplex mesh dual to a triangulation; `triangulation` has the inverse.
-
-A simplex mesh is the dual of a triangulation: a vertex for each triangle, a face for each vertex. In an open
-triangulation each border edge becomes a vertex too, and each border a hole face.
-"""
+"""The simplex mesh dual to a triangulation: a vertex for each triangle and border edge, a face for each vertex."""
 
 from __future__ import annotations
 
@@ -10,18 +6,15 @@ import os
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.errors import counted, warn
 from simplexmesh._base.units import InUnits
 from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.mesh.manifold import matched, oriented
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.numerics.blending import blended
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 
 def _vertices_and_faces(triangles: Any) -> tuple[Array, Indices]:
@@ -100,10 +93,13 @@ def dual(triangles: Any, *, outward: bool = True) -> SimplexMesh:
     repairs += flipped + _split_vertices(faces, connectivity)
     if repairs:
         warn("triangles repaired: " + ", ".join(repairs))
-    positions, unit, data = _dual_positions(vertices, faces, mates), None, {}
+    border = np.flatnonzero(mates.ravel() < 0)
+    ends = np.stack([faces[border // 3, (border + j) % 3] for j in (0, 1)], axis=1)
+    positions = np.concatenate([vertices[faces].mean(axis=1), vertices[ends].mean(axis=1)])
+    unit, data = None, {}
     if isinstance(triangles, InUnits):
         unit, arrays = triangles.unit, getattr(triangles, "data", {})
-        data = blended(arrays, _dual_rows(faces, mates), np.ones((len(positions), 6)))
+        data = blended(arrays, np.concatenate([np.tile(faces, 2), np.tile(ends, 3)]), np.ones((len(positions), 6)))
     return SimplexMesh(positions, connectivity, data, unit)
 
 
@@ -135,21 +131,6 @@ def _next_on_border(mates: Indices, border: Indices) -> Indices:
         current[turning] = np.where(mates[step] < 0, step, mates[step])
         turning = turning[mates[step] >= 0]
     return current
-
-
-def _dual_positions(vertices: Array, faces: Indices, mates: Indices) -> Array:
-    """Return the centroids of the triangles, then the midpoints of the border edges."""
-    border = np.flatnonzero(mates.ravel() < 0)
-    start = faces[border // 3, border % 3]
-    end = faces[border // 3, (border + 1) % 3]
-    return np.concatenate([vertices[faces].mean(axis=1), (vertices[start] + vertices[end]) / 2])
-
-
-def _dual_rows(faces: Indices, mates: Indices) -> Indices:
-    """Return six vertices (n, 6) of the triangulation whose mean each vertex of the dual is."""
-    border = np.flatnonzero(mates.ravel() < 0)
-    ends = np.stack([faces[border // 3, (border + j) % 3] for j in (0, 1)], axis=1)
-    return np.concatenate([np.tile(faces, 2), np.tile(ends, 3)])
 
 
 def _split_vertices(faces: Indices, connectivity: Connectivity) -> list[str]:

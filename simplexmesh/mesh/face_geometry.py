@@ -1,38 +1,31 @@
-"""Geometry of the faces of a simplex mesh, each triangulated as a fan around its centroid.
-
-Faces come as in `Connectivity`: face `f` has the vertices `face_vertices[face_offsets[f] : face_offsets[f + 1]]`,
-counter-clockwise seen from outside, hole faces included.
-"""
+"""Geometry of the faces of a simplex mesh, holes included, each triangulated as a fan around its centroid."""
 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array, Indices32
 from simplexmesh._base.vectors import cross, dot, norm, normalized
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int32]
 
-
-def following(face_vertices: Indices, face_offsets: Indices) -> Indices:
+def following(face_vertices: Indices32, face_offsets: Indices32) -> Indices32:
     """Return the next vertex around the face, for each face corner."""
     out = np.roll(face_vertices, -1)
     out[face_offsets[1:] - 1] = face_vertices[face_offsets[:-1]]
     return out
 
 
-def _face_sums(values: Array, face_offsets: Indices) -> Array:
+def _face_sums(values: Array, face_offsets: Indices32) -> Array:
     """Return the sum of per-corner values over each face."""
     return np.add.reduceat(values, face_offsets[:-1], axis=0)
 
 
-def face_centroids(vertices: Array, face_vertices: Indices, face_offsets: Indices) -> Array:
+def face_centroids(vertices: Array, face_vertices: Indices32, face_offsets: Indices32) -> Array:
     """Return the mean (f, 3) of each face's vertices."""
     return _face_sums(vertices[face_vertices], face_offsets) / np.diff(face_offsets)[:, None]
 
 
-def fan_vectors(vertices: Array, face_vertices: Indices, face_offsets: Indices) -> Array:
+def fan_vectors(vertices: Array, face_vertices: Indices32, face_offsets: Indices32) -> Array:
     """Return the vector areas (3n, 3) of the fan triangles, each of a corner, the next one and the centroid."""
     centroids = np.repeat(face_centroids(vertices, face_vertices, face_offsets), np.diff(face_offsets), axis=0)
     here = vertices[face_vertices] - centroids
@@ -40,23 +33,21 @@ def fan_vectors(vertices: Array, face_vertices: Indices, face_offsets: Indices) 
     return cross(here, there) / 2
 
 
-def face_areas(vertices: Array, face_vertices: Indices, face_offsets: Indices) -> Array:
+def face_areas(vertices: Array, face_vertices: Indices32, face_offsets: Indices32) -> Array:
     """Return the area (f,) of each face, that of its fan."""
     return _face_sums(norm(fan_vectors(vertices, face_vertices, face_offsets)), face_offsets)
 
 
-def face_normals(vertices: Array, face_vertices: Indices, face_offsets: Indices) -> Array:
+def face_normals(vertices: Array, face_vertices: Indices32, face_offsets: Indices32) -> Array:
     """Return the unit normal (f, 3) of each face, along its vector area; zero where that vanishes."""
     return normalized(_face_sums(fan_vectors(vertices, face_vertices, face_offsets), face_offsets))
 
 
-def face_gauss(vertex_normals: Array, face_vertices: Indices, face_offsets: Indices) -> Array:
+def face_gauss(vertex_normals: Array, face_vertices: Indices32, face_offsets: Indices32) -> Array:
     """Return the Gaussian measure (f,) of each face: the solid angle of the polygon of its vertices' unit normals.
 
-    It is the integral of the Gaussian curvature, positive where elliptic, and sums to 4 pi (1 - genus) over a closed
-    mesh; where the normals follow a great circle, as at a cylinder's holes, the side is ambiguous and sums may differ
-    by 4 pi. H. Delingette, thesis, 1994, section 3.3.6; A. Van Oosterom and J. Strackee, IEEE Trans. Biomed. Eng. 30
-    (1983) 125, for areas of spherical triangles.
+    The integral of the Gaussian curvature, 4 pi (1 - genus) over a closed mesh, but 4 pi off where normals follow a
+    great circle. Thesis, section 3.3.6; A. Van Oosterom and J. Strackee, IEEE Trans. Biomed. Eng. 30 (1983) 125.
     """
     mean = normalized(_face_sums(vertex_normals[face_vertices], face_offsets))
     a = np.repeat(mean, np.diff(face_offsets), axis=0)
@@ -66,7 +57,7 @@ def face_gauss(vertex_normals: Array, face_vertices: Indices, face_offsets: Indi
     return _face_sums(angles, face_offsets)
 
 
-def enclosed_volume(vertices: Array, face_vertices: Indices, face_offsets: Indices) -> float:
+def enclosed_volume(vertices: Array, face_vertices: Indices32, face_offsets: Indices32) -> float:
     """Return the volume enclosed by the fans of all faces, holes included; positive when they are counter-clockwise."""
     local = vertices - vertices.mean(axis=0)
     vectors = fan_vectors(local, face_vertices, face_offsets)
@@ -74,8 +65,8 @@ def enclosed_volume(vertices: Array, face_vertices: Indices, face_offsets: Indic
 
 
 def face_inversions(
-    vectors: Array, vertex_normals: Array, face_vertices: Indices, face_offsets: Indices
-) -> NDArray[np.int32]:
+    vectors: Array, vertex_normals: Array, face_vertices: Indices32, face_offsets: Indices32
+) -> Indices32:
     """Return for each face (f,) the number of its `fan_vectors` that oppose the sum of their two vertex normals."""
     mean = vertex_normals[face_vertices] + vertex_normals[following(face_vertices, face_offsets)]
     against = (dot(vectors, mean) < 0).astype(np.int32)

@@ -1,28 +1,22 @@
-"""Closed-form geometry at the vertices of a simplex mesh: normal, height, simplex angle, mean curvature, metric.
+"""Closed-form geometry at the vertices of a simplex mesh (Delingette 1994, chapter 3), zero at collinear neighbors.
 
-A vertex P has three neighbors A, B, C, counter-clockwise seen from outside. Their plane has normal `n`, their
-circumcircle center `C0` and radius `r`; `F` is the foot of P on the plane, `h = (P - F) . n` its height and
-`d = |F - C0|`. Normals point outward, angles are in radians, curvature is positive on a sphere.
-
-The formulas are those of Delingette (1994, chapter 3) multiplied out so that nothing is divided by the area of triangle
-A, B, C. Collinear neighbors are then no special case: the normal, height, angle and curvature are zero.
+A vertex P has neighbors A, B, C, ccw seen from outside, in a plane of normal `n`, on a circle of center `C0` and radius
+`r`; `F` is its foot on the plane, `h = (P - F) . n` its height, `d = |F - C0|`. Nothing is divided by that area.
 """
 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from simplexmesh._base.arrays import Array, Indices32
 from simplexmesh._base.vectors import cross, dot, norm, normalized
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int32]
 
 COLLINEAR_SINE = 1e-14
 """Neighbors count as collinear where the sine of their angle at A is below this."""
 
 
-def _relative_to_first(vertices: Array, neighbors: Indices) -> tuple[Array, Array, Array, Array]:
+def _relative_to_first(vertices: Array, neighbors: Indices32) -> tuple[Array, Array, Array, Array]:
     """Return `P - A`, `B - A`, `C - A` and `(B - A) x (C - A)`, the last exactly zero for collinear neighbors."""
     origin = vertices[neighbors[:, 0]]
     b = vertices[neighbors[:, 1]] - origin
@@ -38,18 +32,12 @@ def _divided(numerator: Array, denominator: Array, otherwise: float) -> Array:
     return np.divide(numerator, denominator, out=out, where=denominator != 0)
 
 
-def normals(vertices: Array, neighbors: Indices) -> Array:
+def normals(vertices: Array, neighbors: Indices32) -> Array:
     """Return the outward unit normals (n, 3), zero where the neighbors are collinear (equation 3.30)."""
     return normalized(_relative_to_first(vertices, neighbors)[3])
 
 
-def height(vertices: Array, neighbors: Indices) -> Array:
-    """Return the height (n,) of each vertex above the plane of its neighbors; zero where these are collinear."""
-    p, _, _, w = _relative_to_first(vertices, neighbors)
-    return dot(p, normalized(w))
-
-
-def circumcircle(vertices: Array, neighbors: Indices) -> tuple[Array, Array]:
+def circumcircle(vertices: Array, neighbors: Indices32) -> tuple[Array, Array]:
     """Return center (n, 3) and radius (n,) of the circle through the neighbors; NaN and infinite if collinear."""
     _, b, c, w = _relative_to_first(vertices, neighbors)
     ww = dot(w, w)
@@ -59,13 +47,11 @@ def circumcircle(vertices: Array, neighbors: Indices) -> tuple[Array, Array]:
     return center, radius
 
 
-def simplex_angle(vertices: Array, neighbors: Indices) -> Array:
+def simplex_angle(vertices: Array, neighbors: Indices32) -> Array:
     """Return the simplex angle (n,) in (-pi, pi], the elevation of each vertex above the plane of its neighbors.
 
-    `phi = atan2(2 h r, r^2 - d^2 - h^2)` is zero where the four points are coplanar with the foot inside the circle,
-    constant on either side of a sphere through the neighbors, and invariant under similarities. Where the foot is
-    outside the circle, |phi| exceeds pi/2, and is pi in the plane. Thesis, section 3.3.1; IJCV 32 (1999) 111, section
-    3.2.
+    `phi = atan2(2 h r, r^2 - d^2 - h^2)` is constant on either side of a sphere through the neighbors. With the foot
+    outside the circle, |phi| exceeds pi/2, and is pi in the plane. Thesis, 3.3.1; IJCV 32 (1999) 111, 3.2.
     """
     exponent = np.frexp(np.abs(vertices).max(initial=0.0))[1]  # the sixth powers of lengths are compared below
     p, b, c, w = _relative_to_first(np.ldexp(vertices, -exponent), neighbors)
@@ -75,19 +61,18 @@ def simplex_angle(vertices: Array, neighbors: Indices) -> Array:
     return np.arctan2(sine, cosine)
 
 
-def sphere_curvature(vertices: Array, neighbors: Indices) -> Array:
+def sphere_curvature(vertices: Array, neighbors: Indices32) -> Array:
     """Return the curvature (n,) of the sphere through each vertex and its neighbors, in 1 / unit.
 
-    `H = sin(phi) / r = 2 h / sqrt(4 h^2 r^2 + (r^2 - d^2 - h^2)^2)` (thesis, section 3.3) is zero where the four points
-    are coplanar or coincide. The mean curvature of the surface is this on a sphere, and in the limit of a regular mesh;
-    elsewhere it depends on the directions of the neighbors, however near they are.
+    `H = sin(phi) / r = 2 h / sqrt(4 h^2 r^2 + (r^2 - d^2 - h^2)^2)` (thesis, section 3.3) is the mean curvature of the
+    surface on a sphere only; elsewhere it depends on the directions of the neighbors, however near they are.
     """
     p, b, c, w = _relative_to_first(vertices, neighbors)
     sphere = dot(p, p)[:, None] * w + dot(b, b)[:, None] * cross(c, p) + dot(c, c)[:, None] * cross(p, b)
     return _divided(2 * dot(p, w), norm(sphere), 0.0)
 
 
-def metric_parameters(vertices: Array, neighbors: Indices) -> Array:
+def metric_parameters(vertices: Array, neighbors: Indices32) -> Array:
     """Return the barycentric coordinates (n, 3) of the foot F, `F = e1 A + e2 B + e3 C`; 1/3 if collinear (3.49)."""
     p, b, c, w = _relative_to_first(vertices, neighbors)
     ww = dot(w, w)

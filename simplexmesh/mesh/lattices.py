@@ -5,12 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.vectors import normalized
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 BASES = ("tetrahedron", "octahedron", "icosahedron")
 

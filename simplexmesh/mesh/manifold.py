@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.errors import TopologyError, counted
 from simplexmesh._base.vectors import cross, dot
 from simplexmesh.mesh import _kernels
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 
 def without_degenerate(faces: Indices) -> tuple[Indices, list[str]]:
@@ -60,11 +57,10 @@ def half_edge_mates(faces: Indices) -> Indices:
     return mates.reshape(-1, 3)
 
 
-def to_flip(faces: Indices, mates: Indices) -> NDArray[np.bool_]:
+def to_flip(faces: Indices, mates: Indices) -> Mask:
     """Return a mask of the triangles to flip for a consistent orientation, the fewest in each component.
 
-    In the orientation double cover each triangle is two nodes, as given and flipped, linked to the neighbors' nodes
-    with the same orientation. A component of the surface is orientable exactly when its cover has two components.
+    Each triangle is two nodes, as given and flipped, linked to neighbors that agree: in one component if one-sided.
     """
     n = len(faces)
     inside = mates >= 0
@@ -86,7 +82,7 @@ def to_flip(faces: Indices, mates: Indices) -> NDArray[np.bool_]:
     return (n_given < n_flipped) | ((n_given == n_flipped) & (labels[:n] > labels[n:]))
 
 
-def _inside_out(vertices: Array, faces: Indices, mates: Indices) -> NDArray[np.bool_]:
+def _inside_out(vertices: Array, faces: Indices, mates: Indices) -> Mask:
     """Return a mask of the triangles in closed components of negative volume."""
     labels = _kernels.component_labels(np.where(mates >= 0, mates // 3, -1).astype(np.int32))
     a, b, c = (vertices - vertices[faces].mean(axis=(0, 1)))[faces].transpose(1, 0, 2)
@@ -95,7 +91,7 @@ def _inside_out(vertices: Array, faces: Indices, mates: Indices) -> NDArray[np.b
     return ((volume < 0) & ~is_open)[labels]
 
 
-def _flipped(faces: Indices, mates: Indices, flip: NDArray[np.bool_]) -> tuple[Indices, Indices]:
+def _flipped(faces: Indices, mates: Indices, flip: Mask) -> tuple[Indices, Indices]:
     """Return the triangles and half-edges with those in a mask flipped, by swapping their last two corners."""
     faces = faces.copy()
     faces[flip] = faces[flip][:, [0, 2, 1]]

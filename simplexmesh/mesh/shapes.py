@@ -5,16 +5,14 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.vectors import normalized
 from simplexmesh.mesh import lattices, resolution
 from simplexmesh.mesh.duality import dual
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-
-Array = NDArray[np.float64]
-
 
 TRIANGLES = {"icosahedron": 20, "octahedron": 8, "tetrahedron": 4}
 """Triangles of each polyhedron; its sphere has this many vertices times the squared frequency. Most regular first."""
@@ -255,16 +253,11 @@ def torus(
     if m % 2:
         raise ValueError(f"across must be even, not {m}")
     uv, triangles = lattices.tube(n, m)
-    mesh = dual((_on_torus(2 * math.pi * uv, R, r), triangles))
+    theta, phi = 2 * math.pi * uv.T
+    ring = R + r * np.cos(phi)
+    mesh = dual((np.stack([ring * np.cos(theta), ring * np.sin(theta), r * np.sin(phi)], axis=1), triangles))
     on_circle = R * normalized(mesh.vertices * [1, 1, 0])
     return mesh.moved(_placed(on_circle + r * normalized(mesh.vertices - on_circle), center, axis))
-
-
-def _on_torus(angles: Array, R: float, r: float) -> Array:
-    """Return the points of a torus about z at angles (around, across)."""
-    theta, phi = angles.T
-    ring = R + r * np.cos(phi)
-    return np.stack([ring * np.cos(theta), ring * np.sin(theta), r * np.sin(phi)], axis=1)
 
 
 def _placed(points: Array, center: ArrayLike, axis: ArrayLike) -> Array:

@@ -3,29 +3,26 @@
 from __future__ import annotations
 
 import importlib
-import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Indices32
 from simplexmesh._base.html import card
-from simplexmesh._base.named_arrays import changed, named_arrays
-from simplexmesh._base.units import InUnits, unit_or_none
+from simplexmesh._base.named_arrays import Located, named_arrays
+from simplexmesh._base.units import unit_or_none
 from simplexmesh.mesh import face_geometry, geometry, triangulation
 from simplexmesh.mesh.check import Report, check
 from simplexmesh.mesh.connectivity import Connectivity
 
-Array = NDArray[np.float64]
-
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SimplexMesh(InUnits):
+class SimplexMesh(Located):
     """A surface mesh in which every vertex has three neighbors.
 
     Immutable: arrays are read-only copies; `moved` and `with_data` return new meshes that share the connectivity.
@@ -120,19 +117,19 @@ class SimplexMesh(InUnits):
         return self.connectivity.genus
 
     @property
-    def neighbors(self) -> NDArray[np.int32]:
+    def neighbors(self) -> Indices32:
         """(n, 3) the neighbors of each vertex, counter-clockwise seen from outside."""
         return self.connectivity.neighbors
 
     @cached_property
-    def faces(self) -> tuple[NDArray[np.int32], ...]:
+    def faces(self) -> tuple[Indices32, ...]:
         """The vertices of each face of the surface, counter-clockwise seen from outside; holes excluded."""
         c = self.connectivity
         loops = np.split(c.face_vertices, c.face_offsets[1:-1])
         return tuple(loop for loop, hole in zip(loops, c.face_is_hole, strict=True) if not hole)
 
     @property
-    def _faces(self) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+    def _faces(self) -> tuple[Indices32, Indices32]:
         return self.connectivity.face_vertices, self.connectivity.face_offsets
 
     # ---- geometry, computed on first access
@@ -186,16 +183,6 @@ class SimplexMesh(InUnits):
         """Signed enclosed volume in the cubed unit of the vertices, each hole closed by a fan."""
         return face_geometry.enclosed_volume(self._measured, *self._faces)
 
-    @cached_property
-    def bounds(self) -> Array:
-        """(2, 3) the smallest and the largest coordinates."""
-        return checks.frozen([self.vertices.min(axis=0), self.vertices.max(axis=0)])
-
-    @property
-    def diagonal(self) -> float:
-        """Length of the diagonal of the bounding box."""
-        return math.dist(*self.bounds)
-
     def check(self, *, self_intersections: bool = False) -> Report:
         """Return a report of the defects of the mesh, true when there are none; see `check.check`.
 
@@ -214,12 +201,7 @@ class SimplexMesh(InUnits):
         return SimplexMesh(vertices, self.connectivity, self.data, self.unit)  # type: ignore[arg-type]
 
     def transformed(self, T_target_source: ArrayLike) -> SimplexMesh:
-        """Return the mesh in the target frame of a transform, keeping the connectivity and the data.
-
-        Parameters
-        ----------
-        T_target_source : (4, 4) array of float
-            Affine; a reflection, which would turn the mesh inside out, is refused.
+        """Return the mesh in the target frame of a (4, 4) affine; reflections, which turn it inside out, are refused.
 
         Examples
         --------
@@ -231,17 +213,6 @@ class SimplexMesh(InUnits):
         if np.linalg.slogdet(T[:3, :3])[0] < 0:
             raise ValueError("T_target_source must keep the orientation of a simplex mesh; it is a reflection")
         return self.moved(self.vertices @ T[:3, :3].T + T[:3, 3])
-
-    def with_data(self, **arrays: ArrayLike | None) -> SimplexMesh:
-        """Return the mesh with named per-vertex arrays added or replaced; None removes one.
-
-        Examples
-        --------
-        >>> from simplexmesh.mesh.shapes import sphere
-        >>> list(sphere(2).with_data(rigidity=np.ones(80)).data)
-        ['rigidity']
-        """
-        return replace(self, data=changed(self.data, arrays))
 
     # ---- imported when called: these belong to higher packages, but users look for them on the mesh
 
@@ -275,19 +246,3 @@ class SimplexMesh(InUnits):
         points, triangles = make(self.vertices, self.connectivity)
         kind = importlib.import_module("simplexmesh.data.triangles").TriangleMesh
         return kind(points, triangles, of(self.data, self.connectivity), self.unit)
-
-    def save(self, path: str | Path) -> None:
-        """Write the mesh to a file in the format given by its extension; VTP keeps everything."""
-        importlib.import_module("simplexmesh.data.io.writing").save(path, self)
-
-    def to_pyvista(self) -> Any:
-        """Return a `pyvista.PolyData` with the faces as polygons and the vertex data."""
-        return importlib.import_module("simplexmesh.data.io.writing").to_pyvista(self)
-
-    def to_trimesh(self) -> Any:
-        """Return a `trimesh.Trimesh` of the fan triangulation, with colors and other arrays (extra `export`)."""
-        return self.triangulated().to_trimesh()
-
-    def to_open3d(self) -> Any:
-        """Return an `open3d.t.geometry.TriangleMesh` of the fan triangulation, with normals and arrays."""
-        return self.triangulated().to_open3d()

@@ -7,14 +7,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.errors import TopologyError
 from simplexmesh._base.named_arrays import Data, joined, taken
 from simplexmesh.mesh import face_geometry
 from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.numerics.blending import blended
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 
 def fan(vertices: Array, connectivity: Connectivity) -> tuple[Array, Indices]:
@@ -28,11 +26,7 @@ def fan(vertices: Array, connectivity: Connectivity) -> tuple[Array, Indices]:
 
 
 def dual_triangles(vertices: Array, connectivity: Connectivity) -> tuple[Array, Indices]:
-    """Return the dual triangulation: centroids of solid faces, a triangle for each vertex that is on no hole.
-
-    `dual` of the result has the same connectivity, dart by dart if the hole vertices come last, as in the results of
-    `dual`; otherwise up to the order of the vertices.
-    """
+    """Return the dual triangulation: centroids of solid faces, a triangle for each vertex that is on no hole."""
     solid = ~connectivity.face_is_hole
     inner = solid[connectivity.face].all(axis=1)
     if not inner.any():

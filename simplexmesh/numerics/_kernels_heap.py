@@ -5,21 +5,18 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base._kernels_njit import njit
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int32]
+from simplexmesh._base.arrays import Array, Indices, Indices32
 
 
 class Heap(NamedTuple):
     """A binary heap of items, the cheapest first; `place` is the position of each item, -1 if it is not queued."""
 
-    item: Indices
-    place: Indices
+    item: Indices32
+    place: Indices32
     cost: Array
-    size: NDArray[np.int64]
+    size: Indices
 
 
 @njit(cache=True)

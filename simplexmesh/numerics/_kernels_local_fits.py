@@ -17,11 +17,7 @@ from simplexmesh.numerics._kernels_vectors import difference, dot, minus, row
 
 @njit(cache=True, error_model="numpy")
 def fit_plane(points, members, place, radius, normal):
-    """Fill the unit normal, of either sign, of a plane fit; return the members' mean about a place and their moments.
-
-    The three moments, mean squares along the principal axes, ascend: the first is the variance about the plane. Weights
-    fall as 1 - t^2 with the distance t from the place in radii; an infinite radius weights all alike.
-    """
+    """Fill the unit normal of a plane fit; return the members' mean about a place and their moments, ascending."""
     falling = 1.0 / (radius * radius)
     total = x = y = z = 0.0
     for p in members:
@@ -54,11 +50,7 @@ def fit_plane(points, members, place, radius, normal):
 
 @njit(cache=True, error_model="numpy", parallel=True)
 def fit_planes(points, near, normals, variance, projected):
-    """Fit planes to neighbors `near` (n, k), the point itself first.
-
-    `normals` (n, 3) get unit normals of either sign, `variance` (n,) the mean squared distance of the neighbors to the
-    plane, `projected` (n, 3) the projection of the point to it.
-    """
+    """Fill normals of either sign, mean squared distances, and projected points, of planes through `near` (n, k)."""
     for i in prange(len(near)):
         place = row(points, near[i, 0])
         middle, moments = fit_plane(points, near[i], place, math.inf, normals[i])
@@ -97,10 +89,6 @@ def _fit_quadric(points, near, normal, projected, quadric_normal):
 
 @njit(cache=True, error_model="numpy", parallel=True)
 def fit_quadrics(points, near, normals, projected, quadric_normals):
-    """Fit quadratic height functions over planes to neighbors `near` (n, k), the point itself first.
-
-    `projected` (n, 3) get the projections of the points to the graphs along `normals` (n, 3), `quadric_normals` the
-    unit normals there. Where a fit is singular, point and normal are copied.
-    """
+    """Fill points projected to quadrics over planes, and the normals there; both are copied where a fit is singular."""
     for i in prange(len(near)):
         _fit_quadric(points, near[i], normals[i], projected[i], quadric_normals[i])

@@ -21,11 +21,7 @@ jit = njit(cache=True, error_model="numpy", fastmath=FAST)
 
 @jit
 def factored(matrix, right, terms, singular):
-    """Factor A = L L' (Cholesky), given by its lower half, and replace b by y = L^-1 b, in place.
-
-    Returns how many leading terms have pivots above the share `singular` of their diagonal entry. The diagonal gets the
-    reciprocals of that of L, as all that follows would divide by it.
-    """
+    """Factor A = L L' (lower half, reciprocal diagonal), b = L^-1 b, in place; return how many pivots are regular."""
     for row in range(terms):
         for column in range(row):
             total = matrix[row, column]

@@ -21,11 +21,8 @@ STACK = 96  # nodes, more than the depth of any tree in memory
 
 @njit(cache=True, error_model="numpy")
 def select(keys, order, low, high, middle):
-    """Reorder ``order[low:high]`` such that position `middle` holds the index that sorting by `keys` puts there.
-
-    Hoare's quickselect; `np.partition` takes four seconds to compile.
-    """
-    left, right = low, high - 1
+    """Reorder ``order[low:high]`` so that `middle` has what sorting by `keys` puts there (quickselect)."""
+    left, right = low, high - 1  # `np.partition` takes four seconds to compile
     while left < right:
         pivot = keys[order[(left + right) // 2]]
         i, j = left, right
@@ -116,10 +113,7 @@ def push_children(boxes, node, place, stack, top):
 
 @njit(cache=True, error_model="numpy", parallel=True)
 def all_nearest(tree, queries, squared, index):
-    """Fill the squared distances and indices (m, k) of the k nearest points of every query, nearest first.
-
-    Indices are in the tree's order, ties go to the lower one.
-    """
+    """Fill the squared distances and indices (m, k) of the k nearest points, nearest first, ties by the lower index."""
     k = squared.shape[1]
     for q in prange(len(queries)):
         place = queries[q, 0], queries[q, 1], queries[q, 2]

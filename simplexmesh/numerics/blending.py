@@ -7,17 +7,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.named_arrays import Data, is_color
 
-Array = NDArray[np.float64]
-Indices = NDArray[Any]
 
-
-def blended(data: Data, rows: Indices, weights: Array) -> dict[str, NDArray[Any]]:
-    """Return, for each (n, k) `rows` of named arrays and their weights, one value of the same type.
-
-    Floats are averaged, NaN left out; colors in linear light; of other whole numbers the one of the largest weight.
-    """
+def blended(data: Data, rows: NDArray[Any], weights: Array) -> dict[str, NDArray[Any]]:
+    """Return weighted means of the (n, k) `rows` of named arrays, of their types; whole numbers by majority."""
     return {name: _blend(values)(values[rows], weights) for name, values in data.items()}
 
 

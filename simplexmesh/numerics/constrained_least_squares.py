@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import nnls
 
-Array = NDArray[np.float64]
+from simplexmesh._base.arrays import Array
 
 REGULARIZATION = 1e-3
 """Ridge parameter relative to the trace of the normal matrix, which keeps undetermined components at zero."""
@@ -16,11 +15,7 @@ RELAXATION = 1e-3
 
 
 def constrained_least_squares(jacobian: Array, weight: Array, residual: Array, bounds: Array, lower: Array) -> Array:
-    """Return the x (n,) that minimizes the sum of weight (residual + jacobian x)^2 subject to bounds x >= lower.
-
-    If all weights are zero, x is the minimum-norm solution of the constraints; if the constraints are infeasible, all
-    are relaxed by the same smallest amount.
-    """
+    """Return the x (n,) that minimizes the sum of weight (residual + jacobian x)^2 subject to bounds x >= lower."""
     n = jacobian.shape[1]
     matrix = (jacobian * weight[:, None]).T @ jacobian
     trace = float(np.trace(matrix))

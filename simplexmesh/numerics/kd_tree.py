@@ -5,11 +5,10 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh.numerics import _kernels_tree
 
-Array = NDArray[np.float64]
 LEAF = 12
 """Points per leaf, at most."""
 
@@ -18,10 +17,10 @@ class Tree(NamedTuple):
     """A balanced kd-tree, from `kd_tree`."""
 
     points: Array  # (n, 3), in the tree's order: neighbors in space are close in memory
-    starts: NDArray[np.int64]  # (m,) first point of each node
-    ends: NDArray[np.int64]
+    starts: Indices  # (m,) first point of each node
+    ends: Indices
     boxes: Array  # (m, 6) lowest and highest coordinates of each node's points
-    order: NDArray[np.int64]  # (n,) original index of each point
+    order: Indices  # (n,) original index of each point
 
 
 def kd_tree(points: Array) -> Tree:
@@ -34,7 +33,7 @@ def kd_tree(points: Array) -> Tree:
     return Tree(points[order], starts, ends, boxes, order)
 
 
-def nearest(tree: Any, queries: Array, k: int) -> tuple[Array, NDArray[np.int64]]:
+def nearest(tree: Any, queries: Array, k: int) -> tuple[Array, Indices]:
     """Return distances and indices (in the tree's order) of the `k` nearest points, (m, k), nearest first."""
     squared, index = np.zeros((len(queries), k)), np.zeros((len(queries), k), np.int64)
     _kernels_tree.all_nearest(tree, np.ascontiguousarray(queries), squared, index)

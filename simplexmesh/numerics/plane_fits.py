@@ -5,12 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh.numerics import _kernels_local_fits
-
-Array = NDArray[np.float64]
 
 FEW_NEIGHBORS, MANY_NEIGHBORS = 16, 40
 NOISE_RATIO = 0.45
@@ -34,21 +32,27 @@ def planes(points: Array) -> Planes:
     return out
 
 
-def spacing_of(points: Array, most: int = 5000) -> float:
-    """Estimate the median distance between neighboring points from a subset of `most` to twice as many."""
-    some = points[:: max(1, len(points) // most)]
+def spacing_of(points: Array) -> float:
+    """Estimate the median distance between neighboring points from a subset of 5,000 to twice as many."""
+    some = points[:: max(1, len(points) // 5000)]
     count = min(FEW_NEIGHBORS, len(points))
     distance = cKDTree(points).query(some, k=[count], workers=-1)[0]
-    return _spacing(distance, count)
+    return spacing_within(distance, count)
+
+
+def fitted(points: Array, near: Indices) -> tuple[Array, Array, Array]:
+    """Return normals (m, 3), mean squared distances (m,) and projections (m, 3) of planes through neighbors (m, k)."""
+    out = np.empty((len(near), 3)), np.empty(len(near)), np.empty((len(near), 3))
+    _kernels_local_fits.fit_planes(np.ascontiguousarray(points), near, *out)
+    return out
+
+
+def spacing_within(farthest: Array, count: int) -> float:
+    """Return the spacing of points from the distances within which they have `count` neighbors, themselves included."""
+    return float(np.median(farthest)) * np.sqrt(np.pi / count)
 
 
 def _fit(points: Array, tree: cKDTree, count: int) -> Planes:
     distance, near = tree.query(points, k=count, workers=-1)
-    normals, variance = np.empty((len(points), 3)), np.empty(len(points))
-    _kernels_local_fits.fit_planes(np.ascontiguousarray(points), near, normals, variance, np.empty_like(normals))
-    return Planes(normals, _spacing(distance[:, -1], count), float(np.sqrt(np.median(variance))))
-
-
-def _spacing(farthest: Array, count: int) -> float:
-    """Return the spacing of points from the distances within which they have `count` neighbors, themselves included."""
-    return float(np.median(farthest)) * np.sqrt(np.pi / count)
+    normals, variance, _ = fitted(points, near)
+    return Planes(normals, spacing_within(distance[:, -1], count), float(np.sqrt(np.median(variance))))

@@ -5,16 +5,20 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.vectors import cross, dot
-from simplexmesh.numerics.rotation_vectors import rotation_matrices
-
-Array = NDArray[np.float64]
 
 TANGENTIAL_WEIGHT = 0.02
-"""Weight of tangential residuals, small since those of neighbors are correlated."""
+"""Weight of tangential residuals, small since those of neighbors are correlated; without any, motions that the normals
+do not determine, of nearly round bodies for example, would be arbitrary."""
+
+
+def rotation_angle(T: Array) -> float:
+    """Return the angle of a rigid motion (4, 4), in [0, pi]."""
+    return float(Rotation.from_matrix(T[:3, :3]).magnitude())
 
 
 def point_pairs(pairs: Any, owners: str) -> tuple[Array, Array]:
@@ -43,12 +47,7 @@ def rigid_fit(source: Array, target: Array) -> Array:
 
 
 def point_to_plane_fit(source: Array, target: Array, normals: Array, start: Array) -> Array:
-    """Return the rigid motion (4, 4) that minimizes distances to tangent planes at corresponding points (k, 3).
-
-    Gauss-Newton on E1 (Delingette 1994, equation 6.11) with Geman-McClure weights; it reaches the minimum of the
-    thesis's mechanical iteration (6.13) in fewer steps. Tangential residuals enter with a weight inverse to their
-    variance, which regularizes motions that the normals do not determine, of nearly round bodies for example.
-    """
+    """Return the rigid motion (4, 4) that minimizes robust distances to tangent planes (Delingette 1994, 6.11)."""
     T = start.copy()
     extent = max(float(np.sqrt(((target - target.mean(axis=0)) ** 2).sum(axis=1).mean())), 1e-300)
     for _ in range(20):
@@ -93,6 +92,6 @@ def robust_scale(residuals: Array, floor: float) -> float:
 def small_motion(vector: Array, shift: Array, center: Array) -> Array:
     """Return the motion (4, 4) of a rotation vector about a center, followed by a shift."""
     T = np.eye(4)
-    T[:3, :3] = rotation_matrices(vector[None])[0]
+    T[:3, :3] = Rotation.from_rotvec(vector).as_matrix()
     T[:3, 3] = center + shift - T[:3, :3] @ center
     return T

@@ -1,9 +1,11 @@
-"""Globally consistent orientation of point normals by iterated Poisson reconstruction.
+"""Poisson reconstruction: the smoothed indicator function of the solid that points bound, and so their outward normals.
 
-Consistently oriented normals are the gradient of an indicator function; where some are flipped they cancel. So the
-indicator of the current normals tells which to flip, repeatedly, and its energy tells which of several initializations
-converged best (F. Hou, C. Wang, W. Wang, H. Qin, C. Qian, Y. He, Iterative Poisson surface reconstruction for
-unoriented points, ACM Trans. Graph. 41, 2022; there from random normals, without the energy criterion).
+The equation is solved by the fast Fourier transform (M. Kazhdan, Reconstruction of solid models from oriented point
+sets, SGP 2005). Normals that contradict their indicator are flipped, repeatedly, and its energy tells which of several
+initializations converged best (F. Hou, C. Wang, W. Wang, H. Qin, C. Qian, Y. He, Iterative Poisson surface
+reconstruction for unoriented points, ACM Trans. Graph. 41, 2022; there from random normals, without the energy). The
+first comes from a flood fill of a grid from its border: grids finer than the gaps between points leak, coarser ones
+close openings, so the finest that does not leak is used.
 """
 
 from __future__ import annotations
@@ -13,17 +15,136 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage
+from scipy import fft, ndimage
 
+from simplexmesh._base.arrays import Array, Mask
 from simplexmesh._base.vectors import dot
 from simplexmesh.numerics.plane_fits import Planes
-from simplexmesh.orientation.flood import Flood, flooded
-from simplexmesh.orientation.indicator import Indicator, Poisson
+from simplexmesh.orientation import _kernels_grid
 
-Array = NDArray[np.float64]
+WALL_RADIUS = 1.6
+"""In cells: the finest grid that does not leak then has the right genus; thinner walls leak, thicker fill handles."""
 
 FLOOD_CELLS = (16, 24, 32, 48, 64, 96, 128, 192, 256)
 """Cells along the longest side of the grids that are flooded."""
+
+
+@dataclass(frozen=True, eq=False)
+class Grid:
+    """A grid of cubic cells around points."""
+
+    origin: Array  # (3,) position of sample (0, 0, 0)
+    cell: float  # side of the cells
+    shape: tuple[int, int, int]  # number of samples along each axis
+
+    @staticmethod
+    def around(points: Array, cell: float, *, margin: float, fast: bool = False) -> Grid:
+        """Return the grid around the points with a margin in cells; `fast` rounds up to efficient FFT lengths."""
+        low, high = points.min(axis=0), points.max(axis=0)
+        count = np.ceil((high - low) / cell + 2 * margin).astype(int) + 1
+        if fast:
+            count = np.array([fft.next_fast_len(int(n), real=True) for n in count])
+        origin = (low + high) / 2 - cell * (count - 1) / 2
+        return Grid(origin, cell, (int(count[0]), int(count[1]), int(count[2])))
+
+    def to_index(self, points: Array) -> Array:
+        """Return continuous grid indices of points."""
+        return (points - self.origin) / self.cell
+
+    def to_world(self, index: Array) -> Array:
+        """Return the positions of grid indices, in the unit of the points."""
+        return self.origin + self.cell * index
+
+
+@dataclass(frozen=True, eq=False)
+class Flood:
+    """The result of a flood fill."""
+
+    grid: Grid
+    outside: Mask  # (nx, ny, nz) samples reached from the border
+    wall: Mask  # (nx, ny, nz) samples within `WALL_RADIUS` cells of a point
+
+    @property
+    def enclosed(self) -> float:
+        """Volume enclosed by the wall, without the wall."""
+        return float(np.count_nonzero(~self.outside & ~self.wall)) * self.grid.cell**3
+
+
+def flooded(points: Array, cell: float) -> Flood:
+    """Return the flood fill, from the border, of a grid with cells of side `cell` around the points."""
+    grid = Grid.around(points, cell, margin=WALL_RADIUS + 3)
+    wall = np.zeros(grid.shape, bool)
+    _kernels_grid.mark_near(grid.to_index(points), WALL_RADIUS, wall)
+    filled = wall.copy()
+    _kernels_grid.flood(filled)
+    return Flood(grid, filled ^ wall, wall)
+
+
+@dataclass(frozen=True, eq=False)
+class Indicator:
+    """An indicator function on a grid: about 1/2 inside and -1/2 outside of a solid, 0 at its points."""
+
+    grid: Grid
+    values: NDArray[np.float32]  # (nx, ny, nz)
+
+    def at(self, points: Array) -> tuple[Array, Array]:
+        """Return the (n,) values and (n, 3) gradients (per unit of length) at points within the grid."""
+        values, gradients = np.zeros(len(points)), np.zeros((len(points), 3))
+        _kernels_grid.interpolate(self.values, self.grid.to_index(points), values, gradients)
+        return values, gradients / self.grid.cell
+
+
+@dataclass(frozen=True, eq=False)
+class Poisson:
+    """Points on a grid, the area each represents, and the transfer function from normals to the indicator."""
+
+    points: Array
+    grid: Grid
+    areas: Array
+    transfer: NDArray[np.complex64]
+
+    @staticmethod
+    def of(points: Array, cell: float) -> Poisson:
+        """Return the problem on a grid with a margin wide enough for periodic images not to interfere."""
+        extent = float(np.ptp(points, axis=0).max())
+        grid = Grid.around(points, cell, margin=6 + 0.12 * extent / cell, fast=True)
+        return Poisson(points, grid, _areas(points, grid), _transfer_function(grid.shape))
+
+    def indicator(self, normals: Array) -> Indicator:
+        """Return the field whose gradient is closest to minus the outward normals, whose lengths are weights."""
+        grid, layer = self.grid, np.zeros((*self.grid.shape, 3), dtype=np.float32)
+        unit = 2.0 ** np.round(2 * np.log2(grid.cell))  # areas in the data's unit may be beyond single precision
+        _kernels_grid.splat(grid.to_index(self.points), normals * (self.areas / unit)[:, None], layer)
+        total: NDArray[np.complex64] = np.zeros(self.transfer.shape, np.complex64)
+        for axis, k in enumerate(_wave_numbers(grid.shape)):
+            total += k * fft.rfftn(np.ascontiguousarray(layer[..., axis]), workers=-1)
+        values = fft.irfftn(total * self.transfer, s=grid.shape, workers=-1) / (grid.cell**2 / unit)
+        found = Indicator(grid, values.astype(np.float32))
+        level = float(np.average(found.at(self.points)[0], weights=self.areas))
+        return Indicator(grid, found.values - np.float32(level))
+
+
+def _areas(points: Array, grid: Grid) -> Array:
+    """Return the surface area each point represents, from a kernel density estimate: overlapping scans count once."""
+    count = np.zeros((*grid.shape, 1), dtype=np.float32)
+    _kernels_grid.splat(grid.to_index(points), np.ones((len(points), 1)), count)
+    density, _ = Indicator(grid, ndimage.gaussian_filter(count[..., 0], 1.0)).at(points)
+    spread = np.sqrt(1.0 + 1 / 3)  # of the filter and of splatting; the density of a plane is then 1 / (s sqrt(2 pi))
+    return grid.cell**2 / (np.sqrt(2 * np.pi) * spread * np.maximum(density, 1e-6))
+
+
+def _wave_numbers(shape: tuple[int, int, int]) -> list[NDArray[np.float32]]:
+    """Return the wave numbers of a grid's real FFT, in radians per cell, broadcastable along its axes."""
+    waves = [2 * np.pi * fft.fftfreq(n) for n in shape[:2]] + [2 * np.pi * fft.rfftfreq(shape[2])]
+    return list(np.meshgrid(*[w.astype(np.float32) for w in waves], indexing="ij", sparse=True))
+
+
+def _transfer_function(shape: tuple[int, int, int]) -> NDArray[np.complex64]:
+    """Return the transfer function from the divergence of the normals to the indicator, smoothed by one cell."""
+    k = _wave_numbers(shape)
+    k2 = k[0] ** 2 + k[1] ** 2 + k[2] ** 2
+    k2[0, 0, 0] = 1.0
+    return np.asarray(1j * np.exp(-0.5 * k2) / k2)
 
 
 @dataclass(frozen=True, eq=False)

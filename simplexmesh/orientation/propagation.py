@@ -10,24 +10,18 @@ rim of a thin plate parallel normals are inconsistent.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import minimum_spanning_tree
 
-from simplexmesh.orientation import _kernels_propagation as kernels
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
+from simplexmesh._base.arrays import Array, Indices
+from simplexmesh.orientation import _kernels_consistency as kernels
 
 SOFTENING = 0.1
 """Softening in median squared distances of neighbors: less fails with noise, more in thin parts."""
 
 
 def propagated(offsets: Indices, members: Indices, points: Array, normals: Array) -> Array:
-    """Return unit normals (n, 3), of either sign or zero, with consistent signs, outward as a whole.
-
-    The neighbors of point i are ``members[offsets[i] : offsets[i + 1]]``.
-    """
+    """Return unit normals (n, 3) with consistent signs; those of point i agree with its `members` from `offsets[i]`."""
     n, tie = len(points), 1e-6  # sparse matrices cannot store edges of cost zero
     steps = points[members] - points[np.repeat(np.arange(n), np.diff(offsets))]
     softening = SOFTENING * float(np.median((steps**2).sum(axis=1))) if len(steps) else 0.0

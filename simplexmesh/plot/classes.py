@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 import pyvista as pv
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Indices
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.plot.camera import looked_at, upright
 from simplexmesh.plot.color_scale import PALETTE, legend_of_classes
@@ -39,13 +39,9 @@ def classes(
     names, colors : sequence of str, optional
         By class number. Default: those of `labels`, or no names and the colors of a palette.
     title, view, up, plotter
-        As for `heat`.
+        As for `surface`.
     legend : bool
         Whether to write the names: at the left, or below in a narrow panel.
-
-    Returns
-    -------
-    pyvista.Plotter
 
     Raises
     ------
@@ -77,7 +73,7 @@ def classes(
     return looked_at(plotter, view, up=upright(shown, up), window=True) if alone else plotter
 
 
-def _classes(labels: Any, shown: Any) -> NDArray[np.int64]:
+def _classes(labels: Any, shown: Any) -> Indices:
     numbers = np.asarray(getattr(labels, "labels", labels))
     count = len(points_of(shown))
     if numbers.shape != (count,) or numbers.dtype.kind not in "iub" or numbers.min(initial=0) < 0:

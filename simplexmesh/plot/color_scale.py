@@ -8,13 +8,11 @@ from typing import Any
 
 import numpy as np
 import pyvista as pv
-from numpy.typing import NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array
 from simplexmesh.plot.camera import BAR_NAME, LEGEND_NAME
 from simplexmesh.plot.stage import INK
-
-Array = NDArray[np.float64]
 
 BLUE_TO_RED = ("#2a3fd0", "#28c4e8", "#3fbf4d", "#f4e04a", "#d7281e")
 """From low to high: blue, cyan, green, yellow, red."""

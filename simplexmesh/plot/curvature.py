@@ -45,18 +45,8 @@ def curvature(
         Its curvature; computed if not given.
     count : int
         Largest number of salient points marked.
-    unit : str
-        Unit of length, for the color scales.
-    title : str, optional
-        Text over the first panel.
-    view : str or (3,) vector, optional
-        As for `looked_at`.
-    up : {"auto", "x", "y", "z", "-x", "-y", "-z"}
-        As for `surface`.
-
-    Returns
-    -------
-    pyvista.Plotter
+    unit, title, view, up
+        As for `surface`; the title is that of the first panel.
 
     Raises
     ------

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 import pyvista as pv
-from numpy.typing import NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Indices
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.plot.camera import looked_at, upright
 from simplexmesh.plot.polydata import colored
@@ -60,10 +60,6 @@ def features(
         Its zones. Default: those between the sharp edges.
     title, view, up, plotter
         As for `plot.surface`.
-
-    Returns
-    -------
-    pyvista.Plotter
 
     Raises
     ------
@@ -121,7 +117,7 @@ def _painted(zones: Zones) -> pv.PolyData:
     return colored(split, "zones", table[colors(zones)[used % count]])
 
 
-def colors(zones: Zones) -> NDArray[np.int64]:
+def colors(zones: Zones) -> Indices:
     """Return the number of a color (z,) for each zone: another than its neighbors have, and one used little so far."""
     pairs = np.array([pair for _, pair in zones.boundaries], np.int64).reshape(-1, 2)
     out, uses = np.full(len(zones), -1), np.zeros(len(PALE))

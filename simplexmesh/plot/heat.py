@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 import pyvista as pv
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.plot.camera import looked_at, upright
 from simplexmesh.plot.color_scale import bar, blue_to_red, ends
@@ -52,18 +53,8 @@ def heat(
         Points to mark with balls, the first ones larger.
     lines : sequence of Polyline or of (k, 3) arrays of float
         Lines to draw, as returned by `level_lines` and `inversion_lines`.
-    title : str, optional
-        Text over the picture.
-    view : str or (3,) vector, optional
-        As for `looked_at`, when the plotter is new.
-    up : {"auto", "x", "y", "z", "-x", "-y", "-z"}
+    title, view, up, plotter
         As for `surface`.
-    plotter : pyvista.Plotter, optional
-        Plotter to add to; a new one if not given.
-
-    Returns
-    -------
-    pyvista.Plotter
 
     Raises
     ------
@@ -109,7 +100,7 @@ def _trace(plotter: pv.Plotter, line: Any, size: float) -> None:
     plotter.add_mesh(drawn.strip().tube(radius=THIN * size), color=INK, specular=0.2)
 
 
-def _areas(shown: Any) -> NDArray[np.float64]:
+def _areas(shown: Any) -> Array:
     """Return a weight per vertex proportional to its area; equal weights without triangles."""
     if not isinstance(shown, TriangleMesh):
         return np.ones(len(points_of(shown)))

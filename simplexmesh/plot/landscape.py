@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 import pyvista as pv
-from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
+from simplexmesh._base.arrays import Array
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-from simplexmesh.numerics.rotation_vectors import rotation_vector
 from simplexmesh.plot.camera import looked_at
 from simplexmesh.plot.color_scale import scale
 from simplexmesh.plot.polydata import per_point
@@ -20,8 +20,6 @@ from simplexmesh.recognition.sai.distance_maps import NODES, around_rotation, ov
 from simplexmesh.recognition.sai.match import check_comparable, match
 from simplexmesh.recognition.sai.match_result import Match
 from simplexmesh.recognition.sai.sphere_domain import sphere_domain
-
-Array = NDArray[np.float64]
 
 NAME = "distance of the angles (rad)"
 HIGH = 0.6
@@ -59,14 +57,8 @@ def landscape(
         As for `simplexmesh.match`.
     found : sequence of Match, optional
         As returned by `simplexmesh.match`; computed if not given.
-    view : str or (3,) vector, optional
-        As for `looked_at`.
-    title : str, optional
-        Text over the picture.
-
-    Returns
-    -------
-    pyvista.Plotter
+    view, title
+        As for `surface`.
 
     Raises
     ------
@@ -107,7 +99,7 @@ def landscape(
     _relief(plotter, flat, slices, limits)
     headline(plotter, "rotations relative to the best")
     for color, one in zip(COLORS, shown, strict=False):
-        off = axes @ rotation_vector(one.rotation @ shown[0].rotation.T) / np.pi
+        off = axes @ Rotation.from_matrix(one.rotation @ shown[0].rotation.T).as_rotvec() / np.pi
         _mark(plotter, np.array([*off, 0.03 + _height(one.distance, limits)]), color)
     return looked_at(plotter, view)
 

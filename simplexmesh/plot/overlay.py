@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 import pyvista as pv
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array
 from simplexmesh.plot.camera import looked_at, upright
 from simplexmesh.plot.polydata import as_drawable, geometry
 from simplexmesh.plot.stage import SURFACE_LIT, add, headline, stage
@@ -39,18 +40,10 @@ def overlay(
         On the left, a source far from the target is drawn centered on it.
     T_target_source : (4, 4) array of float
         As in `Registration`, or `Match.T_target_source`.
-    level, label, inside : float, int, str, optional
-        Isovalue, or region, where one is a volume, as for `surface`.
     titles : (2,) tuple of str
         Titles of the two panels.
-    view : str or (3,) vector, optional
-        As for `looked_at`.
-    up : {"auto", "x", "y", "z", "-x", "-y", "-z"}
+    level, label, inside, view, up
         As for `surface`; "auto" is determined by the target.
-
-    Returns
-    -------
-    pyvista.Plotter
 
     Examples
     --------
@@ -74,5 +67,5 @@ def overlay(
     return looked_at(plotter, view, up=upright(things[1], up))
 
 
-def _middle(polydata: pv.PolyData) -> NDArray[np.float64]:
+def _middle(polydata: pv.PolyData) -> Array:
     return np.asarray(0.5 * (polydata.points.min(axis=0) + polydata.points.max(axis=0)), dtype=float)

@@ -33,16 +33,8 @@ def panels(
         Title and object of each panel.
     scalars : str, optional
         As for `surface`, for the simplex meshes among them, or without any for all but `data` and volumes.
-    view : str or (3,) vector, optional
-        As for `looked_at`.
-    up : {"auto", "x", "y", "z", "-x", "-y", "-z"}
+    view, up, **options
         As for `surface`; "auto" is determined by the first object.
-    **options
-        Passed on to `surface`.
-
-    Returns
-    -------
-    pyvista.Plotter
 
     Raises
     ------
@@ -133,10 +125,8 @@ def together(
         From 0, invisible, to 1.
     edges, legend : bool
         Whether to draw the edges of polygons, and the legend.
-    view : str or (3,) vector, optional
+    view, up
         As for `looked_at`.
-    up : {"x", "y", "z", "-x", "-y", "-z"}
-        The axis that points up.
 
     Raises
     ------

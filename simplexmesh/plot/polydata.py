@@ -12,14 +12,14 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.vectors import tangents
+from simplexmesh.data.box import box_around, box_slices
 from simplexmesh.data.conversion import as_data
 from simplexmesh.data.points import PointCloud
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.data.volume import Volume
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-
-Array = NDArray[np.float64]
 
 MOST_POINTS = 200_000
 """Points drawn of a cloud, a random subset of very many."""
@@ -151,7 +151,7 @@ def _lit(polydata: pv.PolyData, crease: float) -> pv.PolyData:
     )
 
 
-def _kept(count: int) -> NDArray[np.int64]:
+def _kept(count: int) -> Indices:
     if count <= MOST_POINTS:
         return np.arange(count)
     return np.random.default_rng(0).choice(count, MOST_POINTS, replace=False)
@@ -174,13 +174,12 @@ def _cloud(cloud: PointCloud) -> pv.PolyData:
 
 
 def isosurface(volume: Volume, level: float | None, label: int | None, inside: str = "above") -> TriangleMesh:
-    """Return the triangulated isosurface of a level or a label of a volume, in physical space, for display.
-
-    The volume is padded with background, so that objects cut by its border are closed there, as in a model of it.
-    """
+    """Return the isosurface of a level or a label of a volume, padded so that objects at its border are closed."""
     if level is None or label is not None:
         mask = volume.mask(_label(volume, label))
-        values, offset = _cropped(mask.values.astype(np.float32))
+        box = box_around(mask.values > 0)
+        assert box is not None  # `mask` refuses labels that are absent
+        values, offset = np.pad(mask.values[box_slices(*box, mask.shape)].astype(np.float32), 1), box[0] - 1.0
         level, inside = 0.5, "above"
     else:
         low, high = volume.range
@@ -208,14 +207,3 @@ def _label(volume: Volume, label: int | None) -> int:
     if len(labels) != 1:
         raise ValueError(f"label must be given: the volume has {len(labels)}")
     return labels[0]
-
-
-def _cropped(values: NDArray[Any]) -> tuple[NDArray[Any], Array]:
-    """Return a mask cropped to its nonzero part and padded with zeros, and the index where it begins."""
-    low, high = np.zeros(3, dtype=int), np.zeros(3, dtype=int)
-    for axis in range(3):
-        (there,) = np.nonzero(values.any(axis=tuple(other for other in range(3) if other != axis)))
-        if not len(there):
-            return values, np.zeros(3)
-        low[axis], high[axis] = there[0], there[-1] + 1
-    return np.pad(values[tuple(map(slice, low, high))], 1), low - 1.0

@@ -5,19 +5,18 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array
 from simplexmesh.data.points import PointCloud
 from simplexmesh.data.volume import Volume
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-from simplexmesh.motion.model.stages import mean_edge
+from simplexmesh.motion.model.state import mean_edge
 from simplexmesh.motion.reconstruct.conversion import as_input
 from simplexmesh.motion.reconstruct.deviation import deviation
 from simplexmesh.plot.polydata import as_drawable, points_of
 from simplexmesh.surface.curvature.estimate import curvature
-
-Array = NDArray[np.float64]
 
 SIGNED = "simplex angle (rad)"
 """Vertex array with a scale symmetric about zero even where all are positive."""
@@ -86,10 +85,7 @@ def _deviations(shown: Any, data: Any) -> Array:
 
 
 def _distances(mesh: SimplexMesh, data: Any, level: float | None, label: int | None, inside: str) -> Array:
-    """Return distances of vertices to the surface in the data along their normals, NaN where none is near.
-
-    These are the distances from mesh to data of `Reconstruction.distance`; near is within two samples or one edge.
-    """
+    """Return distances along the normals as in `Reconstruction.distance`, NaN beyond two samples and one edge."""
     if isinstance(data, SimplexMesh):
         data = data.triangulated(method="fan")
     fitted = as_input(data, level=level, label=label, inside=inside, components="all")

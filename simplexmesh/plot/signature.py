@@ -33,18 +33,8 @@ def signature(
         As returned by `simplexmesh.sai`.
     fitted : bool
         Also show the mesh fitted to the object, on the left, scaled to the sphere and in the same colors.
-    view : str or (3,) vector, optional
-        As for `looked_at`.
-    up : {"x", "y", "z", "-x", "-y", "-z"}
-        The axis that points up.
-    title : str, optional
-        Text over the picture.
-    limits : (2,) tuple of float, optional
-        Ends of the color scale, in radians.
-
-    Returns
-    -------
-    pyvista.Plotter
+    view, up, title, limits
+        As for `surface`; limits in radians.
 
     References
     ----------

@@ -50,10 +50,7 @@ def stage(columns: int = 1, size: tuple[int, int] | None = None) -> pv.Plotter:
 
 
 def grid(shape: tuple[int, int], size: tuple[int, int], *, window: bool = True) -> pv.Plotter:
-    """Return an empty plotter with rows and columns of panels, a width and height in pixels, and lights.
-
-    Without `window` it draws off screen only.
-    """
+    """Return an empty plotter of panels, size in pixels, with lights; without `window` it draws off screen only."""
     hidden = not window or not has_display()
     with quiet():
         plotter = pv.Plotter(

@@ -91,10 +91,6 @@ def surface(
     plotter : pyvista.Plotter, optional
         Plotter to add the mesh to, without placing the camera (see `looked_at`); a new one if not given.
 
-    Returns
-    -------
-    pyvista.Plotter
-
     Raises
     ------
     ValueError

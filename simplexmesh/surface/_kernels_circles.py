@@ -16,10 +16,7 @@ STRAIGHT = 1e-11
 
 @njit(cache=True, error_model="numpy")
 def opposite_pairs(fan, count, normalized, pairs, oppositions):
-    """Scale the fan in place, to (u, v, height, distance) over the mean distance, and fill its most opposite pairs.
-
-    Returns how many, at most as many as neighbors, and the mean distance.
-    """
+    """Divide the fan by its mean distance, fill its most opposite pairs; return how many, and that distance."""
     distinct, total = 0, 0.0
     for m in range(count):
         if fan[m, 3] > 0.0:

@@ -58,10 +58,7 @@ def _start_at_smallest(members, begin, end, rotated):
 
 @njit(cache=True)
 def ordered_rings(starts, ahead, behind):
-    """Return (offsets, members, closed): one-rings ccw, cycles from their smallest member, fans in order.
-
-    Where several fans meet they are concatenated, each vertex once, and `closed` is False.
-    """
+    """Return (offsets, members, closed): one-rings ccw, cycles from their smallest member, several fans in a row."""
     n_vertices, most = starts.shape[0] - 1, 0
     for i in range(n_vertices):
         most = max(most, starts[i + 1] - starts[i])
@@ -108,44 +105,11 @@ def _grown(found):
 
 
 @njit(cache=True)
-def rings(offsets, members, centers, count, most):
-    """Return CSR (offsets, members) of the vertices within `count` edges of each center, ring by ring, without it.
+def within(offsets, members, points, centers, steps, radius, most):
+    """Return CSR (offsets, members) of the vertices so many edges away that lie in a ball, over such vertices.
 
-    Stops once there are more than `most` members in all, as the last offset shows.
+    Ring by ring, without the center. Stops beyond `most` members in all, as the last offset shows.
     """
-    stamp = np.full(offsets.shape[0] - 1, -1, np.int64)
-    starts = np.zeros(centers.shape[0] + 1, np.int64)
-    found = np.empty(max(16, 8 * centers.shape[0]), np.int64)
-    place = 0
-    for row in range(centers.shape[0]):
-        stamp[centers[row]] = row
-        first = last = place
-        ring = first
-        for step in range(count):
-            last = place
-            for k in range(ring if step else first, last if step else first + 1):
-                i = found[k] if step else centers[row]
-                for m in range(offsets[i], offsets[i + 1]):
-                    j = members[m]
-                    if stamp[j] != row:
-                        stamp[j] = row
-                        if place == found.shape[0]:
-                            found = _grown(found)
-                        found[place] = j
-                        place += 1
-            if place == last:
-                break
-            ring = last
-        starts[row + 1] = place
-        if place > most:
-            starts[row + 1 :] = place
-            break
-    return starts, found[:place].copy()
-
-
-@njit(cache=True)
-def connected_balls(offsets, members, points, centers, radius, most):
-    """Return CSR (offsets, members) of the vertices connected to each center in a ball, up to `most` in all."""
     stamp = np.full(points.shape[0], -1, np.int64)
     starts = np.zeros(centers.shape[0] + 1, np.int64)
     found = np.empty(max(16, 8 * centers.shape[0]), np.int64)
@@ -153,25 +117,24 @@ def connected_balls(offsets, members, points, centers, radius, most):
     for row in range(centers.shape[0]):
         center = centers[row]
         stamp[center] = row
-        current, k = center, place - 1
-        while True:
-            for m in range(offsets[current], offsets[current + 1]):
-                j = members[m]
-                if stamp[j] == row:
-                    continue
-                stamp[j] = row
-                square = 0.0
-                for axis in range(3):
-                    square += (points[j, axis] - points[center, axis]) ** 2
-                if square <= radius * radius:
-                    if place == found.shape[0]:
-                        found = _grown(found)
-                    found[place] = j
-                    place += 1
-            k += 1
-            if k >= place:
-                break
-            current = found[k]
+        start, ring, stop, step = place, place - 1, place, 0  # the center is before the first ring
+        while ring < stop and step < steps:
+            for k in range(ring, stop):
+                i = found[k] if k >= start else center
+                for m in range(offsets[i], offsets[i + 1]):
+                    j = members[m]
+                    if stamp[j] == row:
+                        continue
+                    stamp[j] = row
+                    square = 0.0
+                    for axis in range(3):
+                        square += (points[j, axis] - points[center, axis]) ** 2
+                    if square <= radius * radius:
+                        if place == found.shape[0]:
+                            found = _grown(found)
+                        found[place] = j
+                        place += 1
+            ring, stop, step = stop, place, step + 1
         starts[row + 1] = place
         if place > most:
             starts[row + 1 :] = place

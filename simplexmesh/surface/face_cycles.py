@@ -11,9 +11,7 @@ from simplexmesh.surface.sampled_surface import SampledSurface
 def simplex_neighbors(samples: SampledSurface) -> Neighborhoods | None:
     """Return the three neighbors of each vertex of a simplex mesh, None for anything else."""
     ring = samples.links
-    if samples.faces is not None or ring is None or len(ring) != len(samples.points):
-        return None
-    return ring if (ring.valence == 3).all() else None
+    return ring if ring is not None and (ring.valence == 3).all() else None
 
 
 def face_cycles(samples: SampledSurface, around: Neighborhoods, method: str) -> Neighborhoods:

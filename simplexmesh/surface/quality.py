@@ -5,13 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base import checks, vectors
+from simplexmesh._base.arrays import Array
 from simplexmesh.data.conversion import as_triangles
 from simplexmesh.data.triangles import TriangleMesh
 
-Array = NDArray[np.float64]
 KINDS = ["edge", "height"]
 
 

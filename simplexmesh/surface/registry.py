@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.errors import warn
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.data.welding import distinct_positions
@@ -18,8 +19,6 @@ from simplexmesh.orientation._kernels_consistency import clashing_edges
 from simplexmesh.surface.neighborhoods import Ball, Nearest, Neighborhood, Neighborhoods, Rings, rings
 from simplexmesh.surface.reasons import EXPLANATIONS, FEW, OPEN
 from simplexmesh.surface.sampled_surface import SampledSurface
-
-Array = NDArray[np.float64]
 
 LEAST_INWARD = 0.02
 """An open surface is reported as inward only if its volume is below minus this share of its area times its diagonal."""
@@ -46,19 +45,11 @@ class Normals(NamedTuple):
     reasons: NDArray[np.uint8]
 
 
-class Estimator(Protocol):
-    """The function `estimate` of an estimator's module."""
-
-    def __call__(self, samples: SampledSurface, around: Neighborhoods, normals: Any, **options: Any) -> Any:
-        """Return the estimates at the centers."""
-        ...
-
-
 @dataclass(frozen=True)
 class Method:
     """An estimator and what it needs."""
 
-    module: str  # of its function `estimate`, below `simplexmesh.surface`
+    function: str  # of samples, neighborhoods, normals and options, below `simplexmesh.surface`
     options: Mapping[str, Any] = field(default_factory=dict)  # with their defaults
     fixed: Mapping[str, Any] = field(default_factory=dict)  # arguments that callers cannot change
     normals: str | None = "area"  # default method of the initial normals on meshes; None if it needs none
@@ -67,10 +58,15 @@ class Method:
     own_scale: bool = False  # chooses its neighborhoods itself
 
     @property
-    def estimate(self) -> Estimator:
+    def estimate(self) -> Callable[..., Any]:
         """The estimator's function, imported on first use."""
-        found: Estimator = importlib.import_module(f"simplexmesh.surface.{self.module}").estimate
+        module, _, name = self.function.rpartition(".")
+        found: Callable[..., Any] = getattr(importlib.import_module(f"simplexmesh.surface.{module}"), name)
         return found
+
+
+ADAPTIVE = Method("curvature.adaptive.adaptive.estimate", {"noise": None, "detail": None}, normals=None, own_scale=True)
+"""Of normals too, which are among its results."""
 
 
 def chosen(
@@ -143,7 +139,7 @@ def warn_of_inward_faces(samples: SampledSurface, normals: Any) -> None:
         )
 
 
-def _advice_on_duplicates(samples: SampledSurface, unconnected: NDArray[np.int64]) -> str:
+def _advice_on_duplicates(samples: SampledSurface, unconnected: Indices) -> str:
     """Return advice if vertices lack neighbors because of duplicate vertices, else an empty string."""
     if samples.faces is None or not len(unconnected):
         return ""

@@ -9,9 +9,12 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.vectors import norm
 from simplexmesh.data.foreign import converted
 from simplexmesh.data.points import PointCloud
@@ -19,9 +22,6 @@ from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.numerics import _kernels_balls as balls
 from simplexmesh.surface import _kernels_neighborhoods as kernels
 from simplexmesh.surface.neighborhoods import Ball, Nearest, Neighborhood, Neighborhoods, Rings
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 CLOUD_NEIGHBORS = 12
 """Number of nearest points that serve as the one-ring in a cloud, which has no edges."""
@@ -36,12 +36,8 @@ class SampledSurface:
 
     points: Array
     faces: Indices | None = None  # (f, 3), counter-clockwise seen from outside
-    links: Neighborhoods | None = None  # one-rings that do not come from triangles: of a simplex mesh, or given
+    links: Neighborhoods | None = None  # one-rings of all points that do not come from triangles: of a simplex mesh
     outward: Array | None = None  # (n, 3) known unit normals
-
-    def __post_init__(self) -> None:
-        if self.links is not None and not np.array_equal(self.links.centers, np.arange(len(self.points))):
-            object.__setattr__(self, "links", _extended_to_all(self.links, len(self.points)))
 
     @cached_property
     def wedges(self) -> tuple[Indices, Indices, Indices]:
@@ -69,6 +65,13 @@ class SampledSurface:
         return ends, norm(self.points[ring.members] - self.points[ends])
 
     @cached_property
+    def components(self) -> Indices:
+        """(n,) the connected component of each point over the edges of the one-rings."""
+        ring, n = self.one_ring, len(self.points)
+        links = csr_array((np.ones(len(ring.members), bool), ring.members, ring.offsets), shape=(n, n))
+        return np.asarray(connected_components(links, directed=False)[1], np.int64)
+
+    @cached_property
     def tree(self) -> cKDTree:
         """Kd-tree of all points."""
         return cKDTree(self.points)
@@ -86,17 +89,14 @@ class SampledSurface:
             count = min(neighborhood.count, n - 1) + 1
             _, found = self.tree.query(self.points[centers], count, workers=-1)
             return _without_centers(centers, found.reshape(len(centers), count))
+        if neighborhood == Rings(1):
+            return self.one_ring if vertices is None else self.one_ring.taken(centers)
+        radius, steps = (neighborhood.radius, n) if isinstance(neighborhood, Ball) else (np.inf, neighborhood.count)
         if isinstance(neighborhood, Ball) and not (neighborhood.connected and self.is_connected):
-            offsets, members = _in_balls(self.points, centers, neighborhood.radius)
+            offsets, members = _in_balls(self.points, centers, radius)
         else:
-            ring = self.one_ring
-            if isinstance(neighborhood, Ball):
-                inside = (self.points, centers, neighborhood.radius, MAX_MEMBERS)
-                offsets, members = kernels.connected_balls(ring.offsets, ring.members, *inside)
-            elif neighborhood.count == 1:
-                return ring if vertices is None else ring.taken(centers)
-            else:
-                offsets, members = kernels.rings(ring.offsets, ring.members, centers, neighborhood.count, MAX_MEMBERS)
+            ring = (self.one_ring.offsets, self.one_ring.members)
+            offsets, members = kernels.within(*ring, self.points, centers, steps, radius, MAX_MEMBERS)
             _check_total(offsets[-1], neighborhood)
         if isinstance(neighborhood, Ball) and neighborhood.inner > 0.0:
             offsets, members = _outside(self.points, centers, offsets, members, neighborhood.inner)
@@ -172,14 +172,6 @@ def _selected(made: Neighborhoods, n: int, vertices: ArrayLike | None) -> Neighb
     return made.taken(row[asked])
 
 
-def _extended_to_all(made: Neighborhoods, n: int) -> Neighborhoods:
-    """Return neighborhoods of all points from those of some; the others' are empty."""
-    rows = _selected(made, n, np.unique(made.centers))
-    counts, closed = np.zeros(n, np.int64), np.zeros(n, bool)
-    counts[rows.centers], closed[rows.centers] = rows.valence, rows.closed
-    return Neighborhoods(np.arange(n), np.concatenate([[0], np.cumsum(counts)]), rows.members, closed)
-
-
 def _without_centers(centers: Indices, found: Indices) -> Neighborhoods:
     """Return neighborhoods of (c, k + 1) nearest points less the center, or the farthest if duplicates displace it."""
     itself = found == centers[:, None]
@@ -189,13 +181,13 @@ def _without_centers(centers: Indices, found: Indices) -> Neighborhoods:
     return Neighborhoods(centers, offsets, members, np.zeros(len(centers), bool))
 
 
-def as_sampled_surface(value: Any, name: str = "surface") -> SampledSurface:
+def as_sampled_surface(value: Any) -> SampledSurface:
     """Convert a triangle mesh, a simplex mesh, a cloud or what converts to one, with all its points in order."""
     if isinstance(value, SampledSurface):
         return value
-    found = _converted(value, name)
+    found = _converted(value)
     if isinstance(found, TriangleMesh | PointCloud) or hasattr(found, "connectivity"):
-        checks.size(name, np.asarray(found.bounds))
+        checks.size("surface", np.asarray(found.bounds))
     if isinstance(found, TriangleMesh):
         return SampledSurface(found.vertices, found.faces)
     if isinstance(found, PointCloud):
@@ -205,14 +197,14 @@ def as_sampled_surface(value: Any, name: str = "surface") -> SampledSurface:
     what = checks.type_name(found)
     if isinstance(value, str | os.PathLike):
         what = f"a {what} as in {os.fspath(value)}"
-    raise TypeError(f"{name} must be triangles, a simplex mesh, points or a path to them, not {what}")
+    raise TypeError(f"surface must be triangles, a simplex mesh, points or a path to them, not {what}")
 
 
-def _converted(value: Any, name: str) -> Any:
+def _converted(value: Any) -> Any:
     """Convert a surface to one of our own types, with all its points; return anything else as it is."""
     if isinstance(value, PointCloud | TriangleMesh):
         return value
-    found = converted(value, name)
+    found = converted(value, "surface")
     if found is not None:
         return found
     if hasattr(value, "connectivity"):  # a simplex mesh
@@ -222,18 +214,18 @@ def _converted(value: Any, name: str) -> Any:
 
         return read(value)
     if isinstance(value, tuple | list) and len(value) == 2:
-        points, faces = (checks.any_array(name, part) for part in value)
+        points, faces = (checks.any_array("surface", part) for part in value)
         if points.ndim == faces.ndim == 2:
             return TriangleMesh(points, faces)
     if isinstance(value, list | tuple) or hasattr(value, "__array__"):
-        return _cloud(checks.any_array(name, value), name)
+        return _cloud(checks.any_array("surface", value))
     return value
 
 
-def _cloud(rows: NDArray[Any], name: str) -> PointCloud:
+def _cloud(rows: NDArray[Any]) -> PointCloud:
     """Return a cloud from (n, 3) points or (n, 6) points and normals."""
     if rows.ndim != 2 or rows.shape[1] not in (3, 6):
-        raise ValueError(f"{name} must have shape (*, 3) for points or (*, 6) with normals, not {rows.shape}")
+        raise ValueError(f"surface must have shape (*, 3) for points or (*, 6) with normals, not {rows.shape}")
     return PointCloud(rows[:, :3], rows[:, 3:] if rows.shape[1] == 6 else None)
 
 

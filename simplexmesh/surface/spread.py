@@ -6,18 +6,16 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Mask
 from simplexmesh.surface import _kernels_spread as kernels
 from simplexmesh.surface.neighborhoods import Neighborhood, rings
 from simplexmesh.surface.normals.estimate import starting_normals
 from simplexmesh.surface.reasons import FOUND
 from simplexmesh.surface.registry import warn_of_failures
 from simplexmesh.surface.sampled_surface import as_sampled_surface
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False, repr=False)

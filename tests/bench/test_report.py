@@ -146,7 +146,7 @@ class TestReport:
             signal.raise_signal(signal.SIGINT)
             drawn.append(path)
 
-        monkeypatch.setattr(run.pictures, "save", save)
+        monkeypatch.setattr(run, "picture", save)
         found = run.Results({}, curves={"curvature": [], "normals": []})
         monkeypatch.setattr(run.pictures, "of_surfaces", lambda *_, **__: [("one", "", list), ("two", "", list)])
         with pytest.raises(KeyboardInterrupt):

@@ -9,6 +9,7 @@ from simplexmesh.bench.truth import closed, discretized, noise, rings
 from simplexmesh.bench.truth.graphs import ARTICLE, graph
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.mesh.duality import dual
+from tests.bench import article_rings
 
 GS03_RADII = (0.5, 0.45, 0.4, 0.35, 0.3, 0.25, 0.2, 0.15, 0.1, 0.05, 0.005, 0.0005)
 
@@ -49,13 +50,13 @@ class TestRings:
         ],
     )
     def test_aspect_ratios_of_the_article(self, kind, printed):
-        found = statistics(aspect(fan(rings.article_ring(1.0, kind))))
+        found = statistics(aspect(fan(article_rings.article_ring(1.0, kind))))
         np.testing.assert_allclose(found, printed, atol=6e-7)
 
-    @pytest.mark.parametrize("kind", rings.KINDS)
+    @pytest.mark.parametrize("kind", article_rings.KINDS)
     @pytest.mark.parametrize("distance", [0.5, 0.05, 0.0005])
     def test_the_article_has_its_rings_on_the_sphere(self, kind, distance):
-        ring = rings.article_ring(distance, kind)
+        ring = article_rings.article_ring(distance, kind)
         np.testing.assert_allclose(np.linalg.norm(ring.neighbors, axis=1), 2.0, rtol=1e-12)
         away = np.linalg.norm(ring.neighbors - ring.center, axis=1)
         np.testing.assert_allclose(away[:5], distance, rtol=1e-9)
@@ -66,7 +67,7 @@ class TestRings:
     @pytest.mark.parametrize("perturbed", [False, True])
     @pytest.mark.parametrize("distance", GS03_RADII)
     def test_gs03_lies_on_the_cylinder_at_its_distance(self, distance, perturbed):
-        ring = rings.gs03_ring(distance, perturbed=perturbed)
+        ring = article_rings.gs03_ring(distance, perturbed=perturbed)
         np.testing.assert_allclose(np.hypot(*ring.neighbors[:, :2].T), 2.0, rtol=1e-12)
         np.testing.assert_allclose(np.linalg.norm(ring.neighbors - ring.center, axis=1), distance, rtol=1e-10)
         low = -0.8 if perturbed else -0.5
@@ -77,7 +78,7 @@ class TestRings:
     @pytest.mark.parametrize("surface", ["cylinder", "sphere"])
     @pytest.mark.parametrize("count", [4, 6, 12])
     def test_symmetric_rings_divide_the_diameter_evenly(self, surface, count):
-        ring = rings.symmetric_ring(0.3, count, surface=surface)
+        ring = article_rings.symmetric_ring(0.3, count, surface=surface)
         assert len(ring.neighbors) == count
         np.testing.assert_allclose(np.linalg.norm(ring.neighbors - ring.center, axis=1), 0.3, rtol=1e-10)
         heights = np.unique(ring.neighbors[:, 2].round(12))
@@ -109,7 +110,11 @@ class TestRings:
         assert (one_side, 11 - one_side) == (9, 2)
 
     def test_stacked_rings_keep_their_rows(self):
-        some = [rings.article_ring(0.5), rings.scheme_ring(graph("cubic"), "U", 12, 0.1), rings.gs03_ring(0.1)]
+        some = [
+            article_rings.article_ring(0.5),
+            rings.scheme_ring(graph("cubic"), "U", 12, 0.1),
+            article_rings.gs03_ring(0.1),
+        ]
         samples, around = rings.stacked(some)
         for row, ring in enumerate(some):
             assert (samples.points[around.centers[row]] == ring.center).all()
@@ -119,10 +124,10 @@ class TestRings:
     @pytest.mark.parametrize(
         ("call", "message"),
         [
-            (lambda: rings.article_ring(-1.0), "distance must be"),
-            (lambda: rings.article_ring(1.0, "round"), "kind must be one of"),
-            (lambda: rings.symmetric_ring(0.5, 5), "count must be even, not 5"),
-            (lambda: rings.symmetric_ring(0.5, 6, surface="cone"), "surface must be one of"),
+            (lambda: article_rings.article_ring(-1.0), "distance must be"),
+            (lambda: article_rings.article_ring(1.0, "round"), "kind must be one of"),
+            (lambda: article_rings.symmetric_ring(0.5, 5), "count must be even, not 5"),
+            (lambda: article_rings.symmetric_ring(0.5, 6, surface="cone"), "surface must be one of"),
             (lambda: rings.scheme_ring(graph("plane"), "X", 6, 0.1), "scheme must be one of"),
             (lambda: rings.pattern("R", 3), "count must be at least 4, not 3"),
         ],

@@ -18,7 +18,7 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 import simplexmesh as sm
 from simplexmesh.recognition.sai.match import rotation_differences
 from simplexmesh.recognition.sai.partial_signatures import Signature
-from simplexmesh.recognition.sai.rotations import build, rotations
+from simplexmesh.recognition.sai.rotations import rotations
 from simplexmesh.recognition.sai.sphere_domain import sphere_domain
 from tests.recognition import reference as reference
 
@@ -47,9 +47,8 @@ def searches() -> None:
         seen = rng.random((2, n)) < 0.7
         for family in ("darts", "even"):
             start = time.perf_counter()
-            build(frequency, family)
-            building = time.perf_counter() - start
             table = rotations(frequency, family)
+            building = time.perf_counter() - start
             whole = [Signature(each, np.ones(n, bool), sphere_domain(frequency).vertices) for each in values]
             part = [
                 Signature(each, some, sphere_domain(frequency).vertices)
@@ -57,7 +56,7 @@ def searches() -> None:
             ]
             search = best(lambda: rotation_differences(*whole, table))  # noqa: B023
             hidden = best(lambda: rotation_differences(*part, table))  # noqa: B023
-            rows = table.indices()
+            rows = reference.all_images(table)
             plain = best(lambda: ((values[0][rows] - values[1]) ** 2).sum(axis=1), 2)  # noqa: B023
             print(
                 f"| {frequency} | {n:,} | {family} | {len(table):,} | {building:.2f} | {1e3 * search:.2f} "

@@ -20,9 +20,9 @@ import pyvista as pv
 from PIL import Image
 
 import simplexmesh as sm
-from simplexmesh.motion.density.face_score import face_distance, face_score
+from simplexmesh.motion.density.face_edits import face_distance, face_score
 from simplexmesh.motion.density.refine import refine_round
-from simplexmesh.motion.model.stages import Stage
+from simplexmesh.motion.model.state import Stage
 from simplexmesh.motion.reconstruct.conversion import as_input
 from simplexmesh.motion.start.primitives import primitive_around
 from simplexmesh.motion.targets.triangles import inside_surface, surface_distance

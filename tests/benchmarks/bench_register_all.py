@@ -19,8 +19,9 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
+from scipy.spatial.transform import Rotation
+
 import simplexmesh as sm
-from simplexmesh.numerics.rotation_vectors import rotation_angle
 from tests.recognition.reference import random_rotation
 
 DATA = Path(os.environ.get("SIMPLEXMESH_DATA", "data"))
@@ -72,7 +73,7 @@ def main(names: tuple[str, ...]) -> None:
             found = sm.register_all([scans[k] for k in order])
             seconds = time.process_time() - began
             true = np.linalg.solve(poses[order[0]], poses[order])[:, :3, :3]
-            errors = [rotation_angle(R.T @ S[:3, :3]) for R, S in zip(true, found.poses, strict=True)]
+            errors = [Rotation.from_matrix(R.T @ S[:3, :3]).magnitude() for R, S in zip(true, found.poses, strict=True)]
             groups = ", ".join(str(len(group)) for group in found.groups)
             print(f"| {name} | {kind} | {groups} | {np.degrees(max(errors)):.3f} | {seconds:.1f} |", flush=True)
 

@@ -14,8 +14,7 @@ import numpy as np
 import pytest
 
 import simplexmesh as sm
-from simplexmesh.cli import app, info, view
-from simplexmesh.cli import reconstruct as reconstruct_command
+from simplexmesh.cli import app, info, report, view
 from tests.recognition.scans.test_register_all import views as views_of_a_body
 
 BALL = 5.0
@@ -131,7 +130,7 @@ class TestWrongLines:
         def full(_):
             raise OSError(28, "No space left on device")
 
-        monkeypatch.setattr(info, "as_json", full)
+        monkeypatch.setattr(report, "as_json", full)
         monkeypatch.setattr(app, "as_json", full)
         assert app.run(["info", str(files / "ball.vtp"), "--json"]) == 2
         assert capsys.readouterr().err == "error: no space left on device\n"
@@ -195,7 +194,7 @@ class TestReconstruct:
         def watched(*_, **__):
             yield lambda fraction, message: shares.append(fraction)
 
-        monkeypatch.setattr(reconstruct_command, "progress", watched)
+        monkeypatch.setattr(report, "progress", watched)
         scans, _ = views_of_a_body(4, np.random.default_rng(8))
         paths = [tmp_path / f"scan{k}.xyz" for k in range(4)]
         for path, scan in zip(paths, scans, strict=True):
@@ -286,7 +285,7 @@ class TestReconstruct:
 
             yield report
 
-        monkeypatch.setattr(reconstruct_command, "progress", interrupting)
+        monkeypatch.setattr(report, "progress", interrupting)
         code, out, err = command(
             "reconstruct", files / "volume.mha", "--level", 0, "--vertices", 200, "-o", tmp_path / "b.vtp",
             "--picture", tmp_path / "b.png",

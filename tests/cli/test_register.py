@@ -10,7 +10,7 @@ import SimpleITK as sitk
 
 import simplexmesh as sm
 from simplexmesh.data.io.writing import save
-from simplexmesh.motion.start.polygonize import isosurface
+from simplexmesh.motion.start.solid_mesh import isosurface
 from tests.recognition import reference as reference
 
 T = np.array([[0, -1.0, 0, 5], [1, 0, 0, 0], [0, 0, 1, -2], [0, 0, 0, 1]])

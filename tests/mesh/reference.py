@@ -109,3 +109,10 @@ def face_area(points):
         np.linalg.norm(np.cross(p - center, q - center)) / 2
         for p, q in zip(points, np.roll(points, -1, axis=0), strict=True)
     )
+
+
+def height(points, neighbors):
+    """The height of each vertex above the plane of its neighbors."""
+    a, b, c = points[neighbors].transpose(1, 0, 2)
+    n = np.cross(b - a, c - a)
+    return ((points - a) * n).sum(axis=1) / np.linalg.norm(n, axis=1)

@@ -12,9 +12,9 @@ from scipy.spatial.transform import Rotation
 import simplexmesh as sm
 from simplexmesh.bench.trials import meshes
 from simplexmesh.bench.truth import discretized
-from simplexmesh.bench.truth.rings import article_ring
-from simplexmesh.bench.truth.rings import gs03_ring as perturbed_ring
 from simplexmesh.plot import polydata
+from tests.bench.article_rings import article_ring
+from tests.bench.article_rings import gs03_ring as perturbed_ring
 
 
 class TestSections:

@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 import simplexmesh as sm
-from simplexmesh.motion.carrying import with_data_of
+from simplexmesh.motion.reconstruct.result import with_data_of
 
 DENSE = sm.sphere(24).triangulated()
 SIDE = (DENSE.vertices[:, 0] > 0).astype(np.int32)

@@ -15,6 +15,16 @@ def nearest_vertices(frequency, R):
     return np.argmax(vertices @ R.T @ vertices.T, axis=1)
 
 
+def angles_between(first, second):
+    """The angles (k, m) between rotations (k, 3, 3) and (m, 3, 3), in radians."""
+    return np.arccos(np.clip((np.einsum("kab,mab->km", first, second) - 1) / 2, -1, 1))
+
+
+def all_images(table):
+    """The vertex nearest to the image of each vertex under each rotation of a table, (60 m, n)."""
+    return np.moveaxis(table.turns[:, table.maps], 0, 1).reshape(len(table), -1)
+
+
 def search(table, first, second):
     """Equation 6.4: the sum over l of (first[R_j(l)] - second[l])^2, for each row of a table of indices."""
     return np.array([((first[row] - second) ** 2).sum() for row in table])

@@ -8,6 +8,16 @@ import numpy as np
 from numpy.linalg import lstsq, norm, svd
 from scipy.optimize import root
 
+from simplexmesh.surface.neighborhoods import Neighborhoods
+from simplexmesh.surface.sampled_surface import SampledSurface
+
+
+def ringed(points):
+    """A surface whose first point has the others around it, in order, and these none; and the first one's row."""
+    n = len(points)
+    links = Neighborhoods(np.arange(n), np.append(0, np.full(n, n - 1)), np.arange(1, n), np.arange(n) == 0)
+    return SampledSurface(points, links=links), links.taken([0])
+
 
 def unit(v):
     return v / norm(v)

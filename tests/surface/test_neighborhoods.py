@@ -487,14 +487,6 @@ class TestGiven:
         with pytest.raises(TypeError, match=r"^connected must be true or false, not str 'no'$"):
             sm.ball(1.0, connected="no")
 
-    def test_links_of_some_points_leave_the_others_without(self):
-        some = Neighborhoods(np.array([3, 1]), np.array([0, 3, 5]), np.array([0, 1, 2, 0, 2]), np.array([True, False]))
-        samples = SampledSurface(np.eye(4)[:, :3], links=some)
-        assert [samples.one_ring[i].tolist() for i in range(4)] == [[], [0, 2], [], [0, 1, 2]]
-        assert samples.one_ring.closed.tolist() == [False, False, False, True]
-        assert samples.around(sm.rings(1), [3])[0].tolist() == [0, 1, 2]
-        assert samples.around(sm.rings(2), [3, 0]).valence.tolist() == [3, 0]
-
     def test_rows_of_an_array_leave_out_negative_entries_and_the_point_itself(self):
         made = Neighborhoods.of([[1, -1, 2], [1, 0, -1], [-1, -1, -1]])
         assert [made[i].tolist() for i in range(3)] == [[1, 2], [0], []]

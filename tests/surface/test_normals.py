@@ -13,10 +13,9 @@ import simplexmesh as sm
 from simplexmesh.bench.truth import rings as truth
 from simplexmesh.bench.truth.discretized import sawtooth, split_square, uv_sphere
 from simplexmesh.bench.truth.graphs import graph
-from simplexmesh.surface.neighborhoods import Neighborhoods
 from simplexmesh.surface.normals import _kernels_extended_sine as kernels
 from simplexmesh.surface.normals.estimate import METHODS, found_normals
-from simplexmesh.surface.sampled_surface import SampledSurface
+from tests.bench import article_rings
 from tests.surface import normal_errors, reference_normals
 
 NAMES = sorted(name for name in METHODS if not METHODS[name].own_scale)
@@ -27,10 +26,8 @@ ON_SPHERES = ["chen_schmitt", "extended_sine", "max"]
 
 def one(points, method, *, start=None, **options):
     """The normal at the first of the points, whose neighbors are the others in order."""
-    m = len(points) - 1
-    around = Neighborhoods(np.array([0]), np.array([0, m]), np.arange(1, m + 1), np.array([True]))
-    normals = None if start is None else np.tile(start, (m + 1, 1))
-    found = found_normals(SampledSurface(points, links=around), around, method, normals=normals, **options)
+    normals = None if start is None else np.tile(start, (len(points), 1))
+    found = found_normals(*reference_normals.ringed(points), method, normals=normals, **options)
     assert found.reasons.tolist() == [0]
     return found.normals[0]
 
@@ -42,7 +39,7 @@ def tilted(normal, angle, azimuth):
 
 
 def all_sphere_rings():
-    yield from (truth.article_ring(d, kind) for kind in truth.KINDS for d in (0.5, 0.05, 0.0005))
+    yield from (article_rings.article_ring(d, kind) for kind in article_rings.KINDS for d in (0.5, 0.05, 0.0005))
     surface = graph("sphere")
     for scheme in truth.SCHEMES:
         yield from (truth.scheme_ring(surface, scheme, n, d) for n in (6, 12) for d in (0.5, 0.05, 0.0005))
@@ -195,7 +192,7 @@ TABLE_4_1 = """
 def test_the_mean_of_faces_is_the_normal_behind_the_table_of_goldfeather_and_interrante(line):
     """T Tab 4.1: quadrics over the plane of that normal, without and with a slope, on the perturbed ring."""
     distance, simple, extended = map(float, line.split())
-    ring = truth.gs03_ring(distance, perturbed=True)
+    ring = article_rings.gs03_ring(distance, perturbed=True)
     R = reference_normals.frame(one(ring.points, "mean"))
     x, y, z = ((ring.neighbors - ring.center) @ R.T).T
     a, _, c = np.linalg.lstsq(np.c_[x * x, x * y, y * y], z, rcond=None)[0]

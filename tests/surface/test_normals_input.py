@@ -12,10 +12,10 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 import simplexmesh as sm
 from simplexmesh.bench.truth.discretized import torus
-from simplexmesh.surface.neighborhoods import Neighborhoods
 from simplexmesh.surface.normals.estimate import METHODS, found_normals
 from simplexmesh.surface.reasons import DEGENERATE, FEW
 from simplexmesh.surface.sampled_surface import SampledSurface, as_sampled_surface
+from tests.surface.reference_normals import ringed
 
 NAMES = sorted(name for name in METHODS if not METHODS[name].own_scale)
 OF_FACES = [name for name in NAMES if METHODS[name].needs_faces]
@@ -142,17 +142,15 @@ class TestFailures:
     def test_collinear_neighbors_are_reported(self, method, line):
         points = np.zeros((9, 3))
         points[1:] = np.outer([1, 2, 3, 4, -1, -2, -3, -4], line)
-        around = Neighborhoods(np.array([0]), np.array([0, 8]), np.arange(1, 9), np.array([True]))
         start = None if method in OF_FACES else np.tile([0, 0, 1.0], (9, 1))
-        found = found_normals(SampledSurface(points, links=around), around, method, normals=start)
+        found = found_normals(*ringed(points), method, normals=start)
         assert found.reasons.tolist() == [DEGENERATE]
         assert not found.normals.any()
 
     @pytest.mark.parametrize("method", NAMES)
     def test_copies_of_the_point_are_reported(self, method):
-        around = Neighborhoods(np.array([0]), np.array([0, 8]), np.arange(1, 9), np.array([True]))
         start = None if method in OF_FACES else np.tile([0, 0, 1.0], (9, 1))
-        found = found_normals(SampledSurface(np.ones((9, 3)), links=around), around, method, normals=start)
+        found = found_normals(*ringed(np.ones((9, 3))), method, normals=start)
         assert found.reasons[0] in (DEGENERATE, FEW)
         assert not found.normals.any()
 
@@ -162,9 +160,8 @@ class TestFailures:
         t = 2 * np.pi * np.arange(8) / 8
         points = np.concatenate([np.zeros((1, 3)), np.stack([np.cos(t), np.sin(t), 0.2 * np.cos(2 * t)], 1)])
         points = np.concatenate([points, points[[8 if extra == "copy of a neighbor" else 0]]])
-        around = Neighborhoods(np.array([0]), np.array([0, 9]), np.arange(1, 10), np.array([True]))
         start = None if method in OF_FACES else np.tile([0.1, 0, 0.995], (10, 1))
-        found = found_normals(SampledSurface(points, links=around), around, method, normals=start)
+        found = found_normals(*ringed(points), method, normals=start)
         assert found.reasons.tolist() == [0]
         assert found.normals[0, 2] > 0.95
 

@@ -15,6 +15,7 @@ from simplexmesh.bench.truth import rings as truth
 from simplexmesh.bench.truth.graphs import graph
 from simplexmesh.surface.neighborhoods import Neighborhoods
 from simplexmesh.surface.quality import aspect_ratios
+from tests.bench import article_rings
 
 # A Tab 4: least, greatest, mean, deviation of the height ratio, and how close it is met
 TABLE_4 = {
@@ -52,7 +53,7 @@ class TestAspectRatios:
         ],
     )
     def test_of_rings_are_those_of_the_article(self, kind, expected):
-        ring = truth.article_ring(1.0, kind)
+        ring = article_rings.article_ring(1.0, kind)
         assert_allclose(statistics(aspect_ratios(fan(ring), "height")), expected, rtol=0, atol=6e-7)
 
     def test_of_the_thesis_grids(self):

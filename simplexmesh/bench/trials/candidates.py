@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.errors import SimplexMeshWarning
 from simplexmesh.bench.truth.exact import Exact
 from simplexmesh.surface.curvature import estimate as curvatures
@@ -17,7 +17,6 @@ from simplexmesh.surface.normals import estimate as normal_estimates
 from simplexmesh.surface.registry import Method
 from simplexmesh.surface.sampled_surface import SampledSurface
 
-Array = NDArray[np.float64]
 Estimate = tuple[str, str, Array]
 """Method, quantity ("H", "K", or "N", the normal) and values, NaN where there is no estimate."""
 
@@ -49,10 +48,7 @@ def estimates(
     normals: Array | None = None,
     around: Neighborhood | None = None,
 ) -> Iterator[Estimate]:
-    """Yield what the methods that accept the input estimate for the rows of `around`, or all vertices.
-
-    Initial `normals` are passed to methods that start from them and do not choose their scale.
-    """
+    """Yield what methods estimate for the rows of `around`, or all vertices; from `normals` if they start from some."""
     call: Callable[..., Any] = curvatures.curvature if kind == "curvature" else normal_estimates.vertex_normals
     for name in names:
         method = REGISTRIES[kind][name]

@@ -6,11 +6,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array
 from simplexmesh.bench.trials.candidates import distance
-
-Array = NDArray[np.float64]
 
 ROUND_OFF = 4e-15
 """Rounding error of a curvature, 2 z / d^2, times the squared distance."""
@@ -24,10 +22,7 @@ LIMIT_TOLERANCE = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """Estimates (d,) or (d, 3), NaN where missing, of H, K or N at a point with neighbors at decreasing distances (d,).
-
-    The unit of the errors, `scale`, is the largest principal curvature (1 if that is 0), its square for K, 1 for N.
-    """
+    """Estimates (d,) or (d, 3) at a point with neighbors at decreasing distances (d,), NaN where missing."""
 
     method: str
     quantity: str

@@ -7,8 +7,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array
 from simplexmesh.bench.trials.candidates import REGISTRIES, distance, estimates, truth
 from simplexmesh.bench.truth.discretized import (
     Discretized,
@@ -25,7 +25,6 @@ from simplexmesh.bench.truth.noise import noisy
 from simplexmesh.surface.neighborhoods import rings
 from simplexmesh.surface.sampled_surface import SampledSurface
 
-Array = NDArray[np.float64]
 Names = Mapping[str, Sequence[str]]
 Row = dict[str, Any]
 
@@ -47,10 +46,7 @@ def _row(surface: str, mesh: str, size: int) -> Row:
 
 
 def mesh_errors(made: Discretized, names: Names) -> Iterator[Row]:
-    """Yield mean and largest error of every method over inner vertices of a mesh, and the number without estimate.
-
-    Initial normals of curvatures are exact. Errors of H and K are in 1 / length and its square, of N |N - truth|.
-    """
+    """Yield mean and largest error of every method over inner vertices, from exact normals, and how many failed."""
     samples = SampledSurface(made.vertices, made.faces)
     for kind in names:
         normals = made.exact.normals if kind == "curvature" else None
@@ -90,14 +86,11 @@ CASES = (
 )
 
 
-def case_errors(case: Case, names: Names, rng: int = 0) -> Iterator[Row]:
-    """Yield each method's relative L2 error of H and K, or mean angle of normals in degrees, and its time.
-
-    Methods run with their defaults, and those that accept any neighborhood also with three rings.
-    """
+def case_errors(case: Case, names: Names) -> Iterator[Row]:
+    """Yield relative L2 errors of H and K, mean angles of normals in degrees, and times; also with three rings."""
     form, size = (ellipsoid, (100, 100)) if case.shape == "ellipsoid" else (torus, GRIDS[case.size])
-    made = form(*size, irregular=case.irregular, rng=rng)
-    mesh = noisy(made.mesh, case.noise, unit=case.unit, rng=rng + 1)
+    made = form(*size, irregular=case.irregular)
+    mesh = noisy(made.mesh, case.noise, unit=case.unit, rng=1)
     count = len(mesh.vertices)
     for kind, name in [(kind, name) for kind, methods in names.items() for name in methods]:
         method = REGISTRIES[kind][name]
@@ -126,16 +119,13 @@ def mean_angle(chords: Array) -> float:
     return float(np.degrees(2 * np.arcsin(np.clip(chords / 2, 0, 1))).mean()) if len(chords) else np.nan
 
 
-def border_errors(names: Names, noises: Sequence[float] = (0.0, 0.01, 0.1), rng: int = 0) -> Iterator[Row]:
-    """Yield the relative error of H on half an irregular torus, inside and at the border, for noise in mean edges.
-
-    Root mean squares over that of the exact H, of the vertices with an estimate.
-    """
-    ring = torus(*GRIDS["10k"], irregular=True, rng=rng)
+def border_errors(names: Names) -> Iterator[Row]:
+    """Yield relative errors of H (root mean square) on half a torus, inside and at the border, by the noise."""
+    ring = torus(*GRIDS["10k"], irregular=True)
     half = cut(ring, ring.vertices[:, 0] > 0)
     size = np.sqrt((half.exact.mean**2).mean())
-    for amount in noises:
-        mesh = noisy(half.mesh, amount, rng=rng + 1)
+    for amount in (0.0, 0.01, 0.1):
+        mesh = noisy(half.mesh, amount, rng=1)
         for name, quantity, values in estimates(
             "curvature", names["curvature"], SampledSurface(mesh.vertices, mesh.faces)
         ):

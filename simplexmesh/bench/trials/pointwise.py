@@ -7,15 +7,13 @@ from itertools import product
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.vectors import normalized, tangents
 from simplexmesh.bench.trials.candidates import REGISTRIES, distance, estimates, starts, truth
 from simplexmesh.bench.trials.curve import Curve
 from simplexmesh.bench.truth.graphs import Graph
 from simplexmesh.bench.truth.rings import SCHEMES, scheme_ring, stacked
-
-Array = NDArray[np.float64]
 
 COUNTS = (6, 12)
 DISTANCES = np.geomspace(0.5, 0.0005, 13)
@@ -85,11 +83,7 @@ def spreads(curves: Sequence[Curve]) -> Iterator[dict[str, Any]]:
 def tilts(
     surfaces: Sequence[Graph], names: Mapping[str, Sequence[str]], angles: Sequence[float] = ANGLES
 ) -> Iterator[dict[str, Any]]:
-    """Yield the median error of H, in largest curvatures, or N when the initial normal is tilted (fig. 4.10, 4.38).
-
-    Over surfaces, patterns and numbers of neighbors, at distance 0.1, for each method that starts from a normal. Each
-    case is tilted in a different direction.
-    """
+    """Yield the median error of H, in largest curvatures, or N when the normal is tilted (fig. 4.10, 4.38)."""
     keys = product(surfaces, COUNTS, SCHEMES)
     rings = [scheme_ring(surface, scheme, count, 0.1) for surface, count, scheme in keys]
     samples, around = stacked(rings)

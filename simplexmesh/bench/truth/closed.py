@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array
 from simplexmesh.bench.truth.exact import Exact, of_level_set, paired
 
-Array = NDArray[np.float64]
 Surface = tuple[Array, Exact]
 
 

@@ -6,9 +6,9 @@ from dataclasses import dataclass, fields
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.vectors import normalized
 from simplexmesh.bench.truth import closed, grids
 from simplexmesh.bench.truth.exact import Exact
@@ -16,9 +16,6 @@ from simplexmesh.bench.truth.graphs import Graph
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.mesh.lattices import polyhedron, subdivided
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
-Mask = NDArray[np.bool_]
 Seed = np.random.Generator | int | None
 
 JITTER = 0.35
@@ -28,18 +25,12 @@ schemes do not converge on such meshes, as on those other programs were measured
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Discretized:
-    """A triangulated surface, vertices (n, 3) and faces (f, 3), with the exact values at the vertices.
-
-    These are undefined at the apex of a cone and on sharp edges, the indices `creased`.
-    """
+    """A triangulated surface with exact values at the vertices, undefined at those of sharp edges, `creased`."""
 
     vertices: Array
     faces: Indices
     exact: Exact
     creased: Indices | None = None
-
-    def __repr__(self) -> str:
-        return f"Discretized({len(self.vertices):,} vertices, {len(self.faces):,} faces)"
 
     @property
     def mesh(self) -> TriangleMesh:
@@ -72,10 +63,7 @@ def split_square(surface: Graph, squares: int) -> Discretized:
 
 
 def sawtooth(surface: Graph, rows: int) -> Discretized:
-    """Return a graph over rows of nearly equilateral triangles (Charton 2014, eq. 4.5).
-
-    Even rows have rows + 1 vertices, odd ones `rows`, half a step inward.
-    """
+    """Return a graph over rows of nearly equilateral triangles, odd ones half a step inward (Charton 2014, eq. 4.5)."""
     n = checks.integer("rows", rows, 1)
     step = 2 / n
     even, odd = step * np.arange(n + 1) - 1, step * (np.arange(n) + 0.5) - 1

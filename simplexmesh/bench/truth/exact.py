@@ -7,27 +7,20 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.vectors import cross, norm, tangents
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Exact:
-    """Outward unit normals (n, 3), curvatures k1 >= k2 (n,), and the direction d1 (n, 3) of k1, arbitrary at umbilics.
-
-    Signs are those of `Curvature`: a sphere has k1 = k2 = 1 / radius.
-    """
+    """Outward unit normals (n, 3), k1 >= k2 (n,) and the direction d1 (n, 3) of k1; signs as in `Curvature`."""
 
     normals: Array
     k1: Array
     k2: Array
     d1: Array
-
-    def __repr__(self) -> str:
-        return f"Exact({len(self.k1):,} points)"
 
     def __len__(self) -> int:
         return len(self.k1)
@@ -53,10 +46,7 @@ class Exact:
 
 
 def of_level_set(gradients: Array, hessians: Array) -> Exact:
-    """Return the exact values where F = 0, from the gradients (n, 3) and Hessians (n, 3, 3) of F, increasing outward.
-
-    The normal curvature along a unit tangent t is t . (Hess F) t / |grad F|; the principal ones are its eigenvalues.
-    """
+    """Return the exact values where F = 0, from its gradients (n, 3) and Hessians (n, 3, 3), F increasing outward."""
     length = norm(gradients)
     normals = gradients / length[:, None]
     u, v = tangents(normals)

@@ -6,12 +6,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array
 from simplexmesh.bench.truth.exact import Exact, of_level_set, paired
 
-Array = NDArray[np.float64]
 Jet = Callable[[Array, Array], tuple[Array, ...]]
 """Function of x, y that returns f, f_x, f_y, f_xx, f_xy, f_yy."""
 
@@ -26,9 +26,6 @@ class Graph:
     name: str
     formula: str
     jet: Jet
-
-    def __repr__(self) -> str:
-        return f"Graph({self.name}: {self.formula})"
 
     def points(self, x: ArrayLike, y: ArrayLike) -> Array:
         """Return the (n, 3) points above (x, y)."""

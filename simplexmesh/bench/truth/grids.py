@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Indices = NDArray[np.int64]
-Mask = NDArray[np.bool_]
+from simplexmesh._base.arrays import Indices, Mask
+from simplexmesh.mesh.manifold import half_edge_mates
 
 
 def quads(a: Indices, b: Indices, c: Indices, d: Indices, flipped: Mask | None = None) -> Indices:
@@ -59,9 +58,6 @@ def fan(ring: Indices, tip: int) -> Indices:
 
 def on_border(faces: Indices, count: int) -> Mask:
     """Return whether each of `count` vertices is on an edge of only one face."""
-    edges = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
-    keys, times = np.unique(edges[:, 0] * count + edges[:, 1], return_counts=True)
-    once = keys[times == 1]
     out = np.zeros(count, bool)
-    out[once // count] = out[once % count] = True
+    out[faces[half_edge_mates(faces) < 0]] = True
     return out

@@ -3,25 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh._base import checks
-from simplexmesh.bench.truth import closed
+from simplexmesh._base.arrays import Array
 from simplexmesh.bench.truth.exact import Exact
 from simplexmesh.bench.truth.graphs import Graph
 from simplexmesh.surface.neighborhoods import Neighborhoods
 from simplexmesh.surface.sampled_surface import SampledSurface
 
-Array = NDArray[np.float64]
-
 SCHEMES = ("R", "Rda", "Rdd", "Rdds", "U")
 """The thesis's: regular; one neighbor rotated by a fifth of a step; one at 1.2 times the distance; nearly half of them
 at half the distance; four fifths of them on one side."""
-
-KINDS = ("regular", "vertex", "angles")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -31,9 +26,6 @@ class Ring:
     center: Array
     neighbors: Array
     exact: Exact
-
-    def __repr__(self) -> str:
-        return f"Ring({len(self.neighbors)} neighbors)"
 
     @property
     def points(self) -> Array:
@@ -52,10 +44,7 @@ class Ring:
 
 
 def stacked(rings: Sequence[Ring]) -> tuple[SampledSurface, Neighborhoods]:
-    """Combine rings into one set of points, with one neighborhood each, for one call of an estimator.
-
-    The faces are the fans from each P to its neighbors in order.
-    """
+    """Return rings as one set of points, with fans of faces, and a neighborhood each, for one call of an estimator."""
     counts = np.array([len(ring.neighbors) for ring in rings])
     first = np.concatenate([[0], np.cumsum(counts + 1)])
     points = np.concatenate([ring.points for ring in rings])
@@ -68,56 +57,6 @@ def stacked(rings: Sequence[Ring]) -> tuple[SampledSurface, Neighborhoods]:
     ), around
 
 
-def gs03_ring(distance: float, *, perturbed: bool = False, radius: float = 2.0) -> Ring:
-    """Return six points of a cylinder at a distance from P (Goldfeather and Interrante 2004; Charton 2014, 4.1-4.3).
-
-    If perturbed, estimators that are correct on regular rings have wrong limits.
-    """
-    return _at_heights([1, 0.5, -0.5, -1, -0.8 if perturbed else -0.5, 0.5], distance, "cylinder", radius)
-
-
-def symmetric_ring(distance: float, count: int = 6, *, surface: str = "cylinder", radius: float = 2.0) -> Ring:
-    """Return points at a distance from P whose heights divide the diameter along z evenly: a symmetric, uneven ring."""
-    half = checks.integer("count", count, 4) // 2
-    if count % 2:
-        raise ValueError(f"count must be even, not {count}")
-    down = 1 - 2 * np.arange(half + 1) / half
-    return _at_heights(np.concatenate([down, down[-2:0:-1]]), distance, surface, radius)
-
-
-def article_ring(distance: float, kind: str = "regular", *, radius: float = 2.0) -> Ring:
-    """Return six points of a sphere at a distance from P, as in the article of 2012 (eqs 31-38, corrected).
-
-    They are regular; or one is moved along its meridian to 1.6 times its latitude; or heights are a third apart.
-    """
-    if checks.choice("kind", kind, KINDS) == "angles":
-        return symmetric_ring(distance, 6, surface="sphere", radius=radius)
-    ring = _at_heights([1, 0.5, -0.5, -1, -0.5, 0.5], distance, "sphere", radius)
-    if kind == "regular":
-        return ring
-    x, y, z = ring.neighbors[5]
-    moved = closed.sphere(np.arctan2(y, x), 1.6 * np.arcsin(z / radius), radius)[0]
-    return replace(ring, neighbors=np.concatenate([ring.neighbors[:5], moved]))
-
-
-def _at_heights(heights: ArrayLike, distance: float, surface: str, radius: float) -> Ring:
-    """Return neighbors at a distance from P = (radius, 0, 0) at these shares of it along z, first down, then up."""
-    share = np.asarray(heights, float)
-    half = len(share) // 2 - 1
-    sides = np.array([0, *[-1] * half, 0, *[1] * half])
-    d = checks.number("distance", distance, 0.0, radius, open_low=True)
-    if checks.choice("surface", surface, ("cylinder", "sphere")) == "cylinder":
-        z = d * share
-        x = (z**2 + 2 * radius**2 - d**2) / (2 * radius)
-        y = np.sqrt(np.maximum((d**2 - z**2) * (1 - (radius - x) / (2 * radius)), 0))
-    else:
-        high = d / radius * np.sqrt(radius**2 - d**2 / 4)
-        z, x = high * share, np.full(len(share), radius - d**2 / (2 * radius))
-        y = np.sqrt(np.maximum(high**2 - z**2, 0))
-    center, exact = getattr(closed, surface)(0.0, 0.0, radius)
-    return Ring(center[0], np.stack([x, sides * y, z], axis=1), exact)
-
-
 def scheme_ring(
     surface: Graph,
     scheme: str,
@@ -127,10 +66,7 @@ def scheme_ring(
     at: tuple[float, float] = (0.0, 0.0),
     start: float = 0.0,
 ) -> Ring:
-    """Return a ring around the point over `at` of one of the thesis's five schemes in the plane, lifted to a graph.
-
-    The first neighbor is at the azimuth `start`; the thesis gives none, and 0 reproduces its results.
-    """
+    """Return a ring around the point over `at`, of one of the thesis's schemes in the plane, lifted to a graph."""
     azimuth, away = pattern(scheme, count)
     x, y = (at[k] + distance * away * part(azimuth + start) for k, part in enumerate((np.cos, np.sin)))
     return Ring(surface.points(*at)[0], surface.points(x, y), surface.exact(*at))

@@ -8,15 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.named_arrays import joined
 from simplexmesh._base.units import common_unit
 from simplexmesh._base.vectors import cross, dot
 from simplexmesh.data.conversion import as_triangles
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.numerics.blending import blended
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 OPERATIONS = ("difference", "union", "intersection")
 
@@ -62,7 +60,10 @@ def boolean(first: Any, second: Any, operation: str = "difference") -> TriangleM
     True
     """
     checks.choice("operation", operation, OPERATIONS)
-    manifold3d = _library()
+    try:
+        import manifold3d
+    except ImportError:
+        raise ImportError("boolean needs the package manifold3d: pip install 'simplexmesh[guides]'") from None
     meshes = tuple(
         as_triangles(each, name).welded(report=False) for each, name in ((first, "first"), (second, "second"))
     )
@@ -94,14 +95,6 @@ def _carried(
     normal = cross(b - a, c - a)
     parts = [dot(cross(q - p, vertices - p), normal) for p, q in ((b, c), (c, a), (a, b))]
     return blended(arrays, rows, np.maximum(np.stack(parts, axis=1) / dot(normal, normal)[:, None], 0.0))
-
-
-def _library() -> Any:
-    try:
-        import manifold3d
-    except ImportError:
-        raise ImportError("boolean needs the package manifold3d: pip install 'simplexmesh[guides]'") from None
-    return manifold3d
 
 
 def _solid(manifold3d: Any, mesh: TriangleMesh, number: int, name: str) -> Any:

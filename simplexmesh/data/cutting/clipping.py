@@ -14,14 +14,13 @@ from vtkmodules.vtkFiltersCore import vtkClipPolyData
 from vtkmodules.vtkFiltersGeneral import vtkClipClosedSurface
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.errors import SimplexMeshWarning
 from simplexmesh._base.vectors import normalized
 from simplexmesh.data.conversion import as_triangles
 from simplexmesh.data.io import polydata, vtk
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.numerics.blending import blended
-
-Array = NDArray[np.float64]
 
 TOLERANCE = 1e-9
 """Positions closer than this fraction of the diagonal are merged."""

@@ -5,17 +5,14 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.named_arrays import joined
 from simplexmesh._base.vectors import norm
 from simplexmesh.data.conversion import as_triangles
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.numerics.blending import blended
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 EDGES_PER_DIAGONAL = 60
 """The default longest edge is the diagonal over this."""
@@ -36,10 +33,6 @@ def divided(surface: Any, longest: float | None = None) -> TriangleMesh:
         The surface; a simplex mesh is triangulated.
     longest : float, optional
         Maximum edge length, in the surface's unit of length. By default a 60th of the diagonal.
-
-    Returns
-    -------
-    TriangleMesh
 
     Raises
     ------

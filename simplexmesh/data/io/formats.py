@@ -7,73 +7,38 @@ import re
 import zlib
 from pathlib import Path
 
-NAMES = {
-    "metaimage": "MetaImage",
-    "nrrd": "NRRD",
-    "nifti": "NIfTI",
-    "dicom": "DICOM",
-    "tiff": "TIFF",
-    "vti": "VTI",
-    "vtp": "VTP",
-    "vtk": "VTK",
-    "ply": "PLY",
-    "stl": "STL",
-    "obj": "OBJ",
-    "off": "OFF",
-    "pcd": "PCD",
-    "las": "LAS",
-    "e57": "E57",
-    "text": "XYZ",
+_FORMATS = {
+    "metaimage": ("a MetaImage", ".mhd .mha"),
+    "nrrd": ("an NRRD", ".nrrd .nhdr"),
+    "nifti": ("a NIfTI", ".nii .nii.gz"),
+    "dicom": ("a DICOM", ".dcm"),
+    "tiff": ("a TIFF", ".tif .tiff"),
+    "vti": ("a VTI", ".vti"),
+    "vtp": ("a VTP", ".vtp"),
+    "vtk": ("a VTK", ".vtk"),
+    "ply": ("a PLY", ".ply"),
+    "stl": ("an STL", ".stl"),
+    "obj": ("an OBJ", ".obj"),
+    "off": ("an OFF", ".off"),
+    "pcd": ("a PCD", ".pcd"),
+    "las": ("a LAS", ".las .laz"),
+    "e57": ("an E57", ".e57"),
+    "text": ("an XYZ", ".xyz .xyzn .xyzc .csv .txt .pts .asc"),
 }
+"""How messages call each format, and how the names of its files end."""
 
-SUFFIXES = {
-    ".mhd": "metaimage",
-    ".mha": "metaimage",
-    ".nrrd": "nrrd",
-    ".nhdr": "nrrd",
-    ".nii": "nifti",
-    ".nii.gz": "nifti",
-    ".dcm": "dicom",
-    ".tif": "tiff",
-    ".tiff": "tiff",
-    ".vti": "vti",
-    ".vtp": "vtp",
-    ".vtk": "vtk",
-    ".ply": "ply",
-    ".stl": "stl",
-    ".obj": "obj",
-    ".off": "off",
-    ".pcd": "pcd",
-    ".las": "las",
-    ".laz": "las",
-    ".e57": "e57",
-    ".xyz": "text",
-    ".xyzn": "text",
-    ".xyzc": "text",
-    ".csv": "text",
-    ".txt": "text",
-    ".pts": "text",
-    ".asc": "text",
-}
-
+SUFFIXES = {ending: kind for kind, (_, endings) in _FORMATS.items() for ending in endings.split()}
 HEAD = 4096
 MARK = "\xef\xbb\xbf"  # the byte order mark of UTF-8, which spreadsheets write, as Latin-1
-_MAGIC = [
-    (b"NRRD000", "nrrd"),
-    (b"ply\n", "ply"),
-    (b"ply\r", "ply"),
-    (b"# vtk DataFile", "vtk"),
-    (b"II*\0", "tiff"),
-    (b"MM\0*", "tiff"),
-    (b"II+\0", "tiff"),
-    (b"MM\0+", "tiff"),
-    (b"# .PCD", "pcd"),
-    (b"VERSION", "pcd"),
-    (b"LASF", "las"),
-    (b"ASTM-E57", "e57"),
-]
-
-
+_MAGIC = {
+    "nrrd": (b"NRRD000",),
+    "ply": (b"ply\n", b"ply\r"),
+    "vtk": (b"# vtk DataFile",),
+    "tiff": (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+"),
+    "pcd": (b"# .PCD", b"VERSION"),
+    "las": (b"LASF",),
+    "e57": (b"ASTM-E57",),
+}
 _DATABASE = b"SQLite format 3\0"
 
 
@@ -84,7 +49,7 @@ def suffix(path: Path) -> str:
 
 
 def format_of(path: Path) -> str:
-    """Return the format of a file, as a key of `NAMES`."""
+    """Return the format of a file: "ply", "metaimage" and the like."""
     if not path.is_file():
         raise OSError(f"{path.name} must be a regular file, not a pipe or a device")
     size = path.stat().st_size
@@ -103,7 +68,7 @@ def format_of(path: Path) -> str:
             f"{path.name} must have {stl_size(head):,} bytes as STL, it has {size:,}: truncated, or not an STL file"
         )
     if found is None and named is not None:
-        raise OSError(f"{path.name} is not {with_article(NAMES[named])} file, or its beginning is damaged")
+        raise OSError(f"{path.name} is not {called(named)} file, or its beginning is damaged")
     if found is None and head.startswith(_DATABASE):
         raise OSError(f"{path.name} is an SQLite database: open libraries of models with sm.ModelLibrary")
     if found is None:
@@ -112,15 +77,15 @@ def format_of(path: Path) -> str:
     return found
 
 
-def with_article(name: str) -> str:
+def called(kind: str) -> str:
     """Return the name of a format with its indefinite article."""
-    return ("an " if name in ("NRRD", "STL", "OBJ", "OFF", "XYZ", "LAS", "E57") else "a ") + name
+    return _FORMATS[kind][0]
 
 
 def _by_content(head: bytes, size: int) -> str | None:
-    for magic, name in _MAGIC:
-        if head.startswith(magic):
-            return name
+    for kind, beginnings in _MAGIC.items():
+        if head.startswith(beginnings):
+            return kind
     if head[:2] == b"\x1f\x8b":
         return "nifti" if _is_nifti(_unzipped(head)) else None
     if _is_nifti(head):

@@ -1,7 +1,6 @@
-"""Read volumes from NIfTI, NRRD, MetaImage, DICOM and TIFF; the only module that imports SimpleITK.
+"""Read volumes from NIfTI, NRRD, MetaImage, DICOM and TIFF, by SimpleITK.
 
-Physical space is ITK's: LPS (x to the left of the patient, y to the back, z to the head). ITK converts NIfTI files,
-which are RAS, by changing the sign of x and y.
+Physical space is ITK's, LPS: x to the left of the patient, y to the back, z to the head; of NIfTI too, which is RAS.
 """
 
 from __future__ import annotations

@@ -1,8 +1,4 @@
-"""Read surfaces or points from OFF files, one vertex or polygon a line; colors and comments are skipped.
-
-The reader of VTK refuses counts on the first line, comments before it and COFF, and on a damaged count it ends the
-process.
-"""
+"""Read surfaces or points from OFF files, of which VTK refuses some varieties; damaged counts end its process."""
 
 from __future__ import annotations
 

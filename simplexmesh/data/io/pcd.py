@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array
 from simplexmesh.data import columns
 from simplexmesh.data.points import PointCloud, cloud_of_file
 
@@ -87,7 +88,7 @@ def _ascii(name: str, body: bytes, dtype: np.dtype[Any], count: int) -> dict[str
     return {name: _typed(name, piece, dtype[name]) for name, piece in zip(names, pieces, strict=True)}
 
 
-def _typed(name: str, piece: NDArray[np.float64], kind: np.dtype[Any]) -> NDArray[Any]:
+def _typed(name: str, piece: Array, kind: np.dtype[Any]) -> NDArray[Any]:
     """Return the numbers of a field with the type of the header if that is of whole numbers or packed colors."""
     out = piece.reshape(len(piece), *kind.shape)
     if kind.base.kind == "f" and name not in ("rgb", "rgba"):

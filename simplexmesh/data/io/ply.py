@@ -13,6 +13,7 @@ import numpy as np
 import plyfile
 from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.units import known_unit
 from simplexmesh.data import columns
 from simplexmesh.data.io.integrity.ply import check_counts
@@ -21,9 +22,7 @@ from simplexmesh.data.io.range_grid import grid_normals
 from simplexmesh.data.points import PointCloud, cloud_of_file
 from simplexmesh.data.triangles import TriangleMesh
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
-Ragged = tuple[NDArray[np.int64], NDArray[np.float64]]
+Ragged = tuple[Indices, Array]
 Contents = tuple[dict[str, Array], dict[str, Ragged], dict[str, str]]
 """The columns of the vertices, the lists of the other elements as sizes and entries, and the obj_info with the unit."""
 

@@ -17,6 +17,7 @@ from vtkmodules.vtkCommonCore import vtkLogger, vtkOutputWindow, vtkPoints, vtkS
 from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
 from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter
 
+from simplexmesh._base.arrays import Array
 from simplexmesh.mesh.connectivity import Connectivity
 
 TWIN, HOLES, TYPES = "simplexmesh_twin", "simplexmesh_hole_darts", "simplexmesh_types"
@@ -24,7 +25,7 @@ UNIT = "unit"
 
 
 def polydata(
-    points: NDArray[np.float64],
+    points: Array,
     sizes: NDArray[Any],
     corners: NDArray[Any],
     data: Mapping[str, NDArray[Any]],

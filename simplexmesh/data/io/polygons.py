@@ -7,19 +7,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from simplexmesh._base.vectors import cross, dot, norm
-
-Indices = NDArray[np.int64]
+from simplexmesh._base.arrays import Array, Indices
+from simplexmesh._base.vectors import dot, norm, sums, triangle_vectors
 
 ROUNDING = 1e-6
 """Triangles turned over by less than this times the squared area of their polygon are due to rounding."""
 
 
-def triangulated(points: NDArray[np.float64], sizes: Indices, flat: NDArray[Any]) -> Indices:
-    """Return the triangles of polygons, given by their sizes and all their corners, in their order.
-
-    Convex ones are fans; those whose fan turns a triangle over, as in most concave polygons, are cut by VTK.
-    """
+def triangulated(points: Array, sizes: Indices, flat: NDArray[Any]) -> Indices:
+    """Return the triangles of polygons in their order: fans, or cut by VTK where a fan would turn a triangle over."""
     triangles = fans(sizes, flat)
     if sizes.max(initial=0) <= 3 or not 0 <= triangles.min() <= triangles.max() < len(points):
         return triangles
@@ -29,8 +25,8 @@ def triangulated(points: NDArray[np.float64], sizes: Indices, flat: NDArray[Any]
         return triangles
     points = (points - points.min(axis=0)) / extent
     polygon = np.repeat(np.arange(len(sizes)), np.maximum(sizes - 2, 0))
-    areas = _vector_areas(points, triangles)
-    whole = _sums(areas, polygon, len(sizes))
+    areas = triangle_vectors(points, triangles)
+    whole = sums(areas, polygon, len(sizes))
     turned = dot(areas, whole[polygon]) < -ROUNDING * dot(whole, whole)[polygon]
     concave = np.unique(polygon[turned])
     if not len(concave):
@@ -41,21 +37,11 @@ def triangulated(points: NDArray[np.float64], sizes: Indices, flat: NDArray[Any]
     used, corners = np.unique(corners, return_inverse=True)
     pieces, of = vtk.polygon_triangles(points[used], sizes[concave], corners.reshape(-1))
     pieces, of = used[pieces], concave[of]
-    missing = _sums(_vector_areas(points, pieces), of, len(sizes)) - whole
+    missing = sums(triangle_vectors(points, pieces), of, len(sizes)) - whole
     complete = norm(missing) <= ROUNDING * norm(whole)
     kept, cut = ~(complete & np.isin(np.arange(len(sizes)), concave))[polygon], complete[of]
     order = np.argsort(np.concatenate([polygon[kept], of[cut]]), kind="stable")
     return np.concatenate([triangles[kept], pieces[cut]])[order]
-
-
-def _vector_areas(points: NDArray[np.float64], triangles: Indices) -> NDArray[np.float64]:
-    a, b, c = (points[triangles[:, j]] for j in range(3))
-    return cross(b - a, c - a)
-
-
-def _sums(vectors: NDArray[np.float64], groups: Indices, n: int) -> NDArray[np.float64]:
-    """Return the sums (n, 3) of the vectors in each group."""
-    return np.stack([np.bincount(groups, vectors[:, j], n) for j in range(3)], axis=1)
 
 
 def fans(sizes: Indices, flat: NDArray[Any]) -> Indices:

@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base import vectors
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
+from simplexmesh._base.arrays import Array, Indices
 
 VIEW = (0.0, 0.0, 1.0)
 LONGEST = 5.0
@@ -18,8 +15,8 @@ STEEPEST = np.deg2rad(85.0)
 def grid_faces(points: Array, grid: Indices) -> Indices:
     """Return the triangles (f, 3) between neighboring cells of a range grid, ccw seen from the sensor at +z.
 
-    `grid` (rows, columns) holds the index of the point measured in each cell, -1 for none. Triangles across steps in
-    depth are left out: those with long edges, and those seen at a grazing angle (Curless and Levoy 1996, section 3).
+    `grid` (rows, columns) holds the point measured in each cell, -1 for none. Triangles across steps in depth, long or
+    seen at a grazing angle, are left out (Curless and Levoy 1996, section 3).
     """
     cells = np.stack([grid[:-1, :-1], grid[:-1, 1:], grid[1:, 1:], grid[1:, :-1]]).reshape(4, -1)
     a, b, c, d = cells[:, np.count_nonzero(cells >= 0, axis=0) >= 3]
@@ -35,7 +32,7 @@ def grid_faces(points: Array, grid: Indices) -> Indices:
         (d < 0, [(a, b, c)]),
     ]
     faces = np.concatenate([np.stack(corner, axis=1)[mask] for mask, corners in groups for corner in corners])
-    steps = _face_vectors(points, faces)
+    steps = vectors.triangle_vectors(points, faces)
     if (steps @ VIEW).sum() < 0:
         faces, steps = faces[:, ::-1], -steps
     a, b, c = points[faces.T]
@@ -48,14 +45,6 @@ def grid_faces(points: Array, grid: Indices) -> Indices:
 def grid_normals(points: Array, grid: Indices) -> Array:
     """Return unit vertex normals (n, 3) of a range grid, towards the sensor; see `grid_faces`."""
     faces = grid_faces(points, grid)
-    steps = _face_vectors(points, faces)
-    normals = np.zeros_like(points)
-    for j in range(3):
-        np.add.at(normals, faces[:, j], steps)
+    normals = vectors.vertex_normals(points, faces)
     normals[~normals.any(axis=1)] = VIEW
-    return vectors.normalized(normals)
-
-
-def _face_vectors(points: Array, faces: Indices) -> Array:
-    a, b, c = (points[faces[:, j]] for j in range(3))
-    return vectors.cross(b - a, c - a)
+    return normals

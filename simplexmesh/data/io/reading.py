@@ -71,9 +71,7 @@ def read(path: str | os.PathLike[str]) -> Any:
         kind = formats.format_of(where)
         named = formats.SUFFIXES.get(formats.suffix(where), kind)
         if named != kind and not (named == "text" or {named, kind} <= {"vti", "vtp", "vtk"}):
-            warn(
-                f"{where.name} is {formats.with_article(formats.NAMES[kind])} file by its content and was read as such"
-            )
+            warn(f"{where.name} is {formats.called(kind)} file by its content and was read as such")
         return _read_kind(where, kind)
 
 

@@ -1,7 +1,4 @@
-"""Read points from text: XYZ, CSV and similar, with or without a header, commas and normals.
-
-`numpy.loadtxt` reads the numbers; it knows neither a header that names the columns, nor several separators at once.
-"""
+"""Read points from text: XYZ, CSV and similar, with or without a header, commas and normals."""
 
 from __future__ import annotations
 
@@ -10,14 +7,12 @@ import re
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.errors import warn
 from simplexmesh._base.units import known_unit
 from simplexmesh.data.columns import NORMALS, data_of
 from simplexmesh.data.points import PointCloud, cloud_of_file
-
-Array = NDArray[np.float64]
 
 _SEPARATORS = bytes.maketrans(b",;[]\t", b"     ")
 _MARK = b"\xef\xbb\xbf"

@@ -18,6 +18,7 @@ from vtkmodules.vtkFiltersCore import vtkTriangleFilter
 from vtkmodules.vtkIOGeometry import vtkOBJReader, vtkSTLReader
 from vtkmodules.vtkIOXML import vtkXMLImageDataReader, vtkXMLPolyDataReader
 
+from simplexmesh._base.arrays import Array, Indices, Indices32
 from simplexmesh._base.errors import warn
 from simplexmesh._base.named_arrays import is_color
 from simplexmesh._base.units import known_unit
@@ -42,11 +43,7 @@ _UNIT_OF_OBJ = re.compile(r"(?im)^#[^\n]*\bunits?\s*[:=]\s*(\S+)")
 
 
 def read_dataset(path: Path, kind: str) -> Any:
-    """Return the VTK data set in a file; errors that VTK prints are raised.
-
-    The readers of VTK's own formats trust counts, and a damaged file ends their process: one of the old kind, or one
-    that is not as programs write it, is read in another process.
-    """
+    """Return the VTK data set in a file, or raise what VTK prints; one that may end the process is read in another."""
     plain = {"vtp": xml.is_plain, "vti": xml.is_plain, "vtk": lambda _: False, "obj": obj.is_plain}.get(kind)
     if plain is None or plain(path):
         return _dataset(path, kind, path.name)
@@ -74,10 +71,7 @@ def _dataset(path: Path, kind: str, name: str) -> Any:
 
 
 def from_dataset(dataset: Any, name: str, *, owned: bool = False) -> Volume | TriangleMesh | PointCloud | SimplexMesh:
-    """Return a VTK image as a Volume, polygons as a TriangleMesh or the simplex mesh they were, points as a PointCloud.
-
-    With `owned`, the samples of an image are not copied: nothing else may refer to it.
-    """
+    """Return what a VTK data set holds; with `owned`, nothing else refers to it, and samples are not copied."""
     if dataset.IsA("vtkImageData"):
         return _volume(dataset, name, owned=owned)
     if not dataset.IsA("vtkPolyData"):
@@ -116,7 +110,7 @@ def _unit(dataset: Any) -> str | None:
     return known_unit(array.GetValue(0)) if array is not None and array.IsA("vtkStringArray") else None
 
 
-def _points(dataset: Any) -> NDArray[np.float64]:
+def _points(dataset: Any) -> Array:
     points = dataset.GetPoints()
     if points is None or not points.GetNumberOfPoints():
         return np.zeros((0, 3))
@@ -173,9 +167,7 @@ def with_colors_of_obj(surface: TriangleMesh, path: Path) -> TriangleMesh:
     return surface.with_data(colors=as_colors(numbers[nearest, 3:]))
 
 
-def polygon_triangles(
-    points: NDArray[np.float64], sizes: NDArray[Any], corners: NDArray[Any]
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def polygon_triangles(points: Array, sizes: NDArray[Any], corners: NDArray[Any]) -> tuple[Indices, Indices]:
     """Return triangles (t, 3) of polygons by ear clipping, and the polygon of each; given as to `polydata`."""
     dataset = polydata(points, sizes, corners, {})
     dataset.GetCellData().AddArray(vtk_array("polygon", np.arange(len(sizes))))
@@ -229,7 +221,7 @@ def _topology(dataset: Any, name: str) -> tuple[Connectivity, dict[str, Any]]:
         types = dict(json.loads(fields.GetAbstractArray(TYPES).GetValue(0)))
         twin = np.array(vtk_to_numpy(fields.GetArray(TWIN))).reshape(-1, 3)
         holes = fields.GetArray(HOLES)
-        hole_darts: NDArray[np.int32] = np.array([] if holes is None else vtk_to_numpy(holes), np.int32).reshape(-1)
+        hole_darts: Indices32 = np.array([] if holes is None else vtk_to_numpy(holes), np.int32).reshape(-1)
     except (AttributeError, ValueError, TypeError):
         raise OSError(f"{name} is a simplex mesh with damaged topology or arrays") from None
     return Connectivity(twin, hole_darts), types

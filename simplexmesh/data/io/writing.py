@@ -16,14 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.drafts import draft
 from simplexmesh._base.errors import warn
 from simplexmesh._base.named_arrays import Data, is_color
 from simplexmesh.data.columns import ALONE, NORMALS, columns_of, data_of
 from simplexmesh.data.exporting import by_trimesh
 from simplexmesh.data.io import polydata
-
-Array = NDArray[np.float64]
 
 NOTABLE_ROUNDING = 1e-4
 """Rounding by more than this fraction of the extent gives a warning."""

@@ -1,15 +1,14 @@
-"""Kernels of decimation: greedy edge removal (T1) in order of cost.
+"""Kernels of decimation: greedy edge removal (T1) in order of cost, which merges the regions of two faces.
 
-Each face represents a region of the original surface, whose centroid is a vertex of the dual triangulation, here called
-a corner; each vertex is a triangle of it, each vertex on a rim a border edge. T1 merges two regions.
+The centroids of regions are the corners of the dual triangulation; its triangles are the vertices of the mesh.
 """
 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base._kernels_njit import njit
+from simplexmesh._base.arrays import Array
 from simplexmesh.mesh.decimation._kernels_regions import (
     CENTROID,
     ROW_SIZE,
@@ -31,8 +30,6 @@ from simplexmesh.mesh.operators._kernels_edit import (
 )
 from simplexmesh.numerics._kernels_heap import Heap, new_heap, put
 from simplexmesh.numerics._kernels_vectors import Vector, cross_product, dot, minus, norm, row
-
-Array = NDArray[np.float64]
 
 
 @njit(cache=True, error_model="numpy")

@@ -5,14 +5,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base._kernels_njit import njit
+from simplexmesh._base.arrays import Array, Indices, Indices32, Mask
 from simplexmesh.mesh.decimation._kernels_fitting import Faces
 from simplexmesh.mesh.triangles._kernels_crossing import triangles_cross
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int32]
 
 Box = tuple[float, float, float, float, float, float]
 
@@ -23,13 +20,13 @@ class MovingMesh(NamedTuple):
     points: Array  # (n + f, 3) vertices, then the centroids of the faces
     normals: Array  # (n, 3) of the vertices
     target_normals: Array  # (f, 3) unit normals that the faces should have, zero where unknown
-    neighbors: Indices  # (n, 3)
-    vertex_faces: Indices  # (n, 3)
+    neighbors: Indices32  # (n, 3)
+    vertex_faces: Indices32  # (n, 3)
     faces: Faces
-    offsets: NDArray[np.int64]  # (f + 1,)
-    near: Indices  # the faces that each face may cross, itself included while untangling (CSR with `offsets`)
-    crossed: NDArray[np.bool_]  # (f,) whether a face crosses one of them
-    free: NDArray[np.bool_]  # (n,) whether a vertex may move
+    offsets: Indices  # (f + 1,)
+    near: Indices32  # the faces that each face may cross, itself included while untangling (CSR with `offsets`)
+    crossed: Mask  # (f,) whether a face crosses one of them
+    free: Mask  # (n,) whether a vertex may move
 
 
 @njit(cache=True)

@@ -1,8 +1,7 @@
-"""Kernels that fit a coarse mesh to samples of a surface: closest points of samples, and least squares.
+"""Kernels that fit a coarse mesh to samples of a surface: closest points on the fans of nearby faces, least squares.
 
-Each face is a fan about its centroid. The closest point of a sample, searched for in nearby fans, is a weighted mean of
-two vertices and a centroid, so its displacement is linear in the vertices. Closest points on triangles: C. Ericson,
-Real-Time Collision Detection, 2005, section 5.1.5.
+The closest point of a sample is a weighted mean of two vertices and a centroid, so its displacement is linear in the
+vertices. Closest points on triangles: C. Ericson, Real-Time Collision Detection, 2005, section 5.1.5.
 """
 
 from __future__ import annotations
@@ -10,13 +9,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base._kernels_njit import njit
+from simplexmesh._base.arrays import Array, Indices, Indices32, Mask
 from simplexmesh.numerics._kernels_vectors import Vector, dot, minus, row
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int32]
 
 MAX_STEPS = 12
 MAX_MISSES = 32
@@ -26,18 +22,18 @@ CLOSER = 1 - 1e-9
 class Faces(NamedTuple):
     """The faces of a mesh as flat arrays over corners, ordered as in `Connectivity`."""
 
-    vertices: Indices  # (3n,)
-    offsets: Indices  # (f + 1,)
-    ahead: Indices  # (3n,) the next vertex of each corner
-    owner: Indices  # (3n,) the face of each corner
-    across: Indices  # (3n,) the corner whose edge to its next vertex is the opposite of this corner's
-    hole: NDArray[np.bool_]  # (f,)
+    vertices: Indices32  # (3n,)
+    offsets: Indices32  # (f + 1,)
+    ahead: Indices32  # (3n,) the next vertex of each corner
+    owner: Indices32  # (3n,) the face of each corner
+    across: Indices32  # (3n,) the corner whose edge to its next vertex is the opposite of this corner's
+    hole: Mask  # (f,)
 
 
 class Locations(NamedTuple):
     """Points on the fans or on the rims, those closest to samples."""
 
-    corner: Indices  # (s,) the corner of the fan triangle or rim edge
+    corner: Indices32  # (s,) the corner of the fan triangle or rim edge
     weights: Array  # (s, 3) barycentric: of the corner, of the next vertex, of the centroid
 
 
@@ -87,16 +83,14 @@ def closest_on_triangle(p: Vector, a: Vector, b: Vector, c: Vector) -> tuple[flo
 
 
 @njit(cache=True, error_model="numpy")
-def squared_to_triangle(points: Array, triangles: NDArray[np.int64], t: int, p: Vector) -> float:
+def squared_to_triangle(points: Array, triangles: Indices, t: int, p: Vector) -> float:
     """Return the squared distance of a point from a triangle."""
     a, b, c = row(points, triangles[t, 0]), row(points, triangles[t, 1]), row(points, triangles[t, 2])
     return closest_on_triangle(p, a, b, c)[0]
 
 
 @njit(cache=True, error_model="numpy")
-def are_covered(
-    points: Array, triangles: NDArray[np.int64], corners: Array, near: NDArray[np.int64], limit: Array
-) -> NDArray[np.bool_]:
+def are_covered(points: Array, triangles: Indices, corners: Array, near: Indices, limit: Array) -> Mask:
     """Return which triangles, given by their corners (p, 3, 3), one of those `near` (p, 3) is near at all corners."""
     out = np.zeros(limit.size, np.bool_)
     for i in range(limit.size):
@@ -109,7 +103,7 @@ def are_covered(
 
 
 @njit(cache=True, error_model="numpy")
-def barycentric(points: Array, triangles: NDArray[np.int64], found: NDArray[np.int64], at: Array) -> Array:
+def barycentric(points: Array, triangles: Indices, found: Indices, at: Array) -> Array:
     """Return the barycentric coordinates (p, 3) of points on triangles `found` (p,)."""
     out = np.empty(at.shape)
     for i in range(found.size):
@@ -134,7 +128,7 @@ def closest_on_fan(
 
 @njit(cache=True, error_model="numpy")
 def locate(
-    vertices: Array, centroid: Array, faces: Faces, samples: Array, start: Indices, locations: Locations
+    vertices: Array, centroid: Array, faces: Faces, samples: Array, start: Indices32, locations: Locations
 ) -> None:
     """Find the closest points of samples, walking from face `start` across edges while the distance decreases."""
     for s in range(samples.shape[0]):
@@ -193,8 +187,8 @@ class Terms(NamedTuple):
     direction: Array  # (s, 3) unit vectors
     along: Array  # (s,) weight of the squared distance along the direction
     across: Array  # (s,) weight of the squared distance perpendicular to it
-    neighbors: Indices  # (n, 3) of each vertex; on a rim the two on it, the second one twice
-    share: Array  # (n, 3) weights of the neighbors in their mean
+    neighbors: Indices32  # (n, 3)
+    share: Array  # (n, 3) weights of the neighbors in their mean; on a rim of the two on it
     smooth: Array  # (n, 3, 3) matrix weights of the squared distance to that mean
     flat: Array  # (f, 3) face normal times the square root of the weight of squared distances to the face's plane
 

@@ -1,8 +1,7 @@
 """Kernels that move vertices one by one, only as far as no face folds or crosses another more than before.
 
-A face is a fan about its centroid. Its penalty measures by how much the cosines of the angles between its triangles'
-normals and those of their vertices, and the target normal of the face, are below given bounds. Untangling searches for
-positions with smaller penalties.
+The penalty of a face is how far the cosines between the normals of its fan, and those of its vertices and its target,
+are below bounds; untangling searches for positions with smaller penalties.
 """
 
 from __future__ import annotations
@@ -10,13 +9,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base._kernels_njit import njit
+from simplexmesh._base.arrays import Array
 from simplexmesh.mesh.decimation._kernels_fans import MovingMesh, crossings, touches_crossed
 from simplexmesh.numerics._kernels_vectors import Vector, cross_product, difference, dot, minus, norm, plus, row
-
-Array = NDArray[np.float64]
 
 CROSSING_PENALTY = 0.5
 """Penalty of a pair of crossing triangles; that of an inverted triangle is 1, in addition to that of its cosine."""

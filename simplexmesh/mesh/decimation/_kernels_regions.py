@@ -1,25 +1,20 @@
-"""Kernels of regions, the parts of a surface that faces represent: their moments and their planarity energy.
-
-A region is a row of 23 numbers: its area, centroid (3), central second moments (xx, yy, zz, xy, xz, yz) and vector area
-(3); then length, centroid (3) and central second moments (6) of its part of a rim. Eigenvalues: O. K. Smith,
-*Eigenvalues of a symmetric 3 x 3 matrix*, Comm. ACM 4 (1961) 168.
-"""
+"""Kernels of regions, the parts of a surface that faces represent: their moments and their planarity energy."""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base._kernels_njit import njit
+from simplexmesh._base.arrays import Array, Indices, Indices32
 from simplexmesh.mesh.operators._kernels_edit import Darts, next_dart
 from simplexmesh.numerics._kernels_vectors import Vector, cross_product, minus, norm, row
 
-Array = NDArray[np.float64]
-
 AREA, CENTROID, MOMENTS, VECTOR_AREA, RIM_LENGTH, RIM_MOMENTS = 0, 1, 4, 10, 13, 17
 ROW_SIZE = 23
+"""A region is a row: its area, centroid (3), central second moments (xx, yy, zz, xy, xz, yz) and vector area (3), then
+length, centroid and second moments of its part of a rim."""
 
 
 class Weights(NamedTuple):
@@ -46,9 +41,9 @@ class Corners(NamedTuple):
     regions: Array  # (f, 23)
     energy: Array  # (f,) of the regions
     max_extent: Array  # (f,) largest rms extent of a region; a face with 0 is fixed, with its vertices
-    merged_into: NDArray[np.int32]  # (f,) the face into which each one was merged, itself if it was not
-    component: NDArray[np.int32]  # (n,) of each vertex
-    n_left: NDArray[np.int64]  # number of vertices left in each component
+    merged_into: Indices32  # (f,) the face into which each one was merged, itself if it was not
+    component: Indices32  # (n,) of each vertex
+    n_left: Indices  # number of vertices left in each component
 
 
 @njit(cache=True, error_model="numpy")
@@ -88,7 +83,7 @@ def merge(one: Array, other: Array, out: Array) -> None:
 
 @njit(cache=True, error_model="numpy")
 def eigenvalue(m: Array, at: int, which: int) -> float:
-    """Return the smallest (0) or largest (1) eigenvalue, at least 0, of the symmetric matrix that starts at `at`."""
+    """Return the smallest (0) or largest (1) eigenvalue of the matrix at `at` (O. K. Smith, Comm. ACM 4 (1961) 168)."""
     mean = (m[at] + m[at + 1] + m[at + 2]) / 3
     a, b, c, xy, xz, yz = m[at] - mean, m[at + 1] - mean, m[at + 2] - mean, m[at + 3], m[at + 4], m[at + 5]
     size = np.sqrt((a * a + b * b + c * c + 2 * (xy * xy + xz * xz + yz * yz)) / 6)
@@ -107,11 +102,7 @@ def line_residual(m: Array) -> float:
 
 @njit(cache=True, error_model="numpy")
 def energy(m: Array, w: Weights) -> float:
-    """Return the energy of a region as a flat face, a length to the fourth power, which merging does not decrease.
-
-    It is the integral of the squared distance to the best-fitting plane, plus the weighted ones of the deviation of the
-    normals from their mean, of the squared distance to the centroid, and, over the rim, to the best-fitting line.
-    """
+    """Return the integral of squared distances to a plane, and weighted: to the centroid, of normals, rim to a line."""
     vector = norm((m[VECTOR_AREA], m[VECTOR_AREA + 1], m[VECTOR_AREA + 2]))
     total = eigenvalue(m, MOMENTS, 0) + w.normals * m[AREA] * max(m[AREA] - vector, 0.0)
     total += w.extent * (m[MOMENTS] + m[MOMENTS + 1] + m[MOMENTS + 2])
@@ -177,7 +168,7 @@ def set_region(d: Darts, f: int, m: Array) -> None:
 
 
 @njit(cache=True, error_model="numpy")
-def corners_of(d: Darts, component: NDArray[np.int32], max_extent: Array, w: Weights) -> Corners:
+def corners_of(d: Darts, component: Indices32, max_extent: Array, w: Weights) -> Corners:
     """Return the faces as corners, each the region of its own face; those of holes are zero."""
     n_faces, n_left = d.face_dart.size, np.zeros(component.max() + 1, np.int64)
     regions, energies = np.zeros((n_faces, ROW_SIZE)), np.zeros(n_faces)

@@ -1,9 +1,7 @@
 """Distances to a triangulated surface, and a certificate that other triangles are within a distance of it everywhere.
 
-A triangle is bisected until each part is within the distance: because one triangle of the surface is near all three of
-its corners, and so, the distance to a convex set being convex, near all of it; or because its corners are so near and
-the part so small that no point of it can be far: every point is within (longest side) / sqrt(3) of a corner, and the
-distance has Lipschitz constant 1.
+Triangles are bisected until one triangle of the surface is near all three corners of each part, and so, distance to a
+convex set being convex, near all of it; or until the part, every point within side / sqrt(3) of a corner, is too small.
 """
 
 from __future__ import annotations
@@ -14,11 +12,9 @@ import igl
 import numpy as np
 from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.vectors import norm
 from simplexmesh.mesh.decimation import _kernels_fitting as kernels
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 RESOLUTION, ROUNDING = 0.05, 1e-12
 """Parts smaller than this times the distance, or times the largest coordinate, are not bisected and count as beyond."""
@@ -43,7 +39,7 @@ class Parts(NamedTuple):
         """(p, 3) the lengths of the sides, each from a corner to the next."""
         return norm(np.roll(self.corners, -1, axis=1) - self.corners)
 
-    def chosen(self, which: NDArray[np.bool_]) -> Parts:
+    def chosen(self, which: Mask) -> Parts:
         """Return the parts of a mask."""
         return Parts._make(values[which] for values in self)
 
@@ -66,10 +62,7 @@ class Surface:
         return np.ravel(found), np.reshape(closest, (-1, 3)), np.sqrt(np.ravel(squared))
 
     def beyond(self, points: Array, triangles: NDArray[np.integer], distance: float) -> tuple[Indices, Array]:
-        """Return the triangles not certified to lie within a distance, and nearly the farthest point (p, 3) of each.
-
-        All others are certainly within it; a triangle just within it may be returned too.
-        """
+        """Return the triangles not certainly within a distance, and nearly the farthest point (p, 3) of each."""
         found, _, far = self.closest(points)
         parts = Parts(np.arange(len(triangles)), points[triangles], found[triangles], far[triangles])
         worst, where = np.full(len(triangles), -1.0), np.zeros((len(triangles), 3))
@@ -91,7 +84,7 @@ class Surface:
         out = np.flatnonzero(uncertain | (worst > distance))
         return out, where[out]
 
-    def _within(self, parts: Parts, limit: Array) -> NDArray[np.bool_]:
+    def _within(self, parts: Parts, limit: Array) -> Mask:
         """Return which parts are certainly within their limits (p,) of the surface."""
         out = parts.far.max(axis=1) + parts.sides.max(axis=1) / np.sqrt(3) <= limit
         left = np.flatnonzero(~out)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array, Indices32, Mask
 from simplexmesh._base.vectors import normalized
 from simplexmesh.mesh.decimation import _kernels_collapse, _kernels_swap
 from simplexmesh.mesh.decimation import _kernels_regions as regions
@@ -15,23 +15,9 @@ from simplexmesh.mesh.operators.editable_mesh import EditableMesh
 from simplexmesh.mesh.operators.results import Edited
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int32]
-
-WEIGHTS = regions.Weights(
-    normals=0.3,
-    extent=4e-3,
-    rim=1.0,
-    imbalance=0.05,
-    turn=0.1,
-    bend=-0.5,
-    quality=0.1,
-    min_size=4,
-    max_size=10,
-    min_component=20,
-    necks=False,
-    max_deviation=np.inf,
-)
+COST = {"normals": 0.3, "extent": 4e-3, "rim": 1.0, "imbalance": 0.05}
+LIMITS = {"turn": 0.1, "bend": -0.5, "quality": 0.1, "min_size": 4, "max_size": 10, "min_component": 20}
+WEIGHTS = regions.Weights(**COST, **LIMITS, necks=False, max_deviation=np.inf)  # type: ignore[arg-type]
 LAST_RESORT = WEIGHTS._replace(imbalance=0.0, bend=-1.0, min_size=3, max_size=2**30, min_component=4, necks=True)
 LAX = WEIGHTS._replace(turn=-0.5, quality=0.05)
 """For the last edge swaps."""
@@ -48,7 +34,7 @@ class Coarsened(NamedTuple):
 
     fit: Fit
     out: Edited
-    part_of: Indices  # (f,) for each original face, the face into which it was merged
+    part_of: Indices32  # (f,) for each original face, the face into which it was merged
     extent: Array  # (f,) for each original face, the rms extent of that face's region
 
 
@@ -81,7 +67,7 @@ def coarsened(
     return Coarsened(fit, out, part_of, np.sqrt(np.maximum(squared, 0))[corners.merged_into])
 
 
-def _targets(corners: regions.Corners, out: Edited) -> tuple[Array, NDArray[np.bool_]]:
+def _targets(corners: regions.Corners, out: Edited) -> tuple[Array, Mask]:
     """Return the target normals (g, 3) of the new faces, zero where unknown, and a mask (n,) of the free vertices."""
     c, rows, kept = out.mesh.connectivity, corners.regions, np.flatnonzero(out.face_map >= 0)
     normals, free = np.zeros((len(c.face_sizes), 3)), np.ones(len(c.face_sizes), bool)

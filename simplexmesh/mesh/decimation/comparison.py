@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.vectors import norm
 from simplexmesh.mesh import face_geometry
 from simplexmesh.mesh.connectivity import Connectivity
@@ -15,10 +16,6 @@ from simplexmesh.mesh.decimation.certified import Surface
 from simplexmesh.mesh.decimation.fitting import SurfaceSamples
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.mesh.triangulation import fan
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
-Flags = NDArray[np.bool_]
 
 
 class Corrections(NamedTuple):
@@ -32,7 +29,7 @@ class Corrections(NamedTuple):
 class Comparison(NamedTuple):
     """The parts of a coarse mesh that are beyond the tolerance."""
 
-    faces: Flags  # (g,) of the coarse mesh
+    faces: Mask  # (g,) of the coarse mesh
     corrections: Corrections
 
 

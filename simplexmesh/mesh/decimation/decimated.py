@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Indices32
 from simplexmesh._base.errors import counted, warn
+from simplexmesh.mesh.check import tangled_vertices
 from simplexmesh.mesh.decimation.coarsening import Coarsened, coarsened
 from simplexmesh.mesh.decimation.comparison import Original, sample_distances
 from simplexmesh.mesh.decimation.fitting import SurfaceSamples
@@ -18,9 +17,6 @@ from simplexmesh.mesh.operators.editable_mesh import EditableMesh
 from simplexmesh.mesh.operators.regularize import exceptional_faces
 from simplexmesh.mesh.operators.results import Edited
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-from simplexmesh.mesh.tangles import tangled_vertices
-
-Indices = NDArray[np.int32]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -45,7 +41,7 @@ class Decimated(Edited):
 
     rms: float
     largest: float
-    exceptions: Indices
+    exceptions: Indices32
 
 
 def with_vertices(mesh: SimplexMesh, vertices: int) -> Decimated:

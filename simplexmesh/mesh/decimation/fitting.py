@@ -5,16 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array, Indices32, Mask
+from simplexmesh._base.vectors import normalized
 from simplexmesh.mesh import face_geometry
 from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.mesh.decimation import _kernels_fitting as kernels
 from simplexmesh.mesh.decimation.guarding import MUTUAL_COSINE, Guard
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int32]
 
 TANGENTIAL = 0.02
 """Weight of the tangential distance of a sample, relative to that of its normal distance."""
@@ -37,11 +35,11 @@ class SurfaceSamples:
     points: Array  # (s, 3)
     normals: Array  # (s, 3) unit vectors
     weights: Array  # (s,) the area that each represents
-    faces: Indices  # (s,) the face of the surface that each is on
+    faces: Indices32  # (s,) the face of the surface that each is on
     rim_points: Array  # (r, 3) the vertices on holes
     rim_weights: Array  # (r,) the length that each represents
-    rim_faces: Indices  # (r,) the face and the hole that each is on
-    rim_holes: Indices
+    rim_faces: Indices32  # (r,) the face and the hole that each is on
+    rim_holes: Indices32
 
     @classmethod
     def of(cls, mesh: SimplexMesh) -> SurfaceSamples:
@@ -70,11 +68,9 @@ def faces_of(c: Connectivity) -> kernels.Faces:
     """Return the faces as arrays for the kernels."""
     corner = np.empty(c.twin.size, np.int32)
     corner[c.face_darts] = np.arange(c.twin.size)
-    owner = np.repeat(np.arange(len(c.face_sizes)), c.face_sizes)
-    ahead = face_geometry.following(c.face_vertices, c.face_offsets)
-    across = corner[c.twin.reshape(-1)[c.face_darts]]
-    flat = [np.ascontiguousarray(v, np.int32) for v in (c.face_vertices, c.face_offsets, ahead, owner, across)]
-    return kernels.Faces(flat[0], flat[1], flat[2], flat[3], flat[4], c.face_is_hole)
+    owner = np.repeat(np.arange(len(c.face_sizes), dtype=np.int32), c.face_sizes)
+    ahead, across = face_geometry.following(c.face_vertices, c.face_offsets), corner[c.twin.reshape(-1)[c.face_darts]]
+    return kernels.Faces(c.face_vertices, c.face_offsets, ahead, owner, across, c.face_is_hole)
 
 
 class Fit:
@@ -84,9 +80,9 @@ class Fit:
         self,
         surface: SurfaceSamples,
         mesh: SimplexMesh,
-        part_of: Indices,
+        part_of: Indices32,
         target_normals: Array,
-        free: NDArray[np.bool_],
+        free: Mask,
     ) -> None:
         self._surface = surface
         self.mesh = mesh
@@ -98,7 +94,7 @@ class Fit:
         self._rim_locations = kernels.Locations(np.zeros(r, np.int32), np.zeros((r, 3)))
         self._initialize_rims(part_of)
 
-    def _initialize_rims(self, part_of: Indices) -> None:
+    def _initialize_rims(self, part_of: Indices32) -> None:
         """Locate each rim sample on the edge between its face and its hole."""
         s, f = self._surface, self._faces
         n_faces = len(f.hole)
@@ -144,33 +140,27 @@ class Fit:
         s, f, mesh = self._surface, self._faces, self.mesh
         c, corner = mesh.connectivity, self._rim_locations.corner
         edges = mesh.vertices[f.ahead[corner]] - mesh.vertices[f.vertices[corner]]
-        along = edges / np.maximum(np.linalg.norm(edges, axis=1, keepdims=True), np.finfo(float).tiny)
         rim_weight = s.rim_weights * np.sqrt(s.weights.sum() / max(mesh.n_faces, 1))
         covered = np.bincount(self._start, s.weights, len(f.hole)) / c.face_sizes
         weight = covered[c.vertex_faces].sum(axis=1)
-        neighbors, share = np.array(c.neighbors), np.full((mesh.n_vertices, 3), 1 / 3)
-        rims = np.flatnonzero(f.hole[f.owner])
-        on_rim = f.ahead[rims]
-        behind, ahead = f.vertices[rims], f.ahead[self._next_corners(rims)]
-        neighbors[on_rim] = np.stack([behind, ahead, ahead], axis=1)
-        share[on_rim] = (0.5, 0.5, 0)
         normals = face_geometry.face_normals(mesh.vertices, f.vertices, f.offsets)
         normals[f.hole] = 0
         return kernels.Terms(
             np.concatenate([s.points, s.rim_points]),
-            np.concatenate([s.normals, along]),
+            np.concatenate([s.normals, normalized(edges)]),
             np.concatenate([s.weights, TANGENTIAL * rim_weight]),
             np.concatenate([TANGENTIAL * s.weights, rim_weight]),
-            np.ascontiguousarray(neighbors, np.int32),
-            share,
+            c.neighbors,
+            _shares(c),
             SMOOTHNESS * weight[:, None, None] * _tangential_projection(normals[c.vertex_faces]),
             normals * np.sqrt(FLATNESS * covered)[:, None],
         )
 
-    def _next_corners(self, corners: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return the next corner of each one around its face."""
-        last = self._faces.offsets[self._faces.owner[corners] + 1] - 1
-        return np.asarray(np.where(corners == last, self._faces.offsets[self._faces.owner[corners]], corners + 1))
+
+def _shares(c: Connectivity) -> Array:
+    """Return the weights (n, 3) of the neighbors of each vertex in their mean, on a rim of the two on it."""
+    kept = ~np.roll(c.face_is_hole[c.vertex_faces], -1, axis=1)
+    return np.asarray(kept / np.maximum(kept.sum(axis=1, keepdims=True), 1))
 
 
 def _tangential_projection(normals: Array) -> Array:

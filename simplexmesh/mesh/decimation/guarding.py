@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.vectors import dot, norm
 from simplexmesh.mesh import face_geometry
 from simplexmesh.mesh.decimation import _kernels_fans as fans
@@ -12,9 +12,6 @@ from simplexmesh.mesh.decimation import _kernels_guard as kernels
 from simplexmesh.mesh.decimation._kernels_fitting import Faces
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.mesh.triangles.self_intersection import overlapping_boxes
-
-Array = NDArray[np.float64]
-Pairs = NDArray[np.int64]
 
 MAX_STEP, MARGIN = 0.5, 0.15
 """In mean edge lengths: the largest move of a vertex, and the margin of the faces' boxes."""
@@ -28,23 +25,23 @@ MAX_TRIES, PASSES = 5, 6
 class Guard:
     """Constraints on the vertex moves of a mesh: none may create or worsen a fold or a crossing."""
 
-    def __init__(self, mesh: SimplexMesh, faces: Faces, target_normals: Array, free: NDArray[np.bool_]) -> None:
+    def __init__(self, mesh: SimplexMesh, faces: Faces, target_normals: Array, free: Mask) -> None:
         self._c, self._faces, self._target_normals, self._free = mesh.connectivity, faces, target_normals, free
 
     def advanced(self, mesh: SimplexMesh, target: Array, target_cosine: float) -> Array:
         """Return the vertices, moved towards `target` (n, 3) as far as the constraints allow."""
         m, bounds = self._moving(mesh, self._facing_pairs(mesh)), kernels.Bounds(MUTUAL_COSINE, target_cosine)
         kernels.advance(m, target, MAX_STEP * _mean_edge(mesh), MAX_TRIES, bounds)
-        return np.array(m.points[: len(target)])
+        return m.points[: len(target)]
 
     def untangled(self, mesh: SimplexMesh, mutual: float, target_cosine: float) -> Array:
         """Return the vertices, moved where that reduces the folds and crossings of the faces around them."""
         solid = np.flatnonzero(~self._faces.hole)
         m = self._moving(mesh, np.concatenate([self._near_pairs(mesh), np.stack([solid, solid], axis=1)]))
         kernels.untangle(m, PASSES, kernels.Bounds(mutual, target_cosine))
-        return np.array(m.points[: mesh.n_vertices])
+        return m.points[: mesh.n_vertices]
 
-    def _near_pairs(self, mesh: SimplexMesh) -> Pairs:
+    def _near_pairs(self, mesh: SimplexMesh) -> Indices:
         """Return the pairs (m, 2) of solid faces whose boxes, with a margin, overlap."""
         f, edge = self._faces, _mean_edge(mesh)
         corners, solid = mesh.vertices[f.vertices], np.flatnonzero(~f.hole)
@@ -52,7 +49,7 @@ class Guard:
         high = np.maximum.reduceat(corners, f.offsets[:-1], axis=0)[solid] + MARGIN * edge
         return np.asarray(solid[overlapping_boxes(low, high, 3 * edge)])
 
-    def _facing_pairs(self, mesh: SimplexMesh) -> Pairs:
+    def _facing_pairs(self, mesh: SimplexMesh) -> Indices:
         """Return those that are not adjacent and have opposed normals, as two sides of a wall."""
         pairs, n_faces = self._near_pairs(mesh), len(self._faces.hole)
         normals = face_geometry.face_normals(mesh.vertices, self._faces.vertices, self._faces.offsets)
@@ -60,7 +57,7 @@ class Guard:
         adjacent = np.isin(pairs[:, 0] * n_faces + pairs[:, 1], beside[:, 0] * n_faces + beside[:, 1])
         return pairs[~adjacent & (dot(*normals[pairs.T]) <= 0)]
 
-    def _moving(self, mesh: SimplexMesh, pairs: Pairs) -> fans.MovingMesh:
+    def _moving(self, mesh: SimplexMesh, pairs: Indices) -> fans.MovingMesh:
         """Return the mesh as arrays for the kernels, with the pairs of faces that may cross."""
         c, v, f = self._c, mesh.vertices, self._faces
         both = np.concatenate([pairs, pairs[pairs[:, 0] < pairs[:, 1], ::-1]])
@@ -69,8 +66,8 @@ class Guard:
             np.concatenate([v, face_geometry.face_centroids(v, f.vertices, f.offsets)]),
             np.array(mesh.normals),
             self._target_normals,
-            np.ascontiguousarray(c.neighbors, np.int32),
-            np.ascontiguousarray(c.vertex_faces, np.int32),
+            c.neighbors,
+            c.vertex_faces,
             f,
             np.searchsorted(both[:, 0], np.arange(len(f.hole) + 1)),
             both[:, 1].astype(np.int32),

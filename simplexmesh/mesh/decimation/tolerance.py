@@ -6,17 +6,15 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_matrix, identity, vstack
 
+from simplexmesh._base.arrays import Array, Mask
 from simplexmesh._base.vectors import norm
+from simplexmesh.mesh.check import tangled_vertices
 from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.mesh.decimation.coarsening import Coarsened, coarsened
 from simplexmesh.mesh.decimation.comparison import Comparison, Corrections, Original
 from simplexmesh.mesh.decimation.vertex_bound import minimum_vertices
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-from simplexmesh.mesh.tangles import tangled_vertices
 from simplexmesh.mesh.triangulation import fan
-
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 
 MAX_DEVIATION, SHRINK = 0.35, 0.85
 """Largest rms deviation of a region from a plane, in tolerances; factor on the extent of regions that exceed it."""
@@ -48,7 +46,7 @@ def coarsened_within(mesh: SimplexMesh, original: Original, tolerance: float) ->
     return None
 
 
-def _shrunk(max_extent: Array, now: Coarsened, failed: Flags, attempt: int) -> Array:
+def _shrunk(max_extent: Array, now: Coarsened, failed: Mask, attempt: int) -> Array:
     """Return the largest region extents (f,) for the next attempt: smaller in failed faces (g,), 0 to fix a face."""
     around, vertex_faces = failed.copy(), now.fit.mesh.connectivity.vertex_faces
     if attempt >= SHRINK_AROUND:
@@ -78,10 +76,10 @@ def corrected(now: Coarsened, original: Original, distance: float) -> Comparison
 
 def vertex_displacements(corrections: Corrections, mesh: SimplexMesh, extra: float) -> Array:
     """Return the mean of the least vertex displacements (n, 3) that realize those of fan points, longer by `extra`."""
-    points, triangles = fan(mesh.vertices, mesh.connectivity)
-    at = np.arange(len(corrections.triangles)).repeat(3), triangles[corrections.triangles].ravel()
-    of_points = csr_matrix((corrections.weights.ravel(), at), (len(corrections.triangles), len(points)))
-    weights = of_points @ vstack([identity(mesh.n_vertices), centroid_weights(mesh.connectivity)], format="csr")
+    c = mesh.connectivity
+    _, triangles = fan(mesh.vertices, c)
+    places = rows_of(corrections.weights, triangles[corrections.triangles], mesh.n_vertices + mesh.n_faces)
+    weights = places @ points_of(c)[np.concatenate([np.ones(mesh.n_vertices, bool), ~c.face_is_hole])]
     squares = weights.multiply(weights)
     tiny = np.finfo(float).tiny
     scale = 1 / np.maximum(np.asarray(squares.sum(axis=1)), tiny)
@@ -89,11 +87,13 @@ def vertex_displacements(corrections: Corrections, mesh: SimplexMesh, extra: flo
     return np.asarray((weights.T @ (scale * wanted)) / np.maximum(squares.T @ scale, 1))
 
 
-def centroid_weights(connectivity: Connectivity) -> csr_matrix:
-    """Return the weights (g, n) of the vertices in the face centroids, holes excluded."""
-    c = connectivity
-    sizes = c.face_sizes[~c.face_is_hole]
-    vertices = c.face_vertices[np.repeat(~c.face_is_hole, c.face_sizes)]
-    return csr_matrix(
-        (np.repeat(1 / sizes, sizes), vertices, np.concatenate([[0], np.cumsum(sizes)])), (len(sizes), c.n_vertices)
-    )
+def points_of(c: Connectivity) -> csr_matrix:
+    """Return the weights (n + f, n) of the vertices in the vertices and in the face centroids, holes included."""
+    means = csr_matrix((np.repeat(1 / c.face_sizes, c.face_sizes), c.face_vertices, c.face_offsets))
+    return vstack([identity(c.n_vertices), means], format="csr")
+
+
+def rows_of(weights: Array, columns: NDArray[np.integer], width: int) -> csr_matrix:
+    """Return the sparse matrix (m, width) with weights (m, k) in columns (m, k)."""
+    m, k = weights.shape
+    return csr_matrix((weights.ravel(), columns.ravel(), np.arange(0, m * k + 1, k)), (m, width))

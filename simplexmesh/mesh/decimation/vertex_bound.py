@@ -1,8 +1,7 @@
-"""Lower bound on the number of vertices of a mesh with given topology.
+"""Lower bound on the number of vertices of a mesh with given topology: that of the vertices of its dual.
 
 P. J. Heawood, 1890; M. Jungerman and G. Ringel, *Minimal triangulations on orientable surfaces*, Acta Math. 145 (1980)
-121: a triangulated surface of genus g has at least (7 + sqrt(1 + 48 g)) / 2 vertices, the faces of its dual. Holes do
-not touch each other, so k other faces leave space for at most 2 (k - 2 + 2 g) of them.
+121. Holes do not touch each other, so k other faces leave space for at most 2 (k - 2 + 2 g) of them.
 """
 
 from __future__ import annotations

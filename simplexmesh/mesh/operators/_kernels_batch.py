@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh._base._kernels_njit import njit
+from simplexmesh._base.arrays import Array, Indices32
 from simplexmesh.mesh.operators._kernels_edit import (
     DONE,
     EDITS,
@@ -30,12 +31,10 @@ from simplexmesh.mesh.operators._kernels_edit import (
     unlink,
 )
 
-Indices = NDArray[np.int32]
-
 
 @njit(cache=True)
 def apply(
-    d: Darts, kind: Indices, first: Indices, second: Indices, at: NDArray[np.float64], status: Indices, witness: Indices
+    d: Darts, kind: Indices32, first: Indices32, second: Indices32, at: Array, status: Indices32, witness: Indices32
 ) -> None:
     """Apply edits in order; a dart whose twin has changed since the beginning of the batch counts as touched."""
     twins = np.empty((kind.size, 2), np.int32)
@@ -86,7 +85,7 @@ def undo(d: Darts, count: int) -> int:
 
 
 @njit(cache=True)
-def incomplete_edge(twin: Indices, face: Indices, face_darts: Indices, offsets: Indices) -> int:
+def incomplete_edge(twin: Indices32, face: Indices32, face_darts: Indices32, offsets: Indices32) -> int:
     """Return a dart whose two faces are the same or share another edge; -1 when the mesh is complete."""
     stamp = np.full(offsets.size - 1, -1, np.int32)
     for f in range(offsets.size - 1):
@@ -117,7 +116,7 @@ def imbalance(d: Darts, dart: int) -> int:
 
 
 @njit(cache=True)
-def enqueue(dart: int, c: int, head: Indices, after: Indices, before: Indices, queued: NDArray[np.uint8]) -> None:
+def enqueue(dart: int, c: int, head: Indices32, after: Indices32, before: Indices32, queued: NDArray[np.uint8]) -> None:
     """Move a dart to the bucket of imbalance `c`, or out of the queue if that is below 2."""
     if queued[dart] == c:
         return
@@ -139,7 +138,7 @@ def enqueue(dart: int, c: int, head: Indices, after: Indices, before: Indices, q
 
 @njit(cache=True)
 def enqueue_edges(
-    d: Darts, vertex: int, head: Indices, after: Indices, before: Indices, queued: NDArray[np.uint8]
+    d: Darts, vertex: int, head: Indices32, after: Indices32, before: Indices32, queued: NDArray[np.uint8]
 ) -> int:
     """Enqueue the edges of a vertex, each by its smaller dart, and return their largest imbalance."""
     largest = 0

@@ -1,8 +1,6 @@
 """Kernels of the editable mesh: the dart surgery of T1, T2 and T7, and the conditions for it.
 
-A removed vertex keeps its darts and their twins, so it can be restored by relinking its former neighbors to it, in the
-reverse order of removal (dancing links). Removing and inserting an edge are therefore exact inverses, and undoing
-needs no more than the dart.
+A removed vertex keeps its darts and their twins, so that relinking its former neighbors restores it (dancing links).
 """
 
 from __future__ import annotations
@@ -10,11 +8,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base._kernels_njit import njit
-
-Indices = NDArray[np.int32]
+from simplexmesh._base.arrays import Array, Indices, Indices32, Mask
 
 REMOVE, INSERT, CUT, JOIN, REMOVE_FACE, REFINE_FACE, SWAP = range(1, 8)
 DONE, TOUCHED, OPPOSITE_TRIANGLE, SHARED, SAME_EDGE, NO_FACE, BESIDE_TRIANGLE, SAME_OPPOSITE, NEIGHBORS = range(9)
@@ -25,17 +21,17 @@ VERTICES, FACES, EDITS = range(3)
 class Darts(NamedTuple):
     """The arrays of an editable mesh, allocated with spare capacity; `used` has the lengths in use."""
 
-    twin: Indices  # (3c,) the opposite of each dart
-    face: Indices  # (3c,) the face on the left of each dart
-    alive: NDArray[np.bool_]  # (c,) whether each vertex exists
-    values: NDArray[np.float64]  # (c, k) position and other interpolated values
-    origin: Indices  # (c,) the original vertex from which the data that are not interpolated come
-    face_dart: Indices  # (g,) a dart of each face, -1 for removed faces
-    face_size: Indices  # (g,) the number of its vertices
-    face_hole: NDArray[np.bool_]  # (g,) whether it is a hole
-    log: Indices  # (l, 6) operator, dart, side, face kept, face removed or new, hole labels of these two
-    log_values: NDArray[np.float64]  # (l, 2, k) the values that a swap replaced
-    used: NDArray[np.int64]  # (3,) vertices, faces, edits
+    twin: Indices32  # (3c,) the opposite of each dart
+    face: Indices32  # (3c,) the face on the left of each dart
+    alive: Mask  # (c,) whether each vertex exists
+    values: Array  # (c, k) position and other interpolated values
+    origin: Indices32  # (c,) the original vertex from which the data that are not interpolated come
+    face_dart: Indices32  # (g,) a dart of each face, -1 for removed faces
+    face_size: Indices32  # (g,) the number of its vertices
+    face_hole: Mask  # (g,) whether it is a hole
+    log: Indices32  # (l, 6) operator, dart, side, face kept, face removed or new, hole labels of these two
+    log_values: Array  # (l, 2, k) the values that a swap replaced
+    used: Indices  # (3,) vertices, faces, edits
 
 
 @njit(cache=True)
@@ -45,7 +41,7 @@ def rotate(dart: int) -> int:
 
 
 @njit(cache=True)
-def next_dart(twin: Indices, dart: int) -> int:
+def next_dart(twin: Indices32, dart: int) -> int:
     """Return the next dart around the face on the left."""
     back = twin[dart]
     return back - 1 if back % 3 > 0 else back + 2

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base._kernels_njit import njit
+from simplexmesh._base.arrays import Indices32, Mask
 from simplexmesh.mesh.operators._kernels_batch import undo
 from simplexmesh.mesh.operators._kernels_edit import (
     BESIDE_HOLE,
@@ -21,8 +21,6 @@ from simplexmesh.mesh.operators._kernels_edit import (
     refuse_remove,
     remove,
 )
-
-Indices = NDArray[np.int32]
 
 
 @njit(cache=True)
@@ -56,7 +54,7 @@ def refine(d: Darts, face: int) -> None:
 
 
 @njit(cache=True)
-def remove_face(d: Darts, face: int, touched: NDArray[np.bool_]) -> tuple[int, int]:
+def remove_face(d: Darts, face: int, touched: Mask) -> tuple[int, int]:
     """T5: apply T1 to the edges of a face in turn, or none if one is illegal; return the status and the witness."""
     m = d.face_size[face]
     beside = np.empty(m, np.int64)
@@ -84,7 +82,7 @@ def remove_face(d: Darts, face: int, touched: NDArray[np.bool_]) -> tuple[int, i
 
 
 @njit(cache=True)
-def apply(d: Darts, kind: int, faces: Indices, touched: NDArray[np.bool_], status: Indices, witness: Indices) -> None:
+def apply(d: Darts, kind: int, faces: Indices32, touched: Mask, status: Indices32, witness: Indices32) -> None:
     """Apply T6 or T5 to faces in order; a face refined or merged since the batch began counts as touched."""
     for i in range(faces.size):
         face = faces[i]

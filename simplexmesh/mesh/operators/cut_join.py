@@ -48,7 +48,7 @@ class Joined(Edited):
 
 
 def cut(mesh: SimplexMesh, contour: Contour | Sequence[int], *, holes: bool = False) -> Cut:
-    """T3: cut along a contour and close each side by a new face.
+    """T3 (Delingette, thesis, section 2.6): cut along a contour and close each side by a new face.
 
     Vertices are kept: those whose third edge is on the left of the contour form one of the new faces, those whose third
     edge is on the right the other. A separating contour divides its component in two; any other reduces the genus by
@@ -68,19 +68,13 @@ def cut(mesh: SimplexMesh, contour: Contour | Sequence[int], *, holes: bool = Fa
     TopologyError
         When the contour bounds a single face, has fewer than three edges on a side, or meets a face twice on one side.
 
-    References
-    ----------
-    H. Delingette, thesis, 1994, section 2.6. The last two conditions follow from completeness.
-
     Examples
     --------
     >>> import simplexmesh as sm
-    >>> from simplexmesh.mesh.contours import Contour
-    >>> from simplexmesh.mesh.operators.cut_join import cut
     >>> ring = sm.torus(14, 6)
     >>> x, y, _ = ring.vertices.T
-    >>> around = Contour.through(ring, [x.argmax(), y.argmax(), x.argmin(), y.argmin()])
-    >>> cut(ring, around, holes=True).mesh
+    >>> around = sm.Contour.through(ring, [x.argmax(), y.argmax(), x.argmin(), y.argmin()])
+    >>> sm.cut(ring, around, holes=True).mesh
     SimplexMesh(168 vertices, 84 faces, genus 0, 2 holes)
     """
     checks.instance("mesh", mesh, SimplexMesh)
@@ -97,7 +91,7 @@ def cut(mesh: SimplexMesh, contour: Contour | Sequence[int], *, holes: bool = Fa
 
 
 def join(mesh: SimplexMesh, *what: Any) -> Joined:
-    """T4: join two faces by a tube of zero length, around which their vertices alternate as evenly as possible.
+    """T4 (Delingette, thesis, section 2.6): join two faces, whose vertices alternate around a tube of zero length.
 
     Called `join(mesh, face_a, face_b)`, or `join(mesh_a, mesh_b, face_a, face_b)` for two meshes. Vertices are kept,
     the two faces are removed. Within a component the genus grows by one; two components become one. The vertices of the
@@ -109,19 +103,14 @@ def join(mesh: SimplexMesh, *what: Any) -> Joined:
         When the two faces are the same or adjacent, a third one is adjacent to both, or two faces that would share an
         edge along the seam already share one.
 
-    References
-    ----------
-    H. Delingette, thesis, 1994, section 2.6. The last condition follows from completeness.
-
     Examples
     --------
     >>> import simplexmesh as sm
-    >>> from simplexmesh.mesh.operators.cut_join import cut, join
     >>> ball = sm.sphere(4)
-    >>> handle = join(ball, 0, 100)
-    >>> handle.mesh.genus, cut(handle.mesh, handle.contour).mesh.genus
+    >>> handle = sm.join(ball, 0, 100)
+    >>> handle.mesh.genus, sm.cut(handle.mesh, handle.contour).mesh.genus
     (1, 0)
-    >>> join(ball, ball.moved(ball.vertices + 2), 0, 100).mesh.n_components
+    >>> sm.join(ball, ball.moved(ball.vertices + 2), 0, 100).mesh.n_components
     1
     """
     if len(what) == 3:
@@ -163,15 +152,7 @@ def together(*meshes: SimplexMesh) -> SimplexMesh:
 def parts(mesh: SimplexMesh) -> tuple[Edited, ...]:
     """Return each connected component as a mesh of its own, with its data and the maps from the whole mesh.
 
-    Parameters
-    ----------
-    mesh : SimplexMesh
-        The mesh.
-
-    Returns
-    -------
-    tuple of Edited
-        In the order of their smallest vertices; the maps are -1 on the rest of the mesh.
+    They come in the order of their smallest vertices; the maps are -1 on the rest of the mesh.
 
     Examples
     --------

@@ -8,14 +8,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Indices, Indices32
 from simplexmesh._base.errors import TopologyError
 from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.mesh.operators import _kernels_batch
 from simplexmesh.mesh.operators import _kernels_edit as kernels
 from simplexmesh.mesh.operators.results import Edited
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-
-Indices = NDArray[np.int64]
 
 
 def _grown(values: NDArray, rows: int) -> NDArray:  # type: ignore[type-arg]
@@ -72,21 +71,11 @@ class EditableDarts:
     def _reserve(self, edits: int, vertices: int = 0, faces: int = 0) -> None:
         """Ensure capacity for this many more edits, vertices and faces."""
         n, f, rows = self._used
-        d = self._darts
-        per_vertex, per_dart, per_face = n + vertices, 3 * (n + vertices), f + faces
-        self._darts = kernels.Darts(
-            _grown(d.twin, per_dart),
-            _grown(d.face, per_dart),
-            _grown(d.alive, per_vertex),
-            _grown(d.values, per_vertex),
-            _grown(d.origin, per_vertex),
-            _grown(d.face_dart, per_face),
-            _grown(d.face_size, per_face),
-            _grown(d.face_hole, per_face),
-            _grown(d.log, rows + edits),
-            _grown(d.log_values, rows + edits),
-            d.used,
-        )
+        needed = dict.fromkeys(("alive", "values", "origin"), n + vertices)
+        needed |= dict.fromkeys(("twin", "face"), 3 * (n + vertices))
+        needed |= dict.fromkeys(("face_dart", "face_size", "face_hole"), f + faces)
+        needed |= dict.fromkeys(("log", "log_values"), rows + edits)
+        self._darts = self._darts._replace(**{k: _grown(getattr(self._darts, k), m) for k, m in needed.items()})
 
     # ---- queries
 
@@ -118,7 +107,7 @@ class EditableDarts:
         """Number of vertices so far, removed ones included; the next new vertex gets this number."""
         return self._used[0]
 
-    def values(self, vertices: ArrayLike) -> NDArray[np.float64]:
+    def values(self, vertices: ArrayLike) -> Array:
         """Return the values (m, k) of m vertices: their positions, then their floating-point data."""
         return self._darts.values[checks.selection("vertices", vertices, self._used[0])]
 
@@ -168,9 +157,7 @@ class EditableDarts:
         mesh = self._with_data(d.values[:n][alive], d.origin[:n][alive], connectivity)
         return Edited(mesh, checks.frozen(number[:n_before]), checks.frozen(face_map[:f_before]))
 
-    def _with_data(
-        self, values: NDArray[np.float64], origin: NDArray[np.int32], connectivity: Connectivity
-    ) -> SimplexMesh:
+    def _with_data(self, values: Array, origin: Indices32, connectivity: Connectivity) -> SimplexMesh:
         """Return the mesh with its vertex data: floats interpolated, the rest copied from the vertices of origin."""
         column = 3
         data = {}

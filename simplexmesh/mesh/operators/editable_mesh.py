@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Indices32
 from simplexmesh._base.errors import TopologyError
 from simplexmesh.mesh.operators import _kernels_batch, _kernels_faces, seams
 from simplexmesh.mesh.operators import _kernels_edit as kernels
@@ -17,24 +18,19 @@ from simplexmesh.mesh.operators.seams import Seam
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 
 
-def _selected(name: str, given: ArrayLike, count: int) -> NDArray[np.int32]:
-    """Return the darts or faces of a batch, given by number or by mask, as checked indices."""
-    return checks.selection(name, given, count).astype(np.int32)
-
-
-def edge_fractions(at: ArrayLike, count: int) -> NDArray[np.float64]:
+def edge_fractions(at: ArrayLike, count: int) -> Array:
     """Return the checked fractions (count, 2) at which new vertices divide pairs of darts, broadcast if need be."""
     given = checks.any_array("at", at)
     if given.ndim < 2:
         both = checks.number("at", at) if given.ndim == 0 else checks.array("at", at, (2,))
         given = np.broadcast_to(both, (count, 2))
-    fractions: NDArray[np.float64] = checks.array("at", given, (count, 2))
+    fractions: Array = checks.array("at", given, (count, 2))
     if (wrong := (fractions <= 0) | (fractions >= 1)).any():
         raise ValueError(f"at must be strictly between 0 and 1, not {fractions[wrong][0]:g}")
     return fractions
 
 
-def _order(numbers: NDArray[np.int32], in_order: bool) -> slice | NDArray[np.intp]:  # noqa: FBT001
+def _order(numbers: Indices32, in_order: bool) -> slice | NDArray[np.intp]:  # noqa: FBT001
     """Return the order in which a batch is applied: as given, or sorted (stable radix sort by 16 bits, the fastest)."""
     if in_order or len(numbers) < 2:
         return slice(None)
@@ -42,7 +38,7 @@ def _order(numbers: NDArray[np.int32], in_order: bool) -> slice | NDArray[np.int
     return low[np.argsort((numbers[low] >> 16).astype(np.uint16), kind="stable")]
 
 
-def _batch(status: NDArray[np.int32], witness: NDArray[np.int32], order: slice | NDArray[np.intp]) -> Batch:
+def _batch(status: Indices32, witness: Indices32, order: slice | NDArray[np.intp]) -> Batch:
     """Return the outcome of a batch that was applied in some order, in the order given."""
     counts = np.bincount(status, minlength=max(REASONS) + 1)
     reasons = {text: int(counts[code]) for code, text in REASONS.items() if counts[code]}
@@ -116,8 +112,8 @@ class EditableMesh(EditableDarts):
 
     def _apply(self, kind: int, darts: ArrayLike, others: ArrayLike, at: ArrayLike, in_order: bool) -> Batch:  # noqa: FBT001
         """Apply edits of one kind, skipping those that are illegal or touch an edge already changed."""
-        first = _selected("darts", darts, 3 * self._used[0])
-        second = first if others is darts else _selected("others", others, 3 * self._used[0])
+        both = (("darts", darts), ("others", others))
+        first, second = (checks.selection(*each, 3 * self._used[0]).astype(np.int32) for each in both)
         if len(first) != (m := len(second)):
             raise ValueError(f"others must have {len(first)} darts, as many as darts, not {m}")
         order = _order(first, in_order)
@@ -145,7 +141,7 @@ class EditableMesh(EditableDarts):
 
     def _apply_to_faces(self, kind: int, faces: ArrayLike, in_order: bool) -> Batch:  # noqa: FBT001
         """Apply T6 or T5 to faces, skipping those that are illegal or already refined or merged in this batch."""
-        chosen = _selected("faces", faces, self._used[1])
+        chosen = checks.selection("faces", faces, self._used[1]).astype(np.int32)
         # capacity: each face is edited at most once, and may have gained a vertex on each edge by then
         refining = kind == kernels.REFINE_FACE
         edits = int(self._darts.face_size[np.unique(chosen)].sum()) * (2 if refining else 1)
@@ -161,11 +157,17 @@ class EditableMesh(EditableDarts):
     def cut(self, darts: ArrayLike, *, holes: bool = False) -> tuple[int, int]:
         """T3: cut along a closed path of darts; return the new faces that close its left and its right side."""
         path = checks.indices("darts", darts, (None,), 3 * self._used[0])
-        d = self._darts
-        alive = d.alive[path // 3].all()
-        reason = seams.refusal_of_path(d.twin, path) if alive else "one of its vertices was removed"
+        d, vertices = self._darts, path // 3
+        if not d.alive[vertices].all():
+            raise TopologyError("contour cannot be cut: one of its vertices was removed")
+        if (apart := d.twin[path] // 3 != np.roll(vertices, -1)).any():
+            i = int(apart.argmax())
+            where = f"dart {path[i]} does not lead to the vertex of the next one, {path[(i + 1) % len(path)]}"
+            raise TopologyError(f"contour cannot be cut: {where}")
+        if reason := seams.refusal_of_path(vertices, d.twin[3 * vertices[:, None] + np.arange(3)] // 3):
+            raise TopologyError(f"contour {reason}")
         seam = seams.along(d.twin, path)
-        if reason := reason or seams.refusal_to_cut(seam, d.face):
+        if reason := seams.refusal_to_cut(seam, d.face):
             raise TopologyError(f"contour cannot be cut: {reason}")
         self._reserve(1, faces=2)
         left, right, row = self._used[1], self._used[1] + 1, self.n_edits

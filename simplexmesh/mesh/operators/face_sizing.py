@@ -1,20 +1,15 @@
-"""Face sizes: divide large faces and merge small ones, as in isotropic remeshing.
-
-H. Delingette, thesis, 1994, section 5.5, for the operators.
-"""
+"""Face sizes: divide large faces and merge small ones, as in isotropic remeshing (thesis, section 5.5)."""
 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array
 from simplexmesh.mesh.face_geometry import face_areas
 from simplexmesh.mesh.operators.editable_mesh import EditableMesh
 from simplexmesh.mesh.operators.results import Edited
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-
-Array = NDArray[np.float64]
 
 LARGE, SMALL, MERGED = 1.7, 0.45, 1.3
 """In target areas: faces above `LARGE` are divided; those below `SMALL` are merged if the result is below `MERGED`."""

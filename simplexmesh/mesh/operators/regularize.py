@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Indices32
 from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.mesh.operators.editable_mesh import EditableMesh
 from simplexmesh.mesh.operators.results import Edited
@@ -27,14 +27,14 @@ class Regularized(Edited):
     """
 
     swaps: int
-    exceptions: NDArray[np.int32]
+    exceptions: Indices32
 
 
-def exceptional_faces(connectivity: Connectivity) -> NDArray[np.int32]:
+def exceptional_faces(connectivity: Connectivity) -> Indices32:
     """Return the faces, holes excluded, that have fewer than five or more than seven vertices."""
     sizes = connectivity.face_sizes
     odd = ((sizes < 5) | (sizes > 7)) & ~connectivity.face_is_hole
-    out: NDArray[np.int32] = checks.frozen(np.flatnonzero(odd), np.int32)
+    out: Indices32 = checks.frozen(np.flatnonzero(odd), np.int32)
     return out
 
 
@@ -45,16 +45,6 @@ def regularize(mesh: SimplexMesh) -> Regularized:
     A swap changes the sum of the squared sizes by 4 - 2 c, so swaps with c >= 3 terminate. Swaps with c = 2 leave that
     sum unchanged and could cycle; they are made if the sum of (N - 6)^4 decreases, which eliminates faces of four and
     eight vertices. Edges on a hole are kept, as are the numbers of vertices and faces, the genus and the holes.
-
-    Parameters
-    ----------
-    mesh : SimplexMesh
-        The mesh.
-
-    Returns
-    -------
-    Regularized
-        The mesh, with the faces that are still exceptions.
 
     Raises
     ------
@@ -68,10 +58,8 @@ def regularize(mesh: SimplexMesh) -> Regularized:
     Examples
     --------
     >>> import simplexmesh as sm
-    >>> from simplexmesh.mesh.operators.single_edits import refine_face
-    >>> from simplexmesh.mesh.operators.regularize import regularize
-    >>> uneven = refine_face(sm.sphere(8), 40).mesh
-    >>> out = regularize(uneven)
+    >>> uneven = sm.refine_face(sm.sphere(8), 40).mesh
+    >>> out = sm.regularize(uneven)
     >>> sorted({len(face) for face in out.mesh.faces}), len(out.exceptions)
     ([5, 6, 7], 0)
     """

@@ -7,8 +7,8 @@ from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Indices32, Mask
 from simplexmesh.mesh.operators import _kernels_edit as kernels
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 
@@ -41,8 +41,8 @@ class Edited:
     """
 
     mesh: SimplexMesh
-    vertex_map: NDArray[np.int32]
-    face_map: NDArray[np.int32]
+    vertex_map: Indices32
+    face_map: Indices32
 
     def __repr__(self) -> str:
         source = f"of {len(self.vertex_map)} vertices"
@@ -73,10 +73,10 @@ class Batch:
         For each edit, 0 or a key of `REASONS`, and the face that made it illegal, -1 if there is none.
     """
 
-    done: NDArray[np.bool_]
+    done: Mask
     reasons: Mapping[str, int]
-    status: NDArray[np.int32]
-    witness: NDArray[np.int32]
+    status: Indices32
+    witness: Indices32
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle and copy the reasons as a plain mapping."""

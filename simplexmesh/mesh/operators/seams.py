@@ -1,9 +1,7 @@
-"""Seams: dart surgery for cutting along a cycle of edges (T3) and sewing two faces together (T4).
+"""Seams: dart surgery for cutting along a cycle of edges (T3) and sewing two faces together (T4), its inverse.
 
-On a closed path each vertex has a dart onward, a dart back, and a third one to the left or to the right. When sewn, the
-dart onward of each vertex is the twin of the dart back of the next one. When cut, that holds among the vertices of each
-side separately, and a new face closes each side. Cutting and sewing are thus inverse by construction. H. Delingette,
-thesis, 1994, section 2.6.
+When sewn, the dart onward of each vertex is the twin of the dart back of the next one; when cut, that holds among the
+vertices of each side separately, those whose third edge is there. H. Delingette, thesis, 1994, section 2.6.
 """
 
 from __future__ import annotations
@@ -14,9 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Indices, Indices32, Mask
 from simplexmesh.mesh.operators._kernels_edit import Darts, adjacent
-
-Indices = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -25,7 +22,7 @@ class Seam:
 
     onward: Indices  # (k,) the dart of each vertex to the next one on the path
     back: Indices  # (k,) and to the one before
-    left: NDArray[np.bool_]  # (k,) whether the third edge of the vertex is on the left of the path
+    left: Mask  # (k,) whether the third edge of the vertex is on the left of the path
 
     @property
     def left_darts(self) -> Indices:
@@ -37,19 +34,19 @@ class Seam:
         """The darts whose left face, after the cut, is the new face that closes the right side."""
         return self.onward[~self.left]
 
-    def sew(self, twin: NDArray[np.int32]) -> None:
+    def sew(self, twin: Indices32) -> None:
         """Close the seam: pair the darts along the path in `twin` (3n,)."""
         ahead = np.roll(self.back, -1)
         twin[self.onward], twin[ahead] = ahead, self.onward
 
-    def open(self, twin: NDArray[np.int32]) -> None:
+    def open(self, twin: Indices32) -> None:
         """Open the seam: pair the darts of each side separately in `twin` (3n,)."""
         for side in (self.left, ~self.left):
             onward, ahead = self.onward[side], np.roll(self.back[side], -1)
             twin[onward], twin[ahead] = ahead, onward
 
 
-def along(twin: NDArray[np.int32], darts: Indices) -> Seam:
+def along(twin: Indices32, darts: Indices) -> Seam:
     """Return the seam along a closed path, given by its darts onward."""
     back = np.roll(twin[darts].astype(np.int64), 1)
     return Seam(darts, back, _rotated(_rotated(darts)) == back)
@@ -82,7 +79,7 @@ def first_repeated(values: NDArray[np.integer[Any]]) -> int:
     return int(repeated[0]) if len(repeated) else -1
 
 
-def sewn_faces(seam: Seam, face: NDArray[np.int32]) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+def sewn_faces(seam: Seam, face: Indices32) -> tuple[Indices32, Indices32]:
     """Return the faces on the left and right of each edge of a seam after sewing, given those before."""
     k = len(seam.onward)
     vertices = np.arange(2 * k) % k
@@ -91,23 +88,23 @@ def sewn_faces(seam: Seam, face: NDArray[np.int32]) -> tuple[NDArray[np.int32], 
     return face[seam.onward[last_left % k]], face[seam.back[next_right % k]]
 
 
-def refusal_of_path(twin: NDArray[np.int32], darts: Indices) -> str:
-    """Return the reason why a sequence of darts is not a contour, "" if it is one."""
-    vertices = darts // 3
-    if len(darts) < 3:
-        return f"it has {len(darts)} edges, where a contour has at least 3"
-    if (apart := twin[darts] // 3 != np.roll(vertices, -1)).any():
-        i = int(apart.argmax())
-        return f"dart {darts[i]} does not lead to the vertex of the next one, {darts[(i + 1) % len(darts)]}"
+def refusal_of_path(vertices: Indices, neighbors: NDArray[np.integer]) -> str:
+    """Return what is wrong with a contour of vertices (k,) with these neighbors (k, 3), "" if it is one."""
+    if len(vertices) < 3:
+        return f"must have at least 3 vertices, not {len(vertices)}"
     if (repeated := first_repeated(vertices)) >= 0:
-        return f"it visits vertex {repeated} twice"
-    neighbors = twin[3 * vertices[:, None] + np.arange(3)] // 3
+        return f"must not touch itself, but visits vertex {repeated} twice"
+    ahead = np.roll(vertices, -1)
+    if (apart := (neighbors != ahead[:, None]).all(axis=1)).any():
+        i = int(apart.argmax())
+        where = "is not closed:" if i == len(vertices) - 1 else "must run along edges;"
+        return f"{where} vertices {vertices[i]} and {ahead[i]} are not neighbors"
     if (full := np.isin(neighbors, vertices).all(axis=1)).any():
-        return f"its vertex {vertices[full.argmax()]} has all three neighbors on it"
+        return f"vertex {vertices[full.argmax()]} has all three neighbors on the contour"
     return ""
 
 
-def refusal_to_cut(seam: Seam, face: NDArray[np.int32]) -> str:
+def refusal_to_cut(seam: Seam, face: Indices32) -> str:
     """Return the reason why T3 along a seam would not leave a complete mesh, "" if it would."""
     sides = (
         ("left", seam.left, seam.onward, face[seam.onward[seam.left]]),

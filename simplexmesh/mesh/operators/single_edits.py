@@ -1,8 +1,4 @@
-"""The genus-preserving operators T1, T2, T5, T6 and T7: a mesh in, a new mesh with vertex and face maps out.
-
-An edge is given by one of its darts or by its two ends, a face by its number in the connectivity, holes included. Each
-is a single edit of an `EditableMesh`, which applies many at a time and can undo them.
-"""
+"""The genus-preserving operators T1, T2, T5, T6 and T7 as single edits of an `EditableMesh`: mesh in, new mesh out."""
 
 from __future__ import annotations
 
@@ -18,7 +14,7 @@ Edge = int | Sequence[int]
 
 
 def remove_edge(mesh: SimplexMesh, edge: Edge) -> Edited:
-    """T1: remove an edge and its two ends, merging the faces on its two sides.
+    """T1 (Delingette, thesis, section 2.6): remove an edge and its two ends, merging the faces on its two sides.
 
     Two vertices, three edges and one face fewer; the two opposite faces, those at the ends, lose a vertex each. A face
     beside a hole merges into the hole, and two holes into one.
@@ -40,16 +36,11 @@ def remove_edge(mesh: SimplexMesh, edge: Edge) -> Edited:
     TopologyError
         When an opposite face is a triangle, or some other face is adjacent to both sides.
 
-    References
-    ----------
-    H. Delingette, thesis, 1994, section 2.6.
-
     Examples
     --------
     >>> import simplexmesh as sm
-    >>> from simplexmesh.mesh.operators.single_edits import remove_edge
     >>> ball = sm.sphere(4)
-    >>> after = remove_edge(ball, 0)
+    >>> after = sm.remove_edge(ball, 0)
     >>> after.mesh.n_vertices - ball.n_vertices, after.mesh.n_faces - ball.n_faces
     (-2, -1)
     """
@@ -62,7 +53,7 @@ def remove_edge(mesh: SimplexMesh, edge: Edge) -> Edited:
 def insert_edge(
     mesh: SimplexMesh, edge: Edge, other: Edge, *, at: Sequence[float] = (0.5, 0.5), face: int | None = None
 ) -> Edited:
-    """T2: divide a face by an edge between a new vertex on each of two of its edges.
+    """T2 (Delingette, thesis, section 2.6): divide a face by an edge between a new vertex on each of two of its edges.
 
     Two vertices, three edges and one face more; the new vertices are the last two, their positions and floating-point
     data interpolated along the edges. Two edges that meet in a vertex cut it off by a triangle. A hole is divided into
@@ -84,17 +75,12 @@ def insert_edge(
     TopologyError
         When the edges are the same, or have no face in common.
 
-    References
-    ----------
-    H. Delingette, thesis, 1994, section 2.6.
-
     Examples
     --------
     >>> import simplexmesh as sm
-    >>> from simplexmesh.mesh.operators.single_edits import insert_edge
     >>> ball = sm.sphere(4)
     >>> a, b, c, d, *_ = ball.faces[0]
-    >>> insert_edge(ball, (a, b), (c, d)).mesh
+    >>> sm.insert_edge(ball, (a, b), (c, d)).mesh
     SimplexMesh(322 vertices, 163 faces, genus 0, 0 holes)
     """
     edit = EditableMesh(mesh)
@@ -117,7 +103,7 @@ def insert_edge(
 
 
 def swap_edge(mesh: SimplexMesh, edge: Edge) -> Edited:
-    """T7: swap an edge, the dual of an edge flip: it then separates the two faces that were at its ends.
+    """T7 (Delingette, thesis, section 2.6): swap an edge, which then separates the two faces that were at its ends.
 
     The adjacent faces lose a vertex each, the opposite ones gain one; vertices are kept. Position and floating-point
     data of each end become the mean of both ends and of its two other neighbors after the swap.
@@ -127,15 +113,10 @@ def swap_edge(mesh: SimplexMesh, edge: Edge) -> Edited:
     TopologyError
         When an adjacent face is a triangle, or the opposite faces are the same or already share an edge.
 
-    References
-    ----------
-    H. Delingette, thesis, 1994, section 2.6. The last condition follows from completeness.
-
     Examples
     --------
     >>> import simplexmesh as sm
-    >>> from simplexmesh.mesh.operators.single_edits import swap_edge
-    >>> sorted({len(face) for face in swap_edge(sm.torus(14, 6), 0).mesh.faces})
+    >>> sorted({len(face) for face in sm.swap_edge(sm.torus(14, 6), 0).mesh.faces})
     [5, 6, 7]
     """
     edit = EditableMesh(mesh)
@@ -145,7 +126,7 @@ def swap_edge(mesh: SimplexMesh, edge: Edge) -> Edited:
 
 
 def remove_face(mesh: SimplexMesh, face: int) -> Edited:
-    """T5: merge a face with all its neighbors, by T1 on its edges.
+    """T5 (Delingette, thesis, section 2.6): merge a face with all its neighbors, by T1 on its edges.
 
     For a face of m vertices, 2 m vertices, 3 m edges and m faces fewer. On the middle face of `refine_face` it is the
     inverse.
@@ -155,16 +136,11 @@ def remove_face(mesh: SimplexMesh, face: int) -> Edited:
     TopologyError
         When a T1 is illegal, or the face or a neighbor is a hole.
 
-    References
-    ----------
-    H. Delingette, thesis, 1994, section 2.6.
-
     Examples
     --------
     >>> import simplexmesh as sm
-    >>> from simplexmesh.mesh.operators.single_edits import remove_face
     >>> ball = sm.sphere(4)
-    >>> remove_face(ball, 5).mesh
+    >>> sm.remove_face(ball, 5).mesh
     SimplexMesh(308 vertices, 156 faces, genus 0, 0 holes)
     """
     edit = EditableMesh(mesh)
@@ -173,7 +149,7 @@ def remove_face(mesh: SimplexMesh, face: int) -> Edited:
 
 
 def refine_face(mesh: SimplexMesh, face: int) -> Edited:
-    """T6: replace a face by a smaller one and a ring of pentagons around it, by T2.
+    """T6 (Delingette, thesis, section 2.6): replace a face by a smaller one and a ring of pentagons around it, by T2.
 
     For a face of m vertices, 2 m vertices, 3 m edges and m faces more; each neighbor gains a vertex. The face map sends
     the refined face to the one in the middle, again of m vertices.
@@ -183,15 +159,10 @@ def refine_face(mesh: SimplexMesh, face: int) -> Edited:
     TopologyError
         When the face is a hole.
 
-    References
-    ----------
-    H. Delingette, thesis, 1994, section 2.6.
-
     Examples
     --------
     >>> import simplexmesh as sm
-    >>> from simplexmesh.mesh.operators.single_edits import refine_face
-    >>> refine_face(sm.sphere(4), 5).mesh
+    >>> sm.refine_face(sm.sphere(4), 5).mesh
     SimplexMesh(332 vertices, 168 faces, genus 0, 0 holes)
     """
     edit = EditableMesh(mesh)

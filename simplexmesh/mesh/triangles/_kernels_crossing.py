@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base._kernels_njit import njit
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
+from simplexmesh._base.arrays import Array, Indices, Mask
 
 ROUNDING_BOUND = 8e-16
 """The sign of a determinant is certain above this times the sum of its absolute products (Shewchuk 1997)."""
@@ -94,10 +91,7 @@ def boxes_by_cell(
 
 @njit(cache=True, error_model="numpy")
 def overlapping_boxes(low: Array, high: Array, origin: Array, cell: float, shape: Indices) -> Indices:
-    """Return the pairs (m, 2) of overlapping boxes `low` to `high` (b, 3) in a grid of cells, the smaller index first.
-
-    A pair that shares several cells is found in the first cell of the intersection of its boxes.
-    """
+    """Return the pairs (m, 2) of overlapping boxes, each found in the first cell shared, the smaller index first."""
     offsets, boxes, span = boxes_by_cell(low, high, origin, cell, shape)
     out = np.empty((8 * low.shape[0] + 64, 2), np.int64)
     found = 0
@@ -127,7 +121,7 @@ def overlapping_boxes(low: Array, high: Array, origin: Array, cell: float, shape
 
 
 @njit(cache=True)
-def are_crossing(points: Array, triangles: Indices, pairs: Indices) -> NDArray[np.bool_]:
+def are_crossing(points: Array, triangles: Indices, pairs: Indices) -> Mask:
     """Return which pairs (m, 2) of triangles cross."""
     out = np.empty(pairs.shape[0], np.bool_)
     for k in range(out.size):

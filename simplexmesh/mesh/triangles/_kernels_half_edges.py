@@ -1,7 +1,6 @@
 """Half-edges of closed triangulations: steps around a vertex, flips, and what a flip or a collapse must keep.
 
-Half-edge `3 * t + j` runs from corner j to corner j + 1 of triangle t; `mates` (3t,) holds its opposite half-edge and
-`corners` (3t,) its start vertex.
+Half-edge `3 * t + j` runs from corner j of triangle t to the next; `mates` has its opposite, `corners` its start.
 """
 # mypy: allow-untyped-defs
 

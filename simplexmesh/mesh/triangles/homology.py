@@ -1,8 +1,6 @@
 """Homology basis of a closed surface by tree-cotree decomposition, with cohomology forms and linking numbers.
 
-D. Eppstein, *Dynamic generators of topologically embedded graphs*, SODA 2003; J. Erickson and K. Whittlesey, *Greedy
-optimal homotopy and homology generators*, SODA 2005; Z. Arai, *A rigorous numerical algorithm for computing the linking
-number of links*, NOLTA 4 (2013).
+D. Eppstein, SODA 2003; J. Erickson and K. Whittlesey, SODA 2005; linking numbers by Z. Arai, NOLTA 4 (2013).
 """
 
 from __future__ import annotations
@@ -11,16 +9,13 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import breadth_first_order, dijkstra, minimum_spanning_tree
 
+from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.errors import TopologyError
-from simplexmesh._base.vectors import cross, norm, normalized
+from simplexmesh._base.vectors import cross, norm, normalized, triangle_vectors
 from simplexmesh.mesh import manifold
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,9 +55,8 @@ class CutSurface:
     @cached_property
     def linking(self) -> Indices:
         """(2 g, 2 g) linking number of each basis loop with each dual cycle, pushed off the surface to the outside."""
-        a, b, c = (self.vertices[self.faces[:, j]] for j in range(3))
-        area = cross(b - a, c - a)
-        size, normals, centroids = np.sqrt(norm(area)), normalized(area), (a + b + c) / 3
+        area = triangle_vectors(self.vertices, self.faces)
+        size, normals, centroids = np.sqrt(norm(area)), normalized(area), self.vertices[self.faces].mean(axis=1)
         out = np.zeros((len(self.generators),) * 2)
         lifted = [self._lifted(cycle, centroids, normals, size) for cycle in self.dual_cycles]
         for i, edge in enumerate(self.generators.tolist()):
@@ -126,11 +120,8 @@ def _graph(edges: Indices, lengths: Array, n: int) -> tuple[csr_matrix, Indices]
     return csr_matrix((np.tile(lengths[chosen], 2), (pairs[:, 0], pairs[:, 1])), shape=(n, n)), chosen
 
 
-def _cotree(sides: Indices, loop_lengths: Array, n: int) -> tuple[Indices, NDArray[np.bool_]]:
-    """Return the parent of each triangle and the edge towards it (n, 2), and a mask of the edges the cotree crosses.
-
-    It is the maximum spanning tree by loop length, so that the edges left over close short loops.
-    """
+def _cotree(sides: Indices, loop_lengths: Array, n: int) -> tuple[Indices, Mask]:
+    """Return parents, with the edges to them (n, 2), in the maximum spanning tree by loop length, and its edges."""
     free = np.flatnonzero(np.isfinite(loop_lengths) & (sides[:, 0] != sides[:, 1]))
     low, high = sides[free].min(axis=1), sides[free].max(axis=1)
     order = np.lexsort((-loop_lengths[free], high, low))

@@ -1,9 +1,7 @@
-"""Self-intersections: pairs of triangles, or of faces as fans, that cross.
+"""Self-intersections: pairs of triangles, or of faces as fans, of which an edge passes through the other's interior.
 
-Triangles cross when an edge of one passes through the interior of the other; touching, meeting in a shared corner or
-edge, and overlapping in one plane do not count. Orientation determinants decide, with a bound on their rounding errors:
-J. R. Shewchuk, *Adaptive precision floating-point arithmetic and fast robust geometric predicates*, Discrete Comput.
-Geom. 18 (1997) 305.
+Touching and overlapping in a plane do not count. Determinants decide, with a bound on their rounding errors: J. R.
+Shewchuk, *Adaptive precision floating-point arithmetic ...*, Discrete Comput. Geom. 18 (1997) 305.
 """
 
 from __future__ import annotations
@@ -11,15 +9,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import ndimage
 
+from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh.mesh import triangulation
 from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.mesh.triangles import _kernels_crossing
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 
 def crossing_triangles(points: Array, triangles: Indices) -> Indices:
@@ -43,7 +38,7 @@ def overlapping_boxes(low: Array, high: Array, cell: float) -> Indices:
     return _kernels_crossing.overlapping_boxes(low, high, origin, cell, (size // cell).astype(np.int64) + 1)
 
 
-def self_intersections(vertices: Array, connectivity: Connectivity, among: NDArray[np.bool_] | None = None) -> Indices:
+def self_intersections(vertices: Array, connectivity: Connectivity, among: Mask | None = None) -> Indices:
     """Return the sorted pairs (m, 2) of faces whose fans cross; one whose fan crosses itself is paired with itself.
 
     With `among` (f,) the pairs of these faces and their surroundings: not all, but all with one of these.
@@ -63,11 +58,8 @@ def _boxes(points: Array, triangles: Indices) -> tuple[Array, Array]:
     return np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
 
 
-def _beside(points: Array, triangles: Indices, chosen: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return a mask (t,) of the triangles near one of those chosen: all that meet one are among them.
-
-    Boxes that meet have their lowest corners in the same or in neighboring cells of a grid whose cells are no smaller.
-    """
+def _beside(points: Array, triangles: Indices, chosen: Mask) -> Mask:
+    """Return a mask (t,) of triangles near those chosen: boxes that meet begin in neighboring cells as large as any."""
     if not chosen.any():
         return chosen
     low, high = _boxes(points, triangles)

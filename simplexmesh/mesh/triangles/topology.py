@@ -5,11 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Indices, Indices32
 from simplexmesh.mesh import _kernels, manifold
-
-Indices = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -47,7 +45,7 @@ def surface_topology(faces: Indices) -> Topology:
     return Topology(n_components, n_borders, (2 * n_components - n_borders - euler) // 2, euler)
 
 
-def vertex_fans(faces: Indices, mates: Indices) -> NDArray[np.int32]:
+def vertex_fans(faces: Indices, mates: Indices) -> Indices32:
     """Return the fan (t, 3) of each corner: corners of one vertex whose triangles are connected across its edges."""
     corner = np.arange(faces.size).reshape(-1, 3)
     across = []
@@ -59,7 +57,7 @@ def vertex_fans(faces: Indices, mates: Indices) -> NDArray[np.int32]:
     return _kernels.component_labels(links).reshape(-1, 3)
 
 
-def _n_border_loops(fans: NDArray[np.int32], mates: Indices) -> int:
+def _n_border_loops(fans: Indices32, mates: Indices) -> int:
     """Return the number of border loops; border edges are linked at the fans they bound, two at each."""
     border = mates < 0
     ends = np.stack([fans[border], np.roll(fans, -1, axis=1)[border]], axis=1)

@@ -40,11 +40,7 @@ def lengths_and_areas(vertices, face_vertices, offsets, elongation, area):
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def best_cuts(vertices, twin, face, face_darts, offsets, may_grow, faces, out):
-    """Fill, for each of `faces`, the two darts between whose midpoints it is best cut; -1 where no cut is allowed.
-
-    Of the cuts that halve the vertices as evenly as possible, the cheapest: its length over that of the longest, plus
-    a tenth of the number of vertices that the two faces across have beyond twelve.
-    """
+    """Fill the darts (m, 2) between whose midpoints each face is best halved, in a short cut by small faces; or -1."""
     for i in range(faces.size):
         begin, m = offsets[faces[i]], offsets[faces[i] + 1] - offsets[faces[i]]
         out[i, 0] = out[i, 1] = -1
@@ -67,7 +63,7 @@ def best_cuts(vertices, twin, face, face_darts, offsets, may_grow, faces, out):
                     if not (may_grow[across] and may_grow[beyond]):
                         continue
                     sizes = offsets[across + 1] - offsets[across] + offsets[beyond + 1] - offsets[beyond]
-                    cost = math.sqrt(length2) / longest + 0.1 * (sizes - 12)
+                    cost = math.sqrt(length2) / longest + 0.1 * (sizes - 12)  # a cut adds a vertex to both faces across
                     if cost < least:
                         least = cost
                         out[i, 0], out[i, 1] = d, e

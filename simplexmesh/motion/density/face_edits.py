@@ -1,35 +1,86 @@
-"""The edits of one round of refinement: faces divided (T2, T6), merged (T1) and evened out (T7), without motion."""
+"""The score of faces, and the edits of one round of refinement: divisions (T2, T6), merges (T1) and swaps (T7).
+
+The score is a product of four dimensionless factors (Delingette, thesis, 1994, section 5.5.2). The thesis's third, the
+Gaussian curvature, vanishes on cylinders, creases and flat faces that span a cavity. Here it is the bending, the
+integral of (k1^2 + k2^2) / 2, or squared distance over area where larger: the curvature that would reach the data.
+"""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Indices, Indices32, Mask
+from simplexmesh._base.vectors import norm
 from simplexmesh.mesh.connectivity import Connectivity
+from simplexmesh.mesh.face_geometry import face_centroids, face_normals
 from simplexmesh.mesh.operators.editable_mesh import EditableMesh
-from simplexmesh.mesh.operators.regularize import Regularized, regularize
 from simplexmesh.mesh.operators.results import Edited
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.density import _kernels_refine
-from simplexmesh.motion.density.face_score import FaceScore
+from simplexmesh.motion.model.averages import curvedness
+from simplexmesh.motion.targets.protocol import Target, target_gaps
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
-Mask = NDArray[np.bool_]
+Maps = tuple[Indices32, Indices32]
 
 MOST_MERGED = 9
 """Maximum number of vertices of a merged face."""
+
+LONG, LONGER = 1.4, 2.0
+"""Lengths of edges to divide, relative to the mean of the interior ones; the second beside faces of fewer than six
+vertices, whose parts are hard to even out."""
+
+
+@dataclass(frozen=True, eq=False)
+class FaceScore:
+    """The dimensionless factors of the score of each face, (f,) arrays; holes are included and score 0."""
+
+    area: Array  # over that of the mesh
+    elongation: Array  # 1 + (longest - shortest edge) / median edge
+    curvature: Array  # integral over the face
+    distance: Array  # to the data relative to the reach, 0 to 1; 0 where no data is within reach
+
+    @property
+    def total(self) -> Array:
+        """(f,) the product of the factors."""
+        return self.area * self.elongation * self.curvature * self.distance
+
+
+def face_distance(mesh: SimplexMesh, target: Target, reach: float) -> Array:
+    """Return (f,) the mean distance of a face's vertices to the data, or its centroid's if larger; NaN off data."""
+    c = mesh.connectivity
+    loops = c.face_vertices, c.face_offsets
+    at = np.concatenate([mesh.vertices, face_centroids(mesh.vertices, *loops)])
+    along = np.concatenate([mesh.normals, face_normals(mesh.vertices, *loops)])
+    gaps = np.abs(target_gaps(target, at, along, reach))
+    here, middle = gaps[: mesh.n_vertices][c.face_vertices], gaps[mesh.n_vertices :]
+    seen = np.add.reduceat(np.isfinite(here).astype(float), c.face_offsets[:-1])
+    with np.errstate(invalid="ignore"):
+        mean = np.add.reduceat(np.nan_to_num(here), c.face_offsets[:-1]) / seen
+    return np.fmax(mean, middle)
+
+
+def face_score(mesh: SimplexMesh, away: Array, reach: float) -> FaceScore:
+    """Return the score of each face from its distance (f,) to the data, NaN for none, which saturates at `reach`."""
+    c = mesh.connectivity
+    loops = c.face_vertices, c.face_offsets
+    elongation, area = np.zeros(c.face_sizes.size), np.zeros(c.face_sizes.size)
+    _kernels_refine.lengths_and_areas(np.asarray(mesh.vertices), *loops, elongation, area)
+    area[c.face_is_hole] = 0.0
+    away = np.where(c.face_is_hole, 0.0, np.minimum(np.nan_to_num(away), reach))
+    bend2 = curvedness(mesh.vertices, mesh.normals, mesh.neighbors) ** 2
+    total = area * np.add.reduceat(bend2[c.face_vertices], c.face_offsets[:-1]) / c.face_sizes
+    total = np.maximum(total, away**2 / np.maximum(area, np.finfo(float).tiny))
+    total[c.face_is_hole] = 0.0
+    return FaceScore(area / max(float(area.sum()), np.finfo(float).tiny), elongation, total, away / reach)
 
 
 def divide_faces(
     edit: EditableMesh, mesh: SimplexMesh, faces: Indices, budget: int, may_grow: Mask, *, fewest: int = 6
 ) -> tuple[int, int]:
-    """Divide faces (m,) of `mesh` in order, by T2 those of `fewest` vertices or more, by T6 the others; count both.
-
-    At most `budget` vertices are added. A face that another edit has touched, or whose neighbors may not grow (f,), is
-    skipped.
-    """
+    """Divide faces (m,) in order, by T2 those of `fewest` vertices or more, by T6 the others; count both."""
     sizes = mesh.connectivity.face_sizes[faces]
     done = _divide_by_cuts(edit, mesh, faces[sizes >= fewest], budget // 2, may_grow)
     left, ringed = budget - 2 * done, 0
@@ -63,7 +114,7 @@ def _divide_by_cuts(edit: EditableMesh, mesh: SimplexMesh, faces: Indices, most:
     return done
 
 
-def removable_edges(connectivity: Connectivity, score: FaceScore) -> tuple[Indices, NDArray[np.int32], Array]:
+def removable_edges(connectivity: Connectivity, score: FaceScore) -> tuple[Indices, Indices32, Array]:
     """Return a dart of each edge that T1 may remove, the faces (m, 4) on its sides and at its ends, and the new score.
 
     None is near a hole or leaves a triangle or a face of more than nine vertices. Merging adds areas, curvatures and
@@ -83,7 +134,7 @@ def removable_edges(connectivity: Connectivity, score: FaceScore) -> tuple[Indic
     return darts, around, merged
 
 
-def _edges(connectivity: Connectivity) -> tuple[Indices, NDArray[np.int32]]:
+def _edges(connectivity: Connectivity) -> tuple[Indices, Indices32]:
     """Return one dart (e,) of each edge, and the faces (e, 4) on its sides and at its ends."""
     twin, face = connectivity.twin.reshape(-1), connectivity.face.reshape(-1)
     darts = np.flatnonzero(np.arange(twin.size) < twin)
@@ -92,13 +143,17 @@ def _edges(connectivity: Connectivity) -> tuple[Indices, NDArray[np.int32]]:
     return darts, face[np.concatenate([ends, rotated], axis=1)]
 
 
-def with_even_faces(mesh: SimplexMesh, zone: Mask | None) -> Edited:
-    """Return the mesh with face sizes evened out by T7: all of it, or only edges whose four faces are in a zone."""
-    if zone is None:
-        return regularize(mesh)
-    maps = np.arange(mesh.n_vertices, dtype=np.int32), np.arange(zone.size, dtype=np.int32)
+def evened(edit: EditableMesh, zone: Mask | None = None) -> tuple[Edited, int]:
+    """Return edits followed by T7 that even out face sizes, in a zone of the mesh before if given; count all others."""
+    swaps = edit.even_out() if zone is None else 0
+    step = edit.result()
+    return step if zone is None else with_even_faces(step, mapped_zone(zone, step)), swaps
+
+
+def with_even_faces(step: Edited, zone: Mask) -> Edited:
+    """Return edits followed by T7 at edits whose four faces are in a zone of the mesh after them."""
     for _ in range(20):
-        c = mesh.connectivity
+        mesh, c = step.mesh, step.mesh.connectivity
         darts, around = _edges(c)
         sizes = c.face_sizes[around]
         excess = sizes[:, 0] + sizes[:, 1] - sizes[:, 2] - sizes[:, 3]
@@ -111,21 +166,14 @@ def with_even_faces(mesh: SimplexMesh, zone: Mask | None) -> Edited:
         edit = EditableMesh(mesh)
         if not edit.swap_edges(darts[order][first], in_order=True).done.any():
             break
-        step = edit.result()
-        mesh, maps = step.mesh, composed_maps(maps, step)
-        zone = mapped_zone(zone, step)
-    return Edited(mesh, checks.frozen(maps[0]), checks.frozen(maps[1]))
+        even = edit.result()
+        zone = mapped_zone(zone, even)
+        maps = composed_maps((step.vertex_map, step.face_map), even)
+        step = Edited(even.mesh, checks.frozen(maps[0]), checks.frozen(maps[1]))
+    return step
 
 
-def evened(step: Edited, zone: Mask | None = None) -> tuple[Edited, int]:
-    """Return edits followed by `with_even_faces`, in a zone of the mesh before if given, and the swaps without one."""
-    even = with_even_faces(step.mesh, None if zone is None else mapped_zone(zone, step))
-    maps = composed_maps((step.vertex_map, step.face_map), even)
-    out = Edited(even.mesh, checks.frozen(maps[0]), checks.frozen(maps[1]))
-    return out, even.swaps if isinstance(even, Regularized) else 0
-
-
-def disjoint_groups(groups: NDArray[np.int32], count: int, most: int, free: Mask | None = None) -> Indices:
+def disjoint_groups(groups: Indices32, count: int, most: int, free: Mask | None = None) -> Indices:
     """Return the indices of groups of faces chosen greedily, in order, so that no two share a face."""
     out = np.zeros(min(most, len(groups)), np.int64)
     free = np.ones(count, bool) if free is None else free.copy()
@@ -143,9 +191,6 @@ def with_even_metric(step: Edited) -> SimplexMesh:
     return mesh.with_data(metric=metric)
 
 
-Maps = tuple[NDArray[np.int32], NDArray[np.int32]]
-
-
 def composed_maps(maps: Maps, step: Edited) -> Maps:
     """Return the maps of vertices and faces, composed with those of one more edit."""
     out = [
@@ -161,3 +206,28 @@ def mapped_zone(zone: Mask, step: Edited) -> Mask:
     kept = step.face_map >= 0
     out[step.face_map[kept]] = zone[kept]
     return out
+
+
+def divided_boundary(mesh: SimplexMesh, most: int) -> Edited:
+    """Return the mesh with the longest edges on holes, which division of faces leaves coarse, divided by T2."""
+    c = mesh.connectivity
+    ends = mesh.vertices[c.edge_vertices]
+    length = norm(ends[:, 0] - ends[:, 1])
+    on_hole = c.face_is_hole[c.edge_faces].any(axis=1)
+    if not on_hole.any() or most < 1:
+        same = np.arange(mesh.n_vertices, dtype=np.int32), np.arange(len(c.face_sizes), dtype=np.int32)
+        return Edited(mesh, *(checks.frozen(numbers) for numbers in same))
+    face, twin = c.face.reshape(-1), c.twin.reshape(-1)
+    relative = length / length[~on_hole].mean()
+    long = np.flatnonzero(on_hole & (relative > LONG))
+    long = long[np.argsort(-length[long], kind="stable")]
+    darts = c.edge_darts[long, 0].astype(np.int64)
+    darts = np.where(c.face_is_hole[face[darts]], twin[darts], darts)
+    darts = darts[(c.face_sizes[face[darts]] >= 6) | (relative[long] > LONGER)][:most]
+    place = np.empty(len(face), np.int64)
+    place[c.face_darts] = np.arange(len(face))
+    first, size = c.face_offsets[face[darts]], c.face_sizes[face[darts]]
+    across = c.face_darts[first + (place[darts] - first + size // 2) % size]
+    edit = EditableMesh(mesh)
+    edit.insert_edges(darts, across)
+    return edit.result()

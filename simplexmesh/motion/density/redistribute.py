@@ -7,24 +7,24 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Mask
+from simplexmesh.mesh.check import tangled_vertices
 from simplexmesh.mesh.decimation.vertex_bound import minimum_vertices
 from simplexmesh.mesh.operators.editable_mesh import EditableMesh
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-from simplexmesh.mesh.tangles import tangled_vertices
 from simplexmesh.motion.density.face_edits import (
     disjoint_groups,
     divide_faces,
     evened,
+    face_distance,
+    face_score,
     removable_edges,
     with_even_metric,
 )
-from simplexmesh.motion.density.face_score import face_distance, face_score
-from simplexmesh.motion.density.refine_options import as_target, default_reach
-from simplexmesh.motion.density.refined import Refined, Refinement, Round
-from simplexmesh.motion.model.state import Target
+from simplexmesh.motion.density.refinement import Refined, Refinement, Round, as_target, default_reach
+from simplexmesh.motion.targets.protocol import Target
 
 GROWTH = 1.25
 """Largest ratio of the numbers of vertices after and before a round."""
@@ -125,12 +125,9 @@ def _vertex_schedule(start: int, wanted: int, rounds: int) -> list[int]:
 
 
 def redistribute_round(
-    mesh: SimplexMesh, target: Target, *, reach: float, vertices: int, tangled: NDArray[np.bool_] | None = None
+    mesh: SimplexMesh, target: Target, *, reach: float, vertices: int, tangled: Mask | None = None
 ) -> Refined:
-    """Do one round of edits without motion: merge low-scoring faces and divide high-scoring ones, to `vertices` in all.
-
-    The faces of tangled vertices (n,) are neither divided nor merged in exchange; the test takes half of the time.
-    """
+    """Merge low-scoring faces and divide high-scoring ones, none tangled, to `vertices` in all; without motion."""
     c = mesh.connectivity
     factors = face_score(mesh, face_distance(mesh, target, reach), reach)
     scores = factors.total
@@ -146,12 +143,12 @@ def redistribute_round(
     removed_darts = darts[lowest[: _merge_count(merged[lowest], scores[highest], change)]]
     removed = int(edit.remove_edges(removed_darts, in_order=True).done.sum())
     cut, _ = divide_faces(edit, mesh, highest, 2 * max(change + removed, 0), np.ones(scores.size, bool), fewest=5)
-    out, swaps = evened(edit.result())
+    out, swaps = evened(edit)
     done = Round(0, float(scores.max(initial=0.0)), cut, 0, out.mesh.n_vertices, removed, swaps)
     return Refined(with_even_metric(out), out.vertex_map, out.face_map, (done,))
 
 
-def _merge_count(merged: NDArray[np.float64], highest: NDArray[np.float64], change: int) -> int:
+def _merge_count(merged: Array, highest: Array, change: int) -> int:
     """Return the number of pairs to merge: those that must go, and those worth exchanging for a division."""
     must, more = min(max(-change, 0), len(merged)), max(change, 0)
     count = min(len(merged) - must, max(len(highest) - more, 0))

@@ -6,21 +6,25 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Mask
+from simplexmesh.mesh.check import tangled_vertices
 from simplexmesh.mesh.operators.editable_mesh import EditableMesh
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-from simplexmesh.mesh.tangles import tangled_vertices
-from simplexmesh.motion.density.face_edits import divide_faces, evened, with_even_metric
-from simplexmesh.motion.density.face_score import face_distance, face_score
-from simplexmesh.motion.density.refine_options import THRESHOLDS as THRESHOLDS
-from simplexmesh.motion.density.refine_options import as_target, default_reach, threshold_of, zone_of
-from simplexmesh.motion.density.refined import Refined, Refinement, Round
-from simplexmesh.motion.model.state import Target
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
+from simplexmesh.motion.density.face_edits import divide_faces, evened, face_distance, face_score, with_even_metric
+from simplexmesh.motion.density.refinement import THRESHOLDS as THRESHOLDS
+from simplexmesh.motion.density.refinement import (
+    Refined,
+    Refinement,
+    Round,
+    as_target,
+    default_reach,
+    threshold_of,
+    zone_of,
+)
+from simplexmesh.motion.targets.protocol import Target
 
 
 def refine(
@@ -133,10 +137,7 @@ def refine_round(
     budget: int | None = None,
     zone: Mask | None = None,
 ) -> Refined:
-    """Do one round of edits without motion: divide the faces above a threshold, adding at most `budget` vertices.
-
-    `zone` (f,) is whether a face may be divided. It has converged when no face was above the threshold.
-    """
+    """Divide the faces of a zone (f,) above a threshold, without motion, adding at most `budget` vertices."""
     scores = refinement_scores(mesh, target, reach)
     allowed = ~mesh.connectivity.face_is_hole if zone is None else zone & ~mesh.connectivity.face_is_hole
     above = np.flatnonzero(allowed & (scores > threshold))
@@ -145,7 +146,7 @@ def refine_round(
     may_grow = np.ones(scores.size, bool) if zone is None else zone
     most = 20 * len(above) * 2 if budget is None else budget
     cut, ringed = divide_faces(edit, mesh, above, most, may_grow)
-    out, swaps = evened(edit.result(), zone)
+    out, swaps = evened(edit, zone)
     highest = float(scores[allowed].max(initial=0.0))
     done = Round(len(above), highest, cut, ringed, out.mesh.n_vertices, swapped=swaps)
     return Refined(with_even_metric(out), out.vertex_map, out.face_map, (done,), not len(above))

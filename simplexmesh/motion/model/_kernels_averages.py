@@ -19,25 +19,8 @@ def averages(values, neighbors, out):
 
 
 @Both
-def moments(curvature, area, out):
-    """Fill `out` with curvature times area, whose averages over those of the area are area-weighted means."""
-    for i in prange(curvature.shape[0]):
-        out[i] = curvature[i] * area[i]
-
-
-@Both
-def quotients(moment, area, out):
-    """Fill `out` with moment over area, zero where the area is zero."""
-    for i in prange(moment.shape[0]):
-        out[i] = moment[i] / area[i] if area[i] > 0.0 else 0.0
-
-
-@Both
 def angle_averages(values, neighbors, inverse_radius, out):
-    """Fill `out` with the mean simplex angle over the one-ring, angles converted to the vertex's own circumradius.
-
-    On one sphere, an angle phi_j of circumradius r_j corresponds to an angle of sine sin(phi_j) r_i / r_j.
-    """
+    """Fill the mean simplex angle over the one-ring, angles converted to the vertex's circumradius as on one sphere."""
     for i in prange(values.shape[0]):
         total = values[i]
         for k in range(3):

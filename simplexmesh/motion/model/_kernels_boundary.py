@@ -7,19 +7,19 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base._kernels_both import FAST
 from simplexmesh._base._kernels_njit import njit
+from simplexmesh._base.arrays import Indices32
 from simplexmesh.motion.model._kernels_step import FREE, ORIENTATION, SHAPE, advance
 
 
 class Outlines(NamedTuple):
     """The vertices on holes, each with its neighbors along its hole."""
 
-    vertices: NDArray[np.int32]  # (m,)
-    before: NDArray[np.int32]  # (m,) rows of `vertices`: the previous one along the same hole
-    after: NDArray[np.int32]  # (m,) and the next one
+    vertices: Indices32  # (m,)
+    before: Indices32  # (m,) rows of `vertices`: the previous one along the same hole
+    after: Indices32  # (m,) and the next one
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -66,11 +66,7 @@ def _transported_mean(k, outlines, bend, tangent, wanted):
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def boundary_goals(vertices, outlines, constraint, restored, out):
-    """Fill the goal (m, 3) of the internal force of each row: midway between its neighbors, at its constraint's height.
-
-    Its present curvature under `free`, zero curvature under `orientation`, the `restored` position under `shape`, and
-    curvature averaged along the hole under all others, so that circles are at rest.
-    """
+    """Fill the goal (m, 3) of the internal force of each row: between its neighbors, at its constraint's height."""
     rows, before, after = outlines
     bend, tangent, wanted = np.empty((len(rows), 3)), np.empty((len(rows), 3)), np.empty(3)
     _curvatures(vertices, outlines, bend, tangent)

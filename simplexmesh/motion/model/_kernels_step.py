@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 
 from simplexmesh._base._kernels_both import FAST, Both
 from simplexmesh._base._kernels_njit import njit
-
-Array = NDArray[np.float64]
+from simplexmesh._base.arrays import Array, Indices32
 
 FREE, ORIENTATION, ANGLE, MEAN_CURVATURE, SHAPE, CURVATURE = range(6)
 
@@ -36,7 +35,7 @@ class Moving(NamedTuple):
 
     vertices: Array  # (n, 3)
     previous: Array  # (n, 3) positions before the last step
-    neighbors: NDArray[np.int32]  # (n, 3)
+    neighbors: Indices32  # (n, 3)
     metric: Array  # (n, 3) reference metric parameters
 
 

@@ -2,19 +2,66 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
-from simplexmesh._base.vectors import dot
+from simplexmesh._base.arrays import Array, Indices32, Mask
+from simplexmesh._base.vectors import dot, norm, normalized
 from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.mesh.face_geometry import fan_vectors
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.model import _kernels_boundary
 from simplexmesh.motion.model._kernels_boundary import Outlines
 from simplexmesh.motion.model._kernels_step import SHAPE, Forces, Moving, Step
-from simplexmesh.motion.model.border_attraction import BorderAttraction
 
-Array = NDArray[np.float64]
+MIN_WIDTH = 3.0
+"""In mean edges of the mesh: narrower holes of the data are below its resolution and attract nothing."""
+
+MAX_SPACING = 1.5
+"""In distances between neighbors along a hole: points of the border farther away belong to other holes."""
+
+
+def wide_border(target: Any, edge: float) -> Array:
+    """Return the points (k, 3) on the border of a target that a mesh of this mean edge resolves."""
+    border = getattr(target, "border", None)
+    return np.zeros((0, 3)) if border is None else np.asarray(border.wider(MIN_WIDTH * edge))
+
+
+class BorderAttraction:
+    """Attraction of boundary vertices to points (k, 3), by a fraction `weight` of the distance in one iteration."""
+
+    def __init__(self, points: Array, weight: float) -> None:
+        if len(points) > 3000:  # more take time and move nothing
+            points = points[np.random.default_rng(0).choice(len(points), 3000, replace=False)]
+        self.points, self.weight = points, weight
+        self._tree = cKDTree(points)
+
+    @classmethod
+    def of(cls, target: Any, edge: float, weight: float) -> BorderAttraction:
+        """Return the attraction of a target's border to a mesh of this mean edge; of no points without a border."""
+        return cls(wide_border(target if weight else None, edge), weight)
+
+    def displacements(self, vertices: Array, outlines: Outlines, reach: float) -> Array:
+        """Return (m, 3) the way, across its hole, of each boundary vertex to the mean of its nearest points."""
+        positions = vertices[outlines.vertices]
+        ahead, back = positions[outlines.after], positions[outlines.before]
+        distance, nearest = self._tree.query(positions)
+        step = self.points[nearest] - positions
+        near, owner = cKDTree(positions).query(self.points)  # means of what is nearest draw vertices into corners
+        side = 0.5 * (norm(ahead - positions) + norm(back - positions))
+        assigned = near < MAX_SPACING * side[owner]
+        count = np.bincount(owner[assigned], minlength=len(positions))
+        total = np.zeros_like(positions)
+        np.add.at(total, owner[assigned], self.points[assigned])
+        matched = count > 0
+        step[matched] = total[matched] / count[matched, None] - positions[matched]
+        along = normalized(ahead - back)
+        step -= dot(step, along)[:, None] * along  # keeps the spacing along the hole
+        step[distance > reach] = 0.0
+        return np.asarray(self.weight * step)
 
 
 def outlines_of(connectivity: Connectivity) -> Outlines:
@@ -29,11 +76,7 @@ def outlines_of(connectivity: Connectivity) -> Outlines:
 
 
 class Boundary:
-    """The boundary of a mesh under its internal force, the target's data force and the attraction of its border.
-
-    The internal force is that of 1-simplex meshes in space (Delingette 1994, sections 3.2 and 4.8) with equal metric
-    parameters; see `forces.CONSTRAINTS` for its constraints.
-    """
+    """The boundary under the internal force of 1-simplex meshes (Delingette 1994, sections 3.2 and 4.8), and others."""
 
     def __init__(self, mesh: SimplexMesh, reference: SimplexMesh, attraction: BorderAttraction) -> None:
         self.outlines, self.attraction = outlines_of(mesh.connectivity), attraction
@@ -67,7 +110,7 @@ class BoundaryShape:
     ACM Transactions on Graphics 24 (3), 2005).
     """
 
-    def __init__(self, rows: NDArray[np.int32], vertices: Array, neighbors: NDArray[np.int32]) -> None:
+    def __init__(self, rows: Indices32, vertices: Array, neighbors: Indices32) -> None:
         near = neighbors[rows]
         self._neighborhoods = np.concatenate([rows[:, None], near, neighbors[near].reshape(-1, 9)], axis=1)
         weights = np.ones(self._neighborhoods.shape)
@@ -93,14 +136,10 @@ class BoundaryShape:
 
 
 def unfolded_boundary(mesh: SimplexMesh) -> SimplexMesh:
-    """Return the mesh with the interior neighbors of reversed boundary vertices moved inwards, while that helps.
-
-    At a corner of a hole the normal, of the plane of the three neighbors, flips when the interior neighbor crosses the
-    line between the other two.
-    """
+    """Return the mesh with the interior neighbors of reversed boundary vertices moved inwards, while that helps."""
     c, now = mesh.connectivity, mesh
     hole = np.asarray(c.face_is_hole[c.vertex_faces].any(axis=1))
-    best, rows = mesh, _reversed_vertices(mesh, hole)
+    best, rows = mesh, _reversed_vertices(mesh, hole)  # the third neighbor crossed the line between those on the hole
     fewest = len(rows)
     for _ in range(10):  # each moves an interior neighbor by a third
         around = c.neighbors[rows]
@@ -119,7 +158,7 @@ def unfolded_boundary(mesh: SimplexMesh) -> SimplexMesh:
     return best
 
 
-def _reversed_vertices(mesh: SimplexMesh, hole: NDArray[np.bool_]) -> NDArray[np.intp]:
+def _reversed_vertices(mesh: SimplexMesh, hole: Mask) -> NDArray[np.intp]:
     """Return the vertices on holes whose normals are opposed to those of their faces."""
     c = mesh.connectivity
     vectors = np.add.reduceat(fan_vectors(mesh.vertices, c.face_vertices, c.face_offsets), c.face_offsets[:-1], axis=0)

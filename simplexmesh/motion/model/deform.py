@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.errors import DivergedError
 from simplexmesh._base.vectors import norm
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
@@ -25,10 +26,8 @@ from simplexmesh.motion.model._kernels_step import (
     Step,
     Wanted,
 )
-from simplexmesh.motion.model.adapt import FLAT, adapted_metric, curvedness
-from simplexmesh.motion.model.averages import Averages
-from simplexmesh.motion.model.border_attraction import BorderAttraction
-from simplexmesh.motion.model.boundary import Boundary
+from simplexmesh.motion.model.averages import FLAT, Averages, adapted_metric, curvedness
+from simplexmesh.motion.model.boundary import BorderAttraction, Boundary
 from simplexmesh.motion.model.forces import CONSTRAINTS, Force, Frame, total_displacement
 from simplexmesh.motion.model.parameters import (
     MOST_RIGID,
@@ -39,11 +38,8 @@ from simplexmesh.motion.model.parameters import (
     references,
     whole_per_vertex,
 )
-from simplexmesh.motion.model.safeguards import Confines, Release, warn_of_end
-from simplexmesh.motion.model.state import State, Target, check_target
-from simplexmesh.motion.targets.protocol import checked_reach, read_only, target_gaps
-
-Array = NDArray[np.float64]
+from simplexmesh.motion.model.state import Confines, Release, State, warn_of_end
+from simplexmesh.motion.targets.protocol import Target, check_target, checked_reach, read_only, target_gaps
 
 MAX_STEP = 10.0
 """In diagonals of the first mesh: a vertex that moves farther in one iteration has diverged."""

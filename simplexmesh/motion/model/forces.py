@@ -6,12 +6,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Indices32
 from simplexmesh._base.vectors import norm
-
-Array = NDArray[np.float64]
 
 CONSTRAINTS = ("free", "orientation", "angle", "mean_curvature", "shape", "curvature")
 """Constraints of the internal force at a vertex, by rising order of continuity (Delingette 1994, section 4.3).
@@ -48,7 +47,7 @@ class Frame:
 
     vertices: Array
     normals: Array
-    neighbors: NDArray[np.int32]
+    neighbors: Indices32
     mean_curvature: Array
     iteration: int
 

@@ -8,10 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.model.forces import CONSTRAINTS, Force
-
-Array = NDArray[np.float64]
 
 MOST_RIGID = 1000
 """Largest radius, in edges, over which curvature is averaged."""
@@ -33,7 +32,7 @@ def per_vertex(name: str, value: Any, count: int, low: float = -np.inf, high: fl
     return out
 
 
-def whole_per_vertex(name: str, value: Any, count: int, low: int, high: int) -> NDArray[np.int64]:
+def whole_per_vertex(name: str, value: Any, count: int, low: int, high: int) -> Indices:
     """Return a fresh (count,) array of integers from a number or an array, checked to lie within bounds."""
     out = per_vertex(name, value, count, low, high)
     if (out % 1).any():

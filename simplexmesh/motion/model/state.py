@@ -1,30 +1,36 @@
-"""The interface of targets, and the record of one iteration of a motion."""
+"""The course of a motion: its stages, the record of an iteration, when it is at rest, and what keeps it from straying.
+
+Forces along normals of folded vertices are the known trap of deformable models: their sides are confused, what they
+are averaged with is not their surface, and parts of constant mean curvature that no data holds grow without bound.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from simplexmesh._base.arrays import Array, Indices32, Mask
+from simplexmesh._base.errors import counted, warn
+from simplexmesh._base.vectors import norm
+from simplexmesh.mesh.simplex_mesh import SimplexMesh
+from simplexmesh.motion.model import _kernels_averages
 
+STILL, LEVEL = 0.01, 0.02
+"""Of the mean edge, the longest step, and of the mean energy, its change, of a motion at rest. A tenth and a quarter of
+them take up to three times the iterations, in which vertices slide along the data; with twice the step boundaries of
+holes stop halfway."""
 
-class Target(Protocol):
-    """Data that attracts a mesh: any object with a method `gap`."""
+MARGIN = 0.05
+"""Of the diagonal of start and data: how far beyond their bounding box a vertex may swing, if not two edges."""
 
-    def gap(self, vertices: Array, normals: Array, reach: float) -> Array:
-        """Return (n,) the signed distance along its normal from each vertex to the data; NaN where none is in `reach`.
+RINGS = 12
+"""Edges from a fold within which vertices without data are released; less leaves films around bodies."""
 
-        The arrays are read-only views of the model's own; `reach` may be infinite.
-        """
-
-
-def check_target(target: Any, name: str = "target") -> None:
-    """Raise a TypeError for a target without a method `gap`."""
-    if not callable(getattr(target, "gap", None)):
-        raise TypeError(f"{name} must have a method gap(vertices, normals, reach), not {type(target).__name__}")
+MOST_UNSEEN = 0.25
+"""Fraction of the vertices without data within reach above which the end of a motion is warned of."""
 
 
 @dataclass(frozen=True)
@@ -57,9 +63,89 @@ class State:
     released: float = 0.0
 
     @classmethod
-    def of(cls, iteration: int, energy: Array, gaps: Array, move: float, released: NDArray[np.bool_]) -> State:
+    def of(cls, iteration: int, energy: Array, gaps: Array, move: float, released: Mask) -> State:
         """Return the state of a mesh from the (n,) energies and gaps of its vertices, and which are released."""
         seen = np.isfinite(gaps)
         reached = float(seen.mean())
         gap = float(np.abs(gaps[seen]).mean()) if reached else float("nan")
         return cls(iteration, float(energy.mean()), gap, reached, move, float(released.mean()))
+
+
+@dataclass(frozen=True)
+class Stage:
+    """One stage of a coarse-to-fine motion; the parameters are those of `DeformableModel`."""
+
+    rigidity: int
+    reach: float
+    iterations: int
+    alpha: float = 0.4
+    beta: float = 0.2
+    adaptation: float = 0.0
+
+
+def mean_edge(mesh: SimplexMesh) -> float:
+    """Return the mean length of the edges, in the mesh's unit."""
+    ends = mesh.vertices[mesh.connectivity.edge_vertices]
+    return float(norm(ends[:, 0] - ends[:, 1]).mean())
+
+
+def is_at_rest(states: Sequence[State], edge: float) -> bool:
+    """Return whether in the last ten of a stage's states no vertex moved by much of an `edge`, or the energy rests.
+
+    It also rests where it is that of vertices that are all so near to their goals (``alpha / 2`` is 0.2): on clean data
+    it goes on falling as they slide along the surface.
+    """
+    if len(states) < 20 or len(states) % 10:
+        return False
+    if max(state.move for state in states[-10:]) <= STILL * edge:
+        return True
+    now, then = (float(np.mean([state.energy for state in part])) for part in (states[-10:], states[-20:-10]))
+    return now <= 0.2 * (STILL * edge) ** 2 or abs(now - then) <= LEVEL * then
+
+
+class Release:
+    """The vertices folded, or without data where folds spread: they unfold, or contract until they find data."""
+
+    def __init__(self, count: int) -> None:
+        self._rings, self._other = np.zeros(count, np.int8), np.zeros(count, np.int8)
+
+    @property
+    def mask(self) -> Mask:
+        """(n,) bool: the vertices released now."""
+        return self._rings > 0
+
+    def update(self, normals: Array, neighbors: Indices32, gaps: Array) -> Mask:
+        """Return (n,) the vertices released now, given their gaps (n,)."""
+        _kernels_averages.released(normals, neighbors, gaps, RINGS, self._rings, self._other)
+        self._rings, self._other = self._other, self._rings
+        return self.mask
+
+
+class Confines:
+    """The box around the start of a motion and the `bounds` (2, 3) of its target, if it has such."""
+
+    def __init__(self, start: Array, neighbors: Indices32, target: Any) -> None:
+        self.target, self._box = target, None
+        bounds: Any = getattr(target, "bounds", None)
+        if np.shape(bounds) == (2, 3):
+            low, high = np.minimum(start.min(axis=0), bounds[0]), np.maximum(start.max(axis=0), bounds[1])
+            edge = float(np.linalg.norm(start[neighbors] - start[:, None], axis=2).mean())
+            margin = max(MARGIN * float(np.linalg.norm(high - low)), 2.0 * edge)
+            self._box = low - margin, high + margin
+
+    def stray(self, vertices: Array) -> int:
+        """Return the first vertex outside, -1 for none."""
+        if self._box is None:
+            return -1
+        out = (vertices < self._box[0]) | (vertices > self._box[1])
+        return int(out.any(axis=1).argmax()) if out.any() else -1
+
+
+def warn_of_end(released: Mask, gaps: Array, reach: float) -> None:
+    """Warn at the end of a motion of vertices that are folded, or were left without data by folds, or never had any."""
+    unseen = float(np.isnan(gaps).mean())
+    if released.any():
+        count = counted(int(released.sum()), "vertex is", "vertices are")
+        warn(f"{count} folded, or off the data beside folds; a start nearer to the data, or more vertices, may help")
+    elif unseen > MOST_UNSEEN:
+        warn(f"{unseen:.0%} of the vertices have no data within reach ({reach:.3g}) along their normals")

@@ -7,20 +7,18 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import spsolve
 
+from simplexmesh._base.arrays import Array, Indices, Indices32, Mask
 from simplexmesh._base.errors import DivergedError, warn
+from simplexmesh.mesh.check import tangled_with
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-from simplexmesh.mesh.tangles import tangled_with
 from simplexmesh.mesh.triangles.self_intersection import self_intersections
 from simplexmesh.motion.model.deform import DeformableModel
-from simplexmesh.motion.model.state import Target
+from simplexmesh.motion.targets.protocol import Target
 from simplexmesh.motion.topology.face_regions import dilated
-
-Mask = NDArray[np.bool_]
 
 PATIENCE = 3
 """Attempts at smoothing before remaining tangles are moved back towards the start, if there is one."""
@@ -28,17 +26,13 @@ PATIENCE = 3
 
 @dataclass(frozen=True, eq=False)
 class Tangles:
-    """A mesh and its tangled vertices: inverted, or on faces that are folded or intersect.
-
-    Intersections are searched for where vertices are not as in a mesh for which they are `known`: (n, 3) positions
-    and the pairs of faces there.
-    """
+    """A mesh and its tangled vertices; `known` are positions (n, 3) and the pairs of faces that intersect there."""
 
     mesh: SimplexMesh
-    known: tuple[NDArray[np.float64], NDArray[np.int64]] | None = None
+    known: tuple[Array, Indices] | None = None
 
     @cached_property
-    def pairs(self) -> NDArray[np.int64]:
+    def pairs(self) -> Indices:
         """(m, 2) pairs of faces that intersect; a face whose own triangles do is paired with itself."""
         vertices, c = self.mesh.vertices, self.mesh.connectivity
         if self.known is None:
@@ -71,7 +65,7 @@ class Tangles:
         mixed = self.mesh.moved(np.where(free[:, None], moved.vertices, self.mesh.vertices))
         return Tangles(mixed, (self.mesh.vertices, self.pairs))
 
-    def regions(self, other: Tangles, marked: Mask) -> NDArray[np.int32]:
+    def regions(self, other: Tangles, marked: Mask) -> Indices32:
         """Return (n,) labels of regions: marked vertices connected by edges or by an intersection in either mesh."""
         c = self.mesh.connectivity
         edges = c.edge_vertices[marked[c.edge_vertices].all(axis=1)]
@@ -101,10 +95,7 @@ def untangled(
 
 
 def filmed(mesh: SimplexMesh, zone: Mask) -> SimplexMesh:
-    """Return the mesh with each vertex of a zone (n,), but those on holes, at the mean of its neighbors: a film.
-
-    A film must be held somewhere: components that are wholly in the zone stay as they are.
-    """
+    """Return the mesh with a zone (n,), but holes and whole components, at the means of its neighbors: a film."""
     c = mesh.connectivity
     free = zone.copy()
     free[c.face_vertices[np.repeat(c.face_is_hole, c.face_sizes)]] = False
@@ -120,7 +111,7 @@ def filmed(mesh: SimplexMesh, zone: Mask) -> SimplexMesh:
     links = coo_array((ones, (here, row_of[near[inner]])), shape=(len(rows), len(rows)))
     label = connected_components(links, directed=False)[1]
     held = np.bincount(label, ~inner.all(axis=1))[label] > 0
-    if not held.all():
+    if not held.all():  # a film that nothing holds would have no place: a component wholly in the zone stays
         return filmed(mesh, np.isin(np.arange(c.n_vertices), rows[held]))
     matrix = coo_array((np.full(len(rows), 3.0), (diagonal, diagonal)), shape=links.shape) - links
     pull = np.where(inner[:, :, None], 0.0, mesh.vertices[near]).sum(axis=1)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.errors import warn
 from simplexmesh._base.vectors import norm
 from simplexmesh.data.conversion import as_data, as_triangles
@@ -24,9 +25,9 @@ from simplexmesh.data.volume import Volume
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.reconstruct.inputs import Input, PointsInput, TrianglesInput, VolumeInput
 from simplexmesh.motion.targets.isosurface import Isosurface
-from simplexmesh.orientation.consistency import with_consistent_normals
 
-Array = NDArray[np.float64]
+LEAST_AGREEMENT = 0.75
+"""Share of neighboring normals within 90 degrees: with fewer, normals do not tell inside from outside."""
 
 MOST_STRAY = 0.01
 """Largest fraction of stray points: more of them are a part of the object."""
@@ -41,13 +42,7 @@ def as_input(
     components: str = "largest",
     poses: Any = None,
 ) -> Input:
-    """Return data of any kind as an input: own types, arrays, PyVista or trimesh objects, a path, or scans.
-
-    Raises
-    ------
-    ValueError, TypeError, OSError
-        For invalid data, or a level or label that does not fit it.
-    """
+    """Return data of any kind as an input: own types, arrays, PyVista or trimesh objects, a path, or scans."""
     if isinstance(data, Input):
         return data
     checks.choice("inside", inside, ("above", "below"))
@@ -143,6 +138,20 @@ def without_stray_points(cloud: PointCloud) -> PointCloud:
     return cloud.selected(~stray)
 
 
+def with_consistent_normals(cloud: PointCloud) -> PointCloud:
+    """Return the cloud, without normals and with a warning if those of neighboring points contradict each other."""
+    if cloud.normals is None:
+        return cloud
+    some = np.linspace(0, len(cloud.points) - 1, min(len(cloud.points), 2000)).astype(int)
+    _, near = cKDTree(cloud.points).query(cloud.points[some], k=min(5, len(cloud.points)))
+    agree = np.einsum("ij,ikj->ik", cloud.normals[some], cloud.normals[near[:, 1:]]) > 0
+    if agree.mean() > LEAST_AGREEMENT:
+        return cloud
+    share = f"{1 - agree.mean():.0%}"
+    warn(f"normals of neighboring points contradict each other ({share}); they were left out")
+    return replace(cloud, normals=None)
+
+
 def are_scans(data: Any) -> bool:
     """Return whether data is a sequence of scans: paths, clouds, surfaces, or arrays (n, 3) or (n, 6).
 
@@ -164,10 +173,7 @@ def _are_faces(numbers: NDArray[Any], of: NDArray[Any], *, pair: bool) -> bool:
 
 
 def joined_scans(scans: Sequence[Any], poses: Any = None) -> PointCloud:
-    """Return several scans as one cloud in world coordinates, with normals if every scan has them.
-
-    `poses` is a file, a mapping from file names (or stems) to T_world_scan (4, 4), or one matrix per scan.
-    """
+    """Return scans as one cloud in the world; `poses` are a file, T_world_scan by file names, or one per scan."""
     clouds = []
     for place, scan in enumerate(scans):
         item = as_data(scan)

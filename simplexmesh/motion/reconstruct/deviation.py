@@ -7,17 +7,15 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.errors import warn
 from simplexmesh.data.conversion import as_data, as_triangles
 from simplexmesh.data.foreign import converted
 from simplexmesh.data.points import PointCloud
 from simplexmesh.motion.reconstruct.result import Summary
 from simplexmesh.motion.targets.triangles import Triangles
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False, repr=False)

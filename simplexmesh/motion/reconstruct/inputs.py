@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.errors import TopologyError, counted, warn
 from simplexmesh.data.points import PointCloud
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.data.volume import Volume
-from simplexmesh.motion.model.state import Target
 from simplexmesh.motion.reconstruct.open_data import are_inward, outward_cloud
 from simplexmesh.motion.start.crossings import outer_crossings
 from simplexmesh.motion.start.from_points import start_from_points
@@ -23,9 +22,8 @@ from simplexmesh.motion.start.report import Start
 from simplexmesh.motion.targets.isosurface import Isosurface
 from simplexmesh.motion.targets.labels import LabelSurface
 from simplexmesh.motion.targets.points import Points
+from simplexmesh.motion.targets.protocol import Target
 from simplexmesh.motion.targets.triangles import Triangles
-
-Array = NDArray[np.float64]
 
 MOST_LEFT_OUT = 0.1
 """Fraction of the surface on omitted components above which a warning is given."""
@@ -35,26 +33,11 @@ LEAST_TOLD = 0.001
 
 
 class Input(ABC):
-    """Data to be reconstructed; nothing about it changes.
+    """Data to be reconstructed; nothing about it changes."""
 
-    Attributes
-    ----------
-    components : {"largest", "all"}
-        Which components are wanted.
-    layered : bool
-        Whether other surfaces may lie close inside the one wanted.
-    surface : TriangleMesh or None
-        The triangles, of a surface that is given as such.
-    """
-
-    components: str
-    layered = False
-    surface: TriangleMesh | None = None
-
-    @property
-    @abstractmethod
-    def source(self) -> Volume | PointCloud | TriangleMesh:
-        """What was given, with its arrays and unit."""
+    source: Volume | PointCloud | TriangleMesh
+    components: str  # "largest" or "all"
+    layered = False  # whether other surfaces may lie close inside the one wanted
 
     @property
     def oriented(self) -> bool:
@@ -89,10 +72,7 @@ class Input(ABC):
         return self
 
     def turned_outward(self, *, enclosed: bool = True) -> Input:
-        """Return the data with normals away from the centroid of its border: a start outside sees its outer side.
-
-        Points without normals get some if `enclosed`; a start amid them finds more of them without.
-        """
+        """Return the data with normals away from the centroid of its border; points get some if `enclosed`."""
         return self
 
 
@@ -100,31 +80,26 @@ class Input(ABC):
 class VolumeInput(Input):
     """The isosurface of a volume, its object above the level, or one region of a label volume."""
 
-    volume: Volume
+    source: Volume
     components: str
     level: float | None
     label: int | None
     layered = True
 
     @property
-    def source(self) -> Volume:
-        """The volume."""
-        return self.volume
-
-    @property
     def resolution(self) -> float:
         """The smallest spacing."""
-        return float(np.min(self.volume.spacing))
+        return float(np.min(self.source.spacing))
 
     @cached_property
     def target(self) -> Isosurface | LabelSurface:
         """The isosurface, or the boundary of the region."""
-        return LabelSurface(self.volume, self.label) if self.level is None else Isosurface(self.volume, self.level)
+        return LabelSurface(self.source, self.label) if self.level is None else Isosurface(self.source, self.level)
 
     @cached_property
     def points(self) -> Array:
         """(m, 3) points where grid lines leave the object, with a warning if many are on components left out."""
-        volume, level = self.volume, self.level
+        volume, level = self.source, self.level
         if level is None:
             assert self.label is not None
             volume, level = volume.mask(self.label), 0.5
@@ -144,7 +119,7 @@ class VolumeInput(Input):
     def start(self, vertices: int, tunnels: float | None) -> tuple[Start, Target]:
         """Return the dual of a coarse isosurface, of the smoothed region for a label."""
         options: Any = {"components": self.components, "tunnels": tunnels}
-        start = start_from_volume(self.volume, self.level, self.label, vertices, **options)
+        start = start_from_volume(self.source, self.level, self.label, vertices, **options)
         if start.report.share_dropped >= LEAST_TOLD:
             pieces = counted(start.report.components_dropped, "piece", "pieces")
             share = f"{100 * start.report.share_dropped:.2g} % of its samples"
@@ -156,21 +131,16 @@ class VolumeInput(Input):
         """Return the region without the pieces that a start left out."""
         if start.left_out is None or self.label is None:
             return self
-        kept = self.volume.mask(self.label).values.astype(bool) & ~start.left_out
-        return replace(self, volume=replace(self.volume, values=kept.astype(np.uint8)), label=1)
+        kept = self.source.mask(self.label).values.astype(bool) & ~start.left_out
+        return replace(self, source=replace(self.source, values=kept.astype(np.uint8)), label=1)
 
 
 @dataclass(frozen=True, eq=False)
 class PointsInput(Input):
     """A point cloud, with or without normals."""
 
-    cloud: PointCloud
+    source: PointCloud
     components: str
-
-    @property
-    def source(self) -> PointCloud:
-        """The points."""
-        return self.cloud
 
     @property
     def resolution(self) -> float:
@@ -180,20 +150,20 @@ class PointsInput(Input):
     @property
     def points(self) -> Array:
         """(m, 3) the points themselves."""
-        return self.cloud.points
+        return self.source.points
 
     @cached_property
     def target(self) -> Points:
         """The surface of the points."""
-        return Points(self.cloud)
+        return Points(self.source)
 
     def samples(self) -> PointCloud:
         """Return the points themselves."""
-        return self.cloud
+        return self.source
 
     def start(self, vertices: int, tunnels: float | None) -> tuple[Start, Target]:
         """Return the dual of a coarse surface around the points, and the target with normals that point out of it."""
-        cloud = self.cloud
+        cloud = self.source
         options: Any = {"components": self.components, "tunnels": tunnels or 0.0}
         try:
             start = start_from_points(cloud, vertices, **options)
@@ -215,47 +185,42 @@ class PointsInput(Input):
 
     def turned_outward(self, *, enclosed: bool = True) -> PointsInput:
         """Return the points with normals away from the center of their openings."""
-        if self.cloud.normals is None and not enclosed:
+        if self.source.normals is None and not enclosed:
             return self
-        return replace(self, cloud=outward_cloud(self.cloud))
+        return replace(self, source=outward_cloud(self.source))
 
 
 @dataclass(frozen=True, eq=False)
 class TrianglesInput(Input):
     """A triangulated surface."""
 
-    surface: TriangleMesh = field()
+    source: TriangleMesh
     components: str
-
-    @property
-    def source(self) -> TriangleMesh:
-        """The triangles."""
-        return self.surface
 
     @property
     def resolution(self) -> float:
         """Half a percent of the diagonal."""
-        return float(np.linalg.norm(np.ptp(self.surface.vertices, axis=0))) / 200
+        return float(np.linalg.norm(np.ptp(self.source.vertices, axis=0))) / 200
 
     @property
     def oriented(self) -> bool:
         """Whether the surface is closed: its triangles then have been turned outward."""
-        return not self.surface.topology.n_borders
+        return not self.source.topology.n_borders
 
     @cached_property
     def points(self) -> Array:
         """(m, 3) the vertices used by faces, and even samples of the surface."""
-        used = np.unique(self.surface.faces)
-        return np.concatenate([self.surface.vertices[used], self._sampled.points])
+        used = np.unique(self.source.faces)
+        return np.concatenate([self.source.vertices[used], self._sampled.points])
 
     @cached_property
     def target(self) -> Triangles:
         """The surface itself."""
-        return Triangles(self.surface)
+        return Triangles(self.source)
 
     @cached_property
     def _sampled(self) -> PointCloud:
-        return self.surface.sampled(40_000, rng=0)
+        return self.source.sampled(40_000, rng=0)
 
     def samples(self) -> PointCloud:
         """Return even samples of the surface with normals, always the same."""
@@ -264,7 +229,7 @@ class TrianglesInput(Input):
     def start(self, vertices: int, tunnels: float | None) -> tuple[Start, Target]:
         """Return the dual of a coarse surface around even samples of the triangles."""
         start = start_from_points(self._sampled, vertices, components=self.components, tunnels=tunnels or 0.0)
-        known = self.surface.topology
+        known = self.source.topology
         if known.n_components == 1 and not known.n_borders and known.genus != start.report.genus and not tunnels:
             warn(
                 f"the surface has genus {known.genus}, the model has {start.report.genus}: handles finer than the "
@@ -274,10 +239,10 @@ class TrianglesInput(Input):
 
     def turned_outward(self, *, enclosed: bool = True) -> TrianglesInput:
         """Return an open surface with its triangles turned away from the centroid of its border."""
-        border, surface = self.target.border.points, self.surface
+        border, surface = self.target.border.points, self.source
         if not len(border):
             return self
         centers = surface.vertices[surface.faces].mean(axis=1)
         if not are_inward(centers, surface.face_vectors, border.mean(axis=0)):
             return self
-        return replace(self, surface=replace(surface, faces=surface.faces[:, ::-1]))
+        return replace(self, source=replace(surface, faces=surface.faces[:, ::-1]))

@@ -1,22 +1,29 @@
-"""The last step of a reconstruction: distances between model and data, and warnings about a poor model."""
+"""The end of a reconstruction: what strayed from the data is put back, distances measured, a poor model warned of."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from simplexmesh._base.errors import warn
+from simplexmesh._base.arrays import Array, Indices, Mask
+from simplexmesh._base.errors import counted, warn
+from simplexmesh.mesh.face_geometry import face_centroids
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-from simplexmesh.motion.model.stages import mean_edge
-from simplexmesh.motion.model.state import Target
+from simplexmesh.mesh.triangulation import fan
+from simplexmesh.motion.model.state import mean_edge
+from simplexmesh.motion.model.untangle import Tangles, filmed, untangled
 from simplexmesh.motion.reconstruct.inputs import Input
 from simplexmesh.motion.reconstruct.open_data import border_width
 from simplexmesh.motion.reconstruct.result import LEAST_BARE, Distance, Summary
 from simplexmesh.motion.reconstruct.run import Run
-from simplexmesh.motion.targets.triangles import inside_surface, surface_distance
+from simplexmesh.motion.start.primitives import PRIMITIVES
+from simplexmesh.motion.targets.protocol import Target
+from simplexmesh.motion.targets.triangles import Triangles, inside_surface, surface_distance
+from simplexmesh.motion.topology.face_regions import dilated
 from simplexmesh.motion.topology.handles import HandleProposal
 
 MOST_POINTS = 200_000
@@ -32,7 +39,102 @@ CLEARLY_OPEN = 0.2
 """Width of the border of data, in its diagonals, from which a model without holes is warned of."""
 
 
-def drawn_points(data: Input) -> NDArray[np.float64]:
+@dataclass(frozen=True)
+class Strays:
+    """The start of a motion and the points of its data, which tell where a mesh has strayed.
+
+    A vertex strayed when it, or the center of one of its faces, is farther from the data than the start is at the place
+    nearest to it, by an edge; the mesh strayed from a point of the data that the start was nearer to, by an edge.
+    """
+
+    start: SimplexMesh
+    points: Array
+    edge: float
+
+    @cached_property
+    def _tree(self) -> cKDTree:
+        return cKDTree(self.points)
+
+    @cached_property
+    def _surface(self) -> Triangles:
+        return Triangles(self.start.triangulated(method="fan"))
+
+    def places(self, vertices: Array) -> Array:
+        """Return (n, 3) the place of the start nearest to each of the vertices (n, 3)."""
+        return self._surface.closest(vertices)[1]
+
+    def among(self, mesh: SimplexMesh, edges: float = 1.0) -> Mask:
+        """Return the vertices (n,) that strayed by more than a number of edges."""
+        c, limit = mesh.connectivity, edges * self.edge
+        places = np.concatenate([mesh.vertices, face_centroids(mesh.vertices, c.face_vertices, c.face_offsets)])
+        away = np.asarray(self._tree.query(places, workers=-1)[0])
+        out = away > limit
+        out[mesh.n_vertices :] &= ~c.face_is_hole
+        if out.any():
+            out[out] = away[out] > self._tree.query(self.places(places[out]))[0] + limit
+        return np.asarray(out[: mesh.n_vertices] | out[mesh.n_vertices :][c.vertex_faces].any(axis=1))
+
+    def lost(self, mesh: SimplexMesh, zone: Mask) -> Indices:
+        """Return the vertices nearest to the points in a zone (n,) that the mesh strayed from, one for each point."""
+        nearest = cKDTree(mesh.vertices).query(self.points, workers=-1)[1]
+        here = zone[nearest]
+        surfaces = Triangles(mesh.triangulated(method="fan")), self._surface
+        now, then = (surface.closest(self.points[here])[0] for surface in surfaces)
+        return np.asarray(nearest[here][now > then + self.edge])
+
+    def around(self, mesh: SimplexMesh, strayed: Mask, rings: int) -> Mask:
+        """Return the vertices (n,) that strayed, those linked to them by others half as far off, and rings of more."""
+        loose, grown = self.among(mesh, 0.5), strayed
+        while (more := dilated(grown, mesh.neighbors, 1) & (loose | strayed)).sum() > grown.sum():
+            grown = more
+        return dilated(grown, mesh.neighbors, rings)
+
+
+def restore(run: Run) -> None:
+    """Put back places of a model begun near the data that strayed, if that tangles nothing; warn of the rest."""
+    if run.options.init in PRIMITIVES or not run.stages[-1].iterations:
+        return
+    strays = Strays(run.start, drawn_points(run.data), mean_edge(run.mesh))
+    if not strays.among(run.mesh).any():
+        return
+    tangles = restored(Tangles(run.mesh), strays, run.target)
+    run.restored = int((tangles.mesh.vertices != run.mesh.vertices).any(axis=1).sum())
+    run.strayed, run.mesh, run.tangled = int(strays.among(tangles.mesh).sum()), tangles.mesh, tangles.count
+    if run.strayed:
+        count = counted(run.strayed, "vertex is", "vertices are")
+        warn(f"{count} farther from the data than the start was there; more vertices or another start may help")
+
+
+def restored(tangles: Tangles, strays: Strays, target: Target) -> Tangles:
+    """Return a mesh with parts that strayed put back: as films, or where these stray as films laid on the start."""
+    for rings in (1, 4):
+        for laid in (False, True):
+            mesh = tangles.mesh
+            strayed = strays.among(mesh)
+            if not strayed.any():
+                return tangles
+            zone = strays.around(mesh, strayed, rings)
+            film = filmed(mesh, zone)
+            if laid:
+                film = mesh.moved(np.where(zone[:, None], strays.places(film.vertices), mesh.vertices))
+            moved, _ = untangled(film, target, reach=strays.edge, rounds=3)
+            tangles = _improved(tangles, moved, strays)
+    return tangles
+
+
+def _improved(tangles: Tangles, moved: SimplexMesh, strays: Strays) -> Tangles:
+    """Return the mesh with positions from `moved` in regions that then stray less, and neither lose data nor tangle."""
+    zone = (moved.vertices != tangles.mesh.vertices).any(axis=1)
+    other = tangles.with_positions(moved, zone)
+    region = tangles.regions(other, zone | other.vertices)
+    good = np.bincount(region, strays.among(other.mesh)) < np.bincount(region, strays.among(tangles.mesh))
+    good &= np.bincount(region, other.vertices) <= np.bincount(region, tangles.vertices)
+    good[region[strays.lost(other.mesh, zone)]] = False
+    mixed = tangles.with_positions(moved, zone & good[region])
+    return mixed if mixed.count <= tangles.count else tangles
+
+
+def drawn_points(data: Input) -> Array:
     """Return the points of the data, drawn at random if they are very many."""
     points = data.points
     if len(points) <= MOST_POINTS:
@@ -41,21 +143,18 @@ def drawn_points(data: Input) -> NDArray[np.float64]:
 
 
 def measure(run: Run) -> None:
-    """Measure the distances both ways, keep that of each vertex to the data on the mesh, and warn of a poor model.
-
-    For a vertex without data along its normal within reach it is the distance to the nearest point of the data.
-    """
+    """Measure the distances both ways, keep that of each vertex on the mesh, and warn of a poor model."""
     run.report(0.95, "measuring")
     mesh, reach, points = run.mesh, run.stages[-1].reach, drawn_points(run.data)
     gaps = run.target.gap(np.ascontiguousarray(mesh.vertices), np.ascontiguousarray(mesh.normals), reach)
     away, unseen = np.abs(gaps), np.isnan(gaps)
     away[unseen] = cKDTree(points).query(mesh.vertices[unseen], workers=-1)[0]
-    surface = mesh.triangulated(method="fan")
-    missing = surface_distance(points, surface.vertices, surface.faces)
+    surface = fan(mesh.vertices, mesh.connectivity)
+    missing = surface_distance(points, *surface)
     enclosed = np.zeros(len(points), bool)
     if not mesh.n_holes:
         far = np.flatnonzero(missing > reach)
-        enclosed[far[inside_surface(points[far], surface.vertices, surface.faces)]] = True
+        enclosed[far[inside_surface(points[far], *surface)]] = True
     run.distance = Distance(Summary.of(away), Summary.of(missing), Summary.of(missing[enclosed]))
     run.mesh = mesh.with_data(distance=away)
     limit = max(reach, FAR * float(np.linalg.norm(np.ptp(points, axis=0))))
@@ -106,7 +205,7 @@ def genus_message(surface: SimplexMesh, mesh: SimplexMesh, proposals: Sequence[H
     return f"the data has genus {surface.genus}, the model has {mesh.genus}; init='auto' finds all its handles"
 
 
-def _share_of_area(mesh: SimplexMesh, chosen: NDArray[np.bool_]) -> float:
+def _share_of_area(mesh: SimplexMesh, chosen: Mask) -> float:
     """Return the share of the area of the surface around vertices."""
     c = mesh.connectivity
     areas = (mesh.face_areas * ~c.face_is_hole / c.face_sizes)[c.face].sum(axis=1)
@@ -114,14 +213,12 @@ def _share_of_area(mesh: SimplexMesh, chosen: NDArray[np.bool_]) -> float:
 
 
 def has_lid(target: Target, mesh: SimplexMesh, bare: float) -> bool:
-    """Return whether a model closes open data with lids, a share `bare` of its area; volumes end where their grid does.
-
-    Of closed bodies, sampled sparsely or with noise, no area at all is so far from the data.
-    """
+    """Return whether a model closes open data with lids, a share `bare` of its area being far from the data."""
+    # of closed bodies no area is, however sparse or noisy their samples; volumes, without `border`, end with their grid
     return not mesh.n_holes and bare >= LEAST_BARE and hasattr(type(target), "border")
 
 
-def open_data_message(target: Target, points: NDArray[np.float64], mesh: SimplexMesh) -> str:
+def open_data_message(target: Target, points: Array, mesh: SimplexMesh) -> str:
     """Return a message about a model without holes of points whose target has a wide border, else an empty one."""
     if mesh.n_holes or border_width(target, points) < CLEARLY_OPEN:
         return ""

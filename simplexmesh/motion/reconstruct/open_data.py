@@ -8,49 +8,35 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.vectors import dot, norm
 from simplexmesh.data.points import PointCloud
-from simplexmesh.motion.model.state import Target
 from simplexmesh.motion.targets.borders import border_of_points
+from simplexmesh.motion.targets.protocol import Target
 from simplexmesh.numerics.plane_fits import planes
 from simplexmesh.orientation.poisson import oriented_indicator
 from simplexmesh.orientation.propagation import propagated
-
-Array = NDArray[np.float64]
 
 STRAIGHT = 0.05
 """Mean cosine below which data is too flat to have an outer side: it keeps the side that it has."""
 
 
-def border_width(target: Target, points: NDArray[np.float64]) -> float:
+def border_width(target: Target, points: Array) -> float:
     """Return the width of the widest border of the data, in diagonals of its points; 0 without any."""
     border = getattr(target, "border", None)
     return 0.0 if border is None else float(border.width.max(initial=0.0) / norm(np.ptp(points, axis=0)))
 
 
 def are_inward(points: Array, normals: Array, center: Array) -> bool:
-    """Return whether normals (n, 3) point towards a center (3,), by their mean cosine weighted by length and distance.
-
-    Examples
-    --------
-    >>> import simplexmesh as sm
-    >>> ball = sm.sphere(4)
-    >>> are_inward(ball.vertices, -ball.normals, np.zeros(3)), are_inward(ball.vertices, ball.normals, np.zeros(3))
-    (True, False)
-    """
+    """Return whether normals (n, 3) point towards a center (3,), by their mean cosine, weighted by sizes."""
     away = points - center
     return bool(dot(away, normals).sum() < -STRAIGHT * (norm(away) * norm(normals)).sum())
 
 
 def outward_cloud(cloud: PointCloud) -> PointCloud:
-    """Return a cloud with its normals, or those of local planes, away from the centroid of its border.
-
-    Signs of planes are propagated from point to point where there is a border, else they are such that they bound a
-    solid.
-    """
+    """Return a cloud with its normals, or those of local planes, away from the centroid of its border."""
     points, normals = cloud.points, cloud.normals
     border = border_of_points(points).points
     center = (border if len(border) else points).mean(axis=0)

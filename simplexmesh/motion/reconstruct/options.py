@@ -1,4 +1,4 @@
-"""The choices of the user of `reconstruct`, checked, with their defaults."""
+"""The choices of the user of `reconstruct`, checked, with their defaults, and the stages of motion that follow."""
 
 from __future__ import annotations
 
@@ -7,11 +7,15 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from simplexmesh._base import checks
 from simplexmesh.data.io.reading import read_mesh
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-from simplexmesh.motion.density.refine_options import THRESHOLDS
+from simplexmesh.motion.density.refinement import THRESHOLDS
 from simplexmesh.motion.model.parameters import MOST_RIGID
+from simplexmesh.motion.model.state import Stage, mean_edge
+from simplexmesh.motion.reconstruct.inputs import Input
 from simplexmesh.motion.start.primitives import ENCLOSING, PRIMITIVES
 
 FEWEST_VERTICES, MOST_VERTICES = 20, 20_000_000
@@ -26,35 +30,20 @@ Choice = str | Sequence[Any] | Callable[[Any], bool]
 
 @dataclass(frozen=True)
 class Options:
-    """The parameters of `reconstruct`, checked; by default primitives change in every way, meshes given in none.
+    """The parameters of `reconstruct`, checked; by default primitives change in every way, meshes given in none."""
 
-    Attributes
-    ----------
-    init : str or SimplexMesh
-        A mesh that was named by path has been read.
-    holes, handles : str, function or list
-    components : {"auto", "largest", "all"}
-        "largest" for a start that is given.
-    refine : {"none", "auto", "coarse", "medium", "fine"}
-    closes : bool
-        Whether the model closes open data although nobody asked for it.
-    placement : {"even", "adaptive", "closed"}
-        "closed" redistributes vertices only without holes, among whose coarse faces the boundary strays, and in bodies
-        of a volume that are not thin.
-    """
-
-    init: Any
+    init: Any  # a mesh that was named by path has been read
     vertices: int
-    components: str
+    components: str  # "largest" for a start that is given
     tunnels: float | None
     iterations: int
     rigidity: int
     adaptation: float | None
-    placement: str | None
+    placement: str | None  # "closed": adaptive but for thin bodies, and holes: their boundary strays among coarse faces
     holes: Choice | None
     handles: Choice | None
     refine: str | None
-    closes: bool = field(default=False, init=False)
+    closes: bool = field(default=False, init=False)  # open data, although nobody asked for it
 
     def __post_init__(self) -> None:
         placement, adaptation, init = self.placement, self.adaptation, checked_init(self.init)
@@ -126,3 +115,26 @@ def _choice(name: str, given: Choice | None, default: str) -> Choice:
     if not hasattr(given, "__len__"):
         raise TypeError(f"{name} must be 'auto', 'none', a function or a sequence, not {type(given).__name__}")
     return list(given)
+
+
+def stages_from(start: SimplexMesh, data: Input, options: Options, *, cell: float | None) -> list[Stage]:
+    """Return ever lighter stages: three from a start found on a grid of this cell size, five from farther away."""
+    radius = 0.5 * float(np.linalg.norm(np.ptp(data.points, axis=0)))
+    edge, rigidity, iterations = mean_edge(start), options.rigidity, options.iterations
+    last = max(2 * data.resolution, edge)
+    if cell is not None:
+        error = max(data.resolution, cell, min(1.2 * edge, 1.5 * data.resolution))  # few vertices are farther off
+        near = 1.25 * error if data.layered else max(3 * data.resolution, 2 * edge)
+        reach = min(near, 0.2 * radius)
+        return [
+            Stage(max(2, rigidity), reach, 40, beta=0.2),
+            Stage(rigidity, reach, iterations, beta=0.4, adaptation=options.adaptation or 0.0),
+            Stage(rigidity, min(last, reach), iterations // 2, beta=0.4),
+        ]
+    return [
+        Stage(max(20, rigidity), 2.0 * radius, 150, alpha=0.5, beta=0.03),
+        Stage(max(10, rigidity), 0.8 * radius, 60, alpha=0.5, beta=0.05),
+        Stage(max(6, rigidity), 0.4 * radius, 100, beta=0.1),
+        Stage(rigidity, 0.16 * radius, iterations, beta=0.3, adaptation=options.adaptation or 0.0),
+        Stage(rigidity, last, iterations // 2, beta=0.4),
+    ]

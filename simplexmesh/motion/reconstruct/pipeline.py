@@ -7,15 +7,12 @@ from typing import Any
 
 from simplexmesh._base.progress import Report, reporting
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
+from simplexmesh.motion.reconstruct.changes import change_topology, redistribute, refine_and_fit
 from simplexmesh.motion.reconstruct.conversion import as_input
-from simplexmesh.motion.reconstruct.density_changes import redistribute, refine_and_fit
-from simplexmesh.motion.reconstruct.measure import measure
+from simplexmesh.motion.reconstruct.measure import measure, restore
 from simplexmesh.motion.reconstruct.options import Choice, Options
 from simplexmesh.motion.reconstruct.result import Reconstruction
-from simplexmesh.motion.reconstruct.run import finish, settle
-from simplexmesh.motion.reconstruct.start import started
-from simplexmesh.motion.reconstruct.strays import restore
-from simplexmesh.motion.reconstruct.topology_changes import change_topology
+from simplexmesh.motion.reconstruct.run import finish, settle, started
 
 
 def reconstruct(

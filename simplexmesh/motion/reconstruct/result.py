@@ -1,20 +1,35 @@
-"""The result of a reconstruction: the model, its distances to the data, and the record of how it was made."""
+"""The result of a reconstruction: the model, with the arrays of its data, the distances to it, and its record."""
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.html import card, grid
+from simplexmesh._base.vectors import cross, dot
+from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.model.state import State
 from simplexmesh.motion.start.report import StartReport
+from simplexmesh.motion.targets.triangles import Triangles
 from simplexmesh.motion.topology.handles import HandleProposal
 from simplexmesh.motion.topology.holes import HoleProposal
+from simplexmesh.numerics.blending import blended
 
-Array = NDArray[np.float64]
+Rows = tuple[Indices, Array]
+
+COLUMNS = ("mean", "rms", "95 %", "max", "points")
+
+LEAST_BARE = 0.02
+"""Share of a model without data nearby from which it is told: of closed bodies it is 0, the bottom of an object scanned
+from all other sides is 4 to 11 %, the back of a face or of a single range image 30 to 40 %."""
+
+NEAREST = 4
+"""Points whose values are averaged, by the inverse of their squared distances."""
 
 
 @dataclass(frozen=True)
@@ -50,9 +65,6 @@ class Summary:
     def __repr__(self) -> str:
         numbers = ", ".join(f"{name}={getattr(self, name):.4g}" for name in ("mean", "rms", "p95", "max"))
         return f"Summary({numbers}, count={self.count})"
-
-
-COLUMNS = ("mean", "rms", "95 %", "max", "points")
 
 
 @dataclass(frozen=True, repr=False)
@@ -127,11 +139,6 @@ class TopologyRecord:
     exchanged: int = 0
     swapped: int = 0
     exceptions: tuple[int, ...] = ()
-
-
-LEAST_BARE = 0.02
-"""Share of a model without data nearby from which it is told: of closed bodies it is 0, the bottom of an object scanned
-from all other sides is 4 to 11 %, the back of a face or of a single range image 30 to 40 %."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -213,3 +220,30 @@ class Reconstruction:
             f"data to mesh rms {self.distance.data_to_mesh.rms:.4g}, {bare}{self._end} "
             f"after {len(self.history)} iterations)"
         )
+
+
+def with_data_of(mesh: SimplexMesh, source: Any) -> SimplexMesh:
+    """Return a mesh with the unit of its data, and arrays from the nearest points or places; it keeps its own."""
+    data = getattr(source, "data", {})
+    if not data:
+        return replace(mesh, unit=source.unit)
+    rows, weights = (_corners if isinstance(source, TriangleMesh) else _neighbors)(source, mesh.vertices)
+    return replace(mesh, data={**blended(data, rows, weights), **mesh.data}, unit=source.unit)
+
+
+def _neighbors(cloud: Any, places: Array) -> Rows:
+    distance, rows = cKDTree(cloud.points).query(places, k=min(NEAREST, len(cloud)), workers=-1)
+    nearest = np.maximum(distance[:, :1], np.finfo(np.float64).tiny)
+    return rows, np.where(distance > 0, nearest / np.maximum(distance, nearest), 1.0) ** 2
+
+
+def _corners(surface: TriangleMesh, places: Array) -> Rows:
+    """Return the corners of the nearest triangles and the shares of their areas opposite the nearest points."""
+    _, closest, faces = Triangles(surface).closest(places)
+    rows = surface.faces[faces]
+    ends = surface.vertices[rows] - closest[:, None]
+    whole = surface.face_vectors[faces]
+    shares = [dot(cross(ends[:, (j + 1) % 3], ends[:, (j + 2) % 3]), whole) for j in range(3)]
+    weights = np.clip(np.stack(shares, axis=1), 0.0, None)
+    known = weights.sum(axis=1, keepdims=True) > 0  # not for a triangle without area
+    return rows, np.where(known, weights, 1.0)

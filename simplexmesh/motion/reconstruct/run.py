@@ -1,66 +1,57 @@
-"""A reconstruction in progress: the one object that every step of the pipeline changes; its first and last motion."""
+"""A reconstruction in progress: the one object that every step changes; how it starts, settles and finishes."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Mask
+from simplexmesh._base.errors import TopologyError, warn
 from simplexmesh._base.progress import Report
 from simplexmesh.mesh.operators.regularize import regularize
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-from simplexmesh.motion.carrying import with_data_of
 from simplexmesh.motion.model.boundary import unfolded_boundary
-from simplexmesh.motion.model.stages import Stage, is_at_rest, mean_edge
-from simplexmesh.motion.model.state import State, Target
+from simplexmesh.motion.model.deform import DeformableModel
+from simplexmesh.motion.model.state import Stage, State, is_at_rest, mean_edge
 from simplexmesh.motion.model.untangle import untangled
 from simplexmesh.motion.reconstruct.inputs import Input
-from simplexmesh.motion.reconstruct.options import Options
-from simplexmesh.motion.reconstruct.result import UNMEASURED, Distance, Reconstruction, TopologyRecord
-from simplexmesh.motion.start.report import StartReport
+from simplexmesh.motion.reconstruct.open_data import border_width
+from simplexmesh.motion.reconstruct.options import Options, stages_from
+from simplexmesh.motion.reconstruct.result import UNMEASURED, Distance, Reconstruction, TopologyRecord, with_data_of
+from simplexmesh.motion.start.primitives import ENCLOSING, primitive_around
+from simplexmesh.motion.start.report import Start, StartReport
+from simplexmesh.motion.targets.protocol import Target
+from simplexmesh.motion.topology.handles import add_handles, given_pairs
+from simplexmesh.motion.topology.holes import given_zones
+
+FEWEST_WRAPPED = 60
+"""Meshes of fewer vertices would collapse when they are wrapped around the data, and have no room for handles."""
+
+OPEN = 0.05
+"""Width of the border of data, in its diagonals, from which no closed model is looked for."""
 
 
 @dataclass
 class Run:
-    """A reconstruction in progress; the attributes beyond these are those of `Reconstruction`.
-
-    Attributes
-    ----------
-    data : Input
-        With normals turned outward where the start needs that.
-    mesh : SimplexMesh
-        The present mesh, always a complete state.
-    target : Target
-        The data that attracts it.
-    stages : list of Stage
-        The stiff ones, the fine one and the last.
-    surface : SimplexMesh or None
-        The automatic start of closed data, around which `mesh`, which encloses it, is wrapped.
-    zones : list of array of bool
-        The faces of holes that the user gave.
-    fallback : SimplexMesh or None
-        An untangled mesh of the same connectivity near the data, when one is known.
-    done : float
-        Share of the motion done, 0 to 1.
-    """
+    """A reconstruction in progress; the attributes without a comment are those of `Reconstruction`."""
 
     options: Options
-    data: Input
+    data: Input  # with normals turned outward where the start needs that
     report: Report
     start: SimplexMesh
-    mesh: SimplexMesh
+    mesh: SimplexMesh  # always a complete state
     target: Target
-    stages: list[Stage]
+    stages: list[Stage]  # the stiff ones, the fine one and the last
     found: StartReport | None = None
-    surface: SimplexMesh | None = None
-    zones: list[NDArray[np.bool_]] = field(default_factory=list)
-    fallback: SimplexMesh | None = None
+    surface: SimplexMesh | None = None  # the automatic start of closed data, around which `mesh` is wrapped
+    zones: list[Mask] = field(default_factory=list)  # faces of holes that the user gave
+    fallback: SimplexMesh | None = None  # untangled, of the same connectivity near the data, when one is known
     topology: TopologyRecord = field(default_factory=TopologyRecord)
     history: list[State] = field(default_factory=list)
     distance: Distance = UNMEASURED
     bare: float = float("nan")
-    done: float = 0.0
+    done: float = 0.0  # share of the motion, 0 to 1
     converged: bool = False
     interrupted: bool = False
     tangled: int | None = None
@@ -74,7 +65,10 @@ class Run:
         for stage in stages:
             self.converged = False
             edge, states = mean_edge(self.mesh), len(self.history)
-            model = stage.model(self.mesh, self.target)
+            model = DeformableModel(
+                self.mesh, self.target, rigidity=stage.rigidity, reach=stage.reach, alpha=stage.alpha, beta=stage.beta,
+                adaptation=stage.adaptation,
+            )  # fmt: skip
             try:
                 for state in model.run(stage.iterations, warnings=False):
                     self.history.append(state)
@@ -138,3 +132,58 @@ def finish(run: Run) -> None:
     run.report(0.92, "untangling")
     left = run.untangle(last.reach)
     run.mesh, run.tangled = unfolded_boundary(run.mesh) if run.mesh.n_holes else run.mesh, left
+
+
+def started(data: Input, options: Options, report: Report) -> Run:
+    """Return the reconstruction at its start, pairs of faces that the user gave joined to handles."""
+    init, target, found = options.init, None, None
+    wraps = init in ENCLOSING and not isinstance(options.handles, list) and options.handles != "none"
+    if isinstance(init, SimplexMesh):
+        mesh = init
+    elif init == "auto":
+        found, target = data.start(options.vertices, options.tunnels)
+        data, mesh = data.without(found), found.mesh
+    else:
+        found, target = _closed_start(data, options) if wraps else (None, None)
+        if found is None and init != "plane":
+            data = data.turned_outward(enclosed=init in ENCLOSING)
+        normals = data.samples().normals
+        facing = None if normals is None else normals.mean(axis=0)
+        mesh = primitive_around(data.points, init, options.first_vertices, facing=facing)
+    run = Run(options, data, report, mesh, mesh, data.target if target is None else target, [])
+    if found is not None:
+        run.found = found.report
+        run.surface, run.fallback = (None, mesh) if init == "auto" else (found.mesh, None)
+    run.stages = stages_from(mesh, data, options, cell=found.report.cell if found and init == "auto" else None)
+    _apply_given_faces(run)
+    return run
+
+
+def _apply_given_faces(run: Run) -> None:
+    """Check the zones and pairs of faces that the user gave, join the pairs, and number the zones as after that."""
+    zones, pairs = run.options.holes, run.options.handles
+    if isinstance(zones, list):
+        run.zones = [zone & ~run.mesh.connectivity.face_is_hole for zone in given_zones(run.mesh, zones, "holes")]
+    if isinstance(pairs, list):
+        pairs = given_pairs(run.mesh, pairs, "handles")
+        if any(zone[pairs].any() for zone in run.zones):
+            raise ValueError("holes and handles must not share a face of the start")
+        out = add_handles(run.mesh, pairs=pairs)
+        run.mesh, run.fallback, run.topology = out.mesh, None, replace(run.topology, handles=out.proposals)
+        faces = np.arange(len(out.mesh.connectivity.face_sizes))
+        run.zones = [np.isin(faces, out.face_map[zone]) for zone in run.zones]
+
+
+def _closed_start(data: Input, options: Options) -> tuple[Start, Target] | tuple[None, None]:
+    """Return the automatic start of closed data; None for other data, and a user's function is told why."""
+    few = options.vertices < FEWEST_WRAPPED
+    if few or border_width(data.target, data.points) >= OPEN:
+        if callable(options.handles):
+            reason = "the model has too few vertices" if few else "the data is open"
+            warn(f"no handles are looked for, as {reason}")
+        return None, None
+    try:
+        return data.start(options.vertices, options.tunnels)
+    except TopologyError as error:
+        warn(f"no handles are looked for, as the genus of the data is not known: {error}")
+        return None, None

@@ -92,10 +92,7 @@ def _move_is_valid(vertices, corners, mates, first, moved):
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def relax_round(vertices, corners, mates, first, step):
-    """Move each vertex in turn, in place, a fraction `step` of the way to the centroid of its triangles, tangentially.
-
-    A move that would turn a triangle by more than 60 degrees is halved, at most three times, then skipped.
-    """
+    """Move each vertex in place, tangentially, by `step` towards the centroid of its triangles, if none turns over."""
     normal, center, moved = np.zeros(3), np.zeros(3), np.zeros(3)
     for v in range(len(vertices)):
         if first[v] < 0:

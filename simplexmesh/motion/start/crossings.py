@@ -8,17 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh.data.box import box_around, box_slices
 from simplexmesh.data.volume import Volume
 
-Array = NDArray[np.float64]
-
 
 def outer_crossings(volume: Volume, level: float, *, largest: bool = False) -> Array:
-    """Return (m, 3) points where grid lines leave an object, above the level, for the background around it.
-
-    Outside the volume is background; cavities are not. With `largest`, only the largest component is the object.
-    """
+    """Return (m, 3) points where grid lines leave an object, above the level, or its largest part, to the outside."""
     first, part = _cropped(volume.values, level)
     values = np.full(np.add(part.shape, 2), -np.inf, dtype=np.float32)
     contrast = min(abs(level - bound) for bound in volume.range)
@@ -58,7 +54,7 @@ def _axes_back(index: Array, axis: int) -> Array:
     return out
 
 
-def _cropped(values: NDArray[Any], level: float) -> tuple[NDArray[np.int64], NDArray[Any]]:
+def _cropped(values: NDArray[Any], level: float) -> tuple[Indices, NDArray[Any]]:
     """Return the first index and the samples of the object's bounding box, with a margin of one sample."""
     box = box_around(values > level)
     if box is None:

@@ -7,19 +7,15 @@ leak, and by iterated Poisson reconstruction.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.errors import TopologyError
 from simplexmesh.data.points import PointCloud
 from simplexmesh.motion.start.report import Start, StartReport
 from simplexmesh.motion.start.solid_mesh import FEWEST, cell_size, solid_mesh
 from simplexmesh.motion.start.topology import pieces, without_cavities, without_tunnels
 from simplexmesh.numerics.plane_fits import planes, spacing_of
-from simplexmesh.orientation.indicator import Indicator, Poisson
-from simplexmesh.orientation.poisson import oriented_indicator
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
+from simplexmesh.orientation.poisson import Indicator, Poisson, oriented_indicator
 
 MOST_POINTS = 60_000
 """Points used, unless there are more vertices: more take longer and do not change the topology."""

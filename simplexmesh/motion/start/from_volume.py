@@ -14,15 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.errors import TopologyError, warn
 from simplexmesh.data.box import box_around, box_slices
 from simplexmesh.data.volume import Volume
 from simplexmesh.motion.start.report import Start, StartReport
 from simplexmesh.motion.start.solid_mesh import FEWEST, cell_size, edge_length, solid_mesh, surface_area
 from simplexmesh.motion.start.topology import pieces, without_cavities, without_tunnels
-
-Array = NDArray[np.float64]
 
 MOST_CELLS, MOST_CELLS_THIN = 3_000_000, 8_000_000
 """Grid cells, also for thin solids: time and memory against detail."""
@@ -51,11 +49,7 @@ def start_from_volume(
     components: str = "largest",
     tunnels: float | None = None,
 ) -> Start:
-    """Return a closed mesh near the isosurface of a volume at `level`, its object above it, or near that of a label.
-
-    Tunnels narrower than given are sealed: by default 3 edges of the mesh or 13 voxels (3 for a label), if these are
-    more.
-    """
+    """Return a closed mesh near an isosurface, its object above it, or near a label; narrower `tunnels` are sealed."""
     native, first, left_out = _field(volume, level, label, components, 0.5 * FEWEST / vertices)
     body = without_cavities(native > 0)
     filled = np.count_nonzero(body) / np.count_nonzero(native > 0) - 1
@@ -84,13 +78,8 @@ def start_from_volume(
     return Start(mesh, report, left_out=missing if count else None)
 
 
-def _missing(
-    inside: NDArray[np.bool_], solid: NDArray[np.bool_], first: Array, factor: Array
-) -> tuple[NDArray[np.bool_], int]:
-    """Return the samples of pieces of which nothing is left in a solid, too small or thin for a mesh, and their number.
-
-    The first cell of the solid is at the sample `first`, and cells are `factor` samples apart.
-    """
+def _missing(inside: Mask, solid: Mask, first: Array, factor: Array) -> tuple[Mask, int]:
+    """Return the samples, and number, of pieces of which a solid, with cells of `factor` from `first`, has nothing."""
     near = ndimage.binary_dilation(np.pad(solid, 2))
     sides = zip(inside.shape, near.shape, first, factor, strict=True)
     at = [np.rint((np.arange(n) - low) / step).astype(int).clip(-2, m - 3) + 2 for n, m, low, step in sides]
@@ -100,7 +89,7 @@ def _missing(
     return ~kept[label], int(np.count_nonzero(~kept))
 
 
-def _cell(volume: Volume, solid: NDArray[np.bool_], area: float, vertices: int) -> float:
+def _cell(volume: Volume, solid: Mask, area: float, vertices: int) -> float:
     """Return the cell size: for twice the triangles needed, less if thin, about a voxel, and not too many."""
     voxel = float(np.prod(volume.spacing)) ** (1 / 3)
     thickness = 2 * np.count_nonzero(solid) * float(np.prod(volume.spacing)) / area
@@ -113,10 +102,7 @@ def _cell(volume: Volume, solid: NDArray[np.bool_], area: float, vertices: int) 
 def _field(
     volume: Volume, level: float | None, label: int | None, components: str, smallest: float
 ) -> tuple[NDArray[np.float32], Array, int]:
-    """Return the samples around the solid, positive inside, the index of the first, and the components dropped.
-
-    Of all components, those are dropped that have less than the share `smallest` of the samples.
-    """
+    """Return the samples around the solid, positive inside, the index of the first, and the components dropped."""
     inside, middle, contrast = _inside(volume, level, label)
     low, high = _box(inside)
     part = inside[box_slices(low, high, volume.shape)]
@@ -132,28 +118,21 @@ def _field(
     return np.pad(out, pad, constant_values=-contrast / unit), low.astype(float), dropped
 
 
-def _box(inside: NDArray[np.bool_]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def _box(inside: Mask) -> tuple[Indices, Indices]:
     """Return the bounding box of a non-empty mask, widened by a margin; it may extend beyond the grid."""
     box = box_around(inside)
     assert box is not None
     return box[0] - 3, box[1] + 3
 
 
-def _inside(volume: Volume, level: float | None, label: int | None) -> tuple[NDArray[np.bool_], float, float]:
-    """Return the mask of the solid, the value at its surface, and the contrast at which values are clipped.
-
-    They are clipped symmetrically, so that smoothing does not shift the surface towards the brightest regions.
-    """
-    if level is not None and label is not None:
-        raise ValueError("one of level and label must be given, not both")
-    if label is not None:
-        return np.asarray(volume.mask(label).values) > 0, 0.5, 0.5
+def _inside(volume: Volume, level: float | None, label: int | None) -> tuple[Mask, float, float]:
+    """Return the mask of the solid, the value at its surface, and the contrast to clip at, the same on both sides."""
     if level is None:
-        raise ValueError("one of level and label must be given, got none")
+        assert label is not None
+        return np.asarray(volume.mask(label).values) > 0, 0.5, 0.5
     low, high = volume.range
-    if not low < checks.number("level", level) < high:
-        raise ValueError(f"level must be between {low:g} and {high:g}, the range of the volume, not {level:g}")
-    return volume.values > level, level, min(level - low, high - level)
+    contrast = min(level - low, high - level)  # else smoothing would shift the surface towards the brightest regions
+    return volume.values > level, level, contrast
 
 
 def _finely_resampled(
@@ -173,10 +152,7 @@ def _finely_resampled(
 
 
 def _resampled(native: NDArray[Any], spacing: Array, cell: float, *, binary: bool) -> NDArray[np.float32] | None:
-    """Return the field smoothed and resampled to cubic cells, with the same first sample.
-
-    It is smoothed less where half of the volume would be lost; None if that is lost even so.
-    """
+    """Return the field on cubic cells, smoothed less where half of its volume would be lost; None if it is even so."""
     factor = cell / spacing
     shape = tuple(np.ceil((np.array(native.shape) - 1) / factor).astype(int) + 2)
     wanted = np.count_nonzero(native > 0) / float(np.prod(factor))

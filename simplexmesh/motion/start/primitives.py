@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.vectors import norm
 from simplexmesh.mesh import shapes
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-
-Array = NDArray[np.float64]
 
 PRIMITIVES = ("sphere", "ellipsoid", "cylinder", "plane", "torus")
 ENCLOSING = ("sphere", "ellipsoid")
@@ -67,10 +65,7 @@ def primitive_around(points: Array, kind: str, vertices: int, *, facing: Array |
 
 
 def _fit_ends(tube: SimplexMesh, local: Array) -> SimplexMesh:
-    """Return a tube along x with each end moved to the plane fitted to where the points end.
-
-    Parts of the tube beyond an oblique end would be attracted by the far side.
-    """
+    """Return a tube along x with its ends, which the far side would attract, moved to where the points end."""
     angle = np.arctan2(local[:, 2], local[:, 1])
     sector = np.minimum(((angle + np.pi) * (SECTORS / (2 * np.pi))).astype(np.int64), SECTORS - 1)
     if len(np.unique(sector)) < SECTORS:

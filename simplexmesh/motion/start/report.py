@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
+from simplexmesh._base.arrays import Mask
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-from simplexmesh.orientation.indicator import Indicator
+from simplexmesh.orientation.poisson import Indicator
 
 
 @dataclass(frozen=True)
@@ -55,12 +53,9 @@ class StartReport:
 
 @dataclass(frozen=True, eq=False)
 class Start:
-    """A closed initial mesh, normals outward, and its report.
-
-    For points also the indicator, positive inside; for a volume the samples of pieces left out, if there are any.
-    """
+    """A closed initial mesh and its report; of points the indicator, of a volume the samples left out."""
 
     mesh: SimplexMesh
     report: StartReport
     indicator: Indicator | None = None
-    left_out: NDArray[np.bool_] | None = None
+    left_out: Mask | None = None

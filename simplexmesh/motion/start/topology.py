@@ -10,14 +10,12 @@ from __future__ import annotations
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import ndimage
 
+from simplexmesh._base.arrays import Indices, Indices32, Mask
 from simplexmesh.data.box import box_around, box_slices
-from simplexmesh.motion.start import _kernels_reach, _kernels_thinning
+from simplexmesh.motion.start import _kernels_topology
 from simplexmesh.orientation import _kernels_grid
-
-Mask = NDArray[np.bool_]
 
 _CORNERS = np.ones((3, 3, 3))
 
@@ -63,7 +61,7 @@ def without_cavities(solid: Mask) -> Mask:
     return solid | (_cavities(solid) > 0)
 
 
-def _cavities(solid: Mask) -> NDArray[np.int32]:
+def _cavities(solid: Mask) -> Indices32:
     """Return labels of the cavities: what a flood from around the grid leaves, by components that do not touch it."""
     filled, label = np.pad(solid, 1), np.zeros(solid.shape, np.int32)
     _kernels_grid.flood(filled)
@@ -84,17 +82,9 @@ def closed(solid: Mask, radius: float) -> Mask:
 
 
 def within(cells: Mask, radius: float) -> Mask:
-    """Return the cells within a distance `radius`, in cells, of true ones: a thirtieth of a distance transform's work.
-
-    Examples
-    --------
-    >>> cells = np.zeros((1, 1, 7), bool)
-    >>> cells[0, 0, 3] = True
-    >>> within(cells, 2.5).astype(int)
-    array([[[0, 1, 1, 1, 1, 1, 0]]])
-    """
+    """Return the cells within a distance `radius`, in cells, of true ones: far faster than a distance transform."""
     out = np.zeros(cells.shape, bool)
-    _kernels_reach.within(cells, int(radius * radius + 1e-9), out)
+    _kernels_topology.within(cells, int(radius * radius + 1e-9), out)
     return out
 
 
@@ -117,11 +107,8 @@ def _components_containing(grown: Mask, solid: Mask) -> Mask:
     return kept[label]
 
 
-def thickened(solid: Mask, places: NDArray[np.int64], rings: int) -> Mask:
-    """Return a solid without cavities dilated by one layer of cells within `rings` cells of given places (n, 3).
-
-    Pinholes and narrow clefts close, wider hollows stay open.
-    """
+def thickened(solid: Mask, places: Indices, rings: int) -> Mask:
+    """Return a solid grown by a layer near places (n, 3): pinholes and clefts close, wider hollows stay open."""
     near = np.zeros(solid.shape, bool)
     near[tuple(np.clip(places, 0, np.array(solid.shape) - 1).T)] = True
     out = solid | (_layered(near, rings) & _layered(solid))
@@ -168,7 +155,7 @@ def pinched(solid: Mask) -> Mask:
     return out
 
 
-def _block_adjacency(*, corners: bool) -> NDArray[np.int64]:
+def _block_adjacency(*, corners: bool) -> Indices:
     """Return the adjacency lists (27, 27) of a 3x3x3 block without its center, padded by -1, for the `thin` kernel."""
     at = np.stack(np.unravel_index(np.arange(27), (3, 3, 3)), axis=1)
     apart = np.abs(at[:, None] - at[None])
@@ -185,6 +172,8 @@ def _block_adjacency(*, corners: bool) -> NDArray[np.int64]:
 
 
 _ADJACENCY6 = _block_adjacency(corners=False)
+
+
 _ADJACENCY26 = _block_adjacency(corners=True)
 
 
@@ -197,7 +186,7 @@ def thinned(solid: Mask, keep: Mask, rounds: int = 100) -> Mask:
     cells = np.argwhere(spare)
     cells = cells[np.argsort(depth[tuple(cells.T)], kind="stable")]
     out = solid.copy()
-    _kernels_thinning.thin(out, keep, cells, _ADJACENCY6, _ADJACENCY26, rounds)
+    _kernels_topology.thin(out, keep, cells, _ADJACENCY6, _ADJACENCY26, rounds)
     return out
 
 

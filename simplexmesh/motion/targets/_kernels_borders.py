@@ -38,10 +38,7 @@ def _criteria(points, index, near, normal):
 
 @njit(cache=True, error_model="numpy", parallel=True)
 def boundary_criteria(points, rows, near, normals, known, gap, offset):
-    """Fill the largest angular gap of the neighbors (m, k) of points, and their mean's offset relative to the farthest.
-
-    Unless they are `known`, the normals (m, 3) of the tangent planes are filled too.
-    """
+    """Fill angular gaps and offsets of means of the neighbors (m, k) of points, and their normals unless `known`."""
     for m in prange(len(rows)):
         if not known:
             fit_plane(points, near[m], row(points, rows[m]), math.inf, normals[m])

@@ -25,10 +25,7 @@ def count_crossings(mask, counts):
 
 @njit(cache=True, error_model="numpy", parallel=True)
 def fill_crossings(mask, starts, places, axes, gradients):
-    """Fill, per crossing, its midpoint, its axis, and the outward direction, in indices of `mask`.
-
-    The direction is minus the first moment of the region within two samples: a smoothed gradient of its indicator.
-    """
+    """Fill midpoint, axis and outward direction of each crossing, minus the region's first moment, as indices."""
     nx, ny, nz = mask.shape
     for i in prange(2, nx - 1):
         n = starts[i]

@@ -7,12 +7,12 @@ import math
 from functools import partial
 from typing import Any, NamedTuple
 
-import numpy as np
 from numba import prange
 from numpy.typing import NDArray
 
 from simplexmesh._base._kernels_both import FAST, Both
 from simplexmesh._base._kernels_njit import njit
+from simplexmesh._base.arrays import Array
 from simplexmesh.numerics._kernels_vectors import row
 
 
@@ -26,7 +26,7 @@ class Field(NamedTuple):
     ni: int  # samples along each axis
     nj: int
     nk: int
-    to_index: NDArray[np.float64]  # (3, 4) from positions to continuous indices
+    to_index: Array  # (3, 4) from positions to continuous indices
     level: float
     sign: float
     outside: float  # value of samples beyond the volume
@@ -116,10 +116,7 @@ def _value_and_slope(field, place, along, far):
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _nearby(field, place, along, most):
-    """Return the parameter, up to `most`, of a crossing that three steps of Newton's method find, or NaN.
-
-    That suffices for nearly all vertices of a fitted mesh, in half of the time of a search.
-    """
+    """Return the parameter, up to `most`, of a crossing that three steps of Newton's method find, or NaN."""
     value, slope = _value_and_slope(field, place, along, 0.0)
     way = 1.0 if value > 0.0 else -1.0
     far = 0.0
@@ -138,10 +135,7 @@ def _nearby(field, place, along, most):
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _crossing(field, place, along, reach, pace):
-    """Return the signed parameter of the first crossing or NaN: outwards from an inside place, inwards from outside.
-
-    The search, in steps of `pace` voxels, covers the part of the line within the volume and one step to either side.
-    """
+    """Return the signed parameter of the first crossing or NaN: outwards from an inside place, inwards from outside."""
     fastest = max(abs(along[0]), abs(along[1]), abs(along[2]))
     if not 0.0 < fastest < math.inf:
         return math.nan

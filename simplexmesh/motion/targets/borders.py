@@ -9,16 +9,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.vectors import norm
 from simplexmesh.motion.targets import _kernels_borders
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 NEIGHBORS = 24
 MIN_ANGLE_GAP = np.deg2rad(110.0)
@@ -40,7 +37,7 @@ class Border:
         return self.points[self.width >= smallest]
 
 
-def _line_widths(points: Array, links: NDArray[np.int64]) -> tuple[Array, NDArray[np.int64]]:
+def _line_widths(points: Array, links: Indices) -> tuple[Array, Indices]:
     """Return, per point, the bounding box diagonal of its connected component and the number of points in it."""
     n = len(points)
     graph = coo_array((np.ones(len(links), bool), links.T.reshape(2, -1)), shape=(n, n))
@@ -51,7 +48,7 @@ def _line_widths(points: Array, links: NDArray[np.int64]) -> tuple[Array, NDArra
     return norm(high - low)[label], np.bincount(label, minlength=count)[label]
 
 
-def border_of_triangles(vertices: Array, faces: NDArray[np.int64], sides: Mask) -> Border:
+def border_of_triangles(vertices: Array, faces: Indices, sides: Mask) -> Border:
     """Return the border of a surface, as points along its edges no farther apart than 1/300 of its diagonal."""
     edges = np.stack([faces[sides], np.roll(faces, -1, axis=1)[sides]], axis=1)
     if not len(edges):
@@ -90,9 +87,7 @@ def border_of_points(points: Array) -> Border:
     return Border(ends[kept], width[kept])
 
 
-def _one_sided(
-    points: Array, rows: NDArray[np.int64], near: NDArray[np.int64], normals: Array | None
-) -> tuple[NDArray[np.int64], Array]:
+def _one_sided(points: Array, rows: Indices, near: Indices, normals: Array | None) -> tuple[Indices, Array]:
     """Return which of some points have their neighbors on one side, and the normals (m, 3) of their tangent planes."""
     found = np.empty((len(rows), 3)) if normals is None else normals
     gap, offset = np.empty((2, len(rows)))

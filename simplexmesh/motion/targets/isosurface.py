@@ -5,14 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array
 from simplexmesh.data.conversion import as_volume
 from simplexmesh.motion.targets import _kernels_volume
 from simplexmesh.motion.targets.protocol import BuiltInTarget, checked_arguments
-
-Array = NDArray[np.float64]
 
 
 class Isosurface(BuiltInTarget):

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.vectors import normalized
 from simplexmesh.data.box import box_around, box_slices
 from simplexmesh.data.conversion import as_volume
@@ -14,8 +15,6 @@ from simplexmesh.data.volume import Volume
 from simplexmesh.motion.targets import _kernels_labels
 from simplexmesh.motion.targets.points import SurfelTarget
 from simplexmesh.motion.targets.surfels.surfels import fitted_surfels
-
-Array = NDArray[np.float64]
 
 
 class LabelSurface(SurfelTarget):
@@ -69,7 +68,7 @@ def _crossings(volume: Volume, label: int | None) -> tuple[Array, Array, Array]:
     return volume.to_world(places + low), T.T[axes] / np.sqrt(12.0), normalized(gradients @ np.linalg.inv(T))
 
 
-def _cropped(volume: Volume, label: int | None) -> tuple[NDArray[np.uint8], NDArray[np.int64]]:
+def _cropped(volume: Volume, label: int | None) -> tuple[NDArray[np.uint8], Indices]:
     """Return the mask of the region with a margin of two samples, and the index of its first sample."""
     inside = volume.values != 0 if label is None else volume.mask(label).values.view(bool)
     box = box_around(inside)

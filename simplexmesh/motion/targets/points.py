@@ -7,18 +7,17 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Mask
 from simplexmesh.data.conversion import as_points
 from simplexmesh.data.points import PointCloud
 from simplexmesh.motion.targets.borders import Border, border_of_points
 from simplexmesh.motion.targets.protocol import BuiltInTarget, checked_arguments
-from simplexmesh.motion.targets.surfels import _kernels_nearest, _kernels_points
+from simplexmesh.motion.targets.surfels import _kernels_gaps
 from simplexmesh.motion.targets.surfels.surfels import Surfels, fitted_surfels
 from simplexmesh.numerics.kd_tree import nearest
-
-Array = NDArray[np.float64]
 
 
 class SurfelTarget(BuiltInTarget):
@@ -38,7 +37,7 @@ class SurfelTarget(BuiltInTarget):
 
     def _initialize(self, surfels: Surfels, center: Array) -> None:
         self.surfels, self.center = surfels, center
-        self._cache, self._spacing = _kernels_nearest.empty_cache(0), surfels.spacing(0.99)
+        self._cache, self._spacing = _kernels_gaps.empty_cache(0), surfels.spacing(0.99)
 
     def gap(self, vertices: Array, normals: Array, reach: float) -> Array:
         """Return (n,) the signed distance along each normal to the surface of the data, NaN beyond `reach`.
@@ -61,13 +60,13 @@ class SurfelTarget(BuiltInTarget):
         search = reach + self._spacing
         cache = self._cache  # a local reference: another thread may use this target for another mesh
         if len(cache.known) != len(vertices):
-            fresh = _kernels_nearest.empty_cache(len(vertices))
-            _kernels_nearest.transfer_cache(vertices, normals, self.center, search, s, cache, fresh)
+            fresh = _kernels_gaps.empty_cache(len(vertices))
+            _kernels_gaps.transfer_cache(vertices, normals, self.center, search, s, cache, fresh)
             self._cache = cache = fresh
-        _kernels_points.surfel_gaps(vertices, normals, self.center, reach, search, s, cache, out)
+        _kernels_gaps.surfel_gaps(vertices, normals, self.center, reach, search, s, cache, out)
         return out
 
-    def beyond(self, places: Array, distance: float) -> NDArray[np.bool_]:
+    def beyond(self, places: Array, distance: float) -> Mask:
         """Return (n,) bool: whether places are farther than a distance from all data points.
 
         With large noise the fitted surface, and `gap` with it, extends beyond the border of the data.

@@ -1,17 +1,33 @@
-"""The target protocol: checks of the arguments and results of `gap`."""
+"""The target protocol, and checks of the arguments and results of `gap`."""
 
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array
 
-Array = NDArray[np.float64]
 FLOAT = np.dtype(np.float64)
+
+
+class Target(Protocol):
+    """Data that attracts a mesh: any object with a method `gap`."""
+
+    def gap(self, vertices: Array, normals: Array, reach: float) -> Array:
+        """Return (n,) the signed distance along its normal from each vertex to the data; NaN where none is in `reach`.
+
+        The arrays are read-only views of the model's own; `reach` may be infinite.
+        """
+
+
+def check_target(target: Any, name: str = "target") -> None:
+    """Raise a TypeError for a target without a method `gap`."""
+    if not callable(getattr(target, "gap", None)):
+        raise TypeError(f"{name} must have a method gap(vertices, normals, reach), not {type(target).__name__}")
 
 
 class BuiltInTarget:

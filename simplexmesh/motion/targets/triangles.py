@@ -7,17 +7,15 @@ from typing import Any
 
 import igl
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.vectors import cross, dot, norm, normalized
 from simplexmesh.data.conversion import as_triangles
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.mesh import _kernels
 from simplexmesh.motion.targets.borders import Border, border_of_triangles
 from simplexmesh.motion.targets.protocol import BuiltInTarget, checked_arguments
-
-Array = NDArray[np.float64]
 
 ON_SURFACE = 1e-7
 """Points closer than this fraction of the surface's size are on it."""
@@ -65,7 +63,7 @@ class Triangles(BuiltInTarget):
         self._tree = igl.AABB()
         self._tree.init(self.vertices, self.faces)
 
-    def closest(self, points: Array) -> tuple[Array, Array, NDArray[np.int64]]:
+    def closest(self, points: Array) -> tuple[Array, Array, Indices]:
         """Return, for each point, its distance to the surface, the closest point and its triangle."""
         squared, faces, closest = self._tree.squared_distance(
             self.vertices, self.faces, np.ascontiguousarray(points, dtype=np.float64)
@@ -88,7 +86,7 @@ class Triangles(BuiltInTarget):
         agrees &= ~(self._beyond_border(closest, faces) & (np.abs(along) < 0.8 * distance))
         return np.where(agrees & (distance <= reach) & known.all(axis=1), along, np.nan)
 
-    def signed(self, points: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
+    def signed(self, points: Array) -> tuple[Array, Array, Mask]:
         """Return, for each point, its signed distance, the gradient of this, and whether it is beyond a border.
 
         Distances are positive outside, or on the side that the faces of an open surface face. For closed surfaces the
@@ -136,7 +134,7 @@ class Triangles(BuiltInTarget):
         np.add.at(at_edges, inverse.ravel(), np.repeat(self._normals, 3, axis=0))
         return at_vertices, at_edges[inverse.ravel()].reshape(-1, 3, 3)
 
-    def _normals_at(self, closest: Array, faces: NDArray[np.int64]) -> Array:
+    def _normals_at(self, closest: Array, faces: Indices) -> Array:
         """Return (n, 3) unit pseudonormals at surface points: of faces, sides or corners (Baerentzen, Aanaes 2005)."""
         corners, (at_vertices, at_sides) = self.vertices[self.faces[faces]], self._pseudonormals
         rest = closest[:, None] - corners
@@ -155,12 +153,12 @@ class Triangles(BuiltInTarget):
         """Points along the border of an open surface, to which the boundary of a mesh is attracted."""
         return border_of_triangles(self.vertices, self.faces, self._on_border)
 
-    def beyond_border(self, points: Array) -> NDArray[np.bool_]:
+    def beyond_border(self, points: Array) -> Mask:
         """Return (n,) bool: whether the closest point of the surface is on its border."""
         _, closest, faces = self.closest(points)
         return self._beyond_border(closest, faces)
 
-    def _beyond_border(self, closest: Array, faces: NDArray[np.int64]) -> NDArray[np.bool_]:
+    def _beyond_border(self, closest: Array, faces: Indices) -> Mask:
         """Return (n,) bool: whether closest points lie on the border of an open surface."""
         out = np.zeros(len(faces), dtype=bool)
         rows = np.flatnonzero(self._on_border[faces].any(axis=1))
@@ -173,7 +171,7 @@ class Triangles(BuiltInTarget):
         return out
 
 
-def border_sides(faces: NDArray[np.int64]) -> NDArray[np.bool_]:
+def border_sides(faces: Indices) -> Mask:
     """Return (f, 3) bool: whether side j of a triangle, from corner j to j + 1, belongs to no other triangle."""
     mates, crowded = _kernels.half_edge_mates(np.array(faces, dtype=np.int64))
     if crowded < 0:
@@ -184,7 +182,7 @@ def border_sides(faces: NDArray[np.int64]) -> NDArray[np.bool_]:
     return np.asarray((count[inverse] == 1).reshape(-1, 3))
 
 
-def surface_distance(points: Array, vertices: Array, faces: NDArray[np.int64]) -> Array:
+def surface_distance(points: Array, vertices: Array, faces: Indices) -> Array:
     """Return (n,) the unsigned distances of points to a triangulated surface."""
     squared, _, _ = igl.point_mesh_squared_distance(
         np.ascontiguousarray(points, dtype=np.float64),
@@ -194,7 +192,7 @@ def surface_distance(points: Array, vertices: Array, faces: NDArray[np.int64]) -
     return np.sqrt(np.asarray(squared).ravel())
 
 
-def inside_surface(points: Array, vertices: Array, faces: NDArray[np.int64]) -> NDArray[np.bool_]:
+def inside_surface(points: Array, vertices: Array, faces: Indices) -> Mask:
     """Return (n,) bool: whether points are inside a closed triangulated surface, by winding number (Jacobson 2013)."""
     if not len(points):
         return np.zeros(0, dtype=bool)

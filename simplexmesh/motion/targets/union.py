@@ -5,12 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from simplexmesh.motion.model.state import check_target
-from simplexmesh.motion.targets.protocol import BuiltInTarget, checked_arguments, target_gaps
-
-Array = NDArray[np.float64]
+from simplexmesh._base.arrays import Array
+from simplexmesh.motion.targets.protocol import BuiltInTarget, check_target, checked_arguments, target_gaps
 
 
 class Union(BuiltInTarget):

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from simplexmesh._base.arrays import Indices32, Mask
 from simplexmesh.mesh.connectivity import Connectivity
-
-Mask = NDArray[np.bool_]
 
 MOST_ROUNDS = 20
 """Rounds in which a zone may gain and lose faces; after them it only grows."""
@@ -25,7 +23,7 @@ def face_components(connectivity: Connectivity, zone: Mask) -> list[Mask]:
     return [np.asarray((label == name) & zone) for name in np.unique(label[zone])]
 
 
-def dilated(marked: Mask, neighbors: NDArray[np.int32], rings: int) -> Mask:
+def dilated(marked: Mask, neighbors: Indices32, rings: int) -> Mask:
     """Return the mask (n,) of the marked vertices and those within `rings` edges of one."""
     for _ in range(rings):
         marked = marked | marked[neighbors].any(axis=1)
@@ -51,10 +49,7 @@ def with_holes_beside(connectivity: Connectivity, zone: Mask) -> Mask:
 
 
 def cuttable(connectivity: Connectivity, zone: Mask) -> Mask | None:
-    """Return a similar zone whose outlines can all be cut along (T3), or None when there is none.
-
-    Faces are added where the outside of the zone is one face wide, and removed where the zone is.
-    """
+    """Return the zone, faces added or removed where it is narrow, such that its outlines can be cut along; or None."""
     fixed = _adjusted(connectivity, zone, may_shrink=True)
     if fixed is None and np.count_nonzero(zone & ~connectivity.face_is_hole) >= 3:
         fixed = _adjusted(connectivity, zone, may_shrink=False)
@@ -92,10 +87,7 @@ def _around(connectivity: Connectivity, zone: Mask) -> Mask:
 
 
 def _narrow(connectivity: Connectivity, zone: Mask) -> tuple[Mask, Mask]:
-    """Return the faces inside and outside the zone where an outline cannot be cut along.
-
-    These are faces that an outline visits twice, and all faces on a side where it has fewer than three.
-    """
+    """Return the faces inside and outside that an outline visits twice, or that are fewer than three along it."""
     twin, face = connectivity.twin.reshape(-1), connectivity.face.reshape(-1)
     border = np.flatnonzero(zone[face] & ~zone[face[twin]])
     ends = twin[border] // 3

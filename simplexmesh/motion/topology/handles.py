@@ -8,19 +8,16 @@ from itertools import combinations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.errors import TopologyError
 from simplexmesh._base.vectors import cross, dot, norm, normalized
 from simplexmesh.mesh.operators.editable_mesh import EditableMesh
 from simplexmesh.mesh.operators.results import Edited
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-from simplexmesh.motion.model.state import Target, check_target
-from simplexmesh.motion.targets.protocol import target_gaps
+from simplexmesh.motion.targets.protocol import Target, check_target, target_gaps
 from simplexmesh.motion.topology.holes import refusal
-
-Array = NDArray[np.float64]
 
 LEAST_ON_DATA = 0.5
 """Fraction of the tube between distant holes that must lie on the data for them to be joined."""

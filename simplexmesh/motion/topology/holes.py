@@ -7,9 +7,10 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Indices, Indices32, Mask
 from simplexmesh._base.errors import TopologyError
 from simplexmesh.mesh.contours import Contour
 from simplexmesh.mesh.face_geometry import face_areas
@@ -17,13 +18,9 @@ from simplexmesh.mesh.operators.cut_join import parts, together
 from simplexmesh.mesh.operators.editable_mesh import EditableMesh
 from simplexmesh.mesh.operators.results import Edited
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-from simplexmesh.motion.model.stages import mean_edge
-from simplexmesh.motion.model.state import Target, check_target
-from simplexmesh.motion.targets.protocol import target_gaps
+from simplexmesh.motion.model.state import mean_edge
+from simplexmesh.motion.targets.protocol import Target, check_target, target_gaps
 from simplexmesh.motion.topology.face_regions import cuttable, face_components, with_holes_beside, without_islands
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -57,8 +54,8 @@ class HoleProposal:
     (True, 73, 56)
     """
 
-    faces: NDArray[np.int64]
-    vertices: NDArray[np.int64]
+    faces: Indices
+    vertices: Indices
     contours: tuple[Contour, ...]
     area: float
     mean_distance: float
@@ -272,7 +269,7 @@ def _opened(mesh: SimplexMesh, proposals: Sequence[HoleProposal]) -> Opened:
     return Opened(*_joined_pieces(kept, after.face_map), tuple(proposals))
 
 
-def _joined_pieces(kept: Sequence[Edited], face_map: NDArray[np.int32]) -> tuple[SimplexMesh, Any, Any]:
+def _joined_pieces(kept: Sequence[Edited], face_map: Indices32) -> tuple[SimplexMesh, Any, Any]:
     """Return the pieces as one mesh, with vertex and face maps."""
     if len(kept) == 1:
         return kept[0].mesh, kept[0].vertex_map, checks.frozen(kept[0].face_map[face_map])

@@ -14,20 +14,17 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from simplexmesh._base.arrays import Array, Indices, Indices32
 from simplexmesh._base.vectors import dot, norm, normalized
+from simplexmesh.mesh.check import tangled_vertices
 from simplexmesh.mesh.face_geometry import face_centroids
 from simplexmesh.mesh.operators.face_sizing import resized_faces
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-from simplexmesh.mesh.tangles import tangled_vertices
 from simplexmesh.motion.model.deform import DeformableModel
 from simplexmesh.motion.model.forces import CONSTRAINTS, Frame
-from simplexmesh.motion.topology.contact import contacts
 from simplexmesh.motion.topology.face_regions import dilated, face_components
 from simplexmesh.motion.topology.handles import HandleProposal, add_handles
 from simplexmesh.motion.topology.holes import open_holes, refusal
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 FILM, ON_SURFACE = CONSTRAINTS.index("orientation"), CONSTRAINTS.index("mean_curvature")
 
@@ -47,12 +44,34 @@ DISTANCE, DIFFERENCE, ANGLE = 1.5, 0.6, float(np.radians(60.0))
 """Of `add_handles`, for openings that are not at their final places yet."""
 
 
+def contacts(vertices: Array, normals: Array, edges: Array, rows: NDArray[np.integer]) -> tuple[Indices, Array]:
+    """Return, for some vertices, the shallowest vertex (n,) within two `edges` (n,) behind it with an opposed normal.
+
+    It is -1 for none and for other vertices; the second array (n,) is its depth, negative where the surface crosses
+    itself.
+    """
+    meets, depth = np.full(len(vertices), -1), np.zeros(len(vertices))
+    if not len(rows):
+        return meets, depth
+    length = edges[rows]
+    behind = vertices[rows] - 0.8 * length[:, None] * normals[rows]
+    near = cKDTree(vertices).query_ball_point(behind, 1.2 * length, workers=-1)
+    counts = np.array([len(found) for found in near])
+    mine = np.repeat(rows, counts)
+    other = np.concatenate([np.asarray(found, np.int64) for found in near])
+    offset = vertices[other] - vertices[mine]
+    along = -np.einsum("ij,ij->i", offset, normals[mine])
+    lateral = np.sqrt(np.maximum(np.einsum("ij,ij->i", offset, offset) - along**2, 0.0))
+    opposed = np.einsum("ij,ij->i", normals[other], normals[mine]) < -0.3
+    valid = np.flatnonzero(opposed & (along > -0.4 * edges[mine]) & (lateral < 0.9 * edges[mine]))
+    valid = valid[np.lexsort((-other[valid], -along[valid]))]  # the shallowest is written last, of equals the first
+    meets[mine[valid]], depth[mine[valid]] = other[valid], along[valid]
+    return meets, depth
+
+
 @dataclass(frozen=True, eq=False)
 class Wrapped:
-    """A mesh wrapped around a surface, and the pairs of films that met, each joined or with a reason for refusal.
-
-    Where the mesh does not reach all of the surface with its genus and untangled, it is the surface itself, `replaced`.
-    """
+    """A wrapped mesh, or the surface itself, `replaced`, where that fails; and the pairs of films that met."""
 
     mesh: SimplexMesh
     proposals: tuple[HandleProposal, ...]
@@ -67,10 +86,7 @@ def wrapped(
     accept: Callable[[HandleProposal], Any] | None = None,
     watch: Callable[[SimplexMesh], None] | None = None,
 ) -> Wrapped:
-    """Return a closed mesh that encloses a closed surface wrapped around it, with about this number of vertices.
-
-    The mesh gains at most the handles of the surface. With `accept`, it is returned as it is even if it lacks some.
-    """
+    """Return a mesh wrapped around a surface that it encloses, with its handles; with `accept` some may lack."""
     wrapping = Wrapping(start, surface, vertices)
     ask = _Decisions(accept)
     proposals: list[HandleProposal] = []
@@ -147,7 +163,7 @@ class Wrapping:
         away = self._tree.query(face_centroids(self.mesh.vertices, c.face_vertices, c.face_offsets))[0]
         return resized_faces(self.mesh, self._face_area * np.maximum(1.0, GRADE * away / self.edge) ** 2).mesh
 
-    def _update(self, vertices: Array, normals: Array, neighbors: NDArray[np.int32]) -> None:
+    def _update(self, vertices: Array, normals: Array, neighbors: Indices32) -> None:
         """Find the nearest place of each vertex on the surface, the vertices that are on it, and those that meet."""
         self._away, self._nearest = self._tree.query(vertices, workers=-1)
         facing = dot(normals, self.surface.normals[self._nearest])
@@ -202,10 +218,7 @@ class _Decisions:
 def _films_joined(
     wrapping: Wrapping, accept: Callable[[HandleProposal], Any]
 ) -> tuple[SimplexMesh, HandleProposal] | None:
-    """Return the mesh with a handle between the two films that meet the most, and its proposal; None without any.
-
-    A film is a connected set of faces off the surface; the two sides of a flap belong to one film.
-    """
+    """Return the mesh with a handle between the two films off the surface that meet the most, and its proposal."""
     mesh, c = wrapping.mesh, wrapping.mesh.connectivity
     share = np.add.reduceat(wrapping.free[c.face_vertices].astype(float), c.face_offsets[:-1]) / c.face_sizes
     films = face_components(c, share > 0.5)

@@ -5,13 +5,11 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.vectors import norm
 from simplexmesh.numerics.rigid import point_pairs
-
-Array = NDArray[np.float64]
 
 
 class ContactLimits(NamedTuple):

@@ -6,20 +6,17 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.errors import warn
 from simplexmesh._base.vectors import dot, norm
 from simplexmesh.data.conversion import as_triangles
 from simplexmesh.numerics.constrained_least_squares import constrained_least_squares
-from simplexmesh.numerics.rigid import plane_jacobian, rigid_fit, small_motion
-from simplexmesh.numerics.rotation_vectors import rotation_angle
+from simplexmesh.numerics.rigid import plane_jacobian, rigid_fit, rotation_angle, small_motion
 from simplexmesh.recognition.contact.contact_limits import ContactLimits, pair_limits
 from simplexmesh.recognition.contact.part_distances import FACING_COSINE, Part, PartDistances, part_distances
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 REACH, TOLERANCE = 0.1, 0.002
 """Default reach and contact tolerance, relative to the diagonal of the moving part."""
@@ -69,7 +66,7 @@ class Occlusion:
 
     T_target_source: Array
     distances: Array
-    contact: NDArray[np.bool_]
+    contact: Mask
     contact_area: float
     area_before: float
     penetration: float
@@ -84,7 +81,7 @@ class Occlusion:
     @property
     def angle(self) -> float:
         """Angle of the rotation, in radians."""
-        return rotation_angle(self.T_target_source[:3, :3])
+        return rotation_angle(self.T_target_source)
 
 
 def occlude(
@@ -198,11 +195,7 @@ def _attracted(
     part: Part, opposite: Part, T: Array, width: float, limits: ContactLimits, allowance: float,
     subset: tuple[Indices, Indices],
 ) -> Array:  # fmt: skip
-    """Return the motion after a stage of attraction with the given width of the weights.
-
-    Penetration is allowed `allowance` deeper. Steps that lower the objective are halved. Only the vertices in `subset`
-    are considered, of either part.
-    """
+    """Return the motion after a stage of attraction of `subset`, with weights of a width and `allowance` of depth."""
     relaxed = limits._replace(penetration=limits.penetration + allowance)
     found = part_distances(part, opposite, T, NEIGHBORHOOD * width, limits.reach, subset)
     subset, longest = (found.moving_rows, found.fixed_rows), width
@@ -289,7 +282,7 @@ def _result(part: Part, opposite: Part, T: Array, limits: ContactLimits, before:
     return Occlusion(frozen(T), frozen(distances), frozen(contact), area, before, max(0.0, -lowest), slack)
 
 
-def _contact(part: Part, opposite: Part, T: Array, limits: ContactLimits) -> tuple[NDArray[np.bool_], Array]:
+def _contact(part: Part, opposite: Part, T: Array, limits: ContactLimits) -> tuple[Mask, Array]:
     """Return a mask of the moving part's vertices that touch, and the signed distances of all."""
     distance, outward = opposite.signed_distance(part.points @ T[:3, :3].T + T[:3, 3])
     facing = dot(part.normals @ T[:3, :3].T, outward) < FACING_COSINE

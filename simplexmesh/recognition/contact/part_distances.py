@@ -5,15 +5,12 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.vectors import dot, norm
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.motion.targets.triangles import Triangles
 from simplexmesh.numerics.rigid import plane_jacobian
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 FACING_COSINE = -0.3
 """Surfaces face each other where the cosine between their normals is less."""
@@ -49,11 +46,7 @@ class PartDistances(NamedTuple):
 def part_distances(
     moving: Part, fixed: Part, T: Array, reach: float, behind: float, subset: tuple[Indices, Indices] | None = None
 ) -> PartDistances:
-    """Return the distances between a part moved by T (4, 4) and a fixed one, where they are at most `reach`.
-
-    `behind` is the largest depth behind an open surface that counts as penetration, `subset` the rows of the vertices
-    of either part to consider.
-    """
+    """Return the distances of a part moved by T to a fixed one, from -`behind`, if that is open, to `reach`."""
     R, t = T[:3, :3], T[:3, 3]
     moving_rows, fixed_rows = subset or (np.arange(len(moving.points)), np.arange(len(fixed.points)))
     points, fixed_points = moving.points[moving_rows] @ R.T + t, fixed.points[fixed_rows]
@@ -75,7 +68,7 @@ def part_distances(
     return PartDistances(distances, jacobian, areas, center, radius, moving_rows[near], fixed_rows[near_back])
 
 
-def _within(distance: Array, reach: float, behind: float) -> NDArray[np.bool_]:
+def _within(distance: Array, reach: float, behind: float) -> Mask:
     """Return a mask of the signed distances that are known, at most `reach`, and at least -`behind`."""
     with np.errstate(invalid="ignore"):
         return np.asarray((distance <= reach) & (distance >= -behind))

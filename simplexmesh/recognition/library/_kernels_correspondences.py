@@ -1,7 +1,4 @@
-"""Candidate motions of many models from consistent correspondences. Arrays in, arrays out; no checks.
-
-Oriented points are rows of a point and its unit normal.
-"""
+"""Candidate motions of many models from consistent correspondences of oriented points: rows of point and normal."""
 
 # mypy: allow-untyped-defs
 
@@ -14,10 +11,11 @@ import numpy as np
 from numba import prange
 from numpy.typing import NDArray
 
+from simplexmesh._base._kernels_both import FAST
 from simplexmesh._base._kernels_njit import njit
+from simplexmesh._base.arrays import Indices
 from simplexmesh.recognition.library._kernels_descriptors import two_nearest
 
-FLAGS = {"nsz", "arcp", "contract", "reassoc"}
 MINIMUM_ACROSS = 0.1
 """Least component of a pair's normals across its line for which they determine a frame."""
 
@@ -36,15 +34,12 @@ class Likeness(NamedTuple):
     queries: NDArray[np.float32]
     rows: NDArray[np.float32]
     squares: NDArray[np.float32]  # (n,) squared norms of the rows
-    spans: NDArray[np.int64]
+    spans: Indices
 
 
-@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _mark_consistent(i, scan, model, tolerances, out):
-    """Fill `out[j]`, for j < i, with whether those i and j of oriented points, columns (6, k), are consistent.
-
-    Without branches, so that the loop is vectorized.
-    """
+    """Fill `out[j]`, for j < i, with whether i and j of oriented points, columns (6, k), are consistent; vectorized."""
     p, n, q, m = scan[:3], scan[3:], model[:3], model[3:]
     minimum_length, tolerance, cosine_tolerance = tolerances
     a, b, c, d, e, f = p[0, i], p[1, i], p[2, i], q[0, i], q[1, i], q[2, i]
@@ -62,12 +57,9 @@ def _mark_consistent(i, scan, model, tolerances, out):
         )
 
 
-@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def consistent_pairs(scan, model, tolerances, degree, pairs):
-    """Find the pairs of corresponding oriented points (k, 6) that a rigid motion can explain; return their number.
-
-    `degree` gets the number of consistent partners of each; `pairs` must have room for all pairs.
-    """
+    """Fill the pairs of oriented points (k, 6) that a rigid motion explains, and each one's; return how many."""
     count = 0
     degree[:] = 0
     scan_columns, model_columns = scan.T.copy(), model.T.copy()
@@ -85,12 +77,10 @@ def consistent_pairs(scan, model, tolerances, degree, pairs):
 
 @njit(cache=True, error_model="numpy")
 def _frame(oriented, i, j):
-    """Return the frame of a pair, axes along its line and toward its normals, and whether it is determined.
-
-    The first normal has twice the weight, so that opposite normals determine a frame too.
-    """
+    """Return the frame of a pair, axes along its line and toward its normals, and whether it is determined."""
     p, q = oriented[i], oriented[j]
     x, y, z = q[0] - p[0], q[1] - p[1], q[2] - p[2]
+    # the first normal has twice the weight, so that opposite normals determine a frame too
     u, v, w = p[3] + 0.5 * q[3], p[4] + 0.5 * q[4], p[5] + 0.5 * q[5]
     far = math.sqrt(x * x + y * y + z * z)
     scale = 1.0 / far if far > 0.0 else 0.0
@@ -145,12 +135,7 @@ def _best_pair_motions(scan, model, distinctiveness, tolerances, motions):
 
 @njit(cache=True, error_model="numpy", parallel=True)
 def pair_motions(scan, distinctiveness, models, starts, likeness, tolerances, motions, counts):
-    """Fill the best motions (h, 12) of each model, and their number.
-
-    Each oriented point of the scan corresponds to the two of a model with the nearest descriptors; those of model k
-    begin at row ``starts[k]`` of `models`. `distinctiveness` weights the scan points, `tolerances` (m, 3) are rows of
-    `Tolerances`.
-    """
+    """Fill the best motions (h, 12) of each model, and their number, from the two rows most like each scan point."""
     for k in prange(len(starts)):
         low, high, at = likeness.spans[k, 0], likeness.spans[k, 1], starts[k]
         counts[k] = 0

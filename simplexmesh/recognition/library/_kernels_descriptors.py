@@ -9,9 +9,9 @@ import math
 import numpy as np
 from numba import prange
 
+from simplexmesh._base._kernels_both import FAST
 from simplexmesh._base._kernels_njit import njit
 
-FLAGS = {"nsz", "arcp", "contract", "reassoc"}
 RADIAL_BINS, AXIAL_BINS = 5, 8
 """Bins of a spin image: distance from the axis, height along it."""
 
@@ -19,12 +19,9 @@ LENGTH_BINS, COSINE_BINS, RADIUS_BINS = 22, 4, 22
 """Bins of a global descriptor: length of pairs, cosine between their normals, distance from the center."""
 
 
-@njit(cache=True, error_model="numpy", parallel=True, fastmath=FLAGS)
+@njit(cache=True, error_model="numpy", parallel=True, fastmath=FAST)
 def spin_images(points, normals, chosen, radius, images):
-    """Fill the spin images of chosen points: histograms of the distance from the normal and the height along it.
-
-    Points within `radius` are distributed bilinearly to bins; weights fall to 0 at the radius.
-    """
+    """Fill the spin images of chosen points: bilinear histograms of distance from the normal and height along it."""
     for k in prange(len(chosen)):
         i = chosen[k]
         for j in range(len(points)):
@@ -44,7 +41,7 @@ def spin_images(points, normals, chosen, radius, images):
                     images[k, column * AXIAL_BINS + row] += weight * fraction
 
 
-@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def pair_histogram(points, normals, longest, pairs):
     """Count pairs of points by length and cosine between their normals, into `pairs` (LENGTH_BINS, COSINE_BINS)."""
     for i in range(len(points)):
@@ -57,7 +54,7 @@ def pair_histogram(points, normals, longest, pairs):
             pairs[a, b] += 1.0
 
 
-@njit(cache=True, error_model="numpy", parallel=True, fastmath=FLAGS)
+@njit(cache=True, error_model="numpy", parallel=True, fastmath=FAST)
 def nearest(rows, squares, starts, queries, out):
     """Fill `out[m, k]` with the minimum of ``squares[i] - 2 rows[i] @ queries[:, k]`` over the rows i of group m.
 
@@ -86,7 +83,7 @@ def nearest(rows, squares, starts, queries, out):
                 out[m, k] = min(out[m, k], squares[i] - np.float32(2.0) * product[k])
 
 
-@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def two_nearest(rows, squares, queries, indices):
     """Fill `indices` (k, 2) with the rows i of the two smallest ``squares[i] - 2 rows[i] @ queries[k]``, in order."""
     for k in range(len(queries)):

@@ -1,21 +1,17 @@
 """Rotation-invariant global descriptor of a surface: histograms of pairs and of distances from the center.
 
-The entries are square roots of the normalized histograms of pairs of points by length and angle between normals
-(R. Osada, T. Funkhouser, B. Chazelle, D. Dobkin, Shape distributions, 2002, there without normals), and of points by
-distance from the center; the principal extents; the logarithm of the size.
+Of pairs by length and angle between normals, after R. Osada and others, Shape distributions, 2002, there without these.
 """
 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.vectors import norm
 from simplexmesh.recognition.library import _kernels_descriptors
 from simplexmesh.recognition.library._kernels_descriptors import COSINE_BINS, LENGTH_BINS, RADIUS_BINS
 from simplexmesh.recognition.register.oriented_points import OrientedPoints
-
-Array = NDArray[np.float64]
 
 MAXIMUM_LENGTH, MAXIMUM_RADIUS = 4.0, 2.6
 """Upper ends of the histograms of lengths and radii, relative to the root mean square radius."""

@@ -9,9 +9,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.errors import warn
 from simplexmesh._base.progress import Report, reporting
 from simplexmesh.data.points import PointCloud
@@ -22,10 +23,9 @@ from simplexmesh.recognition.library.models import Model, model_of
 from simplexmesh.recognition.library.ranking import ranked
 from simplexmesh.recognition.library.scene import Scene, without_outliers
 from simplexmesh.recognition.library.store import Store
+from simplexmesh.recognition.register.icp import between_frames
 from simplexmesh.recognition.register.oriented_points import OrientedPoints, oriented_points
 from simplexmesh.recognition.register.verify import Evaluation
-
-Array = NDArray[np.float64]
 
 MOST_POINTS = 4_000
 """Larger models and scans are subsampled at random: more points take longer, and more memory for each model."""
@@ -298,11 +298,9 @@ def _name_taken(name: str) -> str:
 
 def _as_recognition(scene: Scene, name: str, model: Model, evaluation: Evaluation) -> Recognition:
     """Return an evaluation in the frames and unit of the data."""
-    T = evaluation.T.copy()
-    T[:3, 3] = scene.center + scene.unit * T[:3, 3] - T[:3, :3] @ model.frame[0]
     return Recognition(
         name=name,
-        T_scan_model=checks.frozen(T),
+        T_scan_model=checks.frozen(between_frames(evaluation.T, model.frame[0], scene.center, scene.unit)),
         score=evaluation.score,
         overlap=float((evaluation.point_scores[1] > 0).mean()),
         error=evaluation.error * scene.unit,

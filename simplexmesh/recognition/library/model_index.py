@@ -7,12 +7,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh.recognition.library import _kernels_descriptors
 from simplexmesh.recognition.library.global_descriptor import DESCRIPTOR_SIZE
 from simplexmesh.recognition.library.models import Model
 from simplexmesh.recognition.library.spin_images import PIXELS
-
-Array = NDArray[np.float64]
 
 COMPONENTS = 32
 """Number of principal components in which images are compared: more take longer, and tell them hardly better apart."""
@@ -35,11 +34,6 @@ class ModelIndex:
         models = self.models | {identity: Model.unpacked(packed) for identity, packed in data.items()}
         return ModelIndex({identity: models[identity] for identity, _ in names}, dict(names))
 
-    @property
-    def identities(self) -> list[int]:
-        """The identities of all models, in order."""
-        return list(self.names)
-
     def descriptor_distances(self, descriptor: Array) -> Array:
         """Return the distances (m,) between the global descriptors of a scan and of each model."""
         if self._descriptors is None:
@@ -54,11 +48,7 @@ class ModelIndex:
         return self._image_indices[octave]
 
     def image_distances(self, images: NDArray[np.float32], octave: int) -> Array:
-        """Return the mean distances (m,) of a scan's images to the nearest of each model, infinite where it has none.
-
-        Over the nearest `KEPT_FRACTION` of the images (O. Boiman, E. Shechtman, M. Irani, In defense of
-        nearest-neighbor based image classification, 2008).
-        """
+        """Return mean distances (m,) of most of a scan's images to the nearest of each model (Boiman et al. 2008)."""
         index = self.image_index(octave)
         distances = np.sqrt(np.maximum(index.nearest(images), 0.0))
         out = np.full(len(self.models), np.inf)
@@ -71,8 +61,8 @@ class ModelIndex:
 class ImageIndex:
     """The images of all models at a radius and at twice that, in their principal components."""
 
-    which: NDArray[np.int64]  # (m,) the models that have such images
-    starts: NDArray[np.int64]  # (m + 1,) offsets of their rows
+    which: Indices  # (m,) the models that have such images
+    starts: Indices  # (m + 1,) offsets of their rows
     mean: NDArray[np.float32]  # (2 PIXELS,)
     basis: NDArray[np.float32]  # (2 PIXELS, COMPONENTS)
     rows: NDArray[np.float32]  # (n, COMPONENTS)
@@ -102,7 +92,7 @@ class ImageIndex:
         _kernels_descriptors.nearest(self.rows, self.squares, self.starts, np.ascontiguousarray(queries.T), out)
         return out + np.einsum("ij,ij->i", queries, queries)
 
-    def spans(self, models: NDArray[np.int64]) -> NDArray[np.int64]:
+    def spans(self, models: Indices) -> Indices:
         """Return the row ranges (k, 2) of some models; empty for those without images."""
         position = np.minimum(np.searchsorted(self.which, models), max(len(self.which) - 1, 0))
         has = self.which[position] == models if len(self.which) else np.zeros(len(models), bool)

@@ -10,12 +10,11 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array
 from simplexmesh.recognition.library.global_descriptor import DESCRIPTOR_SIZE, global_descriptor
 from simplexmesh.recognition.library.spin_images import PIXELS, SpinImages, model_octaves, spin_images_of
 from simplexmesh.recognition.register.oriented_points import OrientedPoints
 from simplexmesh.recognition.register.pose_candidates import principal_axes
-
-Array = NDArray[np.float64]
 
 MODEL_IMAGES = 200
 """Number of points with spin images: fewer find smaller parts less often, more take memory and time."""

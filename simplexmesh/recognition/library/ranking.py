@@ -1,9 +1,6 @@
 """Rank the models of a library for a scan: cheap comparisons select candidates, the data decides.
 
-Candidates are the models with the nearest global descriptors and those with the nearest spin images; more of the latter
-if none of these explains the scan, or if it is a part. Candidate motions of each model come from principal axes and
-consistent correspondences. They are scored and refined on the scan's grid, and the best models are evaluated on the
-points of both surfaces, as in `register`.
+Motions of each model are scored and refined on the scan's grid, the best on the points of both, as in `register`.
 """
 
 from __future__ import annotations
@@ -13,17 +10,14 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.progress import Report
 from simplexmesh.recognition.library.model_index import ModelIndex
 from simplexmesh.recognition.library.scene import Scene
 from simplexmesh.recognition.register import pose_scoring
 from simplexmesh.recognition.register.pose_scoring import Source, distinct
 from simplexmesh.recognition.register.verify import Evaluation, Verifier
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 BY_DESCRIPTOR, BY_IMAGES, MORE_BY_IMAGES = 8, 6, 40
 """Numbers of models that are tried for their global descriptor, for their images, and for their images if needed."""
@@ -56,16 +50,14 @@ class Candidate:
 
 
 def explainable_fraction(model_area: float, scan_area: float) -> float:
-    """Return the largest fraction of a scan that a model can explain.
-
-    It lowers the scores of small models, which fit somewhere on large scans: a plate on any flat side.
-    """
+    """Return the largest fraction of a scan that a model can explain; a small one fits somewhere on any large scan."""
     return min(1.0, float(AREA_TOLERANCE * model_area / scan_area))
 
 
 def best_candidates(scene: Scene, index: ModelIndex, which: Indices, count: int) -> list[Candidate]:
     """Return at least `count` of the models `which`, if there are, with refined motions, best first."""
-    models = [index.models[index.identities[k]] for k in which]
+    every = list(index.models.values())
+    models = [every[k] for k in which]
     sources = [scene.source(model) for model in models]
     motions = scene.motions(models, sources, index.image_index(scene.octave), which)
     scores = pose_scoring.scores(sources, scene.grid, motions, every=4)
@@ -95,10 +87,7 @@ def _best(scores: Array, count: int) -> Indices:
 def _with_best(
     scene: Scene, rows: list[int], sources: list[Source], motions: list[Array], scores: list[Array], count: int
 ) -> list[Candidate]:
-    """Return models with the best `count` of their motions, best first.
-
-    Scores are made relative to the smaller surface, as in a registration.
-    """
+    """Return models with the best `count` of their motions, best first by scores relative to the smaller surface."""
     candidates = []
     for row, source, each, values in zip(rows, sources, motions, scores, strict=True):
         model, scan = source.surface.area, scene.surface.area
@@ -134,7 +123,8 @@ def ranked(
             report(0.6, "comparing more")
             found += _evaluated_best(scene, index, more, count)
             found.sort(key=lambda each: -each[1].score)
-    return [(index.identities[k], evaluation) for k, evaluation in found[:count]]
+    identities = list(index.names)
+    return [(identities[k], evaluation) for k, evaluation in found[:count]]
 
 
 def _evaluated_best(scene: Scene, index: ModelIndex, which: Indices, count: int) -> list[tuple[int, Evaluation]]:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cache, cached_property
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.vectors import norm
 from simplexmesh.recognition.library import _kernels_correspondences
 from simplexmesh.recognition.library._kernels_correspondences import Likeness, Tolerances
@@ -19,9 +20,6 @@ from simplexmesh.recognition.register._kernels_pose_scoring import TargetGrid
 from simplexmesh.recognition.register.oriented_points import OrientedPoints
 from simplexmesh.recognition.register.pose_candidates import axis_candidates, principal_axes
 from simplexmesh.recognition.register.pose_scoring import Source, source_of, target_grid
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 OUTLIER_RATIO = 5.0
 """Distance of an outlier's neighbors relative to the median: parts of another density are no outliers."""
@@ -78,26 +76,13 @@ class Scene:
         tree, grid = cKDTree(scaled.points), target_grid(scaled)
         return Scene(scaled, center, unit, images.chosen, images.at(octave), octave, tree, grid)
 
-    @cached_property
-    def distinctiveness(self) -> Array:
-        """(k,) distance of each image from the median image: on a flat side all are alike."""
-        return np.asarray(norm(self.images - np.median(self.images, axis=0)), np.float64)
-
-    @cached_property
-    def axes(self) -> tuple[Array, Array]:
-        """Center (3,) and principal axes (3, 3)."""
-        return principal_axes(self.surface.points)
-
     def source(self, model: Model) -> Source:
         """Return a model in the scene's unit, with its center at the origin."""
         surface = model.surface(model.frame[0], self.unit)
         return source_of(surface, self.surface, _sampled_rows(len(surface)), min(model.frame[2] / self.unit, 1.0))
 
     def motions(self, models: list[Model], sources: list[Source], images: ImageIndex, which: Indices) -> list[Array]:
-        """Return candidate motions (h, 12) of each model, from principal axes and from consistent correspondences.
-
-        `which` are the indices of the models among those in `images`.
-        """
+        """Return motions (h, 12) of each model, from principal axes and consistent correspondences."""
         chosen = [model.spin_images.chosen for model in models]
         rows = [(each.surface, at) for each, at in zip(sources, chosen, strict=True)]
         oriented = np.concatenate([np.hstack([surface.points[at], surface.normals[at]]) for surface, at in rows])
@@ -107,11 +92,14 @@ class Scene:
             Tolerances(MINIMUM_LENGTH * each.size, LENGTH_TOLERANCE * each.size, COSINE_TOLERANCE) for each in sources
         ]
         likeness = Likeness(images.reduced(self.images), images.rows, images.squares, images.spans(which))
+        # how far each image is from the median one: on a flat side all are alike
+        distinctiveness = np.asarray(norm(self.images - np.median(self.images, axis=0)), np.float64)
         out, counts = np.empty((len(models), MOTIONS, 12)), np.zeros(len(models), np.int64)
         _kernels_correspondences.pair_motions(
-            scan, self.distinctiveness, oriented, starts, likeness, np.array(tolerances), out, counts
+            scan, distinctiveness, oriented, starts, likeness, np.array(tolerances), out, counts
         )
-        axes = [axis_candidates((np.zeros(3), model.frame[1]), self.axes) for model in models]
+        own = principal_axes(self.surface.points)
+        axes = [axis_candidates((np.zeros(3), model.frame[1]), own) for model in models]
         return [np.concatenate([first, each[:count]]) for first, each, count in zip(axes, out, counts, strict=True)]
 
 

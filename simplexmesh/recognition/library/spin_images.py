@@ -7,11 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Indices
 from simplexmesh.recognition.library import _kernels_descriptors
 from simplexmesh.recognition.library._kernels_descriptors import AXIAL_BINS, RADIAL_BINS
 from simplexmesh.recognition.register.oriented_points import OrientedPoints
-
-Array = NDArray[np.float64]
 
 PIXELS = RADIAL_BINS * AXIAL_BINS
 SMALLEST_RADIUS, LARGEST_RADIUS = 0.046, 0.193
@@ -25,7 +24,7 @@ SCAN_RADIUS = 0.13
 class SpinImages:
     """Spin images of some points of a surface. Radii are powers of two, in the data's unit."""
 
-    chosen: NDArray[np.int64]  # (k,) rows of the points
+    chosen: Indices  # (k,) rows of the points
     first_octave: int  # exponent of the smallest radius
     pixels: NDArray[np.uint8]  # (r, k, PIXELS) at each radius, the square roots of normalized bin counts, times 255
 

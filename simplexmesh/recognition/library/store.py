@@ -1,9 +1,7 @@
 """Models in one file: an SQLite database with a rollback journal.
 
-SQLite is in Python's standard library, uses one file and makes changes atomic. A rollback journal, unlike a write-ahead
-log, leaves no other files at rest, so that the file can be copied and read from read-only folders and network drives;
-writing while others read, which the log would allow, matters little for changes of milliseconds. Each operation opens
-its own connection, so a store can be shared by threads and processes, and need not be closed.
+A rollback journal, unlike a write-ahead log, leaves no other files at rest: the file can be copied and read from
+read-only folders. Each operation opens its own connection, so threads and processes can share a store.
 """
 
 from __future__ import annotations

@@ -1,8 +1,4 @@
-"""Point pair features: a hash table, and votes for motions. Arrays in, arrays out; no checks.
-
-The feature of a pair is its distance, the angles of its line with the two normals, and the angle between these.
-"""
-
+"""Features of point pairs, distance and angles of line and normals: a hash table, and votes for motions."""
 # mypy: allow-untyped-defs
 
 from __future__ import annotations
@@ -14,9 +10,10 @@ import numpy as np
 from numba import prange
 from numpy.typing import NDArray
 
+from simplexmesh._base._kernels_both import FAST
 from simplexmesh._base._kernels_njit import njit
+from simplexmesh._base.arrays import Array, Indices, Indices32
 
-FLAGS = {"nsz", "arcp", "contract", "reassoc"}
 ANGLES, TURNS = 12, 24
 """Bins of each angle of a feature, over pi, and of the rotation about a normal: finer ones collect fewer votes."""
 
@@ -24,8 +21,8 @@ ANGLES, TURNS = 12, 24
 class Framed(NamedTuple):
     """Points (n, 3), and frames (n, 3, 3) whose rows are the unit normal and two tangents."""
 
-    points: NDArray[np.float64]
-    frames: NDArray[np.float64]
+    points: Array
+    frames: Array
 
 
 class PairTable(NamedTuple):
@@ -33,12 +30,12 @@ class PairTable(NamedTuple):
 
     step: float  # width of a distance bin
     distances: int  # number of distance bins
-    starts: NDArray[np.int64]
-    firsts: NDArray[np.int32]  # the first point of each pair
+    starts: Indices
+    firsts: Indices32  # the first point of each pair
     turns: NDArray[np.float32]  # the angle of the second about the normal of the first
 
 
-@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _bin(framed, i, j, step, distances):
     """Return the bin of the feature of points i and j, or -1."""
     p, q, n, m = framed.points[i], framed.points[j], framed.frames[i, 0], framed.frames[j, 0]
@@ -57,7 +54,7 @@ def _bin(framed, i, j, step, distances):
     return key
 
 
-@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _angle_about_normal(framed, i, j):
     """Return the angle of point j about the normal of point i, in the frame of i."""
     y = z = 0.0
@@ -129,10 +126,7 @@ def _peaks(count, found):
 
 @njit(cache=True, error_model="numpy", parallel=True)
 def vote(references, source, table, n_target, maximum, found):
-    """Fill `found` (r, p, 2): the p target points and rotations about the normal with most votes per reference point.
-
-    Rotations are in radians. Bins with more than `maximum` pairs are not distinctive and are skipped.
-    """
+    """Fill `found` (r, p, 2): target points and rotations about the normal, radians, with most votes per reference."""
     for r in prange(len(references)):
         count = np.zeros((n_target, TURNS), np.float32)
         _vote_of(references[r], source, table, maximum, count)

@@ -13,37 +13,34 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import prange
-from numpy.typing import NDArray
 
+from simplexmesh._base._kernels_both import FAST
 from simplexmesh._base._kernels_njit import njit
+from simplexmesh._base.arrays import Array, Indices, Indices32
 from simplexmesh.numerics._kernels_matrices import solve
-
-FLAGS = {"nsz", "arcp", "contract", "reassoc"}
 
 
 class TargetGrid(NamedTuple):
     """A target (n, 6), points and normals, and the row of the point nearest to each cell of a grid (i, j, k)."""
 
-    planes: NDArray[np.float64]
-    nearest: NDArray[np.int32]
-    low: NDArray[np.float64]
+    planes: Array
+    nearest: Indices32
+    low: Array
     cell: float
 
 
 class SourceColumns(NamedTuple):
     """Points and normals of several sources as columns (6, k); source i has those in ``starts[i] : starts[i + 1]``."""
 
-    columns: NDArray[np.float64]
-    starts: NDArray[np.int64]
+    columns: Array
+    starts: Indices
 
 
 @njit(cache=True, error_model="numpy")
 def _nearest_row(grid, scale, x, y, z):
-    """Return the row of the target point nearest to the cell of a point, or -1 outside; `scale` is 1 / cell size.
-
-    Unsigned indices need one comparison each, and no wraparound of negative ones.
-    """
+    """Return the row of the target point nearest to the cell of a point, or -1 outside; `scale` is 1 / cell size."""
     nearest, low = grid.nearest, grid.low
+    # unsigned indices need one comparison each, and no wraparound of negative ones
     i = np.uint64(np.int64(math.floor((x - low[0]) * scale)))
     j = np.uint64(np.int64(math.floor((y - low[1]) * scale)))
     k = np.uint64(np.int64(math.floor((z - low[2]) * scale)))
@@ -52,7 +49,7 @@ def _nearest_row(grid, scale, x, y, z):
     return np.int64(nearest[i, j, k])
 
 
-@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def _score(m, sources, owner, grid, width):
     """Return the score of one motion; without branches, so that the loop is vectorized."""
     a, b, c, d, e, f = m[0], m[1], m[2], m[3], m[4], m[5]
@@ -86,21 +83,14 @@ def _score(m, sources, owner, grid, width):
 
 @njit(cache=True, error_model="numpy", parallel=True)
 def score_motions(motions, owners, sources, grid, widths, scores):
-    """Fill the score of motion h of source ``owners[h]``: the mean of a distance score times the cosine of normals.
-
-    The distance score falls from 1 on the target's planes to 0 at the source's width, and on to -1; points farther from
-    the target than two widths, and than two cells, score 0.
-    """
+    """Fill the score of motion h of source ``owners[h]``: the mean of a distance score times the cosine of normals."""
     for h in prange(len(motions)):
         scores[h] = _score(motions[h], sources, owners[h], grid, widths[owners[h]])
 
 
 @njit(cache=True, error_model="numpy")
 def distinct_motions(motions, limit, far, kept):
-    """Fill `kept` with motions, in order, that differ from all kept before, until it is full; return their number.
-
-    Two motions are the same if the trace of ``R1.T @ R2`` exceeds `limit` and their shifts differ by less than `far`.
-    """
+    """Fill `kept` with motions, in order, whose trace or shift differs from all kept before; return their number."""
     count = 0
     for k in range(len(motions)):
         if count == len(kept):

@@ -6,17 +6,16 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.spatial import cKDTree
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.errors import warn
 from simplexmesh._base.vectors import norm
 from simplexmesh.numerics.rigid import point_pairs, relative_extents, rigid_fit
 from simplexmesh.recognition.register.icp import find_correspondences, refined, uncertainty
 from simplexmesh.recognition.register.oriented_points import oriented_points
-
-Array = NDArray[np.float64]
 
 REACH = 3.0
 """First reach, in root mean square distances of the pairs, and last reach, in spacings of the points: a larger one

@@ -9,15 +9,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.vectors import dot, norm
 from simplexmesh.numerics.rigid import plane_jacobian, robust_weights, small_motion
 from simplexmesh.recognition.register.oriented_points import OrientedPoints
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 MINIMUM_COSINE = 0.5
 """Least cosine between the normals of corresponding points: noise turns normals, the other side of a sheet too."""
@@ -35,7 +32,8 @@ class Correspondences:
 
     residual: Array  # (n,) signed distance to the tangent plane at the nearest point
     nearest: Indices  # (n,)
-    inlier: NDArray[np.bool_]  # (n,) within reach, and the normals agree
+    near: Mask  # (n,) within reach
+    inlier: Mask  # (n,) within reach, and the normals agree
     cosine: Array  # (n,) between the normals
     points: Array  # (n, 3)
 
@@ -48,22 +46,19 @@ def find_correspondences(
     points = source.points[chosen] @ T[:3, :3].T + T[:3, 3]
     workers = -1 if len(points) > 1000 else 1  # starting threads takes as long as searching for a few hundred
     distance, nearest = tree.query(points, distance_upper_bound=reach, workers=workers)
-    found = np.isfinite(distance)
-    nearest = np.where(found, nearest, 0)
+    near = np.isfinite(distance)
+    nearest = np.where(near, nearest, 0)
     normals = target.normals[nearest]
     cosine = dot(source.normals[chosen] @ T[:3, :3].T, normals)
     residual = dot(points - target.points[nearest], normals)
-    return Correspondences(residual, nearest, found & (cosine > MINIMUM_COSINE), cosine, points)
+    return Correspondences(residual, nearest, near, near & (cosine > MINIMUM_COSINE), cosine, points)
 
 
 def refined(
     source: OrientedPoints, target: OrientedPoints, tree: cKDTree, start: Array, reach: float, *,
     chosen: Indices | slice = slice(None), iterations: int = 20,
 ) -> Array:  # fmt: skip
-    """Return the motion (4, 4) that minimizes robustly weighted distances to tangent planes, from a start nearby.
-
-    `tree` is that of the target's points, `chosen` the source's rows to use; points beyond `reach` do not count.
-    """
+    """Return the motion (4, 4) nearby of least robust distances to tangent planes, from points within `reach`."""
     T = start.copy()
     for _ in range(iterations):
         found = find_correspondences(source, target, tree, T, reach, chosen)
@@ -71,9 +66,7 @@ def refined(
         if np.count_nonzero(inlier) < MINIMUM_INLIERS:
             return start
         residual, normals = found.residual[inlier], target.normals[found.nearest[inlier]]
-        center, radius, local = _centered(found.points[inlier])
-        weight = robust_weights(residual, 1e-9 * radius) * found.cosine[inlier]
-        rows = plane_jacobian(local, normals)
+        center, radius, rows, weight = _equations(found.points[inlier], normals, residual, found.cosine[inlier])
         values, vectors = np.linalg.eigh((rows * weight[:, None]).T @ rows)
         regular = values > RANK_TOLERANCE * values[-1]
         x = -vectors[:, regular] @ ((vectors[:, regular].T @ (rows.T @ (weight * residual))) / values[regular])
@@ -86,19 +79,14 @@ def refined(
 def uncertainty(
     source: OrientedPoints, target: OrientedPoints, found: Correspondences, T: Array
 ) -> tuple[Array, float]:
-    """Return the covariance (6, 6) of a small motion after T (4, 4), and the root mean square distance to planes.
-
-    The points are those measured; `found` are the correspondences of all.
-    """
+    """Return the covariance (6, 6) of a small motion after T (4, 4), and the root mean square distance to planes."""
     inlier = found.inlier
     if np.count_nonzero(inlier) < MINIMUM_INLIERS:
         return np.full((6, 6), np.inf), float("inf")
     nearest = found.nearest[inlier]
     points, normals = source.points[inlier] @ T[:3, :3].T + T[:3, 3], target.normals[nearest]
     residual = dot(points - target.points[nearest], normals)
-    center, radius, local = _centered(points)
-    weight = robust_weights(residual, 1e-9 * radius) * found.cosine[inlier]
-    rows = plane_jacobian(local, normals)
+    center, radius, rows, weight = _equations(points, normals, residual, found.cosine[inlier])
     values, vectors = np.linalg.eigh((rows * weight[:, None]).T @ rows)
     inverse = (vectors / np.maximum(values, RANK_TOLERANCE * values[-1])) @ vectors.T
     shared = len(nearest) / len(np.unique(nearest))  # points on one plane of the target share its error
@@ -107,11 +95,12 @@ def uncertainty(
     return A @ (inverse * shared * variance) @ A.T, float(np.sqrt((residual**2).mean()))
 
 
-def _centered(points: Array) -> tuple[Array, float, Array]:
-    """Return the center of points, their root mean square distance to it, and the points in this frame."""
+def _equations(points: Array, normals: Array, residual: Array, cosine: Array) -> tuple[Array, float, Array, Array]:
+    """Return center and root mean square radius of points, and rows (n, 6) and weights (n,) of equations there."""
     center = points.mean(axis=0)
     radius = float(np.sqrt(((points - center) ** 2).sum(axis=1).mean()))
-    return center, radius, (points - center) / radius
+    rows = plane_jacobian((points - center) / radius, normals)
+    return center, radius, rows, robust_weights(residual, 1e-9 * radius) * cosine
 
 
 def about_origin(center: Array) -> Array:
@@ -120,3 +109,10 @@ def about_origin(center: Array) -> Array:
     A = np.eye(6)
     A[3:, :3] = [[0, -z, y], [z, 0, -x], [-y, x, 0]]
     return A
+
+
+def between_frames(T: Array, source_center: Array, target_center: Array, unit: float) -> Array:
+    """Return a motion (4, 4) between surfaces about their centers, in a unit, as one between the frames of the data."""
+    out = T.copy()
+    out[:3, 3] = target_center + unit * T[:3, 3] - T[:3, :3] @ source_center
+    return out

@@ -7,9 +7,10 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.spatial import cKDTree
 
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.errors import TopologyError
 from simplexmesh._base.units import common_unit
 from simplexmesh._base.vectors import dot, norm
@@ -20,11 +21,9 @@ from simplexmesh.motion.reconstruct.conversion import as_input
 from simplexmesh.motion.reconstruct.open_data import are_inward
 from simplexmesh.motion.targets.borders import border_of_points
 from simplexmesh.numerics import _kernels_local_fits
-from simplexmesh.numerics.plane_fits import Planes
+from simplexmesh.numerics.plane_fits import Planes, fitted, spacing_within
 from simplexmesh.numerics.rigid import relative_extents
 from simplexmesh.orientation.poisson import oriented_indicator
-
-Array = NDArray[np.float64]
 
 MOST_POINTS = 40_000
 """Larger data is subsampled at random; more points do not improve the pose within its covariance."""
@@ -77,10 +76,7 @@ class OrientedPoints:
         return OrientedPoints(self.smooth, self.normals, self.spacing, 0.35 * self.noise, self.smooth)
 
     def on_quadrics(self) -> OrientedPoints:
-        """Return the surface with its points on quadrics fitted to their neighbors, if these are known.
-
-        Unlike planes, quadrics do not bias surfaces of different density differently.
-        """
+        """Return the surface with its points on fitted quadrics, which unlike planes are not biased by density."""
         return self if self.fine is None else replace(self, points=self.fine[0], normals=self.fine[1])
 
     def flipped(self) -> OrientedPoints:
@@ -88,7 +84,7 @@ class OrientedPoints:
         fine = None if self.fine is None else np.stack([self.fine[0], -self.fine[1]])
         return replace(self, normals=-self.normals, fine=fine)
 
-    def sample(self, count: int, rng: np.random.Generator) -> NDArray[np.int64]:
+    def sample(self, count: int, rng: np.random.Generator) -> Indices:
         """Return the indices of at most `count` points, drawn at random."""
         if len(self.points) <= count:
             return np.arange(len(self.points))
@@ -109,7 +105,7 @@ def oriented_points(
         chosen = np.sort(np.random.default_rng(0).choice(len(points), maximum, replace=False))
         points, known = points[chosen], None if known is None else known[chosen]
     spacing, noise, near = neighborhoods(points)
-    normals, _, smooth = _planes_of(points, near)
+    normals, _, smooth = fitted(points, near)
     if known is not None:
         normals = np.where(dot(normals, known)[:, None] < 0, -normals, normals)
     else:
@@ -158,37 +154,27 @@ def check_units(source: OrientedPoints, target: OrientedPoints) -> None:
         )
 
 
-def neighborhoods(points: Array) -> tuple[float, float, NDArray[np.int64]]:
+def neighborhoods(points: Array) -> tuple[float, float, Indices]:
     """Return spacing, noise, and the nearest neighbors (n, k) of points, each itself first; more if noisy."""
     tree = cKDTree(points)
     few = min(FEW_NEIGHBORS, len(points))
     sample = points if len(points) <= SUBSET else points[:: len(points) // SUBSET]
     distance, near = tree.query(sample, k=few, workers=-1)
-    spacing = float(np.median(distance[:, -1])) * np.sqrt(np.pi / few)
-    noise = float(np.sqrt(np.median(_planes_of(points, near)[1])))
+    spacing = spacing_within(distance[:, -1], few)
+    noise = float(np.sqrt(np.median(fitted(points, near)[1])))
     count = few if noise < NOISE_RATIO * spacing else min(MANY_NEIGHBORS, len(points))
     if count > few or sample is not points:
         _, near = tree.query(points, k=count, workers=-1)
     return spacing, noise, near
 
 
-def _planes_of(points: Array, near: NDArray[np.int64]) -> tuple[Array, Array, Array]:
-    """Return normals (m, 3), mean squared distances (m,) and projections (m, 3) of planes through neighbors (m, k)."""
-    out = np.empty((len(near), 3)), np.empty(len(near)), np.empty((len(near), 3))
-    _kernels_local_fits.fit_planes(points, near, *out)
-    return out
-
-
 def outward_normals(points: Array, found: Planes) -> Array:
-    """Return the normals (n, 3) of planes, oriented outward from the body or shell that the points sample.
-
-    The mean normal points away from the center of a shell's border, or of a body.
-    """
+    """Return the normals (n, 3) of planes, oriented outward from the body or shell that the points sample."""
     sample, planes = points, found
     if len(points) > ORIENTED:
         sample = points[np.sort(np.random.default_rng(0).choice(len(points), ORIENTED, replace=False))]
         spacing, noise, near = neighborhoods(sample)
-        planes = Planes(_planes_of(sample, near)[0], spacing, noise)
+        planes = Planes(fitted(sample, near)[0], spacing, noise)
     cell = float(np.ptp(points, axis=0).max()) / 32
     inward = oriented_indicator(sample, planes, cell).at(points)[1]
     normals = np.where(dot(found.normals, inward)[:, None] > 0, -found.normals, found.normals)

@@ -1,8 +1,7 @@
 """Candidate motions between two surfaces: votes of point pairs, principal axes, and a covering of all rotations.
 
-Two pairs of points match if distance, angles of their line to the normals and angle between the normals agree; a match
-determines the target point of a source point, and the rotation about its normal (B. Drost, M. Ulrich, N. Navab,
-S. Ilic, Model globally, match locally, CVPR 2010).
+A match of two pairs determines the target point of a source point, and the rotation about its normal (B. Drost,
+M. Ulrich, N. Navab, S. Ilic, Model globally, match locally, CVPR 2010).
 """
 
 from __future__ import annotations
@@ -10,16 +9,14 @@ from __future__ import annotations
 import itertools
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.vectors import cross, normalized
 from simplexmesh.recognition.register import _kernels_point_pairs
 from simplexmesh.recognition.register._kernels_point_pairs import Framed
 from simplexmesh.recognition.register.oriented_points import OrientedPoints
 from simplexmesh.recognition.register.pose_scoring import motion_rows
 from simplexmesh.recognition.sai.rotations import even_representatives, icosahedral_group
-
-Array = NDArray[np.float64]
 
 PAIR_POINTS, REFERENCES, PEAKS = 600, 200, 8
 """Points of each surface that form pairs, those of the source that vote, and motions of each: more find smaller
@@ -52,7 +49,7 @@ def pair_candidates(source: OrientedPoints, target: OrientedPoints, size: float,
     return motion_rows(R, other.points[at] - np.einsum("hij,hj->hi", R, one.points[i]))
 
 
-def _framed(surface: OrientedPoints, rows: NDArray[np.int64]) -> Framed:
+def _framed(surface: OrientedPoints, rows: Indices) -> Framed:
     """Return points with frames that take each normal to the x axis."""
     normals = surface.normals[rows]
     other = np.where(np.abs(normals[:, :1]) < 0.6, [[1.0, 0, 0]], [[0, 1.0, 0]])

@@ -7,15 +7,12 @@ from dataclasses import dataclass
 from itertools import accumulate, pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import ndimage
 
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh.recognition.register import _kernels_pose_scoring
 from simplexmesh.recognition.register._kernels_pose_scoring import SourceColumns, TargetGrid
 from simplexmesh.recognition.register.oriented_points import OrientedPoints
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 CELLS, MARGIN = 64, 6
 """Cells along the longest side of the target, and around it: finer cells take longer to fill than they save steps."""
@@ -61,10 +58,7 @@ def source_of(surface: OrientedPoints, target: OrientedPoints, rows: tuple[Indic
 def scores(
     sources: Sequence[Source], grid: TargetGrid, motions: list[Array], *, stage: int = 0, every: int = 1
 ) -> list[Array]:
-    """Return the scores (h,), at most 1, of the motions (h, 12) of each source, with each `every`-th scoring point.
-
-    `stage` is the number of refinements before.
-    """
+    """Return the scores (h,), at most 1, of the motions (h, 12) of each source, after `stage` refinements."""
     flat, owners = _concatenated(motions)
     out = np.zeros(len(flat))
     columns = _columns(sources, [each.scoring_rows[::every] for each in sources])
@@ -98,10 +92,7 @@ def _split(values: Array, motions: list[Array]) -> list[Array]:
 
 
 def distinct(motions: Array, maximum: int, size: float, *, factor: float = 1.0) -> Indices:
-    """Return the indices of up to `maximum` motions (h, 12), in order, that differ from all before.
-
-    `size` is that of the smaller surface; what counts as the same is widened by `factor`.
-    """
+    """Return up to `maximum` indices of motions (h, 12) that differ; `factor` widens what counts as the same."""
     kept = np.empty(maximum, np.int64)
     least, far = 1 + 2 * np.cos(factor * SAME_ANGLE), factor * SAME_SHIFT * size
     return kept[: _kernels_pose_scoring.distinct_motions(motions, least, far, kept)]

@@ -6,20 +6,21 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.errors import warn
 from simplexmesh._base.html import card
 from simplexmesh._base.progress import Report, reporting
 from simplexmesh.data.points import PointCloud
-from simplexmesh.numerics.rotation_vectors import rotation_angle
+from simplexmesh.numerics.rigid import rotation_angle
 from simplexmesh.recognition.register import pose_scoring
 from simplexmesh.recognition.register._kernels_pose_scoring import TargetGrid
 from simplexmesh.recognition.register.icp import (
     MINIMUM_INLIERS,
     about_origin,
+    between_frames,
     find_correspondences,
     refined,
     uncertainty,
@@ -28,8 +29,6 @@ from simplexmesh.recognition.register.oriented_points import OrientedPoints, che
 from simplexmesh.recognition.register.pose_candidates import pose_candidates
 from simplexmesh.recognition.register.pose_scoring import Source, distinct, target_grid
 from simplexmesh.recognition.register.verify import Evaluation, Verifier
-
-Array = NDArray[np.float64]
 
 SCORED, REFINED, VERIFIED = 400, 700, 2000
 """Numbers of points that motions are scored and refined with on the grid, and verified with on both surfaces."""
@@ -72,7 +71,7 @@ class Pose:
     equivalent: bool
 
     def __repr__(self) -> str:
-        turn = np.degrees(rotation_angle(self.T_target_source[:3, :3]))
+        turn = np.degrees(rotation_angle(self.T_target_source))
         return f"Pose(score {self.score:.2f}, turned by {turn:.1f} degrees{', equivalent' if self.equivalent else ''})"
 
 
@@ -126,7 +125,7 @@ class Registration:
         rows = {
             "score, overlap": f"{self.score:.2f}, {self.overlap:.0%}",
             "error": f"{self.error:.3g}",
-            "turned by": f"{np.degrees(rotation_angle(self.T_target_source[:3, :3])):.2f} degrees",
+            "turned by": f"{np.degrees(rotation_angle(self.T_target_source)):.2f} degrees",
             "shifted by": ", ".join(f"{value:.4g}" for value in self.T_target_source[:3, 3]),
             "other poses": f"{sum(pose.equivalent for pose in self.poses)} as good"
             if self.ambiguous
@@ -283,11 +282,7 @@ def evaluated_candidates(verifier: Verifier, motions: Array) -> list[Evaluation]
 def conclude(
     verifier: Verifier, evaluations: list[Evaluation], source: OrientedPoints, target: OrientedPoints
 ) -> tuple[Evaluation, list[tuple[Evaluation, bool]], Array, Array]:
-    """Return the best evaluation, the others with whether they are equivalent, open motions and covariance.
-
-    The best pose is refined on all points, projected to quadrics, which reduces noise, unless that loses the target,
-    as can happen with sparse data. The covariance is that of the points as measured.
-    """
+    """Return the best evaluation, the others with whether they are equivalent, open motions and covariance."""
     first, moving, fixed = evaluations[0], source.on_quadrics(), target.on_quadrics()
     tree = cKDTree(fixed.points)
     best = verifier.evaluated(refined(moving, fixed, tree, first.T, verifier.reach))
@@ -305,10 +300,7 @@ def _as_registration(
     """Return the result in the frames and unit of the data, whose centers are those of source and target."""
 
     def in_data_frame(T: Array) -> Array:
-        out = np.eye(4)
-        out[:3, :3] = T[:3, :3]
-        out[:3, 3] = centers[1] + unit * T[:3, 3] - T[:3, :3] @ centers[0]
-        return checks.frozen(out)
+        return checks.frozen(between_frames(T, *centers, unit))
 
     A = about_origin(centers[1]) @ np.diag([1.0] * 3 + [unit] * 3)
     poses = tuple(Pose(in_data_frame(each.T), each.score, bool(same)) for each, same in others)

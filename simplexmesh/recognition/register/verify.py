@@ -5,16 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.vectors import cross, norm
 from simplexmesh.numerics.rigid import plane_jacobian, small_motion
 from simplexmesh.recognition.register.icp import Correspondences, find_correspondences, refined
 from simplexmesh.recognition.register.oriented_points import OrientedPoints
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 SAME_SCORE = 0.03
 """A motion is worse if its score is lower by three standard errors and by more than this fraction of the score: more
@@ -77,10 +74,7 @@ class Verifier:
         )
 
     def point_scores(self, found: Correspondences) -> Array:
-        """Return a score in [-1, 1] for each point: a distance score times the cosine between normals.
-
-        It is negative where the surfaces are near but do not coincide.
-        """
+        """Return a score for each point, negative where the surfaces are near but do not coincide: at least -1."""
         distance_score = np.clip(1 - (found.residual / self.width) ** 2, -1, None)
         return np.asarray(np.where(found.inlier, distance_score * found.cosine, 0.0))
 
@@ -96,10 +90,7 @@ class Verifier:
         return Evaluation(T, score, float(agreeing.mean()), error, point_scores, weights)
 
     def open_motions(self, T: Array) -> Array:
-        """Return (k, 6) small motions after T, of any length, under which the surface slides along itself, if any.
-
-        Candidates are eigenvectors of the normal matrix with small eigenvalues; each is tested by applying it.
-        """
+        """Return (k, 6) small motions after T, of any length, under which the surface slides along itself, if any."""
         found = self.correspondences(T)[0]
         agreeing = found.inlier & (np.abs(found.residual) < self.width)
         if np.count_nonzero(agreeing) < 12:

@@ -7,11 +7,11 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base._kernels_both import FAST
 from simplexmesh._base._kernels_njit import njit
+from simplexmesh._base.arrays import Array, Indices32, Mask
 
-FAST = {"nsz", "arcp", "contract", "reassoc"}
 WIDTH = 64  # the 60 rotations of the icosahedron, padded to whole SIMD vectors
 LONGEST_STEP = 0.1
 """Limit of a step of refinement, in radians: about the width of the mesh."""
@@ -20,20 +20,20 @@ LONGEST_STEP = 0.1
 class SphereMesh(NamedTuple):
     """The quasi-regular sphere, and the centers (f, 3) of its faces."""
 
-    vertices: NDArray[np.float64]
-    neighbors: NDArray[np.int32]
-    faces: NDArray[np.int32]  # (n, 3) of each vertex
-    centers: NDArray[np.float64]
+    vertices: Array
+    neighbors: Indices32
+    faces: Indices32  # (n, 3) of each vertex
+    centers: Array
 
 
 class SignaturePair(NamedTuple):
     """The values of two signatures, and where they are visible; of the first also the mean over each face."""
 
-    first: NDArray[np.float64]
-    means: NDArray[np.float64]
-    first_seen: NDArray[np.bool_]
-    second: NDArray[np.float64]
-    second_seen: NDArray[np.bool_]
+    first: Array
+    means: Array
+    first_seen: Mask
+    second: Array
+    second_seen: Mask
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
@@ -119,11 +119,7 @@ def locate(directions, start, mesh, nearest, pair, weights):
 
 @njit(cache=True, error_model="numpy")
 def residuals(R, near, values, mesh, A, b):
-    """Return the sum of squares of first(R p) - second(p) over the vertices p visible in both, and their number.
-
-    `A` (3, 3) and `b` (3,) get the normal equations for a small rotation after R, `near` the vertex whose cell holds
-    each rotated vertex.
-    """
+    """Return sum and number of squares of first(R p) - second(p) where both are seen; fill normal equations."""
     A[:] = 0.0
     b[:] = 0.0
     total, count = 0.0, 0

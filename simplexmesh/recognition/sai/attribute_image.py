@@ -9,16 +9,14 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Mask
 from simplexmesh._base.drafts import draft
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.recognition.sai.flat_domains import TOPOLOGIES, FlatDomain, domain
 from simplexmesh.recognition.sai.sphere_domain import SphereDomain, checked_frequency
 from simplexmesh.recognition.sai.sphere_fitting import vertex_areas
-
-Array = NDArray[np.float64]
 
 KIND = "simplexmesh SAI 1"
 
@@ -66,7 +64,7 @@ class SAI:
 
     frequency: int
     mesh: SimplexMesh
-    hidden: NDArray[np.bool_] = None  # type: ignore[assignment]
+    hidden: Mask = None  # type: ignore[assignment]
     distance: Array = None  # type: ignore[assignment]
     threshold: float = float("inf")
     topology: str = "sphere"

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import map_coordinates
 from scipy.spatial import cKDTree
+from scipy.spatial.transform import Rotation
 
-from simplexmesh.numerics.rotation_vectors import rotation_matrices, rotation_vector
+from simplexmesh._base.arrays import Array
 from simplexmesh.recognition.sai import _kernels_rotations
 from simplexmesh.recognition.sai._kernels_rotations import SignaturePair
 from simplexmesh.recognition.sai.attribute_image import SAI
@@ -18,8 +18,6 @@ from simplexmesh.recognition.sai.partial_signatures import Signature, signature_
 from simplexmesh.recognition.sai.rotations import rotations
 from simplexmesh.recognition.sai.shift_matching import compared_values, shift_differences
 from simplexmesh.recognition.sai.sphere_domain import sphere_domain
-
-Array = NDArray[np.float64]
 
 NODES = 6
 """Frequency of the sphere over which rotations are binned: about 27 of the 19,800 per vertex."""
@@ -46,7 +44,7 @@ def around_rotation(sai_a: SAI, sai_b: SAI, rotation: Array, vectors: Array) -> 
     A, slope = np.zeros((3, 3)), np.zeros(3)
     near = np.argmax(sphere.vertices @ rotation.T @ sphere.vertices.T, axis=1)
     out = np.full(len(vectors), np.nan)
-    for k, turn in enumerate(rotation_matrices(vectors)):
+    for k, turn in enumerate(Rotation.from_rotvec(vectors).as_matrix()):
         total, count = _kernels_rotations.residuals(turn @ rotation, near, pair, sphere.arrays, A, slope)
         out[k] = np.sqrt(total / count) if count else np.nan
     return out
@@ -72,7 +70,7 @@ def rotation_plane(found: list[Match]) -> Array:
     """Return two orthonormal axes (2, 3) that span the rotation vectors from the first hypothesis to the next ones."""
     first = found[0].rotation
     axes: list[Array] = []
-    for other in [*(rotation_vector(each.rotation @ first.T) for each in found[1:]), *np.eye(3)]:
+    for other in [*(Rotation.from_matrix(each.rotation @ first.T).as_rotvec() for each in found[1:]), *np.eye(3)]:
         for axis in axes:
             other = other - (other @ axis) * axis
         if np.linalg.norm(other) > 0.1 and len(axes) < 2:

@@ -7,16 +7,13 @@ from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh.mesh.duality import dual
 from simplexmesh.mesh.lattices import strip, subdivided, tube
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.recognition.sai.sphere_domain import SphereDomain, checked_frequency, sphere_domain
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 TOPOLOGIES = ("sphere", "torus", "cylinder", "plane")
 PERIODIC = {"torus": (True, True), "cylinder": (True, False), "plane": (False, False)}
@@ -151,6 +148,6 @@ def _disc(f: int) -> FlatDomain:
     return FlatDomain("plane", f, mesh.moved(drawn), drawn[:, :2].copy())
 
 
-def border_mask(mesh: SimplexMesh) -> NDArray[np.bool_]:
+def border_mask(mesh: SimplexMesh) -> Mask:
     """Return a mask (n,) of the vertices on a border."""
     return np.asarray(mesh.connectivity.face_is_hole[mesh.connectivity.face].any(axis=1))

@@ -6,9 +6,9 @@ import warnings
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.errors import SimplexMeshWarning
 from simplexmesh._base.vectors import norm
 from simplexmesh.data.triangles import TriangleMesh
@@ -18,8 +18,6 @@ from simplexmesh.motion.reconstruct.inputs import Input
 from simplexmesh.motion.reconstruct.pipeline import reconstruct
 from simplexmesh.recognition.sai.flat_domains import PERIODIC, FlatDomain, flat_domain
 from simplexmesh.recognition.sai.parameterization import Parameterization, conformal_parameterization
-
-Array = NDArray[np.float64]
 
 INVARIANTS = {"torus": (1, 0), "cylinder": (0, 2), "plane": (0, 1)}
 """Genus and number of borders of each topology."""
@@ -32,7 +30,7 @@ a few occur, as in the corners of a rectangle fitted to a disc."""
 
 def fit_flat_domain(data: Input, topology: str, frequency: int) -> SimplexMesh:
     """Return the regular mesh of a topology and frequency fitted to data."""
-    if topology == "plane" or data.surface is not None:
+    if topology == "plane" or isinstance(data.source, TriangleMesh):
         data = data.turned_outward()  # so that the side taken does not depend on the pose
     surface = _surface(data, topology)
     patch = flat_domain(topology, frequency)
@@ -42,7 +40,7 @@ def fit_flat_domain(data: Input, topology: str, frequency: int) -> SimplexMesh:
 
 def _surface(data: Input, topology: str) -> TriangleMesh:
     """Return the data as a triangulated surface of a topology."""
-    surface = _reconstructed(data, topology) if data.surface is None else data.surface
+    surface = data.source if isinstance(data.source, TriangleMesh) else _reconstructed(data, topology)
     found, (genus, borders) = surface.topology, INVARIANTS[topology]
     if (found.n_components, found.genus, found.n_borders) != (1, genus, borders):
         raise ValueError(
@@ -80,7 +78,7 @@ def sampled(parameterization: Parameterization, patch: FlatDomain) -> Array:
     offset = np.zeros(2) if periodic.all() else np.where(periodic, 0.0, centers.min(axis=0))
     box = np.where(periodic, size, 0.0)
     at = np.where(periodic, (patch.coordinates % 1.0) * size, patch.coordinates * size)
-    tree = cKDTree(centers - offset, boxsize=box)
+    tree = cKDTree(np.maximum(centers - offset, 0.0), boxsize=box)  # which refuses negative ones, by rounding too
     near = tree.query(at - offset, k=min(24, len(centers)), workers=-1)[1]
     difference = at[:, None] - centers[near]
     difference = np.where(periodic, difference - np.rint(difference / size) * size, difference)

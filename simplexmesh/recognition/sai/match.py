@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.vectors import normalized
 from simplexmesh.recognition.sai import _kernels_rotations
 from simplexmesh.recognition.sai._kernels_rotations import SignaturePair
@@ -18,9 +19,6 @@ from simplexmesh.recognition.sai.partial_signatures import COMPLETE, Signature, 
 from simplexmesh.recognition.sai.rotations import FAMILIES, GROUP_ORDER, Rotations, rotations
 from simplexmesh.recognition.sai.shift_matching import match_shifts
 from simplexmesh.recognition.sai.sphere_domain import SphereDomain, sphere_domain
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 SCALES = (0.6, 0.77, 1.0, 1.3, 1.69)
 """Multiples of k that are tried if the scale is not given."""

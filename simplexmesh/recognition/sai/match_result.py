@@ -6,13 +6,9 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-from simplexmesh.numerics.rigid import point_to_plane_fit, rigid_fit
-from simplexmesh.numerics.rotation_vectors import rotation_angle
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
+from simplexmesh._base.arrays import Array, Indices
+from simplexmesh.numerics.rigid import point_to_plane_fit, rigid_fit, rotation_angle
 
 MINIMUM_ANGLE = np.radians(15.0)
 """Hypotheses nearer to each other than this are duplicates."""
@@ -78,7 +74,7 @@ class Match:
         if self.shift.any():
             turn = ", ".join(f"{each + 0.0:.1f}" for each in np.degrees(self.shift).round(1))
             return f"Match(distance {self.distance:.4f}, overlap {self.overlap:.0%}, shifted by {turn} degrees{flip})"
-        turned = np.degrees(rotation_angle(self.T_target_source[:3, :3]))
+        turned = np.degrees(rotation_angle(self.T_target_source))
         return f"Match(distance {self.distance:.4f}, overlap {self.overlap:.0%}, turned by {turned:.1f} degrees{scale})"
 
     @cached_property

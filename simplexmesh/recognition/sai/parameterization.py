@@ -9,17 +9,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.errors import TopologyError
 from simplexmesh._base.vectors import cross, dot, norm
 from simplexmesh.mesh import manifold
 from simplexmesh.mesh.lattices import subdivided
 from simplexmesh.mesh.triangles.homology import CutSurface, cut_open
 from simplexmesh.recognition.sai.sphere_domain import mobius_centering, mobius_map
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 MINIMUM_AREA = 1e-9
 """Lower bound of triangle areas in cotangent weights, in squared mean edges."""
@@ -213,7 +210,7 @@ def parameterize_disc(vertices: Array, faces: Indices) -> Parameterization:
     return Parameterization(ring.vertices, whole, _counter_clockwise(at[whole]), 0.0)
 
 
-def _with_inner_star(vertices: Array, faces: Indices) -> tuple[Array, Indices, NDArray[np.bool_]]:
+def _with_inner_star(vertices: Array, faces: Indices) -> tuple[Array, Indices, Mask]:
     """Return a disc, subdivided if coarse, and a mask (t,) of a vertex star that does not touch the border."""
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import dijkstra

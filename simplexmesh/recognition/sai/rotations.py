@@ -1,49 +1,37 @@
 """Tables of rotations of the quasi-regular sphere: the vertex nearest to the image of each vertex.
 
-The symmetry group of the sphere is that of the 60 rotations of the icosahedron. A table is therefore stored as few
-*representatives* times the 60: rotation ``60 * j + g`` is ``group[g] @ representatives[j]`` and takes vertex l to
-vertex ``turns[g, maps[j, l]]``.
-
-There are two families of representatives. ``darts`` are those of the thesis, which take one vertex and its neighbors
-to another vertex and its neighbors, 3n in all. They cover the directions of a vertex well, but not the angles about it,
-which are 60 degrees apart: the nearest of the 4,860 rotations of frequency 9 is up to 30 degrees away, 14 in the mean.
-``even`` are a body-centered cubic lattice in the space of rotations, four times as many: 8 degrees at most and 4 in the
-mean. Images are the nearest vertices; following darts instead, as on a regular mesh, fails at pentagons.
+A table is stored as few *representatives* times the 60 rotations of the icosahedron: rotation ``60 * j + g`` is
+``group[g] @ representatives[j]`` and takes vertex l to vertex ``turns[g, maps[j, l]]``. Of the two families ``darts``
+are those of the thesis, 3n, which take a vertex and its neighbors to another and its neighbors: at frequency 9 the
+nearest is up to 30 degrees away. Four times as many ``even`` ones leave 8 degrees at most, 4 in the mean.
 """
 
 from __future__ import annotations
 
-import zipfile
-import zlib
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+from scipy.spatial.transform import Rotation
 
-from simplexmesh._base import cache, checks
-from simplexmesh._base.drafts import draft
+from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.vectors import normalized
 from simplexmesh.mesh.lattices import polyhedron
-from simplexmesh.numerics.rotation_vectors import rotation_matrices
 from simplexmesh.recognition.sai.sphere_domain import checked_frequency, sphere_domain
 
-Array = NDArray[np.float64]
 Table = NDArray[np.int16]
 
 FAMILIES = ("even", "darts")
 GROUP_ORDER = 60
-VERSION = 1
 
 
 @dataclass(frozen=True, eq=False)
 class Rotations:
     """A family of rotations of the sphere of one frequency; made by `rotations`."""
 
-    frequency: int
-    family: str
     representatives: Array  # (m, 3, 3)
     maps: Table  # (m, n) the vertex nearest to the image of each vertex under each representative
     group: Array  # (60, 3, 3) the rotations of the icosahedron, the identity first
@@ -56,10 +44,6 @@ class Rotations:
     def matrices(self) -> Array:
         """(60 m, 3, 3) rotation matrices."""
         return np.einsum("gab,jbc->jgac", self.group, self.representatives).reshape(-1, 3, 3)
-
-    def indices(self) -> Table:
-        """Return the full table (60 m, n): the vertex nearest to the image of each vertex under each rotation."""
-        return np.moveaxis(self.turns[:, self.maps], 0, 1).reshape(len(self), -1)
 
 
 def icosahedral_group() -> Array:
@@ -94,11 +78,8 @@ def _frames(at: Array, toward: Array) -> Array:
 
 
 def even_representatives(count: int, group: Array) -> Array:
-    """Return about `count` rotations (m, 3, 3), evenly distributed in the Voronoi cell of the identity of a group.
-
-    A body-centered cubic lattice of rotation vectors, the thinnest lattice covering of space by balls; within the
-    cell's radius of 44 degrees, rotation vectors preserve distances within 3 %.
-    """
+    """Return about `count` rotations (m, 3, 3), evenly distributed in the Voronoi cell of the identity of a group."""
+    # a body-centered cubic lattice of rotation vectors, the thinnest covering of space by balls
     spacing = (2 * 8 * np.pi**2 / (len(group) * count)) ** (1 / 3)
     reach = np.radians(46.0)
     k = np.arange(-np.ceil(reach / spacing), np.ceil(reach / spacing) + 1)
@@ -106,27 +87,13 @@ def even_representatives(count: int, group: Array) -> Array:
     off = np.array([0.137, 0.211, 0.318])  # so that no point lies on the boundary of the cell
     vectors = spacing * (np.vstack([grid, grid + 0.5]) + off)
     vectors = vectors[np.linalg.norm(vectors, axis=1) < reach]
-    matrices = rotation_matrices(vectors)
+    matrices = Rotation.from_rotvec(vectors).as_matrix()
     nearness = np.einsum("gab,jab->jg", group, matrices)
     return matrices[nearness.argmax(axis=1) == 0]
 
 
-def build(frequency: int, family: str) -> Rotations:
-    """Compute a family of rotations."""
-    domain = sphere_domain(frequency)
-    group = icosahedral_group()
-    turns = _nearest(frequency, group)
-    if family == "darts":
-        representatives = dart_representatives(frequency, turns)
-    else:
-        representatives = even_representatives(12 * domain.mesh.n_vertices // GROUP_ORDER, group)
-    return Rotations(frequency, family, representatives, _nearest(frequency, representatives), group, turns)
-
-
 def _nearest(frequency: int, matrices: Array) -> Table:
     """Return the vertex nearest to the image of each vertex under each rotation, (k, n)."""
-    from scipy.spatial import cKDTree
-
     vertices = sphere_domain(frequency).vertices
     images = np.einsum("kab,nb->kna", matrices, vertices)
     return cKDTree(vertices).query(images.reshape(-1, 3), workers=-1)[1].reshape(images.shape[:2]).astype(np.int16)
@@ -134,50 +101,14 @@ def _nearest(frequency: int, matrices: Array) -> Table:
 
 @lru_cache(maxsize=8)
 def rotations(frequency: int, family: str = "even") -> Rotations:
-    """Return a family of rotations: from memory, from the user's cache folder, or computed and written there."""
+    """Return a family of rotations; cached."""
     checked_frequency(frequency)
     checks.choice("family", family, FAMILIES)
-    folder = cache.table_folder()
-    path = None if folder is None else folder / f"rotations-{VERSION}-{family}-{frequency}.npz"
-    found = None if path is None else _read(path, frequency, family)
-    if found is None:
-        found = build(frequency, family)
-        if path is not None:
-            _save(path, found)
-    for name in ("representatives", "maps", "group", "turns"):
-        getattr(found, name).setflags(write=False)
-    return found
-
-
-def _read(path: Path, frequency: int, family: str) -> Rotations | None:
-    """Return the tables of a file, or None if it is damaged."""
-    n = 20 * frequency**2
-    try:
-        with path.open("rb") as raw, np.load(raw, allow_pickle=False) as file:
-            parts: dict[str, NDArray[Any]] = {
-                name: file[name] for name in ("representatives", "maps", "group", "turns")
-            }
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.error):
-        return None
-    m = parts["representatives"].size // 9
-    shapes = {"representatives": (m, 3, 3), "maps": (m, n), "group": (GROUP_ORDER, 3, 3), "turns": (GROUP_ORDER, n)}
-    valid = m > 0 and all(parts[name].shape == shape for name, shape in shapes.items())
-    for name in ("maps", "turns"):
-        valid = valid and parts[name].dtype == np.int16 and parts[name].min() >= 0 and parts[name].max() < n
-    return Rotations(frequency, family, **parts) if valid else None
-
-
-def _save(path: Path, found: Rotations) -> None:
-    """Write tables for other processes, atomically; failures to write are ignored."""
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with draft(path) as part, part.open("wb") as file:
-            np.savez(
-                file,
-                representatives=found.representatives,
-                maps=found.maps,
-                group=found.group,
-                turns=found.turns,
-            )
-    except OSError:
-        pass
+    domain, group = sphere_domain(frequency), icosahedral_group()
+    turns = _nearest(frequency, group)
+    if family == "darts":
+        representatives = dart_representatives(frequency, turns)
+    else:
+        representatives = even_representatives(12 * domain.mesh.n_vertices // GROUP_ORDER, group)
+    parts = representatives, _nearest(frequency, representatives), group, turns
+    return Rotations(*(checks.frozen(part) for part in parts))

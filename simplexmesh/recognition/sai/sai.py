@@ -5,14 +5,15 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.spatial import cKDTree
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.progress import Report, reporting
 from simplexmesh.data.points import PointCloud
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-from simplexmesh.motion.model.stages import mean_edge
+from simplexmesh.motion.model.state import mean_edge
 from simplexmesh.motion.reconstruct.conversion import as_input
 from simplexmesh.numerics.rigid import relative_extents
 from simplexmesh.recognition.sai.attribute_image import SAI
@@ -20,8 +21,6 @@ from simplexmesh.recognition.sai.flat_domains import TOPOLOGIES
 from simplexmesh.recognition.sai.flat_fitting import fit_flat_domain
 from simplexmesh.recognition.sai.sphere_domain import checked_frequency
 from simplexmesh.recognition.sai.sphere_fitting import fit_sphere
-
-Array = NDArray[np.float64]
 
 
 def sai(

@@ -6,18 +6,14 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.vectors import normalized
 from simplexmesh.recognition.sai.attribute_image import SAI
 from simplexmesh.recognition.sai.flat_domains import flat_domain
 from simplexmesh.recognition.sai.match_result import CANDIDATES, MINIMUM_ANGLE, Match
 from simplexmesh.recognition.sai.partial_signatures import smoothed
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
-Mask = NDArray[np.bool_]
 
 COLUMNS, ROWS = 10, 4
 """Columns and rows of the sampling grid per unit of frequency: twice the resolution of the mesh."""
@@ -28,9 +24,8 @@ STEPS = (0.5, 0.15, 0.05, 0.02)
 
 @dataclass(frozen=True, eq=False)
 class SampleGrid:
-    """Sample points of a domain in rows and columns, the columns along the periodic direction."""
+    """Sample points of a domain, columns along the periodic direction; of the disc these are angles, the rows radii."""
 
-    coordinates: Array  # (rows, columns, 2) as in `FlatDomain`; for the disc the columns are angles and the rows radii
     corners: Indices  # (rows, columns, 3) the triangle that holds each point
     weights: Array  # (rows, columns, 3) its barycentric coordinates there
     areas: Array  # (rows, 1) of its cell, as a fraction of the domain
@@ -50,7 +45,7 @@ def sample_grid(topology: str, frequency: int) -> SampleGrid:
     corners, weights = patch.locate(at.reshape(-1, 2))
     areas = steps[:, None] if topology == "plane" else np.ones((rows, 1))
     return SampleGrid(
-        at, corners.reshape(rows, columns, 3), weights.reshape(rows, columns, 3), areas / areas.sum() / columns
+        corners.reshape(rows, columns, 3), weights.reshape(rows, columns, 3), areas / areas.sum() / columns
     )
 
 
@@ -103,10 +98,7 @@ def _candidates(
 def shift_differences(
     topology: str, frequency: int, a: tuple[Array, Mask], b: tuple[Array, Mask], *, flipped: bool
 ) -> tuple[Array, Array]:
-    """Return the sum of squared differences over the common part, and its area, for every shift by grid cells.
-
-    By shifts around the tube and around the axis; in one row if only the axis is periodic; `flipped` turns b first.
-    """
+    """Return squared differences over the common part, and its area, for shifts around the tube and around the axis."""
     grid_points = sample_grid(topology, frequency)
     (values_a, weight_a), (values_b, weight_b) = (_on_grid(grid_points, *each) for each in (a, b))
     if flipped:

@@ -6,16 +6,13 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh.mesh.shapes import sphere
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.recognition.sai import _kernels_rotations
 from simplexmesh.recognition.sai._kernels_rotations import SphereMesh
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 
 def checked_frequency(frequency: int) -> int:
@@ -99,11 +96,8 @@ def mobius_map(points: Array, center: Array) -> Array:
 
 
 def mobius_centering(points: Array, weights: Array) -> list[Array]:
-    """Return centers (3,) for `mobius_map`, in order, that bring the weighted mean of unit vectors (k, 3) to zero.
-
-    Newton's method. Exists (J. Hersch, 1970), unique up to a rotation, unless half of the weight is at one point;
-    used in A. Baden, K. Crane, M. Kazhdan, *Möbius registration*, 2018.
-    """
+    """Return centers (3,) for `mobius_map`, in order, that bring the weighted mean of unit vectors (k, 3) to zero."""
+    # Newton; they exist (J. Hersch, 1970) unless half of the weight is at one point (Baden, Crane, Kazhdan, 2018)
     fractions, steps = weights / weights.sum(), []
     for _ in range(50):
         mean = fractions @ points

@@ -5,24 +5,22 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array, Mask
 from simplexmesh._base.vectors import cross, norm
 from simplexmesh.data.points import PointCloud
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.model.deform import DeformableModel
 from simplexmesh.motion.model.forces import CONSTRAINTS
-from simplexmesh.motion.model.stages import mean_edge
-from simplexmesh.motion.model.state import Target
+from simplexmesh.motion.model.state import mean_edge
 from simplexmesh.motion.reconstruct.open_data import are_inward
 from simplexmesh.motion.start.primitives import primitive_around, principal_frame
 from simplexmesh.motion.targets.borders import border_of_points
 from simplexmesh.motion.targets.points import Points
+from simplexmesh.motion.targets.protocol import Target
 from simplexmesh.numerics.plane_fits import planes
 from simplexmesh.orientation.poisson import oriented_indicator
 from simplexmesh.recognition.sai.sphere_domain import mobius_centering, mobius_map, sphere_domain
-
-Array = NDArray[np.float64]
 
 MOST_POINTS = 10_000
 """Number of points the sphere is fitted to, drawn at random; more change it by less than the mesh resolves."""
@@ -128,7 +126,7 @@ class Box:
         half_sides = np.abs((points - center) @ axes.T).max(axis=0)
         return Box(center, axes, half_sides, 0.5 * float(norm(np.ptp(points, axis=0))))
 
-    def outside(self, points: Array) -> NDArray[np.bool_]:
+    def outside(self, points: Array) -> Mask:
         """Return a mask (k,) of the points outside the box."""
         return np.asarray((np.abs((points - self.center) @ self.axes.T) > self.half_sides).any(axis=1))
 

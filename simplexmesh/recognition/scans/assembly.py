@@ -7,13 +7,12 @@ from dataclasses import dataclass, field
 from itertools import combinations, permutations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array
 from simplexmesh.recognition.register.verify import SAME_SCORE, Evaluation
 from simplexmesh.recognition.scans.pose_graph import optimized
 from simplexmesh.recognition.scans.scan_pairs import Measured, Scan, contact, measure, search, verifier_of
 
-Array = NDArray[np.float64]
 Pair = tuple[int, int]
 
 CERTAIN, POSSIBLE = 0.4, 0.3
@@ -61,10 +60,7 @@ class Hypothesis:
 
 @dataclass(eq=False)
 class Assembly:
-    """Scans with poses (n, 4, 4) in groups; each group has the frame of its first scan.
-
-    `ambiguous` are pairs that join groups in one of several poses.
-    """
+    """Scans with poses (n, 4, 4) in groups, each in the frame of its first; `ambiguous` pairs have several poses."""
 
     scans: list[Scan]
     poses: Array
@@ -83,10 +79,7 @@ class Assembly:
         return Assembly(scans, poses, alone, covariances)
 
     def assemble(self, report: Callable[[float], None]) -> None:
-        """Register pairs, the next ones in the order given first, and join what fits; then refine all poses.
-
-        Pairs that do not fit are tried once more with the normals of one turned over, if these were given.
-        """
+        """Register pairs, neighbors first and then with normals turned, and join what fits; refine all poses."""
         pairs = len(self.scans) * (len(self.scans) - 1) // 2
         for opposite in (False, True):
             for tried, pair in enumerate(self._untried()):
@@ -139,10 +132,7 @@ class Assembly:
         return out
 
     def _supported(self) -> list[tuple[Hypothesis, bool]]:
-        """Return the poses between groups that are not joined, and whether another pose of the same two fits as well.
-
-        Those that are alone come first, then those that most points speak for.
-        """
+        """Return poses between groups, by support after those that have no equal, and whether they have one."""
         open_ones = [each for each in self.hypotheses if self.group_of(each.pair[0]) is not self.group_of(each.pair[1])]
         support = [self._support(each) for each in open_ones]
         out = []

@@ -1,8 +1,7 @@
 """The poses that agree best with measured poses of pairs: least squares in which pairs that contradict count little.
 
-Every pair pulls on the two poses it joins, with the weight of its covariance, and all poses are found together, so that
-errors of a chain of scans do not add up where it closes (F. Lu, E. Milios, Globally consistent range scan alignment,
-1997).
+All are found together, so that errors of a chain do not add up (F. Lu, E. Milios, Globally consistent range scan
+alignment, 1997).
 """
 
 from __future__ import annotations
@@ -10,15 +9,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
-from simplexmesh.numerics.rotation_vectors import rotation_matrices
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh.recognition.scans.scan_pairs import Measured
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 Pair = tuple[int, int]
 
 SYSTEMATIC = 0.3
@@ -30,10 +26,7 @@ OUTLYING = 3.0
 
 
 def optimized(poses: Array, pairs: Sequence[Pair], measured: Sequence[Measured], radius: float) -> tuple[Array, Array]:
-    """Return poses (n, 4, 4) near those given, the first of which stays, and their covariances (n, 6, 6).
-
-    `pairs` are source and target of the measured poses; `radius` is the mean distance of points from their center.
-    """
+    """Return poses (n, 4, 4) near those given, the first of which stays, and their covariances (n, 6, 6)."""
     source, target = np.array(pairs).T
     inverse = np.linalg.inv([each.T for each in measured])
     whitening = np.array([_whitening(each, radius) for each in measured])
@@ -85,7 +78,7 @@ def _cross_matrices(vectors: Array) -> Array:
 def motions(x: Array) -> Array:
     """Return the motions (k, 4, 4) of rotation vectors and shifts (k, 6)."""
     out = np.zeros((len(x), 4, 4))
-    out[:, :3, :3], out[:, :3, 3], out[:, 3, 3] = rotation_matrices(x[:, :3]), x[:, 3:], 1.0
+    out[:, :3, :3], out[:, :3, 3], out[:, 3, 3] = Rotation.from_rotvec(x[:, :3]).as_matrix(), x[:, 3:], 1.0
     return out
 
 

@@ -10,7 +10,6 @@ from itertools import combinations
 from typing import Any, ParamSpec
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base.errors import warn
 from simplexmesh._base.progress import Report, part_of, reporting
@@ -21,13 +20,12 @@ from simplexmesh.motion.reconstruct import pipeline
 from simplexmesh.motion.reconstruct.conversion import are_scans, check_for_no_volume
 from simplexmesh.motion.reconstruct.options import Options
 from simplexmesh.motion.reconstruct.result import Reconstruction
-from simplexmesh.numerics.rotation_vectors import rotation_angle
+from simplexmesh.numerics.rigid import rotation_angle
 from simplexmesh.recognition.register.oriented_points import FEWEST_POINTS
 from simplexmesh.recognition.scans.assembly import TOUCHING
 from simplexmesh.recognition.scans.register_all import Registered, names_of, registered, registered_named, tell_groups
 from simplexmesh.recognition.scans.scan_pairs import Scan, contact
 
-Array = NDArray[np.float64]
 P = ParamSpec("P")
 Pair = tuple[int, int]
 
@@ -86,10 +84,7 @@ def check_choices(chosen: Mapping[str, Any]) -> None:
 
 
 def posed_scans(data: Sequence[Any], poses: Any, report: Report) -> tuple[list[Any], Registered | None]:
-    """Return the scans that hang together and all poses, found if "auto" or if the frames contradict each other.
-
-    Scans whose frames agree, or cannot be compared, keep them: their poses are None.
-    """
+    """Return the scans that hang together and all poses, None where frames agree or cannot be compared."""
     names, scans = names_of(data), [as_data(scan) for scan in data]
     if poses == "auto":
         found = registered_named(scans, names, report)
@@ -130,7 +125,7 @@ def _compared(scans: list[Any], names: tuple[str, ...], report: Report) -> Regis
     moved = [edge for edge in turned if (edge.target, edge.source) not in agreeing]
     if moved:
         edge = max(moved, key=lambda edge: edge.overlap)
-        angle = np.degrees(rotation_angle(edge.T_target_source[:3, :3]))
+        angle = np.degrees(rotation_angle(edge.T_target_source))
         warn(
             f"the scans are in different frames: {names[edge.source]} fits {names[edge.target]} turned by "
             f"{angle:.0f} degrees; all were registered, as by poses='auto' "

@@ -9,17 +9,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.errors import warn
 from simplexmesh._base.progress import Report, reporting
 from simplexmesh._base.vectors import norm
-from simplexmesh.recognition.register.icp import about_origin
+from simplexmesh.recognition.register.icp import about_origin, between_frames
 from simplexmesh.recognition.scans.assembly import Assembly
 from simplexmesh.recognition.scans.scan_pairs import Scan
-
-Array = NDArray[np.float64]
 
 CONTRADICTING = 10.0
 """Shift, in root mean square distances of pairs, from which the pose of a pair alone contradicts the others."""
@@ -214,7 +212,7 @@ def registered(scans: list[Scan], names: tuple[str, ...], report: Report) -> Reg
     poses, covariances = np.empty((len(scans), 4, 4)), np.empty((len(scans), 6, 6))
     for group in assembly.groups:
         for k in group:
-            poses[k] = in_data_frame(scans[k], scans[group[0]], assembly.poses[k])
+            poses[k] = between_frames(assembly.poses[k], scans[k].center, scans[group[0]].center, scans[0].unit)
             A = about_origin(scans[group[0]].center) @ np.diag([1.0] * 3 + [scans[0].unit] * 3)
             covariances[k] = A @ assembly.covariances[k] @ A.T
     edges, residuals = _edges(assembly)
@@ -240,22 +238,14 @@ def _edges(assembly: Assembly) -> tuple[tuple[ScanPair, ...], Array]:
                 edges.append(((i, j), found.T, typical, found.near, False, False))
                 residuals.append(off)
     unit = scans[0].unit
-    pairs = tuple(
-        ScanPair(i, j, checks.frozen(in_data_frame(scans[i], scans[j], T)), error * unit, near, accepted, ambiguous)
-        for (i, j), T, error, near, accepted, ambiguous in edges
-    )
-    return pairs, unit * np.array(residuals)
+    pairs = []
+    for (i, j), T, error, near, accepted, ambiguous in edges:
+        pose = checks.frozen(between_frames(T, scans[i].center, scans[j].center, unit))
+        pairs.append(ScanPair(i, j, pose, error * unit, near, accepted, ambiguous))
+    return tuple(pairs), unit * np.array(residuals)
 
 
 def _shift(scan: Scan, one: Array, other: Array) -> float:
     """Return the root mean square distance between the points of a scan in two poses (4, 4)."""
     difference = (one - other)[:3]
     return float(np.sqrt((norm(scan.matched[0].points @ difference[:, :3].T + difference[:, 3]) ** 2).mean()))
-
-
-def in_data_frame(source: Scan, target: Scan, T: Array) -> Array:
-    """Return a pose (4, 4) between scans about their centers as one between the frames of their data."""
-    out = np.eye(4)
-    out[:3, :3] = T[:3, :3]
-    out[:3, 3] = target.center + source.unit * T[:3, 3] - T[:3, :3] @ source.center
-    return out

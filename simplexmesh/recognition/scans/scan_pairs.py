@@ -8,11 +8,10 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.units import common_unit
-from simplexmesh._base.vectors import dot
 from simplexmesh.recognition.register._kernels_pose_scoring import TargetGrid
 from simplexmesh.recognition.register.icp import MINIMUM_COSINE, find_correspondences, refined, uncertainty
 from simplexmesh.recognition.register.oriented_points import OrientedPoints, are_inside_out, oriented_points
@@ -26,9 +25,6 @@ from simplexmesh.recognition.register.register import (
     refined_candidates,
 )
 from simplexmesh.recognition.register.verify import Evaluation, Verifier
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 MATCHED = 5_000
 """Points of each scan that are matched in refinements: more change poses by less than their error."""
@@ -175,21 +171,13 @@ def measure(source: Scan, target: Scan, T: Array, *, wider: Sequence[float] = (1
 
 
 def contact(source: Scan, target: Scan, T: Array, *, wider: float = 1.0) -> tuple[float, float]:
-    """Return the fraction of the smaller scan that T (4, 4) brings near the other, and the share of it that agrees.
-
-    Points on the other side of a thin wall are near, but neither for nor against a pose.
-    """
+    """Return the fraction of the smaller scan that T (4, 4) brings near the other, and the share of it that agrees."""
     if source.surface.area > target.surface.area:
         source, target, T = target, source, np.asarray(np.linalg.inv(T), np.float64)
     verifier = verifier_of(source, target)
-    rows = source.rows[2]
-    points = source.smooth.points[rows] @ T[:3, :3].T + T[:3, 3]
-    distance, nearest = target.tree.query(points, distance_upper_bound=wider * verifier.reach, workers=-1)
-    near = np.isfinite(distance)
-    nearest = np.where(near, nearest, 0)
-    normals = target.smooth.normals[nearest]
-    cosine = dot(source.smooth.normals[rows] @ T[:3, :3].T, normals)
-    near &= cosine > -MINIMUM_COSINE
-    residual = dot(points - target.smooth.points[nearest], normals)
-    agreeing = near & (cosine > MINIMUM_COSINE) & (np.abs(residual) < verifier.width)
+    found = find_correspondences(
+        source.smooth, target.smooth, target.tree, T, wider * verifier.reach, verifier.samples[0]
+    )
+    near = found.near & (found.cosine > -MINIMUM_COSINE)  # the other side of a thin wall speaks neither for nor against
+    agreeing = found.inlier & (np.abs(found.residual) < verifier.width)
     return float(near.mean()), float(agreeing.sum() / max(near.sum(), 1))

@@ -5,9 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array
 from simplexmesh.data.points import PointCloud
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
@@ -16,6 +17,7 @@ from simplexmesh.surface.neighborhoods import Neighborhood
 from simplexmesh.surface.normals.estimate import starting_normals
 from simplexmesh.surface.reasons import DEGENERATE, FOUND
 from simplexmesh.surface.registry import (
+    ADAPTIVE,
     Estimates,
     Method,
     chosen,
@@ -26,21 +28,19 @@ from simplexmesh.surface.registry import (
 )
 from simplexmesh.surface.sampled_surface import SampledSurface, as_sampled_surface
 
-Array = NDArray[np.float64]
-
-FANS = "curvature.classic.fans"
+FANS = "curvature.classic.fans.estimate"
 
 METHODS = {
-    "adaptive": Method("curvature.adaptive.adaptive", {"noise": None, "detail": None}, normals=None, own_scale=True),
+    "adaptive": ADAPTIVE,
     "chen_schmitt": Method(FANS, {"weighted": True, "normalized": False}, {"kind": "chen_schmitt"}),
-    "discrete": Method("curvature.classic.discrete", {"area": "mixed", "projected": False}, needs_faces=True),
+    "discrete": Method("curvature.classic.discrete.estimate", {"area": "mixed", "projected": False}, needs_faces=True),
     "extended_quadric": Method(FANS, {"least": 6}, {"kind": "quadric", "terms": 5}),
     "full_quadric": Method(FANS, {"least": 6}, {"kind": "quadric", "terms": 6}),
     "langer": Method(FANS, fixed={"kind": "langer"}),
     "langer_exact": Method(FANS, fixed={"kind": "langer_exact"}),
-    "principal": Method("curvature.classic.principal", {"radius": 5}, needs_faces=True, own_scale=True),
+    "principal": Method("curvature.classic.principal.estimate", {"radius": 5}, needs_faces=True, own_scale=True),
     "quadric": Method(FANS, {"least": 3}, {"kind": "quadric", "terms": 3}),
-    "simplex_angle": Method("curvature.classic.simplex_angle", normals=None, needs_faces=True),
+    "simplex_angle": Method("curvature.classic.simplex_angle.estimate", normals=None, needs_faces=True),
     "sine": Method(FANS, {"least_swing": False}, {"kind": "sine"}),
     "taubin": Method(FANS, fixed={"kind": "taubin"}),
 }

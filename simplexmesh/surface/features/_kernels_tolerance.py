@@ -11,15 +11,12 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base._kernels_njit import njit
+from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh.mesh.decimation._kernels_fitting import closest_on_triangle
 from simplexmesh.mesh.triangles._kernels_half_edges import area_normal, following, previous
 from simplexmesh.numerics._kernels_vectors import row
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 REMOVED = -1
 
@@ -33,7 +30,7 @@ class Triangulation(NamedTuple):
     vertices: Array  # (v, 3)
     corners: Indices  # (3t,)
     mates: Indices  # (3t,)
-    frozen: NDArray[np.bool_]  # (v,) vertices whose triangles stay as they are
+    frozen: Mask  # (v,) vertices whose triangles stay as they are
     caps: int
 
 

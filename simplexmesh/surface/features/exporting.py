@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.named_arrays import taken
 from simplexmesh.data.io import writing
 from simplexmesh.data.triangles import TriangleMesh
@@ -17,7 +17,6 @@ if TYPE_CHECKING:
 
     from simplexmesh.surface.features.lines.network import FeatureLine
 
-Indices = NDArray[np.int64]
 
 KINDS = ("C0", "Gn")
 
@@ -65,5 +64,5 @@ def _kinds(lines: Sequence[FeatureLine]) -> Indices:
     return np.array([KINDS.index(line.kind) for line in lines], np.int64)
 
 
-def _joined(parts: Sequence[NDArray[np.float64]], shape: tuple[int, ...]) -> NDArray[np.float64]:
+def _joined(parts: Sequence[Array], shape: tuple[int, ...]) -> Array:
     return np.concatenate([np.zeros(shape), *parts])

@@ -5,9 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.named_arrays import taken
 from simplexmesh.data.conversion import as_triangles
 from simplexmesh.data.triangles import TriangleMesh
@@ -16,10 +17,6 @@ from simplexmesh.mesh.triangles.self_intersection import crossing_triangles
 from simplexmesh.mesh.triangles.topology import vertex_fans
 from simplexmesh.surface.features import _kernels_flips, _kernels_removal, _kernels_tolerance
 from simplexmesh.surface.features._kernels_tolerance import Change, Spheres, Triangulation
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
-Mask = NDArray[np.bool_]
 
 FEW_REMOVED = 0.05
 """Of the vertices that are left: fewer in a round are not worth another."""

@@ -5,18 +5,15 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh.surface.features.feature_lines import feature_lines, matching
 from simplexmesh.surface.features.lines.network import FeatureNetwork
 from simplexmesh.surface.features.zoning import edits
 from simplexmesh.surface.features.zoning._kernels_fronts import grow
 from simplexmesh.surface.features.zoning.bending import bending
 from simplexmesh.surface.features.zoning.result import Zones, zoned
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 FEWEST = 8
 """Triangles of a zone that bends differently: bending is a mean over about as many."""

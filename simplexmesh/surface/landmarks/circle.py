@@ -6,18 +6,16 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.errors import warn
 from simplexmesh._base.vectors import norm, tangents
 from simplexmesh.numerics.circle_fits import circle_residuals, robust_circle, sampled_circle
 from simplexmesh.surface.curvature.result import Curvature
 from simplexmesh.surface.saliency.fields import known_curvature
 from simplexmesh.surface.sampled_surface import as_sampled_surface
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 LOOSE = 0.25
 """Points farther from a circle than this share of its radius, in root mean square, are no rim."""
@@ -187,11 +185,7 @@ def rim_circle(
 
 
 def _covered(at: Array, center: Array, normal: Array) -> float:
-    """Return the share of the circle that has points near.
-
-    Gaps of up to three times the median gap, or ten degrees, count as covered, so that a rim of few vertices is
-    complete; of longer gaps ten degrees count.
-    """
+    """Return the share of the circle that has points near; gaps of three median gaps or ten degrees are covered."""
     u, v = tangents(normal)
     turn = np.sort(np.arctan2((at - center) @ v, (at - center) @ u))
     arcs = np.diff(turn, append=turn[0] + 2 * np.pi)

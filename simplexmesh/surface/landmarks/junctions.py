@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.vectors import dot, norm, tangents
 from simplexmesh.surface.sampled_surface import SampledSurface
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 SECTORS, RINGS = 24, 4
 """Directions and distances into which a disk is divided."""
@@ -23,12 +20,7 @@ GAP, WEAKEST = 0.5, 0.25
 
 
 def junctions(samples: SampledSurface, strength: Array, normals: Array, rows: Indices, reach: float) -> Array:
-    """Return the strength of the junction at each vertex: that of its third strongest arm.
-
-    An arm is a direction with a high mean of the field out to `reach`; between arms the field must be low. A groove has
-    two arms, a pit, which is isotropic, one; beside a junction no arm has its full length. `strength` is that of the
-    groove, 0 where there is none.
-    """
+    """Return the strength of the junction at each vertex: that of its third strongest arm out to `reach`."""
     out = np.zeros(len(rows))
     used, tree = _subsampled(samples, rows, reach)
     for k, row in enumerate(rows.tolist()):

@@ -6,17 +6,16 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.interpolate import RBFInterpolator
 from scipy.spatial.distance import cdist
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.errors import warn
 from simplexmesh._base.vectors import norm
 from simplexmesh.data.conversion import as_data
 from simplexmesh.data.points import PointCloud
-
-Array = NDArray[np.float64]
 
 MAX_SLOPE = 135 / 64
 """Largest slope of the kernel times the radius: a displacement larger than the radius over this folds space."""

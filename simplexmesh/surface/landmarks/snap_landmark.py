@@ -6,11 +6,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh.surface.curvature.result import Curvature
 from simplexmesh.surface.landmarks.junctions import junctions
 from simplexmesh.surface.saliency.diffusion import Diffusion
@@ -18,9 +19,6 @@ from simplexmesh.surface.saliency.fields import field_values, known_curvature
 from simplexmesh.surface.saliency.noise import smallest_window
 from simplexmesh.surface.saliency.smoothed_curvature import smoothed_curvature
 from simplexmesh.surface.sampled_surface import SampledSurface, as_sampled_surface
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 CRITERIA = ("peak", "pit", "ridge", "valley", "saddle", "magnitude", "curvedness", "junction")
 

@@ -1,1 +1,1 @@
-"""Normal estimators, one per file, and the function that selects among them."""
+"""Normal estimators, from faces and from neighbors, and the function that selects among them."""

@@ -8,10 +8,10 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import prange
-from numpy.typing import NDArray
 
 from simplexmesh._base._kernels_both import Both
 from simplexmesh._base._kernels_njit import njit
+from simplexmesh._base.arrays import Array
 from simplexmesh.numerics._kernels_frames import tangents
 from simplexmesh.numerics._kernels_matrices import solve
 from simplexmesh.surface._kernels_fan import FLAT
@@ -38,10 +38,10 @@ class Solver(NamedTuple):
 class Ring(NamedTuple):
     """Vectors to the neighbors over their squared lengths, the mean distance, and work arrays of the fit."""
 
-    edges: NDArray[np.float64]
+    edges: Array
     distance: float
-    matrix: NDArray[np.float64]
-    right: NDArray[np.float64]
+    matrix: Array
+    right: Array
 
 
 @njit(cache=True, error_model="numpy")
@@ -60,10 +60,7 @@ def _ring(points, i, near):
 
 @njit(cache=True, error_model="numpy")
 def _fitted(ring, normal):
-    """Fit k = a cos 2 t + b sin 2 t + c + d cos t + e sin t into `right` (3.41); return False where it is singular.
-
-    t is the azimuth from the first of `tangents`, k the curvature of the circle tangent to the surface (2.39).
-    """
+    """Fit k = a cos 2t + b sin 2t + c + d cos t + e sin t into `right` (3.41); return False where it is singular."""
     matrix, right, seen = ring.matrix, ring.right, 0
     nx, ny, nz = normal[0], normal[1], normal[2]
     ux, uy, uz, vx, vy, vz = tangents(nx, ny, nz)

@@ -6,13 +6,15 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from simplexmesh._base import checks, vectors
+from simplexmesh._base.arrays import Array
 from simplexmesh.surface.face_cycles import one_rings
 from simplexmesh.surface.neighborhoods import Neighborhood, Neighborhoods
 from simplexmesh.surface.reasons import DEGENERATE, FOUND
 from simplexmesh.surface.registry import (
+    ADAPTIVE,
     Method,
     Normals,
     chosen,
@@ -22,18 +24,18 @@ from simplexmesh.surface.registry import (
 )
 from simplexmesh.surface.sampled_surface import SampledSurface, as_sampled_surface
 
-Array = NDArray[np.float64]
-
 METHODS = {
-    "mean": Method("normals.faces", fixed={"weighting": "uniform"}, normals=None, needs_faces=True),
-    "area": Method("normals.faces", fixed={"weighting": "area"}, normals=None, needs_faces=True),
-    "angle": Method("normals.faces", fixed={"weighting": "angle"}, normals=None, needs_faces=True),
-    "max": Method("normals.faces", fixed={"weighting": "max"}, normals=None, needs_faces=True),
-    "plane": Method("normals.plane", {"variant": "pca"}, normals=None, orients=True),
-    "quadric": Method("normals.quadric", {"passes": 1}),
-    "chen_schmitt": Method("normals.chen_schmitt", {"normalized": False}),
-    "extended_sine": Method("normals.extended_sine", {"solver": "newton", "tolerance": 1e-9, "iterations": 50}),
-    "adaptive": Method("normals.adaptive", {"noise": None, "detail": None}, normals=None, own_scale=True),
+    "mean": Method("normals.faces.estimate", fixed={"weighting": "uniform"}, normals=None, needs_faces=True),
+    "area": Method("normals.faces.estimate", fixed={"weighting": "area"}, normals=None, needs_faces=True),
+    "angle": Method("normals.faces.estimate", fixed={"weighting": "angle"}, normals=None, needs_faces=True),
+    "max": Method("normals.faces.estimate", fixed={"weighting": "max"}, normals=None, needs_faces=True),
+    "plane": Method("normals.neighbors.plane", {"variant": "pca"}, normals=None, orients=True),
+    "quadric": Method("normals.neighbors.quadric", {"passes": 1}),
+    "chen_schmitt": Method("normals.neighbors.chen_schmitt", {"normalized": False}),
+    "extended_sine": Method(
+        "normals.neighbors.extended_sine", {"solver": "newton", "tolerance": 1e-9, "iterations": 50}
+    ),
+    "adaptive": ADAPTIVE,
 }
 """All normal estimators."""
 
@@ -132,10 +134,8 @@ def _found(
         others = ", ".join(repr(name) for name, other in METHODS.items() if not other.needs_faces)
         raise ValueError(f"{called} must be one of {others} for points without faces, not {name!r}")
     start = starting_normals(samples, around, kind.normals, normals)
-    found: Normals = kind.estimate(samples, around, start, **settings)
+    found = kind.estimate(samples, around, start, **settings)  # of an estimator of curvature too, which has more
     good = np.asarray(np.isfinite(found.normals).all(axis=1))
-    if good.all():
-        return found
     reasons = np.where(good | (found.reasons != FOUND), found.reasons, DEGENERATE).astype(np.uint8)
     return Normals(np.where(good[:, None], found.normals, 0.0), reasons)
 

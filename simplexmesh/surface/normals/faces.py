@@ -3,25 +3,20 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array
 from simplexmesh.surface.neighborhoods import Neighborhoods
 from simplexmesh.surface.normals import _kernels_faces as kernels
 from simplexmesh.surface.registry import Normals
 from simplexmesh.surface.sampled_surface import SampledSurface, wedges_between
 
-Array = NDArray[np.float64]
 WEIGHTINGS = {"uniform": kernels.UNIFORM, "area": kernels.AREA, "angle": kernels.ANGLE, "max": kernels.MAX}
 
 
 def estimate(
     samples: SampledSurface, around: Neighborhoods, normals: Array | None = None, *, weighting: str
 ) -> Normals:
-    """Return the normalized sum of the unit normals of the faces around each center, or between consecutive neighbors.
-
-    Weights: 1; area; angle (Thuermer, Wuethrich 1998); or sin(angle) over the product of the edges (N. Max 1999), for
-    which closed rings on spheres are exact, as inversion at the center makes a sphere a plane.
-    """
+    """Return the weighted sum of the unit normals of the faces around each center, or between consecutive neighbors."""
     n = len(around)
     out, reasons = np.zeros((n, 3)), np.zeros(n, np.uint8)
     if samples.is_connected:

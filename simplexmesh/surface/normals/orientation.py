@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base import vectors
+from simplexmesh._base.arrays import Array
 from simplexmesh.orientation.propagation import propagated
 from simplexmesh.surface.neighborhoods import Neighborhoods
 from simplexmesh.surface.normals import _kernels_plane as kernels
 from simplexmesh.surface.normals import faces
 from simplexmesh.surface.reasons import FOUND
 from simplexmesh.surface.sampled_surface import SampledSurface
-
-Array = NDArray[np.float64]
 
 
 def outward_directions(samples: SampledSurface, around: Neighborhoods) -> Array:

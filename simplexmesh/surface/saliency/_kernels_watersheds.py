@@ -18,12 +18,7 @@ def _root(parent, i):
 
 @njit(cache=True)
 def watersheds(offsets, members, values, order):
-    """Return (basin, saddle, into) of a field swept from its highest value down over the rings, in CSR.
-
-    `order` has the vertices included, descending. A vertex joins the basin of its highest neighbor: `basin` is the
-    maximum it leads up to, -1 if not included. At maxima `saddle` is the value at which the basin meets one with a
-    higher maximum, `into`; for the highest of a component the component's lowest value, and -1.
-    """
+    """Return each vertex's maximum, or -1, and the saddle and the higher maximum, or -1, that each maximum meets."""
     n = offsets.shape[0] - 1
     basin = np.full(n, -1, np.int64)
     saddle = np.full(n, np.nan)

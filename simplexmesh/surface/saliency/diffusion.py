@@ -11,10 +11,9 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_matrix, csr_matrix, diags
 from scipy.sparse.linalg import spsolve
 
+from simplexmesh._base.arrays import Array, Indices, Indices32, Mask
 from simplexmesh._base.vectors import cross, dot, norm
 from simplexmesh.surface.sampled_surface import SampledSurface
-
-Array = NDArray[np.float64]
 
 TOLERANCE = 1e-5
 """Relative residual at which the solver stops."""
@@ -32,13 +31,7 @@ MAX_COTANGENT = 10.0
 
 @dataclass(frozen=True, eq=False)
 class Diffusion:
-    """Diffusion of per-vertex fields along a surface.
-
-    Diffusion for the time sigma^2 / 2 is a convolution with the Gaussian window exp(-d^2 / 2 sigma^2). Each step is one
-    implicit Euler step, (M + t L) u = M u_0, with the lumped mass matrix M and the cotangent Laplacian L (without
-    negative weights, so that means stay between the values). Borders are reflecting (Neumann). In a cloud, and in a
-    simplex mesh, L is the Laplacian of the edges, weighted by their lengths.
-    """
+    """Gaussian windows along a surface: diffusion for the time sigma^2 / 2, in steps (M + t L) u = M u_0."""
 
     samples: SampledSurface
 
@@ -66,7 +59,7 @@ class Diffusion:
         return _of_links(self.samples)
 
     @property
-    def links(self) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+    def links(self) -> tuple[Indices32, Indices32]:
         """Rows and columns of the Laplacian's entries, the diagonal included."""
         entries = self._system[1].tocoo()
         return entries.row, entries.col
@@ -99,10 +92,7 @@ class Diffusion:
     def smoothed_deviators(
         self, values: Array, rotations: NDArray[np.complex128], sigma: float
     ) -> NDArray[np.complex128]:
-        """Return a smoothed tangential field, given as complex numbers in each vertex's own frame.
-
-        `rotations`, (m,), transform from the frame of the column of each of `links` to that of its row.
-        """
+        """Return a smoothed tangential field, complex in each vertex's frame; `rotations` are those along the links."""
         known = np.isfinite(values)
         out = np.where(known, values, 0.0).astype(complex)
         stiffness = self._system[1].tocoo()
@@ -111,7 +101,7 @@ class Diffusion:
             out = _diffused(self._masses(known), 0.25 * sigma**2, rotated, out)
         return out
 
-    def _masses(self, known: NDArray[np.bool_]) -> Array:
+    def _masses(self, known: Mask) -> Array:
         """Return the lumped masses: areas, nearly zero at unknown values."""
         areas = self._system[0]
         mass = np.where(known, areas, TINY * areas)
@@ -148,7 +138,7 @@ def _inner(a: Any, b: Any) -> float:
     return float(dot(a.conj(), b).real)
 
 
-def _of_triangles(points: Array, faces: NDArray[np.int64]) -> tuple[Array, csr_matrix]:
+def _of_triangles(points: Array, faces: Indices) -> tuple[Array, csr_matrix]:
     """Return a third of the area of the triangles at each vertex, and the cotangent Laplacian."""
     n = len(points)
     corners = points[faces]
@@ -176,8 +166,8 @@ def _of_links(samples: SampledSurface) -> tuple[Array, csr_matrix]:
     return areas, _laplacian(n, ends, ring.members, 0.5 * share[ends])
 
 
-def _laplacian(n: int, rows: NDArray[np.int64], columns: NDArray[np.int64], weights: Array) -> csr_matrix:
-    """Return D - W for the symmetrized weights W, negative entries set to zero, and its row sums D."""
+def _laplacian(n: int, rows: Indices, columns: Indices, weights: Array) -> csr_matrix:
+    """Return D - W for the symmetrized weights W, at least 0 so that means stay between values, and row sums D."""
     half = coo_matrix((weights, (rows, columns)), (n, n)).tocsr()
     symmetric = (half + half.T).tocsr()
     symmetric.data = np.maximum(symmetric.data, 0.0)

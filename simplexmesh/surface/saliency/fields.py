@@ -5,15 +5,14 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array
 from simplexmesh.surface.curvature.estimate import curvature
 from simplexmesh.surface.curvature.result import Curvature
 from simplexmesh.surface.saliency.unsampled_faces import warn_of_unsampled_faces
 from simplexmesh.surface.sampled_surface import SampledSurface
-
-Array = NDArray[np.float64]
 
 
 def field_values(name: str, values: ArrayLike, count: int) -> Array:

@@ -9,13 +9,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh.surface.curvature.result import Curvature
 from simplexmesh.surface.saliency.diffusion import Diffusion
 from simplexmesh.surface.saliency.fields import known_curvature
 from simplexmesh.surface.saliency.smoothed_curvature import SmoothedCurvature, shrunk, smoothed_curvature
 from simplexmesh.surface.sampled_surface import as_sampled_surface
-
-Array = NDArray[np.float64]
 
 UNKNOWN, PEAK, RIDGE, SADDLE_RIDGE, FLAT, MINIMAL, SADDLE_VALLEY, VALLEY, PIT = range(9)
 
@@ -179,12 +178,9 @@ def _with_tolerances(
 
 
 def _combined(estimates: list[tuple[Array, Array, Array, Array]]) -> tuple[Array, Array, Array, Array]:
-    """Return the first estimates of H and K with their tolerances; where they are zero, those that follow.
-
-    Only if these are within the first tolerance too: smoothed values near an edge contain its curvature.
-    """
+    """Return the first estimates of H and K with their tolerances; where they are zero, those that follow."""
     mean, gauss, tolerance, tolerance_k = estimates[0]
-    for h, k, h_tolerance, k_tolerance in estimates[1:]:
+    for h, k, h_tolerance, k_tolerance in estimates[1:]:  # smoothed values near an edge contain its curvature
         replaced = (np.abs(mean) <= tolerance) & (np.abs(h) <= tolerance)
         replaced_gauss = (np.abs(gauss) <= tolerance_k) & (np.abs(k) <= tolerance_k)
         mean, tolerance = np.where(replaced, h, mean), np.where(replaced, h_tolerance, tolerance)
@@ -192,21 +188,21 @@ def _combined(estimates: list[tuple[Array, Array, Array, Array]]) -> tuple[Array
     return mean, gauss, tolerance, tolerance_k
 
 
-def signs(mean: Array, gauss: Array, tolerance: Array, tolerance_k: Array) -> NDArray[np.int64]:
+def signs(mean: Array, gauss: Array, tolerance: Array, tolerance_k: Array) -> Indices:
     """Return the class of H and K, each zero within its tolerance."""
     h = np.where(np.abs(mean) <= tolerance, 0, np.sign(mean)).astype(int)
     k = np.where(np.abs(gauss) <= tolerance_k, 0, np.sign(gauss)).astype(int)
     h = np.where((k > 0) & (h == 0), np.where(mean < 0, -1, 1), h)
     table = np.array([[SADDLE_VALLEY, VALLEY, PIT], [MINIMAL, FLAT, FLAT], [SADDLE_RIDGE, RIDGE, PEAK]])
-    out: NDArray[np.int64] = table[h + 1, k + 1]
+    out: Indices = table[h + 1, k + 1]
     return out
 
 
-def bent_class(mean: Array, gauss: Array, tolerance: Array) -> NDArray[np.int64]:
+def bent_class(mean: Array, gauss: Array, tolerance: Array) -> Indices:
     """Return flat, or the nearest of ridge, minimal and valley where k1^2 + k2^2 is significant."""
     magnitude, amplitude = (np.sqrt(np.maximum(square, 0.0)) for square in (4 * mean**2 - 2 * gauss, mean**2 - gauss))
     nearest_class = np.where(np.abs(mean) < np.tan(np.pi / 8) * amplitude, MINIMAL, np.where(mean > 0, RIDGE, VALLEY))
-    out: NDArray[np.int64] = np.where(magnitude > NOT_FLAT * tolerance, nearest_class, FLAT)
+    out: Indices = np.where(magnitude > NOT_FLAT * tolerance, nearest_class, FLAT)
     return out
 
 

@@ -6,9 +6,10 @@ from collections import Counter
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh.surface.curvature.result import Curvature
 from simplexmesh.surface.polyline import Polyline
 from simplexmesh.surface.saliency.diffusion import Diffusion
@@ -16,9 +17,6 @@ from simplexmesh.surface.saliency.fields import field_values, known_curvature
 from simplexmesh.surface.saliency.noise import smallest_window
 from simplexmesh.surface.saliency.smoothed_curvature import shrunk, smoothed_curvature
 from simplexmesh.surface.sampled_surface import SampledSurface, as_sampled_surface
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 
 def level_lines(surface: Any, values: ArrayLike, *, level: float = 0.0, minimum: float = 0.0) -> tuple[Polyline, ...]:
@@ -123,11 +121,7 @@ def _with_faces(surface: Any) -> SampledSurface:
 
 
 def _chains(samples: SampledSurface, field: Array) -> list[tuple[Indices, bool]]:
-    """Return the lines as (k, 2) edges, the smaller vertex first, and whether each is closed.
-
-    In each triangle a line enters through one edge and leaves through another with the higher side, zero too, on its
-    left.
-    """
+    """Return the lines as (k, 2) edges, the smaller vertex first, and whether each is closed."""
     faces = samples.faces
     assert faces is not None
     n, is_high = len(field), field >= 0
@@ -135,6 +129,7 @@ def _chains(samples: SampledSurface, field: Array) -> list[tuple[Indices, bool]]
     faces = faces[is_high[faces].any(axis=1) != is_high[faces].all(axis=1)]
     ahead = np.roll(faces, -1, axis=1)
     keys = np.minimum(faces, ahead) * n + np.maximum(faces, ahead)
+    # a line enters a triangle through one edge and leaves it through another, the higher side, zero too, on its left
     entries, exits_ = keys[is_high[faces] & ~is_high[ahead]].tolist(), keys[~is_high[faces] & is_high[ahead]].tolist()
     next_edges: dict[int, list[int]] = {}  # several where more than two triangles share an edge, or disagree in side
     for entry, exit_ in zip(entries, exits_, strict=True):

@@ -6,19 +6,16 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
-from scipy.sparse import csr_matrix
-from scipy.sparse.csgraph import connected_components
+from numpy.typing import ArrayLike
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array
 from simplexmesh.surface.curvature.result import Curvature
 from simplexmesh.surface.saliency._kernels_watersheds import watersheds
 from simplexmesh.surface.saliency.diffusion import Diffusion
 from simplexmesh.surface.saliency.fields import field_of
 from simplexmesh.surface.saliency.noise import smallest_window
 from simplexmesh.surface.sampled_surface import SampledSurface, as_sampled_surface
-
-Array = NDArray[np.float64]
 
 SCALE_STEPS = (1.0, 1.5, 2.0, 2.5, 3.0)
 """Scales as multiples of the smallest: 2, 3, 4, 5 and 6 epsilon."""
@@ -89,7 +86,8 @@ def saliency(
         total += weight * response
         weights += weight
     out = total / weights if weights > 0 else total
-    return np.where(connected_to(samples, np.isfinite(field)), out, np.nan)
+    parts = samples.components
+    return np.where(np.isin(parts, parts[np.isfinite(field)]), out, np.nan)
 
 
 def map_weight(samples: SampledSurface, response: Array) -> float:
@@ -100,14 +98,6 @@ def map_weight(samples: SampledSurface, response: Array) -> float:
     tops = response[(basin == np.arange(len(basin))) & (ring.valence > 0)]
     highest = float(tops.max(initial=0.0))
     return float((1 - tops.mean() / highest) ** 2) if highest > 0 and len(tops) > 1 else float(highest > 0)
-
-
-def connected_to(samples: SampledSurface, known: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return which vertices are connected to one that is known."""
-    ring, n = samples.one_ring, len(known)
-    links = csr_matrix((np.ones(len(ring.members), bool), ring.members, ring.offsets), (n, n))
-    _, component = connected_components(links, directed=False)
-    return np.isin(component, component[known])
 
 
 def _widths(scales: Sequence[float] | None, diffusion: Diffusion) -> Array:

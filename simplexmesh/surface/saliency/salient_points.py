@@ -7,9 +7,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh.surface.curvature.result import Curvature
 from simplexmesh.surface.neighborhoods import Ball, Neighborhoods
 from simplexmesh.surface.saliency._kernels_watersheds import watersheds
@@ -18,9 +19,6 @@ from simplexmesh.surface.saliency.fields import field_of, known_curvature
 from simplexmesh.surface.saliency.noise import field_noise, local_noise, remaining_noise, smallest_window
 from simplexmesh.surface.saliency.saliency import SCALE_STEPS, saliency
 from simplexmesh.surface.sampled_surface import SampledSurface, as_sampled_surface
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 SIGNIFICANCE = 4.0
 """Least persistence of a maximum in standard deviations of the noise remaining in the field."""
@@ -198,7 +196,7 @@ def _median_noise(diffusion: Diffusion, known: Curvature, width: float) -> float
     return float(np.median((left * local_noise(diffusion, known))[~known.failed]))
 
 
-def _persistence(ring: Neighborhoods, field: Array, included: NDArray[np.bool_]) -> tuple[Array, Indices, Indices]:
+def _persistence(ring: Neighborhoods, field: Array, included: Mask) -> tuple[Array, Indices, Indices]:
     """Return the persistence of each vertex, zero where it is no maximum; basins, and which others they merge into."""
     order = np.flatnonzero(included)
     order = order[np.argsort(-field[order], kind="stable")]

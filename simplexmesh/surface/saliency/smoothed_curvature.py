@@ -7,12 +7,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array, Indices32
 from simplexmesh._base.vectors import cross, dot
 from simplexmesh.surface.curvature.result import Curvature
 from simplexmesh.surface.saliency.diffusion import Diffusion
 from simplexmesh.surface.saliency.noise import local_noise, remaining_noise, smallest_window
 
-Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 
@@ -25,11 +25,7 @@ class SmoothedCurvature(NamedTuple):
 
 
 def smoothed_curvature(diffusion: Diffusion, known: Curvature, width: float) -> SmoothedCurvature:
-    """Return H and K averaged over windows of a width, in the unit of the points; 0 for none.
-
-    Averages of products keep the variance of the noise, so K is computed from the averaged curvature tensor: H^2 less
-    the squared magnitude of its deviator. From methods without directions it is the average of K.
-    """
+    """Return H and K averaged over windows of a width, 0 for none; K from the averaged tensor, if there is one."""
     error = local_noise(diffusion, known)
     if width <= 0:
         return SmoothedCurvature(known.mean, known.gauss, error)
@@ -37,18 +33,13 @@ def smoothed_curvature(diffusion: Diffusion, known: Curvature, width: float) -> 
     mean, remaining = diffusion.smoothed(known.mean, width) + mask, remaining_noise(diffusion, known, width) * error
     if known.d1 is None:
         return SmoothedCurvature(mean, diffusion.smoothed(known.gauss, width) + mask, remaining)
+    # averages of products keep the variance of the noise, so K is H^2 less the square of the averaged deviator
     deviator = mean_deviators(diffusion, known, known.d1, width) + mask
     return SmoothedCurvature(mean, mean**2 - np.abs(deviator) ** 2, remaining)
 
 
 def shrunk(diffusion: Diffusion, known: Curvature) -> tuple[SmoothedCurvature, SmoothedCurvature]:
-    """Return H and K shrunk toward their averages over the smallest window, and the averages.
-
-    Values shrink by the factor 3 s^2 / D^2, at most 1, with s^2 the reduction of the error's variance by averaging and
-    D^2 the mean squared difference over the three components of the tensor (after James and Stein 1961): differences
-    that noise explains vanish, much larger ones are due to the shape and remain. From methods that estimate no error or
-    no directions both results are the averages.
-    """
+    """Return H and K shrunk toward their averages as far as noise explains them (after James and Stein), and these."""
     width = smallest_window(diffusion)
     if known.error is None or known.d1 is None or width <= 0:
         found = smoothed_curvature(diffusion, known, width)
@@ -57,6 +48,7 @@ def shrunk(diffusion: Diffusion, known: Curvature) -> tuple[SmoothedCurvature, S
     mask, half = np.where(known.failed, np.nan, 0.0), (known.k1 - known.k2) / 2
     mean = diffusion.smoothed(known.mean, width) + mask
     deviator = mean_deviators(diffusion, known, known.d1, width) + mask
+    # differences that the noise explains vanish, much larger ones are due to the shape and remain
     square = diffusion.smoothed((mean - known.mean) ** 2 + np.abs(deviator - half) ** 2, width, steps=1)
     removed = (1 - remaining**2) * error**2
     factor = np.divide(3 * removed, square, out=np.ones(len(square)), where=square > 3 * removed)
@@ -69,19 +61,16 @@ def shrunk(diffusion: Diffusion, known: Curvature) -> tuple[SmoothedCurvature, S
 
 
 def mean_deviators(diffusion: Diffusion, known: Curvature, d1: Array, width: float) -> Complex:
-    """Return averages of the deviator of the curvature tensor, (n,): (k1 - k2) / 2 times exp(2 i angle from d1).
-
-    Tensors are transported between tangent planes by the least rotation (Sharp, Soliman and Crane 2019, *The vector
-    heat method*): averages in space would lose what rotates out of a vertex's tangent plane.
-    """
+    """Return averages of the deviator of the curvature tensor, (n,): (k1 - k2) / 2 times exp(2 i angle from d1)."""
     rows, columns = diffusion.links
     found = ~known.failed
     normals, directions = (np.where(found[:, None], each, 0.0) for each in (known.normals, d1))
     half = np.where(found, (known.k1 - known.k2) / 2, np.nan)
+    # between tangent planes by the least rotation (Sharp, Soliman and Crane 2019, *The vector heat method*)
     return diffusion.smoothed_deviators(half, _rotations(normals, directions, rows, columns), width)
 
 
-def _rotations(normals: Array, directions: Array, to: NDArray[np.int32], of: NDArray[np.int32]) -> Complex:
+def _rotations(normals: Array, directions: Array, to: Indices32, of: Indices32) -> Complex:
     """Return exp(2 i angle) from the direction at `to` to the one at `of`, transported there."""
     n, m, u, v = normals[to], normals[of], directions[to], directions[of]
     cosine, axis = dot(n, m), cross(m, n)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from weakref import WeakSet
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.errors import warn
 from simplexmesh._base.vectors import cross, dot, norm, normalized
 from simplexmesh.surface.sampled_surface import SampledSurface
@@ -31,9 +31,7 @@ def unsampled_share(samples: SampledSurface) -> float:
     return float(areas[on_edge[faces].all(axis=1)].sum() / areas.sum()) if areas.any() else 0.0
 
 
-def _on_sharp_edges(
-    faces: NDArray[np.int64], normals: NDArray[np.float64], valid: NDArray[np.bool_], n: int
-) -> NDArray[np.bool_]:
+def _on_sharp_edges(faces: Indices, normals: Array, valid: Mask, n: int) -> Mask:
     """Return which vertices are on sharp edges, none on rough surfaces; `valid` triangles have an area."""
     ends = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]], axis=2).reshape(-1, 2)
     keys = ends[:, 0] * n + ends[:, 1]

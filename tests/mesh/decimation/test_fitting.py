@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import igl
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 from simplexmesh.mesh.decimation import _kernels_fitting as kernels
-from simplexmesh.mesh.decimation.fitting import faces_of
+from simplexmesh.mesh.decimation.fitting import _shares, faces_of
 from tests.mesh.decimation.reference import shaken
 from tests.mesh.operators.test_editing import MESHES
 
@@ -78,3 +79,14 @@ def test_the_least_squares_are_minimal(name, seed):
     for size in (1e-3, 1.0):
         assert energy(best + size * step, f, places, terms) > least
     assert energy(kernels.conjugate_gradients(v, f, places, terms, 5), f, places, terms) >= least * (1 - 1e-9)
+
+
+@pytest.mark.parametrize("name", ["sphere", "plane", "torus with holes"])
+def test_vertices_are_compared_with_the_mean_of_their_neighbors_and_on_a_rim_of_those_on_it(name):
+    mesh = MESHES[name]
+    c, v = mesh.connectivity, mesh.vertices
+    wanted = v[mesh.neighbors].mean(axis=1)
+    for hole in np.flatnonzero(c.face_is_hole):
+        loop = c.face_vertices[c.face_offsets[hole] : c.face_offsets[hole + 1]]
+        wanted[loop] = (v[np.roll(loop, 1)] + v[np.roll(loop, -1)]) / 2
+    assert_allclose(np.einsum("nj,njk->nk", _shares(c), v[mesh.neighbors]), wanted, atol=1e-12)

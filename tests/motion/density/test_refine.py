@@ -11,21 +11,21 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 import simplexmesh as sm
+from simplexmesh.mesh.check import tangled_vertices
 from simplexmesh.mesh.operators.editable_mesh import EditableMesh
-from simplexmesh.mesh.tangles import tangled_vertices
 from simplexmesh.motion.density import _kernels_refine
 from simplexmesh.motion.density.face_edits import (
     MOST_MERGED,
     divide_faces,
+    face_distance,
+    face_score,
     removable_edges,
     with_even_faces,
     with_even_metric,
 )
-from simplexmesh.motion.density.face_score import face_distance, face_score
 from simplexmesh.motion.density.redistribute import redistribute_round
 from simplexmesh.motion.density.refine import THRESHOLDS, refine_round, refinement_scores
-from simplexmesh.motion.density.refined import Refined
-from simplexmesh.motion.model.stages import Stage
+from simplexmesh.motion.density.refinement import Refined
 from simplexmesh.motion.reconstruct.conversion import as_input
 from simplexmesh.motion.start.primitives import primitive_around
 from simplexmesh.motion.targets.triangles import inside_surface, surface_distance
@@ -309,10 +309,10 @@ class TestZones:
         assert sm.refine(egg_of(160), EGG, threshold="fine", zones=[]).mesh is egg_of(160)
 
     def test_sizes_are_made_even_within(self):
-        uneven = sm.refine_face(sm.refine_face(sm.sphere(8), 40).mesh, 40).mesh
-        zone = np.ones(uneven.connectivity.face_sizes.size, bool)
+        uneven = sm.refine_face(sm.refine_face(sm.sphere(8), 40).mesh, 40)
+        zone = np.ones(uneven.mesh.connectivity.face_sizes.size, bool)
         assert set(np.unique(with_even_faces(uneven, zone).mesh.connectivity.face_sizes)) <= {5, 6, 7}
-        assert with_even_faces(uneven, ~zone).mesh is uneven
+        assert with_even_faces(uneven, ~zone).mesh is uneven.mesh
 
 
 class TestRedistribute:
@@ -457,11 +457,11 @@ def test_the_bottom_of_a_deep_cavity_is_filled(data_folder):
     points = as_input(volume, level=25).points
     sphere = primitive_around(points, "sphere", 720, facing=None)
     radius = 0.5 * np.linalg.norm(np.ptp(points, axis=0))
-    stages = [Stage(6, 2 * radius, 100, beta=0.1), Stage(6, 0.4 * radius, 100), Stage(1, 0.16 * radius, 500, beta=0.3)]
+    stages = [(6, 2 * radius, 100, 0.1), (6, 0.4 * radius, 100, 0.2), (1, 0.16 * radius, 500, 0.3)]
     start, target = sphere, sm.targets.Isosurface(volume, 25)
-    for stage in stages:
-        model = stage.model(start, target)
-        for _ in model.run(stage.iterations):
+    for rigidity, reach, iterations, beta in stages:
+        model = sm.DeformableModel(start, target, rigidity=rigidity, reach=reach, beta=beta)
+        for _ in model.run(iterations):
             pass
         start = model.mesh
     out = sm.refine(start, volume, level=25)

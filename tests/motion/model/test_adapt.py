@@ -15,7 +15,7 @@ from numpy.testing import assert_allclose
 import simplexmesh as sm
 from simplexmesh._base._kernels_both import PARALLEL_FROM
 from simplexmesh._base.vectors import norm
-from simplexmesh.motion.model.adapt import HIGHEST, LOWEST, adapted_metric
+from simplexmesh.motion.model.averages import HIGHEST, LOWEST, adapted_metric
 from tests.motion import reference as reference
 from tests.motion.meshes import (
     Everywhere,

@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 from numpy.testing import assert_array_equal
 
 import simplexmesh as sm
-from simplexmesh.motion.model.safeguards import MARGIN, RINGS, Release
-from simplexmesh.motion.model.stages import mean_edge
+from simplexmesh.motion.model.state import MARGIN, RINGS, Release, mean_edge
 from tests.motion.meshes import Everywhere, evolved
 
 TORUS = sm.torus(48, 18).triangulated()

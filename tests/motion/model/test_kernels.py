@@ -126,16 +126,6 @@ def test_averages_are_the_means_over_the_one_ring(seed):
     assert_allclose(out, reference.one_ring_mean_angle(angles, neighbors, radii), atol=1e-9)
 
 
-def test_moments_and_quotients_are_products_and_ratios():
-    rng = np.random.default_rng(0)
-    curvature, area, out = rng.normal(size=50), rng.random(50) * (rng.random(50) > 0.2), np.zeros(50)
-    for which in ("serial", "parallel"):
-        getattr(_kernels_averages.moments, which)(curvature, area, out)
-        assert_allclose(out, curvature * area, rtol=1e-15)
-        getattr(_kernels_averages.quotients, which)(out.copy(), area, out)
-        assert_allclose(out, np.where(area > 0, curvature, 0.0), rtol=1e-12)
-
-
 @pytest.mark.parametrize("name", reference.NAMES)
 @pytest.mark.parametrize("degenerate", [False, True])
 @given(seed=SEEDS)

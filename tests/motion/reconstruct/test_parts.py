@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 import simplexmesh as sm
-from simplexmesh.mesh.tangles import tangled_vertices
+from simplexmesh.mesh.check import tangled_vertices
 from simplexmesh.motion.model.untangle import untangled
 from simplexmesh.motion.reconstruct.conversion import otsu_threshold
 from simplexmesh.motion.start.crossings import outer_crossings

@@ -264,7 +264,7 @@ def test_an_interrupt_between_stages_keeps_the_last_one(monkeypatch):
                 raise KeyboardInterrupt
             super().__init__(*arguments, **options)
 
-    monkeypatch.setattr("simplexmesh.motion.model.stages.DeformableModel", Impatient)
+    monkeypatch.setattr("simplexmesh.motion.reconstruct.run.DeformableModel", Impatient)
     with pytest.warns(sm.SimplexMeshWarning, match="interrupted"):
         model = sm.reconstruct(sm.sphere(12).vertices, vertices=300)
     assert model.interrupted

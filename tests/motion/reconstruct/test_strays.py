@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 from numpy.testing import assert_array_equal
 
 import simplexmesh as sm
-from simplexmesh.motion.model.stages import mean_edge
+from simplexmesh.motion.model.state import mean_edge
 from simplexmesh.motion.model.untangle import Tangles, filmed
 from simplexmesh.motion.reconstruct import pipeline
-from simplexmesh.motion.reconstruct.strays import Strays, restored
+from simplexmesh.motion.reconstruct.measure import Strays, restored
 from simplexmesh.motion.topology.face_regions import dilated
 
 START = sm.sphere(16)

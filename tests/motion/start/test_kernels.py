@@ -12,7 +12,7 @@ from scipy.spatial import ConvexHull
 
 from simplexmesh.mesh.manifold import half_edge_mates
 from simplexmesh.mesh.shapes import torus
-from simplexmesh.motion.start import _kernels_remesh, _kernels_thinning, topology
+from simplexmesh.motion.start import _kernels_remesh, _kernels_topology, topology
 from simplexmesh.orientation import _kernels_grid
 from tests.motion.start import reference as reference
 
@@ -72,7 +72,7 @@ def test_thinning(seed):
     keep = solid & (rng.random(solid.shape) < 0.1)
     cells = rng.permutation(np.argwhere(solid & ~keep))
     out = solid.copy()
-    _kernels_thinning.thin(out, keep, cells, topology._ADJACENCY6, topology._ADJACENCY26, 50)
+    _kernels_topology.thin(out, keep, cells, topology._ADJACENCY6, topology._ADJACENCY26, 50)
     assert_array_equal(out, reference.thin(solid, keep, cells, 50))
 
 
@@ -81,7 +81,7 @@ def test_a_bridge_over_a_corner_does_not_connect():
     for cell in ((1, 2, 2), (1, 2, 1), (1, 1, 1), (2, 1, 1), (2, 1, 2), (2, 2, 2)):
         block[cell] = True  # a ring of six cells
     out, keep = block.copy(), np.zeros_like(block)
-    _kernels_thinning.thin(out, keep, np.array([[2, 2, 2]]), topology._ADJACENCY6, topology._ADJACENCY26, 1)
+    _kernels_topology.thin(out, keep, np.array([[2, 2, 2]]), topology._ADJACENCY6, topology._ADJACENCY26, 1)
     assert_array_equal(out, reference.thin(block, keep, [(2, 2, 2)], 1))
     assert out[2, 2, 2]  # or the ring would open
 

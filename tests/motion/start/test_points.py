@@ -7,14 +7,12 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from simplexmesh import PointCloud, TopologyError, read_points, read_triangles
+from simplexmesh.mesh.check import tangled_vertices
 from simplexmesh.mesh.shapes import sphere
-from simplexmesh.mesh.tangles import tangled_vertices
 from simplexmesh.motion.start import solid_mesh
 from simplexmesh.motion.start.from_points import start_from_points
 from simplexmesh.numerics.plane_fits import planes, spacing_of
-from simplexmesh.orientation.flood import flooded
-from simplexmesh.orientation.indicator import Poisson
-from simplexmesh.orientation.poisson import fixpoint, oriented_indicator
+from simplexmesh.orientation.poisson import Poisson, fixpoint, flooded, oriented_indicator
 
 GENUS = {"ellipsoid.off": 0, "torus.stl": 1, "knot1.off": 1, "eight.off": 2, "elephant.off": 3, "spot.obj": 0}
 

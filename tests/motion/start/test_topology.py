@@ -11,8 +11,7 @@ from simplexmesh.mesh.duality import dual
 from simplexmesh.mesh.manifold import half_edge_mates
 from simplexmesh.mesh.shapes import sphere
 from simplexmesh.motion.start import _kernels_remesh
-from simplexmesh.motion.start.polygonize import isosurface, subdivided
-from simplexmesh.motion.start.remesh import decimated, relaxed
+from simplexmesh.motion.start.solid_mesh import decimated, isosurface, relaxed, subdivided
 from simplexmesh.motion.start.topology import (
     closed,
     euler,

@@ -8,7 +8,7 @@ from scipy import ndimage
 
 from simplexmesh import Volume, read_volume, reconstruct, sphere
 from simplexmesh._base.errors import SimplexMeshWarning, TopologyError
-from simplexmesh.mesh.tangles import tangled_vertices
+from simplexmesh.mesh.check import tangled_vertices
 from simplexmesh.motion.start import from_volume, solid_mesh
 from simplexmesh.motion.start.from_volume import start_from_volume
 
@@ -146,22 +146,6 @@ def test_a_start_is_thickened_where_it_would_cross_itself_and_has_to_be(body, se
     thin = start_from_volume(volume, label=1, vertices=1000, tunnels=0.0).mesh
     assert tangled_vertices(thin).any()
     assert not tangled_vertices(thick).any()
-
-
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ({}, "one of level and label"),
-        ({"level": 0.5, "label": 1}, "not both"),
-        ({"level": 7.0}, "level must be between 0 and 1"),
-        ({"label": 4}, "label must be present"),
-    ],
-)
-def test_bad_input_gets_one_sentence(options, message):
-    values = np.zeros((10, 10, 10), np.uint8)
-    values[3:7, 3:7, 3:7] = 1
-    with pytest.raises(ValueError, match=message):
-        start_from_volume(Volume(values), **options)
 
 
 @pytest.mark.data

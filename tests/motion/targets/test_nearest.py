@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from simplexmesh.data.points import PointCloud
 from simplexmesh.motion.targets.points import Points
-from simplexmesh.motion.targets.surfels import _kernels_nearest
+from simplexmesh.motion.targets.surfels import _kernels_gaps
 from simplexmesh.motion.targets.surfels.surfels import assembled
 from tests.motion.targets import reference as naive
 from tests.motion.targets.test_points import noisy_torus, sphere_points, torus_points
@@ -17,19 +17,19 @@ from tests.motion.targets.test_points import noisy_torus, sphere_points, torus_p
 
 def check_search(s, place, normal, reach):
     """Check a search without a known candidate: the nearest surfel, the sorted list, the bound of all others."""
-    cache, query = _kernels_nearest.empty_cache(1), (tuple(place), tuple(normal), reach)
-    found = _kernels_nearest.nearest_searched(s, cache, 0, query)
+    cache, query = _kernels_gaps.empty_cache(1), (tuple(place), tuple(normal), reach)
+    found = _kernels_gaps.nearest_searched(s, cache, 0, query)
     assert found == naive.nearest_facing(s.table, place, normal, s.oriented, reach)
     squared, bound = ((s.table[:, :3] - place) ** 2).sum(axis=1), cache.known[0, 6] ** 2
-    known = _kernels_nearest.nearest_cached(s.points, s.heads, s.oriented, cache.known, cache.listed, 0, query)
+    known = _kernels_gaps.nearest_cached(s.points, s.heads, s.oriented, cache.known, cache.listed, 0, query)
     nearest = squared[found] if found in cache.listed else reach**2  # 16 nearer ones may almost face the right way
-    assert known == (found if nearest < bound * (1 - 2e-12) else _kernels_nearest.STALE)
+    assert known == (found if nearest < bound * (1 - 2e-12) else _kernels_gaps.STALE)
     around = naive.around(s.table, place, normal, s.oriented, 4 * reach**2)
-    count = min(np.count_nonzero(squared[around] < bound * (1 - 1e-12)), _kernels_nearest.NEAREST)
+    count = min(np.count_nonzero(squared[around] < bound * (1 - 1e-12)), _kernels_gaps.NEAREST)
     np.testing.assert_array_equal(cache.listed[0, :count], around[:count])
     if count < len(around):
         assert bound <= squared[around[count]] * (1 + 1e-12)
-    if count < _kernels_nearest.NEAREST - 1:  # fewer are listed only where the others are far
+    if count < _kernels_gaps.NEAREST - 1:  # fewer are listed only where the others are far
         slack = squared[found] + 2 * s.heads[:, 6].min() ** 2 if found >= 0 else np.inf
         assert bound >= min(4 * reach**2, slack) * (1 - 1e-12)
 
@@ -162,9 +162,9 @@ def test_vertices_that_remain_when_a_mesh_is_edited_keep_their_cache(oriented):
         (places[stays], normals[stays], np.flatnonzero(stays)),
     ):
         before = target._cache.known.copy(), target._cache.listed.copy()
-        state = _kernels_nearest.empty_cache(len(some))
+        state = _kernels_gaps.empty_cache(len(some))
         s = target.surfels
-        _kernels_nearest.transfer_cache(some, directions, target.center, 1.0, s, target._cache, state)
+        _kernels_gaps.transfer_cache(some, directions, target.center, 1.0, s, target._cache, state)
         for kept, known in zip((state.known, state.listed), before, strict=True):
             np.testing.assert_array_equal(kept[: len(same)], known[same])
         gap = target.gap(some, directions, 0.3)

@@ -13,10 +13,9 @@ from scipy.spatial import cKDTree
 
 import simplexmesh as sm
 from simplexmesh.cli import app
-from simplexmesh.motion.density.boundary_refine import divided_boundary
-from simplexmesh.motion.model.border_attraction import BorderAttraction
-from simplexmesh.motion.model.boundary import outlines_of, unfolded_boundary
-from simplexmesh.motion.model.stages import mean_edge
+from simplexmesh.motion.density.face_edits import divided_boundary
+from simplexmesh.motion.model.boundary import BorderAttraction, outlines_of, unfolded_boundary
+from simplexmesh.motion.model.state import mean_edge
 from simplexmesh.motion.reconstruct.conversion import as_input
 from simplexmesh.motion.targets import _kernels_borders
 from simplexmesh.motion.targets.borders import border_of_points

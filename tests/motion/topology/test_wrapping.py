@@ -11,8 +11,7 @@ import simplexmesh as sm
 from simplexmesh.motion.model.boundary import outlines_of
 from simplexmesh.motion.reconstruct.measure import genus_message
 from simplexmesh.motion.start.primitives import primitive_around
-from simplexmesh.motion.topology.contact import contacts
-from simplexmesh.motion.topology.wrapping import Wrapping, wrapped
+from simplexmesh.motion.topology.wrapping import Wrapping, contacts, wrapped
 from tests.mesh.test_homology import block
 
 

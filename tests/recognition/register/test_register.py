@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
+from scipy.spatial.transform import Rotation
 
 import simplexmesh as sm
 from simplexmesh.numerics import _kernels_local_fits as planes
-from simplexmesh.numerics.rotation_vectors import rotation_matrices
 from simplexmesh.recognition.register import _kernels_pose_scoring as kernels
 from simplexmesh.recognition.register import pose_scoring
 from simplexmesh.recognition.register import register as registration
@@ -60,9 +60,11 @@ def turn_between(T, S):
     return np.degrees(np.linalg.norm(rotation_vector(T[:3, :3].T @ S[:3, :3])))
 
 
-def rotation_vector(R):
-    from scipy.spatial.transform import Rotation
+def turns(vectors):
+    return Rotation.from_rotvec(vectors).as_matrix()
 
+
+def rotation_vector(R):
     return Rotation.from_matrix(R).as_rotvec()
 
 
@@ -228,7 +230,7 @@ class TestWhatIsUncertain:
         for pose in poses:
             for turn in (0.0, 1.0, 2.5):
                 slid, length = np.eye(4), np.linalg.norm(open_motion[:3])
-                slid[:3, :3] = rotation_matrices(turn * open_motion[None, :3] / length)[0]
+                slid[:3, :3] = turns(turn * open_motion[None, :3] / length)[0]
                 axis = np.cross(open_motion[:3], open_motion[3:]) / length**2  # a point that stays
                 slid[:3, 3] = axis - slid[:3, :3] @ axis
                 at = moved(slid @ pose, source) - shift
@@ -318,7 +320,7 @@ class TestKernels:
         rng = np.random.default_rng(0)
         points = rng.normal(size=(60, 3))
         normals = points / np.linalg.norm(points, axis=1, keepdims=True)
-        normals = normals @ rotation_matrices(np.array([[0.3, 0.2, 0.1]]))[0]
+        normals = normals @ turns(np.array([[0.3, 0.2, 0.1]]))[0]
         T = motion(rng)
         one = OrientedPoints(points, normals, 0.1, 0.0, points)
         other = OrientedPoints(moved(T, points), normals @ T[:3, :3].T, 0.1, 0.0, moved(T, points))
@@ -332,7 +334,7 @@ class TestKernels:
     def test_scores_are_those_of_the_plain_sum(self):
         rng = np.random.default_rng(1)
         source, grid = scored_pair(rng)
-        motions = motion_rows(rotation_matrices(0.05 * rng.normal(size=(5, 3))), 0.01 * rng.normal(size=(5, 3)))
+        motions = motion_rows(turns(0.05 * rng.normal(size=(5, 3))), 0.01 * rng.normal(size=(5, 3)))
         width, rows = source.scoring_width(0), source.scoring_rows
         (scores,) = pose_scoring.scores([source], grid, [motions])
         for motion_, score in zip(motions.reshape(-1, 3, 4), scores, strict=True):
@@ -362,7 +364,7 @@ class TestKernels:
     @given(st.integers(0, 2**32 - 1), st.integers(1, 12))
     def test_motions_that_differ_are_those_of_plain_code(self, seed, most):
         rng = np.random.default_rng(seed)
-        motions = motion_rows(rotation_matrices(0.15 * rng.normal(size=(20, 3))), 0.1 * rng.normal(size=(20, 3)))
+        motions = motion_rows(turns(0.15 * rng.normal(size=(20, 3))), 0.1 * rng.normal(size=(20, 3)))
         kept = np.empty(most, np.int64)
         count = kernels.distinct_motions(motions, 1 + 2 * np.cos(0.2), 0.15, kept)
         assert kept[:count].tolist() == reference.distinct_motions(motions, most, 0.2, 0.15)
@@ -382,10 +384,7 @@ class TestKernels:
         part = whole.surface.points[:, 0] > 0
         other = replace(whole.surface, points=whole.surface.points[part], normals=whole.surface.normals[part])
         sources = [whole, pose_scoring.Source(other, np.arange(40), np.arange(0, 150, 3), 0.4, whole.noise)]
-        motions = [
-            motion_rows(rotation_matrices(0.2 * rng.normal(size=(n, 3))), 0.02 * rng.normal(size=(n, 3)))
-            for n in (7, 4)
-        ]
+        motions = [motion_rows(turns(0.2 * rng.normal(size=(n, 3))), 0.02 * rng.normal(size=(n, 3))) for n in (7, 4)]
         scores = pose_scoring.scores(sources, grid, motions, stage=stage, every=2)
         moved_ = pose_scoring.refined(sources, grid, motions, stage=stage)
         for k, source in enumerate(sources):
@@ -399,7 +398,7 @@ class TestKernels:
         """Each a least squares problem of its own, solved plainly."""
         rng = np.random.default_rng(2)
         source, grid = scored_pair(rng)
-        motion_ = motion_rows(rotation_matrices(0.1 * rng.normal(size=(1, 3))), 0.02 * rng.normal(size=(1, 3)))
+        motion_ = motion_rows(turns(0.1 * rng.normal(size=(1, 3))), 0.02 * rng.normal(size=(1, 3)))
         columns, step, width = source.columns(source.refining_rows), motion_.copy(), 0.08
         sources = kernels.SourceColumns(columns, np.array([0, columns.shape[1]]))
         kernels.refine_motions(step, np.zeros(1, np.int64), sources, grid, np.array([[width]]))

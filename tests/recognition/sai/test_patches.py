@@ -350,6 +350,13 @@ class TestObjects:
         assert reference.angle(found.T_target_source[:3, :3], R) < 1.0
         assert np.allclose(found.T_target_source[:3, 3], t, atol=0.03)
 
+    def test_a_torus_with_triangles_centered_on_the_seam(self):
+        ring = sm.torus(60, 24).triangulated("dual")  # a center at 0, less rounding, is no place of a periodic tree
+        flat = conformal_parameterization(ring.vertices, ring.faces, "torus")
+        at = flat.corners - flat.corners[0].mean(axis=0) - 1e-18
+        points = sampled(replace(flat, corners=at), domain("torus", 6))
+        assert np.abs(np.hypot(np.hypot(*points[:, :2].T) - 1, points[:, 2]) - 0.35).max() < 0.03
+
     def test_the_signature_of_a_torus_tells_one_direction_only(self):
         signature = sm.sai(sm.torus(60, 24, tube_radius=0.4), 6, topology="torus")
         across = signature.domain.coordinates[:, 1].round(6)

@@ -1,25 +1,13 @@
-"""Tables of rotations: a group, its coverings of all rotations, and how they are shared."""
+"""Tables of rotations: a group, and its coverings of all rotations."""
 
 from __future__ import annotations
-
-from contextlib import nullcontext
 
 import numpy as np
 import pytest
 
-from simplexmesh.numerics.rotation_vectors import angles_between
 from simplexmesh.recognition.sai import rotations as tables
 from simplexmesh.recognition.sai.sphere_domain import mobius_centering, mobius_map, sphere_domain
 from tests.recognition import reference as reference
-
-
-@pytest.fixture
-def cache(tmp_path, monkeypatch):
-    """An empty folder for tables, and a memory without any."""
-    monkeypatch.setenv("SIMPLEXMESH_CACHE", str(tmp_path / "tables"))
-    tables.rotations.cache_clear()
-    yield tmp_path / "tables"
-    tables.rotations.cache_clear()
 
 
 class TestGroup:
@@ -29,11 +17,11 @@ class TestGroup:
         assert np.allclose(group @ np.swapaxes(group, 1, 2), np.eye(3))
         assert np.allclose(np.linalg.det(group), 1)
         products = np.einsum("gab,hbc->ghac", group, group).reshape(-1, 3, 3)
-        assert angles_between(products, group).min(axis=1).max() < 1e-6
+        assert reference.angles_between(products, group).min(axis=1).max() < 1e-6
 
     @pytest.mark.parametrize("frequency", [5, 6, 9])
     def test_takes_the_sphere_to_itself_vertex_by_vertex(self, frequency):
-        table, here = tables.build(frequency, "darts"), sphere_domain(frequency)
+        table, here = tables.rotations(frequency, "darts"), sphere_domain(frequency)
         for R, turn in zip(table.group, table.turns, strict=True):
             assert np.allclose(here.vertices @ R.T, here.vertices[turn], atol=1e-9)
             assert {tuple(sorted(row)) for row in turn[here.mesh.neighbors]} == {
@@ -43,7 +31,7 @@ class TestGroup:
 
 class TestFamilies:
     def test_darts_are_the_3n_rotations_from_one_dart_to_every_other(self):
-        table, here = tables.build(5, "darts"), sphere_domain(5)
+        table, here = tables.rotations(5, "darts"), sphere_domain(5)
         assert len(table) == 3 * here.mesh.n_vertices
         images = table.matrices @ here.vertices[0]
         at = np.argmax(images @ here.vertices.T, axis=1)
@@ -59,14 +47,14 @@ class TestFamilies:
     def test_no_rotation_is_far_from_one_of_the_table(self, family, mean, most):
         rng = np.random.default_rng(1)
         some = np.stack([reference.random_rotation(rng) for _ in range(500)])
-        nearest = np.degrees(angles_between(some, tables.build(5, family).matrices).min(axis=1))
+        nearest = np.degrees(reference.angles_between(some, tables.rotations(5, family).matrices).min(axis=1))
         assert nearest.mean() < mean
         assert nearest.max() < most
 
     @pytest.mark.parametrize("family", tables.FAMILIES)
     def test_indices_name_the_nearest_vertex(self, family):
-        table = tables.build(5, family)
-        rows = table.indices()
+        table = tables.rotations(5, family)
+        rows = reference.all_images(table)
         assert rows.shape == (len(table), 500)
         here = sphere_domain(5)
         for k in range(0, len(table), 97):
@@ -74,64 +62,6 @@ class TestFamilies:
             found = np.einsum("ij,ij->i", images, here.vertices[rows[k]])
             assert np.allclose(found, (images @ here.vertices.T).max(axis=1), atol=1e-9)
         assert np.allclose(np.linalg.det(table.matrices), 1)
-
-
-class TestSharing:
-    def test_a_second_process_finds_what_the_first_left(self, cache, monkeypatch):
-        first = tables.rotations(5, "darts")
-        (left,) = cache.iterdir()
-        tables.rotations.cache_clear()
-        monkeypatch.setattr(tables, "build", lambda *_: pytest.fail("built again"))
-        second = tables.rotations(5, "darts")
-        assert left.suffix == ".npz"
-        assert np.array_equal(first.maps, second.maps)
-        assert np.array_equal(first.turns, second.turns)
-        assert np.array_equal(first.matrices, second.matrices)
-
-    @pytest.mark.parametrize("keep", [0, 10, 2000, -30])
-    def test_a_damaged_file_is_built_anew(self, cache, keep):
-        tables.rotations(5, "darts")
-        (left,) = cache.iterdir()
-        whole = left.read_bytes()
-        left.write_bytes(whole[:keep])
-        tables.rotations.cache_clear()
-        assert len(tables.rotations(5, "darts")) == 1500
-        tables.rotations.cache_clear()
-        assert tables._read(left, 5, "darts") is not None
-
-    @pytest.mark.parametrize("representatives", [np.zeros((0, 3, 3)), np.float64(1.0)])
-    def test_a_file_without_representatives_is_rejected(self, tmp_path, representatives):
-        table = tables.build(5, "darts")
-        parts = {"maps": table.maps[:0], "group": table.group, "turns": table.turns}
-        np.savez(tmp_path / "table.npz", representatives=representatives, **parts)
-        assert tables._read(tmp_path / "table.npz", 5, "darts") is None
-
-    def test_a_file_of_another_frequency_is_not_believed(self, cache):
-        tables.rotations(6, "darts")
-        (left,) = cache.iterdir()
-        assert tables._read(left, 6, "darts") is not None
-        assert tables._read(left, 5, "darts") is None
-
-    def test_a_folder_that_is_a_file_is_nobodys_problem(self, tmp_path, monkeypatch):
-        (tmp_path / "file").write_text("not a folder")
-        monkeypatch.setenv("SIMPLEXMESH_CACHE", str(tmp_path / "file"))
-        tables.rotations.cache_clear()
-        assert len(tables.rotations(5, "darts")) == 1500
-        tables.rotations.cache_clear()
-        assert (tmp_path / "file").read_text() == "not a folder"
-
-    @pytest.mark.parametrize("stop", [KeyboardInterrupt, SystemExit, OSError])
-    def test_writing_that_is_interrupted_leaves_nothing(self, tmp_path, monkeypatch, stop):
-        found = tables.build(5, "darts")
-
-        def stopped(file, **_):
-            file.write(b"half of it")
-            raise stop
-
-        monkeypatch.setattr(tables.np, "savez", stopped)
-        with nullcontext() if stop is OSError else pytest.raises(stop):
-            tables._save(tmp_path / "table.npz", found)
-        assert list(tmp_path.iterdir()) == []
 
     @pytest.mark.parametrize("frequency", [4, 13, 0, -1])
     def test_frequency_out_of_range(self, frequency):

@@ -131,7 +131,7 @@ class TestHidden:
         assert np.median(smooth) > 20  # a film that is not hollow goes on smoothly
 
     def test_the_threshold_is_by_samples_or_by_edges(self):
-        from simplexmesh.motion.model.stages import mean_edge
+        from simplexmesh.motion.model.state import mean_edge
         from simplexmesh.recognition.sai.sai import visibility_threshold
 
         edge = mean_edge(sphere_domain(5).mesh)

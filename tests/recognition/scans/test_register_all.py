@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.optimize import least_squares
+from scipy.spatial.transform import Rotation
 
 import simplexmesh as sm
-from simplexmesh.numerics.rotation_vectors import rotation_angle
 from simplexmesh.recognition.scans import pose_graph
 from simplexmesh.recognition.scans.pose_graph import motions, optimized
 from simplexmesh.recognition.scans.register_all import names_of
@@ -38,7 +38,9 @@ def views(count, rng, seed=0, noise=0.002):
 def off(found, poses, group):
     """Angles in degrees and shifts between poses found and true ones, both in the frame of the group's first scan."""
     errors = [np.linalg.solve(poses[group[0]], poses[k]) @ np.linalg.inv(found.poses[k]) for k in group]
-    return np.array([[np.degrees(rotation_angle(E[:3, :3])), np.linalg.norm(E[:3, 3])] for E in errors]).T
+    return np.array(
+        [[np.degrees(Rotation.from_matrix(E[:3, :3]).magnitude()), np.linalg.norm(E[:3, 3])] for E in errors]
+    ).T
 
 
 def measured(T, deviation=0.01):
@@ -148,7 +150,10 @@ class TestPoses:
         true, ours = np.array([known[name] for name in names])[:, :3, :3], found.poses[:, :3, :3]
         u, _, v = np.linalg.svd((true @ np.swapaxes(ours, 1, 2)).sum(axis=0))
         common = u @ np.diag([1, 1, np.linalg.det(u @ v)]) @ v
-        assert max(np.degrees(rotation_angle(R.T @ common @ S)) for R, S in zip(true, ours, strict=True)) < 0.3
+        assert (
+            max(np.degrees(Rotation.from_matrix(R.T @ common @ S).magnitude()) for R, S in zip(true, ours, strict=True))
+            < 0.3
+        )
 
 
 class TestPoseGraph:

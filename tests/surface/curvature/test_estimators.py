@@ -14,15 +14,16 @@ import simplexmesh as sm
 from simplexmesh._base.errors import SimplexMeshWarning
 from simplexmesh.bench.truth import closed, discretized
 from simplexmesh.bench.truth.graphs import graph
-from simplexmesh.bench.truth.rings import KINDS, article_ring, gs03_ring, scheme_ring, stacked, symmetric_ring
 from simplexmesh.bench.truth.rings import SCHEMES as PATTERNS
+from simplexmesh.bench.truth.rings import scheme_ring, stacked
 from simplexmesh.surface import registry
 from simplexmesh.surface.curvature import estimate
-from simplexmesh.surface.curvature.classic import _kernels_simplex_angle
+from simplexmesh.surface.curvature.classic import simplex_angle
 from simplexmesh.surface.curvature.result import Curvature
 from simplexmesh.surface.neighborhoods import Neighborhoods
 from simplexmesh.surface.reasons import DEGENERATE, EXPLANATIONS, OPEN
 from simplexmesh.surface.sampled_surface import SampledSurface, as_sampled_surface
+from tests.bench.article_rings import KINDS, article_ring, gs03_ring, symmetric_ring
 from tests.surface.curvature import reference_curvature as reference
 from tests.surface.golden_curvature import ARTICLE, GS03, MESHES, METHODS, SCHEMES
 
@@ -519,7 +520,7 @@ def test_the_simplex_angle_of_triangles_equals_its_twin():
 
 def test_faces_across_edges():
     pages = np.array([[0, 1, 2], [1, 0, 3], [1, 0, 4], [2, 1, 5]])
-    across = _kernels_simplex_angle.adjacent_faces(pages, 6)
+    across = simplex_angle.adjacent_faces(pages)
     assert across[0].tolist() == [-1, 3, -1]  # two faces, one, none
     assert across[1:].tolist() == [[-1, -1, -1], [-1, -1, -1], [0, -1, -1]]
 
@@ -1091,7 +1092,7 @@ class TestNotFinite:
             spoiled[4] = np.nan
             return registry.Normals(spoiled, np.zeros(len(around), np.uint8))
 
-        monkeypatch.setattr("simplexmesh.surface.normals.plane.estimate", wild)
+        monkeypatch.setattr("simplexmesh.surface.normals.neighbors.plane", wild)
         with pytest.warns(SimplexMeshWarning, match="at 1 of 48 vertices"):
             normals = sm.vertex_normals(discretized.torus(8, 6).mesh, "plane")
         assert np.flatnonzero(~normals.any(axis=1)).tolist() == [4]

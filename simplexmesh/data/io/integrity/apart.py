@@ -107,10 +107,7 @@ def _main(libraries: str, kind: str, path: str, folder: str, room: str, seconds:
 
 
 def _make_plain(dataset: Any) -> None:
-    """Give a data set positions of floats and arrays of whole bytes, whose names are escaped, and nothing but numbers.
-
-    VTK escapes no names, and the check of the copy knows neither bits nor what else VTK may say of an array.
-    """
+    """Make a data set one that the check of the copy knows, of floats and whole bytes; VTK escapes no names."""
     from vtkmodules.vtkCommonCore import vtkDoubleArray, vtkUnsignedCharArray
 
     points = dataset.GetPoints() if dataset.IsA("vtkPolyData") else None

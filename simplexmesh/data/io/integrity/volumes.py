@@ -1,7 +1,4 @@
-"""Checks of volume files that ITK does not make: it reads truncated NIfTI and TIFF files silently.
-
-For MetaImage it only prints the errors, and it reads damaged compressed samples of MetaImage and NRRD files.
-"""
+"""Checks of volume files that ITK does not make: it reads truncated files and damaged compressed samples silently."""
 
 from __future__ import annotations
 
@@ -97,10 +94,7 @@ def _check_length(path: Path, raw: Path, wanted: int) -> None:
 
 
 def _unpacked_size(path: Path, start: int, stored: int, enough: int) -> int:
-    """Return the number of bytes in the zlib or gzip stream of a file, -1 if it is damaged or cut off.
-
-    With a megabyte more than `enough` the rest is not unpacked.
-    """
+    """Return the bytes in a zlib or gzip stream, at most a megabyte more than `enough`; -1 if it is damaged."""
     unpack, total, piece, end = zlib.decompressobj(wbits=_ANY_STREAM), 0, b"", start + stored
     with path.open("rb") as file:
         file.seek(start)

@@ -1,7 +1,6 @@
 """Whether a VTP or VTI file is as programs write it: every array where it is said to be, of the size it must have.
 
-The readers of VTK trust what the elements say, and end the process where it is not so. What is not plain is read in
-another process.
+The readers of VTK trust what the elements say, and end the process where it is not so: what is not plain is read apart.
 """
 
 from __future__ import annotations
@@ -30,6 +29,11 @@ class _NotPlainError(Exception):
     """Something that is not as programs write it."""
 
 
+def _require(plain: bool) -> None:  # noqa: FBT001
+    if not plain:
+        raise _NotPlainError
+
+
 def is_plain(path: Path) -> bool:
     """Whether a file holds one piece of polygons, points or an image, with all the arrays that it says."""
     try:
@@ -48,46 +52,33 @@ class _Piece:
         found = _APPENDED.search(content)
         text = content[: found.start()] + b"</VTKFile>" if found else content
         self.appended = memoryview(content)[found.end() :] if found else memoryview(b"")
-        if b"<!" in text or b"<?" in text[8:]:
-            raise _NotPlainError
+        _require(b"<!" not in text and b"<?" not in text[8:])
         self.root = ElementTree.fromstring(text)
-        if self.root.tag != "VTKFile" or self.root.get("byte_order") != "LittleEndian":
-            raise _NotPlainError
+        _require(self.root.tag == "VTKFile" and self.root.get("byte_order") == "LittleEndian")
         self.word = np.dtype({"UInt32": "<u4", "UInt64": "<u8"}[self.root.get("header_type", "UInt32")])
         self.packed = self.root.get("compressor")
-        if self.packed not in (None, "vtkZLibDataCompressor"):
-            raise _NotPlainError
+        _require(self.packed in (None, "vtkZLibDataCompressor"))
 
     def check(self) -> None:
         kind = self.root.attrib["type"]
         (dataset,) = self.root
         names = [each.tag for each in dataset]
-        if dataset.tag != kind or names not in (["Piece"], ["FieldData", "Piece"]):
-            raise _NotPlainError
+        _require(dataset.tag == kind and names in (["Piece"], ["FieldData", "Piece"]))
         for array in dataset[0] if len(dataset) == 2 else ():
             self._array(array, _whole(array.attrib["NumberOfTuples"]))
         groups = {each.tag: each for each in dataset[-1]}
-        if len(groups) != len(dataset[-1]):
-            raise _NotPlainError
-        if kind == "PolyData":
-            n_points, n_cells = self._surface(dataset[-1], groups)
-        elif kind == "ImageData":
-            n_points, n_cells = _grid(dataset, dataset[-1])
-        else:
-            raise _NotPlainError
-        for array in groups.pop("PointData", ()):
-            self._array(array, n_points)
-        for array in groups.pop("CellData", ()):
-            self._array(array, n_cells)
-        if groups:
-            raise _NotPlainError
+        _require(len(groups) == len(dataset[-1]) and kind in ("PolyData", "ImageData"))
+        counts = self._surface(dataset[-1], groups) if kind == "PolyData" else _grid(dataset, dataset[-1])
+        for name, count in zip(("PointData", "CellData"), counts, strict=True):
+            for array in groups.pop(name, ()):
+                self._array(array, count)
+        _require(not groups)
 
     def _surface(self, piece: Any, groups: dict[str, Any]) -> tuple[int, int]:
         """Check positions and cells; return the numbers of points and of cells."""
         n_points, n_cells = _whole(piece.attrib["NumberOfPoints"]), 0
         (positions,) = groups.pop("Points")
-        if _components(positions) != 3 or not positions.get("type", "").startswith("Float"):
-            raise _NotPlainError
+        _require(_components(positions) == 3 and positions.get("type", "").startswith("Float"))
         self._array(positions, n_points)
         for name in _CELLS:
             count = _whole(piece.get(f"NumberOf{name}", "0"))
@@ -96,60 +87,49 @@ class _Piece:
             n_cells += count
             if not found and not count:
                 continue
-            if len(found) != 2 or arrays.keys() != {"connectivity", "offsets"}:
-                raise _NotPlainError
+            _require(len(found) == 2 and arrays.keys() == {"connectivity", "offsets"})
             ends = self._values(arrays["offsets"], count)
             n_corners = int(ends[-1]) if count else 0
             self._values(arrays["connectivity"], n_corners)
-            if count and not (ends[0] >= 0 and (ends[1:] >= ends[:-1]).all()):
-                raise _NotPlainError
+            _require(not count or bool(ends[0] >= 0 and (ends[1:] >= ends[:-1]).all()))
         return n_points, n_cells
 
     def _array(self, array: Any, n_tuples: int) -> None:
         """Check that an array has the size of so many tuples; strings, that each of them ends."""
-        if array.tag not in ("DataArray", "Array") or (array.get("type") == "String") != (array.tag == "Array"):
-            raise _NotPlainError
-        if _whole(array.get("NumberOfTuples", str(n_tuples))) != n_tuples:
-            raise _NotPlainError
+        _require(array.tag == ("Array" if array.get("type") == "String" else "DataArray"))
+        _require(_whole(array.get("NumberOfTuples", str(n_tuples))) == n_tuples)
         if array.tag == "Array":
             letters = self._values(array, None)
-            if np.count_nonzero(letters == 0) != n_tuples or (len(letters) and letters[-1]):
-                raise _NotPlainError
+            _require(np.count_nonzero(letters == 0) == n_tuples and not letters[-1:].any())
         else:
             self._checked(array, n_tuples * _components(array))
 
     def _values(self, array: Any, count: int | None) -> NDArray[Any]:
         """Return the values of an array of whole numbers."""
-        if array.get("type") not in ("Int32", "Int64", "String") or _components(array) != 1:
-            raise _NotPlainError
-        if count is not None and _whole(array.get("NumberOfTuples", str(count))) != count:
-            raise _NotPlainError
+        _require(array.get("type") in ("Int32", "Int64", "String") and _components(array) == 1)
+        _require(count is None or _whole(array.get("NumberOfTuples", str(count))) == count)
         held = self._checked(array, count)
         if isinstance(held, np.ndarray):
             return held
         data = b"".join(zlib.decompress(piece) for piece in held) if self.packed else b"".join(map(bytes, held))
         out = np.frombuffer(data, _TYPES[array.attrib["type"]])
-        if count is not None and len(out) != count:
-            raise _NotPlainError
+        _require(count in (None, len(out)))
         return out
 
     def _checked(self, array: Any, count: int | None) -> NDArray[Any] | list[Any]:
         """Return the numbers of text, or the blocks of bytes, having checked that there are as many as needed."""
         _check_ranges(array)
         dtype = np.dtype(_TYPES[array.attrib["type"]])
-        if count is not None and not 0 <= count < _LARGEST:
-            raise _NotPlainError
+        _require(count is None or 0 <= count < _LARGEST)
         form = array.get("format")
         if form == "ascii":
             return _numbers(array.text or "", count, dtype)
         size = None if count is None else count * dtype.itemsize
         if form == "appended":
             at = _whole(array.attrib["offset"])
-            if at >= len(self.appended):
-                raise _NotPlainError
+            _require(at < len(self.appended))
             return list(self._blocks(self.appended[at:], size))
-        if form != "binary":
-            raise _NotPlainError
+        _require(form == "binary")
         return list(self._blocks(memoryview(self._inline((array.text or "").strip())), size))
 
     def _inline(self, text: str) -> bytes:
@@ -165,16 +145,14 @@ class _Piece:
         width = self.word.itemsize
         if not self.packed:
             (stored,) = np.frombuffer(data, self.word, 1).tolist()
-            if stored > len(data) - width or size not in (None, stored):
-                raise _NotPlainError
+            _require(stored <= len(data) - width and size in (None, stored))
             yield data[width : width + stored]
             return
         blocks, each, last = np.frombuffer(data, self.word, 3).tolist()
         sizes = np.frombuffer(data, self.word, blocks, 3 * width).tolist()
         whole = blocks * each if not last else max(blocks - 1, 0) * each + last
         at = (3 + blocks) * width
-        if size not in (None, whole) or last > each or sum(sizes) > len(data) - at or whole > 1040 * sum(sizes):
-            raise _NotPlainError
+        _require(size in (None, whole) and last <= each and sum(sizes) <= len(data) - at and whole <= 1040 * sum(sizes))
         for stored in sizes:
             yield data[at : at + stored]
             at += stored
@@ -183,36 +161,28 @@ class _Piece:
 def _grid(dataset: Any, piece: Any) -> tuple[int, int]:
     """Check the place of an image; return the numbers of points and of cells."""
     extent = np.array([int(word) for word in piece.attrib["Extent"].split()])
-    if piece.attrib["Extent"].split() != dataset.attrib["WholeExtent"].split() or len(extent) != 6:
-        raise _NotPlainError
+    _require(piece.attrib["Extent"].split() == dataset.attrib["WholeExtent"].split() and len(extent) == 6)
     for name, count in (("Origin", 3), ("Spacing", 3), ("Direction", 9)):
-        if name in dataset.attrib and not np.isfinite(_numbers(dataset.attrib[name], count, np.dtype("f8"))).all():
-            raise _NotPlainError
+        if name in dataset.attrib:
+            _require(bool(np.isfinite(_numbers(dataset.attrib[name], count, np.dtype("f8"))).all()))
     n, m, k = (extent[1::2] - extent[::2]).tolist()
-    if min(n, m, k) < 0 or np.abs(extent).max() > 1 << 20:
-        raise _NotPlainError
+    _require(min(n, m, k) >= 0 and np.abs(extent).max() <= 1 << 20)
     return (n + 1) * (m + 1) * (k + 1), max(n, 1) * max(m, 1) * max(k, 1)
 
 
 def _numbers(text: str, count: int | None, dtype: np.dtype[Any]) -> NDArray[Any]:
     words = text.split()
-    if (
-        (count is not None and len(words) != count)
-        or not _NUMBER.fullmatch(text)
-        or max(map(len, words), default=0) > 40
-    ):
-        raise _NotPlainError
+    _require(count in (None, len(words)) and _NUMBER.fullmatch(text) is not None)
+    _require(max(map(len, words), default=0) <= 40)
     out = np.array(words, dtype="U40").astype("f8" if dtype.kind == "f" else "i8")
     limits = np.finfo(dtype) if dtype.kind == "f" else np.iinfo(dtype)
-    if not ((out >= limits.min) & (out <= limits.max)).all():
-        raise _NotPlainError
+    _require(bool(((out >= limits.min) & (out <= limits.max)).all()))
     return out
 
 
 def _components(array: Any) -> int:
     out = _whole(array.get("NumberOfComponents", "1"))
-    if not 0 < out <= 1000:
-        raise _NotPlainError
+    _require(0 < out <= 1000)
     return out
 
 
@@ -220,13 +190,10 @@ def _check_ranges(array: Any) -> None:
     """Check what else an array holds: its range, as two numbers."""
     for key in array:
         numbers = [(each.tag, each.get("index")) for each in key]
-        if key.tag != "InformationKey" or key.get("name") not in _RANGES or key.get("length") != "2":
-            raise _NotPlainError
-        if numbers != [("Value", "0"), ("Value", "1")]:
-            raise _NotPlainError
+        _require(key.tag == "InformationKey" and key.get("name") in _RANGES and key.get("length") == "2")
+        _require(numbers == [("Value", "0"), ("Value", "1")])
 
 
 def _whole(word: str) -> int:
-    if not re.fullmatch(r"\d{1,18}", word, re.ASCII):
-        raise _NotPlainError
+    _require(re.fullmatch(r"\d{1,18}", word, re.ASCII) is not None)
     return int(word)

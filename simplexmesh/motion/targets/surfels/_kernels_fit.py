@@ -12,16 +12,14 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base._kernels_both import FAST
 from simplexmesh._base._kernels_njit import njit
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh.numerics._kernels_frames import tangents
 from simplexmesh.numerics._kernels_matrices import solve
 from simplexmesh.numerics._kernels_tree import select
 from simplexmesh.numerics._kernels_vectors import assign, cross_product, dot, minus, row, unit
-
-Array = NDArray[np.float64]
 
 MAX_POINTS = 2048  # per fit; larger neighborhoods are subsampled
 VARIANCE_FLOOR = 0.04  # isotropic part of the variance of known errors
@@ -34,8 +32,8 @@ class Cloud(NamedTuple):
     """Points to be described by surfels, and their tree; `normals` and `spread` may be empty, (0, 3)."""
 
     points: Array  # (n, 3), as the next three those of a `kd_tree.Tree`: kernels cannot take nested tuples
-    starts: NDArray[np.int64]
-    ends: NDArray[np.int64]
+    starts: Indices
+    ends: Indices
     boxes: Array
     normals: Array  # (n, 3) oriented
     spread: Array  # (n, 3) one standard deviation of each point's error, along one known direction
@@ -44,14 +42,14 @@ class Cloud(NamedTuple):
 class Local(NamedTuple):
     """Members of a neighborhood, and those within the radius in the surfel's frame, in radii; scratch memory."""
 
-    members: NDArray[np.int64]
+    members: Indices
     s: Array  # tangential coordinates
     t: Array
     h: Array  # height
     w: Array  # weight, without that of robustness
     e: Array  # known variance of the height; 1 if it is unknown
     rest: Array
-    order: NDArray[np.int64]
+    order: Indices
 
 
 class Report(NamedTuple):
@@ -117,10 +115,7 @@ def _height(x, a, b):
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _normal_equations(local, n, bend, cutoff, m, rhs):
-    """Fill the normal equations of a quadric, (6, 6) and (6,), with Tukey weights about that of coefficients `bend`.
-
-    Return how far the weighted center is from the place, in radii.
-    """
+    """Fill the normal equations of a quadric, with Tukey weights about `bend`; return how far off their center is."""
     m0 = m1 = m2 = m3 = m4 = m5 = m6 = m7 = m8 = m9 = m10 = m11 = m12 = m13 = m14 = 0.0
     r0 = r1 = r2 = r3 = r4 = r5 = 0.0
     for i in range(n):
@@ -146,10 +141,7 @@ def _normal_equations(local, n, bend, cutoff, m, rhs):
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _residuals(local, n, bend, cutoff, x, first):
-    """Return the weighted mean squared residual, the number of inliers, and the height's variance per unit variance.
-
-    `x` is the solution, `first` the first column of the inverse.
-    """
+    """Return the weighted mean squared residual, the number of inliers, and the height's variance per unit variance."""
     squares = weights = gain = used = 0.0
     for i in range(n):
         a, b, c = local.s[i], local.t[i], local.h[i]
@@ -165,10 +157,7 @@ def _residuals(local, n, bend, cutoff, x, first):
 
 @njit(cache=True, error_model="numpy")
 def _solve_quadric(m, rhs, first, used):
-    """Solve the normal equations, for a plane if a quadric is underdetermined; return the number of unknowns.
-
-    `rhs` becomes the solution, `first` column 0 of the inverse.
-    """
+    """Solve for `rhs` and column 0 of the inverse, of a plane if a quadric is underdetermined; return the unknowns."""
     for unknowns, least in ((6, 9), (3, 3)):
         factor, x = m.copy(), rhs.copy()
         determined = used >= least and solve(factor, x, unknowns)

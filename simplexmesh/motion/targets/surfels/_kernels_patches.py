@@ -22,10 +22,7 @@ MAX_SUPPORT_RATIO = 1.5  # limit of the ratio of neighboring supports
 
 @njit(cache=True, error_model="numpy")
 def _same_sheet(table, i, j, oriented):
-    """Return the cosine between the normals of two surfels, 0 if they are on different sheets.
-
-    They are on one sheet if their normals are within 60 degrees and the line between them is tangential to the first.
-    """
+    """Return the cosine between two surfels' normals, 0 beyond 60 degrees or if their line is not tangential."""
     dx, dy, dz = table[j, 0] - table[i, 0], table[j, 1] - table[i, 1], table[j, 2] - table[i, 2]
     nx, ny, nz = table[i, 3], table[i, 4], table[i, 5]
     agree = nx * table[j, 3] + ny * table[j, 4] + nz * table[j, 5]

@@ -149,10 +149,7 @@ def _fit_place(cloud, local, at, radius, surfel):
 
 @njit(cache=True, error_model="numpy", parallel=True)
 def widen(tree, centers, largest, radii):
-    """Widen `radii` (m,) until the points around points `centers` (m,) are not collinear, up to `largest` (m,).
-
-    In row-by-row scans the nearest points may all be in one row, which does not determine the surface.
-    """
+    """Widen `radii` (m,), up to `largest`, until the points there, as of one scan row, are not collinear."""
     for q in prange(len(centers)):
         members, normal = np.empty(MAX_POINTS, np.int64), np.zeros(3)
         place, radius = row(tree.points, centers[q]), radii[q]

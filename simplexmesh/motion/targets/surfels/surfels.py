@@ -1,4 +1,10 @@
-"""Surfels: points converted to small quadratic surface pieces, each fitted at a data-driven scale."""
+"""Surfels: points converted to small quadratic surface pieces, each fitted at the scale of least noise and bias.
+
+At some pilot points, fits at growing radii give, per scale, the variance (from residuals) and the bias (from the change
+to the next scale). Both are averaged over neighboring pilots, and the radius of the least mean squared error is chosen:
+a smoothed variant of the intersection of confidence intervals (O. Lepski, On a problem of adaptive estimation in
+Gaussian white noise, 1991; C. Loader, Local Regression and Likelihood, 1999).
+"""
 
 from __future__ import annotations
 
@@ -7,28 +13,113 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array, Indices, Indices32, Mask
 from simplexmesh._base.vectors import norm
 from simplexmesh.motion.targets.surfels import _kernels_patches
 from simplexmesh.motion.targets.surfels import _kernels_surfels as kernels
 from simplexmesh.motion.targets.surfels._kernels_fit import Cloud, Report
-from simplexmesh.motion.targets.surfels.scales import NEIGHBORS, centers_and_radii, thinned
 from simplexmesh.numerics.kd_tree import Tree, kd_tree, nearest
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
+MAX_SURFELS = 60_000
+
+PILOTS = 2_000
+"""Fits at all scales take as long as 14 times as many surfels: this is a tenth to a half of the time to build them."""
+
+NEIGHBORS = 12
+"""Points within the smallest scale, and half the number of pilots averaged."""
+
+LEVELS = 14
+"""Scales tried: radii up to 90 times the smallest."""
+
+
+def centers_and_radii(cloud: Cloud) -> tuple[Indices, Array]:
+    """Return the points around which surfels are fitted, and the radii, interpolated from the pilots'."""
+    points, n = cloud.points, len(cloud.points)
+    pilots = np.unique(np.linspace(0, n - 1, PILOTS).astype(np.int64))
+    chosen = _chosen_radii(cloud, pilots)
+    centers = thinned(points, float(np.quantile(chosen, 0.1)) / 4)
+    if len(centers) > MAX_SURFELS:
+        centers = centers[np.linspace(0, len(centers) - 1, MAX_SURFELS).astype(np.int64)]
+    near = kd_tree(points[pilots])
+    _, index = nearest(near, points[centers], min(4, len(pilots)))
+    radii = np.exp(np.log(chosen[near.order[index]]).mean(axis=1))
+    return centers, np.maximum(radii, _base_radii(cloud, centers))
+
+
+def _base_radii(cloud: Cloud, centers: Indices) -> Array:
+    """Return the smallest radii: 1.25 times the distance of the 12th nearest point."""
+    distance, _ = nearest(cloud, cloud.points[centers], min(NEIGHBORS, len(cloud.points)))
+    base = 1.25 * distance[:, -1]
+    return np.maximum(base, max(float(np.median(base)) * 1e-3, 1e-300))
+
+
+def _chosen_radii(cloud: Cloud, pilots: Indices) -> Array:
+    """Return, per pilot, the radius of least mean squared error."""
+    near = kd_tree(cloud.points[pilots])
+    around = near.order[nearest(near, cloud.points[pilots], min(2 * NEIGHBORS, len(pilots)))[1]]
+    bases = np.median(_base_radii(cloud, pilots)[around], axis=1)
+    largest = max(0.3 * float(np.linalg.norm(cloud.boxes[0, 3:] - cloud.boxes[0, :3])), bases.max())
+    if not len(cloud.spread):  # points with known errors come from a grid, not from scan rows
+        wide = bases.copy()
+        kernels.widen(cloud, pilots, np.minimum(largest, 6 * bases), wide)
+        bases = np.maximum(bases, np.median(wide[around], axis=1))
+    table = np.zeros((len(pilots), LEVELS, len(Report._fields)))
+    kernels.fit_scales(cloud, pilots, bases, largest, table)
+    report = Report(*np.moveaxis(table, 2, 0))
+    radius = bases[:, None] * kernels.RATIO ** np.arange(LEVELS)
+    blurred = radius < 3.0 * report.noise
+    error = report.variance + _squared_bias(report, radius, blurred, around)
+    error[blurred | ~np.isfinite(error)] = np.inf
+    found: Mask = np.asarray(np.isfinite(error).any(axis=1))
+    best = np.where(found, np.argmin(error, axis=1), np.argmax(np.isfinite(report.variance), axis=1))
+    logs = np.log(bases) + best * np.log(kernels.RATIO)
+    usable = found[around]
+    smooth = (np.where(usable, logs[around], 0.0).sum(axis=1)) / np.maximum(usable.sum(axis=1), 1)
+    # blending reduces variance more than bias, so the best radius is larger than for a single fit
+    return 1.1 * np.exp(np.where(usable.any(axis=1), smooth, logs))
+
+
+def _squared_bias(report: Report, radius: Array, blurred: Mask, around: Indices) -> Array:
+    """Return the squared bias per pilot and scale, where unknown at least that of a cylinder of the same curvature."""
+    variance, offset = np.asarray(report.variance), np.asarray(report.offset)
+    # fourth-order bias grows fourfold per scale, so the change to the next scale is three times this one's
+    doubt = np.maximum(variance[:, :-1] - variance[:, 1:], 0.25 * variance[:, :-1])
+    excess = np.full_like(variance, np.nan)
+    excess[:, :-1] = (offset[:, 1:] ** 2 - doubt) / 9
+    bias = np.nan_to_num(_pooled(excess, blurred, around))
+    bend = _pooled(np.asarray(report.curvature), blurred, around)
+    return np.maximum(bias, (radius**4 * bend**3 / 213) ** 2)  # 213: of a fit with these weights
+
+
+def _pooled(values: Array, blurred: Mask, around: Indices) -> Array:
+    """Return, per pilot and scale, the mean over neighboring pilots; NaN unless more than a quarter have a value."""
+    known = np.isfinite(values) & ~blurred
+    count = known[around].sum(axis=1)
+    total = np.where(known, values, 0.0)[around].sum(axis=1)
+    return np.where(4 * count > around.shape[1], total / np.maximum(count, 1), np.nan)
+
+
+def thinned(points: Array, cell: float) -> Indices:
+    """Return the indices of the points that are the first in their grid cell, in order."""
+    if cell <= 0.0:
+        return np.arange(len(points))
+    at = np.floor((points - points.min(axis=0)) / cell).astype(np.int64)
+    shape = at.max(axis=0) + 1
+    _, first = np.unique((at[:, 0] * shape[1] + at[:, 1]) * shape[2] + at[:, 2], return_index=True)
+    return np.sort(first)
 
 
 class Surfels(NamedTuple):
     """Surface elements with their adjacency; the first four fields are those of a `kd_tree.Tree`."""
 
     points: Array  # (m, 3)
-    starts: NDArray[np.int64]
-    ends: NDArray[np.int64]
+    starts: Indices
+    ends: Indices
     boxes: Array
     table: Array  # (m, 12) see `_kernels_fit`; the normal is zero if it is unknown: a mere point
     heads: Array  # (m, 9) what is read first per vertex: point, normal (NaN if unknown), radius of influence, and
     # squared distances: along the surface up to where there is data, of the nearest surfel outside of the patch
-    neighbors: NDArray[np.int32]  # (m, 12) the nearest surfels, nearest first
+    neighbors: Indices32  # (m, 12) the nearest surfels, nearest first
     horizon: Array  # (m,) lower bound of the distance of all others
     patches: NDArray[np.float32]  # (m, 14, 8) each surfel with its nearest: see `_kernels_patches.pack_patches`
     noise: Array  # (m,) standard deviation of the points along the normal
@@ -68,12 +159,12 @@ def fitted_surfels(points: Array, normals: Array | None = None, spread: Array | 
         table = np.zeros((len(tree.points), 12))
         table[:, :3], table[:, 3:6] = tree.points, 0.0 if normals is None else facing
         return assembled(table, np.zeros(len(table)), np.zeros(len(table)), oriented=normals is not None)
-    keep: NDArray[np.int64] = good[thinned(table[good, :3], cell)]
+    keep: Indices = good[thinned(table[good, :3], cell)]
     blended = _blended(table[keep], oriented=normals is not None)
     return assembled(blended, noise[keep], radii[keep], oriented=normals is not None)
 
 
-def _first_occurrences(points: Array) -> NDArray[np.int64]:
+def _first_occurrences(points: Array) -> Indices:
     """Return the index of one point of each group of equal ones, in order; by a scalar sort, which is fast."""
     along = (points - points[0]) @ np.array([0.5772156649, 0.9159655942, 0.2614972128])
     order = np.argsort(along, kind="stable")
@@ -135,7 +226,7 @@ def _largest(distances: Array) -> Array:
     return np.asarray(np.where(np.isfinite(distances), distances, 0.0).max(axis=1))
 
 
-def _nearest_others(tree: Tree) -> tuple[Array, NDArray[np.int64]]:
+def _nearest_others(tree: Tree) -> tuple[Array, Indices]:
     """Return the distances and indices (m, 13) of the nearest other points, padded by the point itself at infinity."""
     m = len(tree.points)
     distance, index = nearest(tree, tree.points, min(NEIGHBORS + 2, m))

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from simplexmesh._base._kernels_both import FAST
 from simplexmesh._base._kernels_njit import njit
+from simplexmesh._base.arrays import Array, Mask
 
 CAPACITY, ENOUGH = 352, 245
 """Most points gathered; balls of more than enough are shortened to hold about that many, for speed."""
@@ -37,9 +38,9 @@ class Surface(NamedTuple):
 
     offsets: NDArray[np.uint64]
     members: NDArray[np.uint64]
-    closed: NDArray[np.bool_]
-    points: NDArray[np.float64]
-    directions: NDArray[np.float64]
+    closed: Mask
+    points: Array
+    directions: Array
     oriented: bool
 
 

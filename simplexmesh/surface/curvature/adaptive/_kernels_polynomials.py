@@ -9,11 +9,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array
 from simplexmesh.numerics._kernels_frames import tangents
 from simplexmesh.numerics._kernels_matrices import factored, solved
 from simplexmesh.surface.curvature.adaptive._kernels_balls import jit, whole
-
-Array = NDArray[np.float64]
 
 HIGHEST, QUADRIC_TERMS, FIRST, SECOND = np.array([6, 6, 3, 5])
 """The highest degree fitted; coefficients of a quadric, and places of those of u^2 and v^2. Of an array, as numba
@@ -133,10 +132,8 @@ def aligned(u, v, count, frame):
 
 @jit
 def chords(u, v, z, count, a, b, c):
-    """Lengthen tangential coordinates to chords of a surface with the second fundamental form [[a, b], [b, c]].
-
-    On a circle of curvature k the chord is s = u / sqrt(1 - z k / 2), and z = k s^2 / 2: higher terms nearly vanish.
-    """
+    """Lengthen tangential coordinates to chords of a surface with the second fundamental form [[a, b], [b, c]]."""
+    # on a circle of curvature k the chord is s = u / sqrt(1 - z k / 2), and z = k s^2 / 2: higher terms nearly vanish
     turn = 0.5 * math.atan2(2.0 * b, a - c)
     cosine, sine = math.cos(turn), math.sin(turn)
     amplitude = math.sqrt(0.25 * (a - c) ** 2 + b * b)
@@ -189,12 +186,9 @@ def quadric_equations(u, v, z, count, matrix, right):
 
 @jit
 def normal_equations(degree, count, work):
-    """Fill the lower half of A = X'X, and b = X'z, for all monomials up to the degree; return z'z.
-
-    Row d (d + 1) / 2 + i of `columns` gets u^(d - i) v^i; every moment is summed once.
-    """
+    """Fill the lower half of A = X'X, and b = X'z, for all monomials up to the degree; return z'z."""
     u, v, z, columns, sums, matrix, right = work.u, work.v, work.z, work.columns, work.sums, work.matrix, work.y
-    n, squares, total = whole(count), 0.0, 0.0
+    n, squares, total = whole(count), 0.0, 0.0  # row d (d + 1) / 2 + i of `columns` gets u^(d - i) v^i
     for k in range(n):
         columns[0, k] = 1.0
         squares += z[k] * z[k]

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.errors import warn
 from simplexmesh.surface._kernels_fan import chunks
 from simplexmesh.surface.curvature.adaptive import _kernels_jets as kernels
@@ -21,9 +22,6 @@ from simplexmesh.surface.curvature.adaptive.scales import WIDEST, Scales, scales
 from simplexmesh.surface.neighborhoods import Neighborhoods
 from simplexmesh.surface.registry import Estimates
 from simplexmesh.surface.sampled_surface import SampledSurface
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 
 class Jets(NamedTuple):

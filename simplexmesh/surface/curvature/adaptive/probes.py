@@ -5,17 +5,14 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh.surface._kernels_fan import chunks
 from simplexmesh.surface.curvature.adaptive import _kernels_probes as kernels
 from simplexmesh.surface.curvature.adaptive._kernels_balls import Surface
 from simplexmesh.surface.curvature.adaptive._kernels_jets import RESIDUAL_BIAS
 from simplexmesh.surface.curvature.adaptive._kernels_polynomials import HIGHEST
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 LOWEST = 2
 """The lowest degree, which has no prior; arrays over degrees with priors begin at the next."""
@@ -88,10 +85,7 @@ class Risks(NamedTuple):
     variance: Array  # (p, k) of the curvature by noise alone
 
     def compared(self, increments: Array, groups: Indices) -> Risks:
-        """Raise the risk of radii whose H differs from that of shorter ones by more than those' errors (Lepski 1990).
-
-        `increments` are those of the single probes; row i is the mean of the probes `groups[i]`.
-        """
+        """Raise the risk of radii whose H differs from that of shorter ones by more than their errors (Lepski 1990)."""
         mean = (self.shrinkage[:, None] * increments[groups]).sum(axis=3)
         truncation = self.truncation**2
         for k in range(1, mean.shape[2]):

@@ -5,11 +5,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.vectors import cross
 from simplexmesh.surface.curvature.adaptive import _kernels_scales as kernels
 from simplexmesh.surface.curvature.adaptive._kernels_balls import Surface
@@ -17,9 +15,6 @@ from simplexmesh.surface.curvature.adaptive._kernels_polynomials import HIGHEST
 from simplexmesh.surface.curvature.adaptive.probes import ProbeFits, noise_level, probe_fits, risks
 from simplexmesh.surface.normals.orientation import consistent_normals
 from simplexmesh.surface.sampled_surface import SampledSurface
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 LADDER = np.array([2.4, 3.4, 4.6, 6.0, 7.6])
 """Radii tried, in spacings: about 20, 42, 77, 130 and 210 points."""
@@ -94,12 +89,10 @@ def _area_vectors(points: Array, faces: Indices) -> Array:
 
 
 def spacings(samples: SampledSurface) -> Array:
-    """Return the edge length of a regular triangulation as dense as the points around each vertex; 0 without neighbors.
-
-    The v nearest of points with one on each area a have the mean square distance a (v + 1) / (2 pi).
-    """
+    """Return the edge length of a regular triangulation as dense as the points around each vertex; 0 without any."""
     ends, lengths = samples.ring_edges
     count = samples.one_ring.valence
+    # the v nearest of points with one on each area a have the mean square distance a (v + 1) / (2 pi)
     areas = 2 * np.pi * np.bincount(ends, lengths**2, len(count)) / np.maximum(count * (count + 1), 1)
     return np.asarray(np.sqrt(areas * 2 / np.sqrt(3)))
 
@@ -153,10 +146,7 @@ def _probed(samples: SampledSurface, order: Indices) -> tuple[Indices, Indices]:
     nearest = kernels.nearest_probe(ring.offsets, ring.members, samples.points, rows)
     missed = order[nearest[order] < 0]
     if len(missed):
-        n = len(samples.points)
-        links = csr_array((np.ones(len(ring.members), bool), ring.members, ring.offsets), shape=(n, n))
-        components = connected_components(links, directed=False)[1]
-        rows = np.sort(np.append(rows, missed[np.unique(components[missed], return_index=True)[1]]))
+        rows = np.sort(np.append(rows, missed[np.unique(samples.components[missed], return_index=True)[1]]))
         nearest = kernels.nearest_probe(ring.offsets, ring.members, samples.points, rows)
     return rows, nearest
 
@@ -179,11 +169,7 @@ def _at_probes(
         found.risk[:, 0] *= 2.0  # with so few points it must be clearly better
     k, i = _best(found.risk), np.arange(len(positions))
     values = np.column_stack(
-        [
-            np.log(grouped.radii[i, k] / spacing),
-            found.truncation[i, k] ** 2,
-            wide.priors[i, k] ** 2,
-        ]
+        [np.log(grouped.radii[i, k] / spacing), found.truncation[i, k] ** 2, wide.priors[i, k] ** 2]
     )[near].mean(axis=1)
     degrees = wide.degrees[i, k]
     if shortest:

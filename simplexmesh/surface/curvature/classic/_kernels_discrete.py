@@ -6,12 +6,11 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numpy as np
 from numba import prange
-from numpy.typing import NDArray
 
 from simplexmesh._base._kernels_both import FAST, Both
 from simplexmesh._base._kernels_njit import njit
+from simplexmesh._base.arrays import Array
 from simplexmesh.surface.reasons import DEGENERATE, FEW, FOUND, OPEN
 
 MIXED, VORONOI, BARYCENTRIC = range(3)
@@ -23,8 +22,8 @@ THIN = 1e-12
 class Curvatures(NamedTuple):
     """H and K of each row."""
 
-    mean: NDArray[np.float64]
-    gauss: NDArray[np.float64]
+    mean: Array
+    gauss: Array
 
 
 @Both

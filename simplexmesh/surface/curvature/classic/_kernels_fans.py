@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from simplexmesh._base._kernels_both import Both
 from simplexmesh._base._kernels_njit import njit
+from simplexmesh._base.arrays import Array
 from simplexmesh.numerics._kernels_frames import tangents
 from simplexmesh.numerics._kernels_matrices import principal
 from simplexmesh.surface._kernels_fan import fill_fan
@@ -36,10 +37,10 @@ class Choice(NamedTuple):
 class Curvatures(NamedTuple):
     """Results of c rows: k1, k2; the direction of k1; the normal, which quadrics correct; reasons."""
 
-    k1: NDArray[np.float64]
-    k2: NDArray[np.float64]
-    d1: NDArray[np.float64]
-    normals: NDArray[np.float64]
+    k1: Array
+    k2: Array
+    d1: Array
+    normals: Array
     reasons: NDArray[np.uint8]
 
 

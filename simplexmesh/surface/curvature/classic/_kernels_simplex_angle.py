@@ -5,45 +5,13 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
 from numba import prange
 
 from simplexmesh._base._kernels_both import Both
-from simplexmesh._base._kernels_njit import njit
 from simplexmesh.surface.reasons import DEGENERATE, FOUND, OPEN
 
 THIN = 1e-12
 """Three neighbors whose triangle is a smaller share of its squared sides have no plane."""
-
-
-@njit(cache=True)
-def adjacent_faces(faces, n_vertices):
-    """Return (f, 3): the face across the edge j, j + 1 of each face, -1 where there is none or more than one."""
-    offsets = np.zeros(n_vertices + 1, np.int64)
-    for corner in range(faces.size):
-        offsets[faces[corner // 3, corner % 3] + 1] += 1
-    offsets = np.cumsum(offsets)
-    corners, filled = np.empty(faces.size, np.int64), offsets[:-1].copy()
-    for corner in range(faces.size):
-        i = faces[corner // 3, corner % 3]
-        corners[filled[i]] = corner
-        filled[i] += 1
-    across = np.full(faces.shape, -1, np.int64)
-    for f in range(faces.shape[0]):
-        for j in range(3):
-            a, b = faces[f, j], faces[f, (j + 1) % 3]
-            at, other, turn = (b, a, 1) if offsets[b + 1] - offsets[b] <= offsets[a + 1] - offsets[a] else (a, b, 2)
-            found = same = 0
-            for m in range(offsets[at], offsets[at + 1]):
-                g, k = corners[m] // 3, corners[m] % 3
-                if faces[g, (k + turn) % 3] == other:
-                    found += 1
-                    across[f, j] = g
-                if faces[g, (k + 3 - turn) % 3] == other:
-                    same += 1
-            if found > 1 or same > 1:
-                across[f, j] = -1
-    return across
 
 
 @Both

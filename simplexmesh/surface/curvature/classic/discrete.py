@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array
 from simplexmesh.surface.curvature.classic import _kernels_discrete as kernels
 from simplexmesh.surface.face_cycles import face_cycles
 from simplexmesh.surface.neighborhoods import Neighborhoods
 from simplexmesh.surface.registry import Estimates
 from simplexmesh.surface.sampled_surface import SampledSurface
 
-Array = NDArray[np.float64]
 AREAS = {"mixed": kernels.MIXED, "voronoi": kernels.VORONOI, "barycentric": kernels.BARYCENTRIC}
 
 

@@ -9,16 +9,14 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array
 from simplexmesh.surface._kernels_fan import chunks
 from simplexmesh.surface.curvature.classic import _kernels_fans as kernels
 from simplexmesh.surface.neighborhoods import Neighborhoods
 from simplexmesh.surface.registry import Estimates
 from simplexmesh.surface.sampled_surface import SampledSurface
-
-Array = NDArray[np.float64]
 
 ESTIMATORS = {
     "sine": kernels.SINE,

@@ -5,20 +5,15 @@ from __future__ import annotations
 import igl
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.vectors import cross, dot, norm, normalized
 from simplexmesh.surface.neighborhoods import Neighborhoods, rings
 from simplexmesh.surface.normals import faces as face_normals
 from simplexmesh.surface.reasons import DEGENERATE, FEW, FOUND
 from simplexmesh.surface.registry import Estimates
 from simplexmesh.surface.sampled_surface import SampledSurface
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
-Mask = NDArray[np.bool_]
 
 CHUNK = 50_000
 """Vertices whose rings are in memory at a time."""
@@ -98,6 +93,4 @@ def _safe_vertices(points: Array, faces: Indices, radius: int) -> Mask:
         safe[rows] = norm(sums) > CANCELED * (near.valence + 1)
     if safe.all():
         return safe
-    links = coo_array((np.ones(faces.size), (faces.ravel(), faces[:, [1, 2, 0]].ravel())), shape=(n, n))
-    parts = connected_components(links, directed=False)[1]
-    return np.asarray(~np.isin(parts, parts[~safe]))
+    return np.asarray(~np.isin(samples.components, samples.components[~safe]))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh.surface.curvature.classic import _kernels_simplex_angle as kernels
 from simplexmesh.surface.face_cycles import one_rings, simplex_neighbors
 from simplexmesh.surface.neighborhoods import Neighborhoods
@@ -12,8 +13,6 @@ from simplexmesh.surface.reasons import DEGENERATE, FEW, FOUND, OPEN
 from simplexmesh.surface.registry import Estimates
 from simplexmesh.surface.sampled_surface import SampledSurface
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 Codes = NDArray[np.uint8]
 
 
@@ -41,10 +40,22 @@ def _of_nodes(points: Array, neighbors: Indices) -> tuple[Array, Array, Array, C
     return mean, gauss, normals, reasons
 
 
+def adjacent_faces(faces: Indices) -> Indices:
+    """Return (f, 3): the face across the edge j, j + 1 of each face, -1 where there is none or more than one."""
+    n, ahead = int(faces.max(initial=0)) + 1, np.roll(faces, -1, axis=1)
+    here, there = (faces * n + ahead).ravel(), (ahead * n + faces).ravel()
+    sides, place, times = np.unique(here, return_inverse=True, return_counts=True)
+    owner = np.zeros(len(sides), np.int64)
+    owner[place] = np.arange(len(here)) // 3
+    back = np.searchsorted(sides, there).clip(max=len(sides) - 1)
+    found = (sides[back] == there) & (times[back] == 1) & (times[place] == 1)
+    return np.where(found, owner[back], -1).reshape(-1, 3)
+
+
 def _of_triangles(points: Array, faces: Indices) -> tuple[Array, Array, Array, Codes]:
     """Return H, K, normals and reasons at the vertices of triangles: means over the faces around each."""
     n = len(points)
-    across = kernels.adjacent_faces(faces, n)
+    across = adjacent_faces(faces)
     corners = points[faces]
     mean, gauss, normals, reasons = _of_nodes((corners[:, 0] + corners[:, 1] + corners[:, 2]) / 3, across)
     good = reasons == FOUND

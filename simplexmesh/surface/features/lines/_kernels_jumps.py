@@ -7,9 +7,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base._kernels_njit import njit
+from simplexmesh._base.arrays import Array, Mask
 from simplexmesh.mesh.triangles._kernels_half_edges import following
 from simplexmesh.numerics._kernels_vectors import cross_product, difference, dot, minus, plus, row, unit
 
@@ -35,16 +35,16 @@ FLAT = 0.05
 class Sides(NamedTuple):
     """What the windows beside edges need to know of each triangle, and how far they go."""
 
-    normals: NDArray[np.float64]
+    normals: Array
     """(t, 3), filtered."""
 
-    near: NDArray[np.bool_]
+    near: Mask
     """(t,): whether it touches a candidate."""
 
-    exact: NDArray[np.bool_]
+    exact: Mask
     """(t,): whether its normal is that of its surface."""
 
-    stops: NDArray[np.bool_]
+    stops: Mask
     """(3t,): half-edges that no window crosses."""
 
 

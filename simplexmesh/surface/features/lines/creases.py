@@ -5,16 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.vectors import dot
 from simplexmesh.surface.features.lines import _kernels_jumps
 from simplexmesh.surface.features.lines.edges import Chains, Edges
 from simplexmesh.surface.features.lines.normals import sampled, within_zones
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
-Mask = NDArray[np.bool_]
 
 DEFAULT_ANGLE = np.radians(10)
 """A crease by default; the normal of tessellated curves jumps by less."""

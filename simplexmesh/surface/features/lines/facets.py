@@ -5,12 +5,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.vectors import cross, dot, norm
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 
 class Facets(NamedTuple):

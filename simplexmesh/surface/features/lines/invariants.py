@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.vectors import dot, norm
 from simplexmesh.surface.features.lines.edges import Edges
-
-Array = NDArray[np.float64]
 
 
 def shape_invariant(edges: Edges, bends: Array) -> Array:

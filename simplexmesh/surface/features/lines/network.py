@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.drafts import draft
 from simplexmesh._base.html import card
 from simplexmesh.data.triangles import TriangleMesh
@@ -24,10 +24,6 @@ from simplexmesh.surface.polyline import Polyline
 
 if TYPE_CHECKING:
     import pyvista as pv
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
-Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
 
+from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.vectors import norm, normalized
 from simplexmesh.surface.features.lines import _kernels_normals
 from simplexmesh.surface.features.lines._kernels_patches import patches
 from simplexmesh.surface.features.lines.facets import Facets, measured, vertex_noise
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
-Mask = NDArray[np.bool_]
 
 PATCH = 5.0
 """Least radius of patches, in standard deviations of the noise: the mean over one errs by some 10 degrees."""

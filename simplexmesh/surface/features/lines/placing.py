@@ -3,15 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.vectors import norm
 from simplexmesh.surface.features.lines.creases import Creases
 from simplexmesh.surface.features.lines.edges import Chains
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
-Mask = NDArray[np.bool_]
 
 HOLD = 0.05
 """Weight with which a vertex keeps its place along a line, where nothing else holds it."""

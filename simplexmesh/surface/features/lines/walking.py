@@ -6,15 +6,11 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Indices, Mask
 from simplexmesh.surface.features.lines.creases import Creases, bent
 from simplexmesh.surface.features.lines.invariants import shape_invariant, straight
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
-Mask = NDArray[np.bool_]
 
 LOOKED_AT = 3
 """Edges at a vertex, those that bend most, along which a line may go on."""

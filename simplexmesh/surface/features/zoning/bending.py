@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.vectors import dot
 from simplexmesh.surface.features.lines._kernels_patches import patches
 from simplexmesh.surface.features.lines.creases import Creases
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 NEAR = 0.02
 """Weight of triangles that touch a sharp edge: they may straddle it."""

@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.drafts import draft
 from simplexmesh._base.html import card
 from simplexmesh._base.named_arrays import taken
@@ -26,9 +26,6 @@ from simplexmesh.surface.features.zoning.straddling import sided
 
 if TYPE_CHECKING:
     import pyvista as pv
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 
 LEAST_INNER = 12

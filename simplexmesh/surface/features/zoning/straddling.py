@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.vectors import cross, dot, norm
 from simplexmesh.surface.features.lines.creases import Creases
 from simplexmesh.surface.features.zoning import edits
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 ASKEW = 0.1
 """In squared edges of the mesh: edges on a crease go 0 across it, those of triangles that ignore it about 0.3."""

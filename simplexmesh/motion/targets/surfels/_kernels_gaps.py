@@ -1,40 +1,53 @@
-"""Nearest surfel facing a vertex, with a cache for vertices that move little between calls (Verlet lists).
+"""Signed distances along normals to the blended surface of surfels, from the nearest one that faces the vertex.
 
 Cached per vertex are the surfels nearest to it at some earlier position, and a lower bound of the distance of all
 others there. While the vertex has moved less than the margin, the nearest surfel is among them, exactly as a search
 would find it (L. Verlet, Computer experiments on classical fluids, 1967).
 """
-
 # mypy: allow-untyped-defs
 
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numba import prange
 
+from simplexmesh._base._kernels_both import Both
 from simplexmesh._base._kernels_njit import LEAN, njit
-from simplexmesh.motion.targets.surfels._kernels_patches import count_closer
+from simplexmesh._base.arrays import Array, Indices32
+from simplexmesh.motion.targets.surfels._kernels_patches import (
+    blended_height,
+    closest_lane,
+    count_closer,
+    single_height,
+)
 from simplexmesh.numerics._kernels_tree import box_distance, squared_distance
 from simplexmesh.numerics._kernels_vectors import assign, dot, minus, row
 
 FACING = 0.2  # minimum cosine between the normals of a vertex and of its surfel
+
 TURN = 0.15  # lists are valid while the normal has changed by less than this
+
 NEAREST = 16  # surfels listed per vertex
+
 NONE, STALE = -1, -2
+
 ROUNDING = 1.0 - 1e-12
+
 SLACK = 2.0  # in squared supports; within as much above the nearest one's squared distance are about 16 surfels
+
 MAX_REMOVED = 32  # consecutive removed vertices that `transfer_cache` can skip
 
 
 class Cache(NamedTuple):
     """What is known of each vertex since its last search."""
 
-    known: NDArray[np.float64]  # (n, 7) place relative to the surfels' center, normal, distance of unlisted surfels
-    listed: NDArray[np.int32]  # (n, NEAREST) surfels, nearest first
-    squared: NDArray[np.float64]  # (n, NEAREST) their squared distances at that search
+    known: Array  # (n, 7) place relative to the surfels' center, normal, distance of unlisted surfels
+    listed: Indices32  # (n, NEAREST) surfels, nearest first
+    squared: Array  # (n, NEAREST) their squared distances at that search
 
 
 def empty_cache(n: int) -> Cache:
@@ -51,13 +64,10 @@ def _faces(heads, i, oriented, direction, least):
 
 @njit(**LEAN)
 def still_nearest(heads, patches, i, oriented, query):
-    """Return whether surfel `i` certainly is the nearest and faces the direction: a cheap sufficient test.
-
-    It holds if no other surfel of its patch is nearer, and all outside the patch are twice as far from it as the place.
-    """
+    """Return whether surfel `i` certainly is the nearest and faces the direction: a cheap sufficient test."""
     place, direction, reach = query
     away = minus(place, row(heads, i))
-    squared = dot(away, away)
+    squared = dot(away, away)  # surfels outside its patch must be twice as far from it: then they are farther from here
     if squared > reach * reach or not 4.0 * squared < heads[i, 8] or not _faces(heads, i, oriented, direction, FACING):
         return False
     scale = 1.0 / heads[i, 6]
@@ -92,10 +102,7 @@ def _nearest_facing(heads, oriented, listed, v, query):
 
 @njit(**LEAN)
 def nearest_cached(points, heads, oriented, known, listed, v, query):
-    """Return the nearest surfel facing a direction within reach, `NONE` if none does, `STALE` if a search is due.
-
-    A `query` is a place, a direction and the reach.
-    """
+    """Return the nearest surfel facing a query's direction within reach, `NONE`, or `STALE` if a search is due."""
     place, direction, reach = query
     turn = direction[0] - known[v, 3], direction[1] - known[v, 4], direction[2] - known[v, 5]
     move = minus(place, row(known, v))
@@ -123,10 +130,7 @@ def _list(squared, listed, v, d, i):
 
 @njit(**LEAN)
 def _next_node(boxes, node, trail, place, limit):
-    """Return the next node within a squared distance after a node is done, -1 at the end, and the trail to it.
-
-    A trail has a bit for each level, set where the node beside has been visited or is farther than the limit.
-    """
+    """Return the next node near enough, -1 at the end, and the trail: a bit for each level, set where both are done."""
     while node > 0:
         if trail & 1:
             node, trail = (node - 1) >> 1, trail >> 1
@@ -140,10 +144,7 @@ def _next_node(boxes, node, trail, place, limit):
 
 @njit(**LEAN)
 def nearest_searched(surfels, cache, v, query):
-    """Return the nearest surfel as `nearest_cached` does, by a tree search, and refresh the cache.
-
-    The old list, or that of the previous vertex, gives an upper bound of the distance.
-    """
+    """Return the nearest surfel by a tree search, bounded by old lists, and refresh the cache."""
     points, heads, boxes, oriented = surfels.points, surfels.heads, surfels.boxes, surfels.oriented
     known, listed, squared = cache.known, cache.listed, cache.squared
     place, direction, reach = query
@@ -188,10 +189,7 @@ def move_to_front(listed, v, found):
 
 @njit(cache=True, error_model="numpy")
 def transfer_cache(vertices, normals, center, reach, surfels, old, new):
-    """Fill the cache `new` of the vertices of an edited mesh from the cache `old`, where it is still valid.
-
-    Edited meshes keep the order of the remaining vertices; new ones are at the end.
-    """
+    """Fill the cache of an edited mesh, which keeps the order of vertices, from the old one where still valid."""
     at = 0
     points, heads, oriented = surfels.points, surfels.heads, surfels.oriented
     for v in range(len(vertices)):
@@ -203,3 +201,67 @@ def transfer_cache(vertices, normals, center, reach, surfels, old, new):
                 assign(new.listed[v], old.listed[w])
                 at = w + 1
                 break
+
+
+@njit(**LEAN)
+def _surface_gap(heads, neighbors, patches, i, place, direction):
+    """Return the signed distance along a direction from a place to the surface near surfel `i`, NaN beside the data."""
+    away, normal = minus(row(heads, i), place), (heads[i, 3], heads[i, 4], heads[i, 5])
+    toward = dot(away, direction)
+    facing = dot(normal, direction)
+    if not abs(facing) > 0.0:
+        return toward
+    off = dot(away, normal)
+    if dot(away, away) - off * off > heads[i, 7]:
+        return math.nan
+    plane = off / facing
+    end = place[0] + plane * direction[0], place[1] + plane * direction[1], place[2] + plane * direction[2]
+    along = np.float32(direction[0]), np.float32(direction[1]), np.float32(direction[2])
+    for turn in range(5):
+        scale = 1.0 / heads[i, 6]
+        rise = minus(end, row(heads, i))
+        far = dot(rise, rise) * scale * scale
+        at = np.float32(rise[0] * scale), np.float32(rise[1] * scale), np.float32(rise[2] * scale)
+        f0, f1, f2, total, nearer = blended_height(patches, i, at, along)
+        if nearer == 0.0 or turn == 4:
+            break
+        i = np.int64(neighbors[i, closest_lane(patches, i, at) - 1])
+    if far >= 4.0:
+        return toward
+    if total < 1e-3:  # outside of all supports
+        f0, f1, f2 = single_height(patches, i, 0, at, along)
+        total = np.float32(1.0)
+    slope = abs(f1)
+    if slope <= 0.1 * total:
+        return toward
+    root = 1.0 - 4.0 * f0 * f2 / (slope * slope)
+    shift = -2.0 * f0 / (f1 * (1.0 + math.sqrt(root))) if root > 0.0 else -f0 / f1
+    shift = heads[i, 6] * max(-1.0, min(1.0, shift))
+    value = plane + shift
+    return value if far <= 1.0 else toward + (2.0 - math.sqrt(far)) * (value - toward)
+
+
+@partial(Both, pays_from=1500)  # a vertex costs 60 ns or more
+def surfel_gaps(vertices, normals, center, reach, search, surfels, cache, out):
+    """Fill the distances along normals, NaN beyond `reach`; surfels, relative to `center`, are sought in `search`."""
+    points, heads, oriented = surfels.points, surfels.heads, surfels.oriented
+    neighbors, patches, known, listed = surfels.neighbors, surfels.patches, cache.known, cache.listed
+    for r in prange(len(vertices)):
+        v = np.int64(r)
+        place = vertices[v, 0] - center[0], vertices[v, 1] - center[1], vertices[v, 2] - center[2]
+        direction = row(normals, v)
+        out[v] = math.nan
+        if not (dot(direction, direction) > 0.0 and dot(place, place) < math.inf):
+            continue
+        query = place, direction, search
+        i = np.int64(listed[v, 0])
+        if not still_nearest(heads, patches, i, oriented, query):
+            i = nearest_cached(points, heads, oriented, known, listed, v, query)
+            if i == STALE:
+                i = nearest_searched(surfels, cache, v, query)
+            elif i >= 0:
+                move_to_front(listed, v, i)
+        if i >= 0:
+            gap = _surface_gap(heads, neighbors, patches, i, place, direction)
+            if abs(gap) <= reach:
+                out[v] = gap
