@@ -106,9 +106,9 @@ class InUnits:
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write to a file in the format its name says; VTP keeps all of a simplex mesh.
 
-        Points: .vtp, .ply or .xyz. Meshes also: .obj, .off, .stl, and .glb or .3mf with the extra `export`. All arrays
-        go into .vtp and .ply, those of up to four columns into .glb, colors and `uv` into .obj. Volumes: .mha, .nrrd,
-        .nii, .nii.gz or .vti.
+        Points: .vtp, .ply or .xyz, and .las, .laz or .e57 with the extra `survey`. Meshes also: .obj, .off, .stl, and
+        .glb or .3mf with the extra `export`. All arrays go into .vtp, .ply and the files of surveys, those of up to
+        four columns into .glb, colors and `uv` into .obj. Volumes: .mha, .nrrd, .nii, .nii.gz or .vti.
 
         Warns
         -----
