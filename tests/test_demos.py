@@ -262,3 +262,12 @@ class TestFrog:
         assert "--output must be a folder" in capsys.readouterr().err
         assert app.run(["demo", "-o", str(tmp_path / "other"), "--size", "huge"]) == 2
         assert "--size must be one of 'large', 'small', not 'huge'" in capsys.readouterr().err
+
+
+def test_the_plant_has_its_primitives_and_its_pipes(ran):
+    _, out = ran("plant")
+    kinds = sorted(each.kind for each in out["scene"].primitives)
+    assert kinds == ["cylinder"] * 5 + ["plane", "sphere", "torus", "torus"]
+    line = max(out["plant"].lines, key=lambda each: len(each.elements))
+    assert [each.kind for each in line.elements] == ["straight", "bend", "straight", "bend", "straight"]
+    assert line.elements[0].radius == pytest.approx(0.07, rel=0.01)

@@ -13,7 +13,19 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 
 from simplexmesh._base.errors import DivergedError
-from simplexmesh.cli import curvature, decimate, demo, features, info, library, reconstruct, register, view, warm_up
+from simplexmesh.cli import (
+    curvature,
+    decimate,
+    demo,
+    features,
+    info,
+    library,
+    primitives,
+    reconstruct,
+    register,
+    view,
+    warm_up,
+)
 from simplexmesh.cli.report import INTERRUPTED, KEPT, NOTES, as_json, error, note
 
 BAD_INPUT = 2
@@ -22,6 +34,8 @@ _MEANT = {
     "reconstruct": "fit",
     "decimate": "simplify",
     "features": "edges zones",
+    "primitives": "shapes planes cylinders",
+    "pipes": "plant",
     "register": "align match",
     "view": "show plot",
     "library recognize": "recognise recognize",
@@ -73,6 +87,8 @@ app = typer.Typer(
 for _module in (demo, reconstruct, decimate, register, curvature, features, info, view, warm_up):
     _name = _module.__name__.rpartition(".")[2].replace("_", "-")
     app.command(_name, cls=_Command, epilog=_module.EXAMPLE)(_module.command)
+app.command("primitives", cls=_Command, epilog=primitives.EXAMPLE)(primitives.primitives)
+app.command("pipes", cls=_Command, epilog=primitives.EXAMPLE_PIPES)(primitives.pipes)
 _library = typer.Typer(
     cls=_Group,
     help="Keep models in a library and find which of them a scan shows: add, list, remove, recognize.",

@@ -14,10 +14,10 @@ from simplexmesh.plot.classes import classes
 from simplexmesh.plot.curvature import curvature
 from simplexmesh.plot.features import features
 from simplexmesh.plot.heat import heat
-from simplexmesh.plot.landscape import landscape
 from simplexmesh.plot.overlay import overlay
 from simplexmesh.plot.panels import beside, panels, together
-from simplexmesh.plot.signature import signature
+from simplexmesh.plot.primitives import primitives
+from simplexmesh.plot.signature import landscape, signature
 from simplexmesh.plot.stage import has_display, picture, stage
 from simplexmesh.plot.surface import surface
 
@@ -33,6 +33,7 @@ __all__ = [
     "overlay",
     "panels",
     "picture",
+    "primitives",
     "signature",
     "stage",
     "surface",

@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import simplexmesh as sm
-from simplexmesh.plot.landscape import HIGH
+from simplexmesh.plot.signature import HIGH
 from simplexmesh.recognition.sai.distance_maps import NODES, around_rotation, over_patch, over_sphere, rotation_plane
 from simplexmesh.recognition.sai.flat_domains import domain
 from simplexmesh.recognition.sai.match_result import Match

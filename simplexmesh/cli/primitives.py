@@ -1,0 +1,169 @@
+"""`simplexmesh primitives` and `simplexmesh pipes`: what a scan of a plant or a part is made of."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+
+from simplexmesh.cli import report
+
+EXAMPLE = "Example: simplexmesh primitives scan.ply -o shapes.json --mesh shapes.vtp --picture shapes.png"
+EXAMPLE_PIPES = "Example: simplexmesh pipes scan.laz -o pipes.json --table pipes.csv --picture pipes.png"
+KINDS = "plane,sphere,cylinder,cone,torus"
+ROWS = 30
+"""Shapes in the table; the JSON report has all."""
+
+Points = Annotated[Path, typer.Argument(metavar="INPUT", help="Points: .ply, .xyz, .pcd, .las, .laz, .e57, ...")]
+Output = Annotated[Path | None, typer.Option("--output", "-o", help="File to write: .json, with all parameters.")]
+Mesh = Annotated[Path | None, typer.Option("--mesh", help="Write the surfaces: .vtp, .ply, .obj, .off, .stl.")]
+
+
+def primitives(
+    path: Points,
+    output: Output = None,
+    kinds: Annotated[str, typer.Option(help="Kinds to look for, separated by commas.")] = KINDS,
+    noise: Annotated[float | None, typer.Option(help="Deviation of the points, in the file's unit; else seen.")] = None,
+    mesh: Mesh = None,
+    picture: report.Picture = None,
+    side: report.View = "iso",
+    up: report.Up = "auto",
+    json: report.Json = False,
+) -> int:
+    """Find the planes, spheres, cylinders, cones and tori that points are on."""
+    targets = _targets(path, {"--output": (output, (".json",)), "--mesh": (mesh, report.MODELS)}, picture)
+    camera = _camera(side, up)
+    with report.work("primitives", wanted=not json) as (interrupts, reported):
+        from simplexmesh.cloud.extraction.extract import extract_primitives
+
+        began, cloud = time.perf_counter(), _read(path, reported)
+        asked = tuple(word.strip() for word in kinds.split(","))
+        scene = extract_primitives(cloud, kinds=asked, noise=noise, progress=reported)
+        facts = _counts(scene, began) | {name: told for name, told in scene.as_dict().items() if name != "labels"}
+        sizes = np.bincount(scene.labels[scene.labels >= 0], minlength=len(scene))
+        interrupts.check()
+        _write(scene, targets, picture, cloud, path.name, camera)
+    told = zip(facts["primitives"], sizes.tolist(), strict=True)
+    rows = [[each["kind"], _sizes(each), f"{each['fit']['rms']:.3g}", f"{count:,}"] for each, count in told]
+    report.tell(facts, str(path), _rows(facts, "primitives", ("kind", "size", "rms", "points"), rows), json=json)
+    return 0
+
+
+def pipes(
+    path: Points,
+    output: Output = None,
+    bill: Annotated[Path | None, typer.Option("--table", help="Write a bill of materials: .csv.")] = None,
+    pick: Annotated[str | None, typer.Option(help="Only the pipe at this point: x,y,z.")] = None,
+    radius: Annotated[float | None, typer.Option(help="Radius of the pipes, in the file's unit, if known.")] = None,
+    mesh: Mesh = None,
+    picture: report.Picture = None,
+    side: report.View = "iso",
+    up: report.Up = "auto",
+    json: report.Json = False,
+) -> int:
+    """Find pipe lines: straight parts, bends, reducers and tees, in order and tangent to one another."""
+    files = {"--output": (output, (".json",)), "--table": (bill, (".csv",)), "--mesh": (mesh, report.MODELS)}
+    targets = _targets(path, files, picture)
+    camera = _camera(side, up)
+    at = None if pick is None else _place(pick)
+    with report.work("pipes", wanted=not json) as (interrupts, reported):
+        from simplexmesh.cloud.pipes.follow import follow_pipe
+        from simplexmesh.cloud.pipes.plant import extract_pipes
+        from simplexmesh.cloud.pipes.saving import described
+
+        began, cloud = time.perf_counter(), _read(path, reported)
+        reported(0.1, "following pipes")
+        found: Any = extract_pipes(cloud, radius=radius) if at is None else follow_pipe(cloud, at, radius=radius)
+        lines = [found.elements] if at is not None else [line.elements for line in found.lines]
+        facts = _counts(found, began) | described(lines)
+        interrupts.check()
+        _write(found, targets, picture, cloud, path.name, camera)
+    rows = [[str(k + 1), *_element(each)] for k, line in enumerate(facts["lines"]) for each in line["elements"]]
+    columns = ("line", "kind", "diameter", "length", "bend")
+    report.tell(facts, str(path), _rows(facts, "elements", columns, rows), json=json)
+    return 0
+
+
+def _camera(side: str, up: str) -> dict[str, Any]:
+    """Return how to look at a plant, which stands upright unless something else is said."""
+    axis = report.upward(up, side)
+    return {"view": report.direction(side), "up": "z" if axis == "auto" else axis}
+
+
+def _targets(path: Path, files: dict[str, tuple[Path | None, tuple[str, ...]]], picture: Path | None) -> list[Path]:
+    """Return the files to write, checked, and check the picture's."""
+    if picture is not None:
+        report.writable(picture, "--picture", report.PICTURES, [path])
+    return [report.writable(file, name, endings, [path]) for name, (file, endings) in files.items() if file is not None]
+
+
+def _read(path: Path, reported: Any) -> Any:
+    """Return the points of a file."""
+    from simplexmesh.data.io.reading import read_points
+
+    reported(0.0, "reading")
+    return read_points(path)
+
+
+def _counts(found: Any, began: float) -> dict[str, Any]:
+    """Return what reports of both commands begin with."""
+    seconds = round(time.perf_counter() - began, 3)
+    return {"points": len(found.labels), "left_over": int((found.labels < 0).sum()), "seconds": seconds}
+
+
+def _place(text: str) -> list[float]:
+    """Return the coordinates that a text tells."""
+    try:
+        place = [float(word) for word in text.split(",")]
+    except ValueError:
+        place = []
+    if len(place) != 3:
+        raise ValueError(f"--pick must be three numbers separated by commas, x,y,z, not {text!r}")
+    return place
+
+
+def _write(found: Any, targets: Sequence[Path], picture: Path | None, cloud: Any, name: str, camera: Any) -> None:
+    """Write what was found: parameters, a table, surfaces, a picture."""
+    from simplexmesh.data.conversion import as_triangles
+
+    for target in targets:
+        with report.written_to(target, "the file"):
+            if target.suffix.lower() in (".json", ".csv"):
+                found.save(target)
+            else:
+                as_triangles(found.to_pyvista()).save(target)
+    report.draw(picture, lambda plot: plot.primitives(cloud, found, title=name, **camera))
+
+
+def _sizes(shape: dict[str, Any]) -> str:
+    """Return the measures of a primitive."""
+    told = [f"{name.replace('_', ' ')} {shape[name]:.4g}" for name in ("radius", "tube_radius") if name in shape]
+    if "half_angle" in shape:
+        told.append(f"half angle {np.degrees(shape['half_angle']):.3g} degrees")
+    return ", ".join(told)
+
+
+def _element(element: dict[str, Any]) -> list[str]:
+    """Return the cells of an element of a pipe."""
+    bend = ""
+    if element["bend_angle"] is not None:
+        bend = f"{np.degrees(element['bend_angle']):.1f} degrees on radius {element['bend_radius']:.4g}"
+    return [element["kind"], f"{2 * element['radius']:.4g}", f"{element['length']:.4g}", bend]
+
+
+def _rows(facts: dict[str, Any], name: str, columns: Sequence[str], rows: list[list[str]]) -> dict[str, str]:
+    """Return the rows of the report's table, one of which is a table of shapes."""
+    shown = [list(columns), *rows[:ROWS]]
+    widths = [max(len(row[k]) for row in shown) for k in range(len(columns))]
+    lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in shown]
+    if len(rows) > ROWS:
+        lines.append(f"and {len(rows) - ROWS:,} more, which --json lists")
+    return {
+        "points": f"{facts['points']:,}, {facts['left_over']:,} of them on none",
+        name: "\n".join([f"{len(rows):,}", *(lines if rows else [])]),
+        "time": f"{facts['seconds']:.1f} s",
+    }
