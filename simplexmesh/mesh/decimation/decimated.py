@@ -25,9 +25,10 @@ class Decimated(Edited):
 
     Attributes
     ----------
-    rms, largest : float
-        Rms and largest distance of the given mesh's vertices and face centroids to the new mesh, in its unit; the
-        largest includes the distances of its boundary vertices to the new boundary.
+    rms : float
+        Rms distance of the given mesh's vertices and face centroids to the new mesh, in its unit.
+    largest : float
+        Largest of these distances, and of those of its boundary vertices to the new boundary.
     exceptions : (m,) array of int
         The faces of the new mesh, holes excluded, that have fewer than five or more than seven vertices.
 
