@@ -89,6 +89,13 @@ _HOME = {
     "surface.landmarks.snap_landmark": ["Landmark", "snap_landmark"],
     "surface.landmarks.circle": ["Circle", "fit_circle", "rim_circle"],
     "surface.landmarks.morphed": ["morphed"],
+    # VI   the cloud
+    "cloud.extraction.extract": ["extract_primitives"],
+    "cloud.extraction.result": ["Extraction"],
+    "cloud.fitting.fit": ["fit_primitive"],
+    "cloud.pipes.follow": ["follow_pipe"],
+    "cloud.pipes.line": ["PipeElement", "PipeLine"],
+    "cloud.pipes.plant": ["Plant", "extract_pipes"],
 }
 _MODULE = {name: f"simplexmesh.{module}" for module, names in _HOME.items() for name in names}
 _SUBMODULES = {
@@ -105,6 +112,14 @@ if TYPE_CHECKING:  # the same list once more, for type checkers and editors; a t
     from simplexmesh._base.errors import SimplexMeshWarning as SimplexMeshWarning
     from simplexmesh._base.errors import TopologyError as TopologyError
     from simplexmesh.cloud import primitives as primitives
+    from simplexmesh.cloud.extraction.extract import extract_primitives as extract_primitives
+    from simplexmesh.cloud.extraction.result import Extraction as Extraction
+    from simplexmesh.cloud.fitting.fit import fit_primitive as fit_primitive
+    from simplexmesh.cloud.pipes.follow import follow_pipe as follow_pipe
+    from simplexmesh.cloud.pipes.line import PipeElement as PipeElement
+    from simplexmesh.cloud.pipes.line import PipeLine as PipeLine
+    from simplexmesh.cloud.pipes.plant import Plant as Plant
+    from simplexmesh.cloud.pipes.plant import extract_pipes as extract_pipes
     from simplexmesh.data.cutting.boolean import boolean as boolean
     from simplexmesh.data.cutting.clipping import clipped as clipped
     from simplexmesh.data.cutting.dividing import divided as divided

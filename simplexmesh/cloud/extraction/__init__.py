@@ -1,0 +1,1 @@
+"""Extraction of primitives from clouds: patches, growth, bends between pipes, joint labels."""

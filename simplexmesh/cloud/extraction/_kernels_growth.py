@@ -1,0 +1,102 @@
+"""Growth over the graph of nearest neighbors, and labels that agree with their neighbors. Arrays in, arrays out."""
+
+# mypy: allow-untyped-defs
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from simplexmesh._base._kernels_njit import LEAN, njit
+from simplexmesh.cloud.fitting._kernels import profile
+
+jit = njit(cache=True, error_model="numpy")
+lean = njit(**LEAN)
+
+
+@lean
+def at_point(kind, origin, frame, shape, points, normals, i):
+    """Return the distance of a point from a surface, and the cosine of the angle between their normals."""
+    dx, dy, dz = points[i, 0] - origin[0], points[i, 1] - origin[1], points[i, 2] - origin[2]
+    x = frame[0, 0] * dx + frame[0, 1] * dy + frame[0, 2] * dz
+    y = frame[1, 0] * dx + frame[1, 1] * dy + frame[1, 2] * dz
+    z = frame[2, 0] * dx + frame[2, 1] * dy + frame[2, 2] * dz
+    rho = math.sqrt(x * x + y * y)
+    distance, by_rho, by_z, _, _ = profile(kind, shape, rho, z)
+    out = by_rho / rho if rho > 0 else 0.0
+    gx, gy = out * x, out * y
+    nx, ny, nz = normals[i, 0], normals[i, 1], normals[i, 2]
+    facing = gx * (frame[0, 0] * nx + frame[0, 1] * ny + frame[0, 2] * nz)
+    facing += gy * (frame[1, 0] * nx + frame[1, 1] * ny + frame[1, 2] * nz)
+    facing += by_z * (frame[2, 0] * nx + frame[2, 1] * ny + frame[2, 2] * nz)
+    return distance, abs(facing)
+
+
+@jit
+def fits(kind, origin, frame, shape, points, normals, which):
+    """Return distances (m,) of some points from a surface, and cosines (m,) of the angles between their normals."""
+    distance, facing = np.empty(len(which)), np.empty(len(which))
+    for k in range(len(which)):
+        distance[k], facing[k] = at_point(kind, origin, frame, shape, points, normals, which[k])
+    return distance, facing
+
+
+@jit
+def flood(kind, origin, frame, shape, points, normals, near, free, seeds, band, aslant):
+    """Return the free points (m,) within a distance of a surface and facing as it does, reached over neighbors."""
+    state = np.zeros(len(points), np.int8)
+    out = np.empty(len(points), np.int64)
+    count, done = 0, 0
+    for k in range(len(seeds)):
+        i = seeds[k]
+        if free[i] and state[i] == 0:
+            distance, facing = at_point(kind, origin, frame, shape, points, normals, i)
+            if abs(distance) <= band and facing >= aslant:
+                state[i] = 1
+                out[count] = i
+                count += 1
+            else:
+                state[i] = 2
+    while done < count:
+        i = out[done]
+        done += 1
+        for c in range(near.shape[1]):
+            j = near[i, c]
+            if free[j] and state[j] == 0:
+                distance, facing = at_point(kind, origin, frame, shape, points, normals, j)
+                if abs(distance) <= band and facing >= aslant:
+                    state[j] = 1
+                    out[count] = j
+                    count += 1
+                else:
+                    state[j] = 2
+    return np.sort(out[:count])
+
+
+@jit
+def settle(near, cost, none, pull, labels):
+    """Let points take, in turn, the label of the least cost (n, m), less a pull for each neighbor that has it.
+
+    Only labels that a neighbor has, or -1 at the cost `none`, are taken. `labels` (n,) are changed; returns how many.
+    """
+    changed = 0
+    votes = np.zeros(cost.shape[1], np.int64)
+    for i in range(len(near)):
+        for j in near[i]:
+            if labels[j] >= 0:
+                votes[labels[j]] += 1
+        best, least = -1, none
+        for j in near[i]:
+            k = labels[j]
+            if k >= 0 and votes[k] >= 0:
+                value = cost[i, k] - pull * votes[k]
+                if value < least:
+                    best, least = k, value
+        for j in near[i]:
+            if labels[j] >= 0:
+                votes[labels[j]] = 0
+        if best != labels[i]:
+            labels[i] = best
+            changed += 1
+    return changed

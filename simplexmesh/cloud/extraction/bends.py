@@ -1,0 +1,269 @@
+"""Bends between pipes: the torus tangent to two cylinders whose axes nearly meet is told by its radius alone."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from simplexmesh._base.vectors import dot, norm, normalized
+from simplexmesh.cloud.extraction.growth import ASLANT, DECISIVE, WIDE, WITHIN
+from simplexmesh.cloud.extraction.patches import Limits
+from simplexmesh.cloud.extraction.working import Working
+from simplexmesh.cloud.fitting.solver import solve
+from simplexmesh.cloud.pipes.chain import Chain, chain_of
+from simplexmesh.cloud.primitives import Cylinder, Primitive, Torus
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+ALIKE = 0.2
+"""Share by which the radii of two pipes may differ, which are fitted to a part of them, with a part of the bend."""
+
+MEETING = 0.6
+"""Distance of their axes, in radii."""
+
+ANGLES = np.radians([6, 172])
+"""Least and greatest angle by which pipes turn: below there is no bend to see, above axes meet nowhere near."""
+
+WIDEST = 12.0
+"""Radius of a bend, in radii of the pipe."""
+
+RADII = 20
+"""That are tried, in equal ratios."""
+
+LOOKED_AT = 2000
+"""Points near a corner that are looked at."""
+
+FITTED = 800
+"""Points of each part that pipes with bends are fitted to."""
+
+SEEN = 0.5
+"""Share of the sectors of a bend in which there are points."""
+
+SECTORS = 4
+"""Of a bend."""
+
+NEW = 0.03
+"""Share of the evidence of a bend that pipes that go on straight do not have."""
+
+PIECE = 0.6
+"""Share of a pipe's points above which it is a piece of a bend."""
+
+STEPS = 12
+"""Of the solver."""
+
+
+@dataclass(frozen=True, eq=False)
+class Bend:
+    """A torus between two cylinders, by their numbers; the corner (3,) where their axes meet, and evidence for it."""
+
+    first: int
+    second: int
+    corner: Array
+    radius: float
+    evidence: float
+    members: Indices
+
+
+def proposed(
+    work: Working, primitives: list[Primitive], members: list[Indices], limits: Limits, free: NDArray[np.bool_]
+) -> list[Bend]:
+    """Return the bends between cylinders, at most one at each end of each, the one of the most evidence first."""
+    tree = cKDTree(work.points)
+    pipes = [k for k, each in enumerate(primitives) if isinstance(each, Cylinder)]
+    tried = [between(work, tree, primitives, members, pair, limits) for pair in combinations(pipes, 2)]
+    found = [each for each in tried if each is not None]
+    inside = {k for k in pipes for bend in found if k not in (bend.first, bend.second) and within(members[k], bend)}
+    found = [each for each in found if not inside & {each.first, each.second}]
+    taken: set[tuple[int, int]] = set()
+    out = []
+    for bend in sorted(found, key=lambda each: -each.evidence):
+        ends = {(k, end_of(work, primitives[k], members[k], bend.corner)) for k in (bend.first, bend.second)}
+        if not ends & taken:
+            taken |= ends
+            out.append(bend)
+    return out
+
+
+def within(members: Indices, bend: Bend) -> bool:
+    """Return whether a pipe is but a piece of a bend between others, as short pieces look straight."""
+    return len(np.intersect1d(members, bend.members)) > PIECE * len(members)
+
+
+def end_of(work: Working, pipe: Primitive, members: Indices, corner: Array) -> int:
+    """Return at which end of a pipe's points, 0 or 1, a corner is."""
+    heights = (work.points[members] - corner) @ pipe._pose[1]
+    return int(np.median(heights) < 0)
+
+
+def between(
+    work: Working,
+    tree: cKDTree,
+    primitives: list[Primitive],
+    members: list[Indices],
+    pair: tuple[int, int],
+    limits: Limits,
+) -> Bend | None:
+    """Return the bend between two cylinders, if there is one."""
+    one, other = pair
+    corner = met(work, primitives[one], primitives[other], members[one], members[other])
+    if corner is None:
+        return None
+    at, ways, reach, radius = corner
+    turn = np.pi - float(np.arccos(np.clip(dot(*ways), -1, 1)))
+    if not ANGLES[0] < turn < ANGLES[1]:
+        return None
+    most = min(reach / np.tan(turn / 2), WIDEST * radius)
+    if most <= radius:
+        return None
+    length = most * np.tan(turn / 2) + 2 * radius
+    near = np.array(tree.query_ball_point(at, float(np.hypot(length, 2 * radius))), dtype=np.int64)
+    every, near = near, near[:: -(-len(near) // (4 * LOOKED_AT))]
+    corners = np.stack([at + length * ways[0], at, at + length * ways[1]])
+    radii = np.geomspace(1.02 * radius, most, RADII)
+    values = [evidence_of(work, chain_of(corners, [each], radius), near) for each in radii]
+    chain: Chain = chain_of(corners, [radii[int(np.argmax(values))]], radius)
+    for band in (WIDE, WITHIN):
+        about = near[np.abs(chain.distance(work.points[near])) < band * work.noise]
+        about = about[np.abs(dot(chain.gradient(work.points[about]), work.normals[about])) > ASLANT]
+        if len(about) < limits.fewest:
+            return None
+        about = about[:: -(-len(about) // LOOKED_AT)]
+        chain = refined_chain(chain, work.points[about], WITHIN * work.noise)
+    return judged(work, chain, every, pair, [primitives[k] for k in pair], limits)
+
+
+def met(
+    work: Working, one: Primitive, other: Primitive, mine: Indices, yours: Indices
+) -> tuple[Array, Array, float, float] | None:
+    """Return where axes nearly meet, the ways (2, 3) from there along the pipes, the free length, and the radius."""
+    (a, u), (b, v) = one._pose, other._pose
+    first, second = one._shape[0], other._shape[0]
+    radius = (first + second) / 2
+    if abs(first - second) > ALIKE * radius:
+        return None
+    matrix = np.array([[1.0, -dot(u, v)], [dot(u, v), -1.0]])
+    if abs(np.linalg.det(matrix)) < 1e-4:
+        return None
+    s, t = np.linalg.solve(matrix, [dot(b - a, u), dot(b - a, v)])
+    p, q = a + s * u, b + t * v
+    if norm(p - q) > MEETING * radius:
+        return None
+    at = (p + q) / 2
+    ways, ends = [], []
+    for axis, which in ((u, mine), (v, yours)):
+        heights = (work.points[which] - at) @ axis
+        way = axis * np.sign(np.median(heights))
+        low, high = np.quantile(np.abs(heights), 0.9), np.quantile(heights * np.sign(np.median(heights)), 0.03)
+        if high < -radius:
+            return None
+        ways.append(way)
+        ends.append(low)
+    return at, np.array(ways), float(min(ends)), radius
+
+
+def refined_chain(chain: Chain, points: Array, scale: float) -> Chain:
+    """Return a chain moved to the least robust sum of squared distances of points."""
+    try:
+        return solve(chain, points, loss_scale=scale, iterations=STEPS, tolerance=1e-4)[0]
+    except (ValueError, np.linalg.LinAlgError):
+        return chain
+
+
+def gains(work: Working, chain: Chain | Primitive, near: Indices) -> Array:
+    """Return by how much points are likelier on a chain than outliers; 0 if far or with other normals."""
+    points = work.points[near]
+    distance = chain.distance(points) / work.noise
+    facing = np.abs(dot(chain.gradient(points), work.normals[near])) > ASLANT
+    return np.asarray(np.maximum(WITHIN**2 - distance**2, 0) / 2 * facing)
+
+
+def evidence_of(work: Working, chain: Chain, near: Indices) -> float:
+    """Return the evidence of points for a chain."""
+    return float(gains(work, chain, near).sum())
+
+
+def judged(
+    work: Working, chain: Chain, near: Indices, pair: tuple[int, int], pipes: list[Primitive], limits: Limits
+) -> Bend | None:
+    """Return the bend of a chain if points fill it, and it says more of them than the pipes that go on straight."""
+    gain = gains(work, chain, near)
+    feet = chain.feet(work.points[near])
+    inside = (feet.piece == 1) & (gain > 0)
+    members = near[inside]
+    if len(members) < limits.fewest / 2:
+        return None
+    sector = np.clip((feet.along[inside] / chain.angles[0] * SECTORS).astype(int), 0, SECTORS - 1)
+    if len(np.unique(sector)) <= SEEN * SECTORS:
+        return None
+    straight = np.maximum(*(gains(work, pipe, members) for pipe in pipes))
+    new = float((gain[inside] - straight).sum())
+    if new < NEW * float(gain[inside].sum()) + 2 * DECISIVE:
+        return None
+    return Bend(*pair, chain.corners[1], float(chain.bend_radii[0]), new, members)
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """Pipes and the bends between them, in order, as one chain: numbers of the cylinders and of the bends."""
+
+    pipes: list[int]
+    bends: list[int]
+    chain: Chain
+
+    def parts(self) -> tuple[list[Cylinder], list[Torus]]:
+        """Return the cylinders and tori of the chain: tangent, and of one radius."""
+        c, r = self.chain, float(self.chain.radii[0])
+        starts = [c.corners[k] + c.limits[k].mean() * c.directions[k] for k in range(len(c.directions))]
+        pipes = [Cylinder(start, way, r) for start, way in zip(starts, c.directions, strict=True)]
+        axes = [normalized(np.cross(c.directions[k], c.directions[k + 1])) for k in range(len(c.bend_radii))]
+        tori = [
+            Torus(center, axis, max(float(bend), r), r)
+            for center, axis, bend in zip(c.centers, axes, c.bend_radii, strict=True)
+        ]
+        return pipes, tori
+
+
+def runs(work: Working, primitives: list[Primitive], members: list[Indices], bends: list[Bend]) -> list[Run]:
+    """Return the pipes that bends join, from one end to the other."""
+    at: dict[int, list[int]] = {}
+    for k, bend in enumerate(bends):
+        for pipe in (bend.first, bend.second):
+            at.setdefault(pipe, []).append(k)
+    left, out = set(range(len(bends))), []
+    for start in sorted(at, key=lambda pipe: (len(at[pipe]), pipe)):
+        pipe, pipes, order = start, [start], []
+        while ways := [k for k in at[pipe] if k in left]:
+            left.discard(ways[0])
+            order.append(ways[0])
+            pipe = bends[ways[0]].second if bends[ways[0]].first == pipe else bends[ways[0]].first
+            pipes.append(pipe)
+        if order:
+            out.append(run(work, primitives, members, pipes, order, [bends[k] for k in order]))
+    return out
+
+
+def run(
+    work: Working,
+    primitives: list[Primitive],
+    members: list[Indices],
+    pipes: list[int],
+    order: list[int],
+    bends: list[Bend],
+) -> Run:
+    """Return the chain of pipes and bends."""
+    corners = [bend.corner for bend in bends]
+    for first, k in ((True, pipes[0]), (False, pipes[-1])):
+        corner = corners[0] if first else corners[-1]
+        axis = primitives[k]._pose[1]
+        heights = (work.points[members[k]] - corner) @ axis
+        far = heights[np.argmax(np.abs(heights))]
+        end = corner + far * axis
+        corners = [end, *corners] if first else [*corners, end]
+    radius = float(np.average([primitives[k]._shape[0] for k in pipes], weights=[len(members[k]) for k in pipes]))
+    chain = chain_of(np.array(corners), [max(bend.radius, 1.001 * radius) for bend in bends], radius).fitting()
+    return Run(pipes, order, chain)

@@ -1,0 +1,176 @@
+"""Extract primitives from a cloud."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplexmesh._base import checks
+from simplexmesh._base.progress import Report, reporting
+from simplexmesh.cloud.extraction.finishing import described, labelled
+from simplexmesh.cloud.extraction.joint import Parts, together
+from simplexmesh.cloud.extraction.patches import LEAST, Limits
+from simplexmesh.cloud.extraction.result import KINDS, Extraction
+from simplexmesh.cloud.extraction.search import found_one_by_one
+from simplexmesh.cloud.extraction.working import Working, working
+from simplexmesh.cloud.fitting.starts import scaled
+from simplexmesh.data.conversion import as_points
+from simplexmesh.data.points import PointCloud, distinct
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+SHARE = 1e-3
+"""Of the points, those that a primitive has at least, by default."""
+
+FEWEST = 50
+"""... but no fewer than these, which tell a torus from noise."""
+
+
+SPREAD, THIN = 10_000, 1e-9
+"""Points that are asked whether they are on a line, and the width, in their extent, below which they are."""
+
+
+def extract_primitives(
+    cloud: Any,
+    *,
+    kinds: Sequence[str] = KINDS,
+    noise: float | None = None,
+    fewest: int | None = None,
+    least_radius: float = 0.0,
+    greatest_radius: float = np.inf,
+    rng: int | np.random.Generator = 0,
+    progress: bool | Report | None = None,
+) -> Extraction:
+    """Find the planes, spheres, cylinders, cones and tori that a cloud is made of, and which points are of each.
+
+    The noise and the distances between points are measured. About random points, primitives are fitted to ever larger
+    patches as long as the distances are noise; the one that explains the most connected points is taken, with the kind
+    that does so best, and so on with the points that are left. Then all are seen together: cylinders of like radius
+    whose axes meet are joined by a bend, the torus tangent to both, points take the primitive that explains them best
+    as those about them do, what others explain as well is given up, and all are fitted again, pipes with their bends
+    as one.
+
+    Parameters
+    ----------
+    cloud : PointCloud, array, path or object of another library
+        At least 24 different points. Shapes are looked for among at most 100,000 of them, drawn at random; all points
+        are labelled.
+    kinds : sequence of str
+        The kinds that are looked for: "plane", "sphere", "cylinder", "cone", "torus".
+    noise : float, optional
+        Deviation of the points along normals; otherwise it is measured.
+    fewest : int, optional
+        Points of a primitive, at least; by default a thousandth of all, or 50 if these are more.
+    least_radius, greatest_radius : float
+        Limits of the radii of spheres, cylinders and tubes of tori.
+    rng : int or Generator
+        Draws the places that are looked at.
+    progress : bool or callable, optional
+        Whether to show a bar, or what to call with the fraction done and a message.
+
+    Returns
+    -------
+    Extraction
+        `primitives`, `labels` (n,), `leftovers`; it can be saved and shown.
+
+    Raises
+    ------
+    ValueError
+        Fewer than 24 different points, points on a line, NaN, an unknown kind, limits that leave no radius.
+    TypeError
+        What is no cloud.
+
+    Notes
+    -----
+    Points at three deviations from a surface at most are of it. A shape with fewer points within reach of each other
+    than `fewest` is not found, nor one whose radius is less than about twice the distance between points.
+
+    References
+    ----------
+    T. Chaperon, *Segmentation de nuage de points 3D*, 2002, chapter 6. R. Schnabel, R. Wahl, R. Klein, *Efficient
+    RANSAC for point-cloud shape detection*, 2007.
+
+    Examples
+    --------
+    >>> import numpy as np, simplexmesh as sm
+    >>> rng = np.random.default_rng(0)
+    >>> turn, along = rng.uniform([0, 0], [2 * np.pi, 4], (3000, 2)).T
+    >>> pipe = np.stack([np.cos(turn), np.sin(turn), along], axis=1)
+    >>> floor = np.append(rng.uniform(-3, 3, (4000, 2)), np.full((4000, 1), -0.5), axis=1)
+    >>> scene = sm.extract_primitives(np.concatenate([pipe, floor]) + rng.normal(0, 0.01, (7000, 3)))
+    >>> [each.kind for each in scene.primitives], round(scene.primitives[1].radius, 2)
+    (['plane', 'cylinder'], 1.0)
+    """
+    given = _cloud(cloud)
+    limits, generator = _limits(kinds, least_radius, greatest_radius), checks.generator("rng", rng)
+    deviation = None if noise is None else checks.number("noise", noise, 0.0, open_low=True)
+    wanted = None if fewest is None else checks.integer("fewest", fewest, LEAST)
+    first, inverse = distinct(given.points)
+    if len(first) < LEAST:
+        raise ValueError(f"cloud must have at least {LEAST} different points, not {len(first)}")
+    checks.size("cloud", given.bounds)
+    points = given.points[first]
+    if np.linalg.matrix_rank(points[:: -(-len(points) // SPREAD)] - points[0], tol=THIN * np.ptp(points)) < 2:
+        raise ValueError("cloud must be of surfaces, but its points are on a line")
+    middle = (points.min(axis=0) + points.max(axis=0)) / 2
+    size = float(np.linalg.norm(np.ptp(points, axis=0))) / 2
+    with reporting(progress or False) as report:
+        report(0.0, "looking at the points")
+        unit = (points - middle) / size
+        work = working(unit, None if deviation is None else deviation / size, generator)
+        share = len(work.points) / len(points)
+        count = max(FEWEST, SHARE * len(points)) if wanted is None else wanted
+        limits = Limits(
+            limits.kinds, (limits.radii[0] / size, limits.radii[1] / size), max(LEAST, round(share * count))
+        )
+        found = found_one_by_one(work, limits, generator, report)
+        report(0.8, "seeing all together")
+        state = together(work, found, limits, generator)
+        report(0.9, "labelling all points")
+        labels = labelled(work, state, unit)
+    return _finished(given, work, state, labels, inverse, middle, size)
+
+
+def _cloud(value: Any) -> PointCloud:
+    """Return a cloud with all the points given, duplicates too, which are labelled as well."""
+    if isinstance(value, PointCloud):
+        return value
+    if isinstance(value, np.ndarray) and value.ndim == 2 and value.shape[1] in (3, 6):
+        return PointCloud(value[:, :3])
+    return as_points(value, "cloud")
+
+
+def _limits(kinds: Sequence[str], low: float, high: float) -> Limits:
+    """Return what is looked for, in the cloud's unit."""
+    given = [kinds] if isinstance(kinds, str) else list(kinds)
+    names = tuple(checks.choice("kinds", kind, KINDS) for kind in given)
+    if not names:
+        raise ValueError("kinds must name at least one of " + ", ".join(KINDS))
+    least = checks.number("least_radius", low, 0.0)
+    greatest = np.inf if high == np.inf else checks.number("greatest_radius", high, 0.0)
+    if not least < greatest:
+        raise ValueError(f"greatest_radius must be above least_radius, {least:g}, not {greatest:g}")
+    return Limits(names, (least, greatest), LEAST)
+
+
+def _finished(
+    cloud: PointCloud, work: Working, state: Parts, labels: Indices, inverse: Indices, middle: Array, size: float
+) -> Extraction:
+    """Return primitives in the cloud's own unit, those of the most points first, with how they were fitted."""
+    labels = labels[inverse]
+    counts = np.bincount(labels[labels >= 0], minlength=len(state.primitives))
+    order = np.argsort(-counts, kind="stable")
+    order = order[counts[order] > 0]
+    rank = np.full(len(state.primitives) + 1, -1)
+    rank[order] = np.arange(len(order))
+    labels = rank[labels]
+    primitives = tuple(
+        described(scaled(state.primitives[k], size, middle), cloud.points[labels == rank[k]]) for k in order
+    )
+    bends = [(state.first_bend + k, bend.first, bend.second) for k, bend in enumerate(state.bends)]
+    joined = tuple(tuple(int(rank[k]) for k in each) for each in bends)
+    return Extraction(cloud, primitives, checks.frozen(labels), work.noise * size, joined)  # type: ignore[arg-type]

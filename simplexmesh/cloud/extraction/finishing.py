@@ -1,0 +1,70 @@
+"""Labels of all points of a cloud, and how primitives fit them."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from simplexmesh.cloud.extraction import _kernels_growth
+from simplexmesh.cloud.extraction.growth import surface
+from simplexmesh.cloud.extraction.joint import NONE, PULL, Parts, half_spaces
+from simplexmesh.cloud.extraction.working import Working
+from simplexmesh.cloud.fitting.solver import normal_matrix
+from simplexmesh.cloud.primitives import Fit, Primitive
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+NEIGHBORS = 8
+"""Labelled points about one, whose labels it may have: half as many as those that labels settle by."""
+
+SINGULAR = 1e-12
+"""Of the largest eigenvalue: parameters below are not told by the points."""
+
+
+def labelled(work: Working, state: Parts, points: Array) -> Indices:
+    """Return the labels (n,) of all points: of the primitives of those about them, the nearest one."""
+    if len(points) == len(work.points):
+        return state.labels
+    near = state.labels[cKDTree(work.points).query(points, k=NEIGHBORS, workers=-1)[1]]
+    best, labels = np.full(len(points), NONE), np.full(len(points), -1)
+    halves = half_spaces(state)
+    for k, primitive in enumerate(state.primitives):
+        votes = (near == k).sum(axis=1)
+        at = np.flatnonzero(votes > 1)
+        for point, way in halves[k]:
+            at = at[(points[at] - point) @ way >= 0]
+        distance = _kernels_growth.fits(*surface(primitive), points, points, at)[0]
+        noise = state.noises[k]
+        cost = (distance / noise) ** 2 / 2 + np.log(noise / work.noise) - 2 * PULL * votes[at]
+        at, cost = at[cost < best[at]], cost[cost < best[at]]
+        best[at], labels[at] = cost, k
+    return labels
+
+
+def described(primitive: Primitive, points: Array) -> Primitive:
+    """Return a primitive with how it fits points."""
+    primitive = primitive.centered(points)
+    distance = primitive.distance(points)
+    square = float(distance @ distance)
+    noise = np.sqrt(square / max(len(points) - primitive.n_parameters, 1))
+    fit = Fit(
+        float(np.sqrt(square / len(points))),
+        float(noise),
+        noise**2 * inverse(normal_matrix(primitive, points)),
+        primitive.within(points),
+        len(points),
+    )
+    return primitive.with_fit(fit)
+
+
+def inverse(matrix: Array) -> Array:
+    """Return the inverse (p, p) of a normal matrix, NaN where the points do not tell the parameters."""
+    scale = np.sqrt(np.maximum(np.diagonal(matrix), 1e-300))
+    values, vectors = np.linalg.eigh(matrix / np.outer(scale, scale))
+    with np.errstate(divide="ignore"):
+        inverted = np.where(values > SINGULAR * values[-1], 1 / values, np.inf)
+    if not np.isfinite(inverted).all():
+        return np.full_like(matrix, np.nan)
+    return np.asarray((vectors * inverted) @ vectors.T / np.outer(scale, scale))

@@ -1,0 +1,202 @@
+"""All primitives together: each takes the points that it explains best, and is fitted to them again."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplexmesh._base.vectors import dot, norm
+from simplexmesh.cloud.extraction._kernels_growth import settle
+from simplexmesh.cloud.extraction.bends import FITTED, Bend, Run, proposed, refined_chain, runs
+from simplexmesh.cloud.extraction.growth import ASLANT, DECISIVE, WITHIN, Grown, fits
+from simplexmesh.cloud.extraction.patches import Limits, refined
+from simplexmesh.cloud.extraction.working import Working
+from simplexmesh.cloud.primitives import Primitive
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+NONE = WITHIN**2 / 2
+"""Cost of a point of no primitive: that of one at three deviations."""
+
+AGAINST = 2.0
+"""Cost of a normal that is not the surface's: near edges some are not."""
+
+REACH = 4.5
+"""Deviations beyond which a point is not of a primitive, whatever its neighbors are."""
+
+PULL = 0.2
+"""Of each neighbor of the same label: all sixteen bring in points that are up to four deviations away."""
+
+SWEEPS = 6
+"""Over all points, at most, in which labels settle."""
+
+ROUNDS = 2
+"""Of labels and fits."""
+
+OWN = 0.15
+"""Share of a primitive's evidence that no other one has; with less it is superfluous."""
+
+
+@dataclass
+class Parts:
+    """Primitives, the bends among them, and the label (n,) of each point. Bends are the last primitives."""
+
+    primitives: list[Primitive]
+    bends: list[Bend]
+    labels: Indices
+    noises: list[float]
+
+    @property
+    def first_bend(self) -> int:
+        """The number of the first bend among the primitives."""
+        return len(self.primitives) - len(self.bends)
+
+    def members(self) -> list[Indices]:
+        """Return the points of each primitive."""
+        order = np.argsort(self.labels, kind="stable")
+        cuts = np.searchsorted(self.labels[order], np.arange(len(self.primitives) + 1))
+        return [order[a:b] for a, b in pairwise(cuts)]
+
+
+def together(work: Working, found: list[Grown], limits: Limits, rng: np.random.Generator) -> Parts:
+    """Return primitives, with bends between pipes, and labels of the points."""
+    labels = np.full(len(work.points), -1)
+    for k, each in enumerate(found):
+        labels[each.members] = k
+    primitives, members = [each.primitive for each in found], [each.members for each in found]
+    bends = []
+    if "torus" in limits.kinds and "cylinder" in limits.kinds:
+        bends = proposed(work, primitives, members, limits, labels < 0)
+    joined = runs(work, primitives, members, bends)
+    noises = [*(each.noise for each in found), *([work.noise] * len(bends))]
+    state = Parts([*primitives, *([None] * len(bends))], bends, labels, noises)  # type: ignore[list-item]
+    for k, bend in enumerate(bends):
+        labels[bend.members] = len(primitives) + k
+    for run in joined:
+        put(state, run)
+    for _ in range(ROUNDS):
+        settled(work, state)
+        state = without_superfluous(work, state, limits)
+        settled(work, state)
+        refit(work, state, limits, rng)
+    settled(work, state)
+    return without_superfluous(work, state, limits)
+
+
+def put(state: Parts, run: Run) -> None:
+    """Put the primitives of a run in their places."""
+    pipes, tori = run.parts()
+    for k, pipe in zip(run.pipes, pipes, strict=True):
+        state.primitives[k] = pipe
+    for k, torus in zip(run.bends, tori, strict=True):
+        state.primitives[state.first_bend + k] = torus
+
+
+def costs(work: Working, state: Parts) -> Array:
+    """Return the cost (n, m) of each point at each primitive: half the square of its deviations, or much more."""
+    out = np.full((len(work.points), len(state.primitives)), np.inf)
+    halves = half_spaces(state)
+    everywhere = np.arange(len(work.points))
+    for k, primitive in enumerate(state.primitives):
+        distance, facing = fits(work, primitive, everywhere)
+        noise = state.noises[k]
+        at = np.flatnonzero(np.abs(distance) <= REACH * noise)
+        for point, way in halves[k]:
+            at = at[(work.points[at] - point) @ way >= 0]
+        out[at, k] = (
+            (distance[at] / noise) ** 2 / 2 + np.log(noise / work.noise) + np.where(facing[at] >= ASLANT, 0, AGAINST)
+        )
+    return out
+
+
+def half_spaces(state: Parts) -> list[list[tuple[Array, Array]]]:
+    """Return the half-spaces (point, direction) that each primitive is in: bends end where their pipes begin."""
+    out: list[list[tuple[Array, Array]]] = [[] for _ in state.primitives]
+    for k, bend in enumerate(state.bends):
+        torus = state.first_bend + k
+        center = state.primitives[torus]._pose[0]
+        for pipe in (bend.first, bend.second):
+            origin, axis = state.primitives[pipe]._pose
+            foot = origin + dot(center - origin, axis) * axis
+            way = axis * np.sign(dot(foot - bend.corner, axis))
+            out[pipe].append((foot, way))
+            out[torus].append((foot, -way))
+    return out
+
+
+def settled(work: Working, state: Parts) -> None:
+    """Let points take the labels of least cost, as those about them do."""
+    cost = costs(work, state)
+    for _ in range(SWEEPS):
+        if settle(work.near, cost, NONE, PULL, state.labels) < 1e-3 * len(work.points):
+            break
+
+
+def without_superfluous(work: Working, state: Parts, limits: Limits) -> Parts:
+    """Return the state without primitives that have too few points, or whose points others explain as well."""
+    cost = np.minimum(costs(work, state), NONE)
+    members = state.members()
+    kept = np.ones(len(state.primitives), bool)
+    bound = {k for bend in state.bends for k in (bend.first, bend.second)} | set(
+        range(state.first_bend, len(state.primitives))
+    )
+    for k in sorted(range(len(kept)), key=lambda k: (k in bound, len(members[k]))):
+        mine = members[k]
+        others = np.setdiff1d(np.flatnonzero(kept), [k])
+        own = cost[mine, k]
+        rest = cost[np.ix_(mine, others)].min(axis=1, initial=NONE)
+        gain = float(np.maximum(rest - own, 0).sum())
+        price = 0.5 * state.primitives[k].n_parameters * np.log(max(len(mine), 2)) + DECISIVE
+        least = limits.fewest if k not in bound else limits.fewest / 2
+        size = float(norm(np.ptp(work.points[mine], axis=0))) if len(mine) else 0.0
+        kept[k] = (
+            len(mine) >= least
+            and limits.allow(state.primitives[k], size)
+            and gain > price + OWN * float((NONE - own).sum())
+        )
+        if not kept[k] and len(mine) and len(others):
+            rest = cost[np.ix_(mine, others)]
+            state.labels[mine] = np.where(rest.min(axis=1) < NONE, others[rest.argmin(axis=1)], -1)
+    return state if kept.all() else chosen(state, kept)
+
+
+def chosen(state: Parts, kept: NDArray[np.bool_]) -> Parts:
+    """Return the state of some of the primitives; a bend without one of its pipes is a torus like others."""
+    first = state.first_bend
+    whole = [k for k, bend in enumerate(state.bends) if kept[[first + k, bend.first, bend.second]].all()]
+    last = [first + k for k in whole]
+    order = [*np.setdiff1d(np.flatnonzero(kept), last), *last]
+    place = np.full(len(kept) + 1, -1)
+    place[order] = np.arange(len(order))
+    bends = [state.bends[k] for k in whole]
+    bends = [replace(bend, first=int(place[bend.first]), second=int(place[bend.second])) for bend in bends]
+    return Parts([state.primitives[k] for k in order], bends, place[state.labels], [state.noises[k] for k in order])
+
+
+def refit(work: Working, state: Parts, limits: Limits, rng: np.random.Generator) -> None:
+    """Fit all primitives to their points: pipes and bends as one, the others by themselves."""
+    members = state.members()
+    joined = runs(work, state.primitives, members, state.bends)
+    bound: set[int] = set()
+    for run in joined:
+        numbers = [*run.pipes, *(state.first_bend + k for k in run.bends)]
+        some = np.concatenate([thin(members[k], FITTED, rng) for k in numbers])
+        chain = refined_chain(run.chain, work.points[some], WITHIN * work.noise)
+        put(state, replace(run, chain=chain))
+        for corner, k in zip(chain.corners[1:-1], run.bends, strict=True):
+            state.bends[k] = replace(state.bends[k], corner=corner)
+        for k, radius in zip(run.bends, chain.bend_radii, strict=True):
+            state.bends[k] = replace(state.bends[k], radius=float(radius))
+        bound |= set(numbers)
+    for k in set(range(len(state.primitives))) - bound:
+        some = work.points[thin(members[k], 4 * FITTED, rng)]
+        state.primitives[k] = refined(state.primitives[k], some, WITHIN * state.noises[k], 15)
+
+
+def thin(members: Indices, most: int, rng: np.random.Generator) -> Indices:
+    """Return at most so many of the points, at random."""
+    return members if len(members) <= most else rng.choice(members, most, replace=False)

@@ -1,0 +1,158 @@
+"""Primitives found in a cloud: labels of its points, files, pictures."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplexmesh._base import checks
+from simplexmesh._base.drafts import draft
+from simplexmesh._base.html import card
+from simplexmesh.cloud.primitives import Primitive
+from simplexmesh.data.points import PointCloud
+
+if TYPE_CHECKING:
+    import pyvista as pv
+
+Indices = NDArray[np.int64]
+
+KINDS = ("plane", "sphere", "cylinder", "cone", "torus")
+"""Of primitives, the simplest first."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Extraction:
+    """The primitives of a cloud, that of the most points first.
+
+    Attributes
+    ----------
+    cloud : PointCloud
+        The points.
+    primitives : tuple of Primitive
+        Each with its `fit`: `rms`, `covariance`, `extent`.
+    labels : (n,) array of int
+        The number of the primitive that each point of the cloud is of, -1 of none.
+    noise : float
+        Deviation of the points along normals, given or measured.
+    bends : tuple of (int, int, int)
+        Numbers of each torus that joins two cylinders, and of these: tangent to both and of their radius, exactly.
+
+    Examples
+    --------
+    >>> import numpy as np, simplexmesh as sm
+    >>> ways = np.random.default_rng(0).normal(size=(3000, 3))
+    >>> ball = sm.extract_primitives(ways / np.linalg.norm(ways, axis=1, keepdims=True))
+    >>> ball, ball.labels.max()
+    (Extraction(1 sphere in 3,000 points, 0 left over), np.int64(0))
+    """
+
+    cloud: PointCloud = field(repr=False)
+    primitives: tuple[Primitive, ...]
+    labels: Indices
+    noise: float
+    bends: tuple[tuple[int, int, int], ...] = ()
+
+    def __repr__(self) -> str:
+        return f"Extraction({self._summary()} in {len(self.cloud):,} points, {len(self.leftovers):,} left over)"
+
+    def _repr_html_(self) -> str:
+        """Return a picture of the primitives and a table of them, as notebooks show it."""
+        rows = {f"{k}": f"{each}: {each.fit}" for k, each in enumerate(self.primitives)}
+        rows["left over"] = f"{len(self.leftovers):,} of {len(self.cloud):,} points"
+        return card(self._summary(), rows, *([self.to_pyvista()] if self.primitives else []))
+
+    def _summary(self) -> str:
+        counts = Counter(each.kind for each in self.primitives)
+        plural = {kind: {"torus": "tori"}.get(kind, kind + "s") for kind in KINDS}
+        named = [f"{n} {kind if n == 1 else plural[kind]}" for kind in KINDS if (n := counts[kind])]
+        return ", ".join(named) or "no primitives"
+
+    def __len__(self) -> int:
+        return len(self.primitives)
+
+    @property
+    def leftovers(self) -> Indices:
+        """The points (k,) of no primitive."""
+        return np.flatnonzero(self.labels < 0)
+
+    def points(self, number: int) -> Indices:
+        """Return the points (k,) of a primitive.
+
+        Parameters
+        ----------
+        number : int
+            Its number among the primitives.
+        """
+        return np.flatnonzero(self.labels == checks.integer("number", number, 0, len(self.primitives) - 1))
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the primitives as plain lists and numbers, angles in radians: what the JSON file holds."""
+        return {
+            "noise": self.noise,
+            "unit": self.cloud.unit,
+            "primitives": [_plain(each) for each in self.primitives],
+            "bends": [list(each) for each in self.bends],
+            "labels": self.labels.tolist(),
+        }
+
+    def to_pyvista(self) -> pv.PolyData:
+        """Return the parts of the primitives within their extents as PyVista's; cells have a "primitive" and a "kind".
+
+        The latter is the number in the array "kinds" of the data set.
+        """
+        import pyvista as pv
+
+        parts = []
+        for k, each in enumerate(self.primitives):
+            part = each.to_pyvista()
+            part.cell_data["primitive"] = np.full(part.n_cells, k)
+            part.cell_data["kind"] = np.full(part.n_cells, KINDS.index(each.kind))
+            parts.append(part)
+        out = pv.merge(parts, merge_points=False) if parts else pv.PolyData()
+        out.field_data["kinds"] = np.array(KINDS)
+        return out
+
+    def save(self, path: str | Path) -> None:
+        """Write the primitives: `.json` (parameters, fits, labels) or `.vtp` (meshes, as by `to_pyvista`).
+
+        Raises
+        ------
+        ValueError
+            For another extension.
+        OSError
+            When a file cannot be written; an older one is then as it was.
+        """
+        path = checks.path("path", path)
+        suffix = path.suffix.lower()
+        if suffix not in (".vtp", ".json"):
+            raise ValueError(f"path must end in .vtp or .json, not {path.name!r}")
+        with draft(path) as place:
+            if suffix == ".vtp":
+                self.to_pyvista().save(place)
+            else:
+                place.write_text(json.dumps(self.as_dict(), indent=1))
+
+
+def _plain(primitive: Primitive) -> dict[str, Any]:
+    """Return a primitive and its fit as plain lists and numbers."""
+    out: dict[str, Any] = {"kind": primitive.kind}
+    for entry in fields(primitive):  # type: ignore[arg-type]
+        value = getattr(primitive, entry.name)
+        if entry.name != "fit":
+            out[entry.name] = np.asarray(value).tolist()
+    fit = primitive.fit
+    if fit is not None:
+        out["fit"] = {
+            "rms": fit.rms,
+            "count": fit.count,
+            "extent": fit.extent.tolist(),
+            "parameters": list(primitive.parameter_names),
+            "covariance": fit.covariance.tolist(),
+        }
+    return out

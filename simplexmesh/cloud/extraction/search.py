@@ -1,0 +1,116 @@
+"""One primitive after the other, the one of the most evidence first, out of what is left of a cloud."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from simplexmesh._base.progress import Report, _silent
+from simplexmesh._base.vectors import norm
+from simplexmesh.cloud.extraction.growth import ASLANT, SETTLED, WITHIN, Grown, deviation, fits, grown, grown_once
+from simplexmesh.cloud.extraction.patches import DOUBLINGS, LEAST, Limits, patch
+from simplexmesh.cloud.extraction.working import Working
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+BATCH = 12
+"""Seeds from which patches grow before the best is taken."""
+
+MISSED = 0.02
+"""Probability that a shape of the fewest points has no seed when the search ends."""
+
+MOST_SEEDS = 200
+"""Without a find, after which the search ends in any case."""
+
+TRIED = 3
+"""Best candidates that grow in full."""
+
+CONCENTRATED = 1.45
+"""Deviations of the noise that points within three of a primitive may have: spread evenly they have 1.73."""
+
+THICK = 0.05
+"""Noise in the size of a primitive's points, above which they are a lump."""
+
+TOGETHER = 0.5
+"""Share of the neighbors of a primitive's points that are on it too: of points that are by chance few are."""
+
+
+def found_one_by_one(work: Working, limits: Limits, rng: np.random.Generator, report: Report = _silent) -> list[Grown]:
+    """Return primitives with their points, which are of one primitive each."""
+    alive = np.ones(len(work.points), bool)
+    pool: list[Grown] = []
+    out: list[Grown] = []
+    barren, patience = 0, np.inf
+    while alive.sum() >= limits.fewest and barren < min(patience, MOST_SEEDS):
+        free = np.flatnonzero(alive)
+        able = free[work.smooth[free] & (alive[work.near[free]].mean(axis=1) > TOGETHER)]
+        if len(able) < limits.fewest:
+            break
+        patience = np.log(MISSED) / np.log1p(-min(limits.fewest / len(able), 0.9))
+        pool += hypotheses(work, alive, rng.choice(able, min(BATCH, len(able)), replace=False), limits)
+        barren += BATCH
+        pool.sort(key=lambda each: -each.evidence)
+        best = None
+        for each in pool[:TRIED]:
+            full = grown(work, each.primitive, alive, each.members, limits, rng)
+            if sound(work, full, limits, alive) and (best is None or full.evidence > best.evidence):
+                best = full
+        pool = pool[TRIED:]
+        if best is None:
+            continue
+        out.append(best)
+        report(0.1 + 0.7 * (1 - float(alive.mean())), "finding primitives")
+        barren = 0
+        alive[taken(work, best)] = False
+        pool = [each for each in (renewed(work, each, alive) for each in pool) if len(each.members) >= limits.fewest]
+    return out
+
+
+def hypotheses(work: Working, alive: NDArray[np.bool_], seeds: Indices, limits: Limits) -> list[Grown]:
+    """Return the primitives of patches about seeds that have grown once."""
+    free = np.flatnonzero(alive)
+    tree = cKDTree(work.points[free], balanced_tree=False, compact_nodes=False)
+    count = min(LEAST * 2**DOUBLINGS, len(free))
+    out = []
+    for seed in seeds:
+        near = free[tree.query(work.points[seed], k=count)[1]]
+        found = patch(work.points, work.normals, near, work.noise, limits)
+        if found is not None:
+            out.append(grown_once(work, found, alive, near[:LEAST]))
+    return [each for each in out if len(each.members) >= min(limits.fewest, LEAST) // 2]
+
+
+def sound(work: Working, found: Grown, limits: Limits, alive: NDArray[np.bool_]) -> bool:
+    """Return whether points are enough, and gather about the primitive."""
+    if len(found.members) < limits.fewest:
+        return False
+    shown, uneven = deviation(work, found.primitive, found.members), found.noise > work.noise
+    if shown > (SETTLED if uneven else CONCENTRATED) * found.noise:
+        return False
+    if found.noise > THICK * float(norm(np.ptp(work.points[found.members], axis=0))):
+        return False
+    if uneven and np.median(work.rough[found.members]) > found.noise:  # a bent surface is smooth all the same
+        return False
+    about = work.near[found.members, 1:].ravel()
+    distance, facing = fits(work, found.primitive, about)
+    left = alive[about]
+    close = (np.abs(distance) <= WITHIN * found.noise) & (facing >= ASLANT) & left
+    return float(close.sum()) >= TOGETHER * (len(about) if uneven else float(left.sum()))
+
+
+def taken(work: Working, found: Grown) -> Indices:
+    """Return the points of a find, and what is as near to it about them, whatever the normals."""
+    about = np.unique(work.near[found.members])
+    close = np.abs(fits(work, found.primitive, about)[0]) <= WITHIN * found.noise
+    return about[close]
+
+
+def renewed(work: Working, each: Grown, alive: NDArray[np.bool_]) -> Grown:
+    """Return a candidate with those of its points that are left."""
+    left = each.members[alive[each.members]]
+    share = len(left) / max(len(each.members), 1)
+    return replace(each, members=left, evidence=each.evidence * share)

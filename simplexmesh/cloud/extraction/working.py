@@ -1,0 +1,113 @@
+"""What extraction looks at: some points of the cloud about the origin and of unit size, their neighbors and normals."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from simplexmesh.numerics import _kernels_local_fits
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+MOST = 100_000
+"""Points that shapes are looked for in; all points are labelled in the end."""
+
+NEIGHBORS = 16
+"""Of each point, itself the first: over them shapes grow."""
+
+AROUND = 32
+"""Neighbors of normals where noise is large beside the distances between points."""
+
+NOISY = 0.3
+"""Noise in distances between points from which on normals have more neighbors."""
+
+SAMPLED = 3000
+"""Points whose surroundings tell the noise."""
+
+QUADRIC = 32
+"""Neighbors that a quadric is fitted to, to tell the noise."""
+
+FEW = 12
+"""... and to tell whether there is any: twice as many as a quadric has coefficients."""
+
+EXACT, EXACT_PLACES = 0.1, 0.25
+"""If in a share of places, the second, the deviation is less than this share of the usual one, there is no noise."""
+
+FLOOR = 1e-2
+"""Least noise in distances between points: what is below is the bend of the surface between them."""
+
+FLAT = 0.12
+"""Of the mean squared distance of neighbors, their variance from a plane: above they are no surface, but a volume."""
+
+
+@dataclass(frozen=True, eq=False)
+class Working:
+    """Points (n, 3) of unit size, neighbors (n, k), normals (n, 3), what is smooth, deviations from planes."""
+
+    points: Array
+    near: Indices
+    normals: Array
+    smooth: NDArray[np.bool_]
+    rough: Array
+    spacing: float
+    noise: float
+
+
+def working(points: Array, noise: float | None, rng: np.random.Generator) -> Working:
+    """Return what is looked at of points of unit size."""
+    if len(points) > MOST:
+        points = points[np.sort(rng.choice(len(points), MOST, replace=False))]
+    tree = cKDTree(points)
+    count = min(NEIGHBORS, len(points))
+    distance, near = tree.query(points, k=count, workers=-1)
+    spacing = float(np.median(distance[:, -1])) * np.sqrt(np.pi / count)
+    deviation = noise if noise is not None else max(measured_noise(points, tree, rng), FLOOR * spacing)
+    wide = near
+    if deviation > NOISY * spacing and len(points) > 2 * AROUND:
+        wide = tree.query(points, k=AROUND, workers=-1)[1]
+    normals, variance = np.empty_like(points), np.empty(len(points))
+    _kernels_local_fits.fit_planes(points, wide, normals, variance, np.empty_like(points))
+    spread = np.mean(np.square(points[wide] - points[:, None]).sum(axis=2), axis=1)
+    smooth = variance <= FLAT * spread
+    return Working(points, near, normals, smooth, np.sqrt(variance), spacing, deviation)
+
+
+def measured_noise(points: Array, tree: cKDTree, rng: np.random.Generator) -> float:
+    """Return the most frequent deviation of neighbors from a quadric: that of smooth places.
+
+    If it is next to nothing in many of the smallest places, points are exact, and what is seen in others is no noise.
+    """
+    some = points if len(points) <= SAMPLED else points[rng.choice(len(points), SAMPLED, replace=False)]
+    many = from_quadrics(points, tree, some, QUADRIC)
+    least = float(np.quantile(from_quadrics(points, tree, some, FEW), EXACT_PLACES))
+    usual = frequent(many)
+    return least if least < EXACT * usual else usual
+
+
+def from_quadrics(points: Array, tree: cKDTree, places: Array, count: int) -> Array:
+    """Return the deviation (m,) of the neighbors of places from a quadric through them."""
+    near = points[tree.query(places, k=min(count, len(points)), workers=-1)[1]]
+    apart = near - near.mean(axis=1, keepdims=True)
+    frames = np.linalg.eigh(apart.transpose(0, 2, 1) @ apart)[1]
+    z, x, y = np.moveaxis(apart @ frames, 2, 0)
+    size = np.maximum(np.hypot(x, y).max(axis=1, keepdims=True), 1e-300)
+    x, y = x / size, y / size
+    rows = np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], axis=2)
+    square = rows.transpose(0, 2, 1) @ rows + 1e-9 * np.eye(6)
+    fitted = np.linalg.solve(square, rows.transpose(0, 2, 1) @ z[..., None])
+    off = z - (rows @ fitted)[..., 0]
+    return np.sqrt((off**2).sum(axis=1) / (near.shape[1] - 6))
+
+
+def frequent(values: Array) -> float:
+    """Return the most frequent of positive values, by halving to the densest half of their logarithms."""
+    logs = np.sort(np.log(np.maximum(values, 1e-300)))
+    while len(logs) > 8:
+        half = (len(logs) + 1) // 2
+        start = int(np.argmin(logs[half - 1 :] - logs[: len(logs) - half + 1]))
+        logs = logs[start : start + half]
+    return float(np.exp(logs.mean()))

@@ -1,0 +1,112 @@
+"""Where a pipe goes on with another diameter on the same axis: it is found, and joined by a reducer."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplexmesh._base.vectors import cross, dot, norm, tangents
+from simplexmesh.cloud.pipes.chain import Chain
+from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
+from simplexmesh.cloud.pipes.tracing.tracking import SPREAD
+
+Array = NDArray[np.float64]
+
+AHEAD = 5.0
+"""Length behind the end of a pipe, in its radii, in which the next diameter is looked for: reducers are shorter."""
+
+NARROWEST, WIDEST = 0.3, 3.0
+"""Radii that may follow, over the present one."""
+
+SAME = 0.06
+"""Difference between radii, over the present one, that is none."""
+
+FACING = 0.9
+"""Cosine of the angle between normals and the direction from the axis of points on a coaxial pipe."""
+
+FEWEST = 60
+"""Points of a thinned cloud that tell a pipe: a length of one radius seen over a third of its turn has 130."""
+
+PEAKED = 0.04
+"""Deviation over the radius of the distances from the axis of points on one pipe."""
+
+COAXIAL, ALIGNED = 0.15, np.radians(3)
+"""Offset in radii, and angle, of axes that are taken for one."""
+
+TRIED = 14
+"""Places of each end of a reducer that are tried."""
+
+
+def next_radius(around: Surroundings, place: Array, direction: Array) -> tuple[float, Array] | None:
+    """Return the radius of the coaxial pipe behind an end, and a place on its axis; None if there is none."""
+    r = around.radius
+    at = around.near(place + 0.5 * AHEAD * r * direction, 0.5 * AHEAD * r + WIDEST * r)
+    away = around.points[at] - place
+    height = away @ direction
+    out = away - height[:, None] * direction
+    rho = norm(out)
+    fine = (height > 0) & (height < AHEAD * r) & (rho > NARROWEST * r) & (rho < WIDEST * r)
+    at, height, out, rho = at[fine], height[fine], out[fine], rho[fine]
+    facing = np.abs(dot(around.normals(at), out)) > FACING * rho
+    height, rho, flat = height[facing], rho[facing], out[facing] @ np.stack(tangents(direction)).T
+    best: tuple[int, float, Array] | None = None
+    for radius in r * np.arange(NARROWEST, WIDEST, PEAKED):
+        near = np.abs(rho - radius) < PEAKED * radius
+        if abs(radius / r - 1) < SAME or near.sum() < FEWEST or (best is not None and near.sum() <= best[0]):
+            continue
+        unit = flat[near] / rho[near, None]
+        moments = np.linalg.eigvalsh(unit.T @ unit)
+        if moments[0] > 2 * SPREAD * moments.sum():
+            best = int(near.sum()), float(np.median(rho[near])), place + float(np.median(height[near])) * direction
+    return None if best is None else best[1:]
+
+
+def joined(one: Chain, other: Chain) -> Chain | None:
+    """Return two chains as one whose radius changes where they meet; None if the axes there are not one."""
+    u, v = one.directions[-1], other.directions[0]
+    base = one.corners[-2]
+    offset = norm(cross(other.corners[0] - one.corners[-1], u))
+    if norm(cross(u, v)) > np.sin(ALIGNED) or u @ v < 0 or offset > COAXIAL * min(one.radii[-1], other.radii[0]):
+        return None
+    j = len(one.lengths) - 1
+    end, start = (one.corners[-1] - base) @ u, (other.corners[0] - base) @ u
+    gap = 0.02 * one.radii[-1]
+    if start < end + gap:  # both runs were traced a little too far
+        start, end = (start + end + gap) / 2, (start + end - gap) / 2
+    moved = other.changes + np.array([j, 0.0, 0.0])
+    moved[other.changes[:, 0] == 0, 1:] += (other.corners[0] - base) @ u
+    changes = np.concatenate([one.changes, [[j, end, start]], moved])
+    corners = np.concatenate([one.corners[:-1], other.corners[1:]])
+    bends, radii = (np.concatenate([getattr(c, name) for c in (one, other)]) for name in ("bend_radii", "radii"))
+    return Chain(corners, bends, radii, changes)
+
+
+def with_reducers(around: Surroundings, chain: Chain) -> Chain:
+    """Return a chain whose reducers start and end where the distances of points from the axis say."""
+    changes = chain.changes.copy()
+    for k, (segment, low, high) in enumerate(chain.changes):
+        j = int(segment)
+        small, large = sorted(chain.radii[k : k + 2])
+        middle, half = (low + high) / 2, (high - low) / 2 + 1.5 * large
+        at = around.near(chain.corners[j] + middle * chain.directions[j], half + large)
+        away = around.points[at] - chain.corners[j]
+        height = away @ chain.directions[j]
+        rho = norm(away - height[:, None] * chain.directions[j])
+        inside = (np.abs(height - middle) < half) & (rho > 0.8 * small) & (rho < 1.2 * large)
+        ends = np.linspace(middle - half, middle + half, 4 * TRIED)
+        costs = [
+            (_misfit(height[inside], rho[inside], chain.radii[k : k + 2], a, b), a, b)
+            for i, a in enumerate(ends)
+            for b in ends[i + 1 :]
+        ]
+        changes[k, 1:] = min(costs)[1:]
+    return replace(chain, changes=changes)
+
+
+def _misfit(height: Array, rho: Array, radii: Array, low: float, high: float) -> float:
+    """Return the robust mean distance of points from the profile of a reducer."""
+    off = rho - np.interp(height, [low, high], radii)
+    scale = 0.1 * float(radii.min())
+    return float((off**2 / (off**2 + scale**2)).mean())

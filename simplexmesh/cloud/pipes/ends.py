@@ -1,0 +1,135 @@
+"""Ends of chains: where their points end, also within a bend."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplexmesh._base.vectors import dot, normalized, tangents
+from simplexmesh.cloud.pipes.chain import Chain
+from simplexmesh.cloud.pipes.refining import BAND, SUPERFLUOUS, TIGHT, cheaper, near_surface
+from simplexmesh.cloud.pipes.tracing.surroundings import CELLS, Surroundings
+from simplexmesh.cloud.pipes.tracing.tracking import SPREAD
+
+Array = NDArray[np.float64]
+
+STUB = 1.5
+"""Length in radii of a straight behind the last bend that may be the last part of that."""
+
+MARGIN = 0.5
+"""Length in radii by which a bend is drawn out when it is fitted to points of a stub: a step of the trace."""
+
+MOST_ANGLE = np.radians(170)
+"""Of a bend at an end: at half a turn its corner is at infinity."""
+
+BEHIND, DENSE, BEHIND_FACING = 10, 0.3, 0.9
+"""Points behind a shadow, their share of the cells of the surface seen there, and how well they face, at least."""
+
+BEYOND = 2
+"""Points beyond an end, which may be strays."""
+
+
+def with_ends(around: Surroundings, chain: Chain, deviation: float, gap: float, *, bends: bool = False) -> Chain:
+    """Return the chain with ends where its points end; short straights behind bends may become parts of those.
+
+    With `bends` one more is looked for at each end, which also another diameter may look like.
+    """
+    for _ in range(2):
+        chain = _with_last_bend(around, chain) if bends else chain
+        chain = reversed_chain(_ended(around, _without_stub(around, chain), deviation, gap))
+    return chain
+
+
+def reversed_chain(chain: Chain) -> Chain:
+    """Return a chain from its end to its start."""
+    changes = chain.changes[::-1].copy()
+    for row in changes:
+        length = chain.lengths[int(row[0])]
+        row[:] = len(chain.lengths) - 1 - row[0], length - row[2], length - row[1]
+    return Chain(chain.corners[::-1], chain.bend_radii[::-1], chain.radii[::-1], changes)
+
+
+def _ended(around: Surroundings, chain: Chain, deviation: float, gap: float) -> Chain:
+    """Return a chain that ends where its points do: on the last straight, or in the bend before."""
+    at = near_surface(around, chain, max(TIGHT * deviation, 0.02 * around.radius))
+    if len(at) < 10:
+        return chain
+    station = np.sort(chain.station(chain.feet(around.points[at])))[-1 - BEYOND]
+    if station > chain.stations[-2]:
+        station = max(station, _behind_shadow(around, chain, deviation, gap))
+    bend_end = chain.stations[-2]
+    if station < bend_end and len(chain.bend_radii) and station > chain.stations[-3]:
+        return _bent(chain, (station - chain.stations[-3]) / chain.bend_radii[-1])
+    corners = chain.corners.copy()
+    corners[-1] += max(station - chain.stations[-1], bend_end - chain.stations[-1]) * chain.directions[-1]
+    return replace(chain, corners=corners)
+
+
+def _behind_shadow(around: Surroundings, chain: Chain, deviation: float, gap: float) -> float:
+    """Return the station to which the last straight is seen behind a shadow, too shortly for the trace to go there."""
+    r, along = float(chain.radii[-1]), chain.directions[-1]
+    start = float(chain.stations[-1])
+    reach = (gap + 1.0) * r
+    longer = replace(chain, corners=np.append(chain.corners[:-1], [chain.corners[-1] + reach * along], axis=0))
+    at = around.near(chain.corners[-1] + 0.5 * reach * along, 0.5 * reach + r)
+    points = around.points[at]
+    station = longer.station(longer.feet(points))
+    fine = (np.abs(longer.distance(points)) < max(TIGHT * deviation, 0.02 * r)) & (station > start + 0.1 * r)
+    fine &= np.abs(dot(around.normals(at), longer.gradient(points))) > BEHIND_FACING
+    fine &= station < start + reach
+    station, out = np.sort(station[fine]), longer.gradient(points[fine]) @ np.stack(tangents(along)).T
+    if len(station) < BEHIND or station[BEYOND] > start + gap * r:
+        return start
+    moments = np.linalg.eigvalsh(out.T @ out)
+    seen = station[-1 - BEYOND] - station[BEYOND]
+    usual = around.radius**-2 * CELLS**2 * np.pi * r  # cells on a half turn of the pipe, by length
+    dense = len(station) > DENSE * usual * max(seen, 0.1 * r)
+    return float(station[-1 - BEYOND]) if dense and moments[0] > 2 * SPREAD * moments.sum() else start
+
+
+def _without_stub(around: Surroundings, chain: Chain) -> Chain:
+    """Return a chain whose last bend takes the short straight behind it, if the points do not tell them apart."""
+    stub = float(np.diff(chain.limits[-1])[0])
+    if (
+        not len(chain.bend_radii)
+        or stub > STUB * chain.radii[-1]
+        or (chain.changes[:, 0] == len(chain.lengths) - 1).any()
+    ):
+        return chain
+    more = (stub + MARGIN * chain.radii[-1]) / chain.bend_radii[-1]
+    if chain.angles[-1] + more > MOST_ANGLE:
+        return chain
+    return cheaper(around, chain, _bent(chain, chain.angles[-1] + more), SUPERFLUOUS)
+
+
+def _with_last_bend(around: Surroundings, chain: Chain) -> Chain:
+    """Return a chain with one more bend at its end if that straight, too short to be traced, leaves its points."""
+    at = near_surface(around, chain, BAND * around.radius)
+    points = around.points[at]
+    r, along = float(chain.radii[-1]), chain.directions[-1]
+    last = chain.station(chain.feet(points)) > chain.stations[-1] - r
+    if last.sum() < BEHIND or np.diff(chain.limits[-1])[0] < 2 * r:
+        return chain
+    off = (chain.distance(points[last])[:, None] * chain.gradient(points[last])).mean(axis=0)
+    side = off - dot(off, along) * along
+    if not np.sqrt(dot(side, side)) > 0.01 * r:
+        return chain
+    corner = chain.corners[-1] - 0.5 * r * along
+    end = corner + r * normalized(along + 0.4 * normalized(side))
+    corners = np.concatenate([chain.corners[:-1], [corner, end]])
+    longer = replace(chain, corners=corners, bend_radii=np.append(chain.bend_radii, 2 * r)).fitting()
+    return cheaper(around, chain, longer, -SUPERFLUOUS)
+
+
+def _bent(chain: Chain, angle: float) -> Chain:
+    """Return a chain that ends with its last bend, which turns by an angle from where it starts."""
+    u, v, bend = chain.directions[-2], chain.directions[-1], chain.bend_radii[-1]
+    across = v - dot(v, u) * u
+    side = across / np.sqrt(dot(across, across))
+    reach = bend * np.tan(angle / 2)
+    corners = chain.corners.copy()
+    corners[-2] += (reach - chain.reaches[-1]) * u
+    corners[-1] = corners[-2] + reach * (1 + 1e-9) * (np.cos(angle) * u + np.sin(angle) * side)
+    return replace(chain, corners=corners)

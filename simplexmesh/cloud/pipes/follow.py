@@ -1,0 +1,180 @@
+"""Following a pipe both ways from a picked point."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.spatial import cKDTree
+
+from simplexmesh._base import checks
+from simplexmesh.cloud.pipes.chain import Chain
+from simplexmesh.cloud.pipes.diameters import joined, next_radius, with_reducers
+from simplexmesh.cloud.pipes.elements import elements_of
+from simplexmesh.cloud.pipes.ends import reversed_chain, with_ends
+from simplexmesh.cloud.pipes.line import PipeLine
+from simplexmesh.cloud.pipes.refining import refined, simplified
+from simplexmesh.cloud.pipes.tracing.segmenting import segmented
+from simplexmesh.cloud.pipes.tracing.start import Beginning, beginning
+from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
+from simplexmesh.cloud.pipes.tracing.tracking import JUMP
+from simplexmesh.data.conversion import as_points
+from simplexmesh.data.points import PointCloud
+
+MOST_CHANGES = 10
+"""Of the radius towards one end of a line."""
+
+NOISE = 3.5
+"""Deviations of the noise within which points are on a line: all but one in 2,000 of its own."""
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+
+def follow_pipe(
+    cloud: Any, pick: ArrayLike, *, radius: float | tuple[float, float] | None = None, gap: float = JUMP
+) -> PipeLine:
+    """Follow a pipe both ways from a picked point, through its bends and over shadows.
+
+    A cylinder is fitted to neighborhoods of the pick that grow as long as they lie on one. With its radius, points
+    moved inward along their normals lie on the axis, of straights and bends alike: the axis is traced through them,
+    then cut into straights and the bends that join them, and all elements are fitted together as one surface, whose
+    straights and bends are tangent by construction.
+
+    Parameters
+    ----------
+    cloud : PointCloud, (n, 3) array, or path
+        Points on the pipe and on what is around it.
+    pick : (3,) array of float
+        A point on a straight part of the pipe, or near one of its points.
+    radius : float or (float, float), optional
+        The radius of the pipe, if it is known, or its least and greatest.
+    gap : float
+        Longest shadow to jump over, in radii of the pipe; 0 for none.
+
+    Returns
+    -------
+    PipeLine
+        The elements in order, and the element of each point of the cloud.
+
+    Raises
+    ------
+    ValueError
+        No points near the pick, or no cylinder there.
+
+    References
+    ----------
+    T. Chaperon, thesis, Ecole des Mines de Paris, 2002, sections 3.2, 3.3 and 6.1.2.
+
+    Examples
+    --------
+    >>> import numpy as np, simplexmesh as sm
+    >>> turn, height = np.random.default_rng(0).uniform([0, 0], [2 * np.pi, 12], (6000, 2)).T
+    >>> line = sm.follow_pipe(np.stack([np.cos(turn), np.sin(turn), height], axis=1), pick=(1, 0, 6))
+    >>> [element.kind for element in line.elements]
+    ['straight']
+    """
+    data = PointCloud(cloud) if isinstance(cloud, np.ndarray) else as_points(cloud, "cloud")
+    place = checks.array("pick", pick, (3,))
+    limits = radius_limits(radius)
+    reach = checks.number("gap", gap, 0.0)
+    origin = data.bounds.mean(axis=0)
+    points = data.points - origin
+    tree = cKDTree(points, balanced_tree=False, compact_nodes=False)
+    found = beginning(tree, place - origin, limits)
+    chain, normal_matrix, deviation, stops = followed(found, reach, fixed_radius=limits[0] == limits[1])
+    return line_of(chain, tree, origin, normal_matrix, deviation, stops)
+
+
+def radius_limits(radius: float | tuple[float, float] | None) -> tuple[float, float]:
+    """Return the least and greatest radius that an argument allows."""
+    if radius is None:
+        return 0.0, np.inf
+    if np.ndim(radius) == 0:
+        known = checks.number("radius", radius, 0.0, open_low=True)
+        return known, known
+    low, high = checks.array("radius", radius, (2,))
+    if not 0 <= low < high:
+        raise ValueError(f"radius must be a number, or a least and a greater one, not {low:g} and {high:g}")
+    return float(low), float(high)
+
+
+def followed(
+    found: Beginning, gap: float, *, fixed_radius: bool = False
+) -> tuple[Chain, Array, float, tuple[str, str]]:
+    """Return the refined chain from a beginning, its normal matrix, the noise, and why it ends."""
+    chain, stops = run(found, gap, fixed_radius=fixed_radius)
+    around = found.around
+    if not fixed_radius:
+        for _ in range(2):  # towards the end, then towards the start
+            chain, stops = extended(around, chain, stops, gap)
+            chain, stops = reversed_chain(chain), stops[::-1]
+    if len(chain.radii) > 1:
+        chain = with_reducers(around, refined(around, chain)[0])
+    chain, normal_matrix, deviation = refined(around, chain, fixed_radius=fixed_radius)
+    ended = with_ends(around, chain, deviation, gap, bends=True)
+    if len(ended.bend_radii) != len(chain.bend_radii):
+        ended, normal_matrix, deviation = refined(around, ended, fixed_radius=fixed_radius)
+        ended = with_ends(around, ended, deviation, gap)
+    return ended, normal_matrix, deviation, stops
+
+
+def run(found: Beginning, gap: float, *, fixed_radius: bool = False) -> tuple[Chain, tuple[str, str]]:
+    """Return the chain of one radius from a beginning, and why it ends."""
+    track = found.track(gap)
+    chain = segmented(track, found.around.radius)
+    chain = simplified(found.around, chain, fixed_radius=fixed_radius)
+    chain, _, deviation = refined(found.around, chain, fixed_radius=fixed_radius)
+    chain = simplified(found.around, chain, fixed_radius=fixed_radius)
+    return with_ends(found.around, chain, deviation, gap), (track.stops[0], track.stops[1])
+
+
+def extended(around: Surroundings, chain: Chain, stops: tuple[str, str], gap: float) -> tuple[Chain, tuple[str, str]]:
+    """Return a chain and what goes on behind its end with other radii on its axis."""
+    for _ in range(MOST_CHANGES):
+        radius = float(chain.radii[-1])
+        there = around if abs(radius / around.radius - 1) < 0.1 else Surroundings(around.points, radius)
+        found = next_radius(there, chain.corners[-1], chain.directions[-1])
+        if found is None:
+            break
+        beginning = Beginning(Surroundings(around.points, found[0]), found[1], chain.directions[-1])
+        try:
+            more, ends = run(beginning, gap)
+        except ValueError:
+            break
+        longer = joined(chain, more)
+        if longer is None:
+            break
+        chain, stops = longer, (stops[0], ends[1])
+    return chain, stops
+
+
+def line_of(
+    chain: Chain, tree: cKDTree, origin: Array, normal_matrix: Array, deviation: float, stops: tuple[str, str]
+) -> PipeLine:
+    """Return the line of a chain with its points of the cloud, which is moved back to its place."""
+    points = np.asarray(tree.data)
+    at = on_line(chain, tree, deviation)
+    spread = deviation * np.sqrt(np.maximum(np.diagonal(np.linalg.pinv(normal_matrix, hermitian=True)), 0.0))
+    placed = replace(chain, corners=chain.corners + origin)
+    elements, owner = elements_of(placed, points[at] + origin, spread)
+    labels = np.full(len(points), -1)
+    labels[at] = owner
+    rms = float(np.sqrt((chain.distance(points[at]) ** 2).mean())) if len(at) else float("nan")
+    return PipeLine(elements, checks.frozen(labels), rms, stops, placed)
+
+
+def on_line(chain: Chain, tree: cKDTree, deviation: float) -> Indices:
+    """Return which points of the cloud are on a chain: within the noise of its surface, and between its ends."""
+    r = float(chain.radii.max())
+    places = chain.at(np.arange(0, chain.stations[-1] + r / 2, r / 2))[0]
+    lists = tree.query_ball_point(places, 1.2 * r + NOISE * deviation)
+    at = np.unique(np.concatenate([np.asarray(found, np.int64) for found in lists]))
+    points = np.asarray(tree.data)[at]
+    feet = chain.feet(points)
+    station = chain.station(feet)
+    inside = (station >= 0) & (station <= chain.stations[-1])
+    found: Indices = at[inside & (np.abs(chain.distance(points, feet)) < NOISE * deviation)]
+    return found

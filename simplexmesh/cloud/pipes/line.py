@@ -1,0 +1,136 @@
+"""What is found of pipes: elements in their order along a line, and their points."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplexmesh.cloud.pipes import saving, tube
+from simplexmesh.cloud.pipes.chain import Chain
+from simplexmesh.cloud.primitives import Primitive
+from simplexmesh.data.triangles import TriangleMesh
+from simplexmesh.mesh.duality import dual
+from simplexmesh.mesh.simplex_mesh import SimplexMesh
+
+if TYPE_CHECKING:
+    import pyvista as pv
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PipeElement:
+    """A part of a pipe line.
+
+    Attributes
+    ----------
+    kind : str
+        "straight", "bend", "reducer" or "tee".
+    start, end : (3,) array of float
+        Where the axis starts and ends; of a tee, where the axes of branch and run meet, and where the branch starts.
+    radius : float
+        Of the pipe; of a reducer at its start.
+    end_radius : float
+        Of the pipe at the end.
+    bend_radius, bend_angle : float or None
+        Of the axis of a bend, the angle in radians.
+    length : float
+        Along the axis.
+    primitive : Primitive
+        The cylinder, torus or cone, with the extent of the element.
+    deviations : dict of str to float
+        Standard deviations of "radius" and "bend_radius".
+
+    Examples
+    --------
+    >>> import numpy as np, simplexmesh as sm
+    >>> turn, height = np.random.default_rng(0).uniform([0, 0], [2 * np.pi, 12], (6000, 2)).T
+    >>> line = sm.follow_pipe(np.stack([np.cos(turn), np.sin(turn), height], axis=1), pick=(1, 0, 6))
+    >>> line.elements[0].kind, round(line.elements[0].radius, 3)
+    ('straight', 1.0)
+    """
+
+    kind: str
+    start: Array
+    end: Array
+    radius: float
+    end_radius: float
+    bend_radius: float | None
+    bend_angle: float | None
+    length: float
+    primitive: Primitive
+    deviations: dict[str, float]
+
+    def __repr__(self) -> str:
+        text = f"PipeElement({self.kind}, diameter {2 * self.radius:.6g}, length {self.length:.6g}"
+        if self.bend_angle is not None:
+            text += f", {np.degrees(self.bend_angle):.1f} degrees on radius {self.bend_radius:.6g}"
+        return text + ")"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PipeLine:
+    """A line of pipe: straights, bends and reducers, each tangent to the next one.
+
+    Attributes
+    ----------
+    elements : tuple of PipeElement
+        In order along the line.
+    labels : (n,) array of int
+        Element of each point of the cloud, -1 for those that are not on the line.
+    rms : float
+        Root mean square distance of the line's points.
+    stops : (str, str)
+        Why it ends where it does, at its start and its end: "end" of the points, "closed", or "length".
+
+    Examples
+    --------
+    >>> import numpy as np, simplexmesh as sm
+    >>> turn, height = np.random.default_rng(0).uniform([0, 0], [2 * np.pi, 12], (6000, 2)).T
+    >>> line = sm.follow_pipe(np.stack([np.cos(turn), np.sin(turn), height], axis=1), pick=(1, 0, 6))
+    >>> line
+    PipeLine(1 element, diameter 2, length 11.9...)
+    >>> line.mesh().n_holes
+    2
+    """
+
+    elements: tuple[PipeElement, ...]
+    labels: Indices
+    rms: float
+    stops: tuple[str, str]
+    chain: Chain
+
+    def __repr__(self) -> str:
+        count = len(self.elements)
+        sizes = ", ".join(f"{2 * r:.6g}" for r in self.chain.radii)
+        return f"PipeLine({count} element{'s' * (count != 1)}, diameter {sizes}, length {self.length:.6g})"
+
+    @property
+    def length(self) -> float:
+        """Length along the axis."""
+        return float(self.chain.stations[-1])
+
+    def distance(self, points: Any) -> Array:
+        """Return the signed distances (n,) of points (n, 3) from the line's surface, which goes on past its ends."""
+        return self.chain.distance(points)
+
+    def triangulated(self, edge: float | None = None) -> TriangleMesh:
+        """Return the tube in triangles with edges of about a length, by default 32 around; open at its ends."""
+        return TriangleMesh(*tube.swept(self.chain, edge))
+
+    def mesh(self, edge: float | None = None) -> SimplexMesh:
+        """Return the tube as a simplex mesh, ready to be deformed; open at its ends."""
+        return dual(self.triangulated(edge), outward=False)
+
+    def to_pyvista(self) -> pv.PolyData:
+        """Return the tube as PyVista's."""
+        return self.triangulated().to_pyvista()
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the elements to a file: all that is known of them as .json, a bill of materials as .csv."""
+        saving.save([self.elements], path)

@@ -1,0 +1,231 @@
+"""All pipe lines of a cloud: beginnings found by themselves, lines followed, branches joined to their runs."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Iterator
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from itertools import chain as chained
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from simplexmesh._base import checks
+from simplexmesh.cloud.extraction.extract import extract_primitives
+from simplexmesh.cloud.extraction.result import Extraction
+from simplexmesh.cloud.pipes import saving
+from simplexmesh.cloud.pipes.follow import NOISE, followed, line_of, on_line, radius_limits
+from simplexmesh.cloud.pipes.line import PipeElement, PipeLine
+from simplexmesh.cloud.pipes.seeds import likely_picks
+from simplexmesh.cloud.pipes.tees import with_tees
+from simplexmesh.cloud.pipes.tracing.start import Beginning, beginning
+from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
+from simplexmesh.cloud.pipes.tracing.tracking import JUMP
+from simplexmesh.cloud.primitives import Cylinder
+from simplexmesh.data.conversion import as_points
+from simplexmesh.data.points import PointCloud
+from simplexmesh.data.triangles import TriangleMesh
+from simplexmesh.mesh.duality import dual
+from simplexmesh.mesh.simplex_mesh import SimplexMesh
+
+if TYPE_CHECKING:
+    import pyvista as pv
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+Mask = NDArray[np.bool_]
+
+FAILURES = 40
+"""Picks in a row that lead to no pipe, after which there are no more."""
+
+ALIKE = 0.1
+"""Of a radius that is asked for: by how much a cylinder's may differ from it."""
+
+SOLID = ("plane", "sphere")
+"""Kinds of which no pipe is part: their points are set aside before lines are followed."""
+
+SHORTEST = 3.0
+"""Length of a line in radii: shorter ones may be parts of cones, spheres or edges."""
+
+FEWEST = 100
+"""Points of a line: those from which a cylinder is told (Chaperon 2002, 6.1.2)."""
+
+OWN = 0.5
+"""Share of a line's points, at least, that no line before it has."""
+
+PEAKED = 0.5
+"""Share of points within twice the noise of the surface among those within 0.3 radii, at least."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Plant:
+    """The pipe lines of a cloud.
+
+    Attributes
+    ----------
+    lines : tuple of PipeLine
+        The lines, those with more points first.
+    elements : tuple of PipeElement
+        Of all lines in order, then the tees, from the axis of a run to the start of its branch.
+    labels : (n,) array of int
+        Line of each point of the cloud, -1 for those of none.
+
+    Examples
+    --------
+    >>> import numpy as np, simplexmesh as sm
+    >>> turn, height = np.random.default_rng(0).uniform([0, 0], [2 * np.pi, 12], (6000, 2)).T
+    >>> sm.extract_pipes(np.stack([np.cos(turn), np.sin(turn), height], axis=1))
+    Plant(1 line, 1 element, 5,977 of 6,000 points)
+    """
+
+    lines: tuple[PipeLine, ...]
+    tees: tuple[PipeElement, ...]
+    labels: Indices
+
+    def __repr__(self) -> str:
+        lines, elements = len(self.lines), len(self.elements)
+        counts = f"{lines} line{'s' * (lines != 1)}, {elements} element{'s' * (elements != 1)}"
+        return f"Plant({counts}, {int((self.labels >= 0).sum()):,} of {len(self.labels):,} points)"
+
+    @property
+    def elements(self) -> tuple[PipeElement, ...]:
+        """All elements, line by line, then the tees."""
+        return (*(element for line in self.lines for element in line.elements), *self.tees)
+
+    def mesh(self, edge: float | None = None) -> SimplexMesh:
+        """Return the tubes of all lines as a simplex mesh, ready to be deformed."""
+        return dual(self._triangulated(edge), outward=False)
+
+    def to_pyvista(self) -> pv.PolyData:
+        """Return the tubes of all lines as PyVista's."""
+        return self._triangulated(None).to_pyvista()
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the elements to a file: all that is known of them as .json, a bill of materials as .csv."""
+        saving.save([line.elements for line in self.lines] + ([self.tees] if self.tees else []), path)
+
+    def _triangulated(self, edge: float | None) -> TriangleMesh:
+        parts = [line.triangulated(edge) for line in self.lines]
+        if not parts:
+            raise ValueError("the plant has no lines")
+        first = np.cumsum([0, *(len(part.vertices) for part in parts[:-1])])
+        faces = np.concatenate([part.faces + start for part, start in zip(parts, first, strict=True)])
+        return TriangleMesh(np.concatenate([part.vertices for part in parts]), faces)
+
+
+def extract_pipes(
+    cloud: Any,
+    *,
+    radius: float | tuple[float, float] | None = None,
+    gap: float = JUMP,
+    rng: int | np.random.Generator = 0,
+) -> Plant:
+    """Find all pipe lines of a cloud, follow each, and refine each as one surface with exact tangency.
+
+    The primitives of the cloud are found first, and the points of planes and spheres set aside. Lines are followed from
+    its cylinders, then from points whose neighbors' normals turn about one direction only. Branches whose axes meet that of a run are fitted again so that they meet it exactly.
+
+    Parameters
+    ----------
+    cloud : PointCloud, (n, 3) array, or path
+        Points.
+    radius : float or (float, float), optional
+        The radius of all pipes, or the least and the greatest.
+    gap : float
+        Longest shadow to jump over, in radii of the pipe.
+    rng : int or Generator
+        For the choice of picks.
+
+    Returns
+    -------
+    Plant
+        The lines, none where there is no pipe.
+
+    References
+    ----------
+    T. Chaperon, thesis, Ecole des Mines de Paris, 2002, sections 3.2, 3.3 and 7.2.
+
+    Examples
+    --------
+    >>> import numpy as np, simplexmesh as sm
+    >>> turn, height = np.random.default_rng(0).uniform([0, 0], [2 * np.pi, 12], (6000, 2)).T
+    >>> plant = sm.extract_pipes(np.stack([np.cos(turn), np.sin(turn), height], axis=1))
+    >>> [round(line.elements[0].radius, 3) for line in plant.lines]
+    [1.0]
+    """
+    data = PointCloud(cloud) if isinstance(cloud, np.ndarray) else as_points(cloud, "cloud")
+    limits, reach = radius_limits(radius), checks.number("gap", gap, 0.0)
+    generator = checks.generator("rng", rng)
+    scene = extract_primitives(data, rng=generator)
+    of_pipes = np.array([*(each.kind not in SOLID for each in scene.primitives), True])
+    kept = np.flatnonzero(of_pipes[scene.labels])
+    labels = np.full(len(data.points), -1)
+    if len(kept) < FEWEST:
+        return Plant((), (), checks.frozen(labels))
+    origin = data.bounds.mean(axis=0)
+    tree = cKDTree(data.points[kept] - origin, balanced_tree=False, compact_nodes=False)
+    taken = np.zeros(len(kept), bool)
+    in_cylinders = _in_cylinders(scene, kept, tree, origin, limits, taken)
+    in_cylinders = _in_cylinders(scene, kept, tree, origin, limits, taken)
+    starts = chained(in_cylinders, _picked(tree, limits, taken, scene.labels[kept] >= 0, generator))
+    lines, tees = with_tees(_lines(tree, origin, reach, starts, taken, fixed=limits[0] == limits[1]), tree, origin)
+    for k, line in enumerate(lines):
+        own = np.full(len(labels), -1)
+        own[kept] = line.labels
+        lines[k] = replace(line, labels=checks.frozen(own))
+        labels[(own >= 0) & (labels < 0)] = k
+    return Plant(tuple(lines), tuple(tees), checks.frozen(labels))
+
+
+def _in_cylinders(
+    scene: Extraction, kept: Indices, tree: cKDTree, origin: Array, limits: tuple[float, float], taken: Mask
+) -> Iterator[Beginning]:
+    """Yield beginnings in the middle of the cylinders of a scene, but for those whose points are taken."""
+    labels = scene.labels[kept]
+    for k, each in enumerate(scene.primitives):
+        if not isinstance(each, Cylinder) or each.extent is None or taken[labels == k].mean() > 1 - OWN:
+            continue
+        radius = float(np.clip(each.radius, *limits))
+        if abs(each.radius - radius) < ALIKE * radius:
+            middle = each.point + each.extent[1].mean() * each.axis - origin
+            yield Beginning(Surroundings(np.asarray(tree.data), radius), middle, each.axis)
+
+
+def _picked(
+    tree: cKDTree, limits: tuple[float, float], taken: Mask, explained: Mask, rng: np.random.Generator
+) -> Iterator[Beginning]:
+    """Yield beginnings at likely points that are not taken, nor explained by primitives, until many lead to none."""
+    taken |= explained
+    points, failures, found = np.asarray(tree.data), 0, 0
+    for pick in likely_picks(points, rng):
+        if taken[pick]:
+            continue
+        failures, found = (failures + 1, found) if taken.sum() == found else (1, int(taken.sum()))
+        if failures > FAILURES:
+            return
+        with suppress(ValueError, np.linalg.LinAlgError):
+            yield beginning(tree, points[pick], limits, patient=False)
+
+
+def _lines(
+    tree: cKDTree, origin: Array, gap: float, starts: Iterable[Beginning], taken: Mask, *, fixed: bool
+) -> list[PipeLine]:
+    """Return the lines that start somewhere, those with more points first; their points become taken."""
+    lines: list[PipeLine] = []
+    for start in starts:
+        try:
+            chain, normal_matrix, deviation, stops = followed(start, gap, fixed_radius=fixed)
+        except (ValueError, np.linalg.LinAlgError):
+            continue
+        at = on_line(chain, tree, deviation)
+        wide = on_line(chain, tree, 0.3 * float(chain.radii.min()) / NOISE)
+        short = chain.stations[-1] < SHORTEST * chain.radii.max()
+        peaked = len(on_line(chain, tree, 2 * deviation / NOISE)) > PEAKED * len(wide)
+        if short or not peaked or len(at) < FEWEST or (~taken[at]).mean() < OWN:
+            continue
+        taken[on_line(chain, tree, 2 * deviation)] = True
+        lines.append(line_of(chain, tree, origin, normal_matrix, deviation, stops))
+    return sorted(lines, key=lambda line: -int((line.labels >= 0).sum()))

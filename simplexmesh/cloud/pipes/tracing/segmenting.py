@@ -1,0 +1,238 @@
+"""Straights and bends of a traced axis: straight stretches, and where one bend cannot join two, one more between."""
+
+from __future__ import annotations
+
+import itertools
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplexmesh._base.vectors import cross, dot, norm, normalized
+from simplexmesh.cloud.pipes.chain import Chain, chain_of
+from simplexmesh.cloud.pipes.tracing.tracking import Track
+
+Array = NDArray[np.float64]
+
+STRAIGHT = 0.03
+"""Root mean square distance of traced places from the axis of a straight, in radii, as all lengths below."""
+
+LONG = 4.0
+"""Length from which a stretch is surely straight: one within the distance above has a bend radius of 20 at least."""
+
+SHORT = 1.5
+"""Length from which a stretch has a direction of its own."""
+
+BENT = 0.1
+"""Root mean square distance of traced places from a bend, whose plane follows from two axes alone."""
+
+LEAVES = 0.12
+"""Distance from the axis of the last straight at which the end of a track is a bend, until points tell otherwise."""
+
+APART = 0.6
+"""Distance between axes that a bend joins."""
+
+LEAST_TURN = np.radians(3)
+"""Angle between axes that are two: welds are straight within 1 or 2 degrees (Chaperon 2002, 3.1.3)."""
+
+TRIED = 40
+"""Bend radii that are tried for one bend."""
+
+
+class Straight(NamedTuple):
+    """A stretch of traced places, the first and the last, with a point and the direction of its axis."""
+
+    first: int
+    last: int
+    point: Array
+    direction: Array
+
+
+def segmented(track: Track, radius: float) -> Chain:
+    """Return the chain of straights and bends that a track follows."""
+    points, directions = track.points / radius, track.directions
+    straights = _long_stretches(points, directions)
+    if not straights:
+        k = len(points) // 2
+        straights = [Straight(k, k, points[k], directions[k])]
+    straights = _with_ends(straights, points, directions)
+    k = 0
+    while k < len(straights) - 1 and len(straights) < len(points):
+        more = _between(straights[k], straights[k + 1], points, directions)
+        if more is None:
+            k += 1
+        else:
+            straights.insert(k + 1, more)
+    return _chain(_without_superfluous(straights, points), points, radius)
+
+
+def bend_between(one: Straight, other: Straight, points: Array) -> tuple[Array, float, float] | None:
+    """Return corner, bend radius, and root mean square distance of the places between two straights from the best bend.
+
+    None where their axes do not meet between them.
+    """
+    u, v = one.direction, other.direction
+    turn = float(np.arctan2(norm(cross(u, v)), u @ v))
+    across = normalized(cross(u, v))
+    if turn < LEAST_TURN or turn > np.pi - LEAST_TURN:
+        return None
+    ahead, _behind, apart = np.linalg.solve(np.stack([u, v, across], axis=1), other.point - one.point)
+    corner = one.point + ahead * u + 0.5 * apart * across
+    start, end = (corner - points[one.first]) @ u, (points[other.last] - corner) @ v
+    room = min(start, end) / np.tan(turn / 2)
+    if abs(apart) > APART or room < 1:
+        return None
+    between = points[one.first : other.last + 1] - corner
+    inward, onward = normalized(v - u), normalized(u + v)
+    t, b, h = np.abs(between @ onward), between @ inward, between @ across
+    radii = np.geomspace(1.0, room, TRIED)[:, None]
+    depth = radii / np.cos(turn / 2)
+    on_arc = np.arctan2(t, depth - b) < turn / 2
+    off = np.where(on_arc, np.hypot(t, depth - b) - radii, t * np.sin(turn / 2) - b * np.cos(turn / 2))
+    inner = slice(one.last - one.first, len(between) - (other.last - other.first))
+    miss = np.sqrt((off**2 + h**2)[:, inner].mean(axis=1))
+    whole = (np.minimum(off**2, 4 * BENT**2)).mean(axis=1)  # of the straights too, which a bend too wide would cut
+    best = int(whole.argmin())
+    return corner, float(radii[best, 0]), float(miss[best])
+
+
+def _long_stretches(points: Array, directions: Array) -> list[Straight]:
+    """Return stretches that are surely straight, the longest first found, in their order."""
+    taken = np.zeros(len(points), bool)
+    found: list[Straight] = []
+    lasts = _farthest(points)
+    while True:
+        runs = [(norm(points[j] - points[i]), i, j) for i, j in enumerate(lasts) if not taken[i : j + 1].any()]
+        length, i, j = max(runs, default=(0.0, 0, 0))
+        if length < LONG:
+            return sorted(found, key=lambda straight: straight.first)
+        taken[i : j + 1] = True
+        found.append(_fitted(points, directions, i, j))
+        for k in range(len(lasts)):
+            if k < i <= lasts[k]:
+                lasts[k] = i - 1
+
+
+def _farthest(points: Array) -> list[int]:
+    """Return for each place the last one to which the stretch from it is straight."""
+    ones = np.concatenate([np.zeros((1, 3)), np.cumsum(points, axis=0)])
+    twos = np.concatenate([np.zeros((1, 3, 3)), np.cumsum(points[:, :, None] * points[:, None], axis=0)])
+    lasts, j = [], 0
+    for i in range(len(points)):
+        j = max(i, j)
+        while j + 1 < len(points):
+            n = j + 2 - i
+            mean = (ones[j + 2] - ones[i]) / n
+            moments = np.linalg.eigvalsh((twos[j + 2] - twos[i]) / n - np.outer(mean, mean))
+            if moments[0] + moments[1] > STRAIGHT**2:
+                break
+            j += 1
+        lasts.append(j)
+    return lasts
+
+
+def _fitted(points: Array, directions: Array, first: int, last: int) -> Straight:
+    """Return the straight through a stretch; through a short one with the mean of its directions."""
+    part = points[first : last + 1]
+    if norm(part[-1] - part[0]) < SHORT:
+        return Straight(first, last, part.mean(axis=0), normalized(directions[first : last + 1].mean(axis=0)))
+    axis = np.linalg.svd(part - part.mean(axis=0), full_matrices=False)[2][0]
+    return Straight(first, last, part.mean(axis=0), axis * np.sign(axis @ (part[-1] - part[0])))
+
+
+def _with_ends(straights: list[Straight], points: Array, directions: Array) -> list[Straight]:
+    """Return straights that begin and end with the track: where that is bent, with the directions at its ends."""
+    out = list(straights)
+    for end, known in ((0, out[0]), (len(points) - 1, out[-1])):
+        rest = points[: known.first] if end == 0 else points[known.last + 1 :]
+        off = norm(cross(rest - known.point, known.direction))
+        if len(rest) and off.max() > LEAVES:
+            straight = _run(points, directions, *((0, known.first - 1) if end == 0 else (known.last + 1, end)), end=end)
+            out = [straight, *out] if end == 0 else [*out, straight]
+    return out
+
+
+def _run(points: Array, directions: Array, low: int, high: int, end: int | None = None) -> Straight:
+    """Return the longest straight stretch among places, or that from an end of them on."""
+    lasts = np.array(_farthest(points[low : high + 1])) + low
+    firsts = np.arange(low, high + 1)
+    if end is not None:
+        if end == low:
+            return _fitted(points, directions, low, int(lasts[0]))
+        k = int(np.flatnonzero(lasts == high)[0])
+        return _fitted(points, directions, int(firsts[k]), high)
+    k = int(norm(points[lasts] - points[firsts]).argmax())
+    return _fitted(points, directions, int(firsts[k]), int(lasts[k]))
+
+
+def _between(one: Straight, other: Straight, points: Array, directions: Array) -> Straight | None:
+    """Return a straight that is needed between two, None where one bend joins them, or nothing can."""
+    low, high = one.last + 1, other.first - 1
+    if high < low or _collinear(one, other, points):
+        return None
+    bend = bend_between(one, other, points)
+    if bend is not None and bend[2] < BENT:
+        return None
+    run = _run(points, directions, low, high)
+    if norm(points[run.last] - points[run.first]) > 2 * SHORT:
+        return run
+    costs = []
+    for k in range(low, high + 1):
+        there = Straight(k, k, points[k], directions[k])
+        halves = bend_between(one, there, points), bend_between(there, other, points)
+        costs.append(sum(APART if half is None else half[2] for half in halves))
+    k = low + int(np.argmin(costs))
+    if bend is not None and costs[k - low] > bend[2]:
+        return None
+    return Straight(k, k, points[k], directions[k])
+
+
+def _collinear(one: Straight, other: Straight, points: Array) -> bool:
+    """Whether two straights are one, with all places between."""
+    part = points[one.first : other.last + 1]
+    turn = np.arccos(np.clip(one.direction @ other.direction, -1, 1))
+    off = norm(cross(part - part.mean(axis=0), normalized(part[-1] - part[0])))
+    return bool(turn < LEAST_TURN and np.sqrt((off**2).mean()) < BENT)
+
+
+def _without_superfluous(straights: list[Straight], points: Array) -> list[Straight]:
+    """Return straights without those that lie in one bend, and with those that go on in each other as one."""
+    out = list(straights)
+    k = 0
+    while k < len(out) - 1:
+        if _collinear(out[k], out[k + 1], points):
+            out[k : k + 2] = [_joined(out[k], out[k + 1], points)]
+            k = max(0, k - 1)
+        elif k > 0 and (bend := bend_between(out[k - 1], out[k + 1], points)) is not None and bend[2] < BENT / 2:
+            del out[k]
+            k = max(0, k - 1)
+        else:
+            k += 1
+    return out
+
+
+def _joined(one: Straight, other: Straight, points: Array) -> Straight:
+    """Return the straight of the places of two."""
+    part = np.concatenate([points[s.first : s.last + 1] for s in (one, other)])
+    axis = np.linalg.svd(part - part.mean(axis=0), full_matrices=False)[2][0]
+    return Straight(one.first, other.last, part.mean(axis=0), axis * np.sign(axis @ (part[-1] - part[0])))
+
+
+def _chain(straights: list[Straight], points: Array, radius: float) -> Chain:
+    """Return the chain of straights, with the best bends between them."""
+    corners, bends = [_onto(points[0], straights[0])], []
+    for one, other in itertools.pairwise(straights):
+        bend = bend_between(one, other, points)
+        if bend is None:
+            ends = points[one.last], points[other.first]
+            bend = (ends[0] + ends[1]) / 2, 1.0, 0.0
+        corners.append(bend[0])
+        bends.append(bend[1])
+    corners.append(_onto(points[-1], straights[-1]))
+    return chain_of(radius * np.array(corners), radius * np.array(bends), radius).fitting()
+
+
+def _onto(point: Array, straight: Straight) -> Array:
+    """Return the nearest point on the axis of a straight."""
+    out: Array = straight.point + dot(point - straight.point, straight.direction) * straight.direction
+    return out

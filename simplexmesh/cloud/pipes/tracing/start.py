@@ -1,0 +1,236 @@
+"""The first cylinder of a pipe at a picked point, from nested neighborhoods (Chaperon 2002, 3.2.2 and 6.1.2)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from simplexmesh._base.vectors import dot, norm
+from simplexmesh.cloud.fitting.solver import solve
+from simplexmesh.cloud.pipes.tracing import _kernels_normals
+from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
+from simplexmesh.cloud.pipes.tracing.tracking import Track, settled, traced
+from simplexmesh.cloud.primitives import Cylinder
+from simplexmesh.numerics.round_fits import across_normals, ball
+
+Array = NDArray[np.float64]
+
+FEWEST, MOST, FINEST = 100, 2000, 25
+"""Points of the smallest and the largest neighborhood, and the difference at which their bisection ends (6.1.2)."""
+
+RISE = 1.5
+"""How many times the mean error of smaller neighborhoods that of a larger one may be on one primitive (6.1.2)."""
+
+FITTED = 400
+"""Points of a neighborhood that are fitted to, at most: its error is that of all."""
+
+THIN, WIDE = 1e-3, 100.0
+"""Radii of cylinders over the size of their points: others are lines and flats."""
+
+EXACT = 1e-3
+"""Error in radii below which points are on a cylinder, however exactly fewer of them are."""
+
+NORMAL_NEIGHBORS = 20
+"""Of the planes in a neighborhood of 100 points; as large a share of larger ones."""
+
+
+OTHER_SIZES = (50, 100, 200, 400, 800)
+"""Points of neighborhoods that are tried where nested ones mislead: near walls, or among outliers."""
+
+LOCAL = 3.0
+"""Radii of the ball in which a first cylinder is fitted again, by points that face as it does."""
+
+FACING = 0.7
+"""Cosine of the angle between the normals of the cylinder and of its points."""
+
+ON = 0.2
+"""Distance in radii of the pick from the surface, at most."""
+
+SIDE, BAND, PEAKED = 1.0, 0.3, 0.6
+"""Chord from the pick and distance from the surface, in radii, of points that are compared; the share of those within
+a third of the distance, at least: of points of planes that cut the surface it is a third."""
+
+FAR = 3.0
+"""Times the size of the neighborhood of its nearest point that a pick may be away from it."""
+
+
+@dataclass
+class Beginning:
+    """A place on the axis of a pipe, its direction, and what is around it."""
+
+    around: Surroundings
+    point: Array
+    direction: Array
+
+    def track(self, gap: float) -> Track:
+        """Return the axis both ways."""
+        found = traced(self.around, self.point, self.direction, jump=gap)
+        if found is None:
+            raise ValueError("pick must be on a pipe, but no points gather on the axis of the cylinder there")
+        return found
+
+
+def beginning(tree: cKDTree, place: Array, limits: tuple[float, float], *, patient: bool = True) -> Beginning:
+    """Return the beginning at a picked place with a radius within limits, or say why there is none.
+
+    A patient one tries other neighborhoods where nested ones mislead.
+    """
+    points = np.asarray(tree.data)
+    distance, nearest = tree.query(place)
+    size = float(tree.query(points[nearest], k=[min(FEWEST, len(points))])[0][0])
+    if distance > FAR * size:
+        apart = "which all have one position" if size == 0 else f"whose neighborhood of {FEWEST} is {size:.3g} wide"
+        raise ValueError(f"pick must be on the cloud: its nearest point, {apart}, is {distance:.3g} away")
+    seen: list[float] = []
+    for cylinder in _candidates(tree, points[nearest], OTHER_SIZES if patient else ()):
+        found = _confirmed(tree, points[nearest], cylinder, limits)
+        if found is not None and limits[0] * 0.9 <= found.radius <= limits[1] * 1.1:
+            known = limits[0] if limits[0] == limits[1] else found.radius
+            return Beginning(Surroundings(points, known), found.point, found.axis)
+        seen += [] if found is None else [found.radius]
+    if seen:
+        raise ValueError(f"radius must be that of the pipe at pick, about {seen[0]:.4g}")
+    raise ValueError("pick must be on a pipe, but no cylinder fits the points around it")
+
+
+def _candidates(tree: cKDTree, place: Array, sizes: tuple[int, ...]) -> Iterator[Cylinder]:
+    """Yield cylinders around a place, the most trustworthy first."""
+    first = first_cylinder(tree, place)
+    if first is not None:
+        yield first[0]
+    points = np.asarray(tree.data)
+    for size in sizes:
+        cylinder = free_cylinder(points[tree.query(place, k=[*range(1, min(size, len(points)) + 1)])[1]])
+        if cylinder is not None:
+            yield cylinder
+
+
+def _confirmed(tree: cKDTree, place: Array, cylinder: Cylinder, limits: tuple[float, float]) -> Cylinder | None:
+    """Return a cylinder fitted again to the points around a place that face as it does; None if they are not on one."""
+    if not 0.5 * limits[0] <= cylinder.radius <= 2 * limits[1]:
+        return None
+    for _ in range(2):
+        near = np.asarray(tree.data)[tree.query_ball_point(place, LOCAL * cylinder.radius)]
+        if len(near) < FEWEST // 4:
+            return None
+        around = Surroundings(near, cylinder.radius)
+        on_axis = cylinder.point + ((place - cylinder.point) @ cylinder.axis) * cylinder.axis
+        step = settled(around, on_axis, cylinder.axis)
+        if step is None:
+            return None
+        cylinder = _refitted(around, Cylinder(step.point, step.direction, cylinder.radius))
+        if not 0.5 < cylinder.radius / around.radius < 2:
+            return None
+    off = abs(float(cylinder.distance(place[None])[0]))
+    if off > ON * cylinder.radius or not _is_peaked(around, cylinder, place):
+        return None
+    return cylinder.centered(place[None])
+
+
+def _is_peaked(around: Surroundings, cylinder: Cylinder, place: Array) -> bool:
+    """Whether points near a surface gather on it, as those of planes that cut it do not."""
+    away = around.points - place
+    near = norm(away - np.outer(away @ cylinder.axis, cylinder.axis)) < SIDE * cylinder.radius
+    near &= np.abs(away @ cylinder.axis) < cylinder.radius
+    off = np.abs(cylinder.distance(around.points[near])) / cylinder.radius
+    return bool((off < BAND / 3).sum() > PEAKED * (off < BAND).sum())
+
+
+def _refitted(around: Surroundings, cylinder: Cylinder) -> Cylinder:
+    """Return a cylinder of least distance from points near it that face as it does."""
+    every = np.arange(len(around.points))
+    for scale in (0.1, 0.05):
+        off = np.abs(cylinder.distance(around.points))
+        at = every[(off < 3 * scale * cylinder.radius)]
+        at = at[np.abs(dot(around.normals(at), cylinder.gradient(around.points[at]))) > FACING]
+        if len(at) < 10:
+            return cylinder
+        try:
+            cylinder = solve(cylinder, around.points[at], loss_scale=scale * cylinder.radius)[0]
+        except (ValueError, np.linalg.LinAlgError):
+            return cylinder
+    return cylinder
+
+
+def nested(fitted: Callable[[int], tuple[Any, float]], most: int) -> tuple[Any, float, int] | None:
+    """Return the fit, error and size of the largest neighborhood whose error is that of smaller ones.
+
+    Sizes double until the error rises above 1.5 times the mean of those accepted, then the last interval is bisected
+    (Chaperon 2002, 6.1.2, with the mean taken over accepted errors only: rejected ones would raise it until
+    contaminated sizes pass).
+    """
+    accepted: list[float] = []
+    best: tuple[Any, float, int] | None = None
+
+    def passes(size: int) -> bool:
+        nonlocal best
+        primitive, error = fitted(size)
+        good = primitive is not None and (not accepted or error < RISE * float(np.mean(accepted)))
+        if good:
+            accepted.append(error)
+            if best is None or size > best[2]:
+                best = primitive, error, size
+        return good
+
+    sizes = [min(FEWEST, most)]
+    while sizes[-1] < most:
+        sizes.append(min(2 * sizes[-1], most))
+    low = high = sizes[0]
+    for high in sizes:
+        if not passes(high):
+            break
+        low = high
+    while best is not None and high - low >= FINEST:
+        middle = (low + high) // 2
+        low, high = (middle, high) if passes(middle) else (low, middle)
+    return best
+
+
+def free_cylinder(points: Array) -> Cylinder | None:
+    """Return the cylinder fitted to points (n, 3) that lie on one, from their normals' plane; None of a flat."""
+    middle, size = points.mean(axis=0), float(norm(points - points.mean(axis=0)).max())
+    if not size > 0:
+        return None
+    unit = (points - middle) / size
+    normals = local_normals(unit)
+    frame = across_normals(normals)
+    center, radius = ball(unit @ frame[:2].T)
+    if not THIN < radius < WIDE:
+        return None
+    start = Cylinder(center @ frame[:2], frame[2], radius)
+    try:
+        found = solve(start, unit)[0]
+    except (ValueError, np.linalg.LinAlgError):
+        return None
+    if not THIN < found.radius < WIDE:
+        return None
+    return Cylinder(middle + size * found.point, found.axis, size * found.radius)
+
+
+def local_normals(points: Array) -> Array:
+    """Return normals (n, 3), of either sign, of planes through neighbors among points of one neighborhood."""
+    count = min(len(points), max(NORMAL_NEIGHBORS, len(points) // 12))
+    near = cKDTree(points).query(points, k=[*range(1, count + 1)])[1]
+    normals = np.zeros_like(points)
+    _kernels_normals.fill_normals(points, near, normals)
+    return normals
+
+
+def first_cylinder(tree: cKDTree, place: Array) -> tuple[Cylinder, float, int] | None:
+    """Return the cylinder around a place, its error, and how many nearest points are on it."""
+    points = np.asarray(tree.data)
+    near = points[tree.query(place, k=[*range(1, min(MOST, len(points)) + 1)])[1]]
+
+    def fitted(size: int) -> tuple[Cylinder | None, float]:
+        at = near[:size]
+        cylinder = free_cylinder(at[:: -(-size // FITTED)])
+        if cylinder is None:
+            return None, float("inf")
+        return cylinder, max(float(np.sqrt((cylinder.distance(at) ** 2).mean())), EXACT * cylinder.radius)
+
+    return nested(fitted, len(near))

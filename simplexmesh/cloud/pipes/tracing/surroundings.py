@@ -1,0 +1,59 @@
+"""A cloud thinned to the detail that a pipe of one radius needs, with normals of what is looked at."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from simplexmesh.cloud.pipes.tracing import _kernels_normals
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+CELLS = 8
+"""Cells of the thinned cloud in a radius: points of a cell lie on one side of the pipe, nearly in a plane."""
+
+NEIGHBORS = 32
+"""Of a plane fit: as many cells as half a radius around a point has on a flat surface."""
+
+
+class Surroundings:
+    """Means of the points in cells, and planes through their neighbors, fitted where they are first asked for.
+
+    Directions that an axis may have do not depend on how dense the scan is: a dense one is averaged, a sparse one kept.
+    """
+
+    def __init__(self, points: Array, radius: float) -> None:
+        self.radius = radius
+        self.points = thinned(points, 2.0 ** np.floor(np.log2(radius / CELLS)))
+        self.tree = cKDTree(self.points, balanced_tree=False, compact_nodes=False)
+        self._normals = np.zeros_like(self.points)
+        self._known = np.zeros(len(self.points), bool)
+
+    def near(self, place: Array, reach: float) -> Indices:
+        """Return which points are within reach of a place."""
+        return np.array(self.tree.query_ball_point(place, reach), dtype=np.int64)
+
+    def normals(self, at: Indices) -> Array:
+        """Return unit normals (k, 3), of either sign, of some of the points."""
+        new = at[~self._known[at]]
+        if len(new):
+            count = min(NEIGHBORS, len(self.points))
+            near = self.tree.query(self.points[new], k=[*range(1, count + 1)], distance_upper_bound=self.radius / 2)[1]
+            found = (near < len(self.points)).sum(axis=1)
+            near = np.take_along_axis(near, np.arange(count) % found[:, None], axis=1)  # those found, again and again
+            fitted = np.zeros((len(new), 3))
+            _kernels_normals.fill_normals(self.points, near, fitted)
+            self._normals[new], self._known[new] = fitted, True
+        return self._normals[at]
+
+
+def thinned(points: Array, cell: float) -> Array:
+    """Return the means of the points in each cell of a grid."""
+    key = np.floor((points - points.min(axis=0)) / cell).astype(np.int64)
+    size = key.max(axis=0) + 1
+    number = (key[:, 0] * size[1] + key[:, 1]) * size[2] + key[:, 2]
+    _, index, count = np.unique(number, return_inverse=True, return_counts=True)
+    index = index.ravel()
+    return np.stack([np.bincount(index, points[:, k]) for k in range(3)], axis=1) / count[:, None]

@@ -1,0 +1,296 @@
+"""Tracing the axis of a pipe of known radius: the points, moved inward along their normals by the radius, lie on it.
+
+On straights and bends alike, whatever the bend radius; those of walls and of other pipes do not gather. This is the
+propagation of Chaperon (2002, 3.2) with its half-balls, stop tests and jumps over shadows, but on points of the axis.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from simplexmesh._base.vectors import cross, dot, norm, normalized, tangents
+from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
+from simplexmesh.numerics.round_fits import ball
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+STEP = 0.5
+"""Length of a step, in radii; all lengths below are in radii."""
+
+SLAB = 0.8
+"""Half the length of the part of the pipe in which the axis is fitted: a parabola follows the tightest bend so far."""
+
+WINDOWS = (0.5, 0.3, 0.2, 0.15)
+"""Deviations of the weights about the axis, from that within which it is foreseen to that of noisy normals."""
+
+SLANT = 0.6
+"""Cosine between normals and the axis that points may have: that of the parts of the tightest bend in a slab."""
+
+SPREAD = 0.05
+"""Least eigenvalue of the normals' moments over their sum: that of an arc of 45 degrees; that of a wall is 0."""
+
+ROUND = 0.15
+"""The same of an arc of 85 degrees, which tells its radius."""
+
+RING = 0.5
+"""Distance from the axis within which points moved inward by a wrong radius are."""
+
+SUPPORT = 0.2
+"""Points on a step, as a share of those usual on the line so far."""
+
+WIDER = 0.08
+"""Change of the radius at which another diameter begins."""
+
+JUMP = 5.0
+"""Shadow that is jumped over (Chaperon 2002, 3.2.5)."""
+
+SEEN = 1.5
+"""Pipe that must be seen behind a shadow."""
+
+SECANT = 0.4
+"""Distance between axes that are taken to meet."""
+
+SLIGHT = np.radians(10)
+"""Turn across a shadow up to which it may be the error of the directions on its two sides."""
+
+BACK = 3
+"""Steps before a shadow whose axis may go on behind it: the last ones are drawn from one side only."""
+
+MOST_TURN = np.radians(110)
+"""Of the direction across a shadow."""
+
+MOST_STEPS = 20_000
+"""Of a line."""
+
+
+class Step(NamedTuple):
+    """A place on the axis."""
+
+    point: Array
+    direction: Array
+    support: float  # points around it
+    spread: float  # of their normals about the axis
+    excess: float  # of the radius of the circle around it, over the radius foreseen
+
+
+@dataclass
+class Track:
+    """Steps along the axis from one end to the other, and why it ends there."""
+
+    steps: list[Step]
+    stops: list[str] = field(default_factory=lambda: ["end", "end"])
+
+    @property
+    def points(self) -> Array:
+        """(n, 3) on the axis."""
+        return np.array([step.point for step in self.steps])
+
+    @property
+    def directions(self) -> Array:
+        """(n, 3) along the axis."""
+        return np.array([step.direction for step in self.steps])
+
+
+def traced(around: Surroundings, point: Array, direction: Array, *, jump: float = JUMP) -> Track | None:
+    """Return the track of a pipe both ways from a place on its axis; None if there is no pipe of this radius."""
+    first = settled(around, point, direction)
+    if first is None:
+        return None
+    ways = [_followed(around, [first._replace(direction=sign * first.direction)], jump) for sign in (1.0, -1.0)]
+    back = [step._replace(direction=-step.direction) for step in reversed(ways[1][0][1:])]
+    return Track([*back, *ways[0][0]], [ways[1][1], ways[0][1]])
+
+
+def settled(around: Surroundings, point: Array, direction: Array) -> Step | None:
+    """Return the step nearest to a place that is not quite on the axis."""
+    step: Step | None = None
+    for _ in range(4):
+        step = located(around, point, direction)
+        if step is None or step.spread < SPREAD:
+            return None
+        point, direction = step.point, step.direction
+    return step
+
+
+def located(around: Surroundings, point: Array, direction: Array) -> Step | None:
+    """Return the step at a foreseen place: the axis there, as a parabola through the moved points."""
+    r = around.radius
+    at = around.near(point, 1.7 * r)
+    if len(at) < 6:
+        return None
+    normals, away = around.normals(at), around.points[at] - point
+    out = away - np.outer(away @ direction, direction)
+    normals = np.where(dot(normals, out) < 0, -1.0, 1.0)[:, None] * normals
+    moved = away - r * normals
+    along = moved @ direction
+    frame = np.stack(tangents(direction))
+    aside = moved @ frame.T
+    fine = (np.abs(along) < SLAB * r) & (np.abs(normals @ direction) < SLANT) & (norm(aside) < 0.8 * r)
+    if fine.sum() < 6:
+        return None
+    along, aside, normals, out = along[fine] / r, aside[fine] / r, normals[fine], out[fine]
+    powers = np.stack([np.ones_like(along), along, along**2], axis=1)
+    bend = np.zeros((3, 2))
+    for window in WINDOWS:
+        off = aside - powers @ bend
+        weight = np.exp(-dot(off, off) / (2 * window**2))
+        heavy = powers * weight[:, None]
+        ridge = np.diag([1e-6, 0.02, 0.1]) * (1e-9 + weight.sum())
+        bend = np.linalg.solve(heavy.T @ powers + ridge, heavy.T @ aside)
+    here = weight * (np.abs(along) < STEP)
+    support = float(here.sum())
+    if support < 4:
+        return None
+    flat = normals @ frame.T
+    moments = np.linalg.eigvalsh((flat * here[:, None]).T @ flat)
+    center, spread = point + r * bend[0] @ frame, float(moments[0] / moments.sum())
+    ring = (norm(off) < RING) & (np.abs(along) < STEP)
+    excess = _excess((out @ frame.T - powers @ bend)[ring], flat[ring])
+    return Step(center, normalized(direction + bend[1] @ frame), support, spread, excess)
+
+
+def _excess(rim: Array, normals: Array) -> float:
+    """Return by how much the circle through points (n, 2) is wider than 1; 0 if they do not tell."""
+    if len(rim) < 10:
+        return 0.0
+    moments = np.linalg.eigvalsh(normals.T @ normals)
+    return ball(rim)[1] - 1 if moments[0] > ROUND * moments.sum() else 0.0
+
+
+def _followed(around: Surroundings, steps: list[Step], jump: float) -> tuple[list[Step], str]:
+    """Return steps on from the last one, over shadows, and why they end."""
+    r = around.radius
+    while len(steps) < MOST_STEPS:
+        last = steps[-1]
+        step = located(around, last.point + STEP * r * last.direction, last.direction)
+        if step is not None and _goes_on(steps, step, r):
+            if len(steps) > 20 and norm(np.array([s.point for s in steps[:-10]]) - step.point).min() < STEP * r / 2:
+                return steps, "closed"
+            steps.append(step)
+            continue
+        beyond = _beyond(around, steps, jump)
+        if not beyond:
+            return steps, "end"
+        steps.extend(beyond)
+    return steps, "length"
+
+
+def _goes_on(steps: list[Step], step: Step, r: float) -> bool:
+    """Whether a step is on the same pipe as those before."""
+    last = steps[-1]
+    usual = float(np.median([s.support for s in steps[-20:]]))
+    onward = (step.point - last.point) @ last.direction
+    wider = step.excess - _usual_excess(steps)
+    return bool(
+        abs(wider) < WIDER
+        and step.support > SUPPORT * usual
+        and step.spread > SPREAD
+        and 0.5 * STEP * r < onward < 2 * STEP * r
+        and step.direction @ last.direction > np.cos(np.radians(45))
+    )
+
+
+def _usual_excess(steps: list[Step]) -> float:
+    """Return by how much the pipe is wider than foreseen, so far."""
+    return float(np.median([s.excess for s in steps[-20:]]))
+
+
+def _beyond(around: Surroundings, steps: list[Step], jump: float) -> list[Step]:
+    """Return the steps on the pipe behind a shadow, as far as it is seen there; none if it ends here."""
+    if jump <= 0:
+        return []
+    r, last = around.radius, steps[-1]
+    center = last.point + 0.5 * (jump + SEEN) * r * last.direction
+    at = around.near(center, (0.5 * (jump + SEEN) + 1.5) * r)
+    ahead = (around.points[at] - last.point) @ last.direction
+    at = at[ahead > 0]
+    if len(at) > 3000:
+        at = np.random.default_rng(0).choice(at, 3000, replace=False)
+    found: list[tuple[float, list[Step]]] = []
+    for place, direction in _gatherings(around, at, last):
+        if any(norm(np.array([s.point for s in part]) - place).min() < r for _, part in found):
+            continue
+        step = settled(around, place, direction)
+        usual = float(np.median([s.support for s in steps[-20:]]))
+        if step is None or step.support < SUPPORT * usual or abs(step.excess - _usual_excess(steps)) > WIDER:
+            continue
+        step = _onward(step, last)
+        if step is None or not any(_meets(before, step, r, jump) for before in steps[-BACK:]):
+            continue
+        part = _seen(around, step, last)
+        away = float(norm(part[0].point - last.point))
+        if len(part) * STEP >= SEEN and away < (jump + 2 * STEP) * r:
+            found.append((away, part))
+    return min(found, key=lambda pair: pair[0])[1] if found else []
+
+
+def _gatherings(around: Surroundings, at: Indices, last: Step) -> list[tuple[Array, Array]]:
+    """Return places where points moved inward gather, and the directions in which they do, the densest first."""
+    if len(at) < 20:
+        return []
+    r, normals = around.radius, around.normals(at)
+    moved = np.concatenate([around.points[at] - r * normals, around.points[at] + r * normals])
+    ahead = (moved - last.point) @ last.direction
+    moved = moved[ahead > -r]
+    tree = cKDTree(moved)
+    counts = tree.query_ball_point(moved, 0.2 * r, return_length=True)
+    out: list[tuple[Array, Array]] = []
+    free = np.ones(len(moved), bool)
+    for k in np.argsort(-counts):
+        if not free[k] or counts[k] < 6:
+            continue
+        free[tree.query_ball_point(moved[k], 1.0 * r)] = False
+        near = moved[tree.query_ball_point(moved[k], 0.6 * r)]
+        values, axes = np.linalg.eigh(np.cov(near.T))
+        if values[2] > 1.5 * values[1]:
+            out.append((moved[tree.query_ball_point(moved[k], 0.2 * r)].mean(axis=0), axes[:, 2]))
+        if len(out) == 12:
+            break
+    return out
+
+
+def _onward(step: Step, last: Step) -> Step | None:
+    """Return a step turned away from the last one; None if it lies across."""
+    way = normalized(step.point - last.point)
+    sign = float(np.sign(step.direction @ way))
+    if abs(step.direction @ way) < 0.2 or sign * (step.direction @ last.direction) < np.cos(MOST_TURN):
+        return None
+    return step._replace(direction=sign * step.direction)
+
+
+def _meets(last: Step, step: Step, r: float, jump: float) -> bool:
+    """Whether one straight or one bend can join two steps: their axes meet between them (constraint of 3.2.5)."""
+    between = step.point - last.point
+    turn = np.arccos(np.clip(last.direction @ step.direction, -1, 1))
+    if turn < SLIGHT:  # where axes meet is uncertain
+        middle = normalized(last.direction + step.direction)
+        off = norm(between - (between @ middle) * middle)
+        return bool(off < SECANT * r + 0.5 * np.tan(turn / 2) * norm(between) + 0.05 * norm(between))
+    across = normalized(cross(last.direction, step.direction))
+    ahead, behind = np.linalg.solve(np.stack([last.direction, step.direction, across], axis=1), between)[:2]
+    if abs(between @ across) > SECANT * r + 0.03 * norm(between):
+        return False
+    return bool(min(ahead, behind) > 0.5 * r * np.tan(turn / 2) and max(ahead, behind) < 2 * (jump + SEEN) * r)
+
+
+def _seen(around: Surroundings, step: Step, last: Step) -> list[Step]:
+    """Return the steps around one behind a shadow, from the shadow on for some radii."""
+    r = around.radius
+    ways = []
+    for sign in (-1.0, 1.0):
+        steps = [step._replace(direction=sign * step.direction)]
+        while len(steps) < 12:
+            ahead = located(around, steps[-1].point + STEP * r * steps[-1].direction, steps[-1].direction)
+            if ahead is None or not _goes_on(steps, ahead, r):
+                break
+            if sign < 0 and (ahead.point - last.point) @ last.direction < 0.5 * STEP * r:
+                break
+            steps.append(ahead)
+        ways.append(steps)
+    return [s._replace(direction=-s.direction) for s in reversed(ways[0][1:])] + ways[1]

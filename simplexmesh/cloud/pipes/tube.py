@@ -1,0 +1,57 @@
+"""Tubes around the axes of chains, in triangles."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplexmesh._base.vectors import cross, normalized, tangents
+from simplexmesh.cloud.pipes.chain import Chain
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+AROUND = 32
+"""Vertices of a ring, by default."""
+
+LEAST_AROUND = 6
+"""Vertices of a ring whose edges are longer than the pipe is wide."""
+
+
+def swept(chain: Chain, edge: float | None) -> tuple[Array, Indices]:
+    """Return vertices and triangles of the surface of a chain, in rings across its axis that do not twist."""
+    turn = 2 * np.pi * float(chain.radii.max())
+    size = turn / AROUND if edge is None else edge
+    around = max(LEAST_AROUND, round(turn / size))
+    stations = _stations(chain, size)
+    points, along = chain.at(stations)
+    radius = chain.radius_at(chain.feet(points))[0]
+    u = _untwisted(along)
+    angle = np.linspace(0, 2 * np.pi, around, endpoint=False)[None, :, None]
+    out = np.cos(angle) * u[:, None] + np.sin(angle) * cross(along, u)[:, None]
+    vertices = (points[:, None] + radius[:, None, None] * out).reshape(-1, 3)
+    index = np.arange(len(stations) * around).reshape(len(stations), around)
+    next_around = np.roll(index, -1, axis=1)
+    a, b, c, d = index[:-1], next_around[:-1], next_around[1:], index[1:]
+    faces = np.concatenate([np.stack([a, b, c], axis=-1), np.stack([a, c, d], axis=-1)]).reshape(-1, 3)
+    return vertices, faces
+
+
+def _stations(chain: Chain, size: float) -> Array:
+    """Return where rings are: at the ends of all pieces, and between them at steps of about a size."""
+    changes = [chain.stations[2 * int(j)] + np.array([a, b]) - chain.limits[int(j), 0] for j, a, b in chain.changes]
+    marks = np.unique(np.concatenate([chain.stations, *changes]))
+    marks = marks[np.append(True, np.diff(marks) > 0.05 * size)]
+    steps = [np.linspace(a, b, max(1, round((b - a) / size)), endpoint=False) for a, b in itertools.pairwise(marks)]
+    return np.append(np.concatenate(steps), chain.stations[-1])
+
+
+def _untwisted(along: Array) -> Array:
+    """Return a direction across each of a sequence of directions, each the one before turned with the axis."""
+    out = np.zeros_like(along)
+    out[0] = tangents(along[0])[0]
+    for k in range(1, len(along)):
+        out[k] = normalized(out[k - 1] - (out[k - 1] @ along[k]) * along[k])
+    return out

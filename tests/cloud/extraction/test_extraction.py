@@ -1,0 +1,170 @@
+"""Extraction of primitives: random scenes, motions, scales and orders of points, files, refusals."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+import pyvista as pv
+from scipy.spatial.transform import Rotation
+
+import simplexmesh as sm
+from simplexmesh._base.vectors import norm
+from tests.cloud.extraction.small import NOISE, scene
+from tests.cloud.scenes.scoring import score
+
+
+@pytest.fixture(scope="module")
+def small():
+    return scene(0)
+
+
+@pytest.fixture(scope="module")
+def found(small):
+    return sm.extract_primitives(small.points)
+
+
+def by_kind(extraction):
+    return sorted((each.kind, *each._shape) for each in extraction.primitives)
+
+
+def test_random_scenes_are_found():
+    scores = []
+    for seed in range(4):
+        truth = scene(seed)
+        out = sm.extract_primitives(truth.points)
+        scores.append(score(out.primitives, out.labels, truth, 100))
+    assert np.mean([each.recall for each in scores]) >= 0.9
+    assert np.mean([each.precision for each in scores]) >= 0.9
+    assert np.median([each.index for each in scores]) > 0.93
+    assert np.nanmedian([each.radius for each in scores]) < 0.01
+    assert np.nanmedian([each.bend_radius for each in scores]) < 0.05
+
+
+def test_noise_and_distances_are_told(small, found):
+    assert found.noise == pytest.approx(NOISE, rel=0.25)
+    for k, each in enumerate(found.primitives):
+        distance = each.distance(small.points[found.labels == k])
+        assert np.sqrt(np.mean(distance**2)) == pytest.approx(each.rms)
+        assert each.rms < 2 * NOISE
+        assert each.fit.count == (found.labels == k).sum() == len(found.points(k))
+        assert np.isfinite(each.covariance).all()
+        assert (np.diff(each.extent) > 0).all()
+
+
+def test_most_points_come_first_and_leftovers_are_the_rest(found):
+    counts = [each.fit.count for each in found.primitives]
+    assert counts == sorted(counts, reverse=True)
+    assert sum(counts) + len(found.leftovers) == len(found.labels)
+    assert (found.labels[found.leftovers] == -1).all()
+
+
+def test_deviation_of_a_radius_is_as_the_covariance_says():
+    rng = np.random.default_rng(1)
+    wrong = []
+    for _ in range(12):
+        way = rng.normal(size=(2000, 3))
+        points = way / norm(way)[:, None] * (1 + rng.normal(0, 0.01, (2000, 1)))
+        (ball,) = sm.extract_primitives(points, kinds="sphere").primitives
+        wrong.append((ball.radius - 1) / np.sqrt(ball.covariance[3, 3]))
+    assert 0.4 < np.sqrt(np.mean(np.square(wrong))) < 2.2
+
+
+def test_bends_are_tangent_to_their_pipes(found):
+    assert len(found.bends) == 1
+    (torus, *pipes) = found.bends[0]
+    torus = found.primitives[torus]
+    for pipe in (found.primitives[k] for k in pipes):
+        foot = pipe.point + ((torus.center - pipe.point) @ pipe.axis) * pipe.axis
+        assert pipe.radius == torus.tube_radius
+        assert norm(foot - torus.center) == pytest.approx(torus.radius, abs=1e-9)
+        assert pipe.axis @ torus.axis == pytest.approx(0, abs=1e-9)
+
+
+def test_same_result_for_same_rng(small, found):
+    again = sm.extract_primitives(small.points, rng=0)
+    np.testing.assert_array_equal(again.labels, found.labels)
+    assert repr(again.primitives) == repr(found.primitives)
+
+
+def test_motion_and_scale_move_and_scale_the_result(small, found):
+    turned = Rotation.from_rotvec([0.3, -1, 0.5]).as_matrix()
+    moved = sm.extract_primitives(1000 * (small.points @ turned.T + [5, -7, 2]))
+    assert (moved.labels == found.labels).mean() > 0.99
+    for one, other in zip(found.primitives, moved.primitives, strict=True):
+        assert other.kind == one.kind
+        if one.kind not in ("plane", "cone"):
+            np.testing.assert_allclose(np.array(other._shape), 1000 * np.array(one._shape), rtol=0.01)
+
+
+def test_order_of_points_does_not_matter(small, found):
+    order = np.random.default_rng(5).permutation(len(small.points))
+    other = sm.extract_primitives(small.points[order])
+    assert (other.labels >= 0).mean() == pytest.approx((found.labels >= 0).mean(), abs=0.01)
+    for (kind, *one), (same, *two) in zip(by_kind(found), by_kind(other), strict=True):
+        assert kind == same
+        np.testing.assert_allclose(one, two, rtol=0.02)
+
+
+def test_large_clouds_are_labelled_like_their_samples(monkeypatch, small):
+    monkeypatch.setattr("simplexmesh.cloud.extraction.working.MOST", 5000)
+    out = sm.extract_primitives(small.points)
+    assert len(out.labels) == len(small.points)
+    assert score(out.primitives, out.labels, small, 100).index > 0.9
+
+
+def test_only_wanted_kinds_and_radii_are_found(small):
+    assert {each.kind for each in sm.extract_primitives(small.points, kinds="plane").primitives} == {"plane"}
+    thin = sm.extract_primitives(small.points, kinds=("sphere", "cylinder"), greatest_radius=0.11)
+    assert len(thin) >= 2
+    assert all(each.radius <= 0.11 for each in thin.primitives)
+
+
+def test_duplicates_are_labelled_too(small, found):
+    twice = sm.extract_primitives(np.concatenate([small.points, small.points[:100]]))
+    np.testing.assert_array_equal(twice.labels[-100:], twice.labels[:100])
+    assert len(twice.labels) == len(small.points) + 100
+
+
+def test_files_hold_what_was_found(tmp_path, found):
+    found.save(tmp_path / "shapes.json")
+    read = json.loads((tmp_path / "shapes.json").read_text())
+    assert [each["kind"] for each in read["primitives"]] == [each.kind for each in found.primitives]
+    assert read["labels"] == found.labels.tolist()
+    ring = next(k for k, each in enumerate(found.primitives) if each.kind == "torus")
+    assert read["primitives"][ring]["tube_radius"] == found.primitives[ring].tube_radius
+    found.save(tmp_path / "shapes.vtp")
+    mesh = pv.read(tmp_path / "shapes.vtp")
+    assert set(mesh.cell_data["primitive"]) == set(range(len(found)))
+    with pytest.raises(ValueError, match=r"must end in \.vtp or \.json"):
+        found.save(tmp_path / "shapes.txt")
+
+
+def test_shown_as_text_and_table(found):
+    assert "1 torus in" in repr(found)
+    assert "<table>" in found._repr_html_()
+    assert "no primitives in" in repr(sm.extract_primitives(np.random.default_rng(0).normal(size=(200, 3))))
+
+
+@pytest.mark.parametrize(
+    ("points", "given", "words"),
+    [
+        (np.eye(4, 3), {}, "at least 24 different points"),
+        (np.ones((1000, 3)), {}, "at least 24 different points, not 1"),
+        (np.linspace(0, 1, 300)[:, None] * [1.0, 2, 3], {}, "on a line"),
+        (np.full((50, 3), np.nan), {}, "finite"),
+        (np.random.default_rng(0).normal(size=(50, 3)), {"kinds": ("ball",)}, "kinds must be one of"),
+        (np.random.default_rng(0).normal(size=(50, 3)), {"kinds": ()}, "kinds must name"),
+        (np.random.default_rng(0).normal(size=(50, 3)), {"noise": -1.0}, "noise"),
+        (np.random.default_rng(0).normal(size=(50, 3)), {"fewest": 3}, "fewest"),
+        (
+            np.random.default_rng(0).normal(size=(50, 3)),
+            {"least_radius": 2, "greatest_radius": 1},
+            "above least_radius",
+        ),
+    ],
+)
+def test_bad_input_is_refused_in_a_sentence(points, given, words):
+    with pytest.raises(ValueError, match=words):
+        sm.extract_primitives(points, **given)

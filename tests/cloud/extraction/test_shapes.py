@@ -1,0 +1,125 @@
+"""Extraction of one shape, of none, and of exact points; the steps by themselves."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+
+import simplexmesh as sm
+from simplexmesh._base.vectors import norm
+from simplexmesh.cloud.extraction.growth import connected, evidence, fits
+from simplexmesh.cloud.extraction.patches import Limits, patch
+from simplexmesh.cloud.extraction.result import KINDS
+from simplexmesh.cloud.extraction.working import frequent, working
+from simplexmesh.cloud.primitives import Cone, Cylinder, Fit, Plane, Sphere, Torus
+
+TURN = (-np.pi, np.pi)
+SHAPES = {
+    "plane": (Plane([1, 2, 3], [1, 1, 1]), ((-1, 1), (-2, 2))),
+    "sphere": (Sphere([1, 0, -2], 2.0), (TURN, (-np.pi / 2, np.pi / 2))),
+    "cylinder": (Cylinder([0, 1, 0], [1, 2, 0], 0.7), (TURN, (-2, 2))),
+    "cone": (Cone([0, 0, 1], [0, 1, 1], 0.4), (TURN, (0.5, 3))),
+    "torus": (Torus([3, 0, 0], [0, 1, 2], 2.0, 0.6), (TURN, TURN)),
+}
+
+
+def made(kind, count=3000, noise=0.0, seed=0):
+    rng = np.random.default_rng(seed)
+    shape, ends = SHAPES[kind]
+    shape = shape.with_fit(Fit(0.0, 0.0, np.zeros((1, 1)), np.array(ends, float), 0))
+    points = shape.sample(count, rng=rng)
+    return shape, points + shape.gradient(points) * rng.normal(0, noise, (count, 1))
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.01])
+@pytest.mark.parametrize("kind", SHAPES)
+def test_one_shape_is_found_as_what_it_is(kind, noise):
+    shape, points = made(kind, noise=noise)
+    out = sm.extract_primitives(points)
+    assert [each.kind for each in out.primitives] == [kind]
+    assert len(out.leftovers) < 0.02 * len(points)
+    np.testing.assert_allclose(out.primitives[0]._shape, shape._shape, rtol=0.02 if noise else 1e-6)
+
+
+@pytest.mark.parametrize("scale", [1e-9, 1e6])
+def test_unit_does_not_matter(scale):
+    _, points = made("cylinder", noise=0.01)
+    (one,) = sm.extract_primitives(points * scale + 100 * scale).primitives
+    assert one.radius == pytest.approx(0.7 * scale, rel=0.02)
+
+
+@pytest.mark.parametrize("draw", ["uniform", "normal"])
+def test_a_cloud_without_surfaces_has_next_to_no_primitives(draw):
+    points = getattr(np.random.default_rng(3), draw)(size=(4000, 3))
+    assert (sm.extract_primitives(points).labels >= 0).mean() < 0.05
+
+
+def test_two_layers_are_two_planes():
+    rng = np.random.default_rng(0)
+    flat = np.column_stack([rng.uniform(0, 1, (10_000, 2)), np.repeat([0, 0.05], 5000) + rng.normal(0, 0.003, 10_000)])
+    out = sm.extract_primitives(flat)
+    assert [each.kind for each in out.primitives] == ["plane", "plane"]
+    heights = sorted(float(each.point[2]) for each in out.primitives)
+    np.testing.assert_allclose(heights, [0, 0.05], atol=0.001)
+
+
+def test_a_plane_in_two_pieces_is_one():
+    rng = np.random.default_rng(0)
+    left = np.column_stack([rng.uniform(0, 1, (2000, 2)), rng.normal(0, 0.003, 2000)])
+    out = sm.extract_primitives(np.concatenate([left, left[::-1] + np.array([1.5, 0, 0])]))
+    assert [each.kind for each in out.primitives] == ["plane"]
+    assert out.primitives[0].fit.count > 3900
+
+
+@pytest.mark.parametrize("kind", SHAPES)
+def test_noise_is_measured(kind):
+    _, points = made(kind, 4000, noise=0.01)
+    assert working(points, None, np.random.default_rng(0)).noise == pytest.approx(0.01, rel=0.25)
+    assert working(points, 0.5, np.random.default_rng(0)).noise == 0.5
+
+
+def test_the_most_frequent_value_is_that_of_the_larger_crowd():
+    rng = np.random.default_rng(0)
+    values = np.concatenate([rng.normal(1, 0.05, 600), rng.uniform(2, 40, 400)])
+    assert frequent(values) == pytest.approx(1, abs=0.1)
+
+
+@pytest.mark.parametrize("kind", SHAPES)
+def test_a_patch_grows_into_what_its_surroundings_are(kind):
+    shape, points = made(kind, noise=0.003)
+    work = working(points, None, np.random.default_rng(0))
+    limits, tree, tried = Limits(KINDS, (0.0, np.inf), 50), cKDTree(points), []
+    for seed in range(6):
+        near = tree.query(points[seed], k=400)[1]
+        found = patch(work.points, work.normals, near, work.noise, limits)
+        if found is not None:
+            tried.append(np.quantile(np.abs(found.distance(points[near])), 0.9) / work.noise)
+    assert min(tried) < 2
+    assert np.abs(shape.distance(points)).max() < 6 * work.noise
+
+
+@pytest.mark.parametrize("kind", SHAPES)
+def test_kernel_tells_distances_and_angles_as_the_primitives_do(kind):
+    shape, points = made(kind, 500, noise=0.1)
+    work = working(points, 0.1, np.random.default_rng(0))
+    distance, facing = fits(work, shape, np.arange(500))
+    np.testing.assert_allclose(distance, shape.distance(points), atol=1e-12)
+    np.testing.assert_allclose(facing, np.abs((shape.gradient(points) * work.normals).sum(axis=1)), atol=1e-12)
+
+
+def test_connected_points_stop_at_gaps():
+    rng = np.random.default_rng(0)
+    left = np.column_stack([rng.uniform(0, 1, (1000, 2)), np.zeros(1000)])
+    work = working(np.concatenate([left, left + np.array([3, 0, 0])]), 0.01, rng)
+    reached = connected(work, Plane([0, 0, 0], [0, 0, 1]), np.ones(2000, bool), np.array([5]), 0.03)
+    np.testing.assert_array_equal(reached, np.arange(1000))
+    assert not len(connected(work, Plane([0, 0, 1], [0, 0, 1]), np.ones(2000, bool), np.array([5]), 0.03))
+
+
+def test_evidence_is_greatest_for_the_noise_there_is():
+    shape, points = made("sphere", 2000, noise=0.02)
+    work = working(points, 0.01, np.random.default_rng(0))
+    near = np.flatnonzero(norm(points - shape.center) > 0)
+    values = {noise: evidence(work, shape, near, noise) for noise in (0.01, 0.015, 0.02, 0.03, 0.04)}
+    assert max(values, key=values.get) == 0.02

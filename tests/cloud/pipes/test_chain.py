@@ -1,0 +1,128 @@
+"""Chains: distances, derivatives, tangency, ends, motions."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from scipy.spatial import cKDTree
+from scipy.spatial.transform import Rotation
+
+from simplexmesh.cloud.pipes.chain import Chain, chain_of
+from simplexmesh.cloud.pipes.elements import elements_of, meeting
+from simplexmesh.cloud.pipes.ends import reversed_chain
+from tests.cloud.pipes.lines import random_chain
+
+CORNERS = np.array([[0, 0, 0], [10, 0, 1], [10, 8, 2], [18, 8, 3.0]])
+PLAIN = chain_of(CORNERS, [3.0, 2.0], 1.0)
+REDUCED = Chain(CORNERS, np.array([3.0, 2.0]), np.array([1.0, 0.6]), np.array([[1, 4.0, 5.0]]))
+both = pytest.mark.parametrize("chain", [PLAIN, REDUCED], ids=["plain", "reduced"])
+
+
+def around(chain, count=1000, seed=0):
+    """Points about the axis, nearer to it than the bends' centers."""
+    rng = np.random.default_rng(seed)
+    return chain.at(rng.uniform(-1, chain.stations[-1] + 1, count))[0] + rng.normal(0, 0.4, (count, 3))
+
+
+def test_feet_are_the_nearest_of_dense_samples():
+    points = around(PLAIN)
+    samples = PLAIN.at(np.arange(-4, PLAIN.stations[-1] + 4, 1e-3))[0]
+    near = cKDTree(samples).query(points)[0]
+    exact = np.linalg.norm(points - PLAIN.feet(points).foot, axis=1)
+    assert (exact <= near + 1e-12).all()
+    assert_allclose(exact, near, atol=1e-5)
+
+
+def test_stations_are_lengths_along_the_axis():
+    lengths = np.linspace(0, PLAIN.stations[-1], 20_001)
+    axis, along = PLAIN.at(lengths)
+    assert_allclose(np.linalg.norm(np.diff(axis, axis=0), axis=1), np.diff(lengths), rtol=1e-6)
+    assert_allclose(PLAIN.station(PLAIN.feet(axis)), lengths, atol=1e-9)
+    assert_allclose(np.diff(axis, axis=0) / np.diff(lengths)[:, None], along[:-1], atol=1e-3)
+
+
+@both
+def test_derivatives_are_difference_quotients(chain):
+    points, h = around(chain), 1e-6
+    steps = [
+        (chain.stepped(h * e).distance(points) - chain.stepped(-h * e).distance(points)) / (2 * h)
+        for e in np.eye(chain.derivatives(points).shape[1])
+    ]
+    assert_allclose(chain.derivatives(points), np.stack(steps, axis=1), atol=1e-7)
+
+
+@both
+def test_gradients_are_difference_quotients(chain):
+    points = around(chain)
+    steps = [(chain.distance(points + h) - chain.distance(points - h)) / 2e-6 for h in 1e-6 * np.eye(3)]
+    assert_allclose(chain.gradient(points), np.stack(steps, axis=1), atol=1e-7)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_elements_meet_tangentially_after_any_step(seed):
+    rng = np.random.default_rng(seed)
+    chain = random_chain(rng)
+    count = chain.derivatives(np.zeros((1, 3))).shape[1]
+    moved = chain.stepped(0.05 * rng.normal(size=count))
+    elements, _ = elements_of(moved, moved.at(np.linspace(0, moved.stations[-1], 50))[0], np.zeros(count))
+    assert len(elements) == 13
+    for one, other in itertools.pairwise(elements):
+        assert max(meeting(one, other)) < 1e-11
+    for element in elements[1::2]:
+        for neighbor in (elements[0], elements[2]) if element is elements[1] else ():
+            away = element.primitive.center - neighbor.start
+            axis = neighbor.primitive.axis
+            assert_allclose(np.linalg.norm(away - (away @ axis) * axis), element.bend_radius, rtol=1e-12)
+
+
+def test_tangency_is_seen_when_it_is_missing():
+    elements, _ = elements_of(PLAIN, PLAIN.at([1.0, 8.0, 14.0])[0], np.zeros(20))
+    turned = replace(elements[1], primitive=replace(elements[1].primitive, axis=elements[1].primitive.axis + 0.01))
+    assert meeting(elements[0], elements[1])[1] < 1e-12
+    assert meeting(elements[0], turned)[1] > 1e-3
+
+
+def test_primitives_of_elements_are_the_surface():
+    elements, labels = elements_of(REDUCED, (points := around(REDUCED)), np.zeros(20))
+    inside = (REDUCED.station(REDUCED.feet(points)) > 0) & (
+        REDUCED.station(REDUCED.feet(points)) < REDUCED.stations[-1]
+    )
+    assert [element.kind for element in elements] == [
+        "straight",
+        "bend",
+        "straight",
+        "reducer",
+        "straight",
+        "bend",
+        "straight",
+    ]
+    for k, element in enumerate(elements):
+        here = inside & (labels == k)
+        assert here.sum() > 5
+        assert_allclose(element.primitive.distance(points[here]), REDUCED.distance(points[here]), atol=1e-9)
+
+
+def test_bends_are_kept_as_wide_as_the_pipe_and_off_each_other():
+    tight = Chain(CORNERS, np.array([0.1, 20.0]), np.array([1.0]), np.zeros((0, 3))).fitting()
+    assert tight.bend_radii[0] >= 1.0 - 1e-12
+    assert (np.diff(tight.limits, axis=1) > -1e-9).all()
+
+
+@both
+def test_reversal_keeps_the_surface(chain):
+    points = around(chain)
+    assert_allclose(reversed_chain(chain).distance(points), chain.distance(points), atol=1e-12)
+    assert_allclose(reversed_chain(reversed_chain(chain)).changes, chain.changes, atol=1e-12)
+
+
+@both
+def test_motions_and_scales_move_along(chain):
+    turn, shift, scale = Rotation.random(random_state=1).as_matrix(), np.array([3.0, -2.0, 5.0]), 7.0
+    changes = chain.changes * [1, scale, scale]
+    moved = Chain(scale * chain.corners @ turn.T + shift, scale * chain.bend_radii, scale * chain.radii, changes)
+    points = around(chain)
+    assert_allclose(moved.distance(scale * points @ turn.T + shift), scale * chain.distance(points), atol=1e-10)

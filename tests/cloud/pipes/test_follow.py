@@ -1,0 +1,244 @@
+"""Pipes followed from one pick: bends of all radii, shadows, diameters, walls, ends; what is refused; what is saved."""
+
+from __future__ import annotations
+
+import csv
+import json
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from scipy.spatial.transform import Rotation
+
+import simplexmesh as sm
+from simplexmesh.cloud.pipes.chain import Chain, chain_of
+from simplexmesh.cloud.pipes.elements import meeting
+from simplexmesh.cloud.pipes.tracing.segmenting import segmented
+from simplexmesh.cloud.pipes.tracing.tracking import Step, Track
+from tests.cloud.pipes.lines import random_line, sampled, unit
+from tests.cloud.scenes.line_scoring import line_score
+from tests.cloud.scenes.piping import pipe_line
+
+
+def elbow(ratio, angle=90.0, radius=1.0, straight=10.0):
+    """Straight, bend, straight, of a bend radius in radii and an angle in degrees."""
+    turn = np.radians(angle)
+    reach = radius * ratio * np.tan(turn / 2)
+    corner = np.array([straight * radius + reach, 0, 0])
+    along = np.array([np.cos(turn), np.sin(turn), 0])
+    corners = [np.zeros(3), corner, corner + (straight * radius + reach) * along]
+    return chain_of(corners, [radius * ratio], radius)
+
+
+def followed(chain, *, noise=0.01, arc=360.0, seed=0, hidden=(0.0, 0.0), station=3.0, **options):
+    """What is found of a chain seen within an arc, but not between two stations, from a pick at another one."""
+    rng = np.random.default_rng(seed)
+    points, s = sampled(chain, rng, 30.0, noise, np.array([0.3, -0.2, 1.0]) / 1.063, arc)
+    seen = (s < hidden[0]) | (s > hidden[1])
+    points, s = points[seen], s[seen]
+    return sm.follow_pipe(points, points[np.abs(s - station).argmin()], **options)
+
+
+class TestBends:
+    """Protocol P8: straight, elbow, straight."""
+
+    @pytest.mark.parametrize("noise", [0.01, 0.04])
+    @pytest.mark.parametrize("arc", [200.0, 360.0])
+    @pytest.mark.parametrize("ratio", [1.25, 1.5, 2.0, 3.0, 6.0])
+    def test_of_all_radii_are_followed(self, ratio, arc, noise):
+        line = followed(elbow(ratio), noise=noise, arc=arc)
+        assert [element.kind for element in line.elements] == ["straight", "bend", "straight"]
+        bend = line.elements[1]
+        assert_allclose(bend.bend_radius, ratio, rtol=0.02 if noise < 0.02 else 0.08)
+        assert_allclose(bend.bend_angle, np.pi / 2, atol=np.radians(0.5))
+        assert_allclose([element.radius for element in line.elements], 1, rtol=0.003 if noise < 0.02 else 0.008)
+        assert abs(bend.bend_radius - ratio) < 5 * bend.deviations["bend_radius"] + 0.003
+
+    def test_as_tight_as_the_pipe_is_wide_are_followed(self):
+        line = followed(elbow(1.0))
+        assert [element.kind for element in line.elements] == ["straight", "bend", "straight"]
+        assert_allclose(line.elements[1].bend_radius, 1, rtol=0.02)
+
+    @pytest.mark.parametrize("angle", [30.0, 45.0, 60.0, 90.0])
+    def test_are_the_same_from_both_ends(self, angle):
+        """Protocol P10; elements found one after the other depend on where one starts (Chaperon 2002, 3.3.1)."""
+        chain = elbow(3.0, angle)
+        one, other = (followed(chain, station=station) for station in (2.0, chain.stations[-1] - 2.0))
+        assert_allclose(one.elements[1].bend_radius, 3, rtol=0.02)
+        assert_allclose(np.degrees(one.elements[1].bend_angle), angle, atol=0.3)
+        assert_allclose(one.elements[1].bend_radius, other.elements[1].bend_radius, rtol=0.01)
+        assert_allclose(one.chain.radii, other.chain.radii, rtol=2e-4)
+
+    def test_in_which_a_line_ends_have_the_angle_that_is_seen(self):
+        chain = elbow(4.0)
+        end = chain.stations[2] - 1.0
+        line = followed(chain, hidden=(end, np.inf))
+        assert [element.kind for element in line.elements] == ["straight", "bend"]
+        assert_allclose(line.elements[1].bend_radius, 4, rtol=0.02)
+        assert_allclose(line.elements[1].bend_angle * 4, end - chain.stations[1], atol=0.2)
+
+
+class TestShadows:
+    @pytest.mark.parametrize("length", [1.0, 3.0, 5.0])
+    @pytest.mark.parametrize("start", [5.0, 11.0])
+    def test_are_jumped_over(self, length, start):
+        line = followed(elbow(6.0), hidden=(start, start + length))
+        assert [element.kind for element in line.elements] == ["straight", "bend", "straight"]
+        assert_allclose(line.length, elbow(6.0).stations[-1], atol=0.3)
+        assert_allclose(line.elements[1].bend_radius, 6, rtol=0.02)
+
+    def test_longer_than_asked_for_are_ends(self):
+        line = followed(elbow(3.0, straight=15.0), hidden=(6.0, 9.0), gap=1.0)
+        assert_allclose(line.length, 6, atol=0.3)
+        assert line.stops == ("end", "end")
+
+    def test_nothing_is_found_behind_an_end(self):
+        rng = np.random.default_rng(0)
+        chain = elbow(3.0)
+        points, s = sampled(chain, rng, 30.0, 0.01)
+        beside = sampled(chain_of([[0, 0, 4.0], [40, 0, 4]], [], 1.0), rng, 30.0, 0.01)[0]
+        line = sm.follow_pipe(np.concatenate([points[s < 8], beside]), points[np.abs(s - 3).argmin()])
+        assert_allclose(line.length, 8, atol=0.3)
+
+
+class TestDiameters:
+    @pytest.mark.parametrize("ratio", [0.6, 0.8, 1.2, 1.5])
+    def test_change_in_reducers(self, ratio):
+        chain = Chain(
+            np.array([[0.0, 0, 0], [30, 0, 0]]), np.zeros(0), np.array([1, ratio]), np.array([[0, 14.0, 15.0]])
+        )
+        line = followed(chain, arc=200.0)
+        assert [element.kind for element in line.elements] == ["straight", "reducer", "straight"]
+        assert_allclose([line.elements[0].radius, line.elements[2].radius], [1, ratio], rtol=0.003)
+        reducer = line.elements[1]
+        assert_allclose([reducer.radius, reducer.end_radius], [1, ratio], rtol=0.003)
+        assert_allclose([reducer.start[0], reducer.end[0]], [14, 15], atol=0.2)
+        assert reducer.primitive.kind == "cone"
+
+    def test_a_flange_is_no_diameter(self):
+        rng = np.random.default_rng(0)
+        points, s = sampled(chain_of([[0.0, 0, 0], [30, 0, 0]], [], 1.0), rng, 30.0, 0.01)
+        flange = sampled(chain_of([[14.0, 0, 0], [14.5, 0, 0]], [], 1.5), rng, 30.0, 0.01)[0]
+        points = points[(s < 14) | (s > 14.5)]
+        line = sm.follow_pipe(np.concatenate([points, flange]), points[np.abs(s[(s < 14) | (s > 14.5)] - 3).argmin()])
+        assert [element.kind for element in line.elements] == ["straight"]
+        assert_allclose(line.length, 30, atol=0.3)
+
+    def test_a_given_radius_is_kept(self):
+        line = followed(elbow(3.0), radius=1.01)
+        assert {element.radius for element in line.elements} == {1.01}
+
+    def test_another_radius_than_asked_for_is_named(self):
+        with pytest.raises(ValueError, match=r"^radius must be that of the pipe at pick, about (1|0\.9\d+|1\.0\d+)$"):
+            followed(elbow(3.0), radius=(1.3, 1.9))
+
+
+class TestLines:
+    @pytest.mark.parametrize("seed", [0, 2, 4])
+    def test_of_many_elements_by_walls_are_found_whole(self, seed):
+        scene = pipe_line(seed)
+        line = sm.follow_pipe(scene.points, scene.points[scene.picks[3]])
+        score = line_score(line.elements, scene)
+        assert score.recall == score.precision == 1
+        assert score.ordered
+        assert score.bend_radius < 0.02
+        assert score.worst_radius < 0.005
+        assert max(max(meeting(*pair)) for pair in zip(line.elements, line.elements[1:], strict=False)) < 1e-9
+        true = scene.labels >= 0
+        true &= scene.labels <= max(element.shape for element in scene.elements)
+        assert (line.labels[true] >= 0).mean() > 0.97
+
+    def test_move_and_grow_with_their_points(self):
+        drawn = random_line(3, bends=2)
+        turn, shift, scale = Rotation.random(random_state=2).as_matrix(), np.array([1e6, -2e6, 500.0]), 0.05
+        one = sm.follow_pipe(drawn.points, drawn.pick)
+        other = sm.follow_pipe(scale * drawn.points @ turn.T + shift, scale * turn @ drawn.pick + shift)
+        assert [element.kind for element in one.elements] == [element.kind for element in other.elements]
+        for a, b in zip(one.elements, other.elements, strict=True):
+            assert_allclose(b.radius, scale * a.radius, rtol=1e-3)
+            assert_allclose(b.start, scale * turn @ a.start + shift, atol=0.05 * scale)
+
+    def test_labels_are_elements(self):
+        line = followed(elbow(3.0))
+        assert set(line.labels) <= {-1, 0, 1, 2}
+        assert (line.labels >= 0).mean() > 0.99
+        assert line.rms < 0.012
+
+
+class TestStraights:
+    """Protocol P9: chains of 50 steps in three straight parts, whose directions are noisy."""
+
+    @pytest.mark.parametrize("degrees", [1, 4, 7, 10])
+    def test_are_told_by_places_not_by_directions(self, degrees):
+        rng, chain = np.random.default_rng(degrees), random_line(1, bends=2, walls=False).chain
+        places, along = chain.at(np.linspace(0, chain.stations[-1], 50))
+        noisy = [unit(u + np.radians(degrees) * rng.normal(size=3) / np.sqrt(2)) for u in along]
+        steps = [Step(p + 0.01 * rng.normal(size=3), u, 1.0, 0.3, 0.0) for p, u in zip(places, noisy, strict=True)]
+        found = segmented(Track(steps), 1.0)
+        assert len(found.bend_radii) == 2
+        assert_allclose(found.corners[1:-1], chain.corners[1:-1], atol=0.2)
+
+
+class TestWaysOut:
+    @pytest.fixture(scope="class")
+    @classmethod
+    def line(cls):
+        return followed(elbow(3.0))
+
+    def test_mesh_is_a_tube_open_at_its_ends(self, line):
+        mesh = line.mesh()
+        assert (mesh.n_holes, mesh.genus) == (2, 0)
+        assert np.abs(line.distance(mesh.vertices)).max() < 0.02
+        area = 2 * np.pi * line.elements[0].radius * line.length
+        assert_allclose(line.triangulated(0.05).area, area, rtol=0.01)
+        assert line.to_pyvista().n_cells > 100
+
+    def test_normals_of_the_tube_point_outward(self, line):
+        vertices, faces = (triangles := line.triangulated()).vertices, triangles.faces
+        across = np.cross(vertices[faces[:, 1]] - vertices[faces[:, 0]], vertices[faces[:, 2]] - vertices[faces[:, 0]])
+        middle = vertices[faces].mean(axis=1)
+        assert ((across * line.chain.gradient(middle)).sum(axis=1) > 0).all()
+
+    def test_files_tell_all_elements(self, line, tmp_path):
+        line.save(tmp_path / "line.json")
+        line.save(tmp_path / "line.csv")
+        (described,) = json.loads((tmp_path / "line.json").read_text())["lines"]
+        assert [element["kind"] for element in described["elements"]] == ["straight", "bend", "straight"]
+        assert described["elements"][1]["bend_radius"] == line.elements[1].bend_radius
+        rows = list(csv.DictReader((tmp_path / "line.csv").read_text().splitlines()))
+        assert_allclose([float(row["diameter"]) for row in rows], 2, rtol=0.01)
+        assert_allclose(float(rows[1]["bend_angle_degrees"]), 90, atol=0.5)
+        assert sorted(path.name for path in tmp_path.iterdir()) == ["line.csv", "line.json"]
+
+    def test_other_files_are_refused(self, line, tmp_path):
+        with pytest.raises(ValueError, match=r"^path must end in .json or .csv, not '.step'$"):
+            line.save(tmp_path / "line.step")
+
+    def test_representations_read_well(self, line):
+        assert repr(line).startswith("PipeLine(3 elements, diameter ")
+        assert repr(line.elements[1]).startswith("PipeElement(bend, diameter ")
+
+
+class TestRefused:
+    def test_a_pick_off_the_cloud(self):
+        with pytest.raises(ValueError, match=r"^pick must be on the cloud: its nearest point, .* is \d+\.?\d* away$"):
+            sm.follow_pipe(random_line(0, bends=1).points, (1000, 0, 0))
+
+    def test_a_pick_on_a_wall(self):
+        wall = np.random.default_rng(0).uniform([0, 0, 0], [10, 10, 0.001], (5000, 3))
+        with pytest.raises(ValueError, match=r"^pick must be on a pipe, but no cylinder fits the points around it$"):
+            sm.follow_pipe(wall, (5, 5, 0))
+
+    @pytest.mark.parametrize("count", [4, 1_000_000])
+    def test_points_at_one_place(self, count):
+        with pytest.raises(ValueError, match=r"^pick must be on a pipe"):
+            sm.follow_pipe(np.ones((count, 3)), (1, 1, 1))
+
+    def test_few_points(self):
+        with pytest.raises(ValueError, match=r"^pick must be on a pipe"):
+            sm.follow_pipe(np.random.default_rng(0).normal(size=(20, 3)), (0, 0, 0))
+
+    @pytest.mark.parametrize("radius", [(2, 1), (-1, 1)])
+    def test_wrong_limits(self, radius):
+        with pytest.raises(ValueError, match=r"^radius must be"):
+            sm.follow_pipe(np.eye(4)[:, :3], (0, 0, 0), radius=radius)

@@ -1,0 +1,94 @@
+"""All lines of a cloud without a pick: found once each, with their branches; none where there is none."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import simplexmesh as sm
+from simplexmesh.cloud.pipes.chain import chain_of
+from tests.cloud.pipes.lines import random_line, sampled
+
+
+def two_lines(seed=0):
+    """A bent line, a thinner straight one far from it, and a floor."""
+    rng = np.random.default_rng(seed)
+    bent = sampled(chain_of([[0, 0, 0], [12, 0, 0], [12, 12.0, 0]], [3.0], 1.0), rng, 30.0, 0.01)[0]
+    thin = sampled(chain_of([[0, 0, 6.0], [15, 5, 6]], [], 0.5), rng, 15.0, 0.01)[0]
+    floor = rng.uniform([-5, -5, -3], [20, 20, -2.98], (4000, 3))
+    return [bent, thin, floor]
+
+
+@pytest.fixture(scope="module")
+def plant():
+    return sm.extract_pipes(np.concatenate(two_lines()))
+
+
+def test_lines_are_found_once_each(plant):
+    sizes = [len(part) for part in two_lines()]
+    assert sorted(len(line.elements) for line in plant.lines) == [1, 3]
+    by_radius = sorted(plant.lines, key=lambda line: -line.chain.radii[0])
+    assert_allclose([line.chain.radii[0] for line in by_radius], [1, 0.5], rtol=0.005)
+    true = np.repeat([plant.lines.index(by_radius[0]), plant.lines.index(by_radius[1]), -1], sizes)
+    assert (plant.labels == true).mean() > 0.98
+
+
+def test_elements_are_those_of_the_lines(plant):
+    assert len(plant.elements) == 4
+    assert repr(plant).startswith("Plant(2 lines, 4 elements, ")
+
+
+def test_ways_out(plant, tmp_path):
+    assert plant.mesh().n_holes == 4
+    assert plant.to_pyvista().n_cells > 100
+    plant.save(tmp_path / "plant.json")
+    assert len(json.loads((tmp_path / "plant.json").read_text())["lines"]) == 2
+
+
+def test_a_branch_meets_its_run_exactly():
+    rng = np.random.default_rng(0)
+    run = chain_of([[0, 0, 0], [24.0, 0, 0]], [], 1.0)
+    branch = chain_of([[12, 0, 0], [12, 3, 9.0]], [], 0.6)
+    points, more = sampled(run, rng, 30.0, 0.01)[0], sampled(branch, rng, 30.0, 0.01)[0]
+    points, more = points[branch.distance(points) > 0], more[run.distance(more) > 0]
+    plant = sm.extract_pipes(np.concatenate([points, more]))
+    (tee,) = plant.tees
+    assert (tee.kind, len(plant.lines)) == ("tee", 2)
+    assert_allclose([tee.radius, tee.end_radius], [1, 0.6], rtol=0.01)
+    assert_allclose(tee.start, [12, 0, 0], atol=0.05)
+    axes = [next(line for line in plant.lines if line.chain.radii[0] < 0.8), plant.lines[0]]
+    branch_axis, run_axis = (line.chain.directions[0] for line in axes)
+    apart = axes[0].chain.corners[0] - axes[1].chain.corners[0]
+    across = np.cross(branch_axis, run_axis)
+    assert abs(apart @ across) / np.linalg.norm(across) < 1e-9
+
+
+@pytest.mark.parametrize("shape", ["wall", "ball", "dust"])
+def test_there_are_none_where_there_is_no_pipe(shape):
+    rng = np.random.default_rng(0)
+    ball = rng.normal(size=(5000, 3))
+    points = {
+        "wall": rng.uniform([0, 0, 0], [10, 10, 0.01], (5000, 3)),
+        "ball": ball / np.linalg.norm(ball, axis=1)[:, None],
+        "dust": rng.uniform(0, 10, (5000, 3)),
+    }[shape]
+    plant = sm.extract_pipes(points)
+    assert plant.lines == ()
+    assert (plant.labels == -1).all()
+    with pytest.raises(ValueError, match=r"^the plant has no lines$"):
+        plant.mesh()
+
+
+def test_radii_may_be_bounded():
+    plant = sm.extract_pipes(np.concatenate(two_lines()), radius=(0.3, 0.7))
+    assert [len(line.elements) for line in plant.lines] == [1]
+
+
+def test_walls_beside_a_long_line_are_no_pipes():
+    drawn = random_line(1)
+    plant = sm.extract_pipes(drawn.points)
+    assert len(plant.lines[0].elements) == 13
+    assert (plant.labels[~drawn.on_pipe] >= 0).mean() < 0.02
