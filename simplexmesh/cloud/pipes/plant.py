@@ -126,7 +126,8 @@ def extract_pipes(
     """Find all pipe lines of a cloud, follow each, and refine each as one surface with exact tangency.
 
     The primitives of the cloud are found first, and the points of planes and spheres set aside. Lines are followed from
-    its cylinders, then from points whose neighbors' normals turn about one direction only. Branches whose axes meet that of a run are fitted again so that they meet it exactly.
+    its cylinders, then from points whose neighbors' normals turn about one direction only. Branches whose axes meet
+    that of a run are fitted again so that they meet it exactly.
 
     Parameters
     ----------
@@ -168,7 +169,6 @@ def extract_pipes(
     origin = data.bounds.mean(axis=0)
     tree = cKDTree(data.points[kept] - origin, balanced_tree=False, compact_nodes=False)
     taken = np.zeros(len(kept), bool)
-    in_cylinders = _in_cylinders(scene, kept, tree, origin, limits, taken)
     in_cylinders = _in_cylinders(scene, kept, tree, origin, limits, taken)
     starts = chained(in_cylinders, _picked(tree, limits, taken, scene.labels[kept] >= 0, generator))
     lines, tees = with_tees(_lines(tree, origin, reach, starts, taken, fixed=limits[0] == limits[1]), tree, origin)
