@@ -96,10 +96,11 @@ def test_the_reference_has_every_public_name():
     missing = [
         name
         for name in sm.__all__
-        if name not in {"__version__", "plot", "targets"} and f":: simplexmesh.{name}\n" not in text
+        if name not in {"__version__", "plot", "primitives", "targets"} and f":: simplexmesh.{name}\n" not in text
     ]
     assert missing == []
     assert all(f"simplexmesh.plot.{name}\n" in text for name in sm.plot.__all__ if name != "has_display")
+    assert all(f":: simplexmesh.primitives.{name}\n" in text for name in sm.primitives.__all__)
 
 
 def test_every_page_is_in_the_table_of_contents():
