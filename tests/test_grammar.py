@@ -66,8 +66,8 @@ def kinds(function: Function) -> dict[str, str]:
 
 
 def first_is_named(label: str, name: str, function: Function) -> bool:
-    surface, mesh, data, path = words(TABLE[label])
-    right = {"Any": {surface, data, "source"}, "SimplexMesh": {mesh}, "str | os.PathLike[str]": {path}}
+    surface, mesh, data, path, cloud, points = words(TABLE[label])
+    right = {"Any": {surface, data, cloud, points, "source"}, "SimplexMesh": {mesh}, "str | os.PathLike[str]": {path}}
     first, kind = next(iter(kinds(function).items()), ("", ""))
     return name in METHODS or name in OTHERWISE or first in right.get(kind, {first})
 

@@ -42,8 +42,8 @@ def extract_primitives(
     fewest: int | None = None,
     least_radius: float = 0.0,
     greatest_radius: float = np.inf,
-    rng: int | np.random.Generator = 0,
-    progress: bool | Report | None = None,
+    rng: np.random.Generator | int = 0,
+    progress: bool | Report = False,
 ) -> Extraction:
     """Find the planes, spheres, cylinders, cones and tori that a cloud is made of, and which points are of each.
 
@@ -118,7 +118,7 @@ def extract_primitives(
         raise ValueError("cloud must be of surfaces, but its points are on a line")
     middle = (points.min(axis=0) + points.max(axis=0)) / 2
     size = float(np.linalg.norm(np.ptp(points, axis=0))) / 2
-    with reporting(progress or False) as report:
+    with reporting(progress) as report:
         report(0.0, "looking at the points")
         unit = (points - middle) / size
         work = working(unit, None if deviation is None else deviation / size, generator)

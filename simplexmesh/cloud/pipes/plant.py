@@ -121,7 +121,7 @@ def extract_pipes(
     *,
     radius: float | tuple[float, float] | None = None,
     gap: float = JUMP,
-    rng: int | np.random.Generator = 0,
+    rng: np.random.Generator | int = 0,
 ) -> Plant:
     """Find all pipe lines of a cloud, follow each, and refine each as one surface with exact tangency.
 

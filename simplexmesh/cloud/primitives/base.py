@@ -208,7 +208,7 @@ class Primitive(ABC):
         measures = np.asarray(self._shape) + step[len(self._moves) :]
         return self._with(origin + motion[2:] @ self.frame, axis, *measures.tolist())
 
-    def sample(self, count: int, *, rng: int | np.random.Generator = 0) -> Array:
+    def sample(self, count: int, *, rng: np.random.Generator | int = 0) -> Array:
         """Return points (count, 3) spread evenly at random over the part within the extent."""
         number = checks.integer("count", count, 0)
         return self.at(patch.sampled(self._area_density, self._ends(), number, checks.generator("rng", rng)))
