@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
-import numpy as np
 import typer
 
 from simplexmesh.cli import report
@@ -44,10 +44,10 @@ def primitives(
         asked = tuple(word.strip() for word in kinds.split(","))
         scene = extract_primitives(cloud, kinds=asked, noise=noise, progress=reported)
         facts = _counts(scene, began) | {name: told for name, told in scene.as_dict().items() if name != "labels"}
-        sizes = np.bincount(scene.labels[scene.labels >= 0], minlength=len(scene))
+        sizes = [len(scene.points(k)) for k in range(len(scene))]
         interrupts.check()
         _write(scene, targets, picture, cloud, path.name, camera)
-    told = zip(facts["primitives"], sizes.tolist(), strict=True)
+    told = zip(facts["primitives"], sizes, strict=True)
     rows = [[each["kind"], _sizes(each), f"{each['fit']['rms']:.3g}", f"{count:,}"] for each, count in told]
     report.tell(facts, str(path), _rows(facts, "primitives", ("kind", "size", "rms", "points"), rows), json=json)
     return 0
@@ -143,7 +143,7 @@ def _sizes(shape: dict[str, Any]) -> str:
     """Return the measures of a primitive."""
     told = [f"{name.replace('_', ' ')} {shape[name]:.4g}" for name in ("radius", "tube_radius") if name in shape]
     if "half_angle" in shape:
-        told.append(f"half angle {np.degrees(shape['half_angle']):.3g} degrees")
+        told.append(f"half angle {math.degrees(shape['half_angle']):.3g} degrees")
     return ", ".join(told)
 
 
@@ -151,7 +151,7 @@ def _element(element: dict[str, Any]) -> list[str]:
     """Return the cells of an element of a pipe."""
     bend = ""
     if element["bend_angle"] is not None:
-        bend = f"{np.degrees(element['bend_angle']):.1f} degrees on radius {element['bend_radius']:.4g}"
+        bend = f"{math.degrees(element['bend_angle']):.1f} degrees on radius {element['bend_radius']:.4g}"
     return [element["kind"], f"{2 * element['radius']:.4g}", f"{element['length']:.4g}", bend]
 
 

@@ -46,7 +46,7 @@ class TestPrimitives:
         told = json.loads(out)
         assert code == 0
         assert {each["kind"] for each in told["primitives"]} == {"plane"}
-        assert told["left_over"] > 3000
+        assert told["primitives"][0]["normal"][2] ** 2 == pytest.approx(1, abs=1e-4)
 
 
 class TestPipes:

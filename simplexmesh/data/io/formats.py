@@ -21,7 +21,7 @@ _FORMATS = {
     "obj": ("an OBJ", ".obj"),
     "off": ("an OFF", ".off"),
     "pcd": ("a PCD", ".pcd"),
-    "las": ("a LAS", ".las .laz"),
+    "las": ("an LAS", ".las .laz"),
     "e57": ("an E57", ".e57"),
     "text": ("an XYZ", ".xyz .xyzn .xyzc .csv .txt .pts .asc"),
 }
