@@ -53,6 +53,7 @@ DOORS = {
     "laspy": ["/data/io/survey/las.py"],
     "lazrs": ["/data/io/survey/las.py"],
     "pye57": ["/data/io/survey/e57.py"],
+    "OCP": ["/cloud/step.py"],
     "pyvista": [
         *("/plot/*.py", "/bench/charts.py", "/data/io/vtk.py", "/data/conversion.py", "/data/io/writing.py"),
         *("/cli/*.py", "/cloud/extraction/result.py"),

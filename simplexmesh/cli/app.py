@@ -145,7 +145,7 @@ def _outcome(arguments: list[str]) -> tuple[int, str]:
     except BrokenPipeError:
         sys.stderr.close()  # the reader of our output is gone; Python would complain about it at exit
         return 1, ""
-    except (ValueError, TypeError, OSError) as problem:
+    except (ValueError, TypeError, OSError, ImportError) as problem:
         return BAD_INPUT, _sentence(problem)
     except Exception as problem:
         if not hasattr(problem, "format_message"):  # the parser's errors for a wrong command line have it

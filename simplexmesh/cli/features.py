@@ -11,6 +11,7 @@ from typing import Annotated, Any
 import typer
 
 from simplexmesh.cli import report
+from simplexmesh.data.json_text import json_text
 
 EXAMPLE = "Example: simplexmesh features fandisk.off -o fandisk.vtp --picture fandisk.png"
 ENDINGS = (".vtp", ".json", ".stl")
@@ -122,7 +123,7 @@ def _write(zones: Any, output: Path) -> None:
             from simplexmesh._base.drafts import draft
 
             with draft(output) as part:
-                part.write_text(report.json_text(zones.network.as_dict() | zones.as_dict()), encoding="utf-8")
+                part.write_text(json_text(zones.network.as_dict() | zones.as_dict()), encoding="utf-8")
 
 
 def _rows(facts: dict[str, Any]) -> dict[str, str]:

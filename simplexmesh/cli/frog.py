@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import simplexmesh as sm
-from simplexmesh.cli.report import json_text
+from simplexmesh.data.json_text import json_text
 from simplexmesh.motion.targets.triangles import surface_distance
 
 Report = Callable[[float, str], None]

@@ -13,7 +13,7 @@ import typer
 from simplexmesh.cli import report
 
 EXAMPLE = "Example: simplexmesh primitives scan.ply -o shapes.json --mesh shapes.vtp --picture shapes.png"
-EXAMPLE_PIPES = "Example: simplexmesh pipes scan.laz -o pipes.json --table pipes.csv --picture pipes.png"
+EXAMPLE_PIPES = "Example: simplexmesh pipes scan.laz -o pipes.json --step pipes.step --table pipes.csv"
 KINDS = "plane,sphere,cylinder,cone,torus"
 ROWS = 30
 """Shapes in the table; the JSON report has all."""
@@ -21,6 +21,13 @@ ROWS = 30
 Points = Annotated[Path, typer.Argument(metavar="INPUT", help="Points: .ply, .xyz, .pcd, .las, .laz, .e57, ...")]
 Output = Annotated[Path | None, typer.Option("--output", "-o", help="File to write: .json, with all parameters.")]
 Mesh = Annotated[Path | None, typer.Option("--mesh", help="Write the surfaces: .vtp, .ply, .obj, .off, .stl.")]
+Step = Annotated[Path | None, typer.Option("--step", help="Write exact surfaces, or solids of pipes: .step, .stp.")]
+Labelled = Annotated[
+    Path | None,
+    typer.Option("--labelled", help="Write all points with their labels: .laz, .las, .e57, .ply, .vtp."),
+]
+Unit = Annotated[str | None, typer.Option(help="Unit of the points, where the file does not say: m, mm, ...")]
+STEPS, CLOUDS = (".step", ".stp"), (".laz", ".las", ".e57", ".ply", ".vtp")
 
 
 def primitives(
@@ -29,24 +36,29 @@ def primitives(
     kinds: Annotated[str, typer.Option(help="Kinds to look for, separated by commas.")] = KINDS,
     noise: Annotated[float | None, typer.Option(help="Deviation of the points, in the file's unit; else seen.")] = None,
     mesh: Mesh = None,
+    step: Step = None,
+    labelled: Labelled = None,
+    unit: Unit = None,
     picture: report.Picture = None,
     side: report.View = "iso",
     up: report.Up = "auto",
     json: report.Json = False,
 ) -> int:
     """Find the planes, spheres, cylinders, cones and tori that points are on."""
-    targets = _targets(path, {"--output": (output, (".json",)), "--mesh": (mesh, report.MODELS)}, picture)
+    files = {"--output": (output, (".json",)), "--mesh": (mesh, report.MODELS)}
+    targets = _targets(path, files | {"--step": (step, STEPS), "--labelled": (labelled, CLOUDS)}, picture)
     camera = _camera(side, up)
     with report.work("primitives", wanted=not json) as (interrupts, reported):
         from simplexmesh.cloud.extraction.extract import extract_primitives
 
-        began, cloud = time.perf_counter(), _read(path, reported)
+        began, cloud = time.perf_counter(), _read(path, unit, targets, reported)
         asked = tuple(word.strip() for word in kinds.split(","))
         scene = extract_primitives(cloud, kinds=asked, noise=noise, progress=reported)
         facts = _counts(scene, began) | {name: told for name, told in scene.as_dict().items() if name != "labels"}
         sizes = [len(scene.points(k)) for k in range(len(scene))]
         interrupts.check()
-        _write(scene, targets, picture, cloud, path.name, camera)
+        _write(scene, targets, cloud.with_data(label=scene.labels))
+        report.draw(picture, lambda plot: plot.primitives(cloud, scene, title=path.name, **camera))
     told = zip(facts["primitives"], sizes, strict=True)
     rows = [[each["kind"], _sizes(each), f"{each['fit']['rms']:.3g}", f"{count:,}"] for each, count in told]
     report.tell(facts, str(path), _rows(facts, "primitives", ("kind", "size", "rms", "points"), rows), json=json)
@@ -60,6 +72,9 @@ def pipes(
     pick: Annotated[str | None, typer.Option(help="Only the pipe at this point: x,y,z.")] = None,
     radius: Annotated[float | None, typer.Option(help="Radius of the pipes, in the file's unit, if known.")] = None,
     mesh: Mesh = None,
+    step: Step = None,
+    labelled: Labelled = None,
+    unit: Unit = None,
     picture: report.Picture = None,
     side: report.View = "iso",
     up: report.Up = "auto",
@@ -67,22 +82,22 @@ def pipes(
 ) -> int:
     """Find pipe lines: straight parts, bends, reducers and tees, in order and tangent to one another."""
     files = {"--output": (output, (".json",)), "--table": (bill, (".csv",)), "--mesh": (mesh, report.MODELS)}
-    targets = _targets(path, files, picture)
+    targets = _targets(path, files | {"--step": (step, STEPS), "--labelled": (labelled, CLOUDS)}, picture)
     camera = _camera(side, up)
     at = None if pick is None else _place(pick)
     with report.work("pipes", wanted=not json) as (interrupts, reported):
         from simplexmesh.cloud.pipes.follow import follow_pipe
         from simplexmesh.cloud.pipes.plant import extract_pipes
-        from simplexmesh.cloud.pipes.saving import described
 
-        began, cloud = time.perf_counter(), _read(path, reported)
+        began, cloud = time.perf_counter(), _read(path, unit, targets, reported)
         reported(0.1, "following pipes")
         found: Any = extract_pipes(cloud, radius=radius) if at is None else follow_pipe(cloud, at, radius=radius)
-        lines = [found.elements] if at is not None else [line.elements for line in found.lines]
-        facts = _counts(found, began) | described(lines)
+        facts = _counts(found, began) | found.as_dict()
         interrupts.check()
-        _write(found, targets, picture, cloud, path.name, camera)
+        _write(found, targets, cloud.with_data(**_labels(found)))
+        report.draw(picture, lambda plot: plot.primitives(cloud, found, title=path.name, **camera))
     rows = [[str(k + 1), *_element(each)] for k, line in enumerate(facts["lines"]) for each in line["elements"]]
+    rows += [["", *_element(each)] for each in facts["tees"]]
     columns = ("line", "kind", "diameter", "length", "bend")
     report.tell(facts, str(path), _rows(facts, "elements", columns, rows), json=json)
     return 0
@@ -94,19 +109,43 @@ def _camera(side: str, up: str) -> dict[str, Any]:
     return {"view": report.direction(side), "up": "z" if axis == "auto" else axis}
 
 
-def _targets(path: Path, files: dict[str, tuple[Path | None, tuple[str, ...]]], picture: Path | None) -> list[Path]:
-    """Return the files to write, checked, and check the picture's."""
+def _targets(
+    path: Path, files: dict[str, tuple[Path | None, tuple[str, ...]]], picture: Path | None
+) -> dict[str, Path]:
+    """Return the files to write by their options, checked, and check the picture's."""
     if picture is not None:
         report.writable(picture, "--picture", report.PICTURES, [path])
-    return [report.writable(file, name, endings, [path]) for name, (file, endings) in files.items() if file is not None]
+    out = {name: report.writable(file, name, endings, [path]) for name, (file, endings) in files.items() if file}
+    if len(set(out.values())) < len(out):
+        raise ValueError(f"{' and '.join(out)} must be different files")
+    return out
 
 
-def _read(path: Path, reported: Any) -> Any:
-    """Return the points of a file."""
+def _read(path: Path, unit: str | None, targets: dict[str, Path], reported: Any) -> Any:
+    """Return the points of a file, in the unit that it or else the user says."""
     from simplexmesh.data.io.reading import read_points
 
+    if "--step" in targets:
+        from simplexmesh.cloud.step import needed
+
+        needed()
     reported(0.0, "reading")
-    return read_points(path)
+    cloud = read_points(path)
+    if unit is not None and cloud.unit not in (None, unit):
+        raise ValueError(f"--unit must be {cloud.unit}, as {path.name} says, or left out, not {unit}")
+    return cloud if unit is None else cloud.in_unit(unit, unit)
+
+
+def _labels(found: Any) -> dict[str, Any]:
+    """Return the line of each point, and its element in that line, -1 for none."""
+    import numpy as np
+
+    if not hasattr(found, "lines"):
+        return {"line": np.where(found.labels < 0, -1, 0), "element": found.labels}
+    element = np.full(len(found.labels), -1)
+    for k, line in enumerate(found.lines):
+        element = np.where(found.labels == k, line.labels, element)
+    return {"line": found.labels, "element": element}
 
 
 def _counts(found: Any, began: float) -> dict[str, Any]:
@@ -126,17 +165,16 @@ def _place(text: str) -> list[float]:
     return place
 
 
-def _write(found: Any, targets: Sequence[Path], picture: Path | None, cloud: Any, name: str, camera: Any) -> None:
-    """Write what was found: parameters, a table, surfaces, a picture."""
+def _write(found: Any, targets: dict[str, Path], labelled: Any) -> None:
+    """Write what was found: parameters, a table, surfaces, and the points with their labels."""
     from simplexmesh.data.conversion import as_triangles
 
-    for target in targets:
+    for option, target in targets.items():
         with report.written_to(target, "the file"):
-            if target.suffix.lower() in (".json", ".csv"):
-                found.save(target)
-            else:
+            if option == "--mesh":
                 as_triangles(found.to_pyvista()).save(target)
-    report.draw(picture, lambda plot: plot.primitives(cloud, found, title=name, **camera))
+            else:
+                (labelled if option == "--labelled" else found).save(target)
 
 
 def _sizes(shape: dict[str, Any]) -> str:

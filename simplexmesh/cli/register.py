@@ -10,6 +10,7 @@ import typer
 
 from simplexmesh._base.drafts import draft
 from simplexmesh.cli import report
+from simplexmesh.data.json_text import json_text
 
 EXAMPLE = "Example: simplexmesh register bun045.ply bun000.ply -o pose.json --picture before_after.png"
 
@@ -43,7 +44,7 @@ def command(
         interrupts.check()
         if output is not None:
             with report.written_to(output, "the pose"), draft(output) as part:
-                part.write_text(report.json_text({source.name: found.T_target_source}) + "\n", encoding="utf-8")
+                part.write_text(json_text({source.name: found.T_target_source}) + "\n", encoding="utf-8")
         surface = {"level": level, "label": label, "inside": inside}
         report.draw(picture, lambda plot: plot.overlay(here, there, found.T_target_source, **surface))
     if found.ambiguous:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import math
 import os
 import sys
 from collections.abc import Callable, Iterator, Mapping
@@ -15,6 +13,7 @@ import typer
 
 from simplexmesh._base.interrupts import Interrupts, deferred_interrupts
 from simplexmesh._base.progress import Report
+from simplexmesh.data.json_text import json_text
 
 MODELS = (".vtp", ".ply", ".obj", ".off", ".stl")
 PICTURES = (".png", ".jpg", ".jpeg", ".tif", ".html")
@@ -88,24 +87,6 @@ def tell(facts: Mapping[str, Any], title: str, rows: Mapping[str, Any], *, json:
 def as_json(facts: Mapping[str, Any]) -> None:
     """Print one JSON object, with non-finite numbers as null."""
     typer.echo(json_text(facts))
-
-
-def json_text(facts: Mapping[str, Any]) -> str:
-    """Return facts as JSON text, with non-finite numbers as null."""
-    return json.dumps(_plain(facts), indent=2, allow_nan=False)
-
-
-def _plain(value: Any) -> Any:
-    """Return a value of types that JSON can hold."""
-    if isinstance(value, Mapping):
-        return {str(name): _plain(inner) for name, inner in value.items()}
-    if hasattr(value, "tolist"):
-        return _plain(value.tolist())
-    if isinstance(value, list | tuple):
-        return [_plain(inner) for inner in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return str(value) if isinstance(value, Path) else value
 
 
 @contextmanager

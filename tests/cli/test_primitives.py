@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import sys
 
 import numpy as np
 import pytest
@@ -24,7 +25,7 @@ def pipe_on_a_floor():
 @pytest.fixture(scope="module")
 def scan(tmp_path_factory):
     path = tmp_path_factory.mktemp("inputs") / "scan.ply"
-    sm.PointCloud(pipe_on_a_floor()).save(path)
+    sm.PointCloud(pipe_on_a_floor(), data={"intensity": np.arange(8000, dtype=np.uint16)}).save(path)
     return path
 
 
@@ -48,8 +49,25 @@ class TestPrimitives:
         assert {each["kind"] for each in told["primitives"]} == {"plane"}
         assert told["primitives"][0]["normal"][2] ** 2 == pytest.approx(1, abs=1e-4)
 
+    def test_gives_the_points_back_with_labels(self, command, scan, tmp_path):
+        out = tmp_path / "out.laz"
+        assert command("primitives", scan, "--labelled", out, "--unit", "m", "-o", tmp_path / "out.json")[0] == 0
+        cloud, told = sm.read_points(out), json.loads((tmp_path / "out.json").read_text())
+        assert cloud.unit == told["unit"] == "m"
+        np.testing.assert_array_equal(cloud.data["intensity"], np.arange(8000))
+        np.testing.assert_array_equal(cloud.data["label"], told["labels"])
+        np.testing.assert_allclose(cloud.points, sm.read_points(scan).points, atol=1e-6)
+
 
 class TestPipes:
+    def test_gives_the_points_back_with_lines_and_elements(self, command, scan, tmp_path):
+        assert command("pipes", scan, "--labelled", tmp_path / "out.vtp")[0] == 0
+        data = sm.read_points(tmp_path / "out.vtp").data
+        assert set(np.unique(data["line"])) == set(np.unique(data["element"])) == {-1, 0}
+        np.testing.assert_array_equal(data["line"] < 0, data["element"] < 0)
+        assert (data["line"][:4000] == 0).mean() > 0.95
+        np.testing.assert_array_equal(data["intensity"], np.arange(8000))
+
     def test_writes_elements_and_a_bill(self, command, scan, tmp_path):
         code, out, _ = command("pipes", scan, "-o", tmp_path / "out.json", "--table", tmp_path / "out.csv")
         assert code == 0
@@ -75,6 +93,13 @@ class TestPipes:
         (["pipes", "SCAN", "--pick", "9,9,9"], "pick"),
         (["pipes", "SCAN", "--table", "out.txt"], "--table must end with"),
         (["pipes", "none.ply"], "does not exist"),
+        (["pipes", "SCAN", "--unit", "furlong"], "unit"),
+        (["pipes", "SCAN", "--step", "out.txt"], "--step must end with"),
+        (["pipes", "SCAN", "--labelled", "out.json"], "--labelled must end with"),
+        (
+            ["primitives", "SCAN", "--mesh", "out.ply", "--labelled", "out.ply"],
+            "--mesh and --labelled must be different",
+        ),
     ],
 )
 def test_what_is_wrong_is_one_sentence(command, scan, words, said):
@@ -82,3 +107,19 @@ def test_what_is_wrong_is_one_sentence(command, scan, words, said):
     assert (code, out) == (2, "")
     assert err.count("\n") == 1
     assert said in err
+
+
+def test_a_unit_that_contradicts_the_file_is_refused(command, tmp_path):
+    sm.PointCloud(pipe_on_a_floor(), unit="mm").save(tmp_path / "scan.ply")
+    code, _, err = command("pipes", tmp_path / "scan.ply", "--unit", "m")
+    assert code == 2
+    assert err == "error: --unit must be mm, as scan.ply says, or left out, not m\n"
+
+
+def test_a_missing_library_is_told_before_any_work(command, tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "OCP", None)
+    monkeypatch.setitem(sys.modules, "OCP.gp", None)
+    (tmp_path / "scan.ply").write_text("not read")
+    code, out, err = command("pipes", tmp_path / "scan.ply", "--step", tmp_path / "out.step")
+    assert (code, out) == (2, "")
+    assert err == "error: this needs the extra step: pip install 'simplexmesh[step]'\n"

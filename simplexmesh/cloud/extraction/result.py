@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections import Counter
 from dataclasses import dataclass, field, fields
 from pathlib import Path
@@ -14,7 +13,9 @@ from numpy.typing import NDArray
 from simplexmesh._base import checks
 from simplexmesh._base.drafts import draft
 from simplexmesh._base.html import card
+from simplexmesh.cloud import step
 from simplexmesh.cloud.primitives import Primitive
+from simplexmesh.data.json_text import json_text
 from simplexmesh.data.points import PointCloud
 
 if TYPE_CHECKING:
@@ -119,24 +120,36 @@ class Extraction:
         return out
 
     def save(self, path: str | Path) -> None:
-        """Write the primitives: `.json` (parameters, fits, labels) or `.vtp` (meshes, as by `to_pyvista`).
+        """Write the primitives: parameters, fits and labels as .json, meshes as .vtp, exact surfaces as .step or .stp.
+
+        STEP files need the extra `step`. They are in the cloud's unit, or say mm if that is not known.
 
         Raises
         ------
         ValueError
-            For another extension.
+            For another extension, and for STEP files without primitives.
+        ImportError
+            Without the extra; the message says how to install it.
         OSError
             When a file cannot be written; an older one is then as it was.
+
+        Warns
+        -----
+        SimplexMeshWarning
+            A STEP file of a cloud whose unit is not known.
         """
         path = checks.path("path", path)
         suffix = path.suffix.lower()
-        if suffix not in (".vtp", ".json"):
-            raise ValueError(f"path must end in .vtp or .json, not {path.name!r}")
+        if suffix not in (".vtp", ".json", *step.ENDINGS):
+            raise ValueError(f"path must end in .json, .vtp, .step or .stp, not {path.name!r}")
         with draft(path) as place:
             if suffix == ".vtp":
                 self.to_pyvista().save(place)
+            elif suffix == ".json":
+                place.write_text(json_text(self.as_dict()) + "\n", encoding="utf-8")
             else:
-                place.write_text(json.dumps(self.as_dict(), indent=1))
+                named = [(f"{each.kind} {k}", each) for k, each in enumerate(self.primitives)]
+                place.write_bytes(step.step_file({"primitives": named}, self.cloud.unit, solid=False))
 
 
 def _plain(primitive: Primitive) -> dict[str, Any]:

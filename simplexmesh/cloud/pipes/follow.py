@@ -85,7 +85,7 @@ def follow_pipe(
     tree = cKDTree(points, balanced_tree=False, compact_nodes=False)
     found = beginning(tree, place - origin, limits)
     chain, normal_matrix, deviation, stops = followed(found, reach, fixed_radius=limits[0] == limits[1])
-    return line_of(chain, tree, origin, normal_matrix, deviation, stops)
+    return replace(line_of(chain, tree, origin, normal_matrix, deviation, stops), unit=data.unit)
 
 
 def radius_limits(radius: float | tuple[float, float] | None) -> tuple[float, float]:

@@ -87,6 +87,8 @@ class PipeLine:
         Root mean square distance of the line's points.
     stops : (str, str)
         Why it ends where it does, at its start and its end: "end" of the points, "closed", or "length".
+    unit : str or None
+        Unit of length of the cloud, if it is known.
 
     Examples
     --------
@@ -104,6 +106,7 @@ class PipeLine:
     rms: float
     stops: tuple[str, str]
     chain: Chain
+    unit: str | None = None
 
     def __repr__(self) -> str:
         count = len(self.elements)
@@ -131,6 +134,13 @@ class PipeLine:
         """Return the tube as PyVista's."""
         return self.triangulated().to_pyvista()
 
+    def as_dict(self) -> dict[str, Any]:
+        """Return all that is known as plain lists and numbers, angles in radians, as the JSON file has it."""
+        return saving.described([self], (), self.unit)
+
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the elements to a file: all that is known of them as .json, a bill of materials as .csv."""
-        saving.save([self.elements], path)
+        """Write the elements: all that is known of them as .json, a bill of materials as .csv, solids as .step or .stp.
+
+        STEP files need the extra `step`. They are in the cloud's unit, or say mm if that is not known.
+        """
+        saving.save([self], (), self.unit, path)

@@ -72,6 +72,8 @@ class Plant:
         Of all lines in order, then the tees, from the axis of a run to the start of its branch.
     labels : (n,) array of int
         Line of each point of the cloud, -1 for those of none.
+    unit : str or None
+        Unit of length of the cloud, if it is known.
 
     Examples
     --------
@@ -84,6 +86,7 @@ class Plant:
     lines: tuple[PipeLine, ...]
     tees: tuple[PipeElement, ...]
     labels: Indices
+    unit: str | None = None
 
     def __repr__(self) -> str:
         lines, elements = len(self.lines), len(self.elements)
@@ -103,9 +106,16 @@ class Plant:
         """Return the tubes of all lines as PyVista's."""
         return self._triangulated(None).to_pyvista()
 
+    def as_dict(self) -> dict[str, Any]:
+        """Return all that is known as plain lists and numbers, angles in radians, as the JSON file has it."""
+        return saving.described(self.lines, self.tees, self.unit)
+
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the elements to a file: all that is known of them as .json, a bill of materials as .csv."""
-        saving.save([line.elements for line in self.lines] + ([self.tees] if self.tees else []), path)
+        """Write the elements: all that is known of them as .json, a bill of materials as .csv, solids as .step or .stp.
+
+        STEP files need the extra `step`. They are in the cloud's unit, or say mm if that is not known.
+        """
+        saving.save(self.lines, self.tees, self.unit, path)
 
     def _triangulated(self, edge: float | None) -> TriangleMesh:
         parts = [line.triangulated(edge) for line in self.lines]
@@ -165,7 +175,7 @@ def extract_pipes(
     kept = np.flatnonzero(of_pipes[scene.labels])
     labels = np.full(len(data.points), -1)
     if len(kept) < FEWEST:
-        return Plant((), (), checks.frozen(labels))
+        return Plant((), (), checks.frozen(labels), data.unit)
     origin = data.bounds.mean(axis=0)
     tree = cKDTree(data.points[kept] - origin, balanced_tree=False, compact_nodes=False)
     taken = np.zeros(len(kept), bool)
@@ -175,9 +185,9 @@ def extract_pipes(
     for k, line in enumerate(lines):
         own = np.full(len(labels), -1)
         own[kept] = line.labels
-        lines[k] = replace(line, labels=checks.frozen(own))
+        lines[k] = replace(line, labels=checks.frozen(own), unit=data.unit)
         labels[(own >= 0) & (labels < 0)] = k
-    return Plant(tuple(lines), tuple(tees), checks.frozen(labels))
+    return Plant(tuple(lines), tuple(tees), checks.frozen(labels), data.unit)
 
 
 def _in_cylinders(

@@ -1,68 +1,100 @@
-"""Files of pipe lines: all that is known of their elements, or a bill of materials."""
+"""Files of pipe lines: all that is known of their elements, a bill of materials, or solids."""
 
 from __future__ import annotations
 
 import csv
 import io
-import json
 import os
 from collections.abc import Sequence
+from dataclasses import fields
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from simplexmesh._base import checks
+from simplexmesh._base.drafts import draft
+from simplexmesh.cloud import step
+from simplexmesh.cloud.primitives import Primitive
+from simplexmesh.data.json_text import json_text
 
 if TYPE_CHECKING:
-    from simplexmesh.cloud.pipes.line import PipeElement
+    from simplexmesh.cloud.pipes.line import PipeElement, PipeLine
 
 COLUMNS = ("line", "element", "kind", "diameter", "end_diameter", "length", "bend_radius", "bend_angle_degrees")
 """Of the bill of materials."""
 
 
-def save(lines: Sequence[Sequence[PipeElement]], path: str | os.PathLike[str]) -> None:
-    """Write the elements of lines as JSON or as a table, by the ending of the path; no file is left half written."""
+def save(
+    lines: Sequence[PipeLine], tees: Sequence[PipeElement], unit: str | None, path: str | os.PathLike[str]
+) -> None:
+    """Write lines and the tees between them as JSON, as a table or as solids, by the ending of the path."""
     file = checks.path("path", path)
     ending = file.suffix.lower()
-    if ending not in (".json", ".csv"):
-        raise ValueError(f"path must end in .json or .csv, not {file.suffix or file.name!r}")
-    text = json.dumps(described(lines), indent=1) if ending == ".json" else bill(lines)
-    partial = file.with_name(file.name + ".part")
-    partial.write_text(text, encoding="utf-8", newline="")
-    partial.replace(file)
+    if ending not in (".json", ".csv", *step.ENDINGS):
+        raise ValueError(f"path must end in .json, .csv, .step or .stp, not {file.name!r}")
+    with draft(file) as place:
+        if ending == ".json":
+            place.write_text(json_text(described(lines, tees, unit)) + "\n", encoding="utf-8")
+        elif ending == ".csv":
+            place.write_text(bill(lines, tees), encoding="utf-8", newline="")
+        else:
+            place.write_bytes(step.step_file(_named(lines, tees), unit, solid=True))
 
 
-def described(lines: Sequence[Sequence[PipeElement]]) -> dict[str, Any]:
-    """Return what is known of the elements of lines, as JSON has it: angles are in radians."""
-    return {"lines": [{"elements": [_element(element) for element in line]} for line in lines]}
+def described(lines: Sequence[PipeLine], tees: Sequence[PipeElement], unit: str | None) -> dict[str, Any]:
+    """Return what is known of lines, as plain values: angles are in radians."""
+    return {
+        "unit": unit,
+        "lines": [
+            {
+                "length": line.length,
+                "rms": line.rms,
+                "stops": list(line.stops),
+                "elements": [_element(each) for each in line.elements],
+            }
+            for line in lines
+        ],
+        "tees": [_element(each) for each in tees],
+    }
 
 
-def bill(lines: Sequence[Sequence[PipeElement]]) -> str:
-    """Return the table of the elements of lines, as CSV: lengths along the axis."""
+def bill(lines: Sequence[PipeLine], tees: Sequence[PipeElement]) -> str:
+    """Return the table of the elements of lines, as CSV: lengths along the axis; tees are of no line."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(COLUMNS)
-    for k, line in enumerate(lines):
-        for i, e in enumerate(line):
-            bend = ("", "") if e.bend_angle is None else (f"{e.bend_radius:.9g}", f"{np.degrees(e.bend_angle):.9g}")
-            sizes = (f"{x:.9g}" for x in (2 * e.radius, 2 * e.end_radius, e.length))
-            writer.writerow([k + 1, i + 1, e.kind, *sizes, *bend])
+    numbered = [(str(k + 1), i + 1, each) for k, line in enumerate(lines) for i, each in enumerate(line.elements)]
+    for number, i, e in numbered + [("", i + 1, tee) for i, tee in enumerate(tees)]:
+        bend = ("", "") if e.bend_angle is None else (f"{e.bend_radius:.9g}", f"{np.degrees(e.bend_angle):.9g}")
+        sizes = (f"{x:.9g}" for x in (2 * e.radius, 2 * e.end_radius, e.length))
+        writer.writerow([number, i, e.kind, *sizes, *bend])
     return out.getvalue()
 
 
-def _element(element: PipeElement) -> dict[str, Any]:
-    """Return what is known of an element, as JSON has it."""
-    primitive = element.primitive
-    parameters = {
-        name: value.tolist() if isinstance(value, np.ndarray) else value
-        for name, value in vars(primitive).items()
-        if isinstance(value, np.ndarray | float) and name != "frame"
+def _named(lines: Sequence[PipeLine], tees: Sequence[PipeElement]) -> dict[str, list[tuple[str, Primitive]]]:
+    """Return the primitives of lines and tees, with the names and numbers of the table."""
+    groups = {f"line {k + 1}": line.elements for k, line in enumerate(lines)} | {"tees": tuple(tees)}
+    return {
+        name: [(f"{each.kind} {i + 1}", each.primitive) for i, each in enumerate(group)]
+        for name, group in groups.items()
     }
+
+
+def _element(element: PipeElement) -> dict[str, Any]:
+    """Return what is known of an element, as plain values."""
+    primitive, fit = element.primitive, element.primitive.fit
     names = ("radius", "end_radius", "bend_radius", "bend_angle", "length", "deviations")
+    parameters = {
+        each.name: np.asarray(getattr(primitive, each.name)).tolist()
+        for each in fields(primitive)  # type: ignore[arg-type]
+        if each.name != "fit"
+    }
     return {
         "kind": element.kind,
         "start": element.start.tolist(),
         "end": element.end.tolist(),
         **{name: getattr(element, name) for name in names},
+        "rms": fit.rms if fit else None,
+        "points": fit.count if fit else 0,
         "primitive": {"kind": primitive.kind, **parameters},
     }
