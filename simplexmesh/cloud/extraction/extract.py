@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -146,6 +146,8 @@ def _cloud(value: Any) -> PointCloud:
 
 def _limits(kinds: Sequence[str], low: float, high: float) -> Limits:
     """Return what is looked for, in the cloud's unit."""
+    if not isinstance(kinds, Iterable):
+        raise TypeError(f"kinds must be a sequence of names, not {checks.type_name(kinds)}")
     given = [kinds] if isinstance(kinds, str) else list(kinds)
     names = tuple(checks.choice("kinds", kind, KINDS) for kind in given)
     if not names:

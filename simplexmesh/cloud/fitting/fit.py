@@ -143,6 +143,8 @@ def _chosen(cloud: Cloud, given: Given) -> Primitive:
     kinds = selection.SURFACES[:1] if given.flat else selection.SURFACES
     tried = [fitted(kind, cloud, None, robust=given.robust, start=None) for kind in kinds]
     found = [each for each in tried if each is not None and len(cloud.some) > each.n_parameters]
+    if not found:
+        raise ValueError(f"points must be more than determine a plane, 3, to tell its kind, not {len(cloud.some)}")
     some = cloud.some
     if given.robust:
         best = min(found, key=lambda each: deviation(each, np.abs(each.distance(some))))

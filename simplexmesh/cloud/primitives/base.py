@@ -58,6 +58,10 @@ class Fit:
     count: int
     tests: Callable[[], Validation] | None = None
 
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "covariance", checks.frozen(self.covariance))
+        object.__setattr__(self, "extent", checks.frozen(self.extent))
+
     @cached_property
     def validation(self) -> Validation | None:
         """Whether the distances are those of noise, tested when first asked for; None of curves and few points."""
