@@ -15,7 +15,7 @@ os.environ["PYVISTA_OFF_SCREEN"] = "true"  # before anything imports pyvista
 
 # "fast" tries the same examples every time, so that a run can be repeated; "thorough" looks for new ones
 settings.register_profile(
-    "fast", max_examples=32, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow]
+    "fast", max_examples=16, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow]
 )
 settings.register_profile("thorough", max_examples=1000, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "fast"))

@@ -1,6 +1,9 @@
-"""Draw faults, put each in a copy of the repository, run the tests of its folder and room, and print which survive.
+"""Draw faults, put each in a copy of the repository, run the tests near it, and print which survive.
 
     python tests/mutants.py --count 30 --seed 0
+
+The nearest tests run first: files that name the function with the fault or its module, then its folder, then the rooms
+of it and of the modules that import it.
 
 A fault is one change of one expression: a comparison flipped, + and - or * and / swapped, a number changed by half or
 by one, a sign or a `not` dropped, a condition negated, `and` and `or` swapped, a call left out. Messages, docstrings,
@@ -13,6 +16,7 @@ import argparse
 import ast
 import os
 import random
+import re
 import shutil
 import subprocess
 import sys
@@ -22,7 +26,13 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 ROOMS = ("_base", "numerics", "mesh", "data", "orientation", "motion", "surface", "recognition")
-ELSEWHERE = {"orientation": ["tests/motion/start"]}  # tests of a room in folders of others
+KERNELS = ".kernels"
+"""The folder of the compiled kernels in the copy."""
+
+NEAREST = 6
+"""Test files that run first."""
+
+TESTED = {f"tests/{room.strip('_')}" for room in ROOMS}
 AT_LEAST = 0.9
 COMPARED = {ast.Lt: ast.GtE, ast.LtE: ast.Gt, ast.Gt: ast.LtE, ast.GtE: ast.Lt, ast.Eq: ast.NotEq, ast.NotEq: ast.Eq}
 SWAPPED = {ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult, ast.And: ast.Or, ast.Or: ast.And}
@@ -98,40 +108,69 @@ def replaced(text: str, old: ast.expr, new: str) -> str:
     return (before + f"({new})".encode() + after).decode()
 
 
-def circles(copy: Path, path: Path) -> list[list[str]]:
-    """The tests of a file, in the order they are tried: those of its own folder, then all of its room."""
-    room = path.parts[1]
-    whole = [f"tests/{room.strip('_')}", f"simplexmesh/{room}", *ELSEWHERE.get(room, [])]
-    near = [str(Path("tests", room.strip("_"), *path.parts[2:-1])), str(path.parent)]
-    return [near, whole] if len(path.parts) > 3 and (copy / near[0]).exists() else [whole]
+def names_around(tree: ast.AST, line: int) -> set[str]:
+    """The functions and classes that a line is in."""
+    kinds = ast.FunctionDef | ast.ClassDef
+    return {node.name for node in ast.walk(tree) if isinstance(node, kinds) and node.lineno <= line <= node.end_lineno}
 
 
-def exit_code(copy: Path, folders: list[str], limit: float) -> int | None:
-    """The exit code of the tests in some folders, None if they do not end in time."""
-    command = [sys.executable, "-m", "pytest", "-q", "-x", "-n0", "-p", "no:cacheprovider", *folders]
+def nearest(copy: Path, path: Path, line: int) -> list[str]:
+    """The test files that name the function or the module of a line; rare names and those of its folder count more."""
+    files = [file for room in sorted(TESTED) for file in sorted((copy / room).rglob("test_*.py"))]
+    score = dict.fromkeys(files, 0.0)
+    for name in {*names_around(ast.parse((copy / path).read_text(encoding="utf-8")), line), path.stem}:
+        named = [file for file in files if re.search(rf"(?<![A-Za-z0-9]){name}\b", file.read_text(encoding="utf-8"))]
+        for file in named:
+            score[file] += (2 if file.parent == test_folder(copy, path) else 1) / len(named)
+    ranked = sorted((file for file in files if score[file]), key=lambda file: -score[file])
+    return [str(file.relative_to(copy)) for file in ranked[:NEAREST]]
+
+
+def test_folder(copy: Path, path: Path) -> Path:
+    """The folder of the tests of a file: that of the same name, or of the folder above."""
+    wanted = Path(copy, "tests", path.parts[1].strip("_"), *path.parts[2:-1])
+    return next(folder for folder in (wanted, *wanted.parents) if folder.exists())
+
+
+def circles(copy: Path, path: Path, line: int) -> list[list[str]]:
+    """The tests of a line, in the order they are tried."""
+    module = ".".join(path.with_suffix("").parts)
+    importing = [
+        file.relative_to(copy)
+        for file in sorted((copy / "simplexmesh").rglob("*.py"))
+        if re.search(rf"\b{re.escape(module)}\b", file.read_text(encoding="utf-8"))
+    ]
+    folders = [test_folder(copy, each).relative_to(copy) for each in (path, *importing)]
+    rooms = sorted({str(Path(*folder.parts[:2])) for folder in folders} & TESTED)
+    own = [str(folders[0]), str(path.parent)]
+    return [tests for tests in (nearest(copy, path, line), own, rooms) if tests]
+
+
+def exit_code(copy: Path, tests: list[str], kernels: Path, limit: float) -> int | None:
+    """The exit code of some tests, None if they do not end in time."""
+    command = [sys.executable, "-m", "pytest", "-q", "-x", "-n0", "-p", "no:cacheprovider", *tests]
+    own = os.environ | {"PYTHONPATH": str(copy), "NUMBA_CACHE_DIR": str(kernels)}
     try:
-        done = subprocess.run(
-            command,
-            cwd=copy,
-            env=os.environ | {"PYTHONPATH": str(copy)},
-            capture_output=True,
-            timeout=limit,
-            check=False,
-        )
+        done = subprocess.run(command, cwd=copy, env=own, capture_output=True, timeout=limit, check=False)
         return done.returncode
     except subprocess.TimeoutExpired:
         return None
 
 
-def is_caught(copy: Path, path: Path, old: ast.expr, new: str, *, limit: float) -> bool:
-    """Whether the tests of a file fail with a fault in it, or do not end in time."""
+def is_caught(copy: Path, fault: tuple[Path, ast.expr, str], limit: float) -> bool:
+    """Whether the tests near a fault fail with it, or do not end in time."""
+    path, old, new = fault
     file = copy / path
     sound = file.read_text(encoding="utf-8")
+    tests = circles(copy, path, old.lineno)
     file.write_text(replaced(sound, old, new), encoding="utf-8")
-    try:  # also where an import or the interpreter breaks
-        return any(exit_code(copy, folders, limit) != 0 for folders in circles(copy, path))
-    finally:
-        file.write_text(sound, encoding="utf-8")
+    with tempfile.TemporaryDirectory() as folder:
+        kernels = Path(folder, "kernels")  # what is compiled with the fault replaces nothing that is sound
+        shutil.copytree(copy / KERNELS, kernels, copy_function=os.link)
+        try:  # also where an import or the interpreter breaks
+            return any(exit_code(copy, each, kernels, limit) != 0 for each in tests)
+        finally:
+            file.write_text(sound, encoding="utf-8")
 
 
 def main() -> int:
@@ -139,7 +178,7 @@ def main() -> int:
     parser.add_argument("--count", type=int, default=30, help="how many faults")
     parser.add_argument("--seed", type=int, default=0, help="which ones")
     parser.add_argument("--room", choices=ROOMS, help="in one room only")
-    parser.add_argument("--limit", type=float, default=1800.0, help="seconds for the tests of a room")
+    parser.add_argument("--limit", type=float, default=1800.0, help="seconds for the tests of a fault")
     asked = parser.parse_args()
     known = [fault for fault in all_faults() if asked.room in (None, fault[0].parts[1])]
     drawn = random.Random(asked.seed).sample(known, min(max(asked.count, 1), len(known)))
@@ -148,11 +187,12 @@ def main() -> int:
         copy = Path(folder, "copy")
         skipped = shutil.ignore_patterns(".git", ".venv", ".*_cache", ".hypothesis", "demo_output", "_build")
         shutil.copytree(ROOT, copy, ignore=skipped)
-        for folders in sorted({tuple(circles(copy, path)[0]) for path, _, _ in drawn}):
-            if exit_code(copy, list(folders), asked.limit) != 0:
-                sys.exit(f"the tests of {', '.join(folders)} fail without any fault")
+        (copy / KERNELS).mkdir()
+        tests = {test for path, old, _ in drawn for circle in circles(copy, path, old.lineno) for test in circle}
+        if exit_code(copy, sorted(tests), copy / KERNELS, len(drawn) * asked.limit) != 0:
+            sys.exit("the tests fail without any fault")
         for number, (path, old, new) in enumerate(drawn, 1):
-            caught = is_caught(copy, path, old, new, limit=asked.limit)
+            caught = is_caught(copy, (path, old, new), asked.limit)
             survivors += not caught
             told = f"{path}:{old.lineno}: {ast.unparse(old)} -> {new}"
             print(f"{number}/{len(drawn)} {'caught  ' if caught else 'SURVIVED'} {told}", flush=True)  # noqa: T201

@@ -6,6 +6,7 @@ import ast
 import sys
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
+from functools import cache
 from pathlib import Path, PurePosixPath
 
 import pytest
@@ -87,14 +88,14 @@ def files() -> list[Path]:
 
 def imports(source: str) -> Iterator[str]:
     """Every module or name a source imports, wherever in the file; imports for type checkers only are left out."""
-    tree = ast.parse(source)
+    nodes = list(ast.walk(ast.parse(source)))
     unreal = {
         inner
-        for node in ast.walk(tree)
+        for node in nodes
         if isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING"
         for inner in ast.walk(node)
     }
-    for node in ast.walk(tree):
+    for node in nodes:
         if node in unreal:
             continue
         if isinstance(node, ast.Import):
@@ -105,6 +106,15 @@ def imports(source: str) -> Iterator[str]:
             called = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
             if called in {"import_module", "__import__"}:
                 yield str(node.args[0].value)
+
+
+def place_of(path: Path) -> str:
+    return path.relative_to(ROOT).as_posix()
+
+
+@cache
+def imports_of(path: Path) -> tuple[str, ...]:
+    return tuple(imports(path.read_text(encoding="utf-8")))
 
 
 def room(place: str) -> str:
@@ -149,9 +159,8 @@ def module_graph() -> dict[str, set[str]]:
     return {
         module: {
             name if name in known else name.rpartition(".")[0]
-            for name in imports(path.read_text(encoding="utf-8"))
-            if {name, name.rpartition(".")[0]} & known.keys()
-            and (path.relative_to(ROOT).as_posix(), name) not in UPWARD
+            for name in imports_of(path)
+            if {name, name.rpartition(".")[0]} & known.keys() and (place_of(path), name) not in UPWARD
         }
         for module, path in known.items()
     }
@@ -195,26 +204,26 @@ def long_functions(source: str) -> list[str]:
     return [f"{f.name} has {body_lines(f)} lines" for f in functions if body_lines(f) > LONGEST_BODY]
 
 
-@pytest.mark.parametrize("path", files(), ids=lambda path: path.relative_to(ROOT).as_posix())
-class TestEveryFile:
-    def test_imports_point_downward(self, path):
-        assert wrong_directions(path.relative_to(ROOT).as_posix(), imports(path.read_text(encoding="utf-8"))) == []
+def test_imports_point_downward():
+    assert [wrong for path in files() for wrong in wrong_directions(place_of(path), imports_of(path))] == []
 
-    def test_libraries_stay_behind_their_doors(self, path):
-        assert wrong_doors(path.relative_to(ROOT).as_posix(), imports(path.read_text(encoding="utf-8"))) == []
 
-    def test_kernels_are_compiled_in_one_way(self, path):
-        source = path.read_text(encoding="utf-8")
-        assert path.parent.name == "_base" or not {"numba", "numba.njit"} & {*imports(source)}
+def test_libraries_stay_behind_their_doors():
+    assert [wrong for path in files() for wrong in wrong_doors(place_of(path), imports_of(path))] == []
 
-    def test_fits_on_a_few_screens(self, path):
-        source = path.read_text(encoding="utf-8")
-        assert len(source.splitlines()) <= LONGEST_FILE
-        assert long_functions(source) == []
+
+def test_kernels_are_compiled_in_one_way():
+    assert {path.parent.name for path in files() if {"numba", "numba.njit"} & {*imports_of(path)}} <= {"_base"}
+
+
+def test_files_and_functions_fit_on_a_few_screens():
+    sources = {place_of(path): path.read_text(encoding="utf-8") for path in files()}
+    assert {name for name, source in sources.items() if len(source.splitlines()) > LONGEST_FILE} == set()
+    assert {name: found for name, source in sources.items() if (found := long_functions(source))} == {}
 
 
 def test_every_file_is_in_a_room():
-    assert {room(path.relative_to(ROOT).as_posix()) for path in files()} - set(BELOW) == {"__init__"}
+    assert {room(place_of(path)) for path in files()} - set(BELOW) == {"__init__"}
 
 
 def test_the_only_circles_are_those_named():
@@ -228,11 +237,9 @@ def test_no_folder_is_crowded():
 
 def test_the_exceptions_are_still_needed():
     used = {
-        (place, there)
-        for path in files()
-        for name in imports(path.read_text(encoding="utf-8"))
-        for place, there in UPWARD
-        if path.relative_to(ROOT).as_posix() == place and f"{name}.".startswith(f"{there}.")
+        (here, there)
+        for here, there in UPWARD
+        if any(f"{name}.".startswith(f"{there}.") for name in imports_of(ROOT / here))
     }
     assert used == set(UPWARD)
 

@@ -122,9 +122,9 @@ def test_only_one_class_has_the_name_of_a_public_one():
     for path in (REPOSITORY / "simplexmesh").rglob("*.py"):
         if path.parent.name == "primitives":  # which have a namespace of their own
             continue
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.ClassDef) and not path.name.startswith("_kernels"):
-                homes.setdefault(node.name, []).append(path.name)
+        if not path.name.startswith("_kernels"):
+            for name in re.findall(r"^\s*class (\w+)", path.read_text(encoding="utf-8"), re.MULTILINE):
+                homes.setdefault(name, []).append(path.name)
     public = {name for name in sm.__all__ if inspect.isclass(getattr(sm, name))}
     assert len(public) > 20
     assert {name: homes[name] for name in public if len(homes[name]) > 1} == {}

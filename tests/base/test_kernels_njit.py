@@ -186,8 +186,7 @@ class TestFiles:
         files(tmp_path).save("one", 1)
         assert [files(tmp_path).load(name) for name in ("one", "two")] == [1, 2]
 
-    @pytest.mark.parametrize("changed", ["factors", "inner"])
-    def test_are_stale_when_an_imported_file_has_changed(self, tmp_path, changed):
+    def test_are_stale_when_an_imported_file_has_changed(self, tmp_path):
         """As after an upgrade, by which most kernels' own files stay as they are."""
         package = tmp_path / "package"
         package.mkdir()
@@ -198,17 +197,17 @@ class TestFiles:
             "inner": f"from package.factors import FACTOR\n{kernel}def inner(x):\n    return FACTOR * x\n",
             "outer": f"from package.inner import inner\n{kernel}def outer(x):\n    return 10 * inner(x)\n",
         }
-        for name, text in sources.items():
-            (package / f"{name}.py").write_text(text)
         code = "from package.outer import outer; print(outer(7), sum(outer.stats.cache_misses.values()))"
 
-        def run():
+        def run(**changed):
+            for name, text in changed.items():
+                (package / f"{name}.py").write_text(text)
             return subprocess.check_output([sys.executable, "-c", code], cwd=tmp_path, text=True).split()
 
-        assert [run(), run()] == [["140", "1"], ["140", "0"]]
-        text = sources[changed].replace("= 2", "= 30").replace("FACTOR * x", "FACTOR * x * 15")
-        (package / f"{changed}.py").write_text(text)
-        assert [run(), run()] == [["2100", "1"], ["2100", "0"]]
+        assert [run(**sources), run()] == [["140", "1"], ["140", "0"]]
+        assert run(factors="FACTOR = 30\n") == ["2100", "1"]
+        assert run(inner=sources["inner"].replace("* x", "* x * 15")) == ["31500", "1"]
+        assert run() == ["31500", "0"]
 
     @pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
     def test_find_all_imports_of_a_kernel_file(self, file):
@@ -234,7 +233,7 @@ class TestFiles:
         for _ in range(2):  # compiled, then from the cache
             started = [
                 subprocess.Popen([sys.executable, "-c", code, kind], cwd=tmp_path, stdout=subprocess.PIPE, text=True)
-                for kind in ("f8", "i8", "u1")
+                for kind in ("f8", "i8")
             ]
-            assert [process.communicate(timeout=120)[0].strip() for process in started] == ["6.0", "6", "6"]
-        assert len(list(tmp_path.glob("__pycache__/*.nbc"))) <= 3
+            assert [process.communicate(timeout=120)[0].strip() for process in started] == ["6.0", "6"]
+        assert len(list(tmp_path.glob("__pycache__/*.nbc"))) <= 2

@@ -43,6 +43,12 @@ class TestClosedForms:
         assert_allclose(cube.face_areas, 4)
         assert_allclose(cube.face_gauss, 4 * np.pi / 6)
 
+    def test_normals_of_a_cube_are_unit_and_of_a_point_zero(self):
+        cube = shapes.sphere(1, "octahedron", radius=np.sqrt(3))
+        centers = face_geometry.face_centroids(cube.vertices, *loops(cube))
+        assert_allclose(face_geometry.face_normals(cube.vertices, *loops(cube)), centers, atol=1e-14)
+        assert_array_equal(face_geometry.face_normals(np.ones_like(cube.vertices), *loops(cube)), 0)
+
     def test_ellipsoid_and_torus_from_inside(self):
         ball = shapes.ellipsoid((3, 2, 1), 40)
         assert 0.995 < ball.volume / (4 / 3 * np.pi * 6) < 1

@@ -38,7 +38,7 @@ def longest(mesh):
 
 
 class TestDivided:
-    @pytest.mark.parametrize("mesh", [BOX, BALL, prism()])
+    @pytest.mark.parametrize("mesh", [BOX, sm.sphere(2).triangulated("dual"), prism()])
     @given(share=st.floats(0.1, 0.9))
     def test_edges_are_short_and_the_body_the_same(self, mesh, share):
         length = share * longest(mesh)
@@ -146,7 +146,13 @@ class TestBareFaces:
     def test_rough_scans_have_sharp_edges_and_give_no_warning(self, noise):
         assert unsampled_share(as_sampled_surface(noisy(BALL, noise, rng=0))) == 0
 
-    @pytest.mark.parametrize("name", ["coupling.off", "angle_block.stl", "abc8.stl", "featuretype.stl"])
+    @pytest.mark.parametrize(
+        "name",
+        [
+            *("coupling.off", "abc8.stl"),
+            *(pytest.param(name, marks=pytest.mark.nightly) for name in ("angle_block.stl", "featuretype.stl")),
+        ],
+    )
     def test_cad_files_give_a_warning_and_can_be_divided(self, data_folder, name):
         mesh = sm.read(data_folder / name)
         with pytest.warns(sm.SimplexMeshWarning, match="as in files from CAD"):

@@ -128,7 +128,12 @@ def loaded(folder, name):
 
 @pytest.mark.filterwarnings("ignore:triangles repaired", "ignore:.* fold or cross")
 @pytest.mark.parametrize(
-    ("name", "part", "most"), [("fandisk", 0.01, 420), ("coupling", 0.01, 1400), ("tooth", 0.005, 1100)]
+    ("name", "part", "most"),
+    [
+        ("fandisk", 0.01, 420),
+        pytest.param("coupling", 0.01, 1400, marks=pytest.mark.nightly),
+        pytest.param("tooth", 0.005, 1100, marks=pytest.mark.nightly),
+    ],
 )
 def test_a_tolerance_holds_on_data_and_few_vertices_stay(data_folder, name, part, most):
     mesh = loaded(data_folder, name)

@@ -476,7 +476,10 @@ def test_the_bottom_of_a_deep_cavity_is_filled(data_folder):
     assert out.mesh.check(self_intersections=True).ok
 
 
-@pytest.mark.parametrize(("name", "level", "vertices"), [("head_ct.mhd", 500, 3000), ("fandisk.off", None, 2000)])
+@pytest.mark.parametrize(
+    ("name", "level", "vertices"),
+    [pytest.param("head_ct.mhd", 500, 3000, marks=pytest.mark.nightly), ("fandisk.off", None, 2000)],
+)
 def test_placed_where_needed_the_same_number_of_vertices_is_a_quarter_nearer(data_folder, name, level, vertices):
     even = sm.reconstruct(data_folder / name, level=level, vertices=vertices, adaptation=0.0)
     out = sm.redistribute(even.mesh, data_folder / name, level=level)

@@ -60,7 +60,12 @@ def test_a_scanned_figurine(data_folder):
 
 @pytest.mark.parametrize(
     ("name", "level", "vertices"),
-    [("head_ct.mhd", 500, 3000), ("head_ct.mhd", 500, 12_000), ("tooth.nhdr", 655, 4000), ("head_mr.mhd", 8, 3000)],
+    [
+        ("head_ct.mhd", 500, 3000),
+        pytest.param("head_ct.mhd", 500, 12_000, marks=pytest.mark.nightly),
+        ("tooth.nhdr", 655, 4000),
+        ("head_mr.mhd", 8, 3000),
+    ],
 )
 @pytest.mark.filterwarnings("ignore:filled cavities")  # the pulp of the tooth
 def test_volumes_are_met_to_a_quarter_of_a_voxel(data_folder, name, level, vertices):
@@ -78,7 +83,11 @@ def test_volumes_are_met_to_a_quarter_of_a_voxel(data_folder, name, level, verti
 
 @pytest.mark.parametrize(
     ("name", "level", "vertices"),
-    [("head_ct.mhd", 500, 3000), ("fandisk.off", None, 2000), ("lion_head.off", None, 3000)],
+    [
+        ("head_ct.mhd", 500, 3000),
+        ("fandisk.off", None, 2000),
+        pytest.param("lion_head.off", None, 3000, marks=pytest.mark.nightly),
+    ],
 )
 @pytest.mark.filterwarnings("ignore::simplexmesh._base.errors.SimplexMeshWarning")  # the lion's head is open
 def test_vertices_are_spent_where_the_data_asks_for_them(data_folder, name, level, vertices):
@@ -101,6 +110,7 @@ def test_vertices_are_spent_where_the_data_asks_for_them(data_folder, name, leve
     assert len(models[1].topology.exceptions) < 0.01 * len(sizes)
 
 
+@pytest.mark.nightly
 def test_six_range_scans_become_one_body(data_folder):
     scans = [data_folder / f"bun{angle}.ply" for angle in ("000", "045", "090", "180", "270", "315")]
     model = sm.reconstruct(scans, poses=data_folder / "bun.conf", vertices=4000, holes="none")  # no scan saw the bottom

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_array_equal
 
@@ -115,6 +115,7 @@ def test_a_reconstruction_whose_last_motion_spoils_it_is_repaired_and_counts_it(
     assert abs(np.linalg.norm(out.mesh.vertices, axis=1) - 1).max() < 0.06
 
 
+@settings(max_examples=8)
 @given(st.integers(0, 2**32 - 1), st.floats(0.0, 0.6))
 def test_tangles_after_moves_here_and_there_are_those_of_the_whole_mesh(seed, share):
     rng = np.random.default_rng(seed)

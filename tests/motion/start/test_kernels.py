@@ -4,7 +4,7 @@ import itertools
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy import ndimage
@@ -134,6 +134,7 @@ def turned_to_smallest(face):
     return tuple(int(v) for v in np.roll(face, -at))
 
 
+@settings(max_examples=8)
 @given(seeds, st.integers(4, 80), st.sampled_from([0.5, -2.0]))
 def test_collapsing_the_shortest_edges(seed, triangles, turn):
     """On convex hulls and, with links that forbid collapses, on thin tori."""

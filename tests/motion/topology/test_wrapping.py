@@ -179,7 +179,9 @@ def test_a_sphere_finds_the_narrow_tunnels_of_triangles():
     assert model.mesh.genus == 2
 
 
-@pytest.mark.parametrize(("name", "genus"), [("knot1.off", 1), ("coupling.off", 9)])
+@pytest.mark.parametrize(
+    ("name", "genus"), [pytest.param("knot1.off", 1, marks=pytest.mark.nightly), ("coupling.off", 9)]
+)
 def test_bores_and_knots_are_found_from_a_sphere(data_folder, name, genus):
     model = sm.reconstruct(data_folder / name, init="sphere", vertices=4000, iterations=60)
     assert (model.mesh.genus, model.tangled) == (genus, 0)

@@ -20,7 +20,7 @@ def sampled(data, rng, count=20_000, noise=0.005):
     return points + noise * np.linalg.norm(np.ptp(points, axis=0)) * rng.normal(size=points.shape)
 
 
-@pytest.mark.parametrize("name", FILES)
+@pytest.mark.parametrize("name", [FILES[0], *(pytest.param(name, marks=pytest.mark.nightly) for name in FILES[1:])])
 def test_turned_and_sampled_anew_they_are_found_to_a_degree(data_folder, name):
     data = sm.read(data_folder / name)
     rng = np.random.default_rng(7)

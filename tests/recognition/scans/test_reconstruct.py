@@ -27,13 +27,20 @@ def in_one_frame(scans, poses):
 
 
 def test_poses_found_are_as_good_as_those_given(scans):
-    clouds = scans[0]
-    found = sm.reconstruct(clouds, poses="auto", vertices=800)
+    seen = []
+    found = sm.reconstruct(
+        scans[0], poses="auto", vertices=800, progress=lambda share, message: seen.append((share, message))
+    )
     given = sm.reconstruct(in_one_frame(*scans), poses=[np.eye(4)] * 4, vertices=800)
     assert found.mesh.genus == given.mesh.genus
     assert found.distance.data_to_mesh.rms < 1.3 * given.distance.data_to_mesh.rms
+    shares = [share for share, _ in seen]
+    assert shares == sorted(shares)
+    assert shares[-1] == 1
+    assert any(message == "registering pairs" for _, message in seen)
 
 
+@pytest.mark.nightly
 def test_frames_that_contradict_each_other_are_told_and_poses_found(scans):
     clouds = [scan - scan.mean(axis=0) for scan in scans[0]]  # as of a body turned before a scanner that stays
     with pytest.warns(sm.SimplexMeshWarning, match="in different frames: scans.* turned by .* all were registered"):
@@ -120,6 +127,7 @@ def test_options_are_checked_before_poses_are_searched(scans, option, said):
     assert seen == []
 
 
+@pytest.mark.nightly
 def test_a_scan_with_normals_the_other_way_does_not_spoil_the_model(scans):
     clouds = [sm.PointCloud(scan, sm.vertex_normals(scan)) for scan in scans[0]]
     right = sm.reconstruct(clouds, poses="auto", vertices=400)
@@ -127,15 +135,6 @@ def test_a_scan_with_normals_the_other_way_does_not_spoil_the_model(scans):
     with pytest.warns(sm.SimplexMeshWarning, match=r"normals that are opposite .* were turned over: scans\[2\]$"):
         turned = sm.reconstruct(clouds, poses="auto", vertices=400)
     np.testing.assert_allclose(turned.mesh.vertices, right.mesh.vertices, atol=1e-6)
-
-
-def test_progress_only_grows(scans):
-    seen = []
-    sm.reconstruct(scans[0], poses="auto", vertices=400, progress=lambda share, message: seen.append((share, message)))
-    shares = [share for share, _ in seen]
-    assert shares == sorted(shares)
-    assert shares[-1] == 1
-    assert any(message == "registering pairs" for _, message in seen)
 
 
 def test_the_signature_is_that_of_the_pipeline():

@@ -141,6 +141,7 @@ class TestPoses:
             assert off(found, pair, places)[0].max() < 0.5
         assert "scans[2] alone" in repr(found)
 
+    @pytest.mark.nightly
     def test_of_the_bunny(self, data_folder):
         known = sm.read_poses(data_folder / "bun.conf")
         names = [f"bun{angle}.ply" for angle in BUNNY]

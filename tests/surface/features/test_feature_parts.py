@@ -44,7 +44,9 @@ def mean(attribute, kind, noise):
 @pytest.mark.parametrize(
     ("noise", "precision", "recall"), [(0.0, 0.97, 0.97), (0.05, 0.97, 0.95), (0.1, 0.95, 0.92), (0.2, 0.9, 0.82)]
 )
-@pytest.mark.parametrize("kind", ["aligned", "irregular", "scan"])
+@pytest.mark.parametrize(
+    "kind", ["scan", *(pytest.param(kind, marks=pytest.mark.nightly) for kind in ("aligned", "irregular"))]
+)
 class TestWithNoise:
     def test_lines_are_creases_and_creases_are_found(self, kind, noise, precision, recall):
         assert mean("precision", kind, noise) > precision
