@@ -22,7 +22,7 @@ BELOW = {
     "mesh": BASE,
     "data": BASE | {"mesh"},
     "orientation": BASE | {"mesh", "data"},
-    "motion": BASE | {"mesh", "data", "orientation"},
+    "motion": BASE | {"mesh", "data", "orientation", "surface"},
     "surface": BASE | {"mesh", "data", "orientation"},
     "recognition": BASE | {"mesh", "data", "orientation", "motion", "surface"},
     "cloud": BASE | {"mesh", "data", "orientation"},

@@ -54,6 +54,7 @@ def command(
     placement: Annotated[
         str | None, typer.Option(help="Spacing of vertices: adaptive (to curvature and distance) or even.")
     ] = None,
+    creases: Annotated[str, typer.Option(help="Sharp edges of points and surfaces: auto finds them, none.")] = "auto",
     picture: Annotated[Path | None, typer.Option(help="Write a picture of data and model to this file.")] = None,
     view: Annotated[
         str | None, typer.Option(help="Direction of view of the picture: iso, xy, -xy, xz, yx, ...")
@@ -80,6 +81,7 @@ def command(
                 "level": level, "label": label, "inside": inside, "vertices": vertices, "init": init,
                 "components": components, "tunnels": tunnels, "iterations": iterations, "holes": holes,
                 "handles": handles, "refine": refine, "placement": placement,
+                "creases": creases,
             }  # fmt: skip
             checked = interrupts.checking(shown)
             data, found, begun = loaded(inputs, poses, options, checked)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.errors import counted
-from simplexmesh._base.vectors import dot, norm
+from simplexmesh._base.vectors import dot, norm, normalized
 from simplexmesh.mesh import face_geometry, geometry
 from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.mesh.triangles.self_intersection import self_intersections
@@ -105,19 +105,36 @@ def degenerate(vertices: Array, connectivity: Connectivity) -> Defects:
     }
 
 
-def misoriented(vertices: Array, connectivity: Connectivity) -> tuple[Mask, Mask]:
-    """Return masks of inverted vertices (n,), whose normal opposes their faces, and of folded faces (f,)."""
+def misoriented(vertices: Array, connectivity: Connectivity, creased: Mask | None = None) -> tuple[Mask, Mask]:
+    """Return masks of inverted vertices (n,), whose normal opposes their faces, and of folded faces (f,).
+
+    Vertices on creases, `creased` (n,), have no normal of their own: there the normals of the faces count.
+    """
     loops = connectivity.face_vertices, connectivity.face_offsets
     normals = geometry.normals(vertices, connectivity.neighbors)
     vectors = face_geometry.fan_vectors(vertices, *loops)
     of_face = np.add.reduceat(vectors, loops[1][:-1], axis=0)
     of_face[connectivity.face_is_hole] = 0
     face_sum = of_face[connectivity.face].sum(axis=1)
-    folded = (face_geometry.face_inversions(vectors, normals, *loops) > 0) & ~connectivity.face_is_hole
-    return np.asarray(dot(normals, face_sum) < 0), np.asarray(folded)
+    inverted: Mask = np.asarray(dot(normals, face_sum) < 0)
+    at_corners = normals[loops[0]]
+    if creased is not None:
+        inverted &= ~creased
+        sharp = creased[loops[0]]
+        at_corners[sharp] = normalized(of_face)[np.repeat(np.arange(len(of_face)), np.diff(loops[1]))[sharp]]
+    folded = (face_geometry.face_inversions(vectors, at_corners, *loops) > 0) & ~connectivity.face_is_hole
+    return inverted, np.asarray(folded)
 
 
-def check(vertices: Array, connectivity: Connectivity, *, crossings: bool = False) -> Report:
+def creased_vertices(mesh: SimplexMesh) -> Mask | None:
+    """Return the vertices (n,) on creases, those of data array `crease`; None if the mesh has none."""
+    marks = mesh.data.get("crease")
+    return None if marks is None else np.asarray(marks, bool)
+
+
+def check(
+    vertices: Array, connectivity: Connectivity, *, crossings: bool = False, creased: Mask | None = None
+) -> Report:
     """Return the defects of a mesh; if positions are not finite, the geometric checks are left out."""
     found = _incomplete(connectivity) | {"not_finite": np.flatnonzero(~np.isfinite(vertices).all(axis=1))}
     problems = []
@@ -125,7 +142,7 @@ def check(vertices: Array, connectivity: Connectivity, *, crossings: bool = Fals
         volume = face_geometry.enclosed_volume(vertices, connectivity.face_vertices, connectivity.face_offsets)
         if volume < 0 and not connectivity.n_holes:
             problems.append(f"the mesh is inside out: it encloses a volume of {volume:g}")
-        inverted, folded = misoriented(vertices, connectivity)
+        inverted, folded = misoriented(vertices, connectivity, creased)
         found |= degenerate(vertices, connectivity)
         found |= {"inverted": np.flatnonzero(inverted), "folded": np.flatnonzero(folded)}
         if crossings:
@@ -155,5 +172,5 @@ def tangled_with(mesh: SimplexMesh, pairs: Indices) -> Mask:
 
 def folded_vertices(mesh: SimplexMesh) -> Mask:
     """Return a mask (n,) of the vertices inverted or on folded faces: a fast test that finds most tangles."""
-    inverted, folded = misoriented(mesh.vertices, mesh.connectivity)
+    inverted, folded = misoriented(mesh.vertices, mesh.connectivity, creased_vertices(mesh))
     return np.asarray(inverted | folded[mesh.connectivity.vertex_faces].any(axis=1))

@@ -64,10 +64,8 @@ def enclosed_volume(vertices: Array, face_vertices: Indices32, face_offsets: Ind
     return float(dot(local[face_vertices], vectors).sum() / 3)
 
 
-def face_inversions(
-    vectors: Array, vertex_normals: Array, face_vertices: Indices32, face_offsets: Indices32
-) -> Indices32:
-    """Return for each face (f,) the number of its `fan_vectors` that oppose the sum of their two vertex normals."""
-    mean = vertex_normals[face_vertices] + vertex_normals[following(face_vertices, face_offsets)]
+def face_inversions(vectors: Array, normals: Array, face_vertices: Indices32, face_offsets: Indices32) -> Indices32:
+    """Return for each face (f,) the number of its `fan_vectors` that oppose the normals (3n, 3) at two corners."""
+    mean = normals + normals[following(np.arange(len(face_vertices), dtype=np.int32), face_offsets)]
     against = (dot(vectors, mean) < 0).astype(np.int32)
     return np.add.reduceat(against, face_offsets[:-1], dtype=np.int32)

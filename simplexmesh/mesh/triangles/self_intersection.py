@@ -12,6 +12,7 @@ import numpy as np
 from scipy import ndimage
 
 from simplexmesh._base.arrays import Array, Indices, Mask
+from simplexmesh._base.vectors import cross, dot, normalized
 from simplexmesh.mesh import triangulation
 from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.mesh.triangles import _kernels_crossing
@@ -49,7 +50,21 @@ def self_intersections(vertices: Array, connectivity: Connectivity, among: Mask 
     if among is not None:
         beside = _beside(points, triangles, among[owner])
         triangles, owner = triangles[beside], owner[beside]
-    return np.unique(np.sort(owner[crossing_triangles(points, triangles)], axis=1), axis=0)
+    pairs = np.unique(np.sort(owner[crossing_triangles(points, triangles)], axis=1), axis=0)
+    own = pairs[pairs[:, 0] == pairs[:, 1], 0]  # flat ones, whose triangles touch, seem to within rounding
+    corners = (connectivity.face_vertices[slice(*connectivity.face_offsets[f : f + 2])] for f in own)
+    graphs = own[[_is_graph(vertices[each]) for each in corners]]
+    return pairs[(pairs[:, 0] != pairs[:, 1]) | ~np.isin(pairs[:, 0], graphs)]
+
+
+def _is_graph(corners: Array) -> bool:
+    """Return whether the fan of a face (k, 3) goes once around its centroid as seen along its normal."""
+    spokes = corners - corners.mean(axis=0)
+    vectors = cross(spokes, np.roll(spokes, -1, axis=0))
+    normal = normalized(vectors.sum(axis=0, keepdims=True))
+    flat = spokes - dot(spokes, normal)[:, None] * normal
+    turns = np.arctan2(dot(vectors, normal), dot(flat, np.roll(flat, -1, axis=0)))
+    return bool((turns > 0).all() and turns.sum() < 3 * np.pi)
 
 
 def _boxes(points: Array, triangles: Indices) -> tuple[Array, Array]:

@@ -58,7 +58,8 @@ class DeformableModel:
     Parameters
     ----------
     mesh : SimplexMesh
-        The start. Its data arrays `metric`, `rigidity`, `constraint` and `reference_angle` are defaults here.
+        The start. Its data arrays `metric`, `rigidity`, `constraint` and `reference_angle` are defaults here. The
+        curvature of vertices on creases, marked by its data array `crease`, is in no average; `free` is their default.
     target : Target, optional
         The data that attracts the mesh; see `simplexmesh.targets`. Without it only the internal force and `forces` act.
     rigidity : int or (n,) array of int
@@ -139,6 +140,10 @@ class DeformableModel:
         self.reach = 0.2 * diagonal if reach is None else checked_reach(reach)
         self.adaptation = checks.number("adaptation", adaptation, 0.0, 1.0)
         self.constraint = constraint_codes(given_or_stored(constraint, mesh, "constraint", "mean_curvature"), n)
+        creased = mesh.data.get("crease")
+        self._creased = None if creased is None else np.asarray(creased, bool)
+        if creased is not None and constraint is None and "constraint" not in mesh.data:
+            self.constraint[self._creased] = FREE
         self.constraint.setflags(write=False)
         self.metric, self._reference_angle, self._prescribed = references(
             mesh, self.constraint, metric=metric, curvature=curvature, reference=reference
@@ -221,6 +226,8 @@ class DeformableModel:
             As for `run`; the step is not taken.
         """
         _kernels_step.frames(self._vertices, self._neighbors, *self._frames)
+        if self._creased is not None:
+            self._frames.area[self._creased] = 0.0
         metric, following, normals = self._adapted_metric(), self._next, self._frames.normals
         gaps = self._no_gap
         if self.target is not None:

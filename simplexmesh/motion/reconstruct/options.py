@@ -43,6 +43,7 @@ class Options:
     holes: Choice | None
     handles: Choice | None
     refine: str | None
+    creases: str = "auto"
     closes: bool = field(default=False, init=False)  # open data, although nobody asked for it
 
     def __post_init__(self) -> None:
@@ -77,6 +78,7 @@ class Options:
             "closes": init == "auto" and self.holes is None,
             "handles": handles,
             "refine": checks.choice("refine", refine, ("none", "auto", *THRESHOLDS)),
+            "creases": checks.choice("creases", self.creases, ("auto", "none")),
         }
         if self.components == "all" and init != "auto":
             raise ValueError("components='all' needs init='auto'; a given start keeps its components")

@@ -13,6 +13,7 @@ from simplexmesh.motion.reconstruct.measure import measure, restore
 from simplexmesh.motion.reconstruct.options import Choice, Options
 from simplexmesh.motion.reconstruct.result import Reconstruction
 from simplexmesh.motion.reconstruct.run import finish, settle, started
+from simplexmesh.motion.reconstruct.sharpen import sharpen
 
 
 def reconstruct(
@@ -33,6 +34,7 @@ def reconstruct(
     holes: Choice | None = None,
     handles: Choice | None = None,
     refine: str | None = None,
+    creases: str = "auto",
     progress: bool | Report = False,
 ) -> Reconstruction:
     """Fit a simplex mesh to a volume, a point cloud, scans or a triangulated surface.
@@ -86,6 +88,9 @@ def reconstruct(
     refine : {"none", "auto", "coarse", "medium", "fine"}
         Refinement of faces that bend or are far from the data: "auto" (the default for primitives) begins with fewer
         vertices and uses all of `vertices`, the others stop at their threshold or at `vertices`.
+    creases : {"auto", "none"}
+        Whether the model gets the sharp edges of points and triangles along its own edges, where the data tells them
+        from what is round: "auto" looks for them in closed models, "none" leaves all smooth. Of volumes none is found.
     progress : bool or callable
         True shows a bar; a function is called with the fraction done and a message.
 
@@ -123,7 +128,18 @@ def reconstruct(
     (0, True)
     """
     options = Options(
-        init, vertices, components, tunnels, iterations, rigidity, adaptation, placement, holes, handles, refine
+        init,
+        vertices,
+        components,
+        tunnels,
+        iterations,
+        rigidity,
+        adaptation,
+        placement,
+        holes,
+        handles,
+        refine,
+        creases,
     )
     with reporting(progress) as report:
         report(0.0, "reading")
@@ -137,6 +153,7 @@ def reconstruct(
             redistribute(run)
             finish(run)
             restore(run)
+            sharpen(run)
             measure(run)
         except KeyboardInterrupt:
             run.interrupted = True

@@ -19,6 +19,7 @@ from simplexmesh.motion.targets.triangles import Triangles
 from simplexmesh.motion.topology.handles import HandleProposal
 from simplexmesh.motion.topology.holes import HoleProposal
 from simplexmesh.numerics.blending import blended
+from simplexmesh.surface.features.lines.network import FeatureLine
 
 Rows = tuple[Indices, Array]
 
@@ -176,6 +177,9 @@ class Reconstruction:
         were farther from it than the start was there, by more than a mean edge.
     strayed : int
         Number of vertices that, or whose faces, are still farther from the data than that.
+    creases : tuple of FeatureLine
+        The sharp edges of the data, the longest first: lines along edges of the mesh, through its vertices whose data
+        array `crease` is 1. Empty where all is smooth.
 
     Examples
     --------
@@ -197,6 +201,7 @@ class Reconstruction:
     bare: float = float("nan")
     restored: int = 0
     strayed: int = 0
+    creases: tuple[FeatureLine, ...] = ()
 
     def _repr_html_(self) -> str:
         """Return a small picture of the model and a table, as notebooks show."""
@@ -204,6 +209,7 @@ class Reconstruction:
             **self.mesh._facts(),
             "mesh to data": f"rms {self.distance.mesh_to_data.rms:.4g}, max {self.distance.mesh_to_data.max:.4g}",
             "data to mesh": f"rms {self.distance.data_to_mesh.rms:.4g}, max {self.distance.data_to_mesh.max:.4g}",
+            "sharp edges": f"{len(self.creases)}, length {sum(line.length for line in self.creases):.4g}",
             "area without data": f"{self.bare:.0%}",
             "motion": f"{self._end}, {len(self.history)} iterations",
         }

@@ -24,6 +24,7 @@ from simplexmesh.motion.start.report import Start, StartReport
 from simplexmesh.motion.targets.protocol import Target
 from simplexmesh.motion.topology.handles import add_handles, given_pairs
 from simplexmesh.motion.topology.holes import given_zones
+from simplexmesh.surface.features.lines.network import FeatureLine
 
 FEWEST_WRAPPED = 60
 """Meshes of fewer vertices would collapse when they are wrapped around the data, and have no room for handles."""
@@ -48,6 +49,7 @@ class Run:
     zones: list[Mask] = field(default_factory=list)  # faces of holes that the user gave
     fallback: SimplexMesh | None = None  # untangled, of the same connectivity near the data, when one is known
     topology: TopologyRecord = field(default_factory=TopologyRecord)
+    creases: tuple[FeatureLine, ...] = ()
     history: list[State] = field(default_factory=list)
     distance: Distance = UNMEASURED
     bare: float = float("nan")
@@ -106,7 +108,7 @@ class Run:
         return Reconstruction(
             mesh, self.distance, tuple(self.history), self.converged, self.start, self.found, self.tangled,
             self.interrupted, replace(self.topology, exceptions=tuple(irregular.tolist())), self.bare,
-            self.restored, self.strayed,
+            self.restored, self.strayed, self.creases,
         )  # fmt: skip
 
 

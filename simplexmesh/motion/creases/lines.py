@@ -1,0 +1,83 @@
+"""Sharp edges of data near a model, as lines: those of a surface through the data at the data's own resolution."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from simplexmesh._base.arrays import Array, Indices
+from simplexmesh._base.vectors import dot, norm, vertex_normals
+from simplexmesh.data.triangles import TriangleMesh
+from simplexmesh.mesh.simplex_mesh import SimplexMesh
+from simplexmesh.motion.start.solid_mesh import decimated, relaxed, subdivided
+from simplexmesh.surface.features.feature_lines import feature_lines
+
+POINTS_PER_VERTEX = 5.0
+"""Of the surface, at least: fewer leave noise, more blur the edges."""
+
+NOISE = 0.08
+"""In edges of the surface: more noise than that, in means of the points of a vertex, is averaged over more points."""
+
+
+class Line(NamedTuple):
+    """A line in space: points (k, 3) in order, whether the last is joined to the first, and the mean angle there."""
+
+    points: Array
+    closed: bool
+    angle: float
+
+    @property
+    def length(self) -> float:
+        """The length."""
+        return float(norm(np.diff(self.closing, axis=0)).sum())
+
+    @property
+    def closing(self) -> Array:
+        """The points, of a closed line with the first repeated."""
+        return np.concatenate([self.points, self.points[:1]]) if self.closed else self.points
+
+    def samples(self, step: float) -> tuple[Array, Array]:
+        """Return points (m, 3) at most a step apart, the ends among them, and their distances (m,) from the start."""
+        line = self.closing
+        far = np.append(0.0, np.cumsum(norm(np.diff(line, axis=0))))
+        along = np.linspace(0.0, far[-1], max(2, int(np.ceil(far[-1] / step)) + 1))
+        return at_distances(line, far, along), along
+
+
+def at_distances(points: Array, far: Array, along: Array) -> Array:
+    """Return the places (m, 3) at distances along a polyline (k, 3), whose points are `far` (k,) along it."""
+    return np.column_stack([np.interp(along, far, points[:, j]) for j in range(3)])
+
+
+def crease_lines(mesh: SimplexMesh, points: Array, noise: float) -> list[Line]:
+    """Return the sharp edges of points (n, 3) near a closed mesh, which has rounded them, the longest first."""
+    vertices, faces = surface_through(mesh, points, noise)
+    found = feature_lines(TriangleMesh(vertices, faces))
+    return [Line(line.points, line.closed, float(line.angle.mean())) for line in found.lines]
+
+
+def surface_through(mesh: SimplexMesh, points: Array, noise: float) -> tuple[Array, Indices]:
+    """Return an even triangulation near a mesh, each vertex moved along its normal to the mean of the points around it.
+
+    So its triangles straddle the sharp edges of the data as those of a scan do, and round them no more than that.
+    """
+    surface = mesh.triangulated(method="dual")
+    vertices, faces = np.array(surface.vertices), np.array(surface.faces, np.int64)
+    area = surface.area / len(points)
+    averaged = max(POINTS_PER_VERTEX, noise / (NOISE * np.sqrt(2 / np.sqrt(3) * area)))
+    wanted = int(2 * len(points) / averaged)
+    while len(faces) < 1.2 * wanted:
+        vertices, faces = subdivided(vertices, faces)
+    vertices, faces = relaxed(*decimated(vertices, faces, wanted))
+    for last in (False, False, True):
+        normals = vertex_normals(vertices, faces)
+        nearest = cKDTree(vertices).query(points)[1]
+        heights = dot(points - vertices[nearest], normals[nearest])
+        count = np.bincount(nearest, minlength=len(vertices))
+        mean = np.bincount(nearest, heights, len(vertices)) / np.maximum(count, 1)
+        vertices = vertices + mean[:, None] * normals
+        if not last:
+            vertices, faces = relaxed(vertices, faces)
+    return vertices, faces

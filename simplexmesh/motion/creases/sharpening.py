@@ -1,0 +1,166 @@
+"""Models with the creases of their data: their edges brought onto them, each side moved to its own data."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Mask
+from simplexmesh._base.errors import DivergedError
+from simplexmesh._base.vectors import dot
+from simplexmesh.mesh.check import tangled_vertices
+from simplexmesh.mesh.face_geometry import face_normals
+from simplexmesh.mesh.simplex_mesh import SimplexMesh
+from simplexmesh.mesh.triangulation import fan
+from simplexmesh.motion.creases.lines import Line, crease_lines
+from simplexmesh.motion.creases.paths import Path, on_paths, traced
+from simplexmesh.motion.creases.sides import Sided
+from simplexmesh.motion.model.deform import DeformableModel
+from simplexmesh.motion.model.state import mean_edge
+from simplexmesh.motion.model.untangle import filmed, untangled
+from simplexmesh.motion.targets.triangles import surface_distance
+from simplexmesh.motion.topology.face_regions import dilated
+from simplexmesh.surface.features.lines.network import FeatureLine
+
+BESIDE = 0.7
+"""In mean edges: data as near to a line tells whether it is a crease."""
+
+ROUNDED = 0.15
+"""Deviation of rounded creases from their data, at least, in mean edges times the tangent of half the angle."""
+
+IMPROVED = 0.5
+"""Share of the squared deviation beyond noise that may be left at a line, for it to be a crease."""
+
+CONFIRMED = 0.5
+"""Share of the length of all lines that must be creases; else the body is smooth, with narrow folds."""
+
+CERTAIN = 4.0
+"""Standard errors of the squared deviation that are no chance."""
+
+
+@dataclass(frozen=True)
+class Sharpened:
+    """A model with creases, the target that it was moved to, and the paths of creases along its edges."""
+
+    mesh: SimplexMesh
+    target: Sided
+    paths: list[Path]
+
+    def creases(self) -> tuple[FeatureLine, ...]:
+        """Return the creases as lines, the longest first, with the angles between the faces on both sides."""
+        c, vertices = self.mesh.connectivity, self.mesh.vertices
+        normals = face_normals(vertices, c.face_vertices, c.face_offsets)
+        out = []
+        for path in self.paths:
+            darts = 3 * path.steps[:, 0] + (c.neighbors[path.steps[:, 0]] == path.steps[:, 1:]).argmax(axis=1)
+            left, right = (normals[c.face.reshape(-1)[side]] for side in (darts, c.twin.reshape(-1)[darts]))
+            turned = np.arccos(np.clip(dot(left, right), -1.0, 1.0))
+            around = (turned[-1], turned) if path.closed else (turned[0], np.append(turned, turned[-1]))
+            angle = 0.5 * (np.append(*around)[: len(path.vertices)] + around[1][: len(path.vertices)])
+            places, ends = checks.frozen(vertices[path.vertices]), np.stack([path.vertices, path.vertices], axis=1)
+            out.append(FeatureLine(places, checks.frozen(ends), path.closed, "C0", checks.frozen(angle)))
+        return tuple(sorted(out, key=lambda line: -line.length))
+
+
+def sharpened(mesh: SimplexMesh, points: Array, target: Any) -> Sharpened | None:
+    """Return a closed mesh near points (n, 3) with their creases along its edges, or None if they have none.
+
+    The creases are sharp edges of a surface through the points that the mesh rounds by more than the noise explains,
+    and that it does not round any more once they are its own.
+    """
+    noise, edge = float(getattr(target, "noise", 0.0)), mean_edge(mesh)
+    before = surface_distance(points, *fan(mesh.vertices, mesh.connectivity))
+    if not (before > 3 * noise + 0.1 * edge).any():
+        return None
+    lines = crease_lines(mesh, points, noise)
+    rounded = [_excess(line, points, before, noise, edge) for line in lines]
+    least = [(ROUNDED * edge * np.tan(line.angle / 2)) ** 2 for line in lines]
+    if not _are_most([k for k in range(len(lines)) if rounded[k] > least[k]], lines):
+        return None
+    candidates = [k for k in range(len(lines)) if rounded[k] > 0]
+    found = _moved_onto(mesh, [lines[k] for k in candidates], points, target, edge)
+    if found is None:
+        return None
+    after = surface_distance(points, *fan(found.mesh.vertices, found.mesh.connectivity))
+    laid = sorted({candidates[path.line] for path in found.paths})
+    confirmed = [k for k in laid if _excess(lines[k], points, after, noise, edge, 0.0) < IMPROVED * rounded[k]]
+    if not _are_most(confirmed, lines):
+        return None
+    if confirmed != laid:
+        found = _moved_onto(mesh, [lines[k] for k in confirmed], points, target, edge)
+    return None if found is None or tangled_vertices(found.mesh).any() else found
+
+
+def _are_most(chosen: Sequence[int], lines: Sequence[Line]) -> bool:
+    """Return whether some lines are enough of the length of all for a body with creases."""
+    return sum(lines[k].length for k in chosen) > CONFIRMED * sum(line.length for line in lines)
+
+
+def _excess(line: Line, points: Array, away: Array, noise: float, edge: float, certain: float = CERTAIN) -> float:
+    """Return the mean squared distance of the points beside a line from a mesh, beyond what noise explains."""
+    near = cKDTree(line.samples(0.2 * edge)[0]).query(points, distance_upper_bound=BESIDE * edge)[0] < np.inf
+    count = int(near.sum())
+    if not count:
+        return 0.0
+    found = float((away[near] ** 2).mean()) - noise**2
+    return found if found > certain * noise**2 * np.sqrt(2 / count) else 0.0
+
+
+def _moved_onto(mesh: SimplexMesh, lines: Sequence[Line], points: Array, target: Any, edge: float) -> Sharpened | None:
+    """Return the mesh with paths laid on lines, and then where the sides meet; None if no line has a path."""
+    paths = traced(mesh, lines)
+    if not paths:
+        return None
+    creased = on_paths(paths, mesh.n_vertices)
+    vertices = mesh.vertices.copy()
+    for path in paths:
+        vertices[path.vertices] = path.places
+    now = mesh.moved(vertices).with_data(crease=creased.astype(np.uint8))
+    now = filmed(now, dilated(creased, mesh.neighbors, 2) & ~creased)
+    sided = Sided(now, paths, points, target)
+    rows = np.flatnonzero(creased)
+    try:
+        now = _settled(now, sided, creased, 40, edge)
+        for _ in range(2):
+            now = _settled(now.moved(sided.met(now, rows, edge)), sided, creased, 20, edge)
+        for rings in (1, 2):
+            tangled = tangled_vertices(now)
+            if not tangled.any():
+                break
+            film = filmed(now, dilated(tangled, mesh.neighbors, rings) & ~creased)
+            other = _settled(film, sided, creased, 20, edge)
+            now = other if tangled_vertices(other).sum() < tangled.sum() else now
+        now, creased = _released(now, sided, creased, edge)
+    except DivergedError:
+        return None
+    return Sharpened(now, sided, [piece for path in paths for piece in path.pieces(creased)])
+
+
+def _released(mesh: SimplexMesh, target: Sided, creased: Mask, edge: float) -> tuple[SimplexMesh, Mask]:
+    """Return the mesh untangled, and its vertices (n,) still on creases: no edge of it can be one where it tangles."""
+    tangled = tangled_vertices(mesh)
+    if not tangled.any():
+        return mesh, creased
+    near = dilated(tangled, mesh.neighbors, 2)
+    target.see_all(near)
+    out, _ = untangled(mesh.with_data(crease=(creased & ~near).astype(np.uint8)), target, reach=2 * edge)
+    creased = creased & ~near & (out.vertices == mesh.vertices).all(axis=1)
+    return out.with_data(crease=creased.astype(np.uint8)), creased
+
+
+def _settled(mesh: SimplexMesh, target: Sided, creased: Mask, iterations: int, edge: float) -> SimplexMesh:
+    """Return the mesh with all vertices but those of creases moved to their data, evenly spread."""
+    free = np.where(creased, 0.0, 0.4)
+    even = np.full((mesh.n_vertices, 3), 1 / 3)
+    model = DeformableModel(
+        mesh, target, alpha=free, beta=free, damping=np.where(creased, 1.0, 0.6), reach=2 * edge, metric=even,
+        constraint="mean_curvature",
+    )  # fmt: skip
+    for _ in model.run(iterations, warnings=False):
+        pass
+    return model.mesh

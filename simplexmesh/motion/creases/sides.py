@@ -1,0 +1,118 @@
+"""The surface cut along creases into parts, of which each has data of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from simplexmesh._base.arrays import Array, Indices, Mask
+from simplexmesh.data.points import PointCloud
+from simplexmesh.mesh.simplex_mesh import SimplexMesh
+from simplexmesh.motion.creases.paths import Path
+from simplexmesh.motion.targets.points import Points
+from simplexmesh.motion.targets.protocol import BuiltInTarget
+from simplexmesh.motion.targets.triangles import Triangles
+from simplexmesh.numerics.kd_tree import nearest
+
+FEWEST = 30
+"""Points of a part from which it is fitted on its own."""
+
+ASTRIDE = 2.0
+"""In standard deviations of the noise: points nearer to a crease may belong to either side."""
+
+
+def crossed_edges(mesh: SimplexMesh, paths: Sequence[Path]) -> Mask:
+    """Return the edges (e,) of a mesh along paths."""
+    n, ends = mesh.n_vertices, np.sort(mesh.connectivity.edge_vertices.astype(np.int64), axis=1)
+    steps = np.sort(np.concatenate([np.zeros((0, 2), np.int64), *(path.steps for path in paths)]), axis=1)
+    return np.asarray(np.isin(ends @ [n, 1], steps @ [n, 1]))
+
+
+def parts(mesh: SimplexMesh, paths: Sequence[Path]) -> Indices:
+    """Return the part (f,) of each face of a mesh that is cut along paths."""
+    c = mesh.connectivity
+    beside, n = c.edge_faces[~crossed_edges(mesh, paths)], len(c.face_sizes)
+    graph = coo_array((np.ones(len(beside), bool), beside.T), shape=(n, n))
+    return np.asarray(connected_components(graph, directed=False)[1])
+
+
+class Sided(BuiltInTarget):
+    """Points of which each vertex of a mesh sees those of its own part of the surface.
+
+    Parameters
+    ----------
+    mesh : SimplexMesh
+        The mesh, its creases in place; others with the same connectivity may move.
+    paths : sequence of Path
+        Its creases.
+    points : (m, 3) array of float
+        The data.
+    whole : Target
+        The target of all data, for parts with few points.
+    """
+
+    def __init__(self, mesh: SimplexMesh, paths: Sequence[Path], points: Array, whole: Any) -> None:
+        c = mesh.connectivity
+        self.whole, self.face_parts = whole, parts(mesh, paths)
+        self.bounds = np.asarray(whole.bounds)
+        of_vertex = self.face_parts[c.vertex_faces]
+        part = np.where(of_vertex[:, 1] == of_vertex[:, 2], of_vertex[:, 1], of_vertex[:, 0])  # that of most faces
+        owner = np.repeat(np.arange(len(c.face_sizes)), c.face_sizes)
+        _, _, triangle = Triangles(mesh.triangulated(method="fan")).closest(points)
+        of_point = self.face_parts[owner[triangle]]
+        ends = np.concatenate([mesh.vertices[path.steps] for path in paths])
+        between = np.linspace(0, 1, 6)[:, None, None]
+        lines = cKDTree(((1 - between) * ends[:, 0] + between * ends[:, 1]).reshape(-1, 3))
+        clear = lines.query(points)[0] > ASTRIDE * getattr(whole, "noise", 0.0)
+        own = [np.flatnonzero(clear & (of_point == k)) for k in range(int(self.face_parts.max()) + 1)]
+        self.targets = {k: Points(PointCloud(points[rows])) for k, rows in enumerate(own) if len(rows) >= FEWEST}
+        self._rows = {k: np.flatnonzero(part == k) for k in self.targets}
+        self._others = np.flatnonzero(~np.isin(part, list(self.targets)))
+
+    @property
+    def border(self) -> Any:
+        """The border of all data."""
+        return self.whole.border
+
+    def see_all(self, chosen: Mask) -> None:
+        """Let some vertices (n,) see the data of all parts."""
+        self._rows = {k: rows[~chosen[rows]] for k, rows in self._rows.items()}
+        self._others = np.union1d(self._others, np.flatnonzero(chosen))
+
+    def gap(self, vertices: Array, normals: Array, reach: float) -> Array:
+        """Return (n,) the signed distance of each vertex along its normal to the surface of its part, or NaN."""
+        out = np.empty(len(vertices))
+        for k, rows in self._rows.items():
+            out[rows] = self.targets[k].gap(vertices[rows], normals[rows], reach)
+        if len(self._others):
+            out[self._others] = self.whole.gap(vertices[self._others], normals[self._others], reach)
+        return out
+
+    def met(self, mesh: SimplexMesh, rows: Indices, farthest: float) -> Array:
+        """Return vertices with those of creases `rows` (k,) moved to where the surfaces of the parts there meet.
+
+        The least move that puts each on the tangent planes of all its parts; none by more than `farthest`.
+        """
+        around, at = self.face_parts[mesh.connectivity.vertex_faces[rows]], mesh.vertices[rows]
+        A, b = np.zeros((len(rows), 3, 3)), np.zeros((len(rows), 3))
+        for k, target in self.targets.items():
+            here = np.flatnonzero((around == k).any(axis=1))
+            if not len(here):
+                continue
+            _, index = nearest(target.surfels, at[here] - target.center, 1)
+            normals = np.ascontiguousarray(target.surfels.table[index[:, 0], 3:6])
+            gaps = target.gap(at[here], normals, farthest)
+            known = ~np.isnan(gaps)
+            here, normals, gaps = here[known], normals[known], gaps[known]
+            A[here] += normals[:, :, None] * normals[:, None, :]
+            b[here] += gaps[:, None] * normals
+        move = (np.linalg.pinv(A, rcond=0.01, hermitian=True) @ b[:, :, None])[:, :, 0]
+        move[np.linalg.norm(move, axis=1) > farthest] = 0.0
+        out = mesh.vertices.copy()
+        out[rows] += move
+        return out

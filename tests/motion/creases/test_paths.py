@@ -1,0 +1,99 @@
+"""Lines traced along the edges of a mesh."""
+
+import numpy as np
+import pytest
+
+import simplexmesh as sm
+from simplexmesh.motion.creases.lines import Line
+from simplexmesh.motion.creases.paths import on_paths, traced
+from simplexmesh.motion.creases.sides import crossed_edges, parts
+
+CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
+
+
+def cube_edges():
+    ends = [(i, j) for i in range(8) for j in range(i) if np.abs(CORNERS[i] - CORNERS[j]).sum() == 2]
+    return [Line(np.linspace(CORNERS[i], CORNERS[j], 20), closed=False, angle=np.pi / 2) for i, j in ends]
+
+
+def inflated_cube(frequency=14, power=24):
+    """A sphere pushed out towards the cube, with its edges rounded."""
+    ball = sm.sphere(frequency)
+    size = (np.abs(ball.vertices) ** power).sum(axis=1) ** (1 / power)
+    return ball.moved(ball.vertices / size[:, None])
+
+
+def ring(radius, height, count=90):
+    turn = 2 * np.pi * np.arange(count) / count
+    points = np.column_stack([radius * np.cos(turn), radius * np.sin(turn), np.full(count, height)])
+    return Line(points, closed=True, angle=1.0)
+
+
+class TestCube:
+    mesh = inflated_cube()
+    paths = traced(mesh, cube_edges())
+
+    def test_all_edges_are_traced_along_edges_of_the_mesh(self):
+        assert sorted(path.line for path in self.paths) == list(range(12))
+        linked = {tuple(sorted(edge)) for edge in self.mesh.connectivity.edge_vertices.tolist()}
+        assert all(tuple(sorted(step)) in linked for path in self.paths for step in path.steps.tolist())
+
+    def test_paths_meet_at_corners_only(self):
+        counts = np.bincount(np.concatenate([path.vertices for path in self.paths]))
+        assert sorted(counts[counts > 0].tolist())[-9:] == [1, *[3] * 8]
+        nodes = np.flatnonzero(counts == 3)
+        away = np.linalg.norm(self.mesh.vertices[nodes][:, None] - CORNERS, axis=2)
+        assert sorted(away.argmin(axis=1).tolist()) == list(range(8))
+
+    def test_places_are_on_the_lines_in_order(self):
+        for path in self.paths:
+            line = cube_edges()[path.line]
+            start, end = line.points[[0, -1]] if np.allclose(path.places[0], line.points[0]) else line.points[[-1, 0]]
+            share = (path.places - start) @ (end - start) / 4
+            np.testing.assert_allclose(path.places, start + share[:, None] * (end - start), atol=1e-12)
+            np.testing.assert_allclose(np.diff(share), 1 / (len(share) - 1), atol=1e-12)
+
+    def test_they_cut_the_surface_into_its_six_sides(self):
+        part, c = parts(self.mesh, self.paths), self.mesh.connectivity
+        assert part.max() == 5
+        assert crossed_edges(self.mesh, self.paths).sum() == sum(len(path.steps) for path in self.paths)
+        normals = np.add.reduceat(self.mesh.vertices[c.face_vertices], c.face_offsets[:-1]) / c.face_sizes[:, None]
+        for k in range(6):
+            axis = np.abs(normals[part == k]).mean(axis=0).argmax()
+            assert np.ptp(np.sign(normals[part == k][:, axis])) == 0
+
+
+class TestClosedLines:
+    def test_a_ring_around_a_ball(self):
+        ball = sm.sphere(10)
+        (path,) = traced(ball, [ring(np.sqrt(1 - 0.3**2), 0.3)])
+        assert path.closed
+        assert len(path.steps) == len(path.vertices)
+        assert np.abs(ball.vertices[path.vertices][:, 2] - 0.3).max() < 0.15
+        assert parts(ball, [path]).max() == 1
+        turns = np.diff(np.unwrap(np.arctan2(path.places[:, 1], path.places[:, 0])))
+        assert np.ptp(np.sign(turns)) == 0
+
+    def test_lines_far_from_the_mesh_have_no_path(self):
+        assert traced(sm.sphere(6), [ring(3.0, 0.0)]) == []
+
+    def test_two_rings_share_no_vertex(self):
+        ball = sm.sphere(12)
+        one, two = traced(ball, [ring(0.98, 0.1), ring(0.98, -0.1)])
+        assert not set(one.vertices.tolist()) & set(two.vertices.tolist())
+        assert on_paths([one, two], ball.n_vertices).sum() == len(one.vertices) + len(two.vertices)
+
+
+@pytest.mark.parametrize("closed", [False, True])
+def test_pieces_are_what_is_kept(closed):
+    ball = sm.sphere(8)
+    (path,) = traced(ball, [ring(1.0, 0.0)])
+    if not closed:
+        (path,) = path.pieces(np.arange(ball.n_vertices) != path.vertices[3])
+        assert len(path.vertices) == len(path.steps) + 1
+    kept = ~np.isin(np.arange(ball.n_vertices), path.vertices[[5, 9]])
+    pieces = path.pieces(kept)
+    assert len(pieces) == 3 - closed
+    assert sum(len(piece.vertices) for piece in pieces) == len(path.vertices) - 2
+    whole = {tuple(sorted(step)) for step in path.steps.tolist()}
+    assert all(tuple(sorted(step)) in whole for piece in pieces for step in piece.steps.tolist())

@@ -1,0 +1,134 @@
+"""Reconstructions with the sharp edges of their data."""
+
+import warnings
+
+import numpy as np
+import pytest
+
+import simplexmesh as sm
+from simplexmesh.mesh.triangles.self_intersection import self_intersections
+from tests.motion.creases.test_paths import CORNERS
+
+HALF = np.array([1.0, 0.8, 0.5])
+
+
+def box_points(count=5000, noise=0.0, seed=0):
+    """Points on a box, and the same without noise."""
+    rng = np.random.default_rng(seed)
+    areas = np.repeat(HALF.prod() / HALF, 2)
+    side = rng.choice(6, count, p=areas / areas.sum())
+    points = rng.uniform(-1, 1, (count, 3))
+    points[np.arange(count), side // 2] = 2 * (side % 2) - 1.0
+    return points * HALF + rng.normal(size=(count, 3)) * noise
+
+
+@pytest.fixture(scope="module", params=[0.0, 0.004])
+def models(request):
+    points = box_points(noise=request.param)
+    return [sm.reconstruct(points, vertices=800, creases=creases) for creases in ("auto", "none")]
+
+
+class TestBox:
+    def test_it_has_twelve_edges_and_eight_corners(self, models):
+        sharp, smooth = models
+        assert (len(sharp.creases), len(smooth.creases)) == (12, 0)
+        assert "crease" not in smooth.mesh.data
+        ends = np.concatenate([line.points[[0, -1]] for line in sharp.creases])
+        away = np.linalg.norm(ends[:, None] - CORNERS * HALF, axis=2)
+        assert away.min(axis=1).max() < 0.02
+        assert np.bincount(away.argmin(axis=1)).tolist() == [3] * 8
+
+    def test_creases_run_along_edges_of_the_mesh(self, models):
+        mesh = models[0].mesh
+        linked = {tuple(sorted(edge)) for edge in mesh.connectivity.edge_vertices.tolist()}
+        marked = np.zeros(mesh.n_vertices, bool)
+        for line in models[0].creases:
+            assert all(
+                tuple(sorted(pair)) in linked for pair in np.column_stack([line.vertices[:-1], line.vertices[1:]])
+            )
+            np.testing.assert_array_equal(line.points, mesh.vertices[line.vertices])
+            marked[line.vertices] = True
+        np.testing.assert_array_equal(marked, mesh.data["crease"] == 1)
+
+    def test_it_is_closer_to_the_truth(self, models):
+        volume, off = 8 * HALF.prod(), []
+        for model in models:
+            v = model.mesh.triangulated().vertices
+            outside = np.maximum(np.abs(v) - HALF, 0)
+            inside = np.minimum((HALF - np.abs(v)).min(axis=1), 10)
+            off.append(np.where(outside.any(axis=1), np.linalg.norm(outside, axis=1), np.abs(inside)).mean())
+            assert model.tangled == 0
+        assert off[0] < 0.5 * off[1]
+        assert abs(models[0].mesh.volume - volume) < 0.5 * abs(models[1].mesh.volume - volume)
+
+    def test_angles_are_right(self, models):
+        angles = np.concatenate([line.angle[1:-1] for line in models[0].creases])
+        assert np.degrees(np.median(angles)) == pytest.approx(90, abs=2)
+
+    def test_nothing_is_folded_where_marks_tell_creases(self, models):
+        mesh = models[0].mesh
+        assert mesh.check(self_intersections=True)
+        assert not sm.SimplexMesh(mesh.vertices, mesh.connectivity).check()  # normals of its corners mean nothing
+
+
+@pytest.mark.parametrize("shape", [sm.ellipsoid((1.0, 0.7, 0.5), 24), sm.torus(60, 40)])
+def test_smooth_bodies_have_none(shape):
+    points = shape.triangulated("dual").sampled(6000, rng=0).points
+    assert sm.reconstruct(points, vertices=900).creases == ()
+
+
+def test_triangles_have_them_and_volumes_not():
+    import pyvista as pv
+
+    cube = pv.Cube().triangulate().clean()
+    creases = sm.reconstruct(cube, vertices=600).creases
+    assert sum(line.length for line in creases) == pytest.approx(12, abs=1)
+    points = np.concatenate([line.points for line in creases])
+    assert np.sort(0.5 - np.abs(points), axis=1)[:, 1].max() < 1e-3  # two coordinates are those of a side
+    values = np.zeros((20, 20, 20), np.uint8)
+    values[5:15, 5:15, 5:15] = 1
+    assert sm.reconstruct(sm.Volume(values), label=1, vertices=600).creases == ()
+
+
+def test_motion_keeps_the_curvature_of_creases_out_of_averages(models):
+    mesh = models[0].mesh
+    inner = ~(mesh.data["crease"][mesh.neighbors].any(axis=1) | (mesh.data["crease"] == 1))
+    beside = (mesh.data["crease"] == 0) & ~inner
+    moves = []
+    for start in (mesh, sm.SimplexMesh(mesh.vertices, mesh.connectivity)):
+        free = np.where(mesh.data["crease"] == 1, 0.0, 0.4)
+        model = sm.DeformableModel(start, None, alpha=free, damping=1.0, constraint="mean_curvature")
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            for _ in model.run(3):
+                pass
+        moves.append(np.abs(((model.mesh.vertices - mesh.vertices) * mesh.normals).sum(axis=1))[beside].mean())
+    assert moves[0] < 0.8 * moves[1]
+
+
+def test_a_bad_choice_is_told():
+    with pytest.raises(ValueError, match="creases must be"):
+        sm.reconstruct(np.zeros((10, 3)), creases="all")
+
+
+class TestFlatFaces:
+    def test_a_flat_face_with_corners_on_a_line_does_not_cross_itself(self):
+        ball, rng = sm.sphere(6), np.random.default_rng(0)
+        c = ball.connectivity
+        face = int(np.flatnonzero(c.face_sizes == 6)[0])
+        loop = c.face_vertices[c.face_offsets[face] : c.face_offsets[face + 1]]
+        for _ in range(50):
+            vertices = ball.vertices.copy()
+            vertices[loop] = [[3, 0, 0], [4, 0, 0], [5, 0, 0], [6, 0, 0], [5, 1, 0], [4, 1, 0]]
+            vertices[loop] += 1e-10 * rng.normal(size=(6, 3))
+            assert [face, face] not in self_intersections(vertices, c).tolist()
+
+    def test_a_star_does(self):
+        ball = sm.sphere(4)
+        c = ball.connectivity
+        face = int(np.flatnonzero(c.face_sizes == 5)[0])
+        loop = c.face_vertices[c.face_offsets[face] : c.face_offsets[face + 1]]
+        vertices = ball.vertices.copy()
+        vertices[loop] = vertices[loop[[0, 2, 4, 1, 3]]] + 1e-3 * np.arange(5)[:, None] * vertices[loop].mean(axis=0)
+        pairs = self_intersections(vertices, c)
+        assert [face, face] in pairs.tolist()
