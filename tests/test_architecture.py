@@ -55,7 +55,7 @@ DOORS = {
     "pye57": ["/data/io/survey/e57.py"],
     "pyvista": [
         *("/plot/*.py", "/bench/charts.py", "/data/io/vtk.py", "/data/conversion.py", "/data/io/writing.py"),
-        *("/cli/*.py", "/cloud/extraction/result.py"),
+        *("/cli/*.py", "/cloud/extraction/result.py", "/cloud/primitives/curve.py"),
     ],
     "vtkmodules": [
         *("/data/io/vtk.py", "/data/io/polydata.py", "/data/io/integrity/apart.py", "/data/cutting/clipping.py"),

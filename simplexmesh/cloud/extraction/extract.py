@@ -12,7 +12,7 @@ from simplexmesh._base import checks
 from simplexmesh._base.progress import Report, reporting
 from simplexmesh.cloud.extraction.finishing import described, labelled
 from simplexmesh.cloud.extraction.joint import Parts, together
-from simplexmesh.cloud.extraction.patches import LEAST, Limits
+from simplexmesh.cloud.extraction.patches import Limits
 from simplexmesh.cloud.extraction.result import KINDS, Extraction
 from simplexmesh.cloud.extraction.search import found_one_by_one
 from simplexmesh.cloud.extraction.working import Working, working
@@ -25,6 +25,9 @@ Indices = NDArray[np.int64]
 
 SHARE = 1e-3
 """Of the points, those that a primitive has at least, by default."""
+
+LEAST = 24
+"""Points of a cloud and of a primitive, at least: three to each parameter of a torus."""
 
 FEWEST = 50
 """... but no fewer than these, which tell a torus from noise."""
@@ -132,7 +135,7 @@ def extract_primitives(
         state = together(work, found, limits, generator)
         report(0.9, "labelling all points")
         labels = labelled(work, state, unit)
-    return _finished(given, work, state, labels, inverse, middle, size)
+    return _finished(given, work, state, labels, inverse, middle, size, generator)
 
 
 def _cloud(value: Any) -> PointCloud:
@@ -158,7 +161,14 @@ def _limits(kinds: Sequence[str], low: float, high: float) -> Limits:
 
 
 def _finished(
-    cloud: PointCloud, work: Working, state: Parts, labels: Indices, inverse: Indices, middle: Array, size: float
+    cloud: PointCloud,
+    work: Working,
+    state: Parts,
+    labels: Indices,
+    inverse: Indices,
+    middle: Array,
+    size: float,
+    rng: np.random.Generator,
 ) -> Extraction:
     """Return primitives in the cloud's own unit, those of the most points first, with how they were fitted."""
     labels = labels[inverse]
@@ -169,8 +179,8 @@ def _finished(
     rank[order] = np.arange(len(order))
     labels = rank[labels]
     primitives = tuple(
-        described(scaled(state.primitives[k], size, middle), cloud.points[labels == rank[k]]) for k in order
+        described(scaled(state.primitives[k], size, middle), cloud.points[labels == rank[k]], rng) for k in order
     )
     bends = [(state.first_bend + k, bend.first, bend.second) for k, bend in enumerate(state.bends)]
-    joined = tuple(tuple(int(rank[k]) for k in each) for each in bends)
+    joined = tuple(tuple(int(rank[k]) for k in each) for each in bends if (rank[list(each)] >= 0).all())
     return Extraction(cloud, primitives, checks.frozen(labels), work.noise * size, joined)  # type: ignore[arg-type]

@@ -142,7 +142,8 @@ def _chosen(cloud: Cloud, given: Given) -> Primitive:
     """Return the simplest surface that is as good as any."""
     kinds = selection.SURFACES[:1] if given.flat else selection.SURFACES
     tried = [fitted(kind, cloud, None, robust=given.robust, start=None) for kind in kinds]
-    found = [each for each in tried if each is not None and len(cloud.some) > each.n_parameters]
+    least = max(len(cloud.some), 4)  # three points are on a plane
+    found = [each for each in tried if each is not None and least > each.n_parameters]
     some = cloud.some
     if given.robust:
         best = min(found, key=lambda each: deviation(each, np.abs(each.distance(some))))
