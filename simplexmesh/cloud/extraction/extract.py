@@ -12,7 +12,7 @@ from simplexmesh._base import checks
 from simplexmesh._base.progress import Report, reporting
 from simplexmesh.cloud.extraction.finishing import described, labelled
 from simplexmesh.cloud.extraction.joint import Parts, together
-from simplexmesh.cloud.extraction.patches import Limits
+from simplexmesh.cloud.extraction.patches import LEAST, Limits
 from simplexmesh.cloud.extraction.result import KINDS, Extraction
 from simplexmesh.cloud.extraction.search import found_one_by_one
 from simplexmesh.cloud.extraction.working import Working, working
@@ -25,9 +25,6 @@ Indices = NDArray[np.int64]
 
 SHARE = 1e-3
 """Of the points, those that a primitive has at least, by default."""
-
-LEAST = 24
-"""Points of a cloud and of a primitive, at least: three to each parameter of a torus."""
 
 FEWEST = 50
 """... but no fewer than these, which tell a torus from noise."""

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from simplexmesh._base.vectors import norm
 from simplexmesh.cloud.extraction import _kernels_growth
-from simplexmesh.cloud.extraction.patches import Limits, fit, refined
+from simplexmesh.cloud.extraction.patches import AFTER, LEAST, Limits, fit, refined
 from simplexmesh.cloud.extraction.working import Working
 from simplexmesh.cloud.fitting.solver import KERNEL
 from simplexmesh.cloud.primitives import Primitive
@@ -36,11 +36,9 @@ ROUNDS = 5
 DECISIVE = 5.0
 """Difference of half the Bayesian information criterion that is very strong evidence (Kass and Raftery 1995)."""
 
-MORE = 0.01
-"""Share of its evidence that a primitive must gain in a round to grow on."""
+BETTER = 0.02
+"""... and its least share, as the noise is not known exactly."""
 
-BLOCKS = 32
-"""Of neighbors, at least, whose means tell whether distances are independent."""
 
 UNEVEN = 1.25
 """Noise shown by points within three deviations, in these, above which their noise is larger than it was taken for."""
@@ -87,7 +85,7 @@ def grown_once(work: Working, primitive: Primitive, free: Mask, seeds: Indices, 
     while True:
         members = connected(work, primitive, free, seeds, WITHIN * noise)
         shown = deviation(work, primitive, members)
-        if shown <= limit * noise or noise >= COARSEST * work.noise or len(members) < work.patch:
+        if shown <= limit * noise or noise >= COARSEST * work.noise or len(members) < LEAST:
             return Grown(primitive, members, noise, evidence(work, primitive, members, noise))
         noise, limit = min(shown, COARSEST * work.noise), SETTLED
 
@@ -118,42 +116,18 @@ def grown(
         for each in tried:
             if each.evidence > best.evidence + margin(work, each, best):
                 best = each
-        if best.evidence < before.evidence * (1 + MORE) + 1:
+        if best.evidence < before.evidence * (1 + BETTER / 2) + 1:
             break
     return best
 
 
 def margin(work: Working, one: Grown, other: Grown) -> float:
-    """Return by how much the evidence of a primitive must be more than that of another.
-
-    What more parameters are worth is told by the distances that are independent (Chaperon 2002, 5.1), not by those of
-    neighbors that are off together, as over the waves of depth cameras.
-    """
-    more = one.primitive.n_parameters - other.primitive.n_parameters
-    if more == 0:
+    """Return by how much the evidence of a primitive must be more than that of another."""
+    if one.primitive.n_parameters > other.primitive.n_parameters:
+        return DECISIVE + BETTER * other.noise / work.noise * max(other.evidence, 0)
+    if one.primitive.kind == other.primitive.kind:
         return 0.0
-    richer = one if more > 0 else other
-    share, count = together_off(work, richer), max(len(richer.members), 2)
-    half = 0.5 * abs(more)
-    price = share * (DECISIVE + half * float(np.log(max(count / share, 2)))) - half * float(np.log(count))
-    return price if more > 0 else -price
-
-
-def together_off(work: Working, found: Grown) -> float:
-    """Return how many points say as much as one whose distance is independent of those of the others.
-
-    It is the variance of means over blocks of neighbors, in that of means of independent distances, for the size of
-    blocks at which that is most.
-    """
-    order = found.members[np.argsort(work.place[found.members])]
-    distance = fits(work, found.primitive, order)[0]
-    square = max(float(np.mean(distance**2)), 1e-300) if len(distance) else 1.0
-    most, size = 1.0, 4
-    while len(distance) >= BLOCKS * size:
-        means = distance[: len(distance) // size * size].reshape(-1, size).mean(axis=1)
-        most = max(most, size * float(np.mean(means**2)) / square)
-        size *= 2
-    return most
+    return -DECISIVE
 
 
 def candidates(work: Working, now: Grown, wide: Indices, limits: Limits, rng: np.random.Generator) -> list[Primitive]:
@@ -162,8 +136,8 @@ def candidates(work: Working, now: Grown, wide: Indices, limits: Limits, rng: np
     about = thinned(wide, rng)
     scale = WITHIN * now.noise
     out = [refined(now.primitive, work.points[near], scale)]
-    for kind in limits.kinds:
-        if kind == now.primitive.kind:
+    for kind in (kind for kinds in AFTER[now.primitive.kind] for kind in kinds):
+        if kind not in limits.kinds:
             continue
         for some in (near, about) if len(wide) > 1.1 * len(now.members) else (near,):
             first = fit(kind, work.points[some], work.normals[some])

@@ -16,8 +16,11 @@ from simplexmesh.cloud.primitives import Cone, Primitive
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-LARGEST = 3072
-"""Neighbors of the largest patch."""
+LEAST = 24
+"""Neighbors of the smallest patch: three to each parameter of a torus."""
+
+DOUBLINGS = 7
+"""Of the patch: up to 3072 neighbors."""
 
 LOOKED_AT = 160
 """Points of a patch that are fitted."""
@@ -28,8 +31,15 @@ SLACK = 1.3
 STEPS = 8
 """Of the solver."""
 
-SIMPLEST_FIRST = (("plane",), ("sphere", "cylinder"), ("cone", "torus"))
-"""Kinds; of those of as many parameters the better one is tried."""
+AFTER = {
+    "": (("plane",), ("sphere", "cylinder"), ("cone", "torus")),
+    "plane": (("sphere", "cylinder"), ("cone", "torus")),
+    "sphere": (("cylinder",), ("cone", "torus")),
+    "cylinder": (("cone", "torus"), ("sphere",)),
+    "cone": (("cylinder",), ("torus",)),
+    "torus": (("sphere", "cylinder"), ("cone",)),
+}
+"""What a patch may turn out to be as it grows, the simplest kinds first."""
 
 
 @dataclass(frozen=True)
@@ -61,13 +71,12 @@ SLIMMEST, STEEPEST = np.radians([1, 85])
 """Half angles of cones: below they are cylinders, above planes."""
 
 
-def patch(points: Array, normals: Array, near: Indices, noise: float, limits: Limits, size: int) -> Primitive | None:
-    """Return the primitive of the largest patch of nearest neighbors `near` (t,) whose distances are noise, or None.
-
-    Patches grow from a size on by doubling.
-    """
-    found = None
-    while True:
+def patch(
+    points: Array, normals: Array, near: Indices, noise: float, limits: Limits, known: Primitive | None = None
+) -> Primitive | None:
+    """Return the primitive of the largest patch of nearest neighbors `near` (t,) whose distances are noise, or None."""
+    found, size = known, LEAST
+    for _ in range(DOUBLINGS + 1):
         members = near[:size]
         some = members[:: -(-len(members) // LOOKED_AT)]
         fitted = suited(points[some], normals[some], noise, limits, found)
@@ -87,9 +96,8 @@ def suited(points: Array, normals: Array, noise: float, limits: Limits, before: 
         if error(again, points) <= SLACK * noise:
             return again
     size = float(norm(points - points.mean(axis=0)).max())
-    known = None if before is None else before.kind
-    for kinds in SIMPLEST_FIRST:
-        tried = [fit(kind, points, normals) for kind in kinds if kind in limits.kinds and kind != known]
+    for kinds in AFTER[before.kind if before is not None else ""]:
+        tried = [fit(kind, points, normals) for kind in kinds if kind in limits.kinds]
         good = [each for each in tried if each is not None and limits.allow(each, size)]
         errors = [error(each, points) for each in good]
         if errors and min(errors) <= SLACK * noise:

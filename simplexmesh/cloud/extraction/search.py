@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 from simplexmesh._base.progress import Report, _silent
 from simplexmesh._base.vectors import norm
 from simplexmesh.cloud.extraction.growth import ASLANT, SETTLED, WITHIN, Grown, deviation, fits, grown, grown_once
-from simplexmesh.cloud.extraction.patches import LARGEST, Limits, patch
+from simplexmesh.cloud.extraction.patches import DOUBLINGS, LEAST, Limits, patch
 from simplexmesh.cloud.extraction.result import KINDS
 from simplexmesh.cloud.extraction.working import Working
 
@@ -81,14 +81,14 @@ def hypotheses(work: Working, alive: NDArray[np.bool_], seeds: Indices, limits: 
     """Return the primitives of patches about seeds that have grown once."""
     free = np.flatnonzero(alive)
     tree = cKDTree(work.points[free], balanced_tree=False, compact_nodes=False)
-    count = min(LARGEST, len(free))
+    count = min(LEAST * 2**DOUBLINGS, len(free))
     out = []
     for seed in seeds:
         near = free[tree.query(work.points[seed], k=count)[1]]
-        found = patch(work.points, work.normals, near, work.noise, limits, work.patch)
+        found = patch(work.points, work.normals, near, work.noise, limits)
         if found is not None:
-            out.append(grown_once(work, found, alive, near[: work.patch]))
-    return [each for each in out if len(each.members) >= min(limits.fewest, work.patch) // 2]
+            out.append(grown_once(work, found, alive, near[:LEAST]))
+    return [each for each in out if len(each.members) >= min(limits.fewest, LEAST) // 2]
 
 
 def piece_of(

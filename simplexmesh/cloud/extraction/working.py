@@ -19,14 +19,11 @@ MOST = 100_000
 NEIGHBORS = 16
 """Of each point, itself the first: over them shapes grow."""
 
-AROUND = (8, 32)
-"""Least and most neighbors of a normal."""
+AROUND = 32
+"""Neighbors of normals where noise is large beside the distances between points."""
 
-TILT = 100.0
-"""Neighbors of a normal by the noise in distances between points: with so many it turns normals by two degrees."""
-
-PATCH = (12, 24)
-"""Points of the smallest patches, least and most: half as many more as neighbors of a normal."""
+NOISY = 0.3
+"""Noise in distances between points from which on normals have more neighbors."""
 
 SAMPLED = 3000
 """Points whose surroundings tell the noise."""
@@ -49,20 +46,15 @@ FLAT = 0.12
 
 @dataclass(frozen=True, eq=False)
 class Working:
-    """Points (n, 3) of unit size, neighbors (n, k), normals (n, 3), what is smooth, deviations from planes.
-
-    Those near in `place` are near; patches have `patch` points at least.
-    """
+    """Points (n, 3) of unit size, neighbors (n, k), normals (n, 3), what is smooth, deviations from planes."""
 
     points: Array
     near: Indices
     normals: Array
     smooth: NDArray[np.bool_]
     rough: Array
-    place: Indices
     spacing: float
     noise: float
-    patch: int
 
 
 def working(points: Array, noise: float | None, rng: np.random.Generator) -> Working:
@@ -74,16 +66,14 @@ def working(points: Array, noise: float | None, rng: np.random.Generator) -> Wor
     distance, near = tree.query(points, k=count, workers=-1)
     spacing = float(np.median(distance[:, -1])) * np.sqrt(np.pi / count)
     deviation = noise if noise is not None else max(measured_noise(points, tree, rng), FLOOR * spacing)
-    around = min(round(float(np.clip(TILT * deviation / spacing, *AROUND))), len(points))
-    wide = near[:, :around] if around <= count else tree.query(points, k=around, workers=-1)[1]
+    wide = near
+    if deviation > NOISY * spacing and len(points) > 2 * AROUND:
+        wide = tree.query(points, k=AROUND, workers=-1)[1]
     normals, variance = np.empty_like(points), np.empty(len(points))
     _kernels_local_fits.fit_planes(points, wide, normals, variance, np.empty_like(points))
     spread = np.mean(np.square(points[wide] - points[:, None]).sum(axis=2), axis=1)
     smooth = variance <= FLAT * spread
-    place = np.empty(len(points), np.int64)
-    place[tree.indices] = np.arange(len(points))
-    patch = int(np.clip(3 * around // 2, *PATCH))
-    return Working(points, near, normals, smooth, np.sqrt(variance), place, spacing, deviation, patch)
+    return Working(points, near, normals, smooth, np.sqrt(variance), spacing, deviation)
 
 
 def measured_noise(points: Array, tree: cKDTree, rng: np.random.Generator) -> float:

@@ -56,8 +56,6 @@ class Fit:
         Returns the `validation`.
     vertices : (m,) array of int, optional
         Numbers of the points used, of a fit that leaves some out.
-    covered : float, optional
-        Of circles by `fit_circle` and `rim_circle`, the share that has points near, from 0 to 1: half a rim has 0.5.
     """
 
     rms: float
@@ -67,7 +65,6 @@ class Fit:
     count: int
     tests: Callable[[], Validation] | None = None
     vertices: Indices | None = None
-    covered: float | None = None
 
     @cached_property
     def validation(self) -> Validation | None:

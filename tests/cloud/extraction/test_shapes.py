@@ -8,7 +8,7 @@ from scipy.spatial import cKDTree
 
 import simplexmesh as sm
 from simplexmesh._base.vectors import norm
-from simplexmesh.cloud.extraction.growth import Grown, connected, evidence, fits, grown_once, margin, together_off
+from simplexmesh.cloud.extraction.growth import connected, evidence, fits
 from simplexmesh.cloud.extraction.patches import Limits, patch
 from simplexmesh.cloud.extraction.result import KINDS
 from simplexmesh.cloud.extraction.working import frequent, working
@@ -92,7 +92,7 @@ def test_a_patch_grows_into_what_its_surroundings_are(kind):
     limits, tree, tried = Limits(KINDS, (0.0, np.inf), 50), cKDTree(points), []
     for seed in range(6):
         near = tree.query(points[seed], k=400)[1]
-        found = patch(work.points, work.normals, near, work.noise, limits, 24)
+        found = patch(work.points, work.normals, near, work.noise, limits)
         if found is not None:
             tried.append(np.quantile(np.abs(found.distance(points[near])), 0.9) / work.noise)
     assert min(tried) < 2
@@ -123,45 +123,3 @@ def test_evidence_is_greatest_for_the_noise_there_is():
     near = np.flatnonzero(norm(points - shape.center) > 0)
     values = {noise: evidence(work, shape, near, noise) for noise in (0.01, 0.015, 0.02, 0.03, 0.04)}
     assert max(values, key=values.get) == 0.02
-
-
-@pytest.mark.parametrize("thick", [0.1, 0.15])
-def test_two_exact_shells_are_told_apart(thick):
-    rng = np.random.default_rng(1)
-    ways = rng.normal(size=(6000, 3))
-    points = ways / norm(ways)[:, None] * np.repeat([1.0, 1.0 - thick], 3000)[:, None]
-    out = sm.extract_primitives(points)
-    assert [each.kind for each in out.primitives] == ["sphere", "sphere"]
-    np.testing.assert_allclose(sorted(each.radius for each in out.primitives), [1 - thick, 1], rtol=1e-6)
-
-
-@pytest.mark.parametrize("seed", range(2))
-def test_long_waves_are_no_reason_to_bend_a_floor(seed):
-    rng = np.random.default_rng(seed)
-    x, y = rng.uniform(-1, 1, (2, 12_000))
-    waves = np.zeros(12_000)
-    for _ in range(40):  # half a metre long: a depth camera's noise is alike over many of its pixels
-        k = rng.normal(0, 8, 2)
-        waves += rng.normal(0, 0.004) * np.cos(k[0] * x + k[1] * y + rng.uniform(0, 7))
-    points = np.column_stack([x, y, waves + rng.normal(0, 0.003, 12_000)])
-    work, everywhere = working(points, 0.003, rng), np.ones(12_000, bool)
-    flat, bent = (
-        grown_once(work, sm.fit_primitive(points, kind), everywhere, np.arange(12_000))
-        for kind in ("plane", "cylinder")
-    )
-    assert bent.evidence > flat.evidence + 20
-    assert bent.evidence < flat.evidence + margin(work, bent, flat)
-
-
-def test_distances_that_are_alike_over_blocks_count_as_few():
-    rng = np.random.default_rng(0)
-    flat = rng.uniform(0, 1, (8192, 2))
-    level = Plane([0, 0, 0], [0, 0, 1])
-
-    def worth(height):
-        work = working(np.column_stack([flat, height]), 0.01, rng)
-        return together_off(work, Grown(level, np.arange(8192), 0.01, 0.0))
-
-    assert worth(rng.normal(0, 0.01, 8192)) < 2
-    cells = np.floor(flat * 8).astype(int) @ [8, 1]  # 64 cells of 128 points
-    assert 40 < worth(rng.normal(0, 0.01, 64)[cells]) < 300
