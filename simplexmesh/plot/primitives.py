@@ -20,6 +20,8 @@ COLORS = {
     "cylinder": "#5b9bbf",
     "cone": "#b07fb8",
     "torus": "#d9705a",
+    "line": INK,
+    "circle": INK,
 }
 """Colors of kinds."""
 
@@ -61,8 +63,12 @@ def primitives(
     points = as_points(cloud, "cloud")
     alone, plotter = plotter is None, stage() if plotter is None else plotter
     for primitive in _primitives(found):
-        surface = primitive.to_pyvista().compute_normals(split_vertices=False, auto_orient_normals=False)
-        add(plotter, surface, SURFACE_LIT, color=COLORS[primitive.kind])
+        part, color = primitive.to_pyvista(), COLORS[primitive.kind]
+        if part.n_faces_strict:
+            part = part.compute_normals(split_vertices=False, auto_orient_normals=False)
+            add(plotter, part, SURFACE_LIT, color=color)
+        else:
+            plotter.add_mesh(part, color=color, line_width=4)
     some = points.points[:: max(1, -(-len(points.points) // MOST_POINTS))]
     plotter.add_points(np.asarray(some), color=INK, point_size=1.5, opacity=0.35)
     headline(plotter, title)

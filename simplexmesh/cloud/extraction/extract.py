@@ -132,7 +132,7 @@ def extract_primitives(
         state = together(work, found, limits, generator)
         report(0.9, "labelling all points")
         labels = labelled(work, state, unit)
-    return _finished(given, work, state, labels, inverse, middle, size)
+    return _finished(given, work, state, labels, inverse, middle, size, generator)
 
 
 def _cloud(value: Any) -> PointCloud:
@@ -160,7 +160,14 @@ def _limits(kinds: Sequence[str], low: float, high: float) -> Limits:
 
 
 def _finished(
-    cloud: PointCloud, work: Working, state: Parts, labels: Indices, inverse: Indices, middle: Array, size: float
+    cloud: PointCloud,
+    work: Working,
+    state: Parts,
+    labels: Indices,
+    inverse: Indices,
+    middle: Array,
+    size: float,
+    rng: np.random.Generator,
 ) -> Extraction:
     """Return primitives in the cloud's own unit, those of the most points first, with how they were fitted."""
     labels = labels[inverse]
@@ -171,8 +178,8 @@ def _finished(
     rank[order] = np.arange(len(order))
     labels = rank[labels]
     primitives = tuple(
-        described(scaled(state.primitives[k], size, middle), cloud.points[labels == rank[k]]) for k in order
+        described(scaled(state.primitives[k], size, middle), cloud.points[labels == rank[k]], rng) for k in order
     )
     bends = [(state.first_bend + k, bend.first, bend.second) for k, bend in enumerate(state.bends)]
-    joined = tuple(tuple(int(rank[k]) for k in each) for each in bends)
+    joined = tuple(tuple(int(rank[k]) for k in each) for each in bends if (rank[list(each)] >= 0).all())
     return Extraction(cloud, primitives, checks.frozen(labels), work.noise * size, joined)  # type: ignore[arg-type]

@@ -10,6 +10,7 @@ from simplexmesh.cloud.extraction import _kernels_growth
 from simplexmesh.cloud.extraction.growth import surface
 from simplexmesh.cloud.extraction.joint import NONE, PULL, Parts, half_spaces
 from simplexmesh.cloud.extraction.working import Working
+from simplexmesh.cloud.fitting.describe import deferred_tests
 from simplexmesh.cloud.fitting.solver import normal_matrix
 from simplexmesh.cloud.primitives import Fit, Primitive
 
@@ -43,8 +44,8 @@ def labelled(work: Working, state: Parts, points: Array) -> Indices:
     return labels
 
 
-def described(primitive: Primitive, points: Array) -> Primitive:
-    """Return a primitive with how it fits points."""
+def described(primitive: Primitive, points: Array, rng: np.random.Generator) -> Primitive:
+    """Return a primitive with how it fits points; whether that is valid is tested when asked for."""
     primitive = primitive.centered(points)
     distance = primitive.distance(points)
     square = float(distance @ distance)
@@ -55,6 +56,7 @@ def described(primitive: Primitive, points: Array) -> Primitive:
         noise**2 * inverse(normal_matrix(primitive, points)),
         primitive.within(points),
         len(points),
+        deferred_tests(primitive, points, np.ones(primitive.n_parameters, bool), rng),
     )
     return primitive.with_fit(fit)
 

@@ -166,6 +166,6 @@ def _plain(primitive: Primitive) -> dict[str, Any]:
             "count": fit.count,
             "extent": fit.extent.tolist(),
             "parameters": list(primitive.parameter_names),
-            "covariance": fit.covariance.tolist(),
+            "covariance": fit.covariance.tolist() if np.isfinite(fit.covariance).all() else None,
         }
     return out

@@ -12,6 +12,7 @@ from simplexmesh._base.progress import Report, _silent
 from simplexmesh._base.vectors import norm
 from simplexmesh.cloud.extraction.growth import ASLANT, SETTLED, WITHIN, Grown, deviation, fits, grown, grown_once
 from simplexmesh.cloud.extraction.patches import DOUBLINGS, LEAST, Limits, patch
+from simplexmesh.cloud.extraction.result import KINDS
 from simplexmesh.cloud.extraction.working import Working
 
 Array = NDArray[np.float64]
@@ -38,6 +39,9 @@ THICK = 0.05
 TOGETHER = 0.5
 """Share of the neighbors of a primitive's points that are on it too: of points that are by chance few are."""
 
+PIECE = 0.5
+"""Share of the evidence for a primitive below which what explains no more is a piece of it."""
+
 
 def found_one_by_one(work: Working, limits: Limits, rng: np.random.Generator, report: Report = _silent) -> list[Grown]:
     """Return primitives with their points, which are of one primitive each."""
@@ -62,6 +66,9 @@ def found_one_by_one(work: Working, limits: Limits, rng: np.random.Generator, re
         pool = pool[TRIED:]
         if best is None:
             continue
+        if (whole := piece_of(work, best, alive, limits, rng)) is not None:
+            alive[taken(work, whole)] = False
+            continue
         out.append(best)
         report(0.1 + 0.7 * (1 - float(alive.mean())), "finding primitives")
         barren = 0
@@ -82,6 +89,16 @@ def hypotheses(work: Working, alive: NDArray[np.bool_], seeds: Indices, limits: 
         if found is not None:
             out.append(grown_once(work, found, alive, near[:LEAST]))
     return [each for each in out if len(each.members) >= min(limits.fewest, LEAST) // 2]
+
+
+def piece_of(
+    work: Working, found: Grown, alive: NDArray[np.bool_], limits: Limits, rng: np.random.Generator
+) -> Grown | None:
+    """Return the primitive, of a kind that is not looked for, that one is a small piece of: a pipe is no planes."""
+    if set(limits.kinds) == set(KINDS):
+        return None
+    whole = grown(work, found.primitive, alive, found.members, replace(limits, kinds=KINDS), rng)
+    return None if whole.primitive.kind in limits.kinds or found.evidence > PIECE * whole.evidence else whole
 
 
 def sound(work: Working, found: Grown, limits: Limits, alive: NDArray[np.bool_]) -> bool:

@@ -8,6 +8,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from simplexmesh._base import checks
 from simplexmesh.cloud.fitting.inputs import Given, per_point
 from simplexmesh.cloud.fitting.solver import Mask, normal_matrix
 from simplexmesh.cloud.primitives import Fit, Primitive
@@ -36,9 +37,10 @@ def described(primitive: Primitive, given: Given, used: NDArray[np.bool_], mask:
     noise = float(np.sqrt(square / spare)) if spare else float("nan")
     deviation = noise if given.noise is None else given.noise
     covariance = deviation**2 * inverse(normal_matrix(primitive, points, given.weights), free, primitive.kind)
-    tests = _tests(primitive, points, free, given) if each == 1 else None
-    extent = primitive.within(points)
-    return primitive.with_fit(Fit(float(np.sqrt(square / count)), noise, covariance, extent, count, tests))
+    tests = deferred_tests(primitive, points, free, given.rng, given.noise, given.weights) if each == 1 else None
+    vertices = checks.frozen(np.flatnonzero(used)) if given.robust else None
+    rms = float(np.sqrt(square / count))
+    return primitive.with_fit(Fit(rms, noise, covariance, primitive.within(points), count, tests, vertices))
 
 
 def inverse(matrix: Array, free: NDArray[np.bool_], kind: str) -> Array:
@@ -53,22 +55,35 @@ def inverse(matrix: Array, free: NDArray[np.bool_], kind: str) -> Array:
     return out
 
 
-def _tests(
-    primitive: Primitive, points: Array, free: NDArray[np.bool_], given: Given
+def deferred_tests(
+    primitive: Primitive,
+    points: Array,
+    free: NDArray[np.bool_],
+    rng: np.random.Generator,
+    noise: float | None = None,
+    weights: Array | None = None,
 ) -> Callable[[], Validation] | None:
     """Return what tests whether the distances of some of the points are noise; None of too few points."""
-    if len(points) > TESTED:
-        points = points[np.sort(given.rng.choice(len(points), TESTED, replace=False))]
     if len(points) < primitive.n_parameters + SPARE:
         return None
-    return partial(
-        validated,
+    scale = np.ones(len(points)) if weights is None else np.sqrt(weights)
+    if len(points) > TESTED:
+        some = np.sort(rng.choice(len(points), TESTED, replace=False))
+        points, scale = points[some], scale[some]
+    return partial(_tested, primitive, points, scale, free, noise, int(rng.integers(2**32)))
+
+
+def _tested(
+    primitive: Primitive, points: Array, scale: Array, free: NDArray[np.bool_], noise: float | None, seed: int
+) -> Validation:
+    """Return whether distances are noise, those of weighted points at the scale of this."""
+    return validated(
         primitive.projected(points),
-        primitive.distance(points),
+        scale * primitive.distance(points),
         primitive.coordinates(points),
         int(free.sum()),
-        noise=given.noise,
+        noise=noise,
         periods=primitive.periods,
-        derivatives=primitive.derivatives(points)[:, free],
-        rng=int(given.rng.integers(2**32)),
+        derivatives=scale[:, None] * primitive.derivatives(points)[:, free],
+        rng=seed,
     )

@@ -20,6 +20,9 @@ Array = NDArray[np.float64]
 MOST_POINTS = 2000
 """From which normals and initial values are taken; kinds are compared on them."""
 
+LEAST_POINTS = 24
+"""... at least, of weighted ones, if there are as many."""
+
 FEW = 300
 """Points on which initial values are compared."""
 
@@ -68,11 +71,14 @@ class Cloud:
 
 
 def cloud_of(given: Given) -> Cloud:
-    """Return the points of a fit with normals of some of them."""
-    points = given.unit
+    """Return the points of a fit with normals of some of them: of weighted ones as many as these are worth."""
+    points, weights = given.unit, given.weights
     chosen = np.arange(len(points))
-    if len(points) > MOST_POINTS:
-        chosen = np.sort(given.rng.choice(len(points), MOST_POINTS, replace=False))
+    worth = len(points) if weights is None else round(len(points) ** 2 / float(weights @ weights))
+    if worth < len(points) or worth > MOST_POINTS:
+        share = None if weights is None else weights / weights.sum()
+        count = max(min(worth, MOST_POINTS), min(LEAST_POINTS, len(points)))
+        chosen = np.sort(given.rng.choice(len(points), count, replace=False, p=share))
     some = points[chosen]
     normals = planes(some).normals if given.normals is None else given.normals[chosen]
     return Cloud(points, some, normals, in_unit(given), given.rng)

@@ -24,11 +24,16 @@ if TYPE_CHECKING:
     from simplexmesh.mesh.simplex_mesh import SimplexMesh
 
 Array = NDArray[np.float64]
-
-TURN = 2 * np.pi
+Indices = NDArray[np.int64]
 
 NEWTON_STEPS = 12
-"""Along a vertex' normal; the distance to the surface is left within a millionth after few."""
+"""Along a vertex' normal."""
+
+CONVERGED = 1e-6
+"""Share of its way that a vertex may still be off after these."""
+
+ROUNDING = 1e-6
+"""... in coordinates, of which distances are known to a millionth of a millionth."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -49,6 +54,8 @@ class Fit:
         How many points were used.
     tests : callable, optional
         Returns the `validation`.
+    vertices : (m,) array of int, optional
+        Numbers of the points used, of a fit that leaves some out.
     """
 
     rms: float
@@ -57,6 +64,7 @@ class Fit:
     extent: Array
     count: int
     tests: Callable[[], Validation] | None = None
+    vertices: Indices | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "covariance", checks.frozen(self.covariance))
@@ -249,8 +257,8 @@ class Primitive(ABC):
                 way = way - self.distance(at) / dot(self.gradient(at), along)
             way = np.where(np.isfinite(way), way, np.inf)
             at = start + np.clip(way, -reach, reach)[:, None] * along
-        size = float(np.abs(start).max(initial=0.0)) + 1.0
-        met = (np.abs(way) <= reach) & (np.abs(self.distance(at)) < 1e-6 * size) & (dot(self.gradient(at), along) > 0)
+        left = CONVERGED * (np.abs(way) + ROUNDING * np.abs(start).max(axis=1, initial=0.0))
+        met = (np.abs(way) <= reach) & (np.abs(self.distance(at)) <= left) & (dot(self.gradient(at), along) > 0)
         if self.extent is not None:
             met &= patch.inside(self.coordinates(at), self.extent, self.periods)
         return np.where(met, way, np.nan)

@@ -9,13 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh._base import checks
-from simplexmesh.cloud.primitives.base import Fit, Primitive, checked_axis, text
+from simplexmesh.cloud.primitives.base import Fit, checked_axis, text
+from simplexmesh.cloud.primitives.curve import Curve
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Circle(Primitive):
+class Circle(Curve):
     """A circle in space; distances from it are not negative.
 
     Attributes

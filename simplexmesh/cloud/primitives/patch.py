@@ -64,14 +64,14 @@ def extremes(frame: Array, ends: Array, periods: tuple[bool, bool]) -> Array:
     """Return coordinates (n, 2) among which are those of the least and greatest x, y and z within ranges.
 
     Along a circle about the axis a component is extreme where its direction across the axis points, or away from that;
-    along a profile that comes around, where the direction does in the half-plane through the axis.
+    along a round profile, where the direction does in the half-plane through the axis.
     """
     out = []
     for k in range(3):
         across = np.arctan2(frame[1, k], frame[0, k])
         for u in (*ends[0], across, across + np.pi):
             up = np.arctan2(frame[2, k], np.cos(u) * frame[0, k] + np.sin(u) * frame[1, k])
-            out += [(u, v) for v in (*ends[1], *([up, up + np.pi] if periods[1] else []))]
+            out += [(u, v) for v in (*ends[1], up, up - np.pi, up + np.pi)]
     coordinates = np.array(out)
     corners = np.array([(u, v) for u in ends[0] for v in ends[1]])
     return np.concatenate([corners, coordinates[inside(coordinates, ends, periods)]])

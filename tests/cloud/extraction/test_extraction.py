@@ -121,6 +121,27 @@ def test_only_wanted_kinds_and_radii_are_found(small):
     assert all(each.radius <= 0.11 for each in thin.primitives)
 
 
+def test_how_sure_primitives_are_is_told_when_asked_for(small, found):
+    told = [each.fit.validation for each in found.primitives]
+    assert all(0 <= each.p_value <= 1 for each in told)
+    assert sum(each.valid for each in told) >= len(told) / 2
+    ends = [(-1.0, 1.0), (-1.0, 1.0)]
+    bowl = np.random.default_rng(0).uniform(*np.transpose(ends), (3000, 2))
+    saddle = np.column_stack([bowl, 0.1 * bowl[:, 0] ** 3])
+    (flat,) = sm.extract_primitives(saddle, kinds="plane", noise=0.05).primitives
+    assert not flat.fit.validation.valid
+
+
+def test_a_pipe_is_no_planes():
+    rng = np.random.default_rng(0)
+    turn, along = rng.uniform([0, 0], [2 * np.pi, 4], (3000, 2)).T
+    pipe = np.stack([np.cos(turn), np.sin(turn), along], axis=1)
+    floor = np.append(rng.uniform(-3, 3, (4000, 2)), np.full((4000, 1), -2.0), axis=1)
+    out = sm.extract_primitives(np.concatenate([pipe, floor]) + rng.normal(0, 0.01, (7000, 3)), kinds="plane")
+    assert [each.kind for each in out.primitives] == ["plane"]
+    assert out.primitives[0].fit.count == pytest.approx(4000, rel=0.02)
+
+
 def test_duplicates_are_labelled_too(small, found):
     twice = sm.extract_primitives(np.concatenate([small.points, small.points[:100]]))
     np.testing.assert_array_equal(twice.labels[-100:], twice.labels[:100])
@@ -137,6 +158,8 @@ def test_files_hold_what_was_found(tmp_path, found):
     found.save(tmp_path / "shapes.vtp")
     mesh = pv.read(tmp_path / "shapes.vtp")
     assert set(mesh.cell_data["primitive"]) == set(range(len(found)))
+    text = (tmp_path / "shapes.json").read_text()
+    assert "NaN" not in text
     with pytest.raises(ValueError, match=r"must end in \.vtp or \.json"):
         found.save(tmp_path / "shapes.txt")
 

@@ -252,3 +252,43 @@ def test_a_million_points():
     assert abs(found.radius - 2) < 4 * np.sqrt(found.covariance[4, 4])
     assert np.sqrt(found.covariance[4, 4]) < 1e-3
     assert found.fit.validation.p_value > 1e-3
+
+
+def test_weights_choose_the_kind_and_the_start_too():
+    primitive, points = noisy("cylinder")
+    rng = np.random.default_rng(3)
+    strays = rng.uniform(points.min(axis=0) - 2, points.max(axis=0) + 2, (400, 3))
+    weights = np.append(np.ones(len(points)), np.full(len(strays), 1e-9))
+    for kind in ("any", "cylinder"):
+        found = sm.fit_primitive(np.concatenate([points, strays]), kind, weights=weights)
+        assert found.kind == "cylinder"
+        assert found.radius == pytest.approx(primitive.radius, rel=0.01)
+
+
+def test_validation_of_weighted_points_knows_their_noise():
+    primitive, points = exact("cylinder", 800)
+    rng = np.random.default_rng(2)
+    deviation = np.where(rng.random(800) < 0.5, 0.005, 0.05)
+    points = points + (deviation * rng.normal(size=800))[:, None] * primitive.gradient(points)
+    weights = 1 / deviation**2
+    found = sm.fit_primitive(points, "cylinder", weights=weights, noise=float(weights.mean() ** -0.5))
+    tests = found.fit.validation
+    assert tests.valid
+    assert tests.chi_square.statistic == pytest.approx(800, rel=0.15)
+    assert tests.normality.passed
+
+
+def test_three_points_are_on_a_plane():
+    found = sm.fit_primitive(np.eye(3), "any")
+    assert found.kind == "plane"
+    assert_allclose(found.distance(np.eye(3)), 0, atol=1e-12)
+
+
+def test_a_robust_fit_tells_which_points_it_used():
+    _, points = noisy("sphere")
+    far = points.copy()
+    far[:40] += 1.0
+    fit = sm.fit_primitive(far, "sphere", robust=True).fit
+    assert len(fit.vertices) == fit.count
+    assert len(np.intersect1d(fit.vertices, np.arange(40))) < 8
+    assert sm.fit_primitive(points, "sphere").fit.vertices is None

@@ -135,9 +135,10 @@ class TestPart:
         share = np.average(middle, axis=0, weights=np.linalg.norm(np.cross(one, two), axis=1))
         assert_allclose(points.mean(axis=0), share, atol=5 * points.std() / np.sqrt(len(points)) + 0.01)
 
+    @pytest.mark.parametrize("low", [0.2, -0.9])
     @pytest.mark.parametrize("kind", SURFACES)
-    def test_bounds_hold_samples_tightly(self, kind):
-        ends = [[0.3, 2.1], [0.2, 1.1]] if kind != "plane" else ENDS[kind]
+    def test_bounds_hold_samples_tightly(self, kind, low):
+        ends = [[0.3, 2.1], [0.2 if kind == "cone" else low, 1.1]] if kind != "plane" else ENDS[kind]
         primitive = bounded(KINDS[kind], ends)
         u, v = (np.linspace(*row, 400) for row in ends)
         points = primitive.at(np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2))
@@ -175,6 +176,16 @@ class TestGap:
         assert np.isnan(primitive.gap(start, normals, 0.01)).all()
         assert np.isnan(primitive.gap(start, -normals, 0.1)).all()
 
+    @pytest.mark.parametrize("unit", [1e-7, 1e5])
+    def test_is_the_same_in_any_unit(self, unit):
+        rng = np.random.default_rng(0)
+        start, normals = rng.normal(size=(800, 3)), rng.normal(size=(800, 3))
+        normals /= np.linalg.norm(normals, axis=1)[:, None]
+        one = P.Torus([0, 0, 0], AXIS, 1.0, 0.3).gap(start, normals, 1.0)
+        other = P.Torus([0, 0, 0], AXIS, unit, 0.3 * unit).gap(unit * start, normals, unit)
+        assert 30 < np.isfinite(one).sum() < 400
+        assert_allclose(other, unit * one, rtol=1e-6)
+
     def test_ends_where_the_points_did(self):
         pipe = bounded(KINDS["cylinder"], [[-np.pi, np.pi], [-1, 1]])
         beyond = pipe.at([[0.0, 2.0], [0.0, 0.5]])
@@ -204,3 +215,15 @@ class TestBadInput:
     def test_is_told(self, make, said):
         with pytest.raises(ValueError, match=said):
             make()
+
+
+class TestCurves:
+    @pytest.mark.parametrize("kind", ["line", "circle"])
+    def test_have_samples_bounds_and_a_polyline(self, kind):
+        curve = bounded(KINDS[kind], [[-np.pi, np.pi], [-3, 3] if kind == "line" else [0, 0]])
+        some, drawn = curve.sample(500, rng=0), curve.to_pyvista()
+        assert_allclose(curve.distance(some), 0, atol=1e-12)
+        assert_allclose(curve.distance(drawn.points), 0, atol=1e-6)
+        assert drawn.length == pytest.approx(np.linalg.norm(np.ptp(curve.bounds, axis=0)), rel=0.01)
+        with pytest.raises(ValueError, match="is a curve"):
+            curve.mesh()

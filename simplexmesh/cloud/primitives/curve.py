@@ -1,0 +1,36 @@
+"""What lines and circles have in common: they have a length, and no area."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplexmesh.cloud.primitives.base import Primitive
+from simplexmesh.cloud.primitives.patch import STEPS
+from simplexmesh.data.triangles import TriangleMesh
+
+if TYPE_CHECKING:
+    import pyvista as pv
+
+Array = NDArray[np.float64]
+
+
+class Curve(Primitive):
+    """A primitive of one dimension: points are two distances from it, and one surface coordinate counts."""
+
+    def triangulated(self, edge: float | None = None) -> TriangleMesh:
+        """Raise a ValueError: a curve has no area."""
+        raise ValueError(f"a {self.kind} is a curve, and has no triangles: to_pyvista draws it")
+
+    def to_pyvista(self) -> pv.PolyData:
+        """Return the part within the extent as a polyline of PyVista's."""
+        import pyvista as pv
+
+        share = np.linspace(0, 1, STEPS + 1)[:, None]
+        low, high = self._ends().T
+        return pv.lines_from_points(self.at(low + share * (high - low)))
+
+    def _area_density(self, uv: Array) -> Array:
+        return np.ones(len(uv))
