@@ -102,7 +102,7 @@ class TestWhereZonesEnd:
         assert zones.kinds == ("sphere", "sphere")
         assert zones.boundaries == ()
 
-    @pytest.mark.parametrize("kind", ["aligned", "irregular", "scan"])
+    @pytest.mark.parametrize("kind", ["aligned", "irregular"])
     def test_where_the_curvature_is_another(self, kind):
         body = tessellated(SLAB, kind, SLAB.edge(5000)).mesh
         assert len(sm.zones(body).without_small(faces=20)) == 3
