@@ -1,9 +1,9 @@
 """Surfels: points converted to small quadratic surface pieces, each fitted at the scale of least noise and bias.
 
 At some pilot points, fits at growing radii give, per scale, the variance (from residuals) and the bias (from the change
-to the next scale). Both are averaged over neighboring pilots, and the radius of the least mean squared error is chosen:
-a smoothed variant of the intersection of confidence intervals (O. Lepski, On a problem of adaptive estimation in
-Gaussian white noise, 1991; C. Loader, Local Regression and Likelihood, 1999).
+since smaller scales). Both are averaged over neighboring pilots, and the radius of the least mean squared error is
+chosen: a smoothed variant of the intersection of confidence intervals (O. Lepski, On a problem of adaptive estimation
+in Gaussian white noise, 1991; C. Loader, Local Regression and Likelihood, 1999).
 """
 
 from __future__ import annotations
@@ -27,6 +27,9 @@ PILOTS = 2_000
 
 NEIGHBORS = 12
 """Points within the smallest scale, and half the number of pilots averaged."""
+
+SURE = 5.0
+"""Radius, in standard deviations of the noise, above which variances are those of fits and not of their failures."""
 
 LEVELS = 14
 """Scales tried: radii up to 90 times the smallest."""
@@ -68,7 +71,7 @@ def _chosen_radii(cloud: Cloud, pilots: Indices) -> Array:
     report = Report(*np.moveaxis(table, 2, 0))
     radius = bases[:, None] * kernels.RATIO ** np.arange(LEVELS)
     blurred = radius < 3.0 * report.noise
-    error = report.variance + _squared_bias(report, radius, blurred, around)
+    error = report.variance + _squared_bias(report, radius, blurred, around, independent=not len(cloud.spread))
     error[blurred | ~np.isfinite(error)] = np.inf
     found: Mask = np.asarray(np.isfinite(error).any(axis=1))
     best = np.where(found, np.argmin(error, axis=1), np.argmax(np.isfinite(report.variance), axis=1))
@@ -79,16 +82,34 @@ def _chosen_radii(cloud: Cloud, pilots: Indices) -> Array:
     return 1.1 * np.exp(np.where(usable.any(axis=1), smooth, logs))
 
 
-def _squared_bias(report: Report, radius: Array, blurred: Mask, around: Indices) -> Array:
-    """Return the squared bias per pilot and scale, where unknown at least that of a cylinder of the same curvature."""
-    variance, offset = np.asarray(report.variance), np.asarray(report.offset)
-    # fourth-order bias grows fourfold per scale, so the change to the next scale is three times this one's
-    doubt = np.maximum(variance[:, :-1] - variance[:, 1:], 0.25 * variance[:, :-1])
-    excess = np.full_like(variance, np.nan)
-    excess[:, :-1] = (offset[:, 1:] ** 2 - doubt) / 9
-    bias = np.nan_to_num(_pooled(excess, blurred, around))
+def _squared_bias(report: Report, radius: Array, blurred: Mask, around: Indices, *, independent: bool) -> Array:
+    """Return the squared bias per pilot and scale, at least that of a cylinder of the same curvature.
+
+    `independent` errors of points tell it by the change from two smaller scales; those of a grid, alike among
+    neighbors, would count as bias and only allow to extrapolate from the change to the next scale.
+    """
+    variance = np.asarray(report.variance)
+    height = np.where(np.isfinite(variance), np.nan_to_num(report.offset).cumsum(axis=1), np.nan)
     bend = _pooled(np.asarray(report.curvature), blurred, around)
-    return np.maximum(bias, (radius**4 * bend**3 / 213) ** 2)  # 213: of a fit with these weights
+    least = (radius**4 * bend**3 / 213) ** 2  # 213: of a fit with these weights
+    if not independent:
+        # fourth-order bias grows fourfold per scale, so the change to the next scale is three times this one's
+        excess = np.full_like(variance, np.nan)
+        excess[:, :-1] = _excess(np.asarray(report.offset)[:, 1:], variance[:, :-1], variance[:, 1:]) / 9
+        return np.maximum(np.nan_to_num(_pooled(excess, blurred, around)), least)
+    bias, sure = np.nan_to_num(least), np.where(radius > SURE * report.noise, height, np.nan)
+    for steps in (1, 2):
+        excess, before, after = np.full_like(variance, np.nan), slice(-steps), slice(steps, None)
+        excess[:, after] = _excess(height[:, after] - sure[:, before], variance[:, before], variance[:, after])
+        excess /= (1 - 0.25**steps) ** 2
+        bias = np.maximum(bias, np.nan_to_num(_pooled(excess, blurred, around)))
+    # all fits wider than a wave miss it by the same: bias is never less than at a smaller scale
+    return np.where(np.isnan(bend), np.nan, np.maximum.accumulate(bias, axis=1))
+
+
+def _excess(change: Array, before: Array, after: Array) -> Array:
+    """Return how much the square of a change to a wider fit exceeds its variance, given those of both fits."""
+    return np.asarray(change**2 - np.maximum(before - after, 0.25 * before))
 
 
 def _pooled(values: Array, blurred: Mask, around: Indices) -> Array:
