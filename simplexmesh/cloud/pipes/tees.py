@@ -15,7 +15,7 @@ from simplexmesh.cloud.pipes.chain import Chain
 from simplexmesh.cloud.pipes.ends import reversed_chain
 from simplexmesh.cloud.pipes.follow import line_of
 from simplexmesh.cloud.pipes.line import PipeElement, PipeLine
-from simplexmesh.cloud.pipes.refining import TIGHT, Moving
+from simplexmesh.cloud.pipes.refining import TIGHT, covariance_of
 from simplexmesh.cloud.primitives import Cylinder, Fit
 
 Array = NDArray[np.float64]
@@ -65,22 +65,18 @@ def _met(branch: PipeLine, others: list[PipeLine]) -> tuple[float, Array, Array]
 
 def _secant(line: PipeLine, place: Array, tree: cKDTree, origin: Array) -> PipeLine:
     """Return a line refined with the axis at its end through a place."""
-    points = np.asarray(tree.data)[line.labels >= 0] + origin
-    corners = line.chain.corners.copy()
-    end, corners[-1] = corners[-1], place
+    points = np.asarray(tree.data)[line.labels >= 0]
+    corners = line.chain.corners - origin
+    end, corners[-1] = corners[-1], place - origin
     start = replace(line.chain, corners=corners)
-    m = len(corners)
-    fixed = np.zeros(start.derivatives(points[:1]).shape[1], bool)
-    fixed[3 * m - 4 : 3 * m - 2] = True
-    moving, normal_matrix = solve(
-        Moving(start, points, start.feet(points).piece), points, fixed=fixed, loss_scale=TIGHT * line.rms
-    )
-    chain = moving.chain
-    back = (end - chain.corners[-1]) @ chain.directions[-1]
+    fixed = np.zeros(start.n_parameters, bool)
+    fixed[3 * len(corners) - 4 : 3 * len(corners) - 2] = True
+    chain, _ = solve(start, points, fixed=fixed, loss_scale=TIGHT * line.rms)
     corners = chain.corners.copy()
-    corners[-1] += back * chain.directions[-1]
-    chain = replace(chain, corners=corners - origin)
-    return line_of(chain, tree, origin, normal_matrix, line.rms, line.stops)
+    corners[-1] += (end - corners[-1]) @ chain.directions[-1] * chain.directions[-1]
+    chain = replace(chain, corners=corners)
+    covariance = covariance_of(chain, points, TIGHT * line.rms, fixed)
+    return line_of(tree, origin, chain, covariance, line.rms, line.stops)
 
 
 def _reversed(line: PipeLine) -> PipeLine:
@@ -92,7 +88,7 @@ def _tee(branch: Chain, radius: float, place: Array, direction: Array) -> PipeEl
     """Return the tee between the axis of a run and the end of a branch."""
     end, own = branch.corners[-1], float(branch.radii[-1])
     length = float(norm(end - place))
-    fit = Fit(np.nan, np.nan, np.full((5, 5), np.nan), np.array([[-np.pi, np.pi], [0.0, length]]), 0)
+    fit = Fit(np.nan, np.nan, np.full((5, 5), np.nan), checks.frozen([[-np.pi, np.pi], [0.0, length]]), 0)
     cylinder = Cylinder(place, end - place, own).with_fit(fit)
     ends = checks.frozen(place), checks.frozen(end)
-    return PipeElement("tee", *ends, radius, own, None, None, length, cylinder, {})
+    return PipeElement("tee", *ends, radius, own, None, None, length, cylinder, None)

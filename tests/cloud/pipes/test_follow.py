@@ -12,10 +12,9 @@ from scipy.spatial.transform import Rotation
 
 import simplexmesh as sm
 from simplexmesh.cloud.pipes.chain import Chain, chain_of
-from simplexmesh.cloud.pipes.elements import meeting
 from simplexmesh.cloud.pipes.tracing.segmenting import segmented
 from simplexmesh.cloud.pipes.tracing.tracking import Step, Track
-from tests.cloud.pipes.lines import random_line, sampled, unit
+from tests.cloud.pipes.lines import meeting, random_line, sampled, unit
 from tests.cloud.scenes.line_scoring import line_score
 from tests.cloud.scenes.piping import pipe_line
 
@@ -52,7 +51,7 @@ class TestBends:
         assert_allclose(bend.bend_radius, ratio, rtol=0.02 if noise < 0.02 else 0.08)
         assert_allclose(bend.bend_angle, np.pi / 2, atol=np.radians(0.5))
         assert_allclose([element.radius for element in line.elements], 1, rtol=0.003 if noise < 0.02 else 0.008)
-        assert abs(bend.bend_radius - ratio) < 5 * bend.deviations["bend_radius"] + 0.003
+        assert abs(bend.bend_radius - ratio) < 5 * bend.deviations.bend_radius + 0.003
 
     def test_as_tight_as_the_pipe_is_wide_are_followed(self):
         line = followed(elbow(1.0))
@@ -126,6 +125,11 @@ class TestDiameters:
 
     def test_a_given_radius_is_kept(self):
         line = followed(elbow(3.0), radius=1.01)
+        assert {element.radius for element in line.elements} == {1.01}
+
+    def test_a_given_radius_is_kept_where_a_short_straight_ends_the_line(self):
+        chain = elbow(3.0)
+        line = followed(chain, hidden=(chain.stations[2] + 0.7, np.inf), radius=1.01)
         assert {element.radius for element in line.elements} == {1.01}
 
     def test_another_radius_than_asked_for_is_named(self):
@@ -213,6 +217,11 @@ class TestWaysOut:
     def test_other_files_are_refused(self, line, tmp_path):
         with pytest.raises(ValueError, match=r"^path must end in .json or .csv, not '.step'$"):
             line.save(tmp_path / "line.step")
+
+    def test_nothing_can_be_written_to(self, line):
+        for array in (line.chain.corners, line.chain.bend_radii, line.labels, line.elements[0].start):
+            with pytest.raises(ValueError, match="read-only"):
+                array[0] = 0
 
     def test_representations_read_well(self, line):
         assert repr(line).startswith("PipeLine(3 elements, diameter ")
