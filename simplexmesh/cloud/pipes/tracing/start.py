@@ -31,6 +31,9 @@ RISE = 1.5
 FITTED = 400
 """Points of a neighborhood that are fitted to, at most: its error is that of all."""
 
+ROUGH = 1e-4
+"""Share of the cost that a last step of a fit promises to take off: what is compared differs by more."""
+
 THIN, WIDE = 1e-3, 100.0
 """Radii of cylinders over the size of their points: others are lines and flats."""
 
@@ -167,7 +170,7 @@ def _refitted(around: Surroundings, cylinder: Cylinder) -> Cylinder:
         if len(at) < 10:
             return cylinder
         try:
-            cylinder = solve(cylinder, around.points[at], loss_scale=scale * cylinder.radius)[0]
+            cylinder = solve(cylinder, around.points[at], loss_scale=scale * cylinder.radius, tolerance=ROUGH)[0]
         except (ValueError, np.linalg.LinAlgError):
             return cylinder
     return cylinder
@@ -220,7 +223,7 @@ def free_cylinder(points: Array) -> Cylinder | None:
         return None
     start = Cylinder(center @ frame[:2], frame[2], radius)
     try:
-        found = solve(start, unit)[0]
+        found = solve(start, unit, tolerance=ROUGH)[0]
     except (ValueError, np.linalg.LinAlgError):
         return None
     if not THIN < found.radius < WIDE:

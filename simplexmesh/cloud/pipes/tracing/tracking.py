@@ -48,6 +48,9 @@ BACK = 3
 MOST_TURN = np.radians(110)
 """Of the direction across a shadow."""
 
+MOST_GATHERED = 3000
+"""Points behind a shadow that are looked at."""
+
 MOST_STEPS = 20_000
 """Of a line."""
 
@@ -157,8 +160,9 @@ def _beyond(around: Surroundings, steps: list[Step], jump: float) -> list[Step]:
     at = around.near(center, (0.5 * (jump + SEEN) + 1.5) * r)
     ahead = (around.points[at] - last.point) @ last.direction
     at = at[ahead > 0]
-    if len(at) > 3000:
-        at = np.random.default_rng(0).choice(at, 3000, replace=False)
+    if not len(at):
+        return []
+    at = at[:: -(-len(at) // MOST_GATHERED)]
     found: list[tuple[float, list[Step]]] = []
     for place, direction in _gatherings(around, at, last):
         if any(norm(np.array([s.point for s in part]) - place).min() < r for _, part in found):
