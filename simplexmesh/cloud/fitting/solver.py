@@ -54,7 +54,15 @@ class Fitted(Protocol):
     def stepped(self, step: Array) -> Self: ...  # noqa: D102
 
 
-Model = TypeVar("Model", bound=Fitted)
+class Summed(Protocol):
+    """What can be fitted and has its own kernel."""
+
+    def normal_equations(self, points: Array, weights: Array | None, loss_scale: float | None) -> Equations: ...  # noqa: D102
+
+    def stepped(self, step: Array) -> Self: ...  # noqa: D102
+
+
+Model = TypeVar("Model", bound=Fitted | Summed)
 
 
 def solve(
@@ -116,6 +124,8 @@ def _taper(primitive: Any, points: Array, fixed: Mask | None) -> Taper | None:
 
 def _equations(primitive: Any, points: Array, weights: Array | None, loss_scale: float | None) -> Equations:
     """Return the normal equations of the distances; without a kernel a chunk at a time."""
+    if hasattr(primitive, "normal_equations"):
+        return cast(Equations, primitive.normal_equations(points, weights, loss_scale))
     if isinstance(primitive, Line):
         return _line_equations(primitive, points, weights, loss_scale)
     if _is_free(primitive) and primitive.kind in KERNEL:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -34,9 +32,6 @@ PEAKED = 0.04
 
 COAXIAL, ALIGNED = 0.15, np.radians(3)
 """Offset in radii, and angle, of axes that are taken for one."""
-
-TRIED = 14
-"""Places of each end of a reducer that are tried."""
 
 
 def next_radius(around: Surroundings, place: Array, direction: Array) -> tuple[float, Array] | None:
@@ -81,32 +76,3 @@ def joined(one: Chain, other: Chain) -> Chain | None:
     corners = np.concatenate([one.corners[:-1], other.corners[1:]])
     bends, radii = (np.concatenate([getattr(c, name) for c in (one, other)]) for name in ("bend_radii", "radii"))
     return Chain(corners, bends, radii, changes)
-
-
-def with_reducers(around: Surroundings, chain: Chain) -> Chain:
-    """Return a chain whose reducers start and end where the distances of points from the axis say."""
-    changes = chain.changes.copy()
-    for k, (segment, low, high) in enumerate(chain.changes):
-        j = int(segment)
-        small, large = sorted(chain.radii[k : k + 2])
-        middle, half = (low + high) / 2, (high - low) / 2 + 1.5 * large
-        at = around.near(chain.corners[j] + middle * chain.directions[j], half + large)
-        away = around.points[at] - chain.corners[j]
-        height = away @ chain.directions[j]
-        rho = norm(away - height[:, None] * chain.directions[j])
-        inside = (np.abs(height - middle) < half) & (rho > 0.8 * small) & (rho < 1.2 * large)
-        ends = np.linspace(middle - half, middle + half, 4 * TRIED)
-        costs = [
-            (_misfit(height[inside], rho[inside], chain.radii[k : k + 2], a, b), a, b)
-            for i, a in enumerate(ends)
-            for b in ends[i + 1 :]
-        ]
-        changes[k, 1:] = min(costs)[1:]
-    return replace(chain, changes=changes)
-
-
-def _misfit(height: Array, rho: Array, radii: Array, low: float, high: float) -> float:
-    """Return the robust mean distance of points from the profile of a reducer."""
-    off = rho - np.interp(height, [low, high], radii)
-    scale = 0.1 * float(radii.min())
-    return float((off**2 / (off**2 + scale**2)).mean())

@@ -1,122 +1,170 @@
-"""The elements of a chain, each with its primitive."""
+"""The elements of a chain, each with its primitive, and how sure their measures are."""
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh._base import checks
-from simplexmesh._base.vectors import cross, dot, normalized
-from simplexmesh.cloud.pipes.chain import Chain
-from simplexmesh.cloud.pipes.line import PipeElement
+from simplexmesh._base.vectors import cross, normalized
+from simplexmesh.cloud.pipes.chain import SHORTEST, Chain
+from simplexmesh.cloud.pipes.line import Deviations, PipeElement
 from simplexmesh.cloud.primitives import Cone, Cylinder, Fit, Primitive, Torus
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-SHORTEST = 1e-6
-"""Length of a straight between two bends, in radii, that is none."""
+STEP = 1e-5
+"""Of difference quotients, in radii."""
 
 
-def elements_of(chain: Chain, points: Array, deviations: Array) -> tuple[tuple[PipeElement, ...], Indices]:
+class Part(NamedTuple):
+    """Which part of a chain an element is: its ends among all marks, its segment or corner, and its radius."""
+
+    kind: str
+    first: int
+    last: int
+    number: int
+    size: int
+
+
+class Measures(NamedTuple):
+    """What is told of an element, and the pose and the shape of its primitive."""
+
+    start: Array
+    end: Array
+    sizes: Array  # radius, end radius, length, and of a bend its radius and angle
+    origin: Array
+    axis: Array
+    shape: Array
+
+    def primitive(self, kind: str) -> Primitive:
+        """Return the primitive of a kind of element."""
+        made = {"straight": Cylinder, "bend": Torus, "reducer": Cone}[kind]
+        out: Primitive = made(self.origin, self.axis, *self.shape.tolist())
+        return out
+
+
+def elements_of(
+    chain: Chain, points: Array, covariance: Array, origin: Array
+) -> tuple[tuple[PipeElement, ...], Indices]:
     """Return the elements of a chain in their order, and of each of its points (n, 3) the element.
 
-    `deviations` (p,) are of the chain's parameters, which end with its bend radii and its radii.
+    `covariance` (p, p) is that of the chain's parameters, and `origin` (3,) where elements are moved to.
     """
-    feet = chain.feet(points)
-    residual = chain.distance(points, feet)
-    stations = chain.station(feet)
-    parts = _parts(chain)
-    starts = np.array([station for station, _, _ in parts])
-    labels = np.clip(np.searchsorted(starts, stations, side="right") - 1, 0, len(parts) - 1)
-    sizes = deviations[len(deviations) - len(chain.radii) :]
-    bends = deviations[len(deviations) - len(chain.radii) - len(chain.bend_radii) : len(deviations) - len(chain.radii)]
-    ends = np.append(starts[1:], chain.stations[-1])
+    feet, parts = chain.feet(points), parts_of(chain)
+    starts = _marks(chain)[[part.first for part in parts]]
+    labels = np.clip(np.searchsorted(starts, feet.station, side="right") - 1, 0, len(parts) - 1)
+    here = measures_of(chain, parts)
+    by_parameters = _by_parameters(chain, parts)
     out = []
-    for k, (start, kind, number) in enumerate(parts):
-        fit = _fit(residual[labels == k])
-        if kind == "bend":
-            out.append(_bend(chain, number, fit, float(bends[number]), sizes))
-        else:
-            out.append(_straight(chain, kind, (float(start), float(ends[k])), fit, sizes))
+    for k, part in enumerate(parts):
+        spread = by_parameters[k] @ covariance @ by_parameters[k].T
+        start, end, sizes, center, *rest = here[k]
+        placed = Measures(start + origin, end + origin, sizes, center + origin, *rest)
+        out.append(_element(part.kind, placed, spread, feet.distance[labels == k]))
     return tuple(out), labels
 
 
-def _parts(chain: Chain) -> list[tuple[float, str, int]]:
-    """Return the station at which each element starts, its kind, and the number of its corner."""
-    out = []
-    least = SHORTEST * float(chain.radii.min())
-    for piece in range(len(chain.stations) - 1):
-        start, end = chain.stations[piece], chain.stations[piece + 1]
-        if end - start <= least:
+def parts_of(chain: Chain) -> list[Part]:
+    """Return the elements of a chain as parts of it."""
+    out: list[Part] = []
+    marks, least, ends = _marks(chain), SHORTEST * float(chain.radii.min()), len(chain.stations)
+    size = 0
+    for piece in range(ends - 1):
+        if chain.stations[piece + 1] - chain.stations[piece] <= least:
             continue
-        out.append((float(start), "bend" if piece % 2 else "straight", piece // 2))
-        for j, low, high in chain.changes if piece % 2 == 0 else ():
-            if j == piece // 2:
-                offset = start - chain.limits[int(j), 0]
-                out += [(float(offset + low), "reducer", piece // 2), (float(offset + high), "straight", piece // 2)]
+        if piece % 2:
+            out.append(Part("bend", piece, piece + 1, piece // 2, size))
+            continue
+        cuts = [piece]
+        for k in np.flatnonzero(chain.changes[:, 0] == piece // 2):
+            cuts += [ends + 2 * int(k), ends + 2 * int(k) + 1]
+        for number, (first, last) in enumerate(zip(cuts, [*cuts[1:], piece + 1], strict=True)):
+            kind = "reducer" if number % 2 else "straight"
+            out += [Part(kind, first, last, piece // 2, size)] if marks[last] - marks[first] > least else []
+            size += number % 2
     return out
 
 
-def _fit(residual: Array) -> Fit:
-    """Return how points at distances from an element were fitted, with an extent to be set."""
-    count = len(residual)
-    rms = float(np.sqrt((residual**2).mean())) if count else float("nan")
-    return Fit(rms, rms, np.zeros((0, 0)), np.zeros((2, 2)), count)
+def measures_of(chain: Chain, parts: list[Part]) -> list[Measures]:
+    """Return the measures of parts of a chain."""
+    marks = _marks(chain)
+    points, along = chain.at(marks)
+    out = []
+    for kind, first, last, number, size in parts:
+        start, end, length, radius = points[first], points[last], marks[last] - marks[first], chain.radii[size]
+        if kind == "bend":
+            axis = cross(chain.directions[number], chain.directions[number + 1])
+            shape = np.array([chain.bend_radii[number], radius])
+            sizes = np.array([radius, radius, length, shape[0], chain.angles[number]])
+            out.append(Measures(start, end, sizes, chain.centers[number], normalized(axis), shape))
+        elif kind == "reducer":
+            after = chain.radii[size + 1]
+            slope, sizes = (after - radius) / length, np.array([radius, after, length])
+            apex = start - radius / slope * along[first]
+            out.append(Measures(start, end, sizes, apex, np.sign(slope) * along[first], np.arctan(np.abs([slope]))))
+        else:
+            sizes = np.array([radius, radius, length])
+            out.append(Measures(start, end, sizes, start, along[first], np.array([radius])))
+    return out
 
 
-def _with_extent(primitive: Primitive, fit: Fit, extent: list[list[float]]) -> Primitive:
-    """Return a primitive with the extent of an element."""
-    p = primitive.n_parameters
-    return primitive.with_fit(Fit(fit.rms, fit.noise, np.full((p, p), np.nan), checks.frozen(extent), fit.count))
+def _marks(chain: Chain) -> Array:
+    """Return the stations where pieces start and end, then those where changes of the radius do."""
+    segments = chain.changes[:, 0].astype(int)
+    offsets = chain.stations[2 * segments] - chain.limits[segments, 0]
+    return np.concatenate([chain.stations, (offsets[:, None] + chain.changes[:, 1:]).ravel()])
 
 
-def _straight(chain: Chain, kind: str, stations: tuple[float, float], fit: Fit, sizes: Array) -> PipeElement:
-    """Return the straight, or the reducer, between two stations."""
-    (start, end), along = chain.at(stations)
-    middle = chain.feet(chain.at([(stations[0] + stations[1]) / 2])[0])
-    radii, _ = chain.radius_at(chain.feet(np.stack([start, end])))
-    length, turn = stations[1] - stations[0], [-np.pi, np.pi]
-    lower = int(chain._blend(middle)[0][0])
-    primitive: Primitive
-    if kind == "straight":
-        radii[:] = chain.radii[lower]
-        primitive = _with_extent(Cylinder(start, along[0], radii[0]), fit, [turn, [0.0, length]])
-    else:
-        slope = (radii[1] - radii[0]) / length
-        apex = start - radii[0] / slope * along[0]
-        cone = Cone(apex, np.sign(slope) * along[0], float(np.arctan(abs(slope))))
-        primitive = _with_extent(cone, fit, [turn, sorted([radii[0] / abs(slope), radii[1] / abs(slope)])])
-    deviations = {"radius": float(sizes[lower])}
-    ends = checks.frozen(start), checks.frozen(end), float(radii[0]), float(radii[1])
-    return PipeElement(kind, *ends, None, None, length, primitive, deviations)
+def _by_parameters(chain: Chain, parts: list[Part]) -> list[Array]:
+    """Return the derivatives of all measures of parts by the chain's parameters, as difference quotients."""
+    step = STEP * float(chain.radii.min())
+    columns = []
+    for unit in step * np.eye(chain.n_parameters):
+        ways = [[np.concatenate(each) for each in measures_of(chain.moved(sign * unit), parts)] for sign in (1, -1)]
+        columns.append([(there - back) / (2 * step) for there, back in zip(*ways, strict=True)])
+    return [np.stack(column, axis=1) for column in zip(*columns, strict=True)]
 
 
-def _bend(chain: Chain, i: int, fit: Fit, deviation: float, sizes: Array) -> PipeElement:
-    """Return the bend in a corner."""
-    start, end = chain.at(chain.stations[2 * i + 1 : 2 * i + 3])[0]
-    k = int(np.searchsorted(chain.changes[:, 0], i + 0.5))
-    radius, bend, angle = float(chain.radii[k]), float(chain.bend_radii[i]), float(chain.angles[i])
-    axis = normalized(cross(chain.directions[i], chain.directions[i + 1]))
-    torus = Torus(chain.centers[i], axis, bend, min(radius, bend))
-    first = float(torus.coordinates(start[None])[0, 0])
-    primitive = _with_extent(torus, fit, [[first, first + angle], [-np.pi, np.pi]])
-    deviations = {"radius": float(sizes[k]), "bend_radius": deviation}
-    ends = checks.frozen(start), checks.frozen(end), radius, radius
-    return PipeElement("bend", *ends, bend, angle, bend * angle, primitive, deviations)
-
-
-def meeting(one: PipeElement, other: PipeElement) -> tuple[float, float]:
-    """Return how far the end of an element is from the start of the next one, and the sine between their axes there."""
-    away = other.start - one.end
-    return float(np.sqrt(dot(away, away))), float(
-        np.linalg.norm(cross(_leaving(one, end=True), _leaving(other, end=False)))
+def _element(kind: str, measures: Measures, spread: Array, residual: Array) -> PipeElement:
+    """Return an element, from the covariance of its measures, and the distances of its points."""
+    primitive, sizes = measures.primitive(kind), measures.sizes
+    cuts = np.cumsum([len(each) for each in measures])
+    chart = _chart(primitive, cuts)
+    rms = float(np.sqrt((residual**2).mean())) if len(residual) else float("nan")
+    turn, length = [-np.pi, np.pi], float(sizes[2])
+    extent = [turn, [0.0, length]]
+    if kind == "bend":
+        first = float(primitive.coordinates(measures.start[None])[0, 0])
+        extent = [[first, first + float(sizes[4])], turn]
+    elif kind == "reducer":
+        extent = [turn, sorted(float((end - measures.origin) @ measures.axis) for end in measures[:2])]
+    fit = Fit(rms, rms, checks.frozen(chart @ spread @ chart.T), checks.frozen(extent), len(residual))
+    variance = np.maximum(np.diagonal(spread), 0.0)
+    ends = (float(np.sqrt(variance[part].sum())) for part in (slice(0, 3), slice(3, 6)))
+    deviations = np.sqrt(variance[6 : cuts[2]]).tolist()
+    radius, end_radius, _, bend_radius, bend_angle = (*sizes.tolist(), None, None)[:5]
+    return PipeElement(
+        kind,
+        checks.frozen(measures.start),
+        checks.frozen(measures.end),
+        radius,
+        end_radius,
+        bend_radius,
+        bend_angle,
+        length,
+        primitive.with_fit(fit),
+        Deviations(*ends, *deviations),
     )
 
 
-def _leaving(element: PipeElement, *, end: bool) -> Array:
-    """Return the direction of the axis of an element at its start or its end."""
-    if isinstance(torus := element.primitive, Torus):
-        place = element.end if end else element.start
-        return normalized(cross(torus.axis, place - torus.center))
-    return normalized(element.end - element.start)
+def _chart(primitive: Primitive, cuts: Array) -> Array:
+    """Return the derivatives of a primitive's parameters by the measures of its element."""
+    out = np.zeros((5 + len(primitive._shape), cuts[5]))
+    out[:2, cuts[3] : cuts[4]] = primitive.frame[:2]
+    out[2:5, cuts[2] : cuts[3]] = primitive.frame
+    out[5:, cuts[4] :] = np.eye(len(primitive._shape))
+    return out[[*primitive._moves, *range(5, len(out))]]

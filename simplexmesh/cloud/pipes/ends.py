@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from simplexmesh._base.vectors import dot, normalized, tangents
-from simplexmesh.cloud.pipes.chain import Chain
-from simplexmesh.cloud.pipes.refining import BAND, SUPERFLUOUS, TIGHT, cheaper, near_surface
+from simplexmesh._base.vectors import dot, norm, normalized, tangents
+from simplexmesh.cloud.pipes.chain import TIGHTEST, Chain
+from simplexmesh.cloud.pipes.refining import BAND, LOOSE, SUPERFLUOUS, TIGHT, cheaper, near_surface
 from simplexmesh.cloud.pipes.tracing.surroundings import CELLS, Surroundings
 from simplexmesh.cloud.pipes.tracing.tracking import SPREAD
 
@@ -27,6 +27,9 @@ MOST_ANGLE = np.radians(170)
 BEHIND, DENSE, BEHIND_FACING = 10, 0.3, 0.9
 """Points behind a shadow, their share of the cells of the surface seen there, and how well they face, at least."""
 
+LAST_BENDS = np.geomspace(0.3, 3.0, 8)
+"""Lengths of last bends that are tried, in radii; longer ones are traced."""
+
 BEYOND = 2
 """Points beyond an end, which may be strays."""
 
@@ -37,7 +40,7 @@ def with_ends(around: Surroundings, chain: Chain, deviation: float, gap: float, 
     With `bends` one more is looked for at each end, which also another diameter may look like.
     """
     for _ in range(2):
-        chain = _with_last_bend(around, chain) if bends else chain
+        chain = _with_last_bend(around, chain, deviation) if bends else chain
         chain = reversed_chain(_ended(around, _without_stub(around, chain), deviation, gap))
     return chain
 
@@ -56,7 +59,7 @@ def _ended(around: Surroundings, chain: Chain, deviation: float, gap: float) -> 
     at = near_surface(around, chain, max(TIGHT * deviation, 0.02 * around.radius))
     if len(at) < 10:
         return chain
-    station = np.sort(chain.station(chain.feet(around.points[at])))[-1 - BEYOND]
+    station = np.sort(chain.feet(around.points[at]).station)[-1 - BEYOND]
     if station > chain.stations[-2]:
         station = max(station, _behind_shadow(around, chain, deviation, gap))
     bend_end = chain.stations[-2]
@@ -74,12 +77,11 @@ def _behind_shadow(around: Surroundings, chain: Chain, deviation: float, gap: fl
     reach = (gap + 1.0) * r
     longer = replace(chain, corners=np.append(chain.corners[:-1], [chain.corners[-1] + reach * along], axis=0))
     at = around.near(chain.corners[-1] + 0.5 * reach * along, 0.5 * reach + r)
-    points = around.points[at]
-    station = longer.station(longer.feet(points))
-    fine = (np.abs(longer.distance(points)) < max(TIGHT * deviation, 0.02 * r)) & (station > start + 0.1 * r)
-    fine &= np.abs(dot(around.normals(at), longer.gradient(points))) > BEHIND_FACING
-    fine &= station < start + reach
-    station, out = np.sort(station[fine]), longer.gradient(points[fine]) @ np.stack(tangents(along)).T
+    feet = longer.feet(around.points[at])
+    fine = (np.abs(feet.distance) < max(TIGHT * deviation, 0.02 * r)) & (feet.station > start + 0.1 * r)
+    fine &= np.abs(dot(around.normals(at), feet.normal)) > BEHIND_FACING
+    fine &= feet.station < start + reach
+    station, out = np.sort(feet.station[fine]), feet.normal[fine] @ np.stack(tangents(along)).T
     if len(station) < BEHIND or station[BEYOND] > start + gap * r:
         return start
     moments = np.linalg.eigvalsh(out.T @ out)
@@ -104,23 +106,33 @@ def _without_stub(around: Surroundings, chain: Chain) -> Chain:
     return cheaper(around, chain, _bent(chain, chain.angles[-1] + more), SUPERFLUOUS)
 
 
-def _with_last_bend(around: Surroundings, chain: Chain) -> Chain:
+def _with_last_bend(around: Surroundings, chain: Chain, deviation: float) -> Chain:
     """Return a chain with one more bend at its end if that straight, too short to be traced, leaves its points."""
-    at = near_surface(around, chain, BAND * around.radius)
-    points = around.points[at]
-    r, along = float(chain.radii[-1]), chain.directions[-1]
-    last = chain.station(chain.feet(points)) > chain.stations[-1] - r
-    if last.sum() < BEHIND or np.diff(chain.limits[-1])[0] < 2 * r:
+    r, along, room = float(chain.radii[-1]), chain.directions[-1], float(np.diff(chain.limits[-1])[0])
+    if (chain.changes[:, 0] == len(chain.lengths) - 1).any():
+        room = min(room, chain.lengths[-1] - chain.changes[-1, 2])
+    feet = chain.feet(around.points[near_surface(around, chain, BAND * around.radius)])
+    frame = np.stack(tangents(along))
+    height, out = feet.station - chain.stations[-1], feet.normal @ frame.T
+    heavy = out / (1 + (feet.distance / (LOOSE * r)) ** 2)[:, None] ** 2
+    best, length, curvature = 0.0, 0.0, np.zeros(2)
+    for tried in r * LAST_BENDS[LAST_BENDS * r < room - r]:
+        sag = np.maximum(height + tried, 0) ** 2 / 2
+        right = heavy.T @ (sag * feet.distance)
+        found = np.linalg.solve((heavy * sag[:, None] ** 2).T @ out + 1e-12 * r**4 * np.eye(2), right)
+        gain = found @ right / deviation**2 - SUPERFLUOUS * np.log(max((sag > 0).sum(), 1))
+        if gain > best:
+            best, length, curvature = float(gain), float(tried), found
+    if not length:
         return chain
-    off = (chain.distance(points[last])[:, None] * chain.gradient(points[last])).mean(axis=0)
-    side = off - dot(off, along) * along
-    if not np.sqrt(dot(side, side)) > 0.01 * r:
-        return chain
-    corner = chain.corners[-1] - 0.5 * r * along
-    end = corner + r * normalized(along + 0.4 * normalized(side))
-    corners = np.concatenate([chain.corners[:-1], [corner, end]])
-    longer = replace(chain, corners=corners, bend_radii=np.append(chain.bend_radii, 2 * r)).fitting()
-    return cheaper(around, chain, longer, -SUPERFLUOUS)
+    bend = max(1 / float(norm(curvature)), TIGHTEST * r)
+    corners = np.append(chain.corners, chain.corners[-1:], axis=0)
+    corners[-2] += (bend * np.tan(length / bend / 2) - length) * along
+    corners[-1] = corners[-2] + r * (
+        np.cos(length / bend) * along + np.sin(length / bend) * normalized(curvature @ frame)
+    )
+    longer = replace(chain, corners=corners, bend_radii=np.append(chain.bend_radii, bend))
+    return cheaper(around, chain, _bent(longer, length / bend), -SUPERFLUOUS)
 
 
 def _bent(chain: Chain, angle: float) -> Chain:

@@ -11,11 +11,11 @@ from scipy.spatial import cKDTree
 
 from simplexmesh._base import checks
 from simplexmesh.cloud.pipes.chain import Chain
-from simplexmesh.cloud.pipes.diameters import joined, next_radius, with_reducers
+from simplexmesh.cloud.pipes.diameters import joined, next_radius
 from simplexmesh.cloud.pipes.elements import elements_of
 from simplexmesh.cloud.pipes.ends import reversed_chain, with_ends
 from simplexmesh.cloud.pipes.line import PipeLine
-from simplexmesh.cloud.pipes.refining import refined, simplified
+from simplexmesh.cloud.pipes.refining import BAND, TIGHT, covariance_of, held, near_surface, refined, simplified
 from simplexmesh.cloud.pipes.tracing.segmenting import segmented
 from simplexmesh.cloud.pipes.tracing.start import Beginning, beginning
 from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
@@ -28,6 +28,9 @@ MOST_CHANGES = 10
 
 NOISE = 3.5
 """Deviations of the noise within which points are on a line: all but one in 2,000 of its own."""
+
+CLEAR = 3.0
+"""Radii around the axis that are looked at when a chain is refined: what is near the surface, and their neighbors."""
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -83,9 +86,8 @@ def follow_pipe(
     origin = data.bounds.mean(axis=0)
     points = data.points - origin
     tree = cKDTree(points, balanced_tree=False, compact_nodes=False)
-    found = beginning(tree, place - origin, limits)
-    chain, normal_matrix, deviation, stops = followed(found, reach, fixed_radius=limits[0] == limits[1])
-    return replace(line_of(chain, tree, origin, normal_matrix, deviation, stops), unit=data.unit)
+    line = line_of(tree, origin, *followed(beginning(tree, place - origin, limits, reach)))
+    return replace(line, unit=data.unit)
 
 
 def radius_limits(radius: float | tuple[float, float] | None) -> tuple[float, float]:
@@ -101,34 +103,40 @@ def radius_limits(radius: float | tuple[float, float] | None) -> tuple[float, fl
     return float(low), float(high)
 
 
-def followed(
-    found: Beginning, gap: float, *, fixed_radius: bool = False
-) -> tuple[Chain, Array, float, tuple[str, str]]:
-    """Return the refined chain from a beginning, its normal matrix, the noise, and why it ends."""
-    chain, stops = run(found, gap, fixed_radius=fixed_radius)
-    around = found.around
-    if not fixed_radius:
+def followed(found: Beginning) -> tuple[Chain, Array, float, tuple[str, str]]:
+    """Return the refined chain from a beginning, the covariance of its parameters, the noise, and why it ends."""
+    around, gap = found.around, found.gap
+    chain, stops = run(found)
+    if not around.radius_is_given:
         for _ in range(2):  # towards the end, then towards the start
             chain, stops = extended(around, chain, stops, gap)
             chain, stops = reversed_chain(chain), stops[::-1]
-    if len(chain.radii) > 1:
-        chain = with_reducers(around, refined(around, chain)[0])
-    chain, normal_matrix, deviation = refined(around, chain, fixed_radius=fixed_radius)
-    ended = with_ends(around, chain, deviation, gap, bends=True)
+    near = beside(around, chain, gap)
+    chain, deviation = refined(near, chain)
+    ended = with_ends(near, chain, deviation, gap, bends=True)
     if len(ended.bend_radii) != len(chain.bend_radii):
-        ended, normal_matrix, deviation = refined(around, ended, fixed_radius=fixed_radius)
-        ended = with_ends(around, ended, deviation, gap)
-    return ended, normal_matrix, deviation, stops
+        ended, deviation = refined(near, ended)
+        ended = with_ends(near, ended, deviation, gap)
+    points = near.points[near_surface(near, ended, max(BAND * around.radius / 3, 3 * deviation))]
+    return ended, covariance_of(ended, points, TIGHT * deviation, held(near, ended)), deviation, stops
 
 
-def run(found: Beginning, gap: float, *, fixed_radius: bool = False) -> tuple[Chain, tuple[str, str]]:
+def run(found: Beginning) -> tuple[Chain, tuple[str, str]]:
     """Return the chain of one radius from a beginning, and why it ends."""
-    track = found.track(gap)
+    track, gap = found.track, found.gap
     chain = segmented(track, found.around.radius)
-    chain = simplified(found.around, chain, fixed_radius=fixed_radius)
-    chain, _, deviation = refined(found.around, chain, fixed_radius=fixed_radius)
-    chain = simplified(found.around, chain, fixed_radius=fixed_radius)
-    return with_ends(found.around, chain, deviation, gap), (track.stops[0], track.stops[1])
+    around = beside(found.around, chain, gap)
+    chain = simplified(around, chain)
+    chain, deviation = refined(around, chain)
+    chain = simplified(around, chain)
+    return with_ends(around, chain, deviation, gap), (track.stops[0], track.stops[1])
+
+
+def beside(around: Surroundings, chain: Chain, gap: float) -> Surroundings:
+    """Return what is around a chain, and behind its ends as far as shadows are jumped over."""
+    r = float(chain.radii.max())
+    past = (gap + CLEAR) * r
+    return around.cropped(chain.at(np.arange(-past, chain.stations[-1] + past, r))[0], CLEAR * r)
 
 
 def extended(around: Surroundings, chain: Chain, stops: tuple[str, str], gap: float) -> tuple[Chain, tuple[str, str]]:
@@ -139,9 +147,9 @@ def extended(around: Surroundings, chain: Chain, stops: tuple[str, str], gap: fl
         found = next_radius(there, chain.corners[-1], chain.directions[-1])
         if found is None:
             break
-        beginning = Beginning(Surroundings(around.points, found[0]), found[1], chain.directions[-1])
+        beginning = Beginning(Surroundings(around.points, found[0]), found[1], chain.directions[-1], gap)
         try:
-            more, ends = run(beginning, gap)
+            more, ends = run(beginning)
         except ValueError:
             break
         longer = joined(chain, more)
@@ -152,29 +160,27 @@ def extended(around: Surroundings, chain: Chain, stops: tuple[str, str], gap: fl
 
 
 def line_of(
-    chain: Chain, tree: cKDTree, origin: Array, normal_matrix: Array, deviation: float, stops: tuple[str, str]
+    tree: cKDTree, origin: Array, chain: Chain, covariance: Array, deviation: float, stops: tuple[str, str]
 ) -> PipeLine:
     """Return the line of a chain with its points of the cloud, which is moved back to its place."""
     points = np.asarray(tree.data)
-    at = on_line(chain, tree, deviation)
-    spread = deviation * np.sqrt(np.maximum(np.diagonal(np.linalg.pinv(normal_matrix, hermitian=True)), 0.0))
-    placed = replace(chain, corners=chain.corners + origin)
-    elements, owner = elements_of(placed, points[at] + origin, spread)
+    at, distance = on_line(chain, tree, NOISE * deviation)
+    elements, owner = elements_of(chain, points[at], covariance, origin)
     labels = np.full(len(points), -1)
     labels[at] = owner
-    rms = float(np.sqrt((chain.distance(points[at]) ** 2).mean())) if len(at) else float("nan")
+    rms = float(np.sqrt((distance**2).mean())) if len(at) else float("nan")
+    placed = replace(chain, corners=chain.corners + origin)
     return PipeLine(elements, checks.frozen(labels), rms, stops, placed)
 
 
-def on_line(chain: Chain, tree: cKDTree, deviation: float) -> Indices:
-    """Return which points of the cloud are on a chain: within the noise of its surface, and between its ends."""
+def on_line(chain: Chain, tree: cKDTree, band: float) -> tuple[Indices, Array]:
+    """Return which points of the cloud are within a distance of a chain, and between its ends, and their distances."""
     r = float(chain.radii.max())
-    places = chain.at(np.arange(0, chain.stations[-1] + r / 2, r / 2))[0]
-    lists = tree.query_ball_point(places, 1.2 * r + NOISE * deviation)
-    at = np.unique(np.concatenate([np.asarray(found, np.int64) for found in lists]))
-    points = np.asarray(tree.data)[at]
-    feet = chain.feet(points)
-    station = chain.station(feet)
-    inside = (station >= 0) & (station <= chain.stations[-1])
-    found: Indices = at[inside & (np.abs(chain.distance(points, feet)) < NOISE * deviation)]
-    return found
+    places = chain.at(np.arange(0, chain.stations[-1] + r, r))[0]
+    near = np.zeros(tree.n, bool)
+    for found in tree.query_ball_point(places, 1.2 * r + band):
+        near[found] = True
+    at = np.flatnonzero(near)
+    feet = chain.feet(np.asarray(tree.data)[at])
+    fine = (feet.station >= 0) & (feet.station <= chain.stations[-1]) & (np.abs(feet.distance) < band)
+    return at[fine], feet.distance[fine]

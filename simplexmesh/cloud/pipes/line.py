@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,40 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
+
+
+class Deviations(NamedTuple):
+    """Standard deviations of the measures of an element, those that it has.
+
+    Where a line ends is known to the distance between its points; the deviations of its outer ends are those across.
+
+    Attributes
+    ----------
+    start, end : float
+        Of the distance of an end from its true place.
+    radius, end_radius, length : float
+        As of the element.
+    bend_radius, bend_angle : float or None
+        Of a bend, the angle in radians.
+
+    Examples
+    --------
+    >>> import numpy as np, simplexmesh as sm
+    >>> turn, height = np.random.default_rng(0).uniform([0, 0], [2 * np.pi, 12], (6000, 2)).T
+    >>> points = np.stack([np.cos(turn), np.sin(turn), height], axis=1)
+    >>> points += 0.01 * np.random.default_rng(1).normal(size=points.shape)
+    >>> line = sm.follow_pipe(points, pick=(1, 0, 6))
+    >>> line.elements[0].deviations.radius < 0.001
+    True
+    """
+
+    start: float
+    end: float
+    radius: float
+    end_radius: float
+    length: float
+    bend_radius: float | None = None
+    bend_angle: float | None = None
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -42,9 +76,9 @@ class PipeElement:
     length : float
         Along the axis.
     primitive : Primitive
-        The cylinder, torus or cone, with the extent of the element.
-    deviations : dict of str to float
-        Standard deviations of "radius" and "bend_radius".
+        The cylinder, torus or cone, with the extent of the element and the covariance of its parameters.
+    deviations : Deviations or None
+        Standard deviations of these measures; None of a tee, which follows from run and branch.
 
     Examples
     --------
@@ -64,7 +98,7 @@ class PipeElement:
     bend_angle: float | None
     length: float
     primitive: Primitive
-    deviations: dict[str, float]
+    deviations: Deviations | None
 
     def __repr__(self) -> str:
         text = f"PipeElement({self.kind}, diameter {2 * self.radius:.6g}, length {self.length:.6g}"
@@ -87,6 +121,8 @@ class PipeLine:
         Root mean square distance of the line's points.
     stops : (str, str)
         Why it ends where it does, at its start and its end: "end" of the points, "closed", or "length".
+    chain : Chain
+        Axis and radii of all elements as one surface.
     unit : str or None
         Unit of length of the cloud, if it is known.
 

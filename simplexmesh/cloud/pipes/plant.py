@@ -57,7 +57,10 @@ OWN = 0.5
 """Share of a line's points, at least, that no line before it has."""
 
 PEAKED = 0.5
-"""Share of points within twice the noise of the surface among those within 0.3 radii, at least."""
+"""Share of points within twice the noise of the surface among those within a wide band, at least."""
+
+WIDE = 0.3
+"""Half the width of that band, in radii."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -179,9 +182,9 @@ def extract_pipes(
     origin = data.bounds.mean(axis=0)
     tree = cKDTree(data.points[kept] - origin, balanced_tree=False, compact_nodes=False)
     taken = np.zeros(len(kept), bool)
-    in_cylinders = _in_cylinders(scene, kept, tree, origin, limits, taken)
-    starts = chained(in_cylinders, _picked(tree, limits, taken, scene.labels[kept] >= 0, generator))
-    lines, tees = with_tees(_lines(tree, origin, reach, starts, taken, fixed=limits[0] == limits[1]), tree, origin)
+    in_cylinders = _in_cylinders(scene, kept, tree, origin, limits, reach, taken)
+    starts = chained(in_cylinders, _picked(tree, limits, reach, taken, scene.labels[kept] >= 0, generator))
+    lines, tees = with_tees(_lines(tree, origin, starts, taken), tree, origin)
     for k, line in enumerate(lines):
         own = np.full(len(labels), -1)
         own[kept] = line.labels
@@ -191,7 +194,7 @@ def extract_pipes(
 
 
 def _in_cylinders(
-    scene: Extraction, kept: Indices, tree: cKDTree, origin: Array, limits: tuple[float, float], taken: Mask
+    scene: Extraction, kept: Indices, tree: cKDTree, origin: Array, limits: tuple[float, float], gap: float, taken: Mask
 ) -> Iterator[Beginning]:
     """Yield beginnings in the middle of the cylinders of a scene, but for those whose points are taken."""
     labels = scene.labels[kept]
@@ -201,11 +204,12 @@ def _in_cylinders(
         radius = float(np.clip(each.radius, *limits))
         if abs(each.radius - radius) < ALIKE * radius:
             middle = each.point + each.extent[1].mean() * each.axis - origin
-            yield Beginning(Surroundings(np.asarray(tree.data), radius), middle, each.axis)
+            around = Surroundings(np.asarray(tree.data), radius, radius_is_given=limits[0] == limits[1])
+            yield Beginning(around, middle, each.axis, gap)
 
 
 def _picked(
-    tree: cKDTree, limits: tuple[float, float], taken: Mask, explained: Mask, rng: np.random.Generator
+    tree: cKDTree, limits: tuple[float, float], gap: float, taken: Mask, explained: Mask, rng: np.random.Generator
 ) -> Iterator[Beginning]:
     """Yield beginnings at likely points that are not taken, nor explained by primitives, until many lead to none."""
     taken |= explained
@@ -217,25 +221,23 @@ def _picked(
         if failures > FAILURES:
             return
         with suppress(ValueError, np.linalg.LinAlgError):
-            yield beginning(tree, points[pick], limits, patient=False)
+            yield beginning(tree, points[pick], limits, gap, patient=False)
 
 
-def _lines(
-    tree: cKDTree, origin: Array, gap: float, starts: Iterable[Beginning], taken: Mask, *, fixed: bool
-) -> list[PipeLine]:
+def _lines(tree: cKDTree, origin: Array, starts: Iterable[Beginning], taken: Mask) -> list[PipeLine]:
     """Return the lines that start somewhere, those with more points first; their points become taken."""
     lines: list[PipeLine] = []
     for start in starts:
         try:
-            chain, normal_matrix, deviation, stops = followed(start, gap, fixed_radius=fixed)
+            chain, covariance, deviation, stops = followed(start)
         except (ValueError, np.linalg.LinAlgError):
             continue
-        at = on_line(chain, tree, deviation)
-        wide = on_line(chain, tree, 0.3 * float(chain.radii.min()) / NOISE)
+        wide, distance = on_line(chain, tree, WIDE * float(chain.radii.min()))
+        at, near = (wide[np.abs(distance) < band * deviation] for band in (NOISE, 2.0))
         short = chain.stations[-1] < SHORTEST * chain.radii.max()
-        peaked = len(on_line(chain, tree, 2 * deviation / NOISE)) > PEAKED * len(wide)
+        peaked = len(near) > PEAKED * len(wide)
         if short or not peaked or len(at) < FEWEST or (~taken[at]).mean() < OWN:
             continue
-        taken[on_line(chain, tree, 2 * deviation)] = True
-        lines.append(line_of(chain, tree, origin, normal_matrix, deviation, stops))
+        taken[wide[np.abs(distance) < 2 * NOISE * deviation]] = True
+        lines.append(line_of(tree, origin, chain, covariance, deviation, stops))
     return sorted(lines, key=lambda line: -int((line.labels >= 0).sum()))

@@ -2,28 +2,26 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import null_space
 
 from simplexmesh._base.vectors import cross, dot, norm
 from simplexmesh.cloud.fitting.solver import solve
-from simplexmesh.cloud.pipes.chain import Chain, Feet
+from simplexmesh.cloud.pipes.chain import Chain
 from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
+Mask = NDArray[np.bool_]
 
 BAND = 0.3
 """Distance from the surface, in radii, within which points may be of the pipe before it is refined."""
 
 FACING = 0.7
 """Cosine of the angle between the normals of the pipe and of its points: those of walls differ more."""
-
-FITTED = 12_000
-"""Points that are fitted to, at most: some hundreds on each of dozens of elements."""
 
 LOOSE = 0.1
 """Scale of the first loss, in radii: bends are traced as well."""
@@ -47,76 +45,67 @@ PAST = 0.5
 """Length beyond the traced ends, in radii, where points may still be of the pipe: a step."""
 
 
-@dataclass(frozen=True, eq=False)
-class Moving:
-    """A chain that moves a little at a time, with the feet of the points that it is fitted to."""
-
-    chain: Chain
-    points: Array
-    piece: Indices
-
-    def distance(self, points: Array) -> Array:
-        """Return the signed distances (n,) of the points."""
-        return self.chain.distance(points, self._moved)
-
-    def derivatives(self, points: Array) -> Array:
-        """Return the derivatives (n, p) of the distances by the chain's parameters."""
-        return self.chain.derivatives(points, self._moved)
-
-    def stepped(self, step: Array) -> Moving:
-        """Return the moved chain; feet are then sought from where they were."""
-        return Moving(self.chain.stepped(step), self.points, self._moved.piece)
-
-    @cached_property
-    def _moved(self) -> Feet:
-        return self.chain.feet(self.points, self.piece)
-
-
 def near_surface(around: Surroundings, chain: Chain, band: float) -> Indices:
     """Return which points are within a distance of the chain's surface, between its ends, and face as it does."""
-    step = 0.5 * around.radius
-    places = chain.at(np.arange(-step, chain.stations[-1] + 2 * step, step))[0]
-    reach = float(chain.radii.max()) + 2 * step
-    lists = around.tree.query_ball_point(places, reach)
-    at = np.unique(np.concatenate([np.asarray(found, np.int64) for found in lists]))
-    if not len(at):
-        return at
-    points = around.points[at]
-    feet = chain.feet(points)
-    station = chain.station(feet)
-    within = (station > -PAST * around.radius) & (station < chain.stations[-1] + PAST * around.radius)
-    at = at[within & (np.abs(chain.distance(points)) < band)]
-    facing = np.abs(dot(around.normals(at), chain.gradient(around.points[at]))) > FACING
-    return at[facing]
+    feet, past = chain.feet(around.points), PAST * around.radius
+    within = (feet.station > -past) & (feet.station < chain.stations[-1] + past)
+    at = np.flatnonzero(within & (np.abs(feet.distance) < band))
+    found: Indices = at[np.abs(dot(around.normals(at), feet.normal[at])) > FACING]
+    return found
 
 
-def refined(around: Surroundings, chain: Chain, *, fixed_radius: bool = False) -> tuple[Chain, Array, float]:
-    """Return the chain of least distance from its points, its normal matrix, and the deviation of their noise."""
-    deviation, matrix = LOOSE * around.radius / TIGHT, np.zeros((0, 0))
+def refined(around: Surroundings, chain: Chain) -> tuple[Chain, float]:
+    """Return the chain of least distance from its points, and the deviation of their noise."""
+    r = around.radius
+    deviation = LOOSE * r / TIGHT
     for k in range(3):
-        at = near_surface(around, chain, max(BAND * around.radius / (1 + k), 3 * deviation))
-        most = FITTED if k == 2 else FITTED // 4  # the last round alone needs them all
-        at = at[:: -(-len(at) // most)] if len(at) else at
-        if len(at) < 10:
-            break
+        at = near_surface(around, chain, max(BAND * r / (1 + k), 3 * deviation))
+        if len(at) < chain.n_parameters:
+            raise ValueError(f"pick must be on a pipe, but no more than {len(at)} points are on that which is there")
         points = around.points[at]
-        fixed = np.zeros(chain.derivatives(points[:1]).shape[1], bool)
-        fixed[len(fixed) - len(chain.radii) :] = fixed_radius
-        hold = fixed if fixed_radius else None
-        moving, matrix = solve(
-            Moving(chain, points, chain.feet(points).piece),
-            points,
-            fixed=hold,
-            loss_scale=TIGHT * deviation,
-            tolerance=TOLERANCE,
-        )
-        chain = moving.chain
-        off = np.abs(chain.distance(points))
-        deviation = float(np.clip(1.4826 * np.median(off), 1e-9 * around.radius, MOST_NOISE * around.radius))
-    return chain, matrix, deviation
+        chain = fitted(around, chain, points, TIGHT * deviation)
+        deviation = float(np.clip(1.4826 * np.median(np.abs(chain.distance(points))), 1e-9 * r, MOST_NOISE * r))
+    return chain, deviation
 
 
-def simplified(around: Surroundings, chain: Chain, *, fixed_radius: bool = False) -> Chain:
+def held(around: Surroundings, chain: Chain) -> Mask:
+    """Return which parameters (p,) are not fitted: the radius, if that is given."""
+    fixed = np.zeros(chain.n_parameters, bool)
+    fixed[chain.sizes] = around.radius_is_given
+    return fixed
+
+
+def fitted(around: Surroundings, chain: Chain, points: Array, loss_scale: float) -> Chain:
+    """Return the chain of least distance from points."""
+    return solve(chain, points, fixed=held(around, chain), loss_scale=loss_scale, tolerance=TOLERANCE)[0]
+
+
+def covariance_of(chain: Chain, points: Array, loss_scale: float, fixed: Mask) -> Array:
+    """Return the covariance (p, p) of the parameters of a chain that is fitted to points with a loss.
+
+    That of any estimate from sums over the points, whatever their noise is (Huber 1967): of the sums' derivatives and
+    their scatter.
+    """
+    distance = chain.distance(points)
+    less = 1 / (1 + (distance / loss_scale) ** 2)
+    slope = less**2 - 4 * (distance / loss_scale) ** 2 * less**3
+    bread, filling = (chain.normal_equations(points, weights)[0] for weights in (slope, (distance * less**2) ** 2))
+    free = _free_motions(chain, fixed | (np.diagonal(filling) == 0))
+    inverse: Array = free @ np.linalg.pinv(free.T @ bread @ free, hermitian=True) @ free.T
+    return inverse @ filling @ inverse
+
+
+def _free_motions(chain: Chain, fixed: Mask) -> Array:
+    """Return an orthonormal basis (p, f) of motions but for fixed parameters, and the angles of bends that just end."""
+    units = 1e-5 * chain.radii.min() * np.eye(len(fixed))
+    rows = [*units[fixed]]
+    for end, just in zip((0, -1), chain.ends_in_bends, strict=True):
+        if just:
+            rows.append(np.array([chain.moved(e).angles[end] - chain.moved(-e).angles[end] for e in units]))
+    return null_space(np.array(rows)) if rows else np.eye(len(fixed))
+
+
+def simplified(around: Surroundings, chain: Chain) -> Chain:
     """Return the chain without corners that its points do not ask for: slight ones, and where two bends are one."""
     k = 0
     while k < len(chain.bend_radii):
@@ -124,27 +113,25 @@ def simplified(around: Surroundings, chain: Chain, *, fixed_radius: bool = False
         if fewer is None:
             k += 1
             continue
-        better = cheaper(around, chain, fewer, SUPERFLUOUS, fixed_radius=fixed_radius)
+        better = cheaper(around, chain, fewer, SUPERFLUOUS)
         chain, k = (chain, k + 1) if better is chain else (better, 0)
     return chain
 
 
-def cheaper(around: Surroundings, chain: Chain, other: Chain, price: float, *, fixed_radius: bool = False) -> Chain:
-    """Return the second of two chains, fitted again, if it costs less than the first and a price."""
-    at = near_surface(around, chain, BAND * around.radius)
-    if not len(at):
-        return chain
-    points, scale = around.points[at[:: -(-len(at) // FITTED)]], LOOSE * around.radius / TIGHT
-    costs = []
-    for each in (chain, other):
-        held = np.zeros(each.derivatives(points[:1]).shape[1], bool)
-        held[len(held) - len(each.radii) :] = fixed_radius
-        moving = Moving(each, points, each.feet(points).piece)
-        moved = solve(moving, points, fixed=held, loss_scale=scale, tolerance=TOLERANCE)[0].chain
-        square = moved.distance(points) ** 2
-        costs.append((float((square / (1 + square / scale**2)).sum()), moved))
-    better = costs[1][0] < costs[0][0] * (1 + price * np.log(len(points)) / len(points))
-    return costs[1][1] if better else chain
+def cheaper(around: Surroundings, chain: Chain, other: Chain, price: float) -> Chain:
+    """Return the second of two chains, fitted again, if it costs less than the first and a price.
+
+    Schwarz' criterion, with the number of points that the two tell apart: of the sums of squares and of fourth powers
+    of what they differ by.
+    """
+    points = around.points[near_surface(around, chain, BAND * around.radius)]
+    scale = LOOSE * around.radius / TIGHT
+    moved = [fitted(around, each, points, scale) for each in (chain, other)]
+    one, two = (each.distance(points) ** 2 for each in moved)
+    costs = [float((square / (1 + square / scale**2)).sum()) for square in (one, two)]
+    apart = np.abs(one - two)
+    count = apart.sum() ** 2 / (apart**2).sum() if apart.any() else 1.0
+    return moved[1] if len(points) * np.log(costs[1] / costs[0]) < price * np.log(count) else chain
 
 
 def _without_corner(chain: Chain, i: int) -> Chain | None:

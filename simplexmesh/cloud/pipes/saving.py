@@ -20,7 +20,10 @@ from simplexmesh.data.json_text import json_text
 if TYPE_CHECKING:
     from simplexmesh.cloud.pipes.line import PipeElement, PipeLine
 
-COLUMNS = ("line", "element", "kind", "diameter", "end_diameter", "length", "bend_radius", "bend_angle_degrees")
+COLUMNS = (
+    *("line", "element", "kind", "diameter", "end_diameter", "length", "bend_radius", "bend_angle_degrees"),
+    *("diameter_deviation", "length_deviation", "bend_radius_deviation", "bend_angle_deviation_degrees"),
+)
 """Of the bill of materials."""
 
 
@@ -65,10 +68,16 @@ def bill(lines: Sequence[PipeLine], tees: Sequence[PipeElement]) -> str:
     writer.writerow(COLUMNS)
     numbered = [(str(k + 1), i + 1, each) for k, line in enumerate(lines) for i, each in enumerate(line.elements)]
     for number, i, e in numbered + [("", i + 1, tee) for i, tee in enumerate(tees)]:
-        bend = ("", "") if e.bend_angle is None else (f"{e.bend_radius:.9g}", f"{np.degrees(e.bend_angle):.9g}")
-        sizes = (f"{x:.9g}" for x in (2 * e.radius, 2 * e.end_radius, e.length))
-        writer.writerow([number, i, e.kind, *sizes, *bend])
+        sizes = (2 * e.radius, 2 * e.end_radius, e.length, e.bend_radius, _degrees(e.bend_angle))
+        d = e.deviations
+        spread = (None,) * 4 if d is None else (2 * d.radius, d.length, d.bend_radius, _degrees(d.bend_angle))
+        writer.writerow([number, i, e.kind, *("" if x is None else f"{x:.9g}" for x in (*sizes, *spread))])
     return out.getvalue()
+
+
+def _degrees(angle: float | None) -> float | None:
+    """Return an angle in degrees, if there is one."""
+    return None if angle is None else float(np.degrees(angle))
 
 
 def _named(lines: Sequence[PipeLine], tees: Sequence[PipeElement]) -> dict[str, list[tuple[str, Primitive]]]:
@@ -83,7 +92,7 @@ def _named(lines: Sequence[PipeLine], tees: Sequence[PipeElement]) -> dict[str, 
 def _element(element: PipeElement) -> dict[str, Any]:
     """Return what is known of an element, as plain values."""
     primitive, fit = element.primitive, element.primitive.fit
-    names = ("radius", "end_radius", "bend_radius", "bend_angle", "length", "deviations")
+    names = ("radius", "end_radius", "bend_radius", "bend_angle", "length")
     parameters = {
         each.name: np.asarray(getattr(primitive, each.name)).tolist()
         for each in fields(primitive)  # type: ignore[arg-type]
@@ -94,6 +103,7 @@ def _element(element: PipeElement) -> dict[str, Any]:
         "start": element.start.tolist(),
         "end": element.end.tolist(),
         **{name: getattr(element, name) for name in names},
+        "deviations": element.deviations and element.deviations._asdict(),
         "rms": fit.rms if fit else None,
         "points": fit.count if fit else 0,
         "primitive": {"kind": primitive.kind, **parameters},

@@ -15,7 +15,7 @@ from simplexmesh.cloud.pipes.chain import Chain
 from simplexmesh.cloud.pipes.ends import reversed_chain
 from simplexmesh.cloud.pipes.follow import line_of
 from simplexmesh.cloud.pipes.line import PipeElement, PipeLine
-from simplexmesh.cloud.pipes.refining import TIGHT, Moving
+from simplexmesh.cloud.pipes.refining import TIGHT, covariance_of
 from simplexmesh.cloud.primitives import Cylinder, Fit
 
 Array = NDArray[np.float64]
@@ -26,6 +26,9 @@ MEETING = 0.3
 REACH = 2.0
 """Distance of the end of a branch from the axis of its run, in radii of that: its surface, and a weld or a shadow."""
 
+WIDER = 1.05
+"""Radius of a branch over that of its run, at most: of equal tees it is 1."""
+
 LEAST_TURN = np.radians(20)
 """Between branch and run."""
 
@@ -33,54 +36,66 @@ LEAST_TURN = np.radians(20)
 def with_tees(lines: list[PipeLine], tree: cKDTree, origin: Array) -> tuple[list[PipeLine], list[PipeElement]]:
     """Return lines with branches that meet their runs exactly, and the tees between them."""
     out, tees = list(lines), []
-    for k in range(len(out)):
+    for k in _runs_first(out):
         for _ in range(2):  # at the end, then at the start
-            met = _met(out[k], [line for i, line in enumerate(out) if i != k])
+            met = _met(out[k], out)
             if met is not None:
-                run, place, direction = met
+                i, element, place = met
+                run = out[i].elements[element]
                 out[k] = _secant(out[k], place, tree, origin)
-                tees.append(_tee(out[k].chain, run, place, direction))
+                tees.append(_tee(out[k].chain, run.radius, place))
             out[k] = _reversed(out[k])
     return out, tees
 
 
-def _met(branch: PipeLine, others: list[PipeLine]) -> tuple[float, Array, Array] | None:
-    """Return radius, place and direction of the run whose axis the end of a branch meets."""
+def _runs_first(lines: list[PipeLine]) -> list[int]:
+    """Return the numbers of lines in an order in which runs come before the branches that are moved to them."""
+    ways = ((line, _reversed(line)) for line in lines)
+    runs = [{met[0] for way in both if (met := _met(way, lines)) is not None} for both in ways]
+    order: list[int] = []
+    while left := set(range(len(lines))) - set(order):
+        order += [k for k in sorted(left) if not runs[k] & left] or [min(left)]  # in circles one is the first
+    return order
+
+
+def _met(branch: PipeLine, lines: list[PipeLine]) -> tuple[int, int, Array] | None:
+    """Return the line and the straight of it whose axis the end of a branch meets, and where."""
     end, along = branch.chain.corners[-1], branch.chain.directions[-1]
-    for line in others:
-        for element in line.elements:
-            if element.kind != "straight":
-                continue
+    for i, line in enumerate(lines):
+        if line.labels is branch.labels:
+            continue
+        for k, element in enumerate(line.elements):
             axis = normalized(element.end - element.start)
             across = cross(along, axis)
             sine = float(norm(across))
-            if sine < np.sin(LEAST_TURN) or branch.chain.radii[-1] > 1.05 * element.radius:
+            if (
+                element.kind != "straight"
+                or sine < np.sin(LEAST_TURN)
+                or branch.chain.radii[-1] > WIDER * element.radius
+            ):
                 continue
             ahead, back, apart = np.linalg.solve(np.stack([along, -axis, across / sine], axis=1), element.start - end)
             near = abs(apart) < MEETING * element.radius and 0 < ahead < REACH * element.radius / sine
             if near and -element.radius < back < element.length + element.radius:
-                return element.radius, element.start + back * axis, axis
+                return i, k, element.start + back * axis
     return None
 
 
 def _secant(line: PipeLine, place: Array, tree: cKDTree, origin: Array) -> PipeLine:
     """Return a line refined with the axis at its end through a place."""
-    points = np.asarray(tree.data)[line.labels >= 0] + origin
-    corners = line.chain.corners.copy()
-    end, corners[-1] = corners[-1], place
+    points = np.asarray(tree.data)[line.labels >= 0]
+    corners = line.chain.corners - origin
+    end = corners[-1].copy()
+    corners[-1] = place - origin
     start = replace(line.chain, corners=corners)
-    m = len(corners)
-    fixed = np.zeros(start.derivatives(points[:1]).shape[1], bool)
-    fixed[3 * m - 4 : 3 * m - 2] = True
-    moving, normal_matrix = solve(
-        Moving(start, points, start.feet(points).piece), points, fixed=fixed, loss_scale=TIGHT * line.rms
-    )
-    chain = moving.chain
-    back = (end - chain.corners[-1]) @ chain.directions[-1]
+    fixed = np.zeros(start.n_parameters, bool)
+    fixed[3 * len(corners) - 4 : 3 * len(corners) - 2] = True
+    chain, _ = solve(start, points, fixed=fixed, loss_scale=TIGHT * line.rms)
     corners = chain.corners.copy()
-    corners[-1] += back * chain.directions[-1]
-    chain = replace(chain, corners=corners - origin)
-    return line_of(chain, tree, origin, normal_matrix, line.rms, line.stops)
+    corners[-1] += (end - corners[-1]) @ chain.directions[-1] * chain.directions[-1]
+    chain = replace(chain, corners=corners)
+    covariance = covariance_of(chain, points, TIGHT * line.rms, fixed)
+    return line_of(tree, origin, chain, covariance, line.rms, line.stops)
 
 
 def _reversed(line: PipeLine) -> PipeLine:
@@ -88,11 +103,11 @@ def _reversed(line: PipeLine) -> PipeLine:
     return replace(line, chain=reversed_chain(line.chain), stops=line.stops[::-1])
 
 
-def _tee(branch: Chain, radius: float, place: Array, direction: Array) -> PipeElement:
+def _tee(branch: Chain, radius: float, place: Array) -> PipeElement:
     """Return the tee between the axis of a run and the end of a branch."""
     end, own = branch.corners[-1], float(branch.radii[-1])
     length = float(norm(end - place))
-    fit = Fit(np.nan, np.nan, np.full((5, 5), np.nan), np.array([[-np.pi, np.pi], [0.0, length]]), 0)
+    fit = Fit(np.nan, np.nan, np.full((5, 5), np.nan), checks.frozen([[-np.pi, np.pi], [0.0, length]]), 0)
     cylinder = Cylinder(place, end - place, own).with_fit(fit)
     ends = checks.frozen(place), checks.frozen(end)
-    return PipeElement("tee", *ends, radius, own, None, None, length, cylinder, {})
+    return PipeElement("tee", *ends, radius, own, None, None, length, cylinder, None)

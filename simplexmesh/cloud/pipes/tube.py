@@ -27,7 +27,7 @@ def swept(chain: Chain, edge: float | None) -> tuple[Array, Indices]:
     around = max(LEAST_AROUND, round(turn / size))
     stations = _stations(chain, size)
     points, along = chain.at(stations)
-    radius = chain.radius_at(chain.feet(points))[0]
+    radius = chain.feet(points).radius
     u = _untwisted(along)
     angle = np.linspace(0, 2 * np.pi, around, endpoint=False)[None, :, None]
     out = np.cos(angle) * u[:, None] + np.sin(angle) * cross(along, u)[:, None]

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from simplexmesh.cloud.pipes.chain import Chain, chain_of
+from simplexmesh.cloud.primitives import Torus
 
 
 @dataclass
@@ -60,7 +61,7 @@ def sampled(chain, rng, density=40.0, noise=0.01, view=None, arc=360.0):
     first /= np.linalg.norm(first, axis=1)[:, None]
     second = np.cross(along, first)
     out = np.cos(turn)[:, None] * first + np.sin(turn)[:, None] * second
-    radius = chain.radius_at(chain.feet(axis))[0]
+    radius = chain.feet(axis).radius
     keep = np.ones(count, bool)
     if view is not None:
         keep = out @ view > np.cos(np.radians(arc / 2))
@@ -77,7 +78,6 @@ def random_line(
     points, s = sampled(chain, rng, density, noise, unit(rng.normal(size=3)), arc)
     for _ in range(gaps):
         points, s = with_gap(points, s, chain, rng, gap)
-    s[(s > 1) & (s < chain.stations[-1] - 1)]
     straight = chain.feet(points).piece % 2 == 0
     pick = points[rng.choice(np.flatnonzero(straight))]
     on_pipe = np.ones(len(points), bool)
@@ -99,6 +99,20 @@ def with_gap(points, s, chain, rng, gap):
         if (left > 0.4).all():
             return points[seen], s[seen]
     return points, s
+
+
+def meeting(one, other):
+    """How far the end of an element is from the start of the next one, and the sine between their axes there."""
+    return np.linalg.norm(other.start - one.end), np.linalg.norm(
+        np.cross(leaving(one, one.end), leaving(other, other.start))
+    )
+
+
+def leaving(element, place):
+    """The direction of the axis of an element at its start or its end."""
+    if isinstance(torus := element.primitive, Torus):
+        return unit(np.cross(torus.axis, place - torus.center))
+    return unit(element.end - element.start)
 
 
 def walls_of(points, rng, density):

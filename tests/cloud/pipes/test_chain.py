@@ -12,9 +12,9 @@ from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 from simplexmesh.cloud.pipes.chain import Chain, chain_of
-from simplexmesh.cloud.pipes.elements import elements_of, meeting
+from simplexmesh.cloud.pipes.elements import elements_of
 from simplexmesh.cloud.pipes.ends import reversed_chain
-from tests.cloud.pipes.lines import random_chain
+from tests.cloud.pipes.lines import meeting, random_chain
 
 CORNERS = np.array([[0, 0, 0], [10, 0, 1], [10, 8, 2], [18, 8, 3.0]])
 PLAIN = chain_of(CORNERS, [3.0, 2.0], 1.0)
@@ -32,7 +32,7 @@ def test_feet_are_the_nearest_of_dense_samples():
     points = around(PLAIN)
     samples = PLAIN.at(np.arange(-4, PLAIN.stations[-1] + 4, 1e-3))[0]
     near = cKDTree(samples).query(points)[0]
-    exact = np.linalg.norm(points - PLAIN.feet(points).foot, axis=1)
+    exact = PLAIN.distance(points) + 1
     assert (exact <= near + 1e-12).all()
     assert_allclose(exact, near, atol=1e-5)
 
@@ -41,18 +41,24 @@ def test_stations_are_lengths_along_the_axis():
     lengths = np.linspace(0, PLAIN.stations[-1], 20_001)
     axis, along = PLAIN.at(lengths)
     assert_allclose(np.linalg.norm(np.diff(axis, axis=0), axis=1), np.diff(lengths), rtol=1e-6)
-    assert_allclose(PLAIN.station(PLAIN.feet(axis)), lengths, atol=1e-9)
+    assert_allclose(PLAIN.feet(axis).station, lengths, atol=1e-9)
     assert_allclose(np.diff(axis, axis=0) / np.diff(lengths)[:, None], along[:-1], atol=1e-3)
 
 
 @both
-def test_derivatives_are_difference_quotients(chain):
-    points, h = around(chain), 1e-6
-    steps = [
-        (chain.stepped(h * e).distance(points) - chain.stepped(-h * e).distance(points)) / (2 * h)
-        for e in np.eye(chain.derivatives(points).shape[1])
-    ]
-    assert_allclose(chain.derivatives(points), np.stack(steps, axis=1), atol=1e-7)
+@pytest.mark.parametrize("loss_scale", [None, 0.3])
+def test_normal_equations_are_those_of_difference_quotients(chain, loss_scale):
+    points, weights, h = around(chain), np.random.default_rng(1).uniform(0, 2, 1000), 1e-6
+    units = h * np.eye(chain.n_parameters)
+    rows = np.stack([chain.moved(e).distance(points) - chain.moved(-e).distance(points) for e in units], axis=1) / (
+        2 * h
+    )
+    off = chain.distance(points)
+    less = 1 / (1 + (off / (loss_scale or np.inf)) ** 2)
+    matrix, downhill, cost = chain.normal_equations(points, weights, loss_scale)
+    assert_allclose(matrix, rows.T @ ((weights * less**2)[:, None] * rows), atol=1e-6)
+    assert_allclose(downhill, -rows.T @ (weights * less**2 * off), atol=1e-6)
+    assert_allclose(cost, weights @ (off**2 * less))
 
 
 @both
@@ -66,9 +72,9 @@ def test_gradients_are_difference_quotients(chain):
 def test_elements_meet_tangentially_after_any_step(seed):
     rng = np.random.default_rng(seed)
     chain = random_chain(rng)
-    count = chain.derivatives(np.zeros((1, 3))).shape[1]
+    count = chain.n_parameters
     moved = chain.stepped(0.05 * rng.normal(size=count))
-    elements, _ = elements_of(moved, moved.at(np.linspace(0, moved.stations[-1], 50))[0], np.zeros(count))
+    elements, _ = elements_of(moved, moved.at(np.linspace(0, moved.stations[-1], 50))[0], np.eye(count), np.zeros(3))
     assert len(elements) == 13
     for one, other in itertools.pairwise(elements):
         assert max(meeting(one, other)) < 1e-11
@@ -80,26 +86,18 @@ def test_elements_meet_tangentially_after_any_step(seed):
 
 
 def test_tangency_is_seen_when_it_is_missing():
-    elements, _ = elements_of(PLAIN, PLAIN.at([1.0, 8.0, 14.0])[0], np.zeros(20))
+    elements, _ = elements_of(PLAIN, PLAIN.at([1.0, 8.0, 14.0])[0], np.eye(PLAIN.n_parameters), np.zeros(3))
     turned = replace(elements[1], primitive=replace(elements[1].primitive, axis=elements[1].primitive.axis + 0.01))
     assert meeting(elements[0], elements[1])[1] < 1e-12
     assert meeting(elements[0], turned)[1] > 1e-3
 
 
 def test_primitives_of_elements_are_the_surface():
-    elements, labels = elements_of(REDUCED, (points := around(REDUCED)), np.zeros(20))
-    inside = (REDUCED.station(REDUCED.feet(points)) > 0) & (
-        REDUCED.station(REDUCED.feet(points)) < REDUCED.stations[-1]
-    )
-    assert [element.kind for element in elements] == [
-        "straight",
-        "bend",
-        "straight",
-        "reducer",
-        "straight",
-        "bend",
-        "straight",
-    ]
+    elements, labels = elements_of(REDUCED, (points := around(REDUCED)), np.eye(16), np.zeros(3))
+    station = REDUCED.feet(points).station
+    inside = (station > 0) & (station < REDUCED.stations[-1])
+    kinds = ["straight", "bend", "straight", "reducer", "straight", "bend", "straight"]
+    assert [element.kind for element in elements] == kinds
     for k, element in enumerate(elements):
         here = inside & (labels == k)
         assert here.sum() > 5
@@ -110,6 +108,14 @@ def test_bends_are_kept_as_wide_as_the_pipe_and_off_each_other():
     tight = Chain(CORNERS, np.array([0.1, 20.0]), np.array([1.0]), np.zeros((0, 3))).fitting()
     assert tight.bend_radii[0] >= 1.0 - 1e-12
     assert (np.diff(tight.limits, axis=1) > -1e-9).all()
+
+
+def test_bends_at_the_ends_of_a_line_have_room():
+    """Their outer straights are drawn out, as nothing says that a line ends where its points do."""
+    chain = chain_of([[0, 0, 0], [3.0, 0, 0], [3, 3, 0]], [3.0], 1.0)
+    wider = chain.stepped(np.eye(chain.n_parameters)[-2])
+    assert_allclose(wider.bend_radii, 4)
+    assert_allclose([wider.corners[0], wider.corners[2]], [[-1, 0, 0], [3, 4, 0]], atol=1e-6)
 
 
 @both

@@ -12,10 +12,9 @@ from scipy.spatial.transform import Rotation
 
 import simplexmesh as sm
 from simplexmesh.cloud.pipes.chain import Chain, chain_of
-from simplexmesh.cloud.pipes.elements import meeting
 from simplexmesh.cloud.pipes.tracing.segmenting import segmented
 from simplexmesh.cloud.pipes.tracing.tracking import Step, Track
-from tests.cloud.pipes.lines import random_line, sampled, unit
+from tests.cloud.pipes.lines import meeting, random_line, sampled, unit
 from tests.cloud.scenes.line_scoring import line_score
 from tests.cloud.scenes.piping import pipe_line
 
@@ -52,7 +51,7 @@ class TestBends:
         assert_allclose(bend.bend_radius, ratio, rtol=0.02 if noise < 0.02 else 0.08)
         assert_allclose(bend.bend_angle, np.pi / 2, atol=np.radians(0.5))
         assert_allclose([element.radius for element in line.elements], 1, rtol=0.003 if noise < 0.02 else 0.008)
-        assert abs(bend.bend_radius - ratio) < 5 * bend.deviations["bend_radius"] + 0.003
+        assert abs(bend.bend_radius - ratio) < 5 * bend.deviations.bend_radius + 0.003
 
     def test_as_tight_as_the_pipe_is_wide_are_followed(self):
         line = followed(elbow(1.0))
@@ -76,6 +75,24 @@ class TestBends:
         assert [element.kind for element in line.elements] == ["straight", "bend"]
         assert_allclose(line.elements[1].bend_radius, 4, rtol=0.02)
         assert_allclose(line.elements[1].bend_angle * 4, end - chain.stations[1], atol=0.2)
+
+    @pytest.mark.parametrize("seed", [0, 1])
+    def test_that_end_a_line_too_soon_to_be_traced_are_told_from_points(self, seed):
+        chain = elbow(1.5)
+        line = followed(chain, hidden=(chain.stations[1] + 0.5, np.inf), arc=200.0, seed=seed)
+        assert [element.kind for element in line.elements] == ["straight", "bend"]
+        assert_allclose(line.elements[1].length, 0.5, atol=0.2)
+
+    @pytest.mark.parametrize("noise", [0.01, 0.04])
+    def test_there_are_none_where_a_straight_ends(self, noise):
+        straight = chain_of([[0.0, 0, 0], [12, 0, 0]], [], 1.0)
+        assert all(len(followed(straight, arc=200.0, noise=noise, seed=seed).elements) == 1 for seed in range(5))
+
+    @pytest.mark.parametrize("seed", range(3))
+    def test_may_be_tight_beside_the_pick(self, seed):
+        chain = elbow(1.25)
+        line = followed(chain, arc=200.0, noise=0.02, seed=seed, station=chain.stations[1] - 0.05)
+        assert [element.kind for element in line.elements] == ["straight", "bend", "straight"]
 
 
 class TestShadows:
@@ -126,6 +143,11 @@ class TestDiameters:
 
     def test_a_given_radius_is_kept(self):
         line = followed(elbow(3.0), radius=1.01)
+        assert {element.radius for element in line.elements} == {1.01}
+
+    def test_a_given_radius_is_kept_where_a_short_straight_ends_the_line(self):
+        chain = elbow(3.0)
+        line = followed(chain, hidden=(chain.stations[2] + 0.7, np.inf), radius=1.01)
         assert {element.radius for element in line.elements} == {1.01}
 
     def test_another_radius_than_asked_for_is_named(self):
@@ -213,6 +235,11 @@ class TestWaysOut:
     def test_other_files_are_refused(self, line, tmp_path):
         with pytest.raises(ValueError, match=r"^path must end in .json or .csv, not '.step'$"):
             line.save(tmp_path / "line.step")
+
+    def test_nothing_can_be_written_to(self, line):
+        for array in (line.chain.corners, line.chain.bend_radii, line.labels, line.elements[0].start):
+            with pytest.raises(ValueError, match="read-only"):
+                array[0] = 0
 
     def test_representations_read_well(self, line):
         assert repr(line).startswith("PipeLine(3 elements, diameter ")

@@ -7,18 +7,21 @@ import json
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from scipy.spatial import cKDTree
 
 import simplexmesh as sm
 from simplexmesh.cloud.pipes.chain import chain_of
+from simplexmesh.cloud.pipes.follow import line_of
+from simplexmesh.cloud.pipes.tees import with_tees
 from tests.cloud.pipes.lines import random_line, sampled
 
 
 def two_lines(seed=0):
     """A bent line, a thinner straight one far from it, and a floor."""
     rng = np.random.default_rng(seed)
-    bent = sampled(chain_of([[0, 0, 0], [12, 0, 0], [12, 12.0, 0]], [3.0], 1.0), rng, 30.0, 0.01)[0]
-    thin = sampled(chain_of([[0, 0, 6.0], [15, 5, 6]], [], 0.5), rng, 15.0, 0.01)[0]
-    floor = rng.uniform([-5, -5, -3], [20, 20, -2.98], (4000, 3))
+    bent = sampled(chain_of([[0, 0, 0], [12, 0, 0], [12, 12.0, 0]], [3.0], 1.0), rng, 15.0, 0.01)[0]
+    thin = sampled(chain_of([[0, 0, 6.0], [15, 5, 6]], [], 0.5), rng, 10.0, 0.01)[0]
+    floor = rng.uniform([-5, -5, -3], [20, 20, -2.98], (2000, 3))
     return [bent, thin, floor]
 
 
@@ -52,28 +55,53 @@ def test_a_branch_meets_its_run_exactly():
     rng = np.random.default_rng(0)
     run = chain_of([[0, 0, 0], [24.0, 0, 0]], [], 1.0)
     branch = chain_of([[12, 0, 0], [12, 3, 9.0]], [], 0.6)
-    points, more = sampled(run, rng, 30.0, 0.01)[0], sampled(branch, rng, 30.0, 0.01)[0]
+    points, more = sampled(run, rng, 15.0, 0.01)[0], sampled(branch, rng, 15.0, 0.01)[0]
     points, more = points[branch.distance(points) > 0], more[run.distance(more) > 0]
     plant = sm.extract_pipes(np.concatenate([points, more]))
     (tee,) = plant.tees
     assert (tee.kind, len(plant.lines)) == ("tee", 2)
     assert_allclose([tee.radius, tee.end_radius], [1, 0.6], rtol=0.01)
     assert_allclose(tee.start, [12, 0, 0], atol=0.05)
-    axes = [next(line for line in plant.lines if line.chain.radii[0] < 0.8), plant.lines[0]]
-    branch_axis, run_axis = (line.chain.directions[0] for line in axes)
-    apart = axes[0].chain.corners[0] - axes[1].chain.corners[0]
-    across = np.cross(branch_axis, run_axis)
-    assert abs(apart @ across) / np.linalg.norm(across) < 1e-9
+    assert_allclose(tee.length, 1 / np.sin(np.arctan2(9, 3)), atol=0.3)  # to where the branch leaves the run
+    assert apart(next(line for line in plant.lines if line.chain.radii[0] < 0.8), plant.lines[0]) < 1e-9
+
+
+def apart(one, other):
+    """The distance between the axes of two straight lines."""
+    across = np.cross(one.chain.directions[0], other.chain.directions[0])
+    return abs((one.chain.corners[0] - other.chain.corners[0]) @ across) / np.linalg.norm(across)
+
+
+def test_a_branch_of_a_branch_meets_it_where_it_is_in_the_end():
+    rng = np.random.default_rng(0)
+    axes = [
+        [[4.22, 6, 0.6], [4.22, 6.3, 30.0]],
+        [[4, 0.6, 0], [4.3, 8.0, 0]],
+        [[0, 0, 0], [9.0, 0, 0]],
+    ]  # not runs first
+    chains = [chain_of(corners, [], radius) for corners, radius in zip(axes, (0.3, 0.5, 1.0), strict=True)]
+    parts = [sampled(chain, rng, 15.0, 0.01)[0] for chain in chains]
+    parts = [
+        p[np.all([c.distance(p) > 0 for c in chains if c is not own], axis=0)]
+        for p, own in zip(parts, chains, strict=True)
+    ]
+    tree, here = cKDTree(np.concatenate(parts)), np.zeros(3)
+    moved = [chain_of(chain.corners + 0.01, [], chain.radii[0]) for chain in chains]
+    lines = [line_of(tree, here, chain, np.eye(chain.n_parameters), 0.02, ("end", "end")) for chain in moved]
+    found, tees = with_tees(lines, tree, here)
+    assert [tee.end_radius > 0.4 for tee in tees] == [True, False]
+    assert apart(found[0], found[1]) < 1e-9
+    assert apart(found[1], found[2]) < 1e-9
 
 
 @pytest.mark.parametrize("shape", ["wall", "ball", "dust"])
 def test_there_are_none_where_there_is_no_pipe(shape):
     rng = np.random.default_rng(0)
-    ball = rng.normal(size=(5000, 3))
+    ball = rng.normal(size=(2000, 3))
     points = {
-        "wall": rng.uniform([0, 0, 0], [10, 10, 0.01], (5000, 3)),
+        "wall": rng.uniform([0, 0, 0], [10, 10, 0.01], (2000, 3)),
         "ball": ball / np.linalg.norm(ball, axis=1)[:, None],
-        "dust": rng.uniform(0, 10, (5000, 3)),
+        "dust": rng.uniform(0, 10, (1000, 3)),
     }[shape]
     plant = sm.extract_pipes(points)
     assert plant.lines == ()
@@ -87,6 +115,7 @@ def test_radii_may_be_bounded():
     assert [len(line.elements) for line in plant.lines] == [1]
 
 
+@pytest.mark.nightly
 def test_walls_beside_a_long_line_are_no_pipes():
     drawn = random_line(1)
     plant = sm.extract_pipes(drawn.points)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,8 @@ from scipy.spatial import cKDTree
 
 from simplexmesh._base.vectors import dot, norm
 from simplexmesh.cloud.fitting.solver import solve
-from simplexmesh.cloud.pipes.tracing import _kernels_normals
+from simplexmesh.cloud.pipes.tracing import _kernels_tracing
+from simplexmesh.cloud.pipes.tracing._kernels_tracing import STEP
 from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
 from simplexmesh.cloud.pipes.tracing.tracking import Track, settled, traced
 from simplexmesh.cloud.primitives import Cylinder
@@ -28,6 +30,9 @@ RISE = 1.5
 
 FITTED = 400
 """Points of a neighborhood that are fitted to, at most: its error is that of all."""
+
+ROUGH = 1e-4
+"""Share of the cost that a last step of a fit promises to take off: what is compared differs by more."""
 
 THIN, WIDE = 1e-3, 100.0
 """Radii of cylinders over the size of their points: others are lines and flats."""
@@ -55,30 +60,37 @@ SIDE, BAND, PEAKED = 1.0, 0.3, 0.6
 """Chord from the pick and distance from the surface, in radii, of points that are compared; the share of those within
 a third of the distance, at least: of points of planes that cut the surface it is a third."""
 
+LONG = 6.0
+"""Radii of an axis that is surely traced: crosswise, or in a flat, points do not gather along more than a diameter."""
+
 FAR = 3.0
 """Times the size of the neighborhood of its nearest point that a pick may be away from it."""
 
 
-@dataclass
+@dataclass(frozen=True)
 class Beginning:
-    """A place on the axis of a pipe, its direction, and what is around it."""
+    """A place on the axis of a pipe, its direction, what is around it, and the longest shadow to jump over."""
 
     around: Surroundings
     point: Array
     direction: Array
+    gap: float
 
-    def track(self, gap: float) -> Track:
-        """Return the axis both ways."""
-        found = traced(self.around, self.point, self.direction, jump=gap)
+    @cached_property
+    def track(self) -> Track:
+        """The axis both ways."""
+        found = traced(self.around, self.point, self.direction, jump=self.gap)
         if found is None:
             raise ValueError("pick must be on a pipe, but no points gather on the axis of the cylinder there")
         return found
 
 
-def beginning(tree: cKDTree, place: Array, limits: tuple[float, float], *, patient: bool = True) -> Beginning:
+def beginning(
+    tree: cKDTree, place: Array, limits: tuple[float, float], gap: float, *, patient: bool = True
+) -> Beginning:
     """Return the beginning at a picked place with a radius within limits, or say why there is none.
 
-    A patient one tries other neighborhoods where nested ones mislead.
+    A patient one tries other neighborhoods where nested ones mislead: where no pipe is confirmed, or but a short one.
     """
     points = np.asarray(tree.data)
     distance, nearest = tree.query(place)
@@ -86,16 +98,23 @@ def beginning(tree: cKDTree, place: Array, limits: tuple[float, float], *, patie
     if distance > FAR * size:
         apart = "which all have one position" if size == 0 else f"whose neighborhood of {FEWEST} is {size:.3g} wide"
         raise ValueError(f"pick must be on the cloud: its nearest point, {apart}, is {distance:.3g} away")
-    seen: list[float] = []
+    short: list[Beginning] = []
+    refused = ""
     for cylinder in _candidates(tree, points[nearest], OTHER_SIZES if patient else ()):
         found = _confirmed(tree, points[nearest], cylinder, limits)
-        if found is not None and limits[0] * 0.9 <= found.radius <= limits[1] * 1.1:
-            known = limits[0] if limits[0] == limits[1] else found.radius
-            return Beginning(Surroundings(points, known), found.point, found.axis)
-        seen += [] if found is None else [found.radius]
-    if seen:
-        raise ValueError(f"radius must be that of the pipe at pick, about {seen[0]:.4g}")
-    raise ValueError("pick must be on a pipe, but no cylinder fits the points around it")
+        if found is None:
+            continue
+        if not limits[0] * 0.9 <= found.radius <= limits[1] * 1.1:
+            refused = refused or f"radius must be that of the pipe at pick, about {found.radius:.4g}"
+            continue
+        given = limits[0] == limits[1]
+        around = Surroundings(points, limits[0] if given else found.radius, radius_is_given=given)
+        short.append(Beginning(around, found.point, found.axis, gap))
+        if not patient or STEP * len(short[-1].track.steps) > LONG:
+            return short[-1]
+    if not short:
+        raise ValueError(refused or "pick must be on a pipe, but no cylinder fits the points around it")
+    return max(short, key=lambda each: len(each.track.steps))
 
 
 def _candidates(tree: cKDTree, place: Array, sizes: tuple[int, ...]) -> Iterator[Cylinder]:
@@ -151,7 +170,7 @@ def _refitted(around: Surroundings, cylinder: Cylinder) -> Cylinder:
         if len(at) < 10:
             return cylinder
         try:
-            cylinder = solve(cylinder, around.points[at], loss_scale=scale * cylinder.radius)[0]
+            cylinder = solve(cylinder, around.points[at], loss_scale=scale * cylinder.radius, tolerance=ROUGH)[0]
         except (ValueError, np.linalg.LinAlgError):
             return cylinder
     return cylinder
@@ -204,7 +223,7 @@ def free_cylinder(points: Array) -> Cylinder | None:
         return None
     start = Cylinder(center @ frame[:2], frame[2], radius)
     try:
-        found = solve(start, unit)[0]
+        found = solve(start, unit, tolerance=ROUGH)[0]
     except (ValueError, np.linalg.LinAlgError):
         return None
     if not THIN < found.radius < WIDE:
@@ -217,7 +236,7 @@ def local_normals(points: Array) -> Array:
     count = min(len(points), max(NORMAL_NEIGHBORS, len(points) // 12))
     near = cKDTree(points).query(points, k=[*range(1, count + 1)])[1]
     normals = np.zeros_like(points)
-    _kernels_normals.fill_normals(points, near, normals)
+    _kernels_tracing.fill_normals(points, near, normals)
     return normals
 
 

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from copy import copy
+from functools import cached_property
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from simplexmesh.cloud.pipes.tracing import _kernels_normals
+from simplexmesh.cloud.pipes.tracing import _kernels_tracing
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -24,12 +27,26 @@ class Surroundings:
     Directions that an axis may have do not depend on how dense the scan is: a dense one is averaged, a sparse one kept.
     """
 
-    def __init__(self, points: Array, radius: float) -> None:
-        self.radius = radius
+    def __init__(self, points: Array, radius: float, *, radius_is_given: bool = False) -> None:
+        self.radius, self.radius_is_given = radius, radius_is_given
         self.points = thinned(points, 2.0 ** np.floor(np.log2(radius / CELLS)))
-        self.tree = cKDTree(self.points, balanced_tree=False, compact_nodes=False)
         self._normals = np.zeros_like(self.points)
         self._known = np.zeros(len(self.points), bool)
+
+    @cached_property
+    def tree(self) -> cKDTree:
+        """Of the points."""
+        return cKDTree(self.points, balanced_tree=False, compact_nodes=False)
+
+    def cropped(self, places: Array, reach: float) -> Surroundings:
+        """Return what is within reach of some of the places."""
+        near = np.zeros(len(self.points), bool)
+        for found in self.tree.query_ball_point(places, reach):
+            near[found] = True
+        out = copy(self)
+        out.__dict__.pop("tree")
+        out.points, out._normals, out._known = self.points[near], self._normals[near], self._known[near]
+        return out
 
     def near(self, place: Array, reach: float) -> Indices:
         """Return which points are within reach of a place."""
@@ -44,7 +61,7 @@ class Surroundings:
             found = (near < len(self.points)).sum(axis=1)
             near = np.take_along_axis(near, np.arange(count) % found[:, None], axis=1)  # those found, again and again
             fitted = np.zeros((len(new), 3))
-            _kernels_normals.fill_normals(self.points, near, fitted)
+            _kernels_tracing.fill_normals(self.points, near, fitted)
             self._normals[new], self._known[new] = fitted, True
         return self._normals[at]
 

@@ -13,33 +13,16 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from simplexmesh._base.vectors import cross, dot, norm, normalized, tangents
+from simplexmesh._base.vectors import cross, norm, normalized, tangents
+from simplexmesh.cloud.pipes.tracing import _kernels_tracing
+from simplexmesh.cloud.pipes.tracing._kernels_tracing import STEP
 from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
-from simplexmesh.numerics.round_fits import ball
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-STEP = 0.5
-"""Length of a step, in radii; all lengths below are in radii."""
-
-SLAB = 0.8
-"""Half the length of the part of the pipe in which the axis is fitted: a parabola follows the tightest bend so far."""
-
-WINDOWS = (0.5, 0.3, 0.2, 0.15)
-"""Deviations of the weights about the axis, from that within which it is foreseen to that of noisy normals."""
-
-SLANT = 0.6
-"""Cosine between normals and the axis that points may have: that of the parts of the tightest bend in a slab."""
-
 SPREAD = 0.05
 """Least eigenvalue of the normals' moments over their sum: that of an arc of 45 degrees; that of a wall is 0."""
-
-ROUND = 0.15
-"""The same of an arc of 85 degrees, which tells its radius."""
-
-RING = 0.5
-"""Distance from the axis within which points moved inward by a wrong radius are."""
 
 SUPPORT = 0.2
 """Points on a step, as a share of those usual on the line so far."""
@@ -64,6 +47,9 @@ BACK = 3
 
 MOST_TURN = np.radians(110)
 """Of the direction across a shadow."""
+
+MOST_GATHERED = 3000
+"""Points behind a shadow that are looked at."""
 
 MOST_STEPS = 20_000
 """Of a line."""
@@ -120,47 +106,11 @@ def settled(around: Surroundings, point: Array, direction: Array) -> Step | None
 
 def located(around: Surroundings, point: Array, direction: Array) -> Step | None:
     """Return the step at a foreseen place: the axis there, as a parabola through the moved points."""
-    r = around.radius
-    at = around.near(point, 1.7 * r)
-    if len(at) < 6:
-        return None
-    normals, away = around.normals(at), around.points[at] - point
-    out = away - np.outer(away @ direction, direction)
-    normals = np.where(dot(normals, out) < 0, -1.0, 1.0)[:, None] * normals
-    moved = away - r * normals
-    along = moved @ direction
-    frame = np.stack(tangents(direction))
-    aside = moved @ frame.T
-    fine = (np.abs(along) < SLAB * r) & (np.abs(normals @ direction) < SLANT) & (norm(aside) < 0.8 * r)
-    if fine.sum() < 6:
-        return None
-    along, aside, normals, out = along[fine] / r, aside[fine] / r, normals[fine], out[fine]
-    powers = np.stack([np.ones_like(along), along, along**2], axis=1)
-    bend = np.zeros((3, 2))
-    for window in WINDOWS:
-        off = aside - powers @ bend
-        weight = np.exp(-dot(off, off) / (2 * window**2))
-        heavy = powers * weight[:, None]
-        ridge = np.diag([1e-6, 0.02, 0.1]) * (1e-9 + weight.sum())
-        bend = np.linalg.solve(heavy.T @ powers + ridge, heavy.T @ aside)
-    here = weight * (np.abs(along) < STEP)
-    support = float(here.sum())
-    if support < 4:
-        return None
-    flat = normals @ frame.T
-    moments = np.linalg.eigvalsh((flat * here[:, None]).T @ flat)
-    center, spread = point + r * bend[0] @ frame, float(moments[0] / moments.sum())
-    ring = (norm(off) < RING) & (np.abs(along) < STEP)
-    excess = _excess((out @ frame.T - powers @ bend)[ring], flat[ring])
-    return Step(center, normalized(direction + bend[1] @ frame), support, spread, excess)
-
-
-def _excess(rim: Array, normals: Array) -> float:
-    """Return by how much the circle through points (n, 2) is wider than 1; 0 if they do not tell."""
-    if len(rim) < 10:
-        return 0.0
-    moments = np.linalg.eigvalsh(normals.T @ normals)
-    return ball(rim)[1] - 1 if moments[0] > ROUND * moments.sum() else 0.0
+    at = around.near(point, 1.7 * around.radius)
+    frame, found = np.stack([*tangents(direction), direction]), np.zeros(6)
+    seen = around.points[at], around.normals(at)
+    support, spread, excess = _kernels_tracing.fill_step(*seen, point, frame, around.radius, found)
+    return Step(found[:3], normalized(found[3:]), support, spread, excess) if support else None
 
 
 def _followed(around: Surroundings, steps: list[Step], jump: float) -> tuple[list[Step], str]:
@@ -210,8 +160,9 @@ def _beyond(around: Surroundings, steps: list[Step], jump: float) -> list[Step]:
     at = around.near(center, (0.5 * (jump + SEEN) + 1.5) * r)
     ahead = (around.points[at] - last.point) @ last.direction
     at = at[ahead > 0]
-    if len(at) > 3000:
-        at = np.random.default_rng(0).choice(at, 3000, replace=False)
+    if not len(at):
+        return []
+    at = at[:: -(-len(at) // MOST_GATHERED)]
     found: list[tuple[float, list[Step]]] = []
     for place, direction in _gatherings(around, at, last):
         if any(norm(np.array([s.point for s in part]) - place).min() < r for _, part in found):

@@ -1,0 +1,204 @@
+"""Feet of points on the axis of a chain, and normal equations of their distances. Arrays in, arrays out; no checks."""
+
+# mypy: allow-untyped-defs
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from simplexmesh._base._kernels_njit import njit
+from simplexmesh._base.arrays import Array
+from simplexmesh.numerics._kernels_vectors import dot, minus, norm, plus, row
+
+jit = njit(cache=True, error_model="numpy")
+
+WIDTH = 14
+"""Parameters that a distance depends on, at most: three corners, a bend radius, two radii, the ends of a change."""
+
+
+class Axis(NamedTuple):
+    """A chain as kernels read it: the attributes of `Chain`."""
+
+    corners: Array
+    directions: Array
+    spans: Array
+    limits: Array
+    stations: Array
+    centers: Array
+    outward: Array
+    turns: Array
+    bend_radii: Array
+    radii: Array
+    changes: Array
+
+
+@jit
+def nearest(axis, place):
+    """Return the piece on whose axis a place has its foot, and the height or the angle there; straight on at the ends.
+
+    Bends count where they are met at right angles: their ends are those of straights.
+    """
+    piece, along, least, last = 0, 0.0, math.inf, len(axis.directions) - 1
+    for j in range(last + 1):
+        away = minus(place, row(axis.corners, j))
+        height = dot(away, row(axis.directions, j))
+        on = min(max(height, axis.limits[j, 0]), axis.limits[j, 1])
+        square = dot(away, away) - height * height + (height - on) ** 2
+        if square < least:
+            outside = (j == 0 and height < on) or (j == last and height > on)
+            piece, along, least = 2 * j, height if outside else on, square
+    for i in range(last):
+        arm = minus(place, row(axis.centers, i))
+        a, b = dot(arm, row(axis.outward, i)), dot(arm, row(axis.directions, i))
+        if b > 0 and a * axis.turns[i, 1] > b * axis.turns[i, 0]:
+            far = math.sqrt(a * a + b * b)
+            square = dot(arm, arm) - far * far + (far - axis.bend_radii[i]) ** 2
+            if square < least:
+                piece, along, least = 2 * i + 1, math.atan2(b, a), square
+    return piece, along
+
+
+@jit
+def foot_of(axis, piece, along):
+    """Return the place on the axis at a height on a straight, or at an angle in a bend."""
+    j = piece // 2
+    if piece % 2 == 0:
+        return plus(row(axis.corners, j), row(axis.directions, j), along)
+    out = plus(row(axis.centers, j), row(axis.outward, j), axis.bend_radii[j] * math.cos(along))
+    return plus(out, row(axis.directions, j), axis.bend_radii[j] * math.sin(along))
+
+
+@jit
+def blend(axis, piece, along):
+    """Return the change of radius behind which, or in which, a foot is, and how far it is through that, 0 to 1."""
+    change, share = -1, 1.0
+    for k in range(len(axis.changes)):
+        j, low, high = axis.changes[k, 0], axis.changes[k, 1], axis.changes[k, 2]
+        if j < piece // 2 or (j == piece // 2 and (piece % 2 == 1 or along >= high)):
+            change = k
+        elif j == piece // 2 and along > low:
+            return k, (along - low) / (high - low)
+    return change, share
+
+
+@jit
+def surface_at(axis, place):
+    """Return piece, height or angle, change and share, radius, slope, distance, and the outward direction of a place.
+
+    The direction is that across the axis.
+    """
+    piece, along = nearest(axis, place)
+    change, share = blend(axis, piece, along)
+    radius, slope = axis.radii[change + 1], 0.0
+    if share < 1.0:
+        step = axis.radii[change + 1] - axis.radii[change]
+        radius = axis.radii[change] + share * step
+        slope = step / (axis.changes[change, 2] - axis.changes[change, 1])
+    away = minus(place, foot_of(axis, piece, along))
+    far = norm(away)
+    some = max(far, 1e-300)
+    out = away[0] / some, away[1] / some, away[2] / some
+    return piece, along, change, share, radius, slope, (far - radius) / math.sqrt(1.0 + slope * slope), out
+
+
+@jit
+def fill_feet(axis, points, pieces, alongs, stations, radii, distances, normals):
+    """Fill what `Feet` holds."""
+    for k in range(len(points)):
+        piece, along, _, _, radius, slope, distance, out = surface_at(axis, row(points, k))
+        pieces[k], alongs[k], radii[k], distances[k] = piece, along, radius, distance
+        j, flat = piece // 2, 1.0 / math.sqrt(1.0 + slope * slope)
+        after = along - axis.limits[j, 0] if piece % 2 == 0 else along * axis.bend_radii[j]
+        stations[k] = axis.stations[piece] + after
+        for a in range(3):
+            normals[k, a] = flat * (out[a] - slope * axis.directions[j, a])
+
+
+@jit
+def fill_row(axis, place, columns, values):
+    """Fill the parameters on which the distance of a place depends, and its derivatives; return count and distance.
+
+    Columns are those of all coordinates of corners, then of bend radii, radii, and low and high ends of changes.
+    """
+    piece, along, change, share, radius, slope, distance, out = surface_at(axis, place)
+    j, flat = piece // 2, 1.0 / math.sqrt(1.0 + slope * slope)
+    bends = 3 * len(axis.corners)
+    sizes = bends + len(axis.bend_radii)
+    ends = sizes + len(axis.radii)
+    if piece % 2 == 0:
+        count = fill_straight(axis, j, along, slope, radius + distance / flat, out, columns, values)
+    else:
+        count = fill_bend(axis, j, along, out, columns, values)
+        columns[count] = bends + j
+        count += 1
+    if share < 1.0:
+        length = axis.changes[change, 2] - axis.changes[change, 1]
+        steeper = distance * flat * flat * slope / length
+        columns[count], values[count] = sizes + change, steeper - (1 - share) * flat
+        columns[count + 1], values[count + 1] = sizes + change + 1, -steeper - share * flat
+        columns[count + 2], values[count + 2] = ends + 2 * change, slope * ((1 - share) * flat - steeper)
+        columns[count + 3], values[count + 3] = ends + 2 * change + 1, slope * (share * flat + steeper)
+        return count + 4, distance
+    columns[count], values[count] = sizes + change + 1, -1.0
+    return count + 1, distance
+
+
+@jit
+def fill_straight(axis, j, along, slope, away, out, columns, values):
+    """Fill the derivatives by the two corners of a straight; where the radius changes heights count too."""
+    flat = 1.0 / math.sqrt(1.0 + slope * slope)
+    share = (along + slope * away) / axis.spans[j]
+    for a in range(3):
+        columns[a], columns[3 + a] = 3 * j + a, 3 * j + 3 + a
+        values[a] = flat * (slope * axis.directions[j, a] - (1.0 - share) * out[a])
+        values[3 + a] = -flat * share * out[a]
+    return 6
+
+
+@jit
+def fill_bend(axis, i, turn, away, columns, values):
+    """Fill the derivatives by the three corners and the radius of a bend.
+
+    A point of it is its corner, plus bend radius times `first` along the one and `second` along the other segment.
+    """
+    before, after = row(axis.directions, i), row(axis.directions, i + 1)
+    radius, cos, sin = axis.bend_radii[i], axis.turns[i, 0], axis.turns[i, 1]
+    rest = 1.0 - math.cos(turn)
+    first, second = ((1.0 - rest) * cos - 1.0) / sin + math.sin(turn), rest / sin
+    on_before, on_after = dot(away, before), dot(away, after)
+    by_angle = radius * ((cos - 1.0 + rest) * on_before - rest * cos * on_after) / sin**3
+    # parts along a segment do not turn it
+    along_before, along_after = radius * first * on_before - by_angle * cos, radius * second * on_after - by_angle * cos
+    for a in range(3):
+        columns[a], columns[3 + a], columns[6 + a] = 3 * i + a, 3 * i + 3 + a, 3 * i + 6 + a
+        one = (radius * first * away[a] - by_angle * after[a] - along_before * before[a]) / axis.spans[i]
+        other = (radius * second * away[a] - by_angle * before[a] - along_after * after[a]) / axis.spans[i + 1]
+        values[a], values[3 + a], values[6 + a] = one, other - one - away[a], -other
+    values[9] = -(first * on_before + second * on_after)
+    return 9
+
+
+@jit
+def normal_equations(axis, points, weights, loss_scale, matrix, downhill):
+    """Add to the normal matrix (q, q), its lower half, and the downhill vector (q,) of all columns; return the cost.
+
+    No weights are all 1; an infinite scale is no loss.
+    """
+    columns, values = np.zeros(WIDTH, np.int64), np.zeros(WIDTH)
+    cost = 0.0
+    for k in range(len(points)):
+        count, distance = fill_row(axis, row(points, k), columns, values)
+        weight = weights[k] if len(weights) else 1.0
+        square = distance * distance
+        less = 1.0 / (1.0 + square / (loss_scale * loss_scale))
+        cost += weight * square * less
+        weight *= less * less
+        for a in range(count):
+            part = weight * values[a]
+            downhill[columns[a]] -= part * distance
+            for b in range(a + 1):
+                matrix[columns[a], columns[b]] += part * values[b]
+    return cost
