@@ -33,7 +33,7 @@ napoleon_use_ivar = True
 
 ORDER = [
     *("frog", "shapes", "curvature", "dented", "noisy_scan", "sphere_to_face", "sphere_to_torus", "refinement"),
-    *("decimated", "simplified", "features", "plant", "recognition", "saliency", "occlusion"),
+    *("decimated", "simplified", "features", "sharp", "plant", "recognition", "saliency", "occlusion"),
 ]
 
 

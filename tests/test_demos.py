@@ -271,3 +271,10 @@ def test_the_plant_has_its_primitives_and_its_pipes(ran):
     line = max(out["plant"].lines, key=lambda each: len(each.elements))
     assert [each.kind for each in line.elements] == ["straight", "bend", "straight", "bend", "straight"]
     assert line.elements[0].radius == pytest.approx(0.07, rel=0.01)
+
+
+def test_a_nut_gets_its_edges(ran):
+    _, out = ran("sharp")
+    found, true = out["lengths"]
+    assert found == pytest.approx(true, rel=0.1)
+    assert out["smooth"].creases == ()
