@@ -69,10 +69,8 @@ def geometry(
     if isinstance(shown, PointCloud):
         return _cloud(shown), None
     if isinstance(shown, SimplexMesh):
-        fan = shown.triangulated(method="fan")
         edges = np.insert(shown.connectivity.edge_vertices.astype(np.int64), 0, 2, axis=1)
-        polydata = _with_normals(_faces(fan.vertices, fan.faces), per_point(shown, shown.normals))
-        return polydata, pv.PolyData(np.asarray(shown.vertices), lines=edges.ravel())
+        return _fan(shown), pv.PolyData(np.asarray(shown.vertices), lines=edges.ravel())
     if isinstance(shown, Volume):
         surface = isosurface(shown, level, label, inside)
         return _lit(_faces(surface.vertices, surface.faces), SMOOTH), None
@@ -83,8 +81,7 @@ def geometry(
 def colored(shown: Any, name: str, values: Array) -> pv.PolyData:
     """Return the geometry of a surface or cloud with an array of values or colors at its points."""
     if isinstance(shown, SimplexMesh):
-        polydata, _ = geometry(shown)
-        polydata[name] = per_point(shown, values)
+        polydata = _fan(shown, **{name: per_point(shown, values)})
     elif isinstance(shown, PointCloud):
         kept = _kept(len(values))
         normals = None if shown.normals is None else shown.normals[kept]
@@ -101,9 +98,18 @@ def painted_with(shown: Any, name: str) -> pv.PolyData:
     """Return the geometry of a mesh or cloud with an array of colors at its points, as `colors`."""
     if not isinstance(shown, SimplexMesh):
         return colored(shown, "colors", shown.data[name])
-    polydata, _ = geometry(shown)
-    polydata["colors"] = shown.triangulated().data[name]
-    return polydata
+    return _fan(shown, colors=shown.triangulated().data[name])
+
+
+def _fan(mesh: SimplexMesh, **arrays: Array) -> pv.PolyData:
+    """Return a mesh as triangles with normals and arrays at their points, which are several along creases."""
+    fan = mesh.triangulated(method="fan")
+    polydata = _faces(fan.vertices, fan.faces)
+    for name, values in arrays.items():
+        polydata[name] = values
+    if "crease" in mesh.data:
+        return _lit(polydata, CREASE)
+    return _with_normals(polydata, per_point(mesh, mesh.normals))
 
 
 def vertex_cells(shown: TriangleMesh, name: str, colors: Array) -> pv.PolyData:
