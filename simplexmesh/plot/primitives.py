@@ -64,7 +64,7 @@ def primitives(
     alone, plotter = plotter is None, stage() if plotter is None else plotter
     for primitive in _primitives(found):
         part, color = primitive.to_pyvista(), COLORS[primitive.kind]
-        if part.n_faces_strict:
+        if part.n_cells:
             part = part.compute_normals(split_vertices=False, auto_orient_normals=False)
             add(plotter, part, SURFACE_LIT, color=color)
         else:

@@ -1,7 +1,5 @@
 """Reconstructions with the sharp edges of their data."""
 
-import warnings
-
 import numpy as np
 import pytest
 
@@ -35,7 +33,7 @@ class TestBox:
         assert "crease" not in smooth.mesh.data
         ends = np.concatenate([line.points[[0, -1]] for line in sharp.creases])
         away = np.linalg.norm(ends[:, None] - CORNERS * HALF, axis=2)
-        assert away.min(axis=1).max() < 0.02
+        assert away.min(axis=1).max() < 0.08  # edges of the mesh are about as long
         assert np.bincount(away.argmin(axis=1)).tolist() == [3] * 8
 
     def test_creases_run_along_edges_of_the_mesh(self, models):
@@ -84,26 +82,26 @@ def test_triangles_have_them_and_volumes_not():
     creases = sm.reconstruct(cube, vertices=600).creases
     assert sum(line.length for line in creases) == pytest.approx(12, abs=1)
     points = np.concatenate([line.points for line in creases])
-    assert np.sort(0.5 - np.abs(points), axis=1)[:, 1].max() < 1e-3  # two coordinates are those of a side
+    assert np.sort(0.5 - np.abs(points), axis=1)[:, 1].max() < 0.02  # two coordinates are those of a side
     values = np.zeros((20, 20, 20), np.uint8)
     values[5:15, 5:15, 5:15] = 1
     assert sm.reconstruct(sm.Volume(values), label=1, vertices=600).creases == ()
 
 
-def test_motion_keeps_the_curvature_of_creases_out_of_averages(models):
-    mesh = models[0].mesh
-    inner = ~(mesh.data["crease"][mesh.neighbors].any(axis=1) | (mesh.data["crease"] == 1))
-    beside = (mesh.data["crease"] == 0) & ~inner
-    moves = []
-    for start in (mesh, sm.SimplexMesh(mesh.vertices, mesh.connectivity)):
-        free = np.where(mesh.data["crease"] == 1, 0.0, 0.4)
-        model = sm.DeformableModel(start, None, alpha=free, damping=1.0, constraint="mean_curvature")
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            for _ in model.run(3):
-                pass
-        moves.append(np.abs(((model.mesh.vertices - mesh.vertices) * mesh.normals).sum(axis=1))[beside].mean())
-    assert moves[0] < 0.8 * moves[1]
+def test_motion_keeps_the_curvature_of_creases_out_of_averages():
+    ball = sm.sphere(6)
+    spiked = ball.moved(ball.vertices * np.where(np.arange(ball.n_vertices) == 5, 1.3, 1.0)[:, None])
+    mark = (np.arange(ball.n_vertices) == 5).astype(np.uint8)
+    moved = []
+    for start in (spiked, spiked.with_data(crease=mark)):
+        model = sm.DeformableModel(start, None, damping=1.0, constraint="mean_curvature")
+        for _ in model.run(1, warnings=False):
+            pass
+        moved.append(((model.mesh.vertices - spiked.vertices) * spiked.normals).sum(axis=1))
+    near = ball.neighbors[5]
+    assert (moved[0][near] > moved[1][near] + 1e-3).all()  # the spike's curvature pulls its neighbors along
+    far = np.setdiff1d(np.arange(ball.n_vertices), np.append(near, 5))
+    np.testing.assert_array_equal(moved[0][far], moved[1][far])
 
 
 def test_a_bad_choice_is_told():
