@@ -98,6 +98,8 @@ def _element(element: PipeElement) -> dict[str, Any]:
         for each in fields(primitive)  # type: ignore[arg-type]
         if each.name != "fit"
     }
+    known = element.deviations is not None and primitive.covariance is not None
+    covariance = np.asarray(primitive.covariance).tolist() if known else None
     return {
         "kind": element.kind,
         "start": element.start.tolist(),
@@ -106,5 +108,5 @@ def _element(element: PipeElement) -> dict[str, Any]:
         "deviations": element.deviations and element.deviations._asdict(),
         "rms": fit.rms if fit else None,
         "points": fit.count if fit else 0,
-        "primitive": {"kind": primitive.kind, **parameters},
+        "primitive": {"kind": primitive.kind, **parameters, "covariance": covariance},
     }

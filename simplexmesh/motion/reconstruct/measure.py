@@ -158,7 +158,7 @@ def measure(run: Run) -> None:
     run.distance = Distance(Summary.of(away), Summary.of(missing), Summary.of(missing[enclosed]))
     run.mesh = mesh.with_data(distance=away)
     limit = max(reach, FAR * float(np.linalg.norm(np.ptp(points, axis=0))))
-    run.bare = _share_of_area(mesh, away > 2 * reach)
+    run.bare = share_of_area(mesh, away > 2 * reach)
     lid = run.options.closes and has_lid(run.target, mesh, run.bare)
     if lid:
         warn(
@@ -205,7 +205,7 @@ def genus_message(surface: SimplexMesh, mesh: SimplexMesh, proposals: Sequence[H
     return f"the data has genus {surface.genus}, the model has {mesh.genus}; init='auto' finds all its handles"
 
 
-def _share_of_area(mesh: SimplexMesh, chosen: Mask) -> float:
+def share_of_area(mesh: SimplexMesh, chosen: Mask) -> float:
     """Return the share of the area of the surface around vertices."""
     c = mesh.connectivity
     areas = (mesh.face_areas * ~c.face_is_hole / c.face_sizes)[c.face].sum(axis=1)

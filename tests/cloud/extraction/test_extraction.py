@@ -160,7 +160,7 @@ def test_files_hold_what_was_found(tmp_path, found):
     assert set(mesh.cell_data["primitive"]) == set(range(len(found)))
     text = (tmp_path / "shapes.json").read_text()
     assert "NaN" not in text
-    with pytest.raises(ValueError, match=r"must end in \.vtp or \.json"):
+    with pytest.raises(ValueError, match=r"must end in \.json, \.vtp, \.step or \.stp"):
         found.save(tmp_path / "shapes.txt")
 
 

@@ -278,12 +278,6 @@ def test_validation_of_weighted_points_knows_their_noise():
     assert tests.normality.passed
 
 
-def test_three_points_are_on_a_plane():
-    found = sm.fit_primitive(np.eye(3), "any")
-    assert found.kind == "plane"
-    assert_allclose(found.distance(np.eye(3)), 0, atol=1e-12)
-
-
 def test_a_robust_fit_tells_which_points_it_used():
     _, points = noisy("sphere")
     far = points.copy()

@@ -233,8 +233,8 @@ class TestWaysOut:
         assert sorted(path.name for path in tmp_path.iterdir()) == ["line.csv", "line.json"]
 
     def test_other_files_are_refused(self, line, tmp_path):
-        with pytest.raises(ValueError, match=r"^path must end in .json or .csv, not '.step'$"):
-            line.save(tmp_path / "line.step")
+        with pytest.raises(ValueError, match=r"^path must end in .json, .csv, .step or .stp, not 'line.txt'$"):
+            line.save(tmp_path / "line.txt")
 
     def test_nothing_can_be_written_to(self, line):
         for array in (line.chain.corners, line.chain.bend_radii, line.labels, line.elements[0].start):

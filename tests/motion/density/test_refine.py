@@ -325,7 +325,7 @@ class TestRedistribute:
 
     def test_the_same_number_of_vertices_is_nearer(self):
         part = sm.TriangleMesh(*box())
-        even = sm.reconstruct(part, vertices=600, adaptation=0.0).mesh
+        even = sm.reconstruct(part, vertices=600, adaptation=0.0, creases="none").mesh
         out = sm.redistribute(even, part, vertices=even.n_vertices)
         points = part.sampled(20_000, rng=0).points
         assert out.mesh.n_vertices <= even.n_vertices
@@ -481,7 +481,7 @@ def test_the_bottom_of_a_deep_cavity_is_filled(data_folder):
     [pytest.param("head_ct.mhd", 500, 3000, marks=pytest.mark.nightly), ("fandisk.off", None, 2000)],
 )
 def test_placed_where_needed_the_same_number_of_vertices_is_a_quarter_nearer(data_folder, name, level, vertices):
-    even = sm.reconstruct(data_folder / name, level=level, vertices=vertices, adaptation=0.0)
+    even = sm.reconstruct(data_folder / name, level=level, vertices=vertices, adaptation=0.0, creases="none")
     out = sm.redistribute(even.mesh, data_folder / name, level=level)
     subject = as_input(data_folder / name, level=level)
     points = subject.points[:: max(1, len(subject.points) // 30_000)]
