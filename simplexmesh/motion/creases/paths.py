@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.vectors import dot, norm, normalized
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-from simplexmesh.motion.creases.lines import Line
+from simplexmesh.motion.creases.lines import Line, at_distances
 from simplexmesh.motion.model.state import mean_edge
 
 NEAR = 2.5
@@ -157,7 +157,7 @@ def _exits(trace: Tracing, lines: Sequence[Line], ends: dict[int, End], at: list
 def _ahead(points: Array, distance: float) -> Array:
     """Return the way (3,) from the first of some points to the place at a distance along them, or to the last."""
     far = np.append(0.0, np.cumsum(norm(np.diff(points, axis=0))))
-    return np.array([np.interp(distance, far, points[:, j]) for j in range(3)]) - points[0]
+    return at_distances(points, far, np.array([distance]))[0] - points[0]
 
 
 def _matched(edges: Array, towards: Array, normal: Array) -> tuple[int, ...]:
@@ -211,12 +211,10 @@ def _places(mesh: SimplexMesh, path: Indices, line: Line) -> Array:
     samples, along = line.samples(STEP * mean_edge(mesh))
     whole, count = along[-1], len(path)
     if not line.closed:
-        at = np.linspace(0.0, whole, count)
-        return np.column_stack([np.interp(at, along, samples[:, j]) for j in range(3)])
+        return at_distances(samples, along, np.linspace(0.0, whole, count))
     nearest = np.unwrap(along[cKDTree(samples[:-1]).query(mesh.vertices[path])[1]], period=whole)
     even = np.copysign(whole, nearest[-1] - nearest[0]) / count * np.arange(count)
-    at = (even + (nearest - even).mean()) % whole
-    return np.column_stack([np.interp(at, along, samples[:, j]) for j in range(3)])
+    return at_distances(samples, along, (even + (nearest - even).mean()) % whole)
 
 
 def on_paths(paths: Sequence[Path], count: int) -> Mask:

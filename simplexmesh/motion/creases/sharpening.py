@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array, Mask
-from simplexmesh._base.errors import DivergedError
+from simplexmesh._base.errors import DivergedError, warn
 from simplexmesh._base.vectors import dot
 from simplexmesh.mesh.check import tangled_vertices
 from simplexmesh.mesh.face_geometry import face_normals
@@ -70,6 +70,7 @@ class Sharpened:
 def sharpened(mesh: SimplexMesh, points: Array, target: Any) -> Sharpened | None:
     """Return a closed mesh near points (n, 3) with their creases along its edges, or None if they have none.
 
+    Creases along which no mesh without folds was found are left out, with a warning.
     The creases are sharp edges of a surface through the points that the mesh rounds by more than the noise explains,
     and that it does not round any more once they are its own.
     """
@@ -93,7 +94,10 @@ def sharpened(mesh: SimplexMesh, points: Array, target: Any) -> Sharpened | None
         return None
     if confirmed != laid:
         found = _moved_onto(mesh, [lines[k] for k in confirmed], points, target, edge)
-    return None if found is None or tangled_vertices(found.mesh).any() else found
+    if found is not None and tangled_vertices(found.mesh).any():
+        warn("the model stays smooth: with the sharp edges of the data its faces would fold; more vertices may help")
+        return None
+    return found
 
 
 def _are_most(chosen: Sequence[int], lines: Sequence[Line]) -> bool:
@@ -136,7 +140,8 @@ def _moved_onto(mesh: SimplexMesh, lines: Sequence[Line], points: Array, target:
             other = _settled(film, sided, creased, 20, edge)
             now = other if tangled_vertices(other).sum() < tangled.sum() else now
         now, creased = _released(now, sided, creased, edge)
-    except DivergedError:
+    except DivergedError as error:
+        warn(f"the model stays smooth: {error}")
         return None
     return Sharpened(now, sided, [piece for path in paths for piece in path.pieces(creased)])
 

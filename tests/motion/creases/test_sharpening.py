@@ -5,6 +5,7 @@ import pytest
 
 import simplexmesh as sm
 from simplexmesh.mesh.triangles.self_intersection import self_intersections
+from simplexmesh.motion.creases import sharpening
 from tests.motion.creases.test_paths import CORNERS
 
 HALF = np.array([1.0, 0.8, 0.5])
@@ -102,6 +103,17 @@ def test_motion_keeps_the_curvature_of_creases_out_of_averages():
     assert (moved[0][near] > moved[1][near] + 1e-3).all()  # the spike's curvature pulls its neighbors along
     far = np.setdiff1d(np.arange(ball.n_vertices), np.append(near, 5))
     np.testing.assert_array_equal(moved[0][far], moved[1][far])
+
+
+def test_edges_that_cannot_be_had_are_told(monkeypatch):
+    def settled(mesh, *_):
+        raise sm.DivergedError("vertex 3 diverged", mesh)
+
+    monkeypatch.setattr(sharpening, "_settled", settled)
+    with pytest.warns(sm.SimplexMeshWarning, match="the model stays smooth"):
+        model = sm.reconstruct(box_points(), vertices=800)
+    assert model.creases == ()
+    assert model.mesh.check(self_intersections=True)
 
 
 def test_a_bad_choice_is_told():
