@@ -1,11 +1,12 @@
 """Poisson reconstruction: the smoothed indicator function of the solid that points bound, and so their outward normals.
 
 The equation is solved by the fast Fourier transform (M. Kazhdan, Reconstruction of solid models from oriented point
-sets, SGP 2005). Normals that contradict their indicator are flipped, repeatedly, and its energy tells which of several
-initializations converged best (F. Hou, C. Wang, W. Wang, H. Qin, C. Qian, Y. He, Iterative Poisson surface
-reconstruction for unoriented points, ACM Trans. Graph. 41, 2022; there from random normals, without the energy). The
-first comes from a flood fill of a grid from its border: grids finer than the gaps between points leak, coarser ones
-close openings, so the finest that does not leak is used.
+sets, SGP 2005). Normals that contradict their indicator are flipped, repeatedly (F. Hou, C. Wang, W. Wang, H. Qin, C.
+Qian, Y. He, Iterative Poisson surface reconstruction for unoriented points, ACM Trans. Graph. 41, 2022; there from
+random normals). Of several initializations the one is best whose indicator leaves least of space between inside and
+outside; its energy does not tell, as sheets whose two sides face the same way have more. The first comes from a flood
+fill of a grid from its border: grids finer than the gaps between points leak, coarser ones close openings, so the
+finest that does not leak is used.
 """
 
 from __future__ import annotations
@@ -93,6 +94,17 @@ class Indicator:
         _kernels_grid.interpolate(self.values, self.grid.to_index(points), values, gradients)
         return values, gradients / self.grid.cell
 
+    @property
+    def border(self) -> Array:
+        """The samples on the six sides of the grid."""
+        return np.concatenate([np.take(self.values, side, axis=axis).ravel() for axis in range(3) for side in (0, -1)])
+
+    @property
+    def ambiguity(self) -> float:
+        """The mean of u (1 - u) over the grid, u being 0 outside and 1 inside: 0 where all is one or the other."""
+        inside = np.clip(self.values - np.median(self.border), 0, 1)
+        return float((inside * (1 - inside)).mean(dtype=float))
+
 
 @dataclass(frozen=True, eq=False)
 class Poisson:
@@ -149,10 +161,10 @@ def _transfer_function(shape: tuple[int, int, int]) -> NDArray[np.complex64]:
 
 @dataclass(frozen=True, eq=False)
 class Fixpoint:
-    """Converged normals, their energy, the number of iterations, and their indicator if none was flipped last."""
+    """Converged normals, the ambiguity and number of their iterations, and their indicator if none was flipped last."""
 
     normals: Array
-    energy: float
+    ambiguity: float
     iterations: int
     field: Indicator | None
 
@@ -161,13 +173,11 @@ def fixpoint(problem: Poisson, normals: Array) -> Fixpoint:
     """Flip normals that contradict their indicator until hardly any do."""
     for iterations in range(1, 9):  # noqa: B007
         field = problem.indicator(normals)
-        slope = dot(normals, field.at(problem.points)[1])
-        energy = -float((problem.areas * slope).sum())
-        wrong = slope > 0
+        wrong = dot(normals, field.at(problem.points)[1]) > 0
         normals = np.where(wrong[:, None], -normals, normals)
         if np.count_nonzero(wrong) < 1e-3 * len(normals):
             break
-    return Fixpoint(normals, energy, iterations, None if wrong.any() else field)
+    return Fixpoint(normals, field.ambiguity, iterations, None if wrong.any() else field)
 
 
 def oriented_indicator(points: Array, found: Planes, cell: float) -> Indicator:
@@ -175,17 +185,16 @@ def oriented_indicator(points: Array, found: Planes, cell: float) -> Indicator:
 
     The first initialization comes from the finest flood that does not leak. Unless it converges at once, others are
     tried: the next best flood, and normals pointing away from the centroid, iterated on a coarse grid first, where
-    holes in the data close. The one whose indicator has the largest energy on cells of twice the size is continued on
-    the requested grid.
+    holes in the data close. The least ambiguous on cells of twice the size is continued on the requested grid, and
+    replaces the first if its indicator is less ambiguous there by a tenth.
     """
-    coarse = Poisson.of(points, 2 * cell)
-    tried: list[Fixpoint] = []
-    for normals in _initial_normals(points, found, cell):
-        tried.append(fixpoint(coarse, normals))
-        if tried[0].iterations == 1:
-            break
-    fine = Poisson.of(points, cell)
-    last = fixpoint(fine, max(tried, key=lambda each: each.energy).normals)
+    fine, (first, *others) = Poisson.of(points, cell), _initial_normals(points, found, cell)
+    last = fixpoint(fine, first)
+    if last.iterations > 1:
+        coarse = Poisson.of(points, 2 * cell)
+        best = min((fixpoint(coarse, normals) for normals in others), key=lambda each: each.ambiguity)
+        other = fixpoint(fine, best.normals)
+        last = other if other.ambiguity < 0.9 * last.ambiguity else last
     return last.field or fine.indicator(last.normals)
 
 

@@ -62,7 +62,7 @@ def _indicator(cloud: PointCloud, vertices: int) -> Indicator:
         found = planes(points)
         return oriented_indicator(points, found, _cell(points, found.spacing, vertices))
     out = Poisson.of(points, _cell(points, spacing_of(points), vertices)).indicator(normals)
-    return out if _border_values(out).mean() < 0 else Indicator(out.grid, -out.values)
+    return out if out.border.mean() < 0 else Indicator(out.grid, -out.values)
 
 
 def _cell(points: Array, spacing: float, vertices: int) -> float:
@@ -72,15 +72,9 @@ def _cell(points: Array, spacing: float, vertices: int) -> float:
     return max(0.8 * spacing, longest / float(np.clip(cells, COARSEST, FINEST)))
 
 
-def _border_values(indicator: Indicator) -> Array:
-    """Return the samples on the six sides of the grid."""
-    values = indicator.values
-    return np.concatenate([np.take(values, side, axis=axis).ravel() for axis in range(3) for side in (0, -1)])
-
-
 def _openness(indicator: Indicator) -> float:
     """Return the spread of the field on the border of the grid, relative to its jump: 0 for closed surfaces."""
-    border, inside = _border_values(indicator), indicator.values[indicator.values > 0]
+    border, inside = indicator.border, indicator.values[indicator.values > 0]
     if not len(inside):
         return float(np.inf)
     jump = float(np.median(inside) - np.median(border))
