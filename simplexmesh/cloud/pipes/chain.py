@@ -191,7 +191,7 @@ class Chain:
     @property
     def ends_in_bends(self) -> tuple[bool, bool]:
         """Whether there is no straight before the first bend, and behind the last one."""
-        empty = np.diff(self.limits, axis=1)[[0, -1], 0] < SHORTEST * self.radii.min()
+        empty = np.diff(self.limits, axis=1)[[0, -1], 0] < SHORTEST * self.radii.min() * bool(len(self.bend_radii))
         return bool(empty[0]), bool(empty[1])
 
     def normal_equations(
