@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from simplexmesh._base.errors import warn
 from simplexmesh._base.units import NANOMETERS
-from simplexmesh.cloud.primitives import Cone, Cylinder, Plane, Primitive, Sphere, Torus
+from simplexmesh.data.primitives import Cone, Cylinder, Plane, Primitive, Sphere, Torus
 
 Array = NDArray[np.float64]
 Groups = Mapping[str, Sequence[tuple[str, Primitive]]]

@@ -67,9 +67,10 @@ def main() -> None:
         print(f"{case}: all elements and no others in {whole} of {count}; radius off by {radius:.3f} % in the median")
         for low, high in TURNS:
             some = off[(angles >= low) & (angles < high)]
-            near = np.mean(some < 0.02) if len(some) else np.nan
-            print(f"  {len(some)} bends from {low} to {high} degrees: {near:.0%} within 2 %, median {np.median(some):.2%}")
-        print(f"  CPU seconds {np.mean(seconds):.3f}, median {np.median(seconds):.3f}, most {max(seconds):.3f}", flush=True)
+            if len(some):
+                shares = f"{np.mean(some < 0.02):.0%} within 2 %, median {np.median(some):.2%}"
+                print(f"  {len(some)} bends from {low} to {high} degrees: {shares}")
+        print(f"  CPU seconds {np.mean(seconds):.3f}, most {max(seconds):.3f}", flush=True)
 
 
 if __name__ == "__main__":

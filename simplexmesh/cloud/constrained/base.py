@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh._base import checks
 from simplexmesh.cloud.fitting.solver import solve
-from simplexmesh.cloud.primitives import Fit, Primitive
+from simplexmesh.data.primitives import Fit, Primitive
 
 Array = NDArray[np.float64]
 
@@ -47,6 +47,13 @@ class Constrained(ABC):
     def derivatives(self, points: ArrayLike) -> Array:
         """Return the derivatives (n, q) of the distances of points (n, 3) by the parameters, for `stepped`."""
         return self.primitive.derivatives(points) @ self.chart
+
+    def normal_equations(
+        self, points: Array, weights: Array | None = None, loss_scale: float | None = None
+    ) -> tuple[Array, Array, float]:
+        """Return normal matrix (q, q), downhill vector (q,) and cost of distances, as of a primitive."""
+        matrix, downhill, cost = self.primitive.normal_equations(points, weights, loss_scale)
+        return self.chart.T @ matrix @ self.chart, self.chart.T @ downhill, cost
 
 
 Kind = TypeVar("Kind", bound=Constrained)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from simplexmesh._base.vectors import norm
 from simplexmesh.cloud.constrained.base import Constrained
-from simplexmesh.cloud.primitives import Cone, Cylinder
+from simplexmesh.data.primitives import Cone, Cylinder
 
 Array = NDArray[np.float64]
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from simplexmesh._base.vectors import cross, normalized
 from simplexmesh.cloud.constrained.base import Constrained
-from simplexmesh.cloud.primitives import Cylinder, Fit, Torus
+from simplexmesh.data.primitives import Cylinder, Fit, Torus
 
 Array = NDArray[np.float64]
 

@@ -15,7 +15,7 @@ from simplexmesh.cloud.extraction.patches import Limits
 from simplexmesh.cloud.extraction.working import Working
 from simplexmesh.cloud.fitting.solver import solve
 from simplexmesh.cloud.pipes.chain import Chain, chain_of
-from simplexmesh.cloud.primitives import Cylinder, Primitive, Torus
+from simplexmesh.data.primitives import Cylinder, Primitive, Torus
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]

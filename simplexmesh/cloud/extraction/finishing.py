@@ -7,12 +7,10 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from simplexmesh.cloud.extraction import _kernels_growth
-from simplexmesh.cloud.extraction.growth import surface
 from simplexmesh.cloud.extraction.joint import NONE, PULL, Parts, half_spaces
 from simplexmesh.cloud.extraction.working import Working
 from simplexmesh.cloud.fitting.describe import deferred_tests
-from simplexmesh.cloud.fitting.solver import normal_matrix
-from simplexmesh.cloud.primitives import Fit, Primitive
+from simplexmesh.data.primitives import Fit, Primitive
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -36,7 +34,7 @@ def labelled(work: Working, state: Parts, points: Array) -> Indices:
         at = np.flatnonzero(votes > 1)
         for point, way in halves[k]:
             at = at[(points[at] - point) @ way >= 0]
-        distance = _kernels_growth.fits(*surface(primitive), points, points, at)[0]
+        distance = _kernels_growth.fits(*primitive._surface, points, points, at)[0]
         noise = state.noises[k]
         cost = (distance / noise) ** 2 / 2 + np.log(noise / work.noise) - 2 * PULL * votes[at]
         at, cost = at[cost < best[at]], cost[cost < best[at]]
@@ -53,7 +51,7 @@ def described(primitive: Primitive, points: Array, rng: np.random.Generator) -> 
     fit = Fit(
         float(np.sqrt(square / len(points))),
         float(noise),
-        noise**2 * inverse(normal_matrix(primitive, points)),
+        noise**2 * inverse(primitive.normal_equations(points)[0]),
         primitive.within(points),
         len(points),
         deferred_tests(primitive, points, np.ones(primitive.n_parameters, bool), rng),

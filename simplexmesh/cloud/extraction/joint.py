@@ -14,7 +14,7 @@ from simplexmesh.cloud.extraction.bends import FITTED, Bend, Run, proposed, refi
 from simplexmesh.cloud.extraction.growth import ASLANT, DECISIVE, WITHIN, Grown, fits
 from simplexmesh.cloud.extraction.patches import Limits, refined
 from simplexmesh.cloud.extraction.working import Working
-from simplexmesh.cloud.primitives import Primitive
+from simplexmesh.data.primitives import Primitive
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]

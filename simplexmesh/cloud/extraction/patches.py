@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from simplexmesh._base.vectors import norm
 from simplexmesh.cloud.fitting.solver import solve
 from simplexmesh.cloud.fitting.starts import start
-from simplexmesh.cloud.primitives import Cone, Primitive
+from simplexmesh.data.primitives import Cone, Primitive
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]

@@ -14,9 +14,9 @@ from simplexmesh._base import checks
 from simplexmesh._base.drafts import draft
 from simplexmesh._base.html import card
 from simplexmesh.cloud import step
-from simplexmesh.cloud.primitives import Primitive
 from simplexmesh.data.json_text import json_text
 from simplexmesh.data.points import PointCloud
+from simplexmesh.data.primitives import Primitive
 
 if TYPE_CHECKING:
     import pyvista as pv

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from simplexmesh._base.vectors import dot, norm, normalized, tangents
 from simplexmesh.cloud.fitting import starts
 from simplexmesh.cloud.fitting.solver import solve
-from simplexmesh.cloud.primitives import Cylinder, Primitive, Torus
+from simplexmesh.data.primitives import Cylinder, Primitive, Torus
 
 Array = NDArray[np.float64]
 Known = dict[str, Any]

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from simplexmesh._base import checks
 from simplexmesh.cloud.fitting.inputs import Given, per_point
-from simplexmesh.cloud.fitting.solver import Mask, normal_matrix
-from simplexmesh.cloud.primitives import Fit, Primitive
+from simplexmesh.cloud.fitting.solver import Mask
 from simplexmesh.cloud.validation.validation import Validation, validated
+from simplexmesh.data.primitives import Fit, Primitive
 
 Array = NDArray[np.float64]
 
@@ -36,7 +36,7 @@ def described(primitive: Primitive, given: Given, used: NDArray[np.bool_], mask:
     spare = count * each - int(free.sum())
     noise = float(np.sqrt(square / spare)) if spare else float("nan")
     deviation = noise if given.noise is None else given.noise
-    covariance = deviation**2 * inverse(normal_matrix(primitive, points, given.weights), free, primitive.kind)
+    covariance = deviation**2 * inverse(primitive.normal_equations(points, given.weights)[0], free, primitive.kind)
     tests = deferred_tests(primitive, points, free, given.rng, given.noise, given.weights) if each == 1 else None
     vertices = checks.frozen(np.flatnonzero(used)) if given.robust else None
     rms = float(np.sqrt(square / count))

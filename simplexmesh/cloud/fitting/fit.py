@@ -14,7 +14,7 @@ from simplexmesh.cloud.fitting.inputs import Given, checked, held
 from simplexmesh.cloud.fitting.refine import Cloud, cloud_of, deviation, fitted, is_thin, spread, without_outliers
 from simplexmesh.cloud.fitting.solver import solve
 from simplexmesh.cloud.fitting.starts import scaled
-from simplexmesh.cloud.primitives import Primitive
+from simplexmesh.data.primitives import Primitive
 
 Array = NDArray[np.float64]
 

@@ -13,8 +13,8 @@ from simplexmesh._base.vectors import norm, normalized
 from simplexmesh.cloud.fitting.candidates import Known
 from simplexmesh.cloud.fitting.solver import Mask
 from simplexmesh.cloud.fitting.starts import scaled
-from simplexmesh.cloud.primitives import Circle, Cone, Cylinder, Line, Plane, Primitive, Sphere, Torus
 from simplexmesh.data.conversion import as_points
+from simplexmesh.data.primitives import Circle, Cone, Cylinder, Line, Plane, Primitive, Sphere, Torus
 
 Array = NDArray[np.float64]
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from simplexmesh.cloud.fitting.candidates import Known, candidates, given, simple
 from simplexmesh.cloud.fitting.inputs import Given, in_unit
 from simplexmesh.cloud.fitting.solver import Mask, solve
-from simplexmesh.cloud.primitives import Circle, Cone, Line, Primitive
+from simplexmesh.data.primitives import Circle, Cone, Line, Primitive
 from simplexmesh.numerics.plane_fits import planes
 from simplexmesh.numerics.rigid import robust_scale
 from simplexmesh.numerics.round_fits import from_axis

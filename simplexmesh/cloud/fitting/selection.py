@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from simplexmesh.cloud.primitives import Circle, Line, Primitive
 from simplexmesh.cloud.validation.selection import bic
+from simplexmesh.data.primitives import Circle, Line, Primitive
 
 Array = NDArray[np.float64]
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh._base.vectors import cross, dot, norm, normalized, tangents
-from simplexmesh.cloud.primitives import Circle, Cone, Cylinder, Line, Plane, Primitive, Sphere, Torus
+from simplexmesh.data.primitives import Circle, Cone, Cylinder, Line, Plane, Primitive, Sphere, Torus
 from simplexmesh.numerics.circle_fits import sampled_circle
 from simplexmesh.numerics.round_fits import across_normals, ball, cone_apex, from_axis, met_axis
 

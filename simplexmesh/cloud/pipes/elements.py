@@ -11,7 +11,7 @@ from simplexmesh._base import checks
 from simplexmesh._base.vectors import cross, normalized
 from simplexmesh.cloud.pipes.chain import SHORTEST, Chain
 from simplexmesh.cloud.pipes.line import Deviations, PipeElement
-from simplexmesh.cloud.primitives import Cone, Cylinder, Fit, Primitive, Torus
+from simplexmesh.data.primitives import Cone, Cylinder, Fit, Primitive, Torus
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from simplexmesh.cloud.pipes import saving, tube
 from simplexmesh.cloud.pipes.chain import Chain
-from simplexmesh.cloud.primitives import Primitive
+from simplexmesh.data.primitives import Primitive
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.mesh.duality import dual
 from simplexmesh.mesh.simplex_mesh import SimplexMesh

@@ -24,9 +24,9 @@ from simplexmesh.cloud.pipes.tees import with_tees
 from simplexmesh.cloud.pipes.tracing.start import Beginning, beginning
 from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
 from simplexmesh.cloud.pipes.tracing.tracking import JUMP
-from simplexmesh.cloud.primitives import Cylinder
 from simplexmesh.data.conversion import as_points
 from simplexmesh.data.points import PointCloud
+from simplexmesh.data.primitives import Cylinder
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.mesh.duality import dual
 from simplexmesh.mesh.simplex_mesh import SimplexMesh

@@ -14,8 +14,8 @@ import numpy as np
 from simplexmesh._base import checks
 from simplexmesh._base.drafts import draft
 from simplexmesh.cloud import step
-from simplexmesh.cloud.primitives import Primitive
 from simplexmesh.data.json_text import json_text
+from simplexmesh.data.primitives import Primitive
 
 if TYPE_CHECKING:
     from simplexmesh.cloud.pipes.line import PipeElement, PipeLine

@@ -16,7 +16,7 @@ from simplexmesh.cloud.pipes.ends import reversed_chain
 from simplexmesh.cloud.pipes.follow import line_of
 from simplexmesh.cloud.pipes.line import PipeElement, PipeLine
 from simplexmesh.cloud.pipes.refining import TIGHT, covariance_of
-from simplexmesh.cloud.primitives import Cylinder, Fit
+from simplexmesh.data.primitives import Cylinder, Fit
 
 Array = NDArray[np.float64]
 

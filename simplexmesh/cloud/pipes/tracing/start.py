@@ -17,7 +17,7 @@ from simplexmesh.cloud.pipes.tracing import _kernels_tracing
 from simplexmesh.cloud.pipes.tracing._kernels_tracing import STEP
 from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
 from simplexmesh.cloud.pipes.tracing.tracking import Track, settled, traced
-from simplexmesh.cloud.primitives import Cylinder
+from simplexmesh.data.primitives import Cylinder
 from simplexmesh.numerics.round_fits import across_normals, ball
 
 Array = NDArray[np.float64]

@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 import simplexmesh as sm
-from simplexmesh.cloud.primitives.patch import span
+from simplexmesh.data.primitives.patch import span
 
 P = sm.primitives
 AXIS = [0.3, -0.5, 0.8]

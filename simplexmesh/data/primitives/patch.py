@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from simplexmesh.cloud.primitives.base import Primitive
+    from simplexmesh.data.primitives.base import Primitive
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]

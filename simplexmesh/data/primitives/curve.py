@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from simplexmesh.cloud.primitives.base import Primitive
-from simplexmesh.cloud.primitives.patch import STEPS
+from simplexmesh.data.primitives.base import Primitive
+from simplexmesh.data.primitives.patch import STEPS
 from simplexmesh.data.triangles import TriangleMesh
 
 if TYPE_CHECKING:
@@ -34,3 +34,10 @@ class Curve(Primitive):
 
     def _area_density(self, uv: Array) -> Array:
         return np.ones(len(uv))
+
+
+def eased(square: Array, weights: Array | None, loss_scale: float | None) -> tuple[Array, float]:
+    """Return the weights (n,) of squared distances under the loss of a scale, if there is one, and the cost."""
+    given = np.ones(len(square)) if weights is None else weights
+    less = np.ones(len(square)) if loss_scale is None else 1 / (1 + square / loss_scale**2)
+    return given * less**2, float((given * less) @ square)
