@@ -87,7 +87,7 @@ _HOME = {
     "surface.saliency.level_lines": ["inversion_lines", "level_lines"],
     "surface.polyline": ["Polyline"],
     "surface.landmarks.snap_landmark": ["Landmark", "snap_landmark"],
-    "surface.landmarks.circle": ["Circle", "fit_circle", "rim_circle"],
+    "surface.landmarks.circle": ["fit_circle", "rim_circle"],
     "surface.landmarks.morphed": ["morphed"],
     # VI   the cloud
     "cloud.extraction.extract": ["extract_primitives"],
@@ -205,7 +205,6 @@ if TYPE_CHECKING:  # the same list once more, for type checkers and editors; a t
     from simplexmesh.surface.features.simplify import simplify as simplify
     from simplexmesh.surface.features.zones import zones as zones
     from simplexmesh.surface.features.zoning.result import Zones as Zones
-    from simplexmesh.surface.landmarks.circle import Circle as Circle
     from simplexmesh.surface.landmarks.circle import fit_circle as fit_circle
     from simplexmesh.surface.landmarks.circle import rim_circle as rim_circle
     from simplexmesh.surface.landmarks.morphed import morphed as morphed

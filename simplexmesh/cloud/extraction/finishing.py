@@ -11,15 +11,13 @@ from simplexmesh.cloud.extraction.joint import NONE, PULL, Parts, half_spaces
 from simplexmesh.cloud.extraction.working import Working
 from simplexmesh.cloud.fitting.describe import deferred_tests
 from simplexmesh.data.primitives import Fit, Primitive
+from simplexmesh.data.primitives.normal_matrices import inverse
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 NEIGHBORS = 8
 """Labelled points about one, whose labels it may have: half as many as those that labels settle by."""
-
-SINGULAR = 1e-12
-"""Of the largest eigenvalue: parameters below are not told by the points."""
 
 
 def labelled(work: Working, state: Parts, points: Array) -> Indices:
@@ -57,14 +55,3 @@ def described(primitive: Primitive, points: Array, rng: np.random.Generator) -> 
         deferred_tests(primitive, points, np.ones(primitive.n_parameters, bool), rng),
     )
     return primitive.with_fit(fit)
-
-
-def inverse(matrix: Array) -> Array:
-    """Return the inverse (p, p) of a normal matrix, NaN where the points do not tell the parameters."""
-    scale = np.sqrt(np.maximum(np.diagonal(matrix), 1e-300))
-    values, vectors = np.linalg.eigh(matrix / np.outer(scale, scale))
-    with np.errstate(divide="ignore"):
-        inverted = np.where(values > SINGULAR * values[-1], 1 / values, np.inf)
-    if not np.isfinite(inverted).all():
-        return np.full_like(matrix, np.nan)
-    return np.asarray((vectors * inverted) @ vectors.T / np.outer(scale, scale))

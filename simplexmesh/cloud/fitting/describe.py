@@ -12,7 +12,8 @@ from simplexmesh._base import checks
 from simplexmesh.cloud.fitting.inputs import Given, per_point
 from simplexmesh.cloud.fitting.solver import Mask
 from simplexmesh.cloud.validation.validation import Validation, validated
-from simplexmesh.data.primitives import Fit, Primitive
+from simplexmesh.data.primitives import Circle, Fit, Primitive
+from simplexmesh.data.primitives.normal_matrices import inverse
 
 Array = NDArray[np.float64]
 
@@ -21,9 +22,6 @@ TESTED = 2000
 
 SPARE = 16
 """Points more than parameters that a validation needs."""
-
-SINGULAR = 1e-13
-"""Of the largest eigenvalue of a normal matrix of unit diagonal: parameters do not change distances independently."""
 
 
 def described(primitive: Primitive, given: Given, used: NDArray[np.bool_], mask: Mask | None) -> Primitive:
@@ -36,23 +34,16 @@ def described(primitive: Primitive, given: Given, used: NDArray[np.bool_], mask:
     spare = count * each - int(free.sum())
     noise = float(np.sqrt(square / spare)) if spare else float("nan")
     deviation = noise if given.noise is None else given.noise
-    covariance = deviation**2 * inverse(primitive.normal_equations(points, given.weights)[0], free, primitive.kind)
+    covariance = np.zeros((len(free), len(free)))
+    told = inverse(primitive.normal_equations(points, given.weights)[0][np.ix_(free, free)])
+    if np.isnan(told).any():
+        raise ValueError(f"points must determine a {primitive.kind}, but these leave some of its parameters free")
+    covariance[np.ix_(free, free)] = deviation**2 * told
     tests = deferred_tests(primitive, points, free, given.rng, given.noise, given.weights) if each == 1 else None
     vertices = checks.frozen(np.flatnonzero(used)) if given.robust else None
     rms = float(np.sqrt(square / count))
-    return primitive.with_fit(Fit(rms, noise, covariance, primitive.within(points), count, tests, vertices))
-
-
-def inverse(matrix: Array, free: NDArray[np.bool_], kind: str) -> Array:
-    """Return the inverse (p, p) of a normal matrix in the free parameters, 0 in the others."""
-    scale = np.sqrt(np.diagonal(matrix)[free])
-    out = np.zeros_like(matrix)
-    if len(scale):
-        values, vectors = np.linalg.eigh(matrix[np.ix_(free, free)] / np.maximum(np.outer(scale, scale), 1e-300))
-        if values[0] <= SINGULAR * values[-1]:
-            raise ValueError(f"points must determine a {kind}, but these leave some of its parameters free")
-        out[np.ix_(free, free)] = (vectors / values) @ vectors.T / np.outer(scale, scale)
-    return out
+    covered = primitive.coverage(points) if isinstance(primitive, Circle) else None
+    return primitive.with_fit(Fit(rms, noise, covariance, primitive.within(points), count, tests, vertices, covered))
 
 
 def deferred_tests(

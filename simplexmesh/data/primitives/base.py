@@ -62,6 +62,8 @@ class Fit:
         Returns the `validation`.
     vertices : (m,) array of int, optional
         Numbers of the points used, of a fit that leaves some out.
+    covered : float, optional
+        Of a circle: the share of it that has points near.
     """
 
     rms: float
@@ -71,6 +73,7 @@ class Fit:
     count: int
     tests: Callable[[], Validation] | None = None
     vertices: Indices | None = None
+    covered: float | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "covariance", checks.frozen(self.covariance))
@@ -146,7 +149,7 @@ class Primitive:
 
     def _with(self, origin: Array, axis: Array, *shape: Any) -> Self:
         """Return another one of this kind, without a fit."""
-        return type(self)(origin, axis, *shape)
+        return cast(Any, type(self))(origin, axis, *shape)
 
     def _coordinate(self, rho: Array, z: Array) -> Array:
         """Return the coordinate (n,) along the profile."""

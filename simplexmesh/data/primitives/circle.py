@@ -6,18 +6,19 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh.data.primitives import _kernels_profiles as kernels
 from simplexmesh.data.primitives.base import Fit
 from simplexmesh.data.primitives.curve import Curve, eased
 
 Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Circle(Curve):
-    """A circle in space; distances from it are not negative.
+    """A circle in space, of a rim with the normal out of the surface; distances from it are not negative.
 
     Attributes
     ----------
@@ -43,6 +44,27 @@ class Circle(Curve):
     normal: Array
     radius: float
     fit: Fit | None = None
+
+    @property
+    def vertices(self) -> Indices | None:
+        """(m,) numbers of the points that it was fitted to, if others were left out."""
+        return self.fit.vertices if self.fit else None
+
+    @property
+    def covered(self) -> float | None:
+        """Share of the circle that has points near, if it was fitted: half a rim has 0.5."""
+        return self.fit.covered if self.fit else None
+
+    def coverage(self, points: ArrayLike) -> float:
+        """Return the share of the circle that has some of the points (n, 3) near, from 0 to 1.
+
+        Gaps of three median gaps or ten degrees are covered.
+        """
+        turn = np.sort(self.coordinates(points)[:, 0])
+        arcs = np.diff(turn, append=turn[0] + 2 * np.pi)
+        gap = np.radians(10)
+        counted = np.where(arcs <= max(3 * float(np.median(arcs)), gap), arcs, gap)
+        return min(float(counted.sum()) / (2 * np.pi), 1.0)
 
     def normal_equations(
         self, points: Array, weights: Array | None = None, loss_scale: float | None = None
