@@ -10,8 +10,7 @@ from simplexmesh.cloud.extraction import _kernels_growth
 from simplexmesh.cloud.extraction.joint import NONE, PULL, Parts, half_spaces
 from simplexmesh.cloud.extraction.working import Working
 from simplexmesh.cloud.fitting.describe import deferred_tests
-from simplexmesh.data.primitives import Fit, Primitive
-from simplexmesh.data.primitives.normal_matrices import inverse
+from simplexmesh.data.primitives import Primitive, fit_of
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -43,15 +42,5 @@ def labelled(work: Working, state: Parts, points: Array) -> Indices:
 def described(primitive: Primitive, points: Array, rng: np.random.Generator) -> Primitive:
     """Return a primitive with how it fits points; whether that is valid is tested when asked for."""
     primitive = primitive.centered(points)
-    distance = primitive.distance(points)
-    square = float(distance @ distance)
-    noise = np.sqrt(square / max(len(points) - primitive.n_parameters, 1))
-    fit = Fit(
-        float(np.sqrt(square / len(points))),
-        float(noise),
-        noise**2 * inverse(primitive.normal_equations(points)[0]),
-        primitive.within(points),
-        len(points),
-        deferred_tests(primitive, points, np.ones(primitive.n_parameters, bool), rng),
-    )
-    return primitive.with_fit(fit)
+    tests = deferred_tests(primitive, points, np.ones(primitive.n_parameters, bool), rng)
+    return primitive.with_fit(fit_of(primitive, points, tests=tests))

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from simplexmesh._base.vectors import dot, norm
 from simplexmesh.cloud.extraction._kernels_growth import settle
-from simplexmesh.cloud.extraction.bends import FITTED, Bend, Run, proposed, refined_chain, runs
+from simplexmesh.cloud.extraction.bends import FITTED, STEPS, Bend, Run, proposed, runs
 from simplexmesh.cloud.extraction.growth import ASLANT, DECISIVE, WITHIN, Grown, fits
 from simplexmesh.cloud.extraction.patches import Limits, refined
 from simplexmesh.cloud.extraction.working import Working
@@ -185,7 +185,7 @@ def refit(work: Working, state: Parts, limits: Limits, rng: np.random.Generator)
     for run in joined:
         numbers = [*run.pipes, *(state.first_bend + k for k in run.bends)]
         some = np.concatenate([thin(members[k], FITTED, rng) for k in numbers])
-        chain = refined_chain(run.chain, work.points[some], WITHIN * work.noise)
+        chain = refined(run.chain, work.points[some], WITHIN * work.noise, STEPS)
         put(state, replace(run, chain=chain))
         for corner, k in zip(chain.corners[1:-1], run.bends, strict=True):
             state.bends[k] = replace(state.bends[k], corner=corner)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh._base.vectors import norm
-from simplexmesh.cloud.fitting.solver import solve
+from simplexmesh.cloud.fitting.solver import Model, solve
 from simplexmesh.cloud.fitting.starts import start
 from simplexmesh.data.primitives import Cone, Primitive
 
@@ -113,12 +113,9 @@ def fit(kind: str, points: Array, normals: Array) -> Primitive | None:
     return refined(found, points)
 
 
-def refined(primitive: Primitive, points: Array, scale: float | None = None, iterations: int = STEPS) -> Primitive:
-    """Return a primitive moved to the least sum of squared distances, or of robust ones of a scale."""
-    try:
-        return solve(primitive, points, loss_scale=scale, iterations=iterations, tolerance=1e-4)[0]
-    except (ValueError, np.linalg.LinAlgError):
-        return primitive
+def refined(primitive: Model, points: Array, scale: float | None = None, iterations: int = STEPS) -> Model:
+    """Return what is moved to the least sum of squared distances, or of robust ones of a scale."""
+    return solve(primitive, points, loss_scale=scale, iterations=iterations, tolerance=1e-4)[0]
 
 
 def error(primitive: Primitive, points: Array) -> float:

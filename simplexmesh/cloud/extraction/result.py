@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -154,11 +154,7 @@ class Extraction:
 
 def _plain(primitive: Primitive) -> dict[str, Any]:
     """Return a primitive and its fit as plain lists and numbers."""
-    out: dict[str, Any] = {"kind": primitive.kind}
-    for entry in fields(primitive):  # type: ignore[arg-type]
-        value = getattr(primitive, entry.name)
-        if entry.name != "fit":
-            out[entry.name] = np.asarray(value).tolist()
+    out = primitive.as_dict()
     fit = primitive.fit
     if fit is not None:
         out["fit"] = {

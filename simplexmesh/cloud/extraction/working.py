@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from simplexmesh.numerics import _kernels_local_fits
+from simplexmesh.numerics.plane_fits import fitted, spacing_within
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -64,13 +64,12 @@ def working(points: Array, noise: float | None, rng: np.random.Generator) -> Wor
     tree = cKDTree(points)
     count = min(NEIGHBORS, len(points))
     distance, near = tree.query(points, k=count, workers=-1)
-    spacing = float(np.median(distance[:, -1])) * np.sqrt(np.pi / count)
+    spacing = spacing_within(distance[:, -1], count)
     deviation = noise if noise is not None else max(measured_noise(points, tree, rng), FLOOR * spacing)
     wide = near
     if deviation > NOISY * spacing and len(points) > 2 * AROUND:
         wide = tree.query(points, k=AROUND, workers=-1)[1]
-    normals, variance = np.empty_like(points), np.empty(len(points))
-    _kernels_local_fits.fit_planes(points, wide, normals, variance, np.empty_like(points))
+    normals, variance, _ = fitted(points, wide)
     spread = np.mean(np.square(points[wide] - points[:, None]).sum(axis=2), axis=1)
     smooth = variance <= FLAT * spread
     return Working(points, near, normals, smooth, np.sqrt(variance), spacing, deviation)

@@ -42,35 +42,19 @@ STEPS = 8
 """Of the cylinders from which cones and tori start."""
 
 
-def candidates(kind: str, points: Array, normals: Array, known: Known, rng: int) -> list[Primitive]:
-    """Return initial values for points (n, 3) about the origin and of unit size, with what is known put in."""
+def candidates(kind: str, points: Array, normals: Array, known: Known, rng: int) -> Iterator[Primitive]:
+    """Yield initial values for points (n, 3) about the origin and of unit size, with what is known put in."""
     axis = known.get("axis")
-    with np.errstate(all="ignore"):
-        found: Iterator[Primitive | None]
-        if kind == "cylinder":
-            found = _cylinders(points, normals, axis)
-        elif kind == "cone":
-            found = _cones(points, normals, known)
-        elif kind == "torus":
-            found = _tori(points, normals, axis, np.random.default_rng(rng))
-        else:
-            found = iter([starts.STARTS[kind](points, normals)])
-        return [given(each, points, known) for each in found if each is not None]
-
-
-def simple(kind: str, points: Array, normals: Array, known: Known) -> list[Primitive]:
-    """Return the one initial value of few points, which are to be on the primitive."""
-    axis = known.get("axis")
-    with np.errstate(all="ignore"):
-        if kind == "cylinder" and axis is not None:
-            found: Primitive | None = starts.cylinder_along(points, axis)
-        elif kind == "torus" and axis is not None:
-            found = starts.torus_along(points, normals, axis)
-        elif kind == "cone" and "point" in known:
-            found = starts.cone_from(points, known["point"])
-        else:
-            found = starts.STARTS[kind](points, normals)
-        return [] if found is None else [given(found, points, known)]
+    found: Iterator[Primitive | None]
+    if kind == "cylinder":
+        found = _cylinders(points, normals, axis)
+    elif kind == "cone":
+        found = _cones(points, normals, known)
+    elif kind == "torus":
+        found = _tori(points, normals, axis, np.random.default_rng(rng))
+    else:
+        found = iter([starts.STARTS[kind](points, normals)])
+    return (given(each, points, known) for each in found if each is not None)
 
 
 def given(primitive: Primitive, points: Array, known: Known) -> Primitive:

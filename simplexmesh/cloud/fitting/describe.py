@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh._base import checks
-from simplexmesh.cloud.fitting.inputs import Given, per_point
+from simplexmesh.cloud.fitting.inputs import Given
 from simplexmesh.cloud.fitting.solver import Mask
 from simplexmesh.cloud.validation.validation import Validation, validated
-from simplexmesh.data.primitives import Circle, Fit, Primitive
-from simplexmesh.data.primitives.normal_matrices import inverse
+from simplexmesh.data.primitives import Primitive, fit_of
 
 Array = NDArray[np.float64]
 
@@ -27,23 +27,17 @@ SPARE = 16
 def described(primitive: Primitive, given: Given, used: NDArray[np.bool_], mask: Mask | None) -> Primitive:
     """Return a primitive with how it was fitted to points."""
     points = given.points[used]
-    count, each = len(points), per_point(primitive.kind)
     free = np.ones(primitive.n_parameters, bool) if mask is None else ~mask
-    distance = primitive.distance(points)
-    square = distance @ distance if given.weights is None else distance**2 @ given.weights
-    spare = count * each - int(free.sum())
-    noise = float(np.sqrt(square / spare)) if spare else float("nan")
-    deviation = noise if given.noise is None else given.noise
-    covariance = np.zeros((len(free), len(free)))
-    told = inverse(primitive.normal_equations(points, given.weights)[0][np.ix_(free, free)])
-    if np.isnan(told).any():
-        raise ValueError(f"points must determine a {primitive.kind}, but these leave some of its parameters free")
-    covariance[np.ix_(free, free)] = deviation**2 * told
-    tests = deferred_tests(primitive, points, free, given.rng, given.noise, given.weights) if each == 1 else None
+    tests = None
+    if primitive.per_point == 1:
+        tests = deferred_tests(primitive, points, free, given.rng, given.noise, given.weights)
     vertices = checks.frozen(np.flatnonzero(used)) if given.robust else None
-    rms = float(np.sqrt(square / count))
-    covered = primitive.coverage(points) if isinstance(primitive, Circle) else None
-    return primitive.with_fit(Fit(rms, noise, covariance, primitive.within(points), count, tests, vertices, covered))
+    chart = np.eye(len(free))[:, free]
+    told: dict[str, Any] = {"weights": given.weights, "noise": given.noise, "tests": tests, "vertices": vertices}
+    fit = fit_of(primitive, points, chart=chart, **told)
+    if np.isnan(fit.covariance).any() and not np.isnan(fit.noise):
+        raise ValueError(f"points must determine a {primitive.kind}, but these leave some of its parameters free")
+    return primitive.with_fit(fit)
 
 
 def deferred_tests(

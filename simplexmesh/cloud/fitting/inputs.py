@@ -106,11 +106,6 @@ def in_unit(given: Given) -> Known:
     return given.known | lengths | place
 
 
-def per_point(kind: str) -> int:
-    """Return how many distances a point has from a kind: two from a curve."""
-    return 2 if kind in ("line", "circle") else 1
-
-
 def _known(kind: str, given: Known) -> Known:
     """Return the known parameters, checked."""
     out: Known = {}
@@ -145,7 +140,7 @@ def _frame(points: Array, kind: str, known: Known) -> tuple[Array, float, bool]:
     wanted = "plane" if kind == "any" else kind
     mask = held(wanted, known)
     free = len(KINDS[wanted].parameter_names) if mask is None else int((~mask).sum())
-    least = max(-(-free // per_point(wanted)), 1)
+    least = max(-(-free // KINDS[wanted].per_point), 1)
     if len(points) < least:
         raise ValueError(f"points must be at least {least} to determine a {wanted}, not {len(points)}")
     bounds = np.stack([points.min(axis=0), points.max(axis=0)])

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import islice
 
 import numpy as np
 from numpy.typing import NDArray
 
-from simplexmesh.cloud.fitting.candidates import Known, candidates, given, simple
+from simplexmesh.cloud.fitting.candidates import Known, candidates, given
 from simplexmesh.cloud.fitting.inputs import Given, in_unit
 from simplexmesh.cloud.fitting.solver import Mask, solve
-from simplexmesh.data.primitives import Circle, Cone, Line, Primitive
+from simplexmesh.data.primitives import Cone, Primitive
 from simplexmesh.numerics.plane_fits import planes
 from simplexmesh.numerics.rigid import robust_scale
 from simplexmesh.numerics.round_fits import from_axis
@@ -89,9 +90,10 @@ def fitted(kind: str, cloud: Cloud, mask: Mask | None, *, robust: bool, start: P
     if start is not None:
         tried = [given(start, cloud.some, cloud.known)]
     else:
-        tried = candidates(kind, cloud.some, cloud.normals, cloud.known, cloud.seed)
-        if robust:
-            tried += _of_subsets(kind, cloud)
+        with np.errstate(all="ignore"):
+            tried = list(candidates(kind, cloud.some, cloud.normals, cloud.known, cloud.seed))
+            if robust:
+                tried += _of_subsets(kind, cloud)
     few = cloud.some[:: -(-len(cloud.some) // FEW)]
     found = [_improved(each, few, mask, robust=robust) for each in tried]
     if not found:
@@ -144,7 +146,7 @@ def without_outliers(primitive: Primitive, points: Array, mask: Mask | None) -> 
 
 def deviation(primitive: Primitive, distance: Array) -> float:
     """Return the deviation of the noise from absolute distances, of which some may be of outliers."""
-    chi = 1.1774 if isinstance(primitive, Circle | Line) else 1 / DEVIATION  # median of two deviations, and of one
+    chi = 1.1774 if primitive.per_point == 2 else 1 / DEVIATION  # median of two deviations, and of one
     return max(float(np.median(distance)) / chi, FLOOR)
 
 
@@ -161,5 +163,6 @@ def _of_subsets(kind: str, cloud: Cloud) -> list[Primitive]:
     for size, draws in SAMPLES.items():
         for _ in range(draws if len(cloud.some) > size else 0):
             chosen = cloud.rng.choice(len(cloud.some), size, replace=False)
-            found += simple(kind, cloud.some[chosen], cloud.normals[chosen], cloud.known)
+            of_chosen = candidates(kind, cloud.some[chosen], cloud.normals[chosen], cloud.known, 0)
+            found += list(islice(of_chosen, 1))  # the simplest
     return sorted(found, key=lambda each: spread(each, few, robust=True))[:BEST]

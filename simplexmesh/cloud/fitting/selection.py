@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh.cloud.validation.selection import bic
-from simplexmesh.data.primitives import Circle, Line, Primitive
+from simplexmesh.data.primitives import Primitive
 
 Array = NDArray[np.float64]
 
@@ -31,7 +31,7 @@ EXACT = 1e-9
 
 def score(primitive: Primitive, points: Array) -> float:
     """Return the Bayesian information criterion of distances of points (n, 3) of unit size: less is better."""
-    count = len(points) * (2 if isinstance(primitive, Circle | Line) else 1)
+    count = len(points) * primitive.per_point
     distance = primitive.distance(points)
     return bic(float(distance @ distance) + count * EXACT**2, count, primitive.n_parameters)
 

@@ -48,9 +48,9 @@ def solve(
 ) -> tuple[Model, Array]:
     """Return a primitive moved to the least sum of squared distances of points (n, 3), and the normal matrix there.
 
-    Nothing is checked. Parameters (p,) that are `fixed` keep their values. With a `loss_scale` s the sum is that of
-    d^2 / (1 + (d / s)^2), of Geman and McClure. The matrix (p, p) is that of the returned primitive's chart, whose
-    point is the one nearest to the middle of the points where it has a choice.
+    Nothing is checked; what cannot be moved stays as it is. Parameters (p,) that are `fixed` keep their values. With a
+    `loss_scale` s the sum is that of d^2 / (1 + (d / s)^2), of Geman and McClure. The matrix (p, p) is that of the
+    returned primitive's chart, whose point is the one nearest to the middle of the points where it has a choice.
     """
     start: Any = primitive
     if fixed is None and isinstance(start, Primitive):
@@ -79,12 +79,14 @@ def _descended(
     here, (matrix, downhill, cost) = start, start.normal_equations(*given)
     damping = START
     for _ in range(iterations):
-        step = _step(matrix, downhill, damping, fixed)
-        if step @ downhill <= tolerance * cost + rounding or damping > MOST:
+        if damping > MOST:
             break
         try:
+            step = _step(matrix, downhill, damping, fixed)
+            if step @ downhill <= tolerance * cost + rounding:
+                break
             there = here.stepped(step)
-        except ValueError:
+        except (ValueError, np.linalg.LinAlgError):
             damping *= 10
             continue
         trial = there.normal_equations(*given)

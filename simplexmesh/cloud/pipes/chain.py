@@ -155,9 +155,10 @@ class Chain:
         _kernels_chain.fill_feet(self._axis, at, *out)
         return out
 
-    def gradient(self, points: ArrayLike) -> Array:
-        """Return the unit outward directions (n, 3) in which the distance of points (n, 3) grows."""
-        return self.feet(points).normal
+    def measured(self, points: ArrayLike) -> tuple[Array, Array]:
+        """Return the distances (n,) of points (n, 3), and the unit outward directions (n, 3) in which they grow."""
+        feet = self.feet(points)
+        return feet.distance, feet.normal
 
     def distance(self, points: ArrayLike) -> Array:
         """Return the signed distances (n,) of points (n, 3) from the surface, positive outside."""

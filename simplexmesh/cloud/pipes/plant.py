@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -16,9 +15,8 @@ from scipy.spatial import cKDTree
 from simplexmesh._base import checks
 from simplexmesh.cloud.extraction.extract import extract_primitives
 from simplexmesh.cloud.extraction.result import Extraction
-from simplexmesh.cloud.pipes import saving
 from simplexmesh.cloud.pipes.follow import NOISE, followed, line_of, on_line, radius_limits
-from simplexmesh.cloud.pipes.line import PipeElement, PipeLine
+from simplexmesh.cloud.pipes.line import PipeElement, PipeLine, Pipes
 from simplexmesh.cloud.pipes.seeds import likely_picks
 from simplexmesh.cloud.pipes.tees import with_tees
 from simplexmesh.cloud.pipes.tracing.start import Beginning, beginning
@@ -27,12 +25,9 @@ from simplexmesh.cloud.pipes.tracing.tracking import JUMP
 from simplexmesh.data.conversion import as_points
 from simplexmesh.data.points import PointCloud
 from simplexmesh.data.primitives import Cylinder
-from simplexmesh.data.triangles import TriangleMesh
-from simplexmesh.mesh.duality import dual
-from simplexmesh.mesh.simplex_mesh import SimplexMesh
 
 if TYPE_CHECKING:
-    import pyvista as pv
+    pass
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -64,7 +59,7 @@ WIDE = 0.3
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Plant:
+class Plant(Pipes):
     """The pipe lines of a cloud.
 
     Attributes
@@ -100,33 +95,6 @@ class Plant:
     def elements(self) -> tuple[PipeElement, ...]:
         """All elements, line by line, then the tees."""
         return (*(element for line in self.lines for element in line.elements), *self.tees)
-
-    def mesh(self, edge: float | None = None) -> SimplexMesh:
-        """Return the tubes of all lines as a simplex mesh, ready to be deformed."""
-        return dual(self._triangulated(edge), outward=False)
-
-    def to_pyvista(self) -> pv.PolyData:
-        """Return the tubes of all lines as PyVista's."""
-        return self._triangulated(None).to_pyvista()
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return all that is known as plain lists and numbers, angles in radians, as the JSON file has it."""
-        return saving.described(self.lines, self.tees, self.unit)
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the elements: all that is known of them as .json, a bill of materials as .csv, solids as .step or .stp.
-
-        STEP files need the extra `step`. They are in the cloud's unit, or say mm if that is not known.
-        """
-        saving.save(self.lines, self.tees, self.unit, path)
-
-    def _triangulated(self, edge: float | None) -> TriangleMesh:
-        parts = [line.triangulated(edge) for line in self.lines]
-        if not parts:
-            raise ValueError("the plant has no lines")
-        first = np.cumsum([0, *(len(part.vertices) for part in parts[:-1])])
-        faces = np.concatenate([part.faces + start for part, start in zip(parts, first, strict=True)])
-        return TriangleMesh(np.concatenate([part.vertices for part in parts]), faces)
 
 
 def extract_pipes(

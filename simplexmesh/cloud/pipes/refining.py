@@ -12,6 +12,7 @@ from simplexmesh._base.vectors import cross, dot, norm
 from simplexmesh.cloud.fitting.solver import solve
 from simplexmesh.cloud.pipes.chain import Chain
 from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
+from simplexmesh.numerics.round_fits import between_axes
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -146,16 +147,13 @@ def _with_one_bend(chain: Chain, i: int) -> Chain | None:
     if i + 1 >= len(chain.bend_radii) or np.diff(chain.limits[i + 1])[0] > chain.radii.max():
         return None
     u, v = chain.directions[i], chain.directions[i + 2]
-    across = cross(u, v)
-    sine = float(norm(across))
-    if sine < SLIGHT:
+    if norm(cross(u, v)) < SLIGHT:
         return None
-    between = chain.corners[i + 2] - chain.corners[i + 1]
-    ahead, behind, apart = np.linalg.solve(np.stack([u, v, across / sine], axis=1), between)
+    ahead, behind, apart, across = between_axes(chain.corners[i + 1], u, chain.corners[i + 2], v)
     if abs(apart) > LOOSE * chain.radii.max() or min(ahead, behind) < 0:
         return None
     corners = np.delete(chain.corners, i + 2, axis=0)
-    corners[i + 1] = chain.corners[i + 1] + ahead * u + apart / 2 * across / sine
+    corners[i + 1] = chain.corners[i + 1] + ahead * u + apart / 2 * across
     bends = np.delete(chain.bend_radii, i + 1)
     bends[i] = chain.bend_radii[i : i + 2].max()
     return replace(chain, corners=corners, bend_radii=bends).fitting()

@@ -17,6 +17,7 @@ from simplexmesh.cloud.pipes.follow import line_of
 from simplexmesh.cloud.pipes.line import PipeElement, PipeLine
 from simplexmesh.cloud.pipes.refining import TIGHT, covariance_of
 from simplexmesh.data.primitives import Cylinder, Fit
+from simplexmesh.numerics.round_fits import between_axes
 
 Array = NDArray[np.float64]
 
@@ -66,18 +67,17 @@ def _met(branch: PipeLine, lines: list[PipeLine]) -> tuple[int, int, Array] | No
             continue
         for k, element in enumerate(line.elements):
             axis = normalized(element.end - element.start)
-            across = cross(along, axis)
-            sine = float(norm(across))
+            sine = float(norm(cross(along, axis)))
             if (
                 element.kind != "straight"
                 or sine < np.sin(LEAST_TURN)
                 or branch.chain.radii[-1] > WIDER * element.radius
             ):
                 continue
-            ahead, back, apart = np.linalg.solve(np.stack([along, -axis, across / sine], axis=1), element.start - end)
+            ahead, before, apart, _ = between_axes(end, along, element.start, axis)
             near = abs(apart) < MEETING * element.radius and 0 < ahead < REACH * element.radius / sine
-            if near and -element.radius < back < element.length + element.radius:
-                return i, k, element.start + back * axis
+            if near and -element.radius < -before < element.length + element.radius:
+                return i, k, element.start - before * axis
     return None
 
 

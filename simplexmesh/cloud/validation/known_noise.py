@@ -25,8 +25,3 @@ def chi_square_test(residuals: Array, noise: ArrayLike, parameters: float) -> Ou
     """
     statistic = float(((residuals / np.asarray(noise, float)) ** 2).sum())
     return Outcome(statistic, float(chdtrc(len(residuals) - parameters, statistic)))
-
-
-def noise_along(covariances: Array, directions: Array) -> Array:
-    """Return the deviations (n,) along unit directions (n, 3) of points with covariances (n, 3, 3)."""
-    return np.sqrt(np.einsum("ni,nij,nj->n", directions, covariances, directions))

@@ -108,6 +108,9 @@ class Primitive:
     periods: ClassVar[tuple[bool, bool]] = (True, False)
     """Which of the two surface coordinates is an angle that comes around."""
 
+    per_point: ClassVar[int] = 1
+    """How many distances a point has from it."""
+
     _code: ClassVar[int]
     """The kind as kernels know it."""
 
@@ -191,11 +194,18 @@ class Primitive:
 
     def distance(self, points: ArrayLike) -> Array:
         """Return the signed distances (n,) of points (n, 3), positive outside."""
-        return self._measured(points)[0]
+        return self.measured(points)[0]
 
     def gradient(self, points: ArrayLike) -> Array:
         """Return the unit vectors (n, 3) in which the distance grows; 0 across the axis where they are undefined."""
-        return self._measured(points)[1]
+        return self.measured(points)[1]
+
+    def measured(self, points: ArrayLike) -> tuple[Array, Array]:
+        """Return distances (n,) and gradients (n, 3) of points (n, 3) at once."""
+        at = checks.array("points", points, (None, 3))
+        out = np.empty(len(at)), np.empty_like(at)
+        kernels.fill_distances(*self._surface, at, *out)
+        return out
 
     def projected(self, points: ArrayLike) -> Array:
         """Return the nearest points (n, 3) of the surface or curve; one of them where several are as near."""
@@ -344,13 +354,6 @@ class Primitive:
         columns = np.full(5, -1)
         columns[list(self._moves)] = range(len(self._moves))
         return columns
-
-    def _measured(self, points: ArrayLike) -> tuple[Array, Array]:
-        """Return distances (n,) and gradients (n, 3)."""
-        at = checks.array("points", points, (None, 3))
-        out = np.empty(len(at)), np.empty_like(at)
-        kernels.fill_distances(*self._surface, at, *out)
-        return out
 
     def _summed(self, code: int, points: Array, weights: Array, loss_scale: float) -> tuple[Array, Array, float]:
         """Return the normal equations of distances of a kind in this chart."""

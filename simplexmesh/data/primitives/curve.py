@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,9 @@ Array = NDArray[np.float64]
 
 
 class Curve(Primitive):
-    """A primitive of one dimension: points are two distances from it, and one surface coordinate counts."""
+    """A primitive of one dimension: points have two distances from it, and one surface coordinate counts."""
+
+    per_point: ClassVar[int] = 2
 
     def triangulated(self, edge: float | None = None) -> TriangleMesh:
         """Raise a ValueError: a curve has no area."""

@@ -12,8 +12,7 @@ from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.checks import frozen
 from simplexmesh._base.errors import warn
 from simplexmesh._base.vectors import norm
-from simplexmesh.data.primitives import Circle, Fit
-from simplexmesh.data.primitives.normal_matrices import inverse
+from simplexmesh.data.primitives import Circle, fit_of
 from simplexmesh.numerics.circle_fits import circle_residuals, robust_circle, sampled_circle
 from simplexmesh.surface.curvature.result import Curvature
 from simplexmesh.surface.saliency.fields import known_curvature
@@ -150,10 +149,4 @@ def rim_circle(
 
 def _described(circle: Circle, points: Array, weights: Array, vertices: Indices) -> Circle:
     """Return a circle with how it fits the points (m, 3) that are used."""
-    mass = weights / weights.mean()
-    matrix, _, square = circle.normal_equations(points, mass)
-    noise = np.sqrt(square / spare) if (spare := 2 * len(points) - 6) > 0 else np.nan
-    rms, covered = float(np.sqrt(square / len(points))), circle.coverage(points)
-    covariance = noise**2 * inverse(matrix)
-    fit = Fit(rms, float(noise), covariance, circle.within(points), len(points), None, frozen(vertices), covered)
-    return circle.with_fit(fit)
+    return circle.with_fit(fit_of(circle, points, weights=weights / weights.mean(), vertices=frozen(vertices)))

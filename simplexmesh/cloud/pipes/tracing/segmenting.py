@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from simplexmesh._base.vectors import cross, dot, norm, normalized
 from simplexmesh.cloud.pipes.chain import Chain, chain_of
 from simplexmesh.cloud.pipes.tracing.tracking import Track
+from simplexmesh.numerics.round_fits import between_axes
 
 Array = NDArray[np.float64]
 
@@ -73,10 +74,9 @@ def bend_between(one: Straight, other: Straight, points: Array) -> tuple[Array, 
     """
     u, v = one.direction, other.direction
     turn = float(np.arctan2(norm(cross(u, v)), u @ v))
-    across = normalized(cross(u, v))
     if turn < LEAST_TURN or turn > np.pi - LEAST_TURN:
         return None
-    ahead, _behind, apart = np.linalg.solve(np.stack([u, v, across], axis=1), other.point - one.point)
+    ahead, _, apart, across = between_axes(one.point, u, other.point, v)
     corner = one.point + ahead * u + 0.5 * apart * across
     start, end = (corner - points[one.first]) @ u, (points[other.last] - corner) @ v
     room = min(start, end) / np.tan(turn / 2)
