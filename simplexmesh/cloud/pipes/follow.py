@@ -113,10 +113,10 @@ def followed(found: Beginning) -> tuple[Chain, Array, float, tuple[str, str]]:
             chain, stops = reversed_chain(chain), stops[::-1]
     near = beside(around, chain, gap)
     chain, deviation = refined(near, chain)
-    ended = with_ends(near, chain, deviation, gap, bends=True)
+    ended = with_ends(near, chain, deviation, bends=True)
     if len(ended.bend_radii) != len(chain.bend_radii):
         ended, deviation = refined(near, ended)
-        ended = with_ends(near, ended, deviation, gap)
+        ended = with_ends(near, ended, deviation)
     points = near.points[near_surface(near, ended, max(BAND * around.radius / 3, 3 * deviation))]
     return ended, covariance_of(ended, points, TIGHT * deviation, held(near, ended)), deviation, stops
 
@@ -129,7 +129,7 @@ def run(found: Beginning) -> tuple[Chain, tuple[str, str]]:
     chain = simplified(around, chain)
     chain, deviation = refined(around, chain)
     chain = simplified(around, chain)
-    return with_ends(around, chain, deviation, gap), (track.stops[0], track.stops[1])
+    return with_ends(around, chain, deviation), (track.stops[0], track.stops[1])
 
 
 def beside(around: Surroundings, chain: Chain, gap: float) -> Surroundings:
