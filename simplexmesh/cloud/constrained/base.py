@@ -5,14 +5,12 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from typing import Self
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array
 from simplexmesh.cloud.fitting.solver import solve
 from simplexmesh.data.primitives import Primitive, fit_of
-
-Array = NDArray[np.float64]
 
 
 class Constrained(ABC):

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.vectors import cross, dot, norm, normalized
 from simplexmesh.cloud.extraction.growth import ASLANT, DECISIVE, WIDE, WITHIN
 from simplexmesh.cloud.extraction.patches import Limits, refined
@@ -16,9 +16,6 @@ from simplexmesh.cloud.extraction.working import Working
 from simplexmesh.cloud.pipes.chain import Chain, chain_of
 from simplexmesh.data.primitives import Cylinder, Primitive, Torus
 from simplexmesh.numerics.round_fits import between_axes
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 ALIKE = 0.2
 """Share by which the radii of two pipes may differ, which are fitted to a part of them, with a part of the bend."""
@@ -70,7 +67,7 @@ class Bend:
 
 
 def proposed(
-    work: Working, primitives: list[Primitive], members: list[Indices], limits: Limits, free: NDArray[np.bool_]
+    work: Working, primitives: list[Primitive], members: list[Indices], limits: Limits, free: Mask
 ) -> list[Bend]:
     """Return the bends between cylinders, at most one at each end of each, the one of the most evidence first."""
     tree = cKDTree(work.points)

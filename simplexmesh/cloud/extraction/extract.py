@@ -6,9 +6,9 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.progress import Report, reporting
 from simplexmesh.cloud.extraction.finishing import described, labelled
 from simplexmesh.cloud.extraction.joint import Parts, together
@@ -19,9 +19,6 @@ from simplexmesh.cloud.extraction.working import Working, working
 from simplexmesh.cloud.fitting.starts import scaled
 from simplexmesh.data.conversion import as_points
 from simplexmesh.data.points import PointCloud, distinct
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 SHARE = 1e-3
 """Of the points, those that a primitive has at least, by default."""

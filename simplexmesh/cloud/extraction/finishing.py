@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh.cloud.extraction import _kernels_growth
 from simplexmesh.cloud.extraction.joint import NONE, PULL, Parts, half_spaces
 from simplexmesh.cloud.extraction.working import Working
 from simplexmesh.cloud.fitting.describe import deferred_tests
 from simplexmesh.data.primitives import Primitive, fit_of
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 NEIGHBORS = 8
 """Labelled points about one, whose labels it may have: half as many as those that labels settle by."""

@@ -5,17 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.vectors import norm
 from simplexmesh.cloud.extraction import _kernels_growth
 from simplexmesh.cloud.extraction.patches import AFTER, LEAST, Limits, fit, refined
 from simplexmesh.cloud.extraction.working import Working
 from simplexmesh.data.primitives import Primitive
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
-Mask = NDArray[np.bool_]
 
 WITHIN = 3.0
 """Deviations of the noise from a primitive within which points are on it."""

@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.vectors import dot, norm
 from simplexmesh.cloud.extraction._kernels_growth import settle
 from simplexmesh.cloud.extraction.bends import FITTED, STEPS, Bend, Run, proposed, runs
@@ -15,9 +15,6 @@ from simplexmesh.cloud.extraction.growth import ASLANT, DECISIVE, WITHIN, Grown,
 from simplexmesh.cloud.extraction.patches import Limits, refined
 from simplexmesh.cloud.extraction.working import Working
 from simplexmesh.data.primitives import Primitive
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 NONE = WITHIN**2 / 2
 """Cost of a point of no primitive: that of one at three deviations."""
@@ -164,7 +161,7 @@ def without_superfluous(work: Working, state: Parts, limits: Limits) -> Parts:
     return state if kept.all() else chosen(state, kept)
 
 
-def chosen(state: Parts, kept: NDArray[np.bool_]) -> Parts:
+def chosen(state: Parts, kept: Mask) -> Parts:
     """Return the state of some of the primitives; a bend without one of its pipes is a torus like others."""
     first = state.first_bend
     whole = [k for k, bend in enumerate(state.bends) if kept[[first + k, bend.first, bend.second]].all()]

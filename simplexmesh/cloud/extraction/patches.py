@@ -6,15 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.vectors import norm
 from simplexmesh.cloud.fitting.solver import Model, solve
 from simplexmesh.cloud.fitting.starts import start
 from simplexmesh.data.primitives import Cone, Primitive
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 LEAST = 24
 """Neighbors of the smallest patch: three to each parameter of a torus."""

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Indices
 from simplexmesh._base.drafts import draft
 from simplexmesh._base.html import card
 from simplexmesh.cloud import step
@@ -21,7 +21,6 @@ from simplexmesh.data.primitives import Primitive
 if TYPE_CHECKING:
     import pyvista as pv
 
-Indices = NDArray[np.int64]
 
 KINDS = ("plane", "sphere", "cylinder", "cone", "torus")
 """Of primitives, the simplest first."""

@@ -5,13 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh.numerics.plane_fits import fitted, spacing_within
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 MOST = 100_000
 """Points that shapes are looked for in; all points are labelled in the end."""
@@ -51,7 +48,7 @@ class Working:
     points: Array
     near: Indices
     normals: Array
-    smooth: NDArray[np.bool_]
+    smooth: Mask
     rough: Array
     spacing: float
     noise: float

@@ -6,14 +6,13 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.vectors import dot, norm, normalized, tangents
 from simplexmesh.cloud.fitting import starts
 from simplexmesh.cloud.fitting.solver import solve
 from simplexmesh.data.primitives import Cylinder, Primitive, Torus
 
-Array = NDArray[np.float64]
 Known = dict[str, Any]
 """Parameters that are known, by the names of arguments."""
 

@@ -7,15 +7,12 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Mask
 from simplexmesh.cloud.fitting.inputs import Given
-from simplexmesh.cloud.fitting.solver import Mask
 from simplexmesh.cloud.validation.validation import Validation, validated
 from simplexmesh.data.primitives import Primitive, fit_of
-
-Array = NDArray[np.float64]
 
 TESTED = 2000
 """Points whose distances are validated."""
@@ -24,7 +21,7 @@ SPARE = 16
 """Points more than parameters that a validation needs."""
 
 
-def described(primitive: Primitive, given: Given, used: NDArray[np.bool_], mask: Mask | None) -> Primitive:
+def described(primitive: Primitive, given: Given, used: Mask, mask: Mask | None) -> Primitive:
     """Return a primitive with how it was fitted to points."""
     points = given.points[used]
     free = np.ones(primitive.n_parameters, bool) if mask is None else ~mask
@@ -43,7 +40,7 @@ def described(primitive: Primitive, given: Given, used: NDArray[np.bool_], mask:
 def deferred_tests(
     primitive: Primitive,
     points: Array,
-    free: NDArray[np.bool_],
+    free: Mask,
     rng: np.random.Generator,
     noise: float | None = None,
     weights: Array | None = None,
@@ -59,7 +56,7 @@ def deferred_tests(
 
 
 def _tested(
-    primitive: Primitive, points: Array, scale: Array, free: NDArray[np.bool_], noise: float | None, seed: int
+    primitive: Primitive, points: Array, scale: Array, free: Mask, noise: float | None, seed: int
 ) -> Validation:
     """Return whether distances are noise, those of weighted points at the scale of this."""
     return validated(

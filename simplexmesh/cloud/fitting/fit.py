@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from simplexmesh._base.arrays import Mask
 from simplexmesh._base.errors import warn
 from simplexmesh.cloud.fitting import selection
 from simplexmesh.cloud.fitting.describe import described
@@ -15,8 +16,6 @@ from simplexmesh.cloud.fitting.refine import Cloud, cloud_of, deviation, fitted,
 from simplexmesh.cloud.fitting.solver import solve
 from simplexmesh.cloud.fitting.starts import scaled
 from simplexmesh.data.primitives import Primitive
-
-Array = NDArray[np.float64]
 
 
 def fit_primitive(
@@ -126,7 +125,7 @@ def _wanted(kind: str, cloud: Cloud, given: Given) -> Primitive:
     return found
 
 
-def _compare_with_simpler(found: Primitive, cloud: Cloud, some: NDArray[np.bool_], *, robust: bool) -> None:
+def _compare_with_simpler(found: Primitive, cloud: Cloud, some: Mask, *, robust: bool) -> None:
     """Warn if points do not tell a kind from a simpler one, or from a layer of noise."""
     points, kind = cloud.some[some], found.kind
     for name in selection.SIMPLER.get(kind, ()):

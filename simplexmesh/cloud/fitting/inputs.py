@@ -6,17 +6,15 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Mask
 from simplexmesh._base.vectors import norm, normalized
 from simplexmesh.cloud.fitting.candidates import Known
-from simplexmesh.cloud.fitting.solver import Mask
 from simplexmesh.cloud.fitting.starts import scaled
 from simplexmesh.data.conversion import as_points
 from simplexmesh.data.primitives import Circle, Cone, Cylinder, Line, Plane, Primitive, Sphere, Torus
-
-Array = NDArray[np.float64]
 
 KINDS: dict[str, type[Primitive]] = {each.kind: each for each in (Plane, Sphere, Cylinder, Cone, Torus, Line, Circle)}
 """All kinds."""

@@ -6,17 +6,15 @@ from dataclasses import dataclass
 from itertools import islice
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array, Mask
 from simplexmesh.cloud.fitting.candidates import Known, candidates, given
 from simplexmesh.cloud.fitting.inputs import Given, in_unit
-from simplexmesh.cloud.fitting.solver import Mask, solve
+from simplexmesh.cloud.fitting.solver import solve
 from simplexmesh.data.primitives import Cone, Primitive
 from simplexmesh.numerics.plane_fits import planes
 from simplexmesh.numerics.rigid import robust_scale
 from simplexmesh.numerics.round_fits import from_axis
-
-Array = NDArray[np.float64]
 
 MOST_POINTS = 2000
 """From which normals and initial values are taken; kinds are compared on them."""
@@ -131,7 +129,7 @@ def steady(primitive: Primitive, points: Array, mask: Mask | None) -> Primitive:
     return primitive
 
 
-def without_outliers(primitive: Primitive, points: Array, mask: Mask | None) -> tuple[Primitive, NDArray[np.bool_]]:
+def without_outliers(primitive: Primitive, points: Array, mask: Mask | None) -> tuple[Primitive, Mask]:
     """Return the least squares of the points that are within the noise, which is theirs, and which those are."""
     used = np.ones(len(points), bool)
     for _ in range(ROUNDS):

@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from simplexmesh._base.arrays import Array
 from simplexmesh.cloud.validation.selection import bic
 from simplexmesh.data.primitives import Primitive
-
-Array = NDArray[np.float64]
 
 SIMPLER = {
     "sphere": ("plane",),

@@ -5,13 +5,11 @@ from __future__ import annotations
 from typing import Any, Protocol, Self, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array, Mask
 from simplexmesh.cloud.fitting.taper import Taper
 from simplexmesh.data.primitives import Cone, Primitive
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 Equations = tuple[Array, Array, float]
 """Normal matrix (p, p), downhill vector (p,) and the cost."""
 

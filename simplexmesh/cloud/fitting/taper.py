@@ -6,12 +6,10 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.vectors import normalized
 from simplexmesh.data.primitives import Cone, Fit, Primitive, _kernels_profiles
-
-Array = NDArray[np.float64]
 
 LEAST_SLOPE = 1e-9
 """In radians: a cone that is nearer to a cylinder has its apex so far away that distances lose their digits."""

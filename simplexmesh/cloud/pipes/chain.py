@@ -7,14 +7,12 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.vectors import cross, dot, norm, normalized, tangents
 from simplexmesh.cloud.pipes import _kernels_chain
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 LEAST_ANGLE = 1e-4
 """Of a corner with a bend, in radians: below it the direction of the bend's plane is lost to rounding."""

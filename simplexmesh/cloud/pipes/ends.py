@@ -5,14 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base.vectors import dot, norm, normalized, tangents
 from simplexmesh.cloud.pipes.chain import TIGHTEST, Chain
 from simplexmesh.cloud.pipes.refining import BAND, LOOSE, SUPERFLUOUS, TIGHT, cheaper, near_surface
 from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
-
-Array = NDArray[np.float64]
 
 STUB = 1.5
 """Length in radii of a straight behind the last bend that may be the last part of that."""

@@ -6,10 +6,11 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.spatial import cKDTree
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh.cloud.pipes.chain import Chain
 from simplexmesh.cloud.pipes.diameters import joined, next_radius
 from simplexmesh.cloud.pipes.elements import elements_of
@@ -31,9 +32,6 @@ NOISE = 3.5
 
 CLEAR = 3.0
 """Radii around the axis that are looked at when a chain is refined: what is near the surface, and their neighbors."""
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 
 def follow_pipe(

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh.cloud.pipes import saving, tube
 from simplexmesh.cloud.pipes.chain import Chain
 from simplexmesh.data.primitives import Primitive
@@ -18,9 +18,6 @@ from simplexmesh.mesh.simplex_mesh import SimplexMesh
 
 if TYPE_CHECKING:
     import pyvista as pv
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 
 class Deviations(NamedTuple):

@@ -9,10 +9,10 @@ from itertools import chain as chained
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh.cloud.extraction.extract import extract_primitives
 from simplexmesh.cloud.extraction.result import Extraction
 from simplexmesh.cloud.pipes.follow import NOISE, followed, line_of, on_line, radius_limits
@@ -29,9 +29,6 @@ from simplexmesh.data.primitives import Cylinder
 if TYPE_CHECKING:
     pass
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
-Mask = NDArray[np.bool_]
 
 FAILURES = 40
 """Picks in a row that lead to no pipe, after which there are no more."""

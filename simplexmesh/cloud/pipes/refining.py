@@ -5,18 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import null_space
 
+from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.vectors import cross, dot, norm
 from simplexmesh.cloud.fitting.solver import solve
 from simplexmesh.cloud.pipes.chain import Chain
 from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
 from simplexmesh.numerics.round_fits import between_axes
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
-Mask = NDArray[np.bool_]
 
 BAND = 0.3
 """Distance from the surface, in radii, within which points may be of the pipe before it is refined."""

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.vectors import cross, norm, normalized
 from simplexmesh.cloud.fitting.solver import solve
 from simplexmesh.cloud.pipes.chain import Chain
@@ -18,8 +18,6 @@ from simplexmesh.cloud.pipes.line import PipeElement, PipeLine
 from simplexmesh.cloud.pipes.refining import TIGHT, covariance_of
 from simplexmesh.data.primitives import Cylinder, Fit
 from simplexmesh.numerics.round_fits import between_axes
-
-Array = NDArray[np.float64]
 
 MEETING = 0.3
 """Distance between the axes of branch and run, in radii of the run, that meet."""

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.special import chdtrc
 
+from simplexmesh._base.arrays import Array
 from simplexmesh.cloud.validation.outcome import Outcome
-
-Array = NDArray[np.float64]
 
 
 def chi_square_test(residuals: Array, noise: ArrayLike, parameters: float) -> Outcome:

@@ -2,29 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, Self, cast
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.vectors import dot, norm, normalized, tangents
 from simplexmesh.data.primitives import _kernels_profiles as kernels
 from simplexmesh.data.primitives import patch
+from simplexmesh.data.primitives.fits import Fit
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.mesh.duality import dual
 
 if TYPE_CHECKING:
     import pyvista as pv
 
-    from simplexmesh.cloud.validation.validation import Validation
     from simplexmesh.mesh.simplex_mesh import SimplexMesh
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 PLACES, DIRECTIONS = ("point", "center"), ("axis", "normal", "direction")
 """Names of points and of unit vectors; all others are of numbers above 0."""
@@ -40,52 +38,6 @@ CONVERGED = 1e-6
 
 ROUNDING = 1e-6
 """... in coordinates, of which distances are known to a millionth of a millionth."""
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Fit:
-    """How a primitive was fitted to points.
-
-    Attributes
-    ----------
-    rms : float
-        Root mean square distance of the points.
-    noise : float
-        Deviation of the points that the distances show: with as many points less as there are parameters.
-    covariance : (p, p) array of float
-        Of the parameters, in the order of the primitive's `parameter_names`.
-    extent : (2, 2) array of float
-        Ranges of the points' two surface coordinates; of an angle the second end is less than a turn after the first.
-    count : int
-        How many points were used.
-    tests : callable, optional
-        Returns the `validation`.
-    vertices : (m,) array of int, optional
-        Numbers of the points used, of a fit that leaves some out.
-    covered : float, optional
-        Of a circle: the share of it that has points near.
-    """
-
-    rms: float
-    noise: float
-    covariance: Array
-    extent: Array
-    count: int
-    tests: Callable[[], Validation] | None = None
-    vertices: Indices | None = None
-    covered: float | None = None
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "covariance", checks.frozen(self.covariance))
-        object.__setattr__(self, "extent", checks.frozen(self.extent))
-
-    @cached_property
-    def validation(self) -> Validation | None:
-        """Whether the distances are those of noise, tested when first asked for; None of curves and few points."""
-        return self.tests() if self.tests else None
-
-    def __repr__(self) -> str:
-        return f"Fit({self.count:,} points, rms {self.rms:.3g})"
 
 
 class Primitive:
@@ -251,6 +203,17 @@ class Primitive:
         """Return the ranges (2, 2) of the surface coordinates of points (n, 3)."""
         values = self.coordinates(points)
         return np.stack([patch.span(values[:, k], periodic=self.periods[k]) for k in range(2)])
+
+    def coverage(self, points: ArrayLike) -> float:
+        """Return the share of the turn about the axis that has some of the points (n, 3) near, from 0 to 1.
+
+        Gaps of three median gaps or ten degrees are covered.
+        """
+        turn = np.sort(self.coordinates(points)[:, 0])
+        arcs = np.diff(turn, append=turn[0] + 2 * np.pi)
+        gap = np.radians(10)
+        counted = np.where(arcs <= max(3 * float(np.median(arcs)), gap), arcs, gap)
+        return min(float(counted.sum()) / (2 * np.pi), 1.0)
 
     def derivatives(self, points: ArrayLike) -> Array:
         """Return the derivatives (n, p) of the distances of points (n, 3) by the parameters, for `stepped`."""

@@ -6,14 +6,11 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh.data.primitives import _kernels_profiles as kernels
-from simplexmesh.data.primitives.base import Fit
 from simplexmesh.data.primitives.curve import Curve, eased
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
+from simplexmesh.data.primitives.fits import Fit
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -54,17 +51,6 @@ class Circle(Curve):
     def covered(self) -> float | None:
         """Share of the circle that has points near, if it was fitted: half a rim has 0.5."""
         return self.fit.covered if self.fit else None
-
-    def coverage(self, points: ArrayLike) -> float:
-        """Return the share of the circle that has some of the points (n, 3) near, from 0 to 1.
-
-        Gaps of three median gaps or ten degrees are covered.
-        """
-        turn = np.sort(self.coordinates(points)[:, 0])
-        arcs = np.diff(turn, append=turn[0] + 2 * np.pi)
-        gap = np.radians(10)
-        counted = np.where(arcs <= max(3 * float(np.median(arcs)), gap), arcs, gap)
-        return min(float(counted.sum()) / (2 * np.pi), 1.0)
 
     def normal_equations(
         self, points: Array, weights: Array | None = None, loss_scale: float | None = None

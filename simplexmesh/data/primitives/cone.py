@@ -6,12 +6,11 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array
 from simplexmesh.data.primitives import _kernels_profiles
-from simplexmesh.data.primitives.base import Fit, Primitive
-
-Array = NDArray[np.float64]
+from simplexmesh.data.primitives.base import Primitive
+from simplexmesh.data.primitives.fits import Fit
 
 
 @dataclass(frozen=True, eq=False, repr=False)

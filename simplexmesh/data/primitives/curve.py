@@ -5,16 +5,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array
 from simplexmesh.data.primitives.base import Primitive
 from simplexmesh.data.primitives.patch import STEPS
 from simplexmesh.data.triangles import TriangleMesh
 
 if TYPE_CHECKING:
     import pyvista as pv
-
-Array = NDArray[np.float64]
 
 
 class Curve(Primitive):

@@ -1,19 +1,69 @@
-"""How primitives fit points: deviations, covariance, extent."""
+"""How primitives fit points: deviations, covariance, extent, tests."""
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from simplexmesh.data.primitives.base import Fit, Primitive
-from simplexmesh.data.primitives.circle import Circle
+from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Indices
 
-Array = NDArray[np.float64]
+if TYPE_CHECKING:
+    from simplexmesh.cloud.validation.validation import Validation
+    from simplexmesh.data.primitives.base import Primitive
 
 SINGULAR = 1e-13
 """Of the largest eigenvalue of a matrix of unit diagonal: parameters below are not told by the points."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Fit:
+    """How a primitive was fitted to points.
+
+    Attributes
+    ----------
+    rms : float
+        Root mean square distance of the points.
+    noise : float
+        Deviation of the points that the distances show: with as many points less as there are parameters.
+    covariance : (p, p) array of float
+        Of the parameters, in the order of the primitive's `parameter_names`.
+    extent : (2, 2) array of float
+        Ranges of the points' two surface coordinates; of an angle the second end is less than a turn after the first.
+    count : int
+        How many points were used.
+    tests : callable, optional
+        Returns the `validation`.
+    vertices : (m,) array of int, optional
+        Numbers of the points used, of a fit that leaves some out.
+    covered : float, optional
+        Share of the turn about the axis that has points near: half a rim has 0.5. None of planes.
+    """
+
+    rms: float
+    noise: float
+    covariance: Array
+    extent: Array
+    count: int
+    tests: Callable[[], Validation] | None = None
+    vertices: Indices | None = None
+    covered: float | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "covariance", checks.frozen(self.covariance))
+        object.__setattr__(self, "extent", checks.frozen(self.extent))
+
+    @cached_property
+    def validation(self) -> Validation | None:
+        """Whether the distances are those of noise, tested when first asked for; None of curves and few points."""
+        return self.tests() if self.tests else None
+
+    def __repr__(self) -> str:
+        return f"Fit({self.count:,} points, rms {self.rms:.3g})"
 
 
 def fit_of(
@@ -35,7 +85,7 @@ def fit_of(
     count, spare = len(points), len(points) * primitive.per_point - free.shape[1]
     shown = float(np.sqrt(square / spare)) if spare > 0 else float("nan")
     covariance = (shown if noise is None else noise) ** 2 * free @ inverse(free.T @ matrix @ free) @ free.T
-    covered = primitive.coverage(points) if isinstance(primitive, Circle) else None
+    covered = primitive.coverage(points) if primitive.periods[0] else None
     rms = float(np.sqrt(square / count))
     return Fit(rms, shown, covariance, primitive.within(points), count, covered=covered, **more)
 

@@ -6,13 +6,12 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array
 from simplexmesh.data.primitives import _kernels_profiles
-from simplexmesh.data.primitives.base import Fit, Primitive
-
-Array = NDArray[np.float64]
+from simplexmesh.data.primitives.base import Primitive
+from simplexmesh.data.primitives.fits import Fit
 
 UP = checks.frozen([0.0, 0.0, 1.0])
 

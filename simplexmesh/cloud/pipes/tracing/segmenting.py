@@ -6,14 +6,12 @@ import itertools
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.vectors import cross, dot, norm, normalized
 from simplexmesh.cloud.pipes.chain import Chain, chain_of
 from simplexmesh.cloud.pipes.tracing.tracking import Track
 from simplexmesh.numerics.round_fits import between_axes
-
-Array = NDArray[np.float64]
 
 STRAIGHT = 0.03
 """Root mean square distance of traced places from the axis of a straight, in radii, as all lengths below."""

@@ -8,9 +8,9 @@ from functools import cached_property
 from typing import Any, cast
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.vectors import dot, norm
 from simplexmesh.cloud.fitting import starts
 from simplexmesh.cloud.fitting.solver import solve
@@ -19,8 +19,6 @@ from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
 from simplexmesh.cloud.pipes.tracing.tracking import Track, settled, traced
 from simplexmesh.data.primitives import Cylinder
 from simplexmesh.numerics.plane_fits import fitted as planes_through
-
-Array = NDArray[np.float64]
 
 FEWEST, MOST, FINEST = 100, 2000, 25
 """Points of the smallest and the largest neighborhood, and the difference at which their bisection ends (6.1.2)."""

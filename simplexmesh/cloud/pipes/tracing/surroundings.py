@@ -6,13 +6,10 @@ from copy import copy
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh.numerics.plane_fits import fitted
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 CELLS = 8
 """Cells of the thinned cloud in a radius: points of a cell lie on one side of the pipe, nearly in a plane."""

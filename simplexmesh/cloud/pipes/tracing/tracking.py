@@ -10,17 +10,14 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.vectors import norm, normalized, tangents
 from simplexmesh.cloud.pipes.tracing import _kernels_tracing
 from simplexmesh.cloud.pipes.tracing._kernels_tracing import STEP
 from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
 from simplexmesh.numerics.round_fits import between_axes
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 SPREAD = 0.05
 """Least eigenvalue of the normals' moments over their sum: that of an arc of 45 degrees; that of a wall is 0."""
