@@ -17,7 +17,7 @@ from simplexmesh.cloud.extraction.result import KINDS, Extraction
 from simplexmesh.cloud.extraction.search import found_one_by_one
 from simplexmesh.cloud.extraction.working import Working, working
 from simplexmesh.cloud.fitting.starts import scaled
-from simplexmesh.data.conversion import as_points
+from simplexmesh.cloud.opening import opened
 from simplexmesh.data.points import PointCloud, distinct
 
 SHARE = 1e-3
@@ -27,8 +27,8 @@ FEWEST = 50
 """... but no fewer than these, which tell a torus from noise."""
 
 
-SPREAD, THIN = 10_000, 1e-9
-"""Points that are asked whether they are on a line, and the width, in their extent, below which they are."""
+SPREAD, THIN = 10_000, 1.2
+"""Points that are asked whether they are on a line, and their deviation across it, in their noise, up to which."""
 
 
 def extract_primitives(
@@ -79,7 +79,12 @@ def extract_primitives(
     ValueError
         Fewer than 24 different points, points on a line, NaN, an unknown kind, limits that leave no radius.
     TypeError
-        What is no cloud.
+        What is no cloud, kinds that are no names, progress that is neither True nor False nor a function.
+
+    Warns
+    -----
+    SimplexMeshWarning
+        Coordinates that were stored as 32-bit numbers far from the origin, and have lost digits.
 
     Notes
     -----
@@ -102,7 +107,7 @@ def extract_primitives(
     >>> [each.kind for each in scene.primitives], round(scene.primitives[1].radius, 2)
     (['plane', 'cylinder'], 1.0)
     """
-    given = _cloud(cloud)
+    given = opened(cloud)
     limits, generator = _limits(kinds, least_radius, greatest_radius), checks.generator("rng", rng)
     deviation = None if noise is None else checks.number("noise", noise, 0.0, open_low=True)
     wanted = None if fewest is None else checks.integer("fewest", fewest, LEAST)
@@ -111,14 +116,16 @@ def extract_primitives(
         raise ValueError(f"cloud must have at least {LEAST} different points, not {len(first)}")
     checks.size("cloud", given.bounds)
     points = given.points[first]
-    if np.linalg.matrix_rank(points[:: -(-len(points) // SPREAD)] - points[0], tol=THIN * np.ptp(points)) < 2:
-        raise ValueError("cloud must be of surfaces, but its points are on a line")
     middle = (points.min(axis=0) + points.max(axis=0)) / 2
     size = float(np.linalg.norm(np.ptp(points, axis=0))) / 2
-    with reporting(progress) as report:
+    shown = progress if callable(progress) else checks.flag("progress", progress)
+    with reporting(shown) as report:
         report(0.0, "looking at the points")
         unit = (points - middle) / size
         work = working(unit, None if deviation is None else deviation / size, generator)
+        some = work.points[:: -(-len(work.points) // SPREAD)]
+        if np.linalg.eigvalsh(np.cov(some.T))[1] <= (THIN * work.noise) ** 2:
+            raise ValueError("cloud must be of surfaces, but its points are on a line")
         share = len(work.points) / len(points)
         count = max(FEWEST, SHARE * len(points)) if wanted is None else wanted
         limits = Limits(
@@ -130,15 +137,6 @@ def extract_primitives(
         report(0.9, "labelling all points")
         labels = labelled(work, state, unit)
     return _finished(given, work, state, labels, inverse, middle, size, generator)
-
-
-def _cloud(value: Any) -> PointCloud:
-    """Return a cloud with all the points given, duplicates too, which are labelled as well."""
-    if isinstance(value, PointCloud):
-        return value
-    if isinstance(value, np.ndarray) and value.ndim == 2 and value.shape[1] in (3, 6):
-        return PointCloud(value[:, :3])
-    return as_points(value, "cloud")
 
 
 def _limits(kinds: Sequence[str], low: float, high: float) -> Limits:

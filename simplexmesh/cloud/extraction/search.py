@@ -56,9 +56,10 @@ def found_one_by_one(work: Working, limits: Limits, rng: np.random.Generator, re
         barren += BATCH
         pool.sort(key=lambda each: -each.evidence)
         best = None
-        for each in pool[:TRIED]:
+        for each in [each for each in pool[:TRIED] if gathers(work, each, alive)]:
             full = grown(work, each.primitive, alive, each.members, limits, rng)
-            if sound(work, full, limits, alive) and (best is None or full.evidence > best.evidence):
+            sound = len(full.members) >= limits.fewest and gathers(work, full, alive)
+            if sound and (best is None or full.evidence > best.evidence):
                 best = full
         pool = pool[TRIED:]
         if best is None:
@@ -96,10 +97,8 @@ def piece_of(work: Working, found: Grown, alive: Mask, limits: Limits, rng: np.r
     return None if whole.primitive.kind in limits.kinds or found.evidence > PIECE * whole.evidence else whole
 
 
-def sound(work: Working, found: Grown, limits: Limits, alive: Mask) -> bool:
-    """Return whether points are enough, and gather about the primitive."""
-    if len(found.members) < limits.fewest:
-        return False
+def gathers(work: Working, found: Grown, alive: Mask) -> bool:
+    """Return whether points gather about a primitive, as those of a volume do not."""
     shown, uneven = deviation(work, found.primitive, found.members), found.noise > work.noise
     if shown > (SETTLED if uneven else CONCENTRATED) * found.noise:
         return False

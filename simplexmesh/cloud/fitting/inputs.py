@@ -13,6 +13,7 @@ from simplexmesh._base.arrays import Array, Mask
 from simplexmesh._base.vectors import norm, normalized
 from simplexmesh.cloud.fitting.candidates import Known
 from simplexmesh.cloud.fitting.starts import scaled
+from simplexmesh.cloud.opening import warn_of_steps
 from simplexmesh.data.conversion import as_points
 from simplexmesh.data.primitives import Circle, Cone, Cylinder, Line, Plane, Primitive, Sphere, Torus
 
@@ -70,6 +71,7 @@ def checked(
     checks.choice("kind", kind, [*KINDS, "any"])
     cloud = None if isinstance(points, np.ndarray | list | tuple) else as_points(points)
     at = checks.array("points", points if cloud is None else cloud.points, (None, 3))
+    warn_of_steps(at)
     normals = cloud.normals if normals is None and cloud is not None else normals
     across = None if normals is None else normalized(checks.array("normals", normals, (len(at), 3)))
     mass = None if weights is None else checks.array("weights", weights, (len(at),))

@@ -11,6 +11,7 @@ from scipy.spatial import cKDTree
 
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array, Indices
+from simplexmesh.cloud.opening import opened
 from simplexmesh.cloud.pipes.chain import Chain
 from simplexmesh.cloud.pipes.diameters import joined, next_radius
 from simplexmesh.cloud.pipes.elements import elements_of
@@ -21,8 +22,6 @@ from simplexmesh.cloud.pipes.tracing.segmenting import segmented
 from simplexmesh.cloud.pipes.tracing.start import Beginning, beginning
 from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
 from simplexmesh.cloud.pipes.tracing.tracking import JUMP
-from simplexmesh.data.conversion import as_points
-from simplexmesh.data.points import PointCloud
 
 MOST_CHANGES = 10
 """Of the radius towards one end of a line."""
@@ -77,7 +76,7 @@ def follow_pipe(
     >>> [element.kind for element in line.elements]
     ['straight']
     """
-    data = PointCloud(cloud) if isinstance(cloud, np.ndarray) else as_points(cloud, "cloud")
+    data = opened(cloud)
     place = checks.array("pick", pick, (3,))
     limits = radius_limits(radius)
     reach = checks.number("gap", gap, 0.0)

@@ -15,6 +15,7 @@ from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh.cloud.extraction.extract import extract_primitives
 from simplexmesh.cloud.extraction.result import Extraction
+from simplexmesh.cloud.opening import opened
 from simplexmesh.cloud.pipes.follow import NOISE, followed, line_of, on_line, radius_limits
 from simplexmesh.cloud.pipes.line import PipeElement, PipeLine, Pipes
 from simplexmesh.cloud.pipes.seeds import likely_picks
@@ -22,8 +23,6 @@ from simplexmesh.cloud.pipes.tees import with_tees
 from simplexmesh.cloud.pipes.tracing.start import Beginning, beginning
 from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
 from simplexmesh.cloud.pipes.tracing.tracking import JUMP
-from simplexmesh.data.conversion import as_points
-from simplexmesh.data.points import PointCloud
 from simplexmesh.data.primitives import Cylinder
 
 if TYPE_CHECKING:
@@ -135,7 +134,7 @@ def extract_pipes(
     >>> [round(line.elements[0].radius, 3) for line in plant.lines]
     [1.0]
     """
-    data = PointCloud(cloud) if isinstance(cloud, np.ndarray) else as_points(cloud, "cloud")
+    data = opened(cloud)
     limits, reach = radius_limits(radius), checks.number("gap", gap, 0.0)
     generator = checks.generator("rng", rng)
     scene = extract_primitives(data, rng=generator)
