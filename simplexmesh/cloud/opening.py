@@ -1,13 +1,16 @@
-"""The door of all that takes a cloud of points."""
+"""The door of all that takes a cloud of points, and tells how far it is."""
 
 from __future__ import annotations
 
+from contextlib import AbstractContextManager
 from typing import Any
 
 import numpy as np
 
+from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array
 from simplexmesh._base.errors import warn
+from simplexmesh._base.progress import Report, reporting
 from simplexmesh.data.conversion import as_points
 from simplexmesh.data.points import PointCloud
 
@@ -27,6 +30,11 @@ def opened(value: Any) -> PointCloud:
         cloud = as_points(value, "cloud")
     warn_of_steps(cloud.points)
     return cloud
+
+
+def shown(progress: Any) -> AbstractContextManager[Report]:
+    """Return what yields a function to report progress to, or say what progress must be."""
+    return reporting(progress if callable(progress) else checks.flag("progress", progress))
 
 
 def warn_of_steps(points: Array) -> None:

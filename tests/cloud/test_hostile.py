@@ -53,9 +53,20 @@ def test_coordinates_with_all_their_digits_are_not(points):
     assert sm.fit_primitive(points, "cylinder").radius > 0.99
 
 
-def test_the_user_may_interrupt():
+@pytest.mark.parametrize("find", [sm.extract_primitives, sm.extract_pipes])
+@pytest.mark.parametrize("message", ["looking", "f"])  # at the points; finding and following
+def test_the_user_may_interrupt(find, message):
+    said = []
+
+    def interrupt(fraction, words):
+        said.append(fraction)
+        if words.startswith(message):
+            os.kill(os.getpid(), signal.SIGINT)
+
     with pytest.raises(KeyboardInterrupt):
-        sm.extract_primitives(pipe(), progress=lambda *_: os.kill(os.getpid(), signal.SIGINT))
+        find(pipe(), progress=interrupt)
+    assert said == sorted(said)
+    assert 0 <= said[-1] < 1
 
 
 def test_a_file_that_cannot_be_written_is_as_it_was(tmp_path, monkeypatch):

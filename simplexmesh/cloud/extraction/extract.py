@@ -9,7 +9,7 @@ import numpy as np
 
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array, Indices
-from simplexmesh._base.progress import Report, reporting
+from simplexmesh._base.progress import Report
 from simplexmesh.cloud.extraction.finishing import described, labelled
 from simplexmesh.cloud.extraction.joint import Parts, together
 from simplexmesh.cloud.extraction.patches import LEAST, Limits
@@ -17,7 +17,7 @@ from simplexmesh.cloud.extraction.result import KINDS, Extraction
 from simplexmesh.cloud.extraction.search import found_one_by_one
 from simplexmesh.cloud.extraction.working import Working, working
 from simplexmesh.cloud.fitting.starts import scaled
-from simplexmesh.cloud.opening import opened
+from simplexmesh.cloud.opening import opened, shown
 from simplexmesh.data.points import PointCloud, distinct
 
 SHARE = 1e-3
@@ -118,8 +118,7 @@ def extract_primitives(
     points = given.points[first]
     middle = (points.min(axis=0) + points.max(axis=0)) / 2
     size = float(np.linalg.norm(np.ptp(points, axis=0))) / 2
-    shown = progress if callable(progress) else checks.flag("progress", progress)
-    with reporting(shown) as report:
+    with shown(progress) as report:
         report(0.0, "looking at the points")
         unit = (points - middle) / size
         work = working(unit, None if deviation is None else deviation / size, generator)

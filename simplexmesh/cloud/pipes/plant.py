@@ -13,9 +13,10 @@ from scipy.spatial import cKDTree
 
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array, Indices, Mask
+from simplexmesh._base.progress import Report, part_of
 from simplexmesh.cloud.extraction.extract import extract_primitives
 from simplexmesh.cloud.extraction.result import Extraction
-from simplexmesh.cloud.opening import opened
+from simplexmesh.cloud.opening import opened, shown
 from simplexmesh.cloud.pipes.follow import NOISE, followed, line_of, on_line, radius_limits
 from simplexmesh.cloud.pipes.line import PipeElement, PipeLine, Pipes
 from simplexmesh.cloud.pipes.seeds import likely_picks
@@ -23,11 +24,15 @@ from simplexmesh.cloud.pipes.tees import with_tees
 from simplexmesh.cloud.pipes.tracing.start import Beginning, beginning
 from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
 from simplexmesh.cloud.pipes.tracing.tracking import JUMP
+from simplexmesh.data.points import PointCloud
 from simplexmesh.data.primitives import Cylinder
 
 if TYPE_CHECKING:
     pass
 
+
+PRIMITIVES = 0.6
+"""Part of the progress that finding primitives takes."""
 
 FAILURES = 40
 """Picks in a row that lead to no pipe, after which there are no more."""
@@ -99,6 +104,7 @@ def extract_pipes(
     radius: float | tuple[float, float] | None = None,
     gap: float = JUMP,
     rng: np.random.Generator | int = 0,
+    progress: bool | Report = False,
 ) -> Plant:
     """Find all pipe lines of a cloud, follow each, and refine each as one surface with exact tangency.
 
@@ -116,6 +122,8 @@ def extract_pipes(
         Longest shadow to jump over, in radii of the pipe.
     rng : int or Generator
         For the choice of picks.
+    progress : bool or callable, optional
+        Whether to show a bar, or what to call with the fraction done and a message.
 
     Returns
     -------
@@ -137,7 +145,20 @@ def extract_pipes(
     data = opened(cloud)
     limits, reach = radius_limits(radius), checks.number("gap", gap, 0.0)
     generator = checks.generator("rng", rng)
-    scene = extract_primitives(data, rng=generator)
+    with shown(progress) as report:
+        scene = extract_primitives(data, rng=generator, progress=part_of(report, 0.0, PRIMITIVES))
+        return _plant(data, scene, limits, reach, generator, part_of(report, PRIMITIVES, 1.0))
+
+
+def _plant(
+    data: PointCloud,
+    scene: Extraction,
+    limits: tuple[float, float],
+    gap: float,
+    rng: np.random.Generator,
+    report: Report,
+) -> Plant:
+    """Return the lines among the points that are of no plane and no sphere."""
     of_pipes = np.array([*(each.kind not in SOLID for each in scene.primitives), True])
     kept = np.flatnonzero(of_pipes[scene.labels])
     labels = np.full(len(data.points), -1)
@@ -146,9 +167,9 @@ def extract_pipes(
     origin = data.bounds.mean(axis=0)
     tree = cKDTree(data.points[kept] - origin, balanced_tree=False, compact_nodes=False)
     taken = np.zeros(len(kept), bool)
-    in_cylinders = _in_cylinders(scene, kept, tree, origin, limits, reach, taken)
-    starts = chained(in_cylinders, _picked(tree, limits, reach, taken, scene.labels[kept] >= 0, generator))
-    lines, tees = with_tees(_lines(tree, origin, starts, taken), tree, origin)
+    in_cylinders = _in_cylinders(scene, kept, tree, origin, limits, gap, taken)
+    starts = chained(in_cylinders, _picked(tree, limits, gap, taken, scene.labels[kept] >= 0, rng))
+    lines, tees = with_tees(_lines(tree, origin, starts, taken, report), tree, origin)
     for k, line in enumerate(lines):
         own = np.full(len(labels), -1)
         own[kept] = line.labels
@@ -188,10 +209,11 @@ def _picked(
             yield beginning(tree, points[pick], limits, gap, patient=False)
 
 
-def _lines(tree: cKDTree, origin: Array, starts: Iterable[Beginning], taken: Mask) -> list[PipeLine]:
+def _lines(tree: cKDTree, origin: Array, starts: Iterable[Beginning], taken: Mask, report: Report) -> list[PipeLine]:
     """Return the lines that start somewhere, those with more points first; their points become taken."""
     lines: list[PipeLine] = []
     for start in starts:
+        report(float(taken.mean()), "following pipes")
         try:
             chain, covariance, deviation, stops = followed(start)
         except (ValueError, np.linalg.LinAlgError):
