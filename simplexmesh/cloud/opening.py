@@ -41,10 +41,12 @@ def warn_of_steps(points: Array) -> None:
     """Warn if points (n, 3) have been 32-bit numbers far from the origin, which has put them on a coarse grid."""
     if not len(points):
         return
-    step = float(np.spacing(np.float32(np.abs(points).max())))
     extent = float(np.ptp(points, axis=0).max())
     few = points[:: -(-len(points) // SOME)]
-    if step > COARSE * extent and (few == few.astype(np.float32)).all() and (few % (16 * step)).any():
+    with np.errstate(all="ignore"):
+        step = float(np.spacing(np.float32(np.abs(points).max())))
+        coarse = step > COARSE * extent and (few == few.astype(np.float32)).all() and (few % (16 * step)).any()
+    if coarse:
         warn(
             f"the points are on a grid of {step:g}, as 32-bit numbers are so far from the origin: "
             "shift them to it before they are stored as such"

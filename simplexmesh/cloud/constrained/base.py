@@ -79,5 +79,5 @@ def fitted(constrained: Constrained, points: ArrayLike, *, loss_scale: float | N
     q = constrained.chart.shape[1]
     if len(at) < q:
         raise ValueError(f"points must be at least {q}, the number of parameters, not {len(at)}")
-    found = solve(constrained, at, loss_scale=loss_scale)[0]
+    found = solve(constrained, at, loss_scale=loss_scale)
     return found.primitive.with_fit(fit_of(found.primitive, at, chart=found.chart))

@@ -112,7 +112,7 @@ def fit(kind: str, points: Array, normals: Array) -> Primitive | None:
 
 def refined(primitive: Model, points: Array, scale: float | None = None, iterations: int = STEPS) -> Model:
     """Return what is moved to the least sum of squared distances, or of robust ones of a scale."""
-    return solve(primitive, points, loss_scale=scale, iterations=iterations, tolerance=1e-4)[0]
+    return solve(primitive, points, loss_scale=scale, iterations=iterations, tolerance=1e-4)
 
 
 def error(primitive: Primitive, points: Array) -> float:

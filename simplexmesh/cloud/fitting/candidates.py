@@ -124,7 +124,7 @@ def _cones(points: Array, normals: Array, known: Known) -> Iterator[Primitive | 
         yield starts.cone(points, normals)
     for start in _cylinders(points, normals, known.get("axis")):
         if start is not None:
-            yield starts.tapered(points, solve(start, points, iterations=STEPS)[0])
+            yield starts.tapered(points, solve(start, points, iterations=STEPS))
 
 
 def _tori(points: Array, normals: Array, axis: Array | None, rng: np.random.Generator) -> Iterator[Primitive | None]:
@@ -145,7 +145,7 @@ def _torus_of_cylinders(points: Array, normals: Array, count: int, rng: np.rando
         start = starts.start("cylinder", points[near], normals[near])
         if start is None:
             return None
-        tube = solve(start, points[near], iterations=STEPS)[0]
+        tube = solve(start, points[near], iterations=STEPS)
         origin, direction = tube._pose
         feet.append(origin + dot(seed - origin, direction) * direction)
         radii.append(tube._shape[0])

@@ -108,7 +108,7 @@ def fit_primitive(
     if given.robust:
         found, used = without_outliers(found, cloud.points, mask)
     else:
-        found = solve(found, cloud.points, weights=given.weights, fixed=mask)[0]
+        found = solve(found, cloud.points, weights=given.weights, fixed=mask)
     out = scaled(found, given.size, given.middle)
     return described(out, given, used, mask)
 
@@ -148,6 +148,6 @@ def _chosen(cloud: Cloud, given: Given) -> Primitive:
     if given.robust:
         best = min(found, key=lambda each: deviation(each, np.abs(each.distance(some))))
         some = some[without_outliers(best, some, None)[1]]
-        found = [solve(each, some)[0] for each in found]
+        found = [solve(each, some) for each in found]
     found = [each for each in found if not is_thin(each, some, spread(each, some, robust=False))]
     return selection.simplest(found, some)

@@ -98,7 +98,7 @@ def fitted(kind: str, cloud: Cloud, mask: Mask | None, *, robust: bool, start: P
         return None
     for at in (few, cloud.some):
         if at is cloud.some:
-            found = [steady(each, at, mask) if robust else solve(each, at, fixed=mask)[0] for each in found[:FINAL]]
+            found = [steady(each, at, mask) if robust else solve(each, at, fixed=mask) for each in found[:FINAL]]
         off = {id(each): spread(each, at, robust=robust) for each in found}
         found.sort(key=lambda each: (is_thin(each, at, off[id(each)]), off[id(each)]))
     return found[0]
@@ -125,7 +125,7 @@ def steady(primitive: Primitive, points: Array, mask: Mask | None) -> Primitive:
         if scale > 0.99 * before:
             break
         before = scale
-        primitive = solve(primitive, points, fixed=mask, loss_scale=scale)[0]
+        primitive = solve(primitive, points, fixed=mask, loss_scale=scale)
     return primitive
 
 
@@ -138,7 +138,7 @@ def without_outliers(primitive: Primitive, points: Array, mask: Mask | None) -> 
         if np.array_equal(near, used):
             break
         used = near
-        primitive = solve(primitive, points[used], fixed=mask)[0]
+        primitive = solve(primitive, points[used], fixed=mask)
     return primitive, used
 
 
@@ -151,7 +151,7 @@ def deviation(primitive: Primitive, distance: Array) -> float:
 def _improved(primitive: Primitive, points: Array, mask: Mask | None, *, robust: bool) -> Primitive:
     """Return a primitive after some steps."""
     scale = robust_scale(primitive.distance(points), FLOOR) if robust else None
-    return solve(primitive, points, fixed=mask, loss_scale=scale, iterations=STEPS)[0]
+    return solve(primitive, points, fixed=mask, loss_scale=scale, iterations=STEPS)
 
 
 def _of_subsets(kind: str, cloud: Cloud) -> list[Primitive]:

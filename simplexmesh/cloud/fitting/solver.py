@@ -43,22 +43,20 @@ def solve(
     loss_scale: float | None = None,
     iterations: int = 30,
     tolerance: float = TOLERANCE,
-) -> tuple[Model, Array]:
-    """Return a primitive moved to the least sum of squared distances of points (n, 3), and the normal matrix there.
+) -> Model:
+    """Return a primitive moved to the least sum of squared distances of points (n, 3).
 
     Nothing is checked; what cannot be moved stays as it is. Parameters (p,) that are `fixed` keep their values. With a
-    `loss_scale` s the sum is that of d^2 / (1 + (d / s)^2), of Geman and McClure. The matrix (p, p) is that of the
-    returned primitive's chart, whose point is the one nearest to the middle of the points where it has a choice.
+    `loss_scale` s the sum is that of d^2 / (1 + (d / s)^2), of Geman and McClure. Where the point of a primitive is a
+    choice, it is the one nearest to the middle of the points.
     """
     start: Any = primitive
     if fixed is None and isinstance(start, Primitive):
         start = start.centered(points)
     taper = _taper(start, points, fixed)  # its parameters are those of the cone but for the fifth, which is not held
     given = (points, weights, loss_scale)
-    found = _descended(taper or start, given, fixed, iterations, tolerance)
-    if taper is not None:
-        found = found.cone()
-    return found, found.normal_equations(*given)[0]
+    found: Model = _descended(taper or start, given, fixed, iterations, tolerance)
+    return found if taper is None else found.cone()  # type: ignore[attr-defined]
 
 
 def _taper(primitive: Any, points: Array, fixed: Mask | None) -> Taper | None:

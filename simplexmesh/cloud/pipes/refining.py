@@ -74,7 +74,7 @@ def held(around: Surroundings, chain: Chain) -> Mask:
 
 def fitted(around: Surroundings, chain: Chain, points: Array, loss_scale: float) -> Chain:
     """Return the chain of least distance from points."""
-    return solve(chain, points, fixed=held(around, chain), loss_scale=loss_scale, tolerance=TOLERANCE)[0]
+    return solve(chain, points, fixed=held(around, chain), loss_scale=loss_scale, tolerance=TOLERANCE)
 
 
 def covariance_of(chain: Chain, points: Array, loss_scale: float, fixed: Mask) -> Array:

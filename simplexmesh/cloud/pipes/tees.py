@@ -88,7 +88,7 @@ def _secant(line: PipeLine, place: Array, tree: cKDTree, origin: Array) -> PipeL
     start = replace(line.chain, corners=corners)
     fixed = np.zeros(start.n_parameters, bool)
     fixed[3 * len(corners) - 4 : 3 * len(corners) - 2] = True
-    chain, _ = solve(start, points, fixed=fixed, loss_scale=TIGHT * line.rms)
+    chain = solve(start, points, fixed=fixed, loss_scale=TIGHT * line.rms)
     corners = chain.corners.copy()
     corners[-1] += (end - corners[-1]) @ chain.directions[-1] * chain.directions[-1]
     chain = replace(chain, corners=corners)

@@ -30,7 +30,7 @@ def test_exact_points(kind):
 def test_least_squares_are_those_from_the_truth(kind):
     primitive, points = noisy(kind)
     found = sm.fit_primitive(points, kind)
-    from_truth, _ = solve(primitive, points)
+    from_truth = solve(primitive, points)
     assert_allclose(found.rms, np.sqrt(np.mean(from_truth.distance(points) ** 2)), rtol=1e-7)
 
 
@@ -222,7 +222,7 @@ def reached(count):
             continue
         told += 1
         near += abs(found.radius - 1) < 3 * np.sqrt(found.covariance[4, 4])
-        least += found.rms <= (1 + 1e-6) * np.sqrt(np.mean(solve(pipe, points)[0].distance(points) ** 2))
+        least += found.rms <= (1 + 1e-6) * np.sqrt(np.mean(solve(pipe, points).distance(points) ** 2))
     return told, near, least
 
 

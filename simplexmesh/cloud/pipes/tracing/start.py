@@ -166,7 +166,7 @@ def _refitted(around: Surroundings, cylinder: Cylinder) -> Cylinder:
         at = at[np.abs(dot(around.normals(at), gradient[at])) > FACING]
         if len(at) < 10:
             return cylinder
-        cylinder = solve(cylinder, around.points[at], loss_scale=scale * cylinder.radius, tolerance=ROUGH)[0]
+        cylinder = solve(cylinder, around.points[at], loss_scale=scale * cylinder.radius, tolerance=ROUGH)
     return cylinder
 
 
@@ -209,7 +209,7 @@ def free_cylinder(points: Array) -> Cylinder | None:
     found = starts.start("cylinder", points, local_normals(points))
     if found is None:
         return None
-    cylinder = cast(Cylinder, solve(found, points, tolerance=ROUGH)[0])
+    cylinder = cast(Cylinder, solve(found, points, tolerance=ROUGH))
     size = float(norm(points - points.mean(axis=0)).max())
     return cylinder if THIN * size < cylinder.radius < WIDE * size else None
 
