@@ -132,3 +132,7 @@ def test_motions_and_scales_move_along(chain):
     moved = Chain(scale * chain.corners @ turn.T + shift, scale * chain.bend_radii, scale * chain.radii, changes)
     points = around(chain)
     assert_allclose(moved.distance(scale * points @ turn.T + shift), scale * chain.distance(points), atol=1e-10)
+
+
+def test_a_straight_of_no_length_ends_in_no_bend():
+    assert chain_of([[0.0, 0, 0], [1e-12, 0, 0]], [], 1.0).ends_in_bends == (False, False)
