@@ -9,6 +9,8 @@ import importlib
 import os
 import sys
 import tempfile
+import warnings
+from collections import Counter
 from pathlib import Path
 
 os.environ["PYVISTA_OFF_SCREEN"] = "true"
@@ -51,9 +53,16 @@ PARTS = {  # parts and scans whose sharp edges and zones are shown, likewise
     "part_scan.ply": ((0.3, 0.3, -1.0), (0.0, 1.0, 0.0)),
     "rabbit_scan.vtk": ((-0.3, 0.2, -1.0), (0.0, 1.0, 0.0)),
 }
+CLOUDS = {  # a part and three views of depth cameras whose primitives are shown: likewise, and what is told of them
+    "abc_00949.xyzc": ((0.7, -1.0, 0.75), (0.0, 0.0, 1.0), {}),
+    "osd_learn37.pcd": ((0.3, -0.7, -1.0), (0.0, -1.0, 0.0), {"kinds": ("plane", "cylinder")}),
+    "ros_table.pcd": ((-0.6, -1.0, 0.8), (0.0, 0.0, 1.0), {"kinds": ("plane",)}),
+    "box_rgbd.ply": ((0.3, 0.4, 1.0), (0.0, 1.0, 0.0), {"kinds": ("plane",), "noise": 0.01}),
+}
 NEAR = np.cos(np.radians(35))  # the scanner is within this angle of the camera, so that its points are visible
 NOISE = 0.003  # of the views, as a share of the diagonal
 MODEL, SCAN = "#a9bac6", "#c2502e"
+PART_COLORS = ("#9fb4c7", "#c2502e", "#5b9a68", "#d9a441", "#8a5a9e", "#3a5f95", "#5aa3b5", "#b8577b", "#7d8a3c")
 SCAN_COLORS = ("#c2502e", "#3a5f95", "#5b9a68", "#d9a441", "#8a5a9e", "#5aa3b5")
 
 
@@ -93,6 +102,31 @@ def features():
         title = f"{Path(file).stem}: {len(zones)} zone{'s' if len(zones) > 1 else ''}"
         rows[-1].subplot(0, column)
         sm.plot.features(mesh, None, zones, title=title, plotter=rows[-1])
+    return [sm.plot.looked_at(row, "xy") for row in rows]
+
+
+def primitives():
+    """Points of a part and of three views of depth cameras, in a color for each primitive."""
+    rows = []
+    for place, (file, (toward, up, told)) in enumerate(CLOUDS.items()):
+        column = place % 2
+        if column == 0:
+            rows.append(sm.plot.stage(columns=2, size=(1500, 620)))
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", sm.SimplexMeshWarning)  # pixels without a depth are left out
+            cloud = sm.read_points(DATA / file).transformed(picture_axes(toward, up))
+        size = float(np.linalg.norm(np.ptp(cloud.bounds, axis=0)))
+        told = {name: value / size if name == "noise" else value for name, value in told.items()}
+        cloud = sm.PointCloud((cloud.points - cloud.bounds.mean(axis=0)) / size)
+        found = sm.extract_primitives(cloud, **told)
+        counts = Counter(each.kind for each in found.primitives)
+        title = f"{Path(file).stem}: " + ", ".join(f"{n} {kind}{'s' if n > 1 else ''}" for kind, n in counts.items())
+        rows[-1].subplot(0, column)
+        rows[-1].add_text(title, font_size=11, position="upper_edge", color="#26323d")
+        for k in np.unique(found.labels):
+            color = "#c9ced3" if k < 0 else PART_COLORS[k % len(PART_COLORS)]
+            some = cloud.points[found.labels == k]
+            rows[-1].add_mesh(some, color=color, point_size=4, render_points_as_spheres=True)
     return [sm.plot.looked_at(row, "xy") for row in rows]
 
 
@@ -292,6 +326,7 @@ PICTURES = {  # name: what draws it, row by row, and its width in pixels
     "landscape": (demo("recognition", "show_landscape"), 1080),
     "measure": (lambda: [page("measure")["picture"]], 800),
     "occlusion": (occlusion, 1500),
+    "primitives": (primitives, 1500),
     "print": (printed, 1200),
     "recognize": (one_recognized, 1000),
     "recognized": (recognized, 1500),

@@ -87,7 +87,7 @@ _HOME = {
     "surface.saliency.level_lines": ["inversion_lines", "level_lines"],
     "surface.polyline": ["Polyline"],
     "surface.landmarks.snap_landmark": ["Landmark", "snap_landmark"],
-    "surface.landmarks.circle": ["Circle", "fit_circle", "rim_circle"],
+    "surface.landmarks.circle": ["fit_circle", "rim_circle"],
     "surface.landmarks.morphed": ["morphed"],
     # VI   the cloud
     "cloud.extraction.extract": ["extract_primitives"],
@@ -100,7 +100,7 @@ _HOME = {
 _MODULE = {name: f"simplexmesh.{module}" for module, names in _HOME.items() for name in names}
 _SUBMODULES = {
     "targets": "simplexmesh.motion.targets",
-    "primitives": "simplexmesh.cloud.primitives",
+    "primitives": "simplexmesh.data.primitives",
     "plot": "simplexmesh.plot",
 }
 
@@ -111,7 +111,6 @@ if TYPE_CHECKING:  # the same list once more, for type checkers and editors; a t
     from simplexmesh._base.errors import DivergedError as DivergedError
     from simplexmesh._base.errors import SimplexMeshWarning as SimplexMeshWarning
     from simplexmesh._base.errors import TopologyError as TopologyError
-    from simplexmesh.cloud import primitives as primitives
     from simplexmesh.cloud.extraction.extract import extract_primitives as extract_primitives
     from simplexmesh.cloud.extraction.result import Extraction as Extraction
     from simplexmesh.cloud.fitting.fit import fit_primitive as fit_primitive
@@ -120,6 +119,7 @@ if TYPE_CHECKING:  # the same list once more, for type checkers and editors; a t
     from simplexmesh.cloud.pipes.line import PipeLine as PipeLine
     from simplexmesh.cloud.pipes.plant import Plant as Plant
     from simplexmesh.cloud.pipes.plant import extract_pipes as extract_pipes
+    from simplexmesh.data import primitives as primitives
     from simplexmesh.data.cutting.boolean import boolean as boolean
     from simplexmesh.data.cutting.clipping import clipped as clipped
     from simplexmesh.data.cutting.dividing import divided as divided
@@ -205,7 +205,6 @@ if TYPE_CHECKING:  # the same list once more, for type checkers and editors; a t
     from simplexmesh.surface.features.simplify import simplify as simplify
     from simplexmesh.surface.features.zones import zones as zones
     from simplexmesh.surface.features.zoning.result import Zones as Zones
-    from simplexmesh.surface.landmarks.circle import Circle as Circle
     from simplexmesh.surface.landmarks.circle import fit_circle as fit_circle
     from simplexmesh.surface.landmarks.circle import rim_circle as rim_circle
     from simplexmesh.surface.landmarks.morphed import morphed as morphed

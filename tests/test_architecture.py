@@ -57,7 +57,7 @@ DOORS = {
     "OCP": ["/cloud/step.py"],
     "pyvista": [
         *("/plot/*.py", "/bench/charts.py", "/data/io/vtk.py", "/data/conversion.py", "/data/io/writing.py"),
-        *("/cli/*.py", "/cloud/extraction/result.py", "/cloud/primitives/curve.py"),
+        *("/cli/*.py", "/cloud/extraction/result.py", "/data/primitives/curve.py"),
     ],
     "vtkmodules": [
         *("/data/io/vtk.py", "/data/io/polydata.py", "/data/io/integrity/apart.py", "/data/cutting/clipping.py"),

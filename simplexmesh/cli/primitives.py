@@ -90,8 +90,11 @@ def pipes(
         from simplexmesh.cloud.pipes.plant import extract_pipes
 
         began, cloud = time.perf_counter(), _read(path, unit, targets, reported)
-        reported(0.1, "following pipes")
-        found: Any = extract_pipes(cloud, radius=radius) if at is None else follow_pipe(cloud, at, radius=radius)
+        if at is None:
+            found: Any = extract_pipes(cloud, radius=radius, progress=reported)
+        else:
+            reported(0.1, "following the pipe")
+            found = follow_pipe(cloud, at, radius=radius)
         facts = _counts(found, began) | found.as_dict()
         interrupts.check()
         _write(found, targets, cloud.with_data(**_labels(found)))

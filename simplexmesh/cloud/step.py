@@ -11,13 +11,12 @@ from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.errors import warn
 from simplexmesh._base.units import NANOMETERS
-from simplexmesh.cloud.primitives import Cone, Cylinder, Plane, Primitive, Sphere, Torus
+from simplexmesh.data.primitives import Cone, Cylinder, Plane, Primitive, Sphere, Torus
 
-Array = NDArray[np.float64]
 Groups = Mapping[str, Sequence[tuple[str, Primitive]]]
 """Primitives with their names, in named groups."""
 

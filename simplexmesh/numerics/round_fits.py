@@ -60,3 +60,13 @@ def from_axis(points: Array, on: Array, axis: Array) -> tuple[Array, Array]:
     apart = points - on
     along = dot(apart, axis)
     return norm(apart - along[:, None] * axis), along
+
+
+def between_axes(p: Array, u: Array, q: Array, v: Array) -> tuple[float, float, float, Array]:
+    """Return how two lines, by a point and a unit direction each, are nearest: q - p = a u + b v + c across.
+
+    `a` ahead on the one and `b` back on the other one are they `c` apart along the unit direction `across` (3,), last.
+    """
+    across = normalized(cross(u, v))
+    ahead, back, apart = np.linalg.solve(np.stack([u, v, across], axis=1), q - p).tolist()
+    return ahead, back, apart, across

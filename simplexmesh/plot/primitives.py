@@ -9,8 +9,8 @@ import numpy as np
 import pyvista as pv
 
 from simplexmesh.cloud.extraction.result import Extraction
-from simplexmesh.cloud.primitives import Primitive
 from simplexmesh.data.conversion import as_points
+from simplexmesh.data.primitives import Primitive
 from simplexmesh.plot.camera import looked_at, upright
 from simplexmesh.plot.stage import INK, SURFACE_LIT, add, headline, stage
 

@@ -8,7 +8,7 @@ from simplexmesh.cloud.pipes.chain import Chain
 from simplexmesh.cloud.pipes.elements import elements_of
 from simplexmesh.cloud.pipes.line import PipeElement, PipeLine
 from simplexmesh.cloud.pipes.plant import Plant
-from simplexmesh.cloud.primitives import Cylinder, Fit
+from simplexmesh.data.primitives import Cylinder, Fit
 
 FEW = np.full(4, -1)
 """Labels of points that are of nothing."""

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import signal
+
 import numpy as np
 import pytest
 
@@ -16,6 +19,74 @@ def test_three_points_do_not_tell_a_kind():
 def test_kinds_are_names():
     with pytest.raises(TypeError, match=r"^kinds must be a sequence of names, not int"):
         sm.extract_primitives(np.random.default_rng(0).normal(size=(100, 3)), kinds=3)
+
+
+@pytest.mark.parametrize("progress", [3, "yes", None])
+def test_progress_is_shown_or_not(progress):
+    with pytest.raises(TypeError, match=r"^progress must be true or false"):
+        sm.extract_primitives(np.random.default_rng(0).normal(size=(100, 3)), progress=progress)
+
+
+def pipe(count=2000, at=(0.0, 0.0, 0.0)):
+    """Points on a pipe of radius 1 at a place."""
+    turn, height = np.random.default_rng(0).uniform([0, 0], [2 * np.pi, 6], (count, 2)).T
+    return np.stack([np.cos(turn), np.sin(turn), height], axis=1) + at
+
+
+@pytest.mark.parametrize(
+    "found",
+    [
+        lambda points: sm.fit_primitive(points, "cylinder"),
+        sm.extract_primitives,
+        sm.extract_pipes,
+        lambda points: sm.follow_pipe(points, points[0]),
+    ],
+)
+def test_coordinates_that_lost_digits_are_told(found):
+    far = pipe(at=(4e6, 4e6, 0)).astype(np.float32)
+    with pytest.warns(sm.SimplexMeshWarning, match=r"^the points are on a grid of 0\.25, as 32-bit numbers are"):
+        found(far)
+
+
+@pytest.mark.parametrize("points", [pipe().astype(np.float32), pipe(at=(4e6, 4e6, 0)), np.round(100 * pipe()) + 1e6])
+def test_coordinates_with_all_their_digits_are_not(points):
+    assert sm.fit_primitive(points, "cylinder").radius > 0.99
+
+
+@pytest.mark.parametrize("find", [sm.extract_primitives, sm.extract_pipes])
+@pytest.mark.parametrize("message", ["looking", "f"])  # at the points; finding and following
+def test_the_user_may_interrupt(find, message):
+    said = []
+
+    def interrupt(fraction, words):
+        said.append(fraction)
+        if words.startswith(message):
+            os.kill(os.getpid(), signal.SIGINT)
+
+    with pytest.raises(KeyboardInterrupt):
+        find(pipe(), progress=interrupt)
+    assert said == sorted(said)
+    assert 0 <= said[-1] < 1
+
+
+def test_a_file_that_cannot_be_written_is_as_it_was(tmp_path, monkeypatch):
+    line = sm.follow_pipe(pipe(), (1, 0, 3))
+    path = tmp_path / "pipes.json"
+    path.write_text("old")
+    monkeypatch.setattr("simplexmesh.cloud.pipes.saving.json_text", lambda _: 1 / 0)
+    with pytest.raises(ZeroDivisionError):
+        line.save(path)
+    assert [each.read_text() for each in tmp_path.iterdir()] == ["old"]
+    with pytest.raises(OSError, match="nowhere"):
+        line.save(tmp_path / "nowhere" / "pipes.json")
+
+
+@pytest.mark.parametrize("count", [300, 20_000])
+def test_a_line_of_points_is_no_surface(count):
+    rng = np.random.default_rng(0)
+    noisy = np.outer(np.linspace(0, 100, count), [1, 2, 3.0]) + 0.01 * rng.normal(size=(count, 3))
+    with pytest.raises(ValueError, match=r"^cloud must be of surfaces, but its points are on a line$"):
+        sm.extract_primitives(noisy)
 
 
 def test_how_it_was_fitted_cannot_be_changed():

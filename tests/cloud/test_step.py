@@ -10,7 +10,7 @@ import pytest
 import simplexmesh as sm
 from simplexmesh.cloud.extraction.result import Extraction
 from simplexmesh.cloud.pipes.plant import Plant
-from simplexmesh.cloud.primitives import Cone, Cylinder, Fit, Plane, Sphere, Torus
+from simplexmesh.data.primitives import Cone, Cylinder, Fit, Plane, Sphere, Torus
 from tests.cloud.plants import FEW, line, plant
 
 AWAY = np.array([1e6, -3e6, 250.0])

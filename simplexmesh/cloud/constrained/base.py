@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import replace
-from typing import Any, Self, TypeVar, cast
+from typing import Self
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array
 from simplexmesh.cloud.fitting.solver import solve
-from simplexmesh.cloud.primitives import Fit, Primitive
-
-Array = NDArray[np.float64]
+from simplexmesh.data.primitives import Primitive, fit_of
 
 
 class Constrained(ABC):
@@ -34,26 +31,16 @@ class Constrained(ABC):
     def stepped(self, step: Array) -> Self:
         """Return it with its parameters moved by a step (q,)."""
 
-    def with_fit(self, fit: Fit) -> Self:
-        """Return it with how it was fitted."""
-        changes: dict[str, Any] = {"fit": fit} if hasattr(self, "fit") else {"primitive": self.primitive.with_fit(fit)}
-        out: Self = replace(cast(Any, self), **changes)
-        return out
-
-    def distance(self, points: ArrayLike) -> Array:
-        """Return the signed distances (n,) of points (n, 3), positive outside."""
-        return self.primitive.distance(points)
-
-    def derivatives(self, points: ArrayLike) -> Array:
-        """Return the derivatives (n, q) of the distances of points (n, 3) by the parameters, for `stepped`."""
-        return self.primitive.derivatives(points) @ self.chart
+    def normal_equations(
+        self, points: Array, weights: Array | None = None, loss_scale: float | None = None
+    ) -> tuple[Array, Array, float]:
+        """Return normal matrix (q, q), downhill vector (q,) and cost of distances, as of a primitive."""
+        matrix, downhill, cost = self.primitive.normal_equations(points, weights, loss_scale)
+        return self.chart.T @ matrix @ self.chart, self.chart.T @ downhill, cost
 
 
-Kind = TypeVar("Kind", bound=Constrained)
-
-
-def fitted(constrained: Kind, points: ArrayLike, *, loss_scale: float | None = None) -> Kind:
-    """Return a constrained primitive moved to the least squared distance from points.
+def fitted(constrained: Constrained, points: ArrayLike, *, loss_scale: float | None = None) -> Primitive:
+    """Return the primitive under a constraint that is at the least squared distance from points.
 
     Parameters
     ----------
@@ -66,8 +53,8 @@ def fitted(constrained: Kind, points: ArrayLike, *, loss_scale: float | None = N
 
     Returns
     -------
-    Constrained
-        Whose `primitive` has a `fit`; its covariance is singular along what the bond holds.
+    Primitive
+        The free one that it is, with its `fit`; the covariance is singular along what the bond holds.
 
     Raises
     ------
@@ -85,17 +72,12 @@ def fitted(constrained: Kind, points: ArrayLike, *, loss_scale: float | None = N
     >>> turn = np.linspace(0, 40, 200)
     >>> points = np.stack([np.cos(turn), np.sin(turn), turn / 10], axis=1)
     >>> found = fitted(BallJointCylinder(sm.primitives.Cylinder([0, 0, 0], [0.1, 0, 1], 1)), points)
-    >>> abs(found.primitive.axis.round(6))
+    >>> abs(found.axis.round(6))
     array([0., 0., 1.])
     """
     at = checks.array("points", points, (None, 3))
     q = constrained.chart.shape[1]
     if len(at) < q:
         raise ValueError(f"points must be at least {q}, the number of parameters, not {len(at)}")
-    found, matrix = solve(constrained, at, loss_scale=loss_scale)
-    off = found.distance(at)
-    square = float(off @ off)
-    noise = float(np.sqrt(square / max(len(at) - q, 1)))
-    covariance = noise**2 * found.chart @ np.linalg.pinv(matrix, hermitian=True) @ found.chart.T
-    fit = Fit(float(np.sqrt(square / len(at))), noise, covariance, found.primitive.within(at), len(at))
-    return found.with_fit(fit)
+    found = solve(constrained, at, loss_scale=loss_scale)
+    return found.primitive.with_fit(fit_of(found.primitive, at, chart=found.chart))

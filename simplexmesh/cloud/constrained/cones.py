@@ -5,13 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.vectors import norm
 from simplexmesh.cloud.constrained.base import Constrained
-from simplexmesh.cloud.primitives import Cone, Cylinder
-
-Array = NDArray[np.float64]
+from simplexmesh.data.primitives import Cone, Cylinder
 
 
 @dataclass(frozen=True, eq=False)

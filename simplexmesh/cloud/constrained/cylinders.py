@@ -5,13 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.vectors import cross, normalized
 from simplexmesh.cloud.constrained.base import Constrained
-from simplexmesh.cloud.primitives import Cylinder, Fit, Torus
-
-Array = NDArray[np.float64]
+from simplexmesh.data.primitives import Cylinder, Torus
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,14 +89,13 @@ class CylinderAfterTorus(Constrained):
 
     torus: Torus
     turn: float
-    fit: Fit | None = None
 
     @property
     def primitive(self) -> Cylinder:  # type: ignore[override]
         """The cylinder, from the end of the bend."""
         arm = np.cos(self.turn) * self.torus.frame[0] + np.sin(self.turn) * self.torus.frame[1]
-        out = Cylinder(self.torus.center + self.torus.radius * arm, cross(self.torus.axis, arm), self.torus.tube_radius)
-        return out if self.fit is None else out.with_fit(self.fit)
+        end = self.torus.center + self.torus.radius * arm
+        return Cylinder(end, cross(self.torus.axis, arm), self.torus.tube_radius)
 
     @property
     def chart(self) -> Array:

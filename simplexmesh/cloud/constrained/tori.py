@@ -5,13 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.vectors import cross, norm, normalized
 from simplexmesh.cloud.constrained.base import Constrained
-from simplexmesh.cloud.primitives import Cylinder, Fit, Torus
-
-Array = NDArray[np.float64]
+from simplexmesh.data.primitives import Cylinder, Torus
+from simplexmesh.numerics.round_fits import between_axes
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,14 +27,12 @@ class TorusAfterCylinder(Constrained):
 
     previous: Cylinder
     center: Array
-    fit: Fit | None = None
 
     @property
     def primitive(self) -> Torus:  # type: ignore[override]
         """The torus."""
         moment = cross(self.previous.point - self.center, self.previous.axis)
-        out = Torus(self.center, moment, float(norm(moment)), self.previous.radius)
-        return out if self.fit is None else out.with_fit(self.fit)
+        return Torus(self.center, moment, float(norm(moment)), self.previous.radius)
 
     @property
     def chart(self) -> Array:
@@ -67,27 +64,23 @@ class TorusBetweenCylinders(Constrained):
     previous: Cylinder
     following: Cylinder
     radius: float
-    fit: Fit | None = None
 
     @property
     def _bisector(self) -> tuple[Array, Array]:
         """Return where the axes meet, and how the center moves with the radius."""
         u, v = self.previous.axis, self.following.axis
-        across = cross(u, v)
-        sine = float(norm(across))
+        sine = float(norm(cross(u, v)))
         if sine < 1e-9:
             raise ValueError("the axes of the cylinders must meet, and these are parallel")
-        between = self.following.point - self.previous.point
-        ahead, _, apart = np.linalg.solve(np.stack([u, v, across / sine], axis=1), between)
-        return self.previous.point + ahead * u + 0.5 * apart * across / sine, (v - u) / sine
+        ahead, _, apart, across = between_axes(self.previous.point, u, self.following.point, v)
+        return self.previous.point + ahead * u + 0.5 * apart * across, (v - u) / sine
 
     @property
     def primitive(self) -> Torus:  # type: ignore[override]
         """The torus."""
         corner, inward = self._bisector
         axis = normalized(cross(self.previous.axis, self.following.axis))
-        out = Torus(corner + self.radius * inward, axis, self.radius, self.previous.radius)
-        return out if self.fit is None else out.with_fit(self.fit)
+        return Torus(corner + self.radius * inward, axis, self.radius, self.previous.radius)
 
     @property
     def chart(self) -> Array:

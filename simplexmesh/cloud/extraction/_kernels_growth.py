@@ -4,32 +4,23 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from simplexmesh._base._kernels_njit import LEAN, njit
-from simplexmesh.cloud.fitting._kernels import profile
+from simplexmesh.data.primitives._kernels_profiles import at_point
 
 jit = njit(cache=True, error_model="numpy")
 lean = njit(**LEAN)
 
 
 @lean
-def at_point(kind, origin, frame, shape, points, normals, i):
+def at_normal(kind, origin, frame, shape, points, normals, i):
     """Return the distance of a point from a surface, and the cosine of the angle between their normals."""
-    dx, dy, dz = points[i, 0] - origin[0], points[i, 1] - origin[1], points[i, 2] - origin[2]
-    x = frame[0, 0] * dx + frame[0, 1] * dy + frame[0, 2] * dz
-    y = frame[1, 0] * dx + frame[1, 1] * dy + frame[1, 2] * dz
-    z = frame[2, 0] * dx + frame[2, 1] * dy + frame[2, 2] * dz
-    rho = math.sqrt(x * x + y * y)
-    distance, by_rho, by_z, _, _ = profile(kind, shape, rho, z)
-    out = by_rho / rho if rho > 0 else 0.0
-    gx, gy = out * x, out * y
+    _, _, _, distance, gx, gy, gz, _, _ = at_point(kind, origin, frame, shape, points, i)
     nx, ny, nz = normals[i, 0], normals[i, 1], normals[i, 2]
     facing = gx * (frame[0, 0] * nx + frame[0, 1] * ny + frame[0, 2] * nz)
     facing += gy * (frame[1, 0] * nx + frame[1, 1] * ny + frame[1, 2] * nz)
-    facing += by_z * (frame[2, 0] * nx + frame[2, 1] * ny + frame[2, 2] * nz)
+    facing += gz * (frame[2, 0] * nx + frame[2, 1] * ny + frame[2, 2] * nz)
     return distance, abs(facing)
 
 
@@ -38,7 +29,7 @@ def fits(kind, origin, frame, shape, points, normals, which):
     """Return distances (m,) of some points from a surface, and cosines (m,) of the angles between their normals."""
     distance, facing = np.empty(len(which)), np.empty(len(which))
     for k in range(len(which)):
-        distance[k], facing[k] = at_point(kind, origin, frame, shape, points, normals, which[k])
+        distance[k], facing[k] = at_normal(kind, origin, frame, shape, points, normals, which[k])
     return distance, facing
 
 
@@ -47,24 +38,16 @@ def flood(kind, origin, frame, shape, points, normals, near, free, seeds, band, 
     """Return the free points (m,) within a distance of a surface and facing as it does, reached over neighbors."""
     state = np.zeros(len(points), np.int8)
     out = np.empty(len(points), np.int64)
-    count, done = 0, 0
-    for k in range(len(seeds)):
-        i = seeds[k]
-        if free[i] and state[i] == 0:
-            distance, facing = at_point(kind, origin, frame, shape, points, normals, i)
-            if abs(distance) <= band and facing >= aslant:
-                state[i] = 1
-                out[count] = i
-                count += 1
-            else:
-                state[i] = 2
-    while done < count:
-        i = out[done]
-        done += 1
-        for c in range(near.shape[1]):
-            j = near[i, c]
+    count, done, seed = 0, 0, 0
+    while done < count or seed < len(seeds):
+        if seed < len(seeds):
+            tried, width, seed = seeds[seed : seed + 1], 1, seed + 1
+        else:
+            tried, width, done = near[out[done]], near.shape[1], done + 1
+        for c in range(width):
+            j = tried[c]
             if free[j] and state[j] == 0:
-                distance, facing = at_point(kind, origin, frame, shape, points, normals, j)
+                distance, facing = at_normal(kind, origin, frame, shape, points, normals, j)
                 if abs(distance) <= band and facing >= aslant:
                     state[j] = 1
                     out[count] = j

@@ -6,19 +6,16 @@ from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from simplexmesh._base.vectors import dot, norm, normalized
+from simplexmesh._base.arrays import Array, Indices, Mask
+from simplexmesh._base.vectors import cross, dot, norm, normalized
 from simplexmesh.cloud.extraction.growth import ASLANT, DECISIVE, WIDE, WITHIN
-from simplexmesh.cloud.extraction.patches import Limits
+from simplexmesh.cloud.extraction.patches import Limits, refined
 from simplexmesh.cloud.extraction.working import Working
-from simplexmesh.cloud.fitting.solver import solve
 from simplexmesh.cloud.pipes.chain import Chain, chain_of
-from simplexmesh.cloud.primitives import Cylinder, Primitive, Torus
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
+from simplexmesh.data.primitives import Cylinder, Primitive, Torus
+from simplexmesh.numerics.round_fits import between_axes
 
 ALIKE = 0.2
 """Share by which the radii of two pipes may differ, which are fitted to a part of them, with a part of the bend."""
@@ -70,7 +67,7 @@ class Bend:
 
 
 def proposed(
-    work: Working, primitives: list[Primitive], members: list[Indices], limits: Limits, free: NDArray[np.bool_]
+    work: Working, primitives: list[Primitive], members: list[Indices], limits: Limits, free: Mask
 ) -> list[Bend]:
     """Return the bends between cylinders, at most one at each end of each, the one of the most evidence first."""
     tree = cKDTree(work.points)
@@ -125,15 +122,16 @@ def between(
     every, near = near, near[:: -(-len(near) // (4 * LOOKED_AT))]
     corners = np.stack([at + length * ways[0], at, at + length * ways[1]])
     radii = np.geomspace(1.02 * radius, most, RADII)
-    values = [evidence_of(work, chain_of(corners, [each], radius), near) for each in radii]
+    values = [gains(work, chain_of(corners, [each], radius), near).sum() for each in radii]
     chain: Chain = chain_of(corners, [radii[int(np.argmax(values))]], radius)
     for band in (WIDE, WITHIN):
-        about = near[np.abs(chain.distance(work.points[near])) < band * work.noise]
-        about = about[np.abs(dot(chain.gradient(work.points[about]), work.normals[about])) > ASLANT]
+        distance, gradient = chain.measured(work.points[near])
+        facing = np.abs(dot(gradient, work.normals[near])) > ASLANT
+        about = near[facing & (np.abs(distance) < band * work.noise)]
         if len(about) < limits.fewest:
             return None
         about = about[:: -(-len(about) // LOOKED_AT)]
-        chain = refined_chain(chain, work.points[about], WITHIN * work.noise)
+        chain = refined(chain, work.points[about], WITHIN * work.noise, STEPS)
     return judged(work, chain, every, pair, [primitives[k] for k in pair], limits)
 
 
@@ -146,14 +144,12 @@ def met(
     radius = (first + second) / 2
     if abs(first - second) > ALIKE * radius:
         return None
-    matrix = np.array([[1.0, -dot(u, v)], [dot(u, v), -1.0]])
-    if abs(np.linalg.det(matrix)) < 1e-4:
+    if norm(cross(u, v)) < 0.01:
         return None
-    s, t = np.linalg.solve(matrix, [dot(b - a, u), dot(b - a, v)])
-    p, q = a + s * u, b + t * v
-    if norm(p - q) > MEETING * radius:
+    ahead, _, apart, across = between_axes(a, u, b, v)
+    if abs(apart) > MEETING * radius:
         return None
-    at = (p + q) / 2
+    at = a + ahead * u + apart / 2 * across
     ways, ends = [], []
     for axis, which in ((u, mine), (v, yours)):
         heights = (work.points[which] - at) @ axis
@@ -166,25 +162,11 @@ def met(
     return at, np.array(ways), float(min(ends)), radius
 
 
-def refined_chain(chain: Chain, points: Array, scale: float) -> Chain:
-    """Return a chain moved to the least robust sum of squared distances of points."""
-    try:
-        return solve(chain, points, loss_scale=scale, iterations=STEPS, tolerance=1e-4)[0]
-    except (ValueError, np.linalg.LinAlgError):
-        return chain
-
-
 def gains(work: Working, chain: Chain | Primitive, near: Indices) -> Array:
     """Return by how much points are likelier on a chain than outliers; 0 if far or with other normals."""
-    points = work.points[near]
-    distance = chain.distance(points) / work.noise
-    facing = np.abs(dot(chain.gradient(points), work.normals[near])) > ASLANT
-    return np.asarray(np.maximum(WITHIN**2 - distance**2, 0) / 2 * facing)
-
-
-def evidence_of(work: Working, chain: Chain, near: Indices) -> float:
-    """Return the evidence of points for a chain."""
-    return float(gains(work, chain, near).sum())
+    distance, gradient = chain.measured(work.points[near])
+    facing = np.abs(dot(gradient, work.normals[near])) > ASLANT
+    return np.asarray(np.maximum(WITHIN**2 - (distance / work.noise) ** 2, 0) / 2 * facing)
 
 
 def judged(

@@ -6,10 +6,10 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base import checks
-from simplexmesh._base.progress import Report, reporting
+from simplexmesh._base.arrays import Array, Indices
+from simplexmesh._base.progress import Report
 from simplexmesh.cloud.extraction.finishing import described, labelled
 from simplexmesh.cloud.extraction.joint import Parts, together
 from simplexmesh.cloud.extraction.patches import LEAST, Limits
@@ -17,11 +17,8 @@ from simplexmesh.cloud.extraction.result import KINDS, Extraction
 from simplexmesh.cloud.extraction.search import found_one_by_one
 from simplexmesh.cloud.extraction.working import Working, working
 from simplexmesh.cloud.fitting.starts import scaled
-from simplexmesh.data.conversion import as_points
+from simplexmesh.cloud.opening import opened, shown
 from simplexmesh.data.points import PointCloud, distinct
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 SHARE = 1e-3
 """Of the points, those that a primitive has at least, by default."""
@@ -30,8 +27,8 @@ FEWEST = 50
 """... but no fewer than these, which tell a torus from noise."""
 
 
-SPREAD, THIN = 10_000, 1e-9
-"""Points that are asked whether they are on a line, and the width, in their extent, below which they are."""
+SPREAD, THIN = 10_000, 1.2
+"""Points that are asked whether they are on a line, and their deviation across it, in their noise, up to which."""
 
 
 def extract_primitives(
@@ -82,7 +79,12 @@ def extract_primitives(
     ValueError
         Fewer than 24 different points, points on a line, NaN, an unknown kind, limits that leave no radius.
     TypeError
-        What is no cloud.
+        What is no cloud, kinds that are no names, progress that is neither True nor False nor a function.
+
+    Warns
+    -----
+    SimplexMeshWarning
+        Coordinates that were stored as 32-bit numbers far from the origin, and have lost digits.
 
     Notes
     -----
@@ -105,7 +107,7 @@ def extract_primitives(
     >>> [each.kind for each in scene.primitives], round(scene.primitives[1].radius, 2)
     (['plane', 'cylinder'], 1.0)
     """
-    given = _cloud(cloud)
+    given = opened(cloud)
     limits, generator = _limits(kinds, least_radius, greatest_radius), checks.generator("rng", rng)
     deviation = None if noise is None else checks.number("noise", noise, 0.0, open_low=True)
     wanted = None if fewest is None else checks.integer("fewest", fewest, LEAST)
@@ -114,14 +116,15 @@ def extract_primitives(
         raise ValueError(f"cloud must have at least {LEAST} different points, not {len(first)}")
     checks.size("cloud", given.bounds)
     points = given.points[first]
-    if np.linalg.matrix_rank(points[:: -(-len(points) // SPREAD)] - points[0], tol=THIN * np.ptp(points)) < 2:
-        raise ValueError("cloud must be of surfaces, but its points are on a line")
     middle = (points.min(axis=0) + points.max(axis=0)) / 2
     size = float(np.linalg.norm(np.ptp(points, axis=0))) / 2
-    with reporting(progress) as report:
+    with shown(progress) as report:
         report(0.0, "looking at the points")
         unit = (points - middle) / size
         work = working(unit, None if deviation is None else deviation / size, generator)
+        some = work.points[:: -(-len(work.points) // SPREAD)]
+        if np.linalg.eigvalsh(np.cov(some.T))[1] <= (THIN * work.noise) ** 2:
+            raise ValueError("cloud must be of surfaces, but its points are on a line")
         share = len(work.points) / len(points)
         count = max(FEWEST, SHARE * len(points)) if wanted is None else wanted
         limits = Limits(
@@ -133,15 +136,6 @@ def extract_primitives(
         report(0.9, "labelling all points")
         labels = labelled(work, state, unit)
     return _finished(given, work, state, labels, inverse, middle, size, generator)
-
-
-def _cloud(value: Any) -> PointCloud:
-    """Return a cloud with all the points given, duplicates too, which are labelled as well."""
-    if isinstance(value, PointCloud):
-        return value
-    if isinstance(value, np.ndarray) and value.ndim == 2 and value.shape[1] in (3, 6):
-        return PointCloud(value[:, :3])
-    return as_points(value, "cloud")
 
 
 def _limits(kinds: Sequence[str], low: float, high: float) -> Limits:

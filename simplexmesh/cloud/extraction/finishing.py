@@ -3,25 +3,17 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh.cloud.extraction import _kernels_growth
-from simplexmesh.cloud.extraction.growth import surface
 from simplexmesh.cloud.extraction.joint import NONE, PULL, Parts, half_spaces
 from simplexmesh.cloud.extraction.working import Working
 from simplexmesh.cloud.fitting.describe import deferred_tests
-from simplexmesh.cloud.fitting.solver import normal_matrix
-from simplexmesh.cloud.primitives import Fit, Primitive
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
+from simplexmesh.data.primitives import Primitive, fit_of
 
 NEIGHBORS = 8
 """Labelled points about one, whose labels it may have: half as many as those that labels settle by."""
-
-SINGULAR = 1e-12
-"""Of the largest eigenvalue: parameters below are not told by the points."""
 
 
 def labelled(work: Working, state: Parts, points: Array) -> Indices:
@@ -36,7 +28,7 @@ def labelled(work: Working, state: Parts, points: Array) -> Indices:
         at = np.flatnonzero(votes > 1)
         for point, way in halves[k]:
             at = at[(points[at] - point) @ way >= 0]
-        distance = _kernels_growth.fits(*surface(primitive), points, points, at)[0]
+        distance = _kernels_growth.fits(*primitive._surface, points, points, at)[0]
         noise = state.noises[k]
         cost = (distance / noise) ** 2 / 2 + np.log(noise / work.noise) - 2 * PULL * votes[at]
         at, cost = at[cost < best[at]], cost[cost < best[at]]
@@ -47,26 +39,5 @@ def labelled(work: Working, state: Parts, points: Array) -> Indices:
 def described(primitive: Primitive, points: Array, rng: np.random.Generator) -> Primitive:
     """Return a primitive with how it fits points; whether that is valid is tested when asked for."""
     primitive = primitive.centered(points)
-    distance = primitive.distance(points)
-    square = float(distance @ distance)
-    noise = np.sqrt(square / max(len(points) - primitive.n_parameters, 1))
-    fit = Fit(
-        float(np.sqrt(square / len(points))),
-        float(noise),
-        noise**2 * inverse(normal_matrix(primitive, points)),
-        primitive.within(points),
-        len(points),
-        deferred_tests(primitive, points, np.ones(primitive.n_parameters, bool), rng),
-    )
-    return primitive.with_fit(fit)
-
-
-def inverse(matrix: Array) -> Array:
-    """Return the inverse (p, p) of a normal matrix, NaN where the points do not tell the parameters."""
-    scale = np.sqrt(np.maximum(np.diagonal(matrix), 1e-300))
-    values, vectors = np.linalg.eigh(matrix / np.outer(scale, scale))
-    with np.errstate(divide="ignore"):
-        inverted = np.where(values > SINGULAR * values[-1], 1 / values, np.inf)
-    if not np.isfinite(inverted).all():
-        return np.full_like(matrix, np.nan)
-    return np.asarray((vectors * inverted) @ vectors.T / np.outer(scale, scale))
+    tests = deferred_tests(primitive, points, np.ones(primitive.n_parameters, bool), rng)
+    return primitive.with_fit(fit_of(primitive, points, tests=tests))

@@ -5,18 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.vectors import norm
 from simplexmesh.cloud.extraction import _kernels_growth
 from simplexmesh.cloud.extraction.patches import AFTER, LEAST, Limits, fit, refined
 from simplexmesh.cloud.extraction.working import Working
-from simplexmesh.cloud.fitting.solver import KERNEL
-from simplexmesh.cloud.primitives import Primitive
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
-Mask = NDArray[np.bool_]
+from simplexmesh.data.primitives import Primitive
 
 WITHIN = 3.0
 """Deviations of the noise from a primitive within which points are on it."""
@@ -62,20 +57,15 @@ class Grown:
 
 def fits(work: Working, primitive: Primitive, which: Indices) -> tuple[Array, Array]:
     """Return the distances (m,) of some points, and the cosines (m,) of the angles between normals."""
-    found: tuple[Array, Array] = _kernels_growth.fits(*surface(primitive), work.points, work.normals, which)
+    found: tuple[Array, Array] = _kernels_growth.fits(*primitive._surface, work.points, work.normals, which)
     return found
 
 
 def connected(work: Working, primitive: Primitive, free: Mask, seeds: Indices, band: float) -> Indices:
     """Return the free points within a distance of a primitive, with like normals, connected with seeds."""
     given = (work.points, work.normals, work.near, free, seeds, band, ASLANT)
-    found: Indices = _kernels_growth.flood(*surface(primitive), *given)
+    found: Indices = _kernels_growth.flood(*primitive._surface, *given)
     return found
-
-
-def surface(primitive: Primitive) -> tuple[int, Array, Array, Array]:
-    """Return the kind, origin, frame and measures of a primitive for kernels."""
-    return KERNEL[primitive.kind], primitive._pose[0], primitive.frame, np.array(primitive._shape)
 
 
 def grown_once(work: Working, primitive: Primitive, free: Mask, seeds: Indices, noise: float | None = None) -> Grown:

@@ -6,18 +6,15 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.vectors import dot, norm
 from simplexmesh.cloud.extraction._kernels_growth import settle
-from simplexmesh.cloud.extraction.bends import FITTED, Bend, Run, proposed, refined_chain, runs
+from simplexmesh.cloud.extraction.bends import FITTED, STEPS, Bend, Run, proposed, runs
 from simplexmesh.cloud.extraction.growth import ASLANT, DECISIVE, WITHIN, Grown, fits
 from simplexmesh.cloud.extraction.patches import Limits, refined
 from simplexmesh.cloud.extraction.working import Working
-from simplexmesh.cloud.primitives import Primitive
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
+from simplexmesh.data.primitives import Primitive
 
 NONE = WITHIN**2 / 2
 """Cost of a point of no primitive: that of one at three deviations."""
@@ -164,7 +161,7 @@ def without_superfluous(work: Working, state: Parts, limits: Limits) -> Parts:
     return state if kept.all() else chosen(state, kept)
 
 
-def chosen(state: Parts, kept: NDArray[np.bool_]) -> Parts:
+def chosen(state: Parts, kept: Mask) -> Parts:
     """Return the state of some of the primitives; a bend without one of its pipes is a torus like others."""
     first = state.first_bend
     whole = [k for k, bend in enumerate(state.bends) if kept[[first + k, bend.first, bend.second]].all()]
@@ -185,7 +182,7 @@ def refit(work: Working, state: Parts, limits: Limits, rng: np.random.Generator)
     for run in joined:
         numbers = [*run.pipes, *(state.first_bend + k for k in run.bends)]
         some = np.concatenate([thin(members[k], FITTED, rng) for k in numbers])
-        chain = refined_chain(run.chain, work.points[some], WITHIN * work.noise)
+        chain = refined(run.chain, work.points[some], WITHIN * work.noise, STEPS)
         put(state, replace(run, chain=chain))
         for corner, k in zip(chain.corners[1:-1], run.bends, strict=True):
             state.bends[k] = replace(state.bends[k], corner=corner)

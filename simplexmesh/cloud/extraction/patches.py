@@ -6,15 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.vectors import norm
-from simplexmesh.cloud.fitting.solver import solve
+from simplexmesh.cloud.fitting.solver import Model, solve
 from simplexmesh.cloud.fitting.starts import start
-from simplexmesh.cloud.primitives import Cone, Primitive
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
+from simplexmesh.data.primitives import Cone, Primitive
 
 LEAST = 24
 """Neighbors of the smallest patch: three to each parameter of a torus."""
@@ -113,12 +110,9 @@ def fit(kind: str, points: Array, normals: Array) -> Primitive | None:
     return refined(found, points)
 
 
-def refined(primitive: Primitive, points: Array, scale: float | None = None, iterations: int = STEPS) -> Primitive:
-    """Return a primitive moved to the least sum of squared distances, or of robust ones of a scale."""
-    try:
-        return solve(primitive, points, loss_scale=scale, iterations=iterations, tolerance=1e-4)[0]
-    except (ValueError, np.linalg.LinAlgError):
-        return primitive
+def refined(primitive: Model, points: Array, scale: float | None = None, iterations: int = STEPS) -> Model:
+    """Return what is moved to the least sum of squared distances, or of robust ones of a scale."""
+    return solve(primitive, points, loss_scale=scale, iterations=iterations, tolerance=1e-4)
 
 
 def error(primitive: Primitive, points: Array) -> float:

@@ -3,25 +3,24 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Indices
 from simplexmesh._base.drafts import draft
 from simplexmesh._base.html import card
 from simplexmesh.cloud import step
-from simplexmesh.cloud.primitives import Primitive
 from simplexmesh.data.json_text import json_text
 from simplexmesh.data.points import PointCloud
+from simplexmesh.data.primitives import Primitive
 
 if TYPE_CHECKING:
     import pyvista as pv
 
-Indices = NDArray[np.int64]
 
 KINDS = ("plane", "sphere", "cylinder", "cone", "torus")
 """Of primitives, the simplest first."""
@@ -154,11 +153,7 @@ class Extraction:
 
 def _plain(primitive: Primitive) -> dict[str, Any]:
     """Return a primitive and its fit as plain lists and numbers."""
-    out: dict[str, Any] = {"kind": primitive.kind}
-    for entry in fields(primitive):  # type: ignore[arg-type]
-        value = getattr(primitive, entry.name)
-        if entry.name != "fit":
-            out[entry.name] = np.asarray(value).tolist()
+    out = primitive.as_dict()
     fit = primitive.fit
     if fit is not None:
         out["fit"] = {

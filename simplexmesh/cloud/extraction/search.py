@@ -5,18 +5,15 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from simplexmesh._base.arrays import Indices, Mask
 from simplexmesh._base.progress import Report, _silent
 from simplexmesh._base.vectors import norm
 from simplexmesh.cloud.extraction.growth import ASLANT, SETTLED, WITHIN, Grown, deviation, fits, grown, grown_once
 from simplexmesh.cloud.extraction.patches import DOUBLINGS, LEAST, Limits, patch
 from simplexmesh.cloud.extraction.result import KINDS
 from simplexmesh.cloud.extraction.working import Working
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 BATCH = 12
 """Seeds from which patches grow before the best is taken."""
@@ -59,9 +56,10 @@ def found_one_by_one(work: Working, limits: Limits, rng: np.random.Generator, re
         barren += BATCH
         pool.sort(key=lambda each: -each.evidence)
         best = None
-        for each in pool[:TRIED]:
+        for each in [each for each in pool[:TRIED] if gathers(work, each, alive)]:
             full = grown(work, each.primitive, alive, each.members, limits, rng)
-            if sound(work, full, limits, alive) and (best is None or full.evidence > best.evidence):
+            sound = len(full.members) >= limits.fewest and gathers(work, full, alive)
+            if sound and (best is None or full.evidence > best.evidence):
                 best = full
         pool = pool[TRIED:]
         if best is None:
@@ -77,7 +75,7 @@ def found_one_by_one(work: Working, limits: Limits, rng: np.random.Generator, re
     return out
 
 
-def hypotheses(work: Working, alive: NDArray[np.bool_], seeds: Indices, limits: Limits) -> list[Grown]:
+def hypotheses(work: Working, alive: Mask, seeds: Indices, limits: Limits) -> list[Grown]:
     """Return the primitives of patches about seeds that have grown once."""
     free = np.flatnonzero(alive)
     tree = cKDTree(work.points[free], balanced_tree=False, compact_nodes=False)
@@ -91,9 +89,7 @@ def hypotheses(work: Working, alive: NDArray[np.bool_], seeds: Indices, limits: 
     return [each for each in out if len(each.members) >= min(limits.fewest, LEAST) // 2]
 
 
-def piece_of(
-    work: Working, found: Grown, alive: NDArray[np.bool_], limits: Limits, rng: np.random.Generator
-) -> Grown | None:
+def piece_of(work: Working, found: Grown, alive: Mask, limits: Limits, rng: np.random.Generator) -> Grown | None:
     """Return the primitive, of a kind that is not looked for, that one is a small piece of: a pipe is no planes."""
     if set(limits.kinds) == set(KINDS):
         return None
@@ -101,10 +97,8 @@ def piece_of(
     return None if whole.primitive.kind in limits.kinds or found.evidence > PIECE * whole.evidence else whole
 
 
-def sound(work: Working, found: Grown, limits: Limits, alive: NDArray[np.bool_]) -> bool:
-    """Return whether points are enough, and gather about the primitive."""
-    if len(found.members) < limits.fewest:
-        return False
+def gathers(work: Working, found: Grown, alive: Mask) -> bool:
+    """Return whether points gather about a primitive, as those of a volume do not."""
     shown, uneven = deviation(work, found.primitive, found.members), found.noise > work.noise
     if shown > (SETTLED if uneven else CONCENTRATED) * found.noise:
         return False
@@ -126,7 +120,7 @@ def taken(work: Working, found: Grown) -> Indices:
     return about[close]
 
 
-def renewed(work: Working, each: Grown, alive: NDArray[np.bool_]) -> Grown:
+def renewed(work: Working, each: Grown, alive: Mask) -> Grown:
     """Return a candidate with those of its points that are left."""
     left = each.members[alive[each.members]]
     share = len(left) / max(len(each.members), 1)

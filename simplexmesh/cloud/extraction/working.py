@@ -5,13 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from simplexmesh.numerics import _kernels_local_fits
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
+from simplexmesh._base.arrays import Array, Indices, Mask
+from simplexmesh.numerics.plane_fits import fitted, spacing_within
 
 MOST = 100_000
 """Points that shapes are looked for in; all points are labelled in the end."""
@@ -51,7 +48,7 @@ class Working:
     points: Array
     near: Indices
     normals: Array
-    smooth: NDArray[np.bool_]
+    smooth: Mask
     rough: Array
     spacing: float
     noise: float
@@ -64,13 +61,12 @@ def working(points: Array, noise: float | None, rng: np.random.Generator) -> Wor
     tree = cKDTree(points)
     count = min(NEIGHBORS, len(points))
     distance, near = tree.query(points, k=count, workers=-1)
-    spacing = float(np.median(distance[:, -1])) * np.sqrt(np.pi / count)
+    spacing = spacing_within(distance[:, -1], count)
     deviation = noise if noise is not None else max(measured_noise(points, tree, rng), FLOOR * spacing)
     wide = near
     if deviation > NOISY * spacing and len(points) > 2 * AROUND:
         wide = tree.query(points, k=AROUND, workers=-1)[1]
-    normals, variance = np.empty_like(points), np.empty(len(points))
-    _kernels_local_fits.fit_planes(points, wide, normals, variance, np.empty_like(points))
+    normals, variance, _ = fitted(points, wide)
     spread = np.mean(np.square(points[wide] - points[:, None]).sum(axis=2), axis=1)
     smooth = variance <= FLAT * spread
     return Working(points, near, normals, smooth, np.sqrt(variance), spacing, deviation)

@@ -6,14 +6,13 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.vectors import dot, norm, normalized, tangents
 from simplexmesh.cloud.fitting import starts
 from simplexmesh.cloud.fitting.solver import solve
-from simplexmesh.cloud.primitives import Cylinder, Primitive, Torus
+from simplexmesh.data.primitives import Cylinder, Primitive, Torus
 
-Array = NDArray[np.float64]
 Known = dict[str, Any]
 """Parameters that are known, by the names of arguments."""
 
@@ -42,35 +41,19 @@ STEPS = 8
 """Of the cylinders from which cones and tori start."""
 
 
-def candidates(kind: str, points: Array, normals: Array, known: Known, rng: int) -> list[Primitive]:
-    """Return initial values for points (n, 3) about the origin and of unit size, with what is known put in."""
+def candidates(kind: str, points: Array, normals: Array, known: Known, rng: int) -> Iterator[Primitive]:
+    """Yield initial values for points (n, 3) about the origin and of unit size, with what is known put in."""
     axis = known.get("axis")
-    with np.errstate(all="ignore"):
-        found: Iterator[Primitive | None]
-        if kind == "cylinder":
-            found = _cylinders(points, normals, axis)
-        elif kind == "cone":
-            found = _cones(points, normals, known)
-        elif kind == "torus":
-            found = _tori(points, normals, axis, np.random.default_rng(rng))
-        else:
-            found = iter([starts.STARTS[kind](points, normals)])
-        return [given(each, points, known) for each in found if each is not None]
-
-
-def simple(kind: str, points: Array, normals: Array, known: Known) -> list[Primitive]:
-    """Return the one initial value of few points, which are to be on the primitive."""
-    axis = known.get("axis")
-    with np.errstate(all="ignore"):
-        if kind == "cylinder" and axis is not None:
-            found: Primitive | None = starts.cylinder_along(points, axis)
-        elif kind == "torus" and axis is not None:
-            found = starts.torus_along(points, normals, axis)
-        elif kind == "cone" and "point" in known:
-            found = starts.cone_from(points, known["point"])
-        else:
-            found = starts.STARTS[kind](points, normals)
-        return [] if found is None else [given(found, points, known)]
+    found: Iterator[Primitive | None]
+    if kind == "cylinder":
+        found = _cylinders(points, normals, axis)
+    elif kind == "cone":
+        found = _cones(points, normals, known)
+    elif kind == "torus":
+        found = _tori(points, normals, axis, np.random.default_rng(rng))
+    else:
+        found = iter([starts.STARTS[kind](points, normals)])
+    return (given(each, points, known) for each in found if each is not None)
 
 
 def given(primitive: Primitive, points: Array, known: Known) -> Primitive:
@@ -141,7 +124,7 @@ def _cones(points: Array, normals: Array, known: Known) -> Iterator[Primitive | 
         yield starts.cone(points, normals)
     for start in _cylinders(points, normals, known.get("axis")):
         if start is not None:
-            yield starts.tapered(points, solve(start, points, iterations=STEPS)[0])
+            yield starts.tapered(points, solve(start, points, iterations=STEPS))
 
 
 def _tori(points: Array, normals: Array, axis: Array | None, rng: np.random.Generator) -> Iterator[Primitive | None]:
@@ -162,7 +145,7 @@ def _torus_of_cylinders(points: Array, normals: Array, count: int, rng: np.rando
         start = starts.start("cylinder", points[near], normals[near])
         if start is None:
             return None
-        tube = solve(start, points[near], iterations=STEPS)[0]
+        tube = solve(start, points[near], iterations=STEPS)
         origin, direction = tube._pose
         feet.append(origin + dot(seed - origin, direction) * direction)
         radii.append(tube._shape[0])

@@ -4,17 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base import checks
-from simplexmesh.cloud.fitting.inputs import Given, per_point
-from simplexmesh.cloud.fitting.solver import Mask, normal_matrix
-from simplexmesh.cloud.primitives import Fit, Primitive
+from simplexmesh._base.arrays import Array, Mask
+from simplexmesh.cloud.fitting.inputs import Given
 from simplexmesh.cloud.validation.validation import Validation, validated
-
-Array = NDArray[np.float64]
+from simplexmesh.data.primitives import Primitive, fit_of
 
 TESTED = 2000
 """Points whose distances are validated."""
@@ -22,43 +20,27 @@ TESTED = 2000
 SPARE = 16
 """Points more than parameters that a validation needs."""
 
-SINGULAR = 1e-13
-"""Of the largest eigenvalue of a normal matrix of unit diagonal: parameters do not change distances independently."""
 
-
-def described(primitive: Primitive, given: Given, used: NDArray[np.bool_], mask: Mask | None) -> Primitive:
+def described(primitive: Primitive, given: Given, used: Mask, mask: Mask | None) -> Primitive:
     """Return a primitive with how it was fitted to points."""
     points = given.points[used]
-    count, each = len(points), per_point(primitive.kind)
     free = np.ones(primitive.n_parameters, bool) if mask is None else ~mask
-    distance = primitive.distance(points)
-    square = distance @ distance if given.weights is None else distance**2 @ given.weights
-    spare = count * each - int(free.sum())
-    noise = float(np.sqrt(square / spare)) if spare else float("nan")
-    deviation = noise if given.noise is None else given.noise
-    covariance = deviation**2 * inverse(normal_matrix(primitive, points, given.weights), free, primitive.kind)
-    tests = deferred_tests(primitive, points, free, given.rng, given.noise, given.weights) if each == 1 else None
+    tests = None
+    if primitive.per_point == 1:
+        tests = deferred_tests(primitive, points, free, given.rng, given.noise, given.weights)
     vertices = checks.frozen(np.flatnonzero(used)) if given.robust else None
-    rms = float(np.sqrt(square / count))
-    return primitive.with_fit(Fit(rms, noise, covariance, primitive.within(points), count, tests, vertices))
-
-
-def inverse(matrix: Array, free: NDArray[np.bool_], kind: str) -> Array:
-    """Return the inverse (p, p) of a normal matrix in the free parameters, 0 in the others."""
-    scale = np.sqrt(np.diagonal(matrix)[free])
-    out = np.zeros_like(matrix)
-    if len(scale):
-        values, vectors = np.linalg.eigh(matrix[np.ix_(free, free)] / np.maximum(np.outer(scale, scale), 1e-300))
-        if values[0] <= SINGULAR * values[-1]:
-            raise ValueError(f"points must determine a {kind}, but these leave some of its parameters free")
-        out[np.ix_(free, free)] = (vectors / values) @ vectors.T / np.outer(scale, scale)
-    return out
+    chart = np.eye(len(free))[:, free]
+    told: dict[str, Any] = {"weights": given.weights, "noise": given.noise, "tests": tests, "vertices": vertices}
+    fit = fit_of(primitive, points, chart=chart, **told)
+    if np.isnan(fit.covariance).any() and not np.isnan(fit.noise):
+        raise ValueError(f"points must determine a {primitive.kind}, but these leave some of its parameters free")
+    return primitive.with_fit(fit)
 
 
 def deferred_tests(
     primitive: Primitive,
     points: Array,
-    free: NDArray[np.bool_],
+    free: Mask,
     rng: np.random.Generator,
     noise: float | None = None,
     weights: Array | None = None,
@@ -74,7 +56,7 @@ def deferred_tests(
 
 
 def _tested(
-    primitive: Primitive, points: Array, scale: Array, free: NDArray[np.bool_], noise: float | None, seed: int
+    primitive: Primitive, points: Array, scale: Array, free: Mask, noise: float | None, seed: int
 ) -> Validation:
     """Return whether distances are noise, those of weighted points at the scale of this."""
     return validated(

@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from simplexmesh._base.arrays import Mask
 from simplexmesh._base.errors import warn
 from simplexmesh.cloud.fitting import selection
 from simplexmesh.cloud.fitting.describe import described
@@ -14,9 +15,7 @@ from simplexmesh.cloud.fitting.inputs import Given, checked, held
 from simplexmesh.cloud.fitting.refine import Cloud, cloud_of, deviation, fitted, is_thin, spread, without_outliers
 from simplexmesh.cloud.fitting.solver import solve
 from simplexmesh.cloud.fitting.starts import scaled
-from simplexmesh.cloud.primitives import Primitive
-
-Array = NDArray[np.float64]
+from simplexmesh.data.primitives import Primitive
 
 
 def fit_primitive(
@@ -109,7 +108,7 @@ def fit_primitive(
     if given.robust:
         found, used = without_outliers(found, cloud.points, mask)
     else:
-        found = solve(found, cloud.points, weights=given.weights, fixed=mask)[0]
+        found = solve(found, cloud.points, weights=given.weights, fixed=mask)
     out = scaled(found, given.size, given.middle)
     return described(out, given, used, mask)
 
@@ -126,7 +125,7 @@ def _wanted(kind: str, cloud: Cloud, given: Given) -> Primitive:
     return found
 
 
-def _compare_with_simpler(found: Primitive, cloud: Cloud, some: NDArray[np.bool_], *, robust: bool) -> None:
+def _compare_with_simpler(found: Primitive, cloud: Cloud, some: Mask, *, robust: bool) -> None:
     """Warn if points do not tell a kind from a simpler one, or from a layer of noise."""
     points, kind = cloud.some[some], found.kind
     for name in selection.SIMPLER.get(kind, ()):
@@ -149,6 +148,6 @@ def _chosen(cloud: Cloud, given: Given) -> Primitive:
     if given.robust:
         best = min(found, key=lambda each: deviation(each, np.abs(each.distance(some))))
         some = some[without_outliers(best, some, None)[1]]
-        found = [solve(each, some)[0] for each in found]
+        found = [solve(each, some) for each in found]
     found = [each for each in found if not is_thin(each, some, spread(each, some, robust=False))]
     return selection.simplest(found, some)

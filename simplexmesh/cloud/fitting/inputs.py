@@ -6,17 +6,16 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Mask
 from simplexmesh._base.vectors import norm, normalized
 from simplexmesh.cloud.fitting.candidates import Known
-from simplexmesh.cloud.fitting.solver import Mask
 from simplexmesh.cloud.fitting.starts import scaled
-from simplexmesh.cloud.primitives import Circle, Cone, Cylinder, Line, Plane, Primitive, Sphere, Torus
+from simplexmesh.cloud.opening import warn_of_steps
 from simplexmesh.data.conversion import as_points
-
-Array = NDArray[np.float64]
+from simplexmesh.data.primitives import Circle, Cone, Cylinder, Line, Plane, Primitive, Sphere, Torus
 
 KINDS: dict[str, type[Primitive]] = {each.kind: each for each in (Plane, Sphere, Cylinder, Cone, Torus, Line, Circle)}
 """All kinds."""
@@ -72,6 +71,7 @@ def checked(
     checks.choice("kind", kind, [*KINDS, "any"])
     cloud = None if isinstance(points, np.ndarray | list | tuple) else as_points(points)
     at = checks.array("points", points if cloud is None else cloud.points, (None, 3))
+    warn_of_steps(at)
     normals = cloud.normals if normals is None and cloud is not None else normals
     across = None if normals is None else normalized(checks.array("normals", normals, (len(at), 3)))
     mass = None if weights is None else checks.array("weights", weights, (len(at),))
@@ -104,11 +104,6 @@ def in_unit(given: Given) -> Known:
     lengths = {name: value / given.size for name, value in given.known.items() if name in ("radius", "tube_radius")}
     place = {"point": (given.known["point"] - given.middle) / given.size} if "point" in given.known else {}
     return given.known | lengths | place
-
-
-def per_point(kind: str) -> int:
-    """Return how many distances a point has from a kind: two from a curve."""
-    return 2 if kind in ("line", "circle") else 1
 
 
 def _known(kind: str, given: Known) -> Known:
@@ -145,7 +140,7 @@ def _frame(points: Array, kind: str, known: Known) -> tuple[Array, float, bool]:
     wanted = "plane" if kind == "any" else kind
     mask = held(wanted, known)
     free = len(KINDS[wanted].parameter_names) if mask is None else int((~mask).sum())
-    least = max(-(-free // per_point(wanted)), 1)
+    least = max(-(-free // KINDS[wanted].per_point), 1)
     if len(points) < least:
         raise ValueError(f"points must be at least {least} to determine a {wanted}, not {len(points)}")
     bounds = np.stack([points.min(axis=0), points.max(axis=0)])

@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import islice
 
 import numpy as np
-from numpy.typing import NDArray
 
-from simplexmesh.cloud.fitting.candidates import Known, candidates, given, simple
+from simplexmesh._base.arrays import Array, Mask
+from simplexmesh.cloud.fitting.candidates import Known, candidates, given
 from simplexmesh.cloud.fitting.inputs import Given, in_unit
-from simplexmesh.cloud.fitting.solver import Mask, solve
-from simplexmesh.cloud.primitives import Circle, Cone, Line, Primitive
+from simplexmesh.cloud.fitting.solver import solve
+from simplexmesh.data.primitives import Cone, Primitive
 from simplexmesh.numerics.plane_fits import planes
 from simplexmesh.numerics.rigid import robust_scale
 from simplexmesh.numerics.round_fits import from_axis
-
-Array = NDArray[np.float64]
 
 MOST_POINTS = 2000
 """From which normals and initial values are taken; kinds are compared on them."""
@@ -89,16 +88,17 @@ def fitted(kind: str, cloud: Cloud, mask: Mask | None, *, robust: bool, start: P
     if start is not None:
         tried = [given(start, cloud.some, cloud.known)]
     else:
-        tried = candidates(kind, cloud.some, cloud.normals, cloud.known, cloud.seed)
-        if robust:
-            tried += _of_subsets(kind, cloud)
+        with np.errstate(all="ignore"):
+            tried = list(candidates(kind, cloud.some, cloud.normals, cloud.known, cloud.seed))
+            if robust:
+                tried += _of_subsets(kind, cloud)
     few = cloud.some[:: -(-len(cloud.some) // FEW)]
     found = [_improved(each, few, mask, robust=robust) for each in tried]
     if not found:
         return None
     for at in (few, cloud.some):
         if at is cloud.some:
-            found = [steady(each, at, mask) if robust else solve(each, at, fixed=mask)[0] for each in found[:FINAL]]
+            found = [steady(each, at, mask) if robust else solve(each, at, fixed=mask) for each in found[:FINAL]]
         off = {id(each): spread(each, at, robust=robust) for each in found}
         found.sort(key=lambda each: (is_thin(each, at, off[id(each)]), off[id(each)]))
     return found[0]
@@ -125,11 +125,11 @@ def steady(primitive: Primitive, points: Array, mask: Mask | None) -> Primitive:
         if scale > 0.99 * before:
             break
         before = scale
-        primitive = solve(primitive, points, fixed=mask, loss_scale=scale)[0]
+        primitive = solve(primitive, points, fixed=mask, loss_scale=scale)
     return primitive
 
 
-def without_outliers(primitive: Primitive, points: Array, mask: Mask | None) -> tuple[Primitive, NDArray[np.bool_]]:
+def without_outliers(primitive: Primitive, points: Array, mask: Mask | None) -> tuple[Primitive, Mask]:
     """Return the least squares of the points that are within the noise, which is theirs, and which those are."""
     used = np.ones(len(points), bool)
     for _ in range(ROUNDS):
@@ -138,20 +138,20 @@ def without_outliers(primitive: Primitive, points: Array, mask: Mask | None) -> 
         if np.array_equal(near, used):
             break
         used = near
-        primitive = solve(primitive, points[used], fixed=mask)[0]
+        primitive = solve(primitive, points[used], fixed=mask)
     return primitive, used
 
 
 def deviation(primitive: Primitive, distance: Array) -> float:
     """Return the deviation of the noise from absolute distances, of which some may be of outliers."""
-    chi = 1.1774 if isinstance(primitive, Circle | Line) else 1 / DEVIATION  # median of two deviations, and of one
+    chi = 1.1774 if primitive.per_point == 2 else 1 / DEVIATION  # median of two deviations, and of one
     return max(float(np.median(distance)) / chi, FLOOR)
 
 
 def _improved(primitive: Primitive, points: Array, mask: Mask | None, *, robust: bool) -> Primitive:
     """Return a primitive after some steps."""
     scale = robust_scale(primitive.distance(points), FLOOR) if robust else None
-    return solve(primitive, points, fixed=mask, loss_scale=scale, iterations=STEPS)[0]
+    return solve(primitive, points, fixed=mask, loss_scale=scale, iterations=STEPS)
 
 
 def _of_subsets(kind: str, cloud: Cloud) -> list[Primitive]:
@@ -161,5 +161,6 @@ def _of_subsets(kind: str, cloud: Cloud) -> list[Primitive]:
     for size, draws in SAMPLES.items():
         for _ in range(draws if len(cloud.some) > size else 0):
             chosen = cloud.rng.choice(len(cloud.some), size, replace=False)
-            found += simple(kind, cloud.some[chosen], cloud.normals[chosen], cloud.known)
+            of_chosen = candidates(kind, cloud.some[chosen], cloud.normals[chosen], cloud.known, 0)
+            found += list(islice(of_chosen, 1))  # the simplest
     return sorted(found, key=lambda each: spread(each, few, robust=True))[:BEST]

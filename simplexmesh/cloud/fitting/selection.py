@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
-from simplexmesh.cloud.primitives import Circle, Line, Primitive
+from simplexmesh._base.arrays import Array
 from simplexmesh.cloud.validation.selection import bic
-
-Array = NDArray[np.float64]
+from simplexmesh.data.primitives import Primitive
 
 SIMPLER = {
     "sphere": ("plane",),
@@ -31,7 +27,7 @@ EXACT = 1e-9
 
 def score(primitive: Primitive, points: Array) -> float:
     """Return the Bayesian information criterion of distances of points (n, 3) of unit size: less is better."""
-    count = len(points) * (2 if isinstance(primitive, Circle | Line) else 1)
+    count = len(points) * primitive.per_point
     distance = primitive.distance(points)
     return bic(float(distance @ distance) + count * EXACT**2, count, primitive.n_parameters)
 

@@ -8,14 +8,12 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.vectors import cross, dot, norm, normalized, tangents
-from simplexmesh.cloud.primitives import Circle, Cone, Cylinder, Line, Plane, Primitive, Sphere, Torus
+from simplexmesh.data.primitives import Circle, Cone, Cylinder, Line, Plane, Primitive, Sphere, Torus
 from simplexmesh.numerics.circle_fits import sampled_circle
 from simplexmesh.numerics.round_fits import across_normals, ball, cone_apex, from_axis, met_axis
-
-Array = NDArray[np.float64]
 
 LARGEST = 1e3
 """Of the points' extent: with a larger radius they are flat for all that can be seen."""

@@ -6,12 +6,10 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.vectors import normalized
-from simplexmesh.cloud.primitives import Cone, Fit, Primitive
-
-Array = NDArray[np.float64]
+from simplexmesh.data.primitives import Cone, Fit, Primitive, _kernels_profiles
 
 LEAST_SLOPE = 1e-9
 """In radians: a cone that is nearer to a cylinder has its apex so far away that distances lose their digits."""
@@ -25,8 +23,8 @@ class Taper(Primitive):
     """
 
     kind: ClassVar[str] = "taper"
+    _code: ClassVar[int] = _kernels_profiles.TAPER
     parameter_names: ClassVar[tuple[str, ...]] = ("tilt v", "tilt w", "shift v", "shift w", "radius", "slope")
-    periods: ClassVar[tuple[bool, bool]] = (True, False)
     _moves: ClassVar[tuple[int, ...]] = (0, 1, 2, 3)
 
     point: Array
@@ -53,32 +51,5 @@ class Taper(Primitive):
         axis = np.copysign(1.0, angle) * self.axis
         return Cone(self.point - self.radius / np.tan(angle) * self.axis, axis, float(abs(angle)))
 
-    @property
-    def _pose(self) -> tuple[Array, Array]:
-        return self.point, self.axis
-
-    @property
-    def _shape(self) -> tuple[float, ...]:
-        return self.radius, self.slope
-
     def _with(self, origin: Array, axis: Array, *shape: Any) -> Self:
         return type(self)(origin, normalized(axis), *shape)
-
-    def _profile(self, rho: Array, z: Array) -> tuple[Array, Array, Array, tuple[Array, ...]]:
-        cos, sin = np.cos(self.slope), np.sin(self.slope)
-        out = rho - self.radius
-        distance, by_slope = cos * out - sin * z, -sin * out - cos * z
-        by_rho, by_z, by_radius = np.full_like(rho, cos), np.full_like(rho, -sin), np.full_like(rho, -cos)
-        tip = (sin * z + cos * self.radius) * cos + sin**2 * rho <= 0  # behind the apex, which is at -radius cot(slope)
-        if tip.any():
-            above = z[tip] + self.radius * cos / sin
-            far = np.maximum(np.hypot(rho[tip], above), 1e-300)
-            distance[tip], by_rho[tip], by_z[tip] = far, rho[tip] / far, above / far
-            by_radius[tip], by_slope[tip] = above / far * cos / sin, -above / far * self.radius / sin**2
-        return distance, by_rho, by_z, (by_radius, by_slope)
-
-    def _coordinate(self, rho: Array, z: Array) -> Array:
-        raise NotImplementedError("a taper is only fitted")
-
-    def _on_profile(self, v: Array) -> tuple[Array, Array]:
-        raise NotImplementedError("a taper is only fitted")

@@ -7,14 +7,12 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.vectors import cross, dot, norm, normalized, tangents
 from simplexmesh.cloud.pipes import _kernels_chain
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 LEAST_ANGLE = 1e-4
 """Of a corner with a bend, in radians: below it the direction of the bend's plane is lost to rounding."""
@@ -155,9 +153,10 @@ class Chain:
         _kernels_chain.fill_feet(self._axis, at, *out)
         return out
 
-    def gradient(self, points: ArrayLike) -> Array:
-        """Return the unit outward directions (n, 3) in which the distance of points (n, 3) grows."""
-        return self.feet(points).normal
+    def measured(self, points: ArrayLike) -> tuple[Array, Array]:
+        """Return the distances (n,) of points (n, 3), and the unit outward directions (n, 3) in which they grow."""
+        feet = self.feet(points)
+        return feet.distance, feet.normal
 
     def distance(self, points: ArrayLike) -> Array:
         """Return the signed distances (n,) of points (n, 3) from the surface, positive outside."""
@@ -191,7 +190,7 @@ class Chain:
     @property
     def ends_in_bends(self) -> tuple[bool, bool]:
         """Whether there is no straight before the first bend, and behind the last one."""
-        empty = np.diff(self.limits, axis=1)[[0, -1], 0] < SHORTEST * self.radii.min()
+        empty = np.diff(self.limits, axis=1)[[0, -1], 0] < SHORTEST * self.radii.min() * bool(len(self.bend_radii))
         return bool(empty[0]), bool(empty[1])
 
     def normal_equations(

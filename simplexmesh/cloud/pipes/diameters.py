@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.vectors import cross, dot, norm, tangents
 from simplexmesh.cloud.pipes.chain import Chain
 from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
 from simplexmesh.cloud.pipes.tracing.tracking import SPREAD
-
-Array = NDArray[np.float64]
 
 AHEAD = 5.0
 """Length behind the end of a pipe, in its radii, in which the next diameter is looked for: reducers are shorter."""

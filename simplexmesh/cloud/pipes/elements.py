@@ -5,16 +5,13 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.vectors import cross, normalized
 from simplexmesh.cloud.pipes.chain import SHORTEST, Chain
 from simplexmesh.cloud.pipes.line import Deviations, PipeElement
-from simplexmesh.cloud.primitives import Cone, Cylinder, Fit, Primitive, Torus
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
+from simplexmesh.data.primitives import Cone, Cylinder, Fit, Primitive, Torus
 
 STEP = 1e-5
 """Of difference quotients, in radii."""

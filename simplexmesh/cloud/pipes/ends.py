@@ -5,15 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base.vectors import dot, norm, normalized, tangents
 from simplexmesh.cloud.pipes.chain import TIGHTEST, Chain
 from simplexmesh.cloud.pipes.refining import BAND, LOOSE, SUPERFLUOUS, TIGHT, cheaper, near_surface
-from simplexmesh.cloud.pipes.tracing.surroundings import CELLS, Surroundings
-from simplexmesh.cloud.pipes.tracing.tracking import SPREAD
-
-Array = NDArray[np.float64]
+from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
 
 STUB = 1.5
 """Length in radii of a straight behind the last bend that may be the last part of that."""
@@ -24,9 +20,6 @@ MARGIN = 0.5
 MOST_ANGLE = np.radians(170)
 """Of a bend at an end: at half a turn its corner is at infinity."""
 
-BEHIND, DENSE, BEHIND_FACING = 10, 0.3, 0.9
-"""Points behind a shadow, their share of the cells of the surface seen there, and how well they face, at least."""
-
 LAST_BENDS = np.geomspace(0.3, 3.0, 8)
 """Lengths of last bends that are tried, in radii; longer ones are traced."""
 
@@ -34,14 +27,14 @@ BEYOND = 2
 """Points beyond an end, which may be strays."""
 
 
-def with_ends(around: Surroundings, chain: Chain, deviation: float, gap: float, *, bends: bool = False) -> Chain:
+def with_ends(around: Surroundings, chain: Chain, deviation: float, *, bends: bool = False) -> Chain:
     """Return the chain with ends where its points end; short straights behind bends may become parts of those.
 
     With `bends` one more is looked for at each end, which also another diameter may look like.
     """
     for _ in range(2):
         chain = _with_last_bend(around, chain, deviation) if bends else chain
-        chain = reversed_chain(_ended(around, _without_stub(around, chain), deviation, gap))
+        chain = reversed_chain(_ended(around, _without_stub(around, chain), deviation))
     return chain
 
 
@@ -54,41 +47,18 @@ def reversed_chain(chain: Chain) -> Chain:
     return Chain(chain.corners[::-1], chain.bend_radii[::-1], chain.radii[::-1], changes)
 
 
-def _ended(around: Surroundings, chain: Chain, deviation: float, gap: float) -> Chain:
+def _ended(around: Surroundings, chain: Chain, deviation: float) -> Chain:
     """Return a chain that ends where its points do: on the last straight, or in the bend before."""
     at = near_surface(around, chain, max(TIGHT * deviation, 0.02 * around.radius))
     if len(at) < 10:
         return chain
     station = np.sort(chain.feet(around.points[at]).station)[-1 - BEYOND]
-    if station > chain.stations[-2]:
-        station = max(station, _behind_shadow(around, chain, deviation, gap))
     bend_end = chain.stations[-2]
     if station < bend_end and len(chain.bend_radii) and station > chain.stations[-3]:
         return _bent(chain, (station - chain.stations[-3]) / chain.bend_radii[-1])
     corners = chain.corners.copy()
     corners[-1] += max(station - chain.stations[-1], bend_end - chain.stations[-1]) * chain.directions[-1]
     return replace(chain, corners=corners)
-
-
-def _behind_shadow(around: Surroundings, chain: Chain, deviation: float, gap: float) -> float:
-    """Return the station to which the last straight is seen behind a shadow, too shortly for the trace to go there."""
-    r, along = float(chain.radii[-1]), chain.directions[-1]
-    start = float(chain.stations[-1])
-    reach = (gap + 1.0) * r
-    longer = replace(chain, corners=np.append(chain.corners[:-1], [chain.corners[-1] + reach * along], axis=0))
-    at = around.near(chain.corners[-1] + 0.5 * reach * along, 0.5 * reach + r)
-    feet = longer.feet(around.points[at])
-    fine = (np.abs(feet.distance) < max(TIGHT * deviation, 0.02 * r)) & (feet.station > start + 0.1 * r)
-    fine &= np.abs(dot(around.normals(at), feet.normal)) > BEHIND_FACING
-    fine &= feet.station < start + reach
-    station, out = np.sort(feet.station[fine]), feet.normal[fine] @ np.stack(tangents(along)).T
-    if len(station) < BEHIND or station[BEYOND] > start + gap * r:
-        return start
-    moments = np.linalg.eigvalsh(out.T @ out)
-    seen = station[-1 - BEYOND] - station[BEYOND]
-    usual = around.radius**-2 * CELLS**2 * np.pi * r  # cells on a half turn of the pipe, by length
-    dense = len(station) > DENSE * usual * max(seen, 0.1 * r)
-    return float(station[-1 - BEYOND]) if dense and moments[0] > 2 * SPREAD * moments.sum() else start
 
 
 def _without_stub(around: Surroundings, chain: Chain) -> Chain:

@@ -6,10 +6,12 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.spatial import cKDTree
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Indices
+from simplexmesh.cloud.opening import opened
 from simplexmesh.cloud.pipes.chain import Chain
 from simplexmesh.cloud.pipes.diameters import joined, next_radius
 from simplexmesh.cloud.pipes.elements import elements_of
@@ -20,8 +22,6 @@ from simplexmesh.cloud.pipes.tracing.segmenting import segmented
 from simplexmesh.cloud.pipes.tracing.start import Beginning, beginning
 from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
 from simplexmesh.cloud.pipes.tracing.tracking import JUMP
-from simplexmesh.data.conversion import as_points
-from simplexmesh.data.points import PointCloud
 
 MOST_CHANGES = 10
 """Of the radius towards one end of a line."""
@@ -31,9 +31,6 @@ NOISE = 3.5
 
 CLEAR = 3.0
 """Radii around the axis that are looked at when a chain is refined: what is near the surface, and their neighbors."""
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 
 def follow_pipe(
@@ -79,7 +76,7 @@ def follow_pipe(
     >>> [element.kind for element in line.elements]
     ['straight']
     """
-    data = PointCloud(cloud) if isinstance(cloud, np.ndarray) else as_points(cloud, "cloud")
+    data = opened(cloud)
     place = checks.array("pick", pick, (3,))
     limits = radius_limits(radius)
     reach = checks.number("gap", gap, 0.0)
@@ -113,10 +110,10 @@ def followed(found: Beginning) -> tuple[Chain, Array, float, tuple[str, str]]:
             chain, stops = reversed_chain(chain), stops[::-1]
     near = beside(around, chain, gap)
     chain, deviation = refined(near, chain)
-    ended = with_ends(near, chain, deviation, gap, bends=True)
+    ended = with_ends(near, chain, deviation, bends=True)
     if len(ended.bend_radii) != len(chain.bend_radii):
         ended, deviation = refined(near, ended)
-        ended = with_ends(near, ended, deviation, gap)
+        ended = with_ends(near, ended, deviation)
     points = near.points[near_surface(near, ended, max(BAND * around.radius / 3, 3 * deviation))]
     return ended, covariance_of(ended, points, TIGHT * deviation, held(near, ended)), deviation, stops
 
@@ -129,7 +126,7 @@ def run(found: Beginning) -> tuple[Chain, tuple[str, str]]:
     chain = simplified(around, chain)
     chain, deviation = refined(around, chain)
     chain = simplified(around, chain)
-    return with_ends(around, chain, deviation, gap), (track.stops[0], track.stops[1])
+    return with_ends(around, chain, deviation), (track.stops[0], track.stops[1])
 
 
 def beside(around: Surroundings, chain: Chain, gap: float) -> Surroundings:

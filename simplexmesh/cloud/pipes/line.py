@@ -7,20 +7,17 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh.cloud.pipes import saving, tube
 from simplexmesh.cloud.pipes.chain import Chain
-from simplexmesh.cloud.primitives import Primitive
+from simplexmesh.data.primitives import Primitive
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.mesh.duality import dual
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 
 if TYPE_CHECKING:
     import pyvista as pv
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 
 class Deviations(NamedTuple):
@@ -107,8 +104,44 @@ class PipeElement:
         return text + ")"
 
 
+class Pipes:
+    """What lines of pipe and plants have in common: meshes and files of all their lines."""
+
+    lines: tuple[PipeLine, ...]
+    tees: tuple[PipeElement, ...]
+    unit: str | None
+
+    def triangulated(self, edge: float | None = None) -> TriangleMesh:
+        """Return the tubes in triangles with edges of about a length, by default 32 around; open at their ends."""
+        if not self.lines:
+            raise ValueError("the plant has no lines")
+        parts = [tube.swept(line.chain, edge) for line in self.lines]
+        starts = np.cumsum([0, *(len(vertices) for vertices, _ in parts[:-1])])
+        faces = np.concatenate([faces + start for (_, faces), start in zip(parts, starts, strict=True)])
+        return TriangleMesh(np.concatenate([vertices for vertices, _ in parts]), faces)
+
+    def mesh(self, edge: float | None = None) -> SimplexMesh:
+        """Return the tubes as a simplex mesh, ready to be deformed; open at their ends."""
+        return dual(self.triangulated(edge), outward=False)
+
+    def to_pyvista(self) -> pv.PolyData:
+        """Return the tubes as PyVista's."""
+        return self.triangulated().to_pyvista()
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return all that is known as plain lists and numbers, angles in radians, as the JSON file has it."""
+        return saving.described(self.lines, self.tees, self.unit)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the elements: all that is known of them as .json, a bill of materials as .csv, solids as .step or .stp.
+
+        STEP files need the extra `step`. They are in the cloud's unit, or say mm if that is not known.
+        """
+        saving.save(self.lines, self.tees, self.unit, path)
+
+
 @dataclass(frozen=True, eq=False, repr=False)
-class PipeLine:
+class PipeLine(Pipes):
     """A line of pipe: straights, bends and reducers, each tangent to the next one.
 
     Attributes
@@ -150,6 +183,16 @@ class PipeLine:
         return f"PipeLine({count} element{'s' * (count != 1)}, diameter {sizes}, length {self.length:.6g})"
 
     @property
+    def lines(self) -> tuple[PipeLine, ...]:  # type: ignore[override]
+        """Itself, as those of a plant."""
+        return (self,)
+
+    @property
+    def tees(self) -> tuple[PipeElement, ...]:  # type: ignore[override]
+        """None."""
+        return ()
+
+    @property
     def length(self) -> float:
         """Length along the axis."""
         return float(self.chain.stations[-1])
@@ -157,26 +200,3 @@ class PipeLine:
     def distance(self, points: Any) -> Array:
         """Return the signed distances (n,) of points (n, 3) from the line's surface, which goes on past its ends."""
         return self.chain.distance(points)
-
-    def triangulated(self, edge: float | None = None) -> TriangleMesh:
-        """Return the tube in triangles with edges of about a length, by default 32 around; open at its ends."""
-        return TriangleMesh(*tube.swept(self.chain, edge))
-
-    def mesh(self, edge: float | None = None) -> SimplexMesh:
-        """Return the tube as a simplex mesh, ready to be deformed; open at its ends."""
-        return dual(self.triangulated(edge), outward=False)
-
-    def to_pyvista(self) -> pv.PolyData:
-        """Return the tube as PyVista's."""
-        return self.triangulated().to_pyvista()
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return all that is known as plain lists and numbers, angles in radians, as the JSON file has it."""
-        return saving.described([self], (), self.unit)
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the elements: all that is known of them as .json, a bill of materials as .csv, solids as .step or .stp.
-
-        STEP files need the extra `step`. They are in the cloud's unit, or say mm if that is not known.
-        """
-        saving.save([self], (), self.unit, path)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -10,33 +9,30 @@ from itertools import chain as chained
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Indices, Mask
+from simplexmesh._base.progress import Report, part_of
 from simplexmesh.cloud.extraction.extract import extract_primitives
 from simplexmesh.cloud.extraction.result import Extraction
-from simplexmesh.cloud.pipes import saving
+from simplexmesh.cloud.opening import opened, shown
 from simplexmesh.cloud.pipes.follow import NOISE, followed, line_of, on_line, radius_limits
-from simplexmesh.cloud.pipes.line import PipeElement, PipeLine
+from simplexmesh.cloud.pipes.line import PipeElement, PipeLine, Pipes
 from simplexmesh.cloud.pipes.seeds import likely_picks
 from simplexmesh.cloud.pipes.tees import with_tees
 from simplexmesh.cloud.pipes.tracing.start import Beginning, beginning
 from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
 from simplexmesh.cloud.pipes.tracing.tracking import JUMP
-from simplexmesh.cloud.primitives import Cylinder
-from simplexmesh.data.conversion import as_points
 from simplexmesh.data.points import PointCloud
-from simplexmesh.data.triangles import TriangleMesh
-from simplexmesh.mesh.duality import dual
-from simplexmesh.mesh.simplex_mesh import SimplexMesh
+from simplexmesh.data.primitives import Cylinder
 
 if TYPE_CHECKING:
-    import pyvista as pv
+    pass
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
-Mask = NDArray[np.bool_]
+
+PRIMITIVES = 0.6
+"""Part of the progress that finding primitives takes."""
 
 FAILURES = 40
 """Picks in a row that lead to no pipe, after which there are no more."""
@@ -64,7 +60,7 @@ WIDE = 0.3
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Plant:
+class Plant(Pipes):
     """The pipe lines of a cloud.
 
     Attributes
@@ -83,7 +79,7 @@ class Plant:
     >>> import numpy as np, simplexmesh as sm
     >>> turn, height = np.random.default_rng(0).uniform([0, 0], [2 * np.pi, 12], (6000, 2)).T
     >>> sm.extract_pipes(np.stack([np.cos(turn), np.sin(turn), height], axis=1))
-    Plant(1 line, 1 element, 6,000 of 6,000 points)
+    Plant(1 line, 1 element, 5,984 of 6,000 points)
     """
 
     lines: tuple[PipeLine, ...]
@@ -101,33 +97,6 @@ class Plant:
         """All elements, line by line, then the tees."""
         return (*(element for line in self.lines for element in line.elements), *self.tees)
 
-    def mesh(self, edge: float | None = None) -> SimplexMesh:
-        """Return the tubes of all lines as a simplex mesh, ready to be deformed."""
-        return dual(self._triangulated(edge), outward=False)
-
-    def to_pyvista(self) -> pv.PolyData:
-        """Return the tubes of all lines as PyVista's."""
-        return self._triangulated(None).to_pyvista()
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return all that is known as plain lists and numbers, angles in radians, as the JSON file has it."""
-        return saving.described(self.lines, self.tees, self.unit)
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the elements: all that is known of them as .json, a bill of materials as .csv, solids as .step or .stp.
-
-        STEP files need the extra `step`. They are in the cloud's unit, or say mm if that is not known.
-        """
-        saving.save(self.lines, self.tees, self.unit, path)
-
-    def _triangulated(self, edge: float | None) -> TriangleMesh:
-        parts = [line.triangulated(edge) for line in self.lines]
-        if not parts:
-            raise ValueError("the plant has no lines")
-        first = np.cumsum([0, *(len(part.vertices) for part in parts[:-1])])
-        faces = np.concatenate([part.faces + start for part, start in zip(parts, first, strict=True)])
-        return TriangleMesh(np.concatenate([part.vertices for part in parts]), faces)
-
 
 def extract_pipes(
     cloud: Any,
@@ -135,6 +104,7 @@ def extract_pipes(
     radius: float | tuple[float, float] | None = None,
     gap: float = JUMP,
     rng: np.random.Generator | int = 0,
+    progress: bool | Report = False,
 ) -> Plant:
     """Find all pipe lines of a cloud, follow each, and refine each as one surface with exact tangency.
 
@@ -152,6 +122,8 @@ def extract_pipes(
         Longest shadow to jump over, in radii of the pipe.
     rng : int or Generator
         For the choice of picks.
+    progress : bool or callable, optional
+        Whether to show a bar, or what to call with the fraction done and a message.
 
     Returns
     -------
@@ -170,10 +142,23 @@ def extract_pipes(
     >>> [round(line.elements[0].radius, 3) for line in plant.lines]
     [1.0]
     """
-    data = PointCloud(cloud) if isinstance(cloud, np.ndarray) else as_points(cloud, "cloud")
+    data = opened(cloud)
     limits, reach = radius_limits(radius), checks.number("gap", gap, 0.0)
     generator = checks.generator("rng", rng)
-    scene = extract_primitives(data, rng=generator)
+    with shown(progress) as report:
+        scene = extract_primitives(data, rng=generator, progress=part_of(report, 0.0, PRIMITIVES))
+        return _plant(data, scene, limits, reach, generator, part_of(report, PRIMITIVES, 1.0))
+
+
+def _plant(
+    data: PointCloud,
+    scene: Extraction,
+    limits: tuple[float, float],
+    gap: float,
+    rng: np.random.Generator,
+    report: Report,
+) -> Plant:
+    """Return the lines among the points that are of no plane and no sphere."""
     of_pipes = np.array([*(each.kind not in SOLID for each in scene.primitives), True])
     kept = np.flatnonzero(of_pipes[scene.labels])
     labels = np.full(len(data.points), -1)
@@ -182,9 +167,9 @@ def extract_pipes(
     origin = data.bounds.mean(axis=0)
     tree = cKDTree(data.points[kept] - origin, balanced_tree=False, compact_nodes=False)
     taken = np.zeros(len(kept), bool)
-    in_cylinders = _in_cylinders(scene, kept, tree, origin, limits, reach, taken)
-    starts = chained(in_cylinders, _picked(tree, limits, reach, taken, scene.labels[kept] >= 0, generator))
-    lines, tees = with_tees(_lines(tree, origin, starts, taken), tree, origin)
+    in_cylinders = _in_cylinders(scene, kept, tree, origin, limits, gap, taken)
+    starts = chained(in_cylinders, _picked(tree, limits, gap, taken, scene.labels[kept] >= 0, rng))
+    lines, tees = with_tees(_lines(tree, origin, starts, taken, report), tree, origin)
     for k, line in enumerate(lines):
         own = np.full(len(labels), -1)
         own[kept] = line.labels
@@ -224,10 +209,11 @@ def _picked(
             yield beginning(tree, points[pick], limits, gap, patient=False)
 
 
-def _lines(tree: cKDTree, origin: Array, starts: Iterable[Beginning], taken: Mask) -> list[PipeLine]:
+def _lines(tree: cKDTree, origin: Array, starts: Iterable[Beginning], taken: Mask, report: Report) -> list[PipeLine]:
     """Return the lines that start somewhere, those with more points first; their points become taken."""
     lines: list[PipeLine] = []
     for start in starts:
+        report(float(taken.mean()), "following pipes")
         try:
             chain, covariance, deviation, stops = followed(start)
         except (ValueError, np.linalg.LinAlgError):

@@ -5,17 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import null_space
 
+from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.vectors import cross, dot, norm
 from simplexmesh.cloud.fitting.solver import solve
 from simplexmesh.cloud.pipes.chain import Chain
 from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
-Mask = NDArray[np.bool_]
+from simplexmesh.numerics.round_fits import between_axes
 
 BAND = 0.3
 """Distance from the surface, in radii, within which points may be of the pipe before it is refined."""
@@ -77,7 +74,7 @@ def held(around: Surroundings, chain: Chain) -> Mask:
 
 def fitted(around: Surroundings, chain: Chain, points: Array, loss_scale: float) -> Chain:
     """Return the chain of least distance from points."""
-    return solve(chain, points, fixed=held(around, chain), loss_scale=loss_scale, tolerance=TOLERANCE)[0]
+    return solve(chain, points, fixed=held(around, chain), loss_scale=loss_scale, tolerance=TOLERANCE)
 
 
 def covariance_of(chain: Chain, points: Array, loss_scale: float, fixed: Mask) -> Array:
@@ -146,16 +143,13 @@ def _with_one_bend(chain: Chain, i: int) -> Chain | None:
     if i + 1 >= len(chain.bend_radii) or np.diff(chain.limits[i + 1])[0] > chain.radii.max():
         return None
     u, v = chain.directions[i], chain.directions[i + 2]
-    across = cross(u, v)
-    sine = float(norm(across))
-    if sine < SLIGHT:
+    if norm(cross(u, v)) < SLIGHT:
         return None
-    between = chain.corners[i + 2] - chain.corners[i + 1]
-    ahead, behind, apart = np.linalg.solve(np.stack([u, v, across / sine], axis=1), between)
+    ahead, behind, apart, across = between_axes(chain.corners[i + 1], u, chain.corners[i + 2], v)
     if abs(apart) > LOOSE * chain.radii.max() or min(ahead, behind) < 0:
         return None
     corners = np.delete(chain.corners, i + 2, axis=0)
-    corners[i + 1] = chain.corners[i + 1] + ahead * u + apart / 2 * across / sine
+    corners[i + 1] = chain.corners[i + 1] + ahead * u + apart / 2 * across
     bends = np.delete(chain.bend_radii, i + 1)
     bends[i] = chain.bend_radii[i : i + 2].max()
     return replace(chain, corners=corners, bend_radii=bends).fitting()

@@ -6,7 +6,6 @@ import csv
 import io
 import os
 from collections.abc import Sequence
-from dataclasses import fields
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,8 +13,8 @@ import numpy as np
 from simplexmesh._base import checks
 from simplexmesh._base.drafts import draft
 from simplexmesh.cloud import step
-from simplexmesh.cloud.primitives import Primitive
 from simplexmesh.data.json_text import json_text
+from simplexmesh.data.primitives import Primitive
 
 if TYPE_CHECKING:
     from simplexmesh.cloud.pipes.line import PipeElement, PipeLine
@@ -93,11 +92,6 @@ def _element(element: PipeElement) -> dict[str, Any]:
     """Return what is known of an element, as plain values."""
     primitive, fit = element.primitive, element.primitive.fit
     names = ("radius", "end_radius", "bend_radius", "bend_angle", "length")
-    parameters = {
-        each.name: np.asarray(getattr(primitive, each.name)).tolist()
-        for each in fields(primitive)  # type: ignore[arg-type]
-        if each.name != "fit"
-    }
     known = element.deviations is not None and primitive.covariance is not None
     covariance = np.asarray(primitive.covariance).tolist() if known else None
     return {
@@ -108,5 +102,5 @@ def _element(element: PipeElement) -> dict[str, Any]:
         "deviations": element.deviations and element.deviations._asdict(),
         "rms": fit.rms if fit else None,
         "points": fit.count if fit else 0,
-        "primitive": {"kind": primitive.kind, **parameters, "covariance": covariance},
+        "primitive": primitive.as_dict() | {"covariance": covariance},
     }

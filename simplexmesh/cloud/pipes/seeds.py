@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh.numerics.plane_fits import planes
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 TRIED = 2000
 """Points that are looked at: one in some dozens on every pipe of a scene of a million."""

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.vectors import cross, norm, normalized
 from simplexmesh.cloud.fitting.solver import solve
 from simplexmesh.cloud.pipes.chain import Chain
@@ -16,9 +16,8 @@ from simplexmesh.cloud.pipes.ends import reversed_chain
 from simplexmesh.cloud.pipes.follow import line_of
 from simplexmesh.cloud.pipes.line import PipeElement, PipeLine
 from simplexmesh.cloud.pipes.refining import TIGHT, covariance_of
-from simplexmesh.cloud.primitives import Cylinder, Fit
-
-Array = NDArray[np.float64]
+from simplexmesh.data.primitives import Cylinder, Fit
+from simplexmesh.numerics.round_fits import between_axes
 
 MEETING = 0.3
 """Distance between the axes of branch and run, in radii of the run, that meet."""
@@ -66,18 +65,17 @@ def _met(branch: PipeLine, lines: list[PipeLine]) -> tuple[int, int, Array] | No
             continue
         for k, element in enumerate(line.elements):
             axis = normalized(element.end - element.start)
-            across = cross(along, axis)
-            sine = float(norm(across))
+            sine = float(norm(cross(along, axis)))
             if (
                 element.kind != "straight"
                 or sine < np.sin(LEAST_TURN)
                 or branch.chain.radii[-1] > WIDER * element.radius
             ):
                 continue
-            ahead, back, apart = np.linalg.solve(np.stack([along, -axis, across / sine], axis=1), element.start - end)
+            ahead, before, apart, _ = between_axes(end, along, element.start, axis)
             near = abs(apart) < MEETING * element.radius and 0 < ahead < REACH * element.radius / sine
-            if near and -element.radius < back < element.length + element.radius:
-                return i, k, element.start + back * axis
+            if near and -element.radius < -before < element.length + element.radius:
+                return i, k, element.start - before * axis
     return None
 
 
@@ -90,7 +88,7 @@ def _secant(line: PipeLine, place: Array, tree: cKDTree, origin: Array) -> PipeL
     start = replace(line.chain, corners=corners)
     fixed = np.zeros(start.n_parameters, bool)
     fixed[3 * len(corners) - 4 : 3 * len(corners) - 2] = True
-    chain, _ = solve(start, points, fixed=fixed, loss_scale=TIGHT * line.rms)
+    chain = solve(start, points, fixed=fixed, loss_scale=TIGHT * line.rms)
     corners = chain.corners.copy()
     corners[-1] += (end - corners[-1]) @ chain.directions[-1] * chain.directions[-1]
     chain = replace(chain, corners=corners)

@@ -5,13 +5,10 @@ from __future__ import annotations
 import itertools
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.vectors import cross, normalized, tangents
 from simplexmesh.cloud.pipes.chain import Chain
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 AROUND = 32
 """Vertices of a ring, by default."""

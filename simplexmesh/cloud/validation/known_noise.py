@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.special import chdtrc
 
+from simplexmesh._base.arrays import Array
 from simplexmesh.cloud.validation.outcome import Outcome
-
-Array = NDArray[np.float64]
 
 
 def chi_square_test(residuals: Array, noise: ArrayLike, parameters: float) -> Outcome:
@@ -25,8 +24,3 @@ def chi_square_test(residuals: Array, noise: ArrayLike, parameters: float) -> Ou
     """
     statistic = float(((residuals / np.asarray(noise, float)) ** 2).sum())
     return Outcome(statistic, float(chdtrc(len(residuals) - parameters, statistic)))
-
-
-def noise_along(covariances: Array, directions: Array) -> Array:
-    """Return the deviations (n,) along unit directions (n, 3) of points with covariances (n, 3, 3)."""
-    return np.sqrt(np.einsum("ni,nij,nj->n", directions, covariances, directions))

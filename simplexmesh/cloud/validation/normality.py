@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import kolmogorov, ndtr
 
+from simplexmesh._base.arrays import Array
 from simplexmesh.cloud.validation.outcome import Outcome
-
-Array = NDArray[np.float64]
 
 LAW = np.array(
     [

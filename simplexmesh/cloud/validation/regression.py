@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import fdtrc
 
+from simplexmesh._base.arrays import Array
 from simplexmesh.cloud.validation.outcome import Outcome
-
-Array = NDArray[np.float64]
 
 DEGREE = 4
 """Of the polynomial, in total: 15 terms (Chaperon 2002, section 5.2.5)."""

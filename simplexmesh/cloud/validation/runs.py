@@ -6,9 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import comb, ndtr
 
+from simplexmesh._base.arrays import Array
 from simplexmesh.cloud.validation.outcome import Outcome
-
-Array = NDArray[np.float64]
 
 FEW = 10
 """Of either sign: with more the number of runs is about normal (Draper and Smith 1966)."""

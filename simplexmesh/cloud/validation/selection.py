@@ -47,16 +47,6 @@ def bic(square_sum: float, count: int, parameters: int) -> float:
     return float(count * np.log(square_sum / count) + parameters * np.log(count))
 
 
-def mdl(square_sum: float, count: int, parameters: int) -> float:
-    """Return the minimum description length in nats of residuals and parameters, up to a constant: half of `bic`.
-
-    References
-    ----------
-    J. Rissanen, *Modeling by shortest data description*, 1978.
-    """
-    return bic(square_sum, count, parameters) / 2
-
-
 def geometric_aic(square_sum: float, count: int, parameters: int, noise: float, *, dimension: int = 2) -> float:
     """Return Kanatani's geometric AIC, of models that are compared at one deviation of the noise.
 
@@ -68,15 +58,3 @@ def geometric_aic(square_sum: float, count: int, parameters: int, noise: float, 
     K. Kanatani, *Geometric information criterion for model selection*, 1998.
     """
     return float(square_sum + 2 * (dimension * count + parameters) * noise**2)
-
-
-def geometric_mdl(
-    square_sum: float, count: int, parameters: int, noise: float, *, size: float, dimension: int = 2
-) -> float:
-    """Return Kanatani's geometric MDL: J - (d N + p) noise^2 log(noise / size)^2, with the size of the scene.
-
-    References
-    ----------
-    K. Kanatani, *Uncertainty modeling and model selection for geometric inference*, 2004.
-    """
-    return float(square_sum - (dimension * count + parameters) * noise**2 * np.log((noise / size) ** 2))

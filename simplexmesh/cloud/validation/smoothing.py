@@ -9,10 +9,9 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.spatial import cKDTree
 
+from simplexmesh._base.arrays import Array
 from simplexmesh.cloud.validation.outcome import Outcome
 from simplexmesh.cloud.validation.regression import rounding
-
-Array = NDArray[np.float64]
 
 NEIGHBORS = 10
 """Over which residuals are averaged, each with itself (Chaperon 2002, section 5.2.6)."""

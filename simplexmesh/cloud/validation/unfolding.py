@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from simplexmesh._base.arrays import Array
 
 TURN = 2 * np.pi
 
@@ -22,21 +21,6 @@ def unfolded(coordinates: Array, periods: tuple[bool, bool]) -> Array:
     out = np.stack([_unwrapped(coordinates[:, k]) if periods[k] else coordinates[:, k] for k in range(2)], axis=1)
     low, high = out.min(axis=0), out.max(axis=0)
     return np.where(high > low, 2 * (out - low) / np.where(high > low, high - low, 1.0) - 1, 0.0)
-
-
-def embedded(coordinates: Array, periods: tuple[bool, bool]) -> Array:
-    """Return surface coordinates for distances between points: `unfolded`, but angles rolled so that they close.
-
-    (n, 2) to (n, 4): one for a length, two for an angle.
-    """
-    flat, columns = unfolded(coordinates, periods), []
-    for k in range(2):
-        span = np.ptp(_unwrapped(coordinates[:, k])) if periods[k] else 0.0
-        if span > 0:
-            columns += [2 / span * np.cos(coordinates[:, k]), 2 / span * np.sin(coordinates[:, k])]
-        else:
-            columns.append(flat[:, k])
-    return np.stack(columns, axis=1)
 
 
 def _unwrapped(angles: Array) -> Array:

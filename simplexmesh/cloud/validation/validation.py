@@ -5,17 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array
 from simplexmesh.cloud.validation import regression, selection, smoothing
 from simplexmesh.cloud.validation.known_noise import chi_square_test
 from simplexmesh.cloud.validation.normality import normality_test
 from simplexmesh.cloud.validation.outcome import SIGNIFICANCE, Outcome
 from simplexmesh.cloud.validation.runs import helix_order, runs_test
 from simplexmesh.cloud.validation.unfolding import unfolded
-
-Array = NDArray[np.float64]
 
 MOST_POINTS = 2000
 """That are tested: relief of an eighth of the noise is found, and a registration error of less does not matter."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -10,8 +9,10 @@ from numpy.typing import ArrayLike
 
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array, Indices
+from simplexmesh._base.checks import frozen
 from simplexmesh._base.errors import warn
-from simplexmesh._base.vectors import norm, tangents
+from simplexmesh._base.vectors import norm
+from simplexmesh.data.primitives import Circle, fit_of
 from simplexmesh.numerics.circle_fits import circle_residuals, robust_circle, sampled_circle
 from simplexmesh.surface.curvature.result import Curvature
 from simplexmesh.surface.saliency.fields import known_curvature
@@ -19,43 +20,6 @@ from simplexmesh.surface.sampled_surface import as_sampled_surface
 
 LOOSE = 0.25
 """Points farther from a circle than this share of its radius, in root mean square, are no rim."""
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Circle:
-    """A circle in space, fitted to points.
-
-    Attributes
-    ----------
-    center, normal : (3,) array of float
-        Center, and unit normal; of a rim it points out of the surface.
-    radius : float
-        Radius, in the surface's unit of length.
-    rms : float
-        Root mean square distance of the points used to the circle.
-    vertices : (m,) array of int
-        Indices of the points used.
-    covered : float
-        Share of the circle that has points near, from 0 to 1: half a rim has 0.5.
-
-    Examples
-    --------
-    >>> import numpy as np, simplexmesh as sm
-    >>> turn = np.linspace(0, 6, 50)
-    >>> found = sm.fit_circle(np.stack([2 * np.cos(turn), 2 * np.sin(turn), 0 * turn + 5], axis=1))
-    >>> bool(np.allclose(found.center, [0, 0, 5])), round(found.radius, 6)
-    (True, 2.0)
-    """
-
-    center: Array
-    normal: Array
-    radius: float
-    rms: float
-    vertices: Indices
-    covered: float
-
-    def __repr__(self) -> str:
-        return f"Circle(radius {self.radius:.6g}, rms {self.rms:.3g}, {self.covered:.0%} covered)"
 
 
 def fit_circle(points: ArrayLike, *, weights: ArrayLike | None = None) -> Circle:
@@ -74,6 +38,7 @@ def fit_circle(points: ArrayLike, *, weights: ArrayLike | None = None) -> Circle
     Returns
     -------
     Circle
+        With its `rms`, `covariance`, the points used (`vertices`) and the share of it that they cover (`covered`).
 
     Raises
     ------
@@ -104,10 +69,7 @@ def fit_circle(points: ArrayLike, *, weights: ArrayLike | None = None) -> Circle
     center, normal, radius, spread = robust_circle(unit, weight, *start)
     residual = norm(circle_residuals(unit, center, normal, radius)[0])
     used = np.flatnonzero((residual <= 3 * spread) & (weight > 0))
-    rms = size * float(np.sqrt(np.average(residual[used] ** 2, weights=weight[used])))
-    covered = _covered(unit[used], center, normal)
-    frozen = checks.frozen
-    return Circle(frozen(middle + size * center), frozen(normal), size * radius, rms, frozen(used), covered)
+    return _described(Circle(middle + size * center, normal, size * radius), at[used], weight[used], used)
 
 
 def rim_circle(
@@ -172,23 +134,19 @@ def rim_circle(
         raise ValueError(f"pick must have at least 6 sharp points within {radius:g}, it has {int(sharp.sum())}")
     near, k1 = near[sharp], k1[sharp]
     top = float(np.percentile(k1, 95))
-    found = fit_circle(samples.points[near], weights=np.minimum(k1, top) - least + 1e-3 * top)
+    weights = np.minimum(k1, top) - least + 1e-3 * top
+    found = fit_circle(samples.points[near], weights=weights)
     if found.rms > LOOSE * found.radius or found.radius > radius:
         warn(
             f"the {len(near):,} sharp points within {radius:g} of the pick are not on a circle there: "
             f"the best has radius {found.radius:.4g}, and they are {found.rms:.4g} from it"
         )
-    used = near[found.vertices]
-    outward = known.normals[used].mean(axis=0)
-    normal = found.normal if found.normal @ outward >= 0 else -found.normal
-    return Circle(found.center, checks.frozen(normal), found.radius, found.rms, checks.frozen(used), found.covered)
+    kept = found.vertices
+    outward = known.normals[near[kept]].mean(axis=0)
+    facing = found if found.normal @ outward >= 0 else Circle(found.center, -found.normal, found.radius)
+    return _described(facing, samples.points[near[kept]], weights[kept], near[kept])
 
 
-def _covered(at: Array, center: Array, normal: Array) -> float:
-    """Return the share of the circle that has points near; gaps of three median gaps or ten degrees are covered."""
-    u, v = tangents(normal)
-    turn = np.sort(np.arctan2((at - center) @ v, (at - center) @ u))
-    arcs = np.diff(turn, append=turn[0] + 2 * np.pi)
-    gap = np.radians(10)
-    counted = np.where(arcs <= max(3 * float(np.median(arcs)), gap), arcs, gap)
-    return min(float(counted.sum()) / (2 * np.pi), 1.0)
+def _described(circle: Circle, points: Array, weights: Array, vertices: Indices) -> Circle:
+    """Return a circle with how it fits the points (m, 3) that are used."""
+    return circle.with_fit(fit_of(circle, points, weights=weights / weights.mean(), vertices=frozen(vertices)))

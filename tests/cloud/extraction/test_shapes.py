@@ -12,7 +12,7 @@ from simplexmesh.cloud.extraction.growth import connected, evidence, fits
 from simplexmesh.cloud.extraction.patches import Limits, patch
 from simplexmesh.cloud.extraction.result import KINDS
 from simplexmesh.cloud.extraction.working import frequent, working
-from simplexmesh.cloud.primitives import Cone, Cylinder, Fit, Plane, Sphere, Torus
+from simplexmesh.data.primitives import Cone, Cylinder, Fit, Plane, Sphere, Torus
 
 TURN = (-np.pi, np.pi)
 SHAPES = {

@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 from scipy.spatial.transform import Rotation
 
 import simplexmesh as sm
-from simplexmesh.cloud.fitting.solver import linearized, normal_matrix, solve
+from simplexmesh.cloud.fitting.solver import solve
 from tests.cloud.fitting.clouds import PRIMITIVES, SURFACES, exact, moved, noisy, same
 
 P = sm.primitives
@@ -30,7 +30,7 @@ def test_exact_points(kind):
 def test_least_squares_are_those_from_the_truth(kind):
     primitive, points = noisy(kind)
     found = sm.fit_primitive(points, kind)
-    from_truth, _ = solve(primitive, points)
+    from_truth = solve(primitive, points)
     assert_allclose(found.rms, np.sqrt(np.mean(from_truth.distance(points) ** 2)), rtol=1e-7)
 
 
@@ -150,13 +150,13 @@ def test_weights_are_inverse_variances():
     plain, weighted = (sm.fit_primitive(points, "cylinder", weights=w) for w in (None, 7 / deviation**2))
     assert weighted.covariance[4, 4] < 0.2 * plain.covariance[4, 4]
     assert abs(weighted.radius - 2) < 4 * np.sqrt(weighted.covariance[4, 4])
-    expected = 1 / normal_matrix(weighted, points, 1 / deviation**2)[4, 4]
+    expected = 1 / weighted.normal_equations(points, deviation**-2.0)[0][4, 4]
     assert expected < weighted.covariance[4, 4]
     assert_allclose(weighted.covariance * np.mean(1 / deviation**2), _covariance(weighted, points, deviation), rtol=0.2)
 
 
 def _covariance(primitive, points, deviation):
-    return np.linalg.inv(normal_matrix(primitive, points, 1 / deviation**2)) * np.mean(1 / deviation**2)
+    return np.linalg.inv(primitive.normal_equations(points, deviation**-2.0)[0]) * np.mean(1 / deviation**2)
 
 
 @every
@@ -192,13 +192,8 @@ def test_deviations_are_as_predicted(kind):
     found = []
     for _ in range(60):
         fit = sm.fit_primitive(moved(primitive, points, 0.02, rng), kind, start=primitive)
-        if kind == "line":
-            local = (points - fit.point) @ fit.frame.T
-            rows = np.concatenate([np.kron([[-z, -1.0]], np.eye(2)) for z in local[:, 2]])
-            step = np.linalg.lstsq(rows, -local[:, :2].ravel(), rcond=None)[0]
-        else:
-            residual, rows = linearized(fit, points)
-            step = np.linalg.lstsq(rows, -residual, rcond=None)[0]
+        matrix, downhill, _ = fit.normal_equations(points)
+        step = np.linalg.solve(matrix, downhill)
         found.append(step @ np.linalg.solve(fit.covariance, step) / primitive.n_parameters)
     deviation = np.sqrt(2 / primitive.n_parameters / len(found))
     assert abs(np.mean(found) - 1) < 4 * deviation
@@ -227,7 +222,7 @@ def reached(count):
             continue
         told += 1
         near += abs(found.radius - 1) < 3 * np.sqrt(found.covariance[4, 4])
-        least += found.rms <= (1 + 1e-6) * np.sqrt(np.mean(solve(pipe, points)[0].distance(points) ** 2))
+        least += found.rms <= (1 + 1e-6) * np.sqrt(np.mean(solve(pipe, points).distance(points) ** 2))
     return told, near, least
 
 

@@ -21,7 +21,7 @@ def test_outliers_do_no_harm(kind, share, seed):
     cloud, out = with_outliers(points, share, np.random.default_rng(seed))
     found = sm.fit_primitive(cloud, kind, robust=True, rng=seed)
     inner = points[~out]
-    least = np.sqrt(np.mean(solve(primitive, inner)[0].distance(inner) ** 2))
+    least = np.sqrt(np.mean(solve(primitive, inner).distance(inner) ** 2))
     assert np.sqrt(np.mean(found.distance(inner) ** 2)) < 1.05 * least
     assert abs(found.fit.count - len(inner)) < 0.05 * len(points)
     assert found.fit.noise == pytest.approx(0.01, rel=0.12)
@@ -31,7 +31,7 @@ def test_outliers_do_no_harm(kind, share, seed):
 def test_plain_least_squares_do_not_bear_them(kind):
     primitive, points = noisy(kind, 500, 0.01)
     cloud, out = with_outliers(points, 0.3, np.random.default_rng(0))
-    found = solve(primitive, cloud)[0]
+    found = solve(primitive, cloud)
     assert np.sqrt(np.mean(found.distance(points[~out]) ** 2)) > 2 * 0.01
 
 
@@ -59,5 +59,5 @@ def test_a_wall_is_not_followed(kind):
     wall = points.mean(axis=0) + [1.5, 0, -1] + rng.uniform(-3, 3, (len(points), 2)) @ [[1, 0, 0.5], [0, 1, 0.2]]
     found = sm.fit_primitive(np.where(out[:, None], wall, points), kind, robust=True)
     inner = points[~out]
-    least = np.sqrt(np.mean(solve(primitive, inner)[0].distance(inner) ** 2))
+    least = np.sqrt(np.mean(solve(primitive, inner).distance(inner) ** 2))
     assert np.sqrt(np.mean(found.distance(inner) ** 2)) < 1.1 * least

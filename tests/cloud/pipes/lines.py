@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from simplexmesh.cloud.pipes.chain import Chain, chain_of
-from simplexmesh.cloud.primitives import Torus
+from simplexmesh.data.primitives import Torus
 
 
 @dataclass

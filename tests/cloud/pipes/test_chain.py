@@ -65,7 +65,7 @@ def test_normal_equations_are_those_of_difference_quotients(chain, loss_scale):
 def test_gradients_are_difference_quotients(chain):
     points = around(chain)
     steps = [(chain.distance(points + h) - chain.distance(points - h)) / 2e-6 for h in 1e-6 * np.eye(3)]
-    assert_allclose(chain.gradient(points), np.stack(steps, axis=1), atol=1e-7)
+    assert_allclose(chain.measured(points)[1], np.stack(steps, axis=1), atol=1e-7)
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -132,3 +132,7 @@ def test_motions_and_scales_move_along(chain):
     moved = Chain(scale * chain.corners @ turn.T + shift, scale * chain.bend_radii, scale * chain.radii, changes)
     points = around(chain)
     assert_allclose(moved.distance(scale * points @ turn.T + shift), scale * chain.distance(points), atol=1e-10)
+
+
+def test_a_straight_of_no_length_ends_in_no_bend():
+    assert chain_of([[0.0, 0, 0], [1e-12, 0, 0]], [], 1.0).ends_in_bends == (False, False)

@@ -219,7 +219,7 @@ class TestWaysOut:
         vertices, faces = (triangles := line.triangulated()).vertices, triangles.faces
         across = np.cross(vertices[faces[:, 1]] - vertices[faces[:, 0]], vertices[faces[:, 2]] - vertices[faces[:, 0]])
         middle = vertices[faces].mean(axis=1)
-        assert ((across * line.chain.gradient(middle)).sum(axis=1) > 0).all()
+        assert ((across * line.chain.measured(middle)[1]).sum(axis=1) > 0).all()
 
     def test_files_tell_all_elements(self, line, tmp_path):
         line.save(tmp_path / "line.json")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from simplexmesh.cloud.validation.known_noise import chi_square_test, noise_along
+from simplexmesh.cloud.validation.known_noise import chi_square_test
 from tests.cloud.validation.fitted import are_uniform, linear_fit, places
 
 
@@ -35,13 +35,3 @@ def test_noise_of_each_point():
     assert chi_square_test(7 * residuals, 7 * noise, 0).p_value == pytest.approx(
         chi_square_test(residuals, noise, 0).p_value
     )
-
-
-def test_noise_along_normals():
-    rng = np.random.default_rng(4)
-    direction = np.array([0.6, 0.0, 0.8])
-    spread = rng.normal(size=(3, 3))
-    sample = rng.normal(size=(200_000, 3)) @ spread.T
-    found = noise_along(np.stack([spread @ spread.T, np.eye(3)]), np.stack([direction, direction]))
-    assert found[0] == pytest.approx((sample @ direction).std(), rel=0.01)
-    assert found[1] == pytest.approx(1.0)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from simplexmesh.cloud.validation.unfolding import embedded, unfolded
+from simplexmesh.cloud.validation.unfolding import unfolded
 
 
 @pytest.mark.parametrize("turn", [0.0, 1.0, 2.5, np.pi, -7.0])
@@ -22,14 +22,3 @@ def test_a_turn_of_the_angles_changes_nothing(turn):
 
 def test_equal_coordinates_are_at_zero():
     assert np.all(unfolded(np.full((5, 2), 3.0), (True, False)) == 0.0)
-
-
-def test_embedded_angles_close():
-    """Full turn: 3.1 and -3.1 are near; the way around is as long as the other coordinate's range."""
-    angle = np.linspace(-np.pi, np.pi, 400, endpoint=False)
-    at = embedded(np.stack([angle, np.linspace(0, 50, 400)], axis=1), (True, False))
-    assert at.shape == (400, 3)
-    steps = np.linalg.norm(np.diff(at[:, :2], axis=0, append=at[:1, :2]), axis=1)
-    assert_allclose(steps, steps[0])
-    assert steps[:-1].sum() == pytest.approx(2.0, rel=1e-3)
-    assert np.ptp(at[:, 2]) == pytest.approx(2.0)

@@ -1,4 +1,4 @@
-"""Normals of points, and places on the axis of the pipe that they are on. Arrays in, arrays out; no checks."""
+"""Places on the axis of the pipe that they are on. Arrays in, arrays out; no checks."""
 
 # mypy: allow-untyped-defs
 
@@ -9,7 +9,6 @@ import math
 import numpy as np
 
 from simplexmesh._base._kernels_njit import njit
-from simplexmesh.numerics._kernels_local_fits import fit_plane
 from simplexmesh.numerics._kernels_matrices import solve
 from simplexmesh.numerics._kernels_vectors import dot, minus, plus, row
 
@@ -41,16 +40,6 @@ RIDGE = (1e-6, 0.02, 0.1)
 
 FEWEST = 6
 """Points that may tell a parabola, at least, and their weight on a step."""
-
-
-@jit
-def fill_normals(points, near, normals):
-    """Fill unit normals (n, 3), of either sign, of planes through neighbors `near` (n, k), the point itself first.
-
-    In one thread, as batches of some dozens of points take less time than to share them out.
-    """
-    for i in range(len(near)):
-        fit_plane(points, near[i], row(points, near[i, 0]), math.inf, normals[i])
 
 
 @jit

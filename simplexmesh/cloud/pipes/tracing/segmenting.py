@@ -6,13 +6,12 @@ import itertools
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.vectors import cross, dot, norm, normalized
 from simplexmesh.cloud.pipes.chain import Chain, chain_of
 from simplexmesh.cloud.pipes.tracing.tracking import Track
-
-Array = NDArray[np.float64]
+from simplexmesh.numerics.round_fits import between_axes
 
 STRAIGHT = 0.03
 """Root mean square distance of traced places from the axis of a straight, in radii, as all lengths below."""
@@ -63,7 +62,7 @@ def segmented(track: Track, radius: float) -> Chain:
             k += 1
         else:
             straights.insert(k + 1, more)
-    return _chain(_without_superfluous(straights, points), points, radius)
+    return _chain(straights, points, radius)
 
 
 def bend_between(one: Straight, other: Straight, points: Array) -> tuple[Array, float, float] | None:
@@ -73,10 +72,9 @@ def bend_between(one: Straight, other: Straight, points: Array) -> tuple[Array, 
     """
     u, v = one.direction, other.direction
     turn = float(np.arctan2(norm(cross(u, v)), u @ v))
-    across = normalized(cross(u, v))
     if turn < LEAST_TURN or turn > np.pi - LEAST_TURN:
         return None
-    ahead, _behind, apart = np.linalg.solve(np.stack([u, v, across], axis=1), other.point - one.point)
+    ahead, _, apart, across = between_axes(one.point, u, other.point, v)
     corner = one.point + ahead * u + 0.5 * apart * across
     start, end = (corner - points[one.first]) @ u, (points[other.last] - corner) @ v
     room = min(start, end) / np.tan(turn / 2)
@@ -193,29 +191,6 @@ def _collinear(one: Straight, other: Straight, points: Array) -> bool:
     turn = np.arccos(np.clip(one.direction @ other.direction, -1, 1))
     off = norm(cross(part - part.mean(axis=0), normalized(part[-1] - part[0])))
     return bool(turn < LEAST_TURN and np.sqrt((off**2).mean()) < BENT)
-
-
-def _without_superfluous(straights: list[Straight], points: Array) -> list[Straight]:
-    """Return straights without those that lie in one bend, and with those that go on in each other as one."""
-    out = list(straights)
-    k = 0
-    while k < len(out) - 1:
-        if _collinear(out[k], out[k + 1], points):
-            out[k : k + 2] = [_joined(out[k], out[k + 1], points)]
-            k = max(0, k - 1)
-        elif k > 0 and (bend := bend_between(out[k - 1], out[k + 1], points)) is not None and bend[2] < BENT / 2:
-            del out[k]
-            k = max(0, k - 1)
-        else:
-            k += 1
-    return out
-
-
-def _joined(one: Straight, other: Straight, points: Array) -> Straight:
-    """Return the straight of the places of two."""
-    part = np.concatenate([points[s.first : s.last + 1] for s in (one, other)])
-    axis = np.linalg.svd(part - part.mean(axis=0), full_matrices=False)[2][0]
-    return Straight(one.first, other.last, part.mean(axis=0), axis * np.sign(axis @ (part[-1] - part[0])))
 
 
 def _chain(straights: list[Straight], points: Array, radius: float) -> Chain:

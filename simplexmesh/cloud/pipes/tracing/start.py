@@ -5,22 +5,20 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.vectors import dot, norm
+from simplexmesh.cloud.fitting import starts
 from simplexmesh.cloud.fitting.solver import solve
-from simplexmesh.cloud.pipes.tracing import _kernels_tracing
 from simplexmesh.cloud.pipes.tracing._kernels_tracing import STEP
 from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
 from simplexmesh.cloud.pipes.tracing.tracking import Track, settled, traced
-from simplexmesh.cloud.primitives import Cylinder
-from simplexmesh.numerics.round_fits import across_normals, ball
-
-Array = NDArray[np.float64]
+from simplexmesh.data.primitives import Cylinder
+from simplexmesh.numerics.plane_fits import fitted as planes_through
 
 FEWEST, MOST, FINEST = 100, 2000, 25
 """Points of the smallest and the largest neighborhood, and the difference at which their bisection ends (6.1.2)."""
@@ -162,17 +160,13 @@ def _is_peaked(around: Surroundings, cylinder: Cylinder, place: Array) -> bool:
 
 def _refitted(around: Surroundings, cylinder: Cylinder) -> Cylinder:
     """Return a cylinder of least distance from points near it that face as it does."""
-    every = np.arange(len(around.points))
     for scale in (0.1, 0.05):
-        off = np.abs(cylinder.distance(around.points))
-        at = every[(off < 3 * scale * cylinder.radius)]
-        at = at[np.abs(dot(around.normals(at), cylinder.gradient(around.points[at]))) > FACING]
+        distance, gradient = cylinder.measured(around.points)
+        at = np.flatnonzero(np.abs(distance) < 3 * scale * cylinder.radius)
+        at = at[np.abs(dot(around.normals(at), gradient[at])) > FACING]
         if len(at) < 10:
             return cylinder
-        try:
-            cylinder = solve(cylinder, around.points[at], loss_scale=scale * cylinder.radius, tolerance=ROUGH)[0]
-        except (ValueError, np.linalg.LinAlgError):
-            return cylinder
+        cylinder = solve(cylinder, around.points[at], loss_scale=scale * cylinder.radius, tolerance=ROUGH)
     return cylinder
 
 
@@ -212,32 +206,19 @@ def nested(fitted: Callable[[int], tuple[Any, float]], most: int) -> tuple[Any, 
 
 def free_cylinder(points: Array) -> Cylinder | None:
     """Return the cylinder fitted to points (n, 3) that lie on one, from their normals' plane; None of a flat."""
-    middle, size = points.mean(axis=0), float(norm(points - points.mean(axis=0)).max())
-    if not size > 0:
+    found = starts.start("cylinder", points, local_normals(points))
+    if found is None:
         return None
-    unit = (points - middle) / size
-    normals = local_normals(unit)
-    frame = across_normals(normals)
-    center, radius = ball(unit @ frame[:2].T)
-    if not THIN < radius < WIDE:
-        return None
-    start = Cylinder(center @ frame[:2], frame[2], radius)
-    try:
-        found = solve(start, unit, tolerance=ROUGH)[0]
-    except (ValueError, np.linalg.LinAlgError):
-        return None
-    if not THIN < found.radius < WIDE:
-        return None
-    return Cylinder(middle + size * found.point, found.axis, size * found.radius)
+    cylinder = cast(Cylinder, solve(found, points, tolerance=ROUGH))
+    size = float(norm(points - points.mean(axis=0)).max())
+    return cylinder if THIN * size < cylinder.radius < WIDE * size else None
 
 
 def local_normals(points: Array) -> Array:
     """Return normals (n, 3), of either sign, of planes through neighbors among points of one neighborhood."""
     count = min(len(points), max(NORMAL_NEIGHBORS, len(points) // 12))
     near = cKDTree(points).query(points, k=[*range(1, count + 1)])[1]
-    normals = np.zeros_like(points)
-    _kernels_tracing.fill_normals(points, near, normals)
-    return normals
+    return planes_through(points, near)[0]
 
 
 def first_cylinder(tree: cKDTree, place: Array) -> tuple[Cylinder, float, int] | None:

@@ -6,13 +6,10 @@ from copy import copy
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from simplexmesh.cloud.pipes.tracing import _kernels_tracing
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
+from simplexmesh._base.arrays import Array, Indices
+from simplexmesh.numerics.plane_fits import fitted
 
 CELLS = 8
 """Cells of the thinned cloud in a radius: points of a cell lie on one side of the pipe, nearly in a plane."""
@@ -60,9 +57,7 @@ class Surroundings:
             near = self.tree.query(self.points[new], k=[*range(1, count + 1)], distance_upper_bound=self.radius / 2)[1]
             found = (near < len(self.points)).sum(axis=1)
             near = np.take_along_axis(near, np.arange(count) % found[:, None], axis=1)  # those found, again and again
-            fitted = np.zeros((len(new), 3))
-            _kernels_tracing.fill_normals(self.points, near, fitted)
-            self._normals[new], self._known[new] = fitted, True
+            self._normals[new], self._known[new] = fitted(self.points, near)[0], True
         return self._normals[at]
 
 

@@ -10,16 +10,14 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from simplexmesh._base.vectors import cross, norm, normalized, tangents
+from simplexmesh._base.arrays import Array, Indices
+from simplexmesh._base.vectors import norm, normalized, tangents
 from simplexmesh.cloud.pipes.tracing import _kernels_tracing
 from simplexmesh.cloud.pipes.tracing._kernels_tracing import STEP
 from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
+from simplexmesh.numerics.round_fits import between_axes
 
 SPREAD = 0.05
 """Least eigenvalue of the normals' moments over their sum: that of an arc of 45 degrees; that of a wall is 0."""
@@ -223,9 +221,8 @@ def _meets(last: Step, step: Step, r: float, jump: float) -> bool:
         middle = normalized(last.direction + step.direction)
         off = norm(between - (between @ middle) * middle)
         return bool(off < SECANT * r + 0.5 * np.tan(turn / 2) * norm(between) + 0.05 * norm(between))
-    across = normalized(cross(last.direction, step.direction))
-    ahead, behind = np.linalg.solve(np.stack([last.direction, step.direction, across], axis=1), between)[:2]
-    if abs(between @ across) > SECANT * r + 0.03 * norm(between):
+    ahead, behind, apart, _ = between_axes(last.point, last.direction, step.point, step.direction)
+    if abs(apart) > SECANT * r + 0.03 * norm(between):
         return False
     return bool(min(ahead, behind) > 0.5 * r * np.tan(turn / 2) and max(ahead, behind) < 2 * (jump + SEEN) * r)
 

@@ -6,12 +6,12 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base import checks
-from simplexmesh.cloud.primitives.base import Fit, Primitive, text
-
-Array = NDArray[np.float64]
+from simplexmesh._base.arrays import Array
+from simplexmesh.data.primitives import _kernels_profiles
+from simplexmesh.data.primitives.base import Primitive
+from simplexmesh.data.primitives.fits import Fit
 
 UP = checks.frozen([0.0, 0.0, 1.0])
 
@@ -35,20 +35,13 @@ class Sphere(Primitive):
     """
 
     kind: ClassVar[str] = "sphere"
+    _code: ClassVar[int] = _kernels_profiles.SPHERE
     parameter_names: ClassVar[tuple[str, ...]] = ("x", "y", "z", "radius")
-    periods: ClassVar[tuple[bool, bool]] = (True, False)
     _moves: ClassVar[tuple[int, ...]] = (2, 3, 4)
 
     center: Array
     radius: float
     fit: Fit | None = None
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "center", checks.frozen(checks.array("center", self.center, (3,))))
-        object.__setattr__(self, "radius", checks.number("radius", self.radius, 0.0, open_low=True))
-
-    def __repr__(self) -> str:
-        return f"Sphere(center {text(self.center)}, radius {self.radius:.6g})"
 
     @property
     def _pose(self) -> tuple[Array, Array]:
@@ -60,11 +53,6 @@ class Sphere(Primitive):
 
     def _with(self, origin: Array, axis: Array, *shape: Any) -> Self:
         return type(self)(origin, *shape)
-
-    def _profile(self, rho: Array, z: Array) -> tuple[Array, Array, Array, tuple[Array, ...]]:
-        far = np.hypot(rho, z)
-        some = np.where(far > 0, far, 1.0)
-        return far - self.radius, rho / some, z / some, (-np.ones_like(far),)
 
     def _coordinate(self, rho: Array, z: Array) -> Array:
         return np.arctan2(z, rho)

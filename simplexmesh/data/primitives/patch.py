@@ -6,13 +6,12 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
+
+from simplexmesh._base.arrays import Array, Indices, Mask
 
 if TYPE_CHECKING:
-    from simplexmesh.cloud.primitives.base import Primitive
+    from simplexmesh.data.primitives.base import Primitive
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 TURN = 2 * np.pi
 
@@ -39,7 +38,7 @@ def span(values: Array, *, periodic: bool) -> Array:
     return np.array([start, start + TURN - gaps[widest]])
 
 
-def inside(coordinates: Array, ends: Array, periods: tuple[bool, bool]) -> NDArray[np.bool_]:
+def inside(coordinates: Array, ends: Array, periods: tuple[bool, bool]) -> Mask:
     """Return which coordinates (n, 2) are within ranges."""
     out = np.ones(len(coordinates), bool)
     for k, periodic in enumerate(periods):

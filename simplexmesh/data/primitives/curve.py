@@ -2,23 +2,23 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
-from simplexmesh.cloud.primitives.base import Primitive
-from simplexmesh.cloud.primitives.patch import STEPS
+from simplexmesh._base.arrays import Array
+from simplexmesh.data.primitives.base import Primitive
+from simplexmesh.data.primitives.patch import STEPS
 from simplexmesh.data.triangles import TriangleMesh
 
 if TYPE_CHECKING:
     import pyvista as pv
 
-Array = NDArray[np.float64]
-
 
 class Curve(Primitive):
-    """A primitive of one dimension: points are two distances from it, and one surface coordinate counts."""
+    """A primitive of one dimension: points have two distances from it, and one surface coordinate counts."""
+
+    per_point: ClassVar[int] = 2
 
     def triangulated(self, edge: float | None = None) -> TriangleMesh:
         """Raise a ValueError: a curve has no area."""
@@ -34,3 +34,10 @@ class Curve(Primitive):
 
     def _area_density(self, uv: Array) -> Array:
         return np.ones(len(uv))
+
+
+def eased(square: Array, weights: Array | None, loss_scale: float | None) -> tuple[Array, float]:
+    """Return the weights (n,) of squared distances under the loss of a scale, if there is one, and the cost."""
+    given = np.ones(len(square)) if weights is None else weights
+    less = np.ones(len(square)) if loss_scale is None else 1 / (1 + square / loss_scale**2)
+    return given * less**2, float((given * less) @ square)

@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 import simplexmesh as sm
-from simplexmesh.cloud.primitives.patch import span
+from simplexmesh.data.primitives.patch import span
 
 P = sm.primitives
 AXIS = [0.3, -0.5, 0.8]
@@ -163,6 +163,15 @@ class TestPart:
         assert_allclose(span(np.array([3.0, -3.0, 2.5]), periodic=True), [2.5, 2 * np.pi - 3.0])
         assert_allclose(span(np.linspace(0, 7, 90), periodic=True), [-np.pi, np.pi])
         assert_allclose(span(np.array([3.0, -3.0, 2.5]), periodic=False), [-3, 3])
+
+
+@pytest.mark.parametrize("kind", ["cylinder", "cone", "torus", "circle"])
+@pytest.mark.parametrize("share", [0.25, 0.5, 1.0])
+def test_coverage_is_the_share_of_the_turn_that_has_points(kind, share):
+    turn = 2 * np.pi * share * np.linspace(0, 1, 500)
+    points = KINDS[kind].at(np.column_stack([turn, np.tile([0.2, 0.4], 250)]))
+    assert KINDS[kind].coverage(points) == pytest.approx(share, abs=0.03)
+    assert P.fit_of(KINDS[kind], points).covered == KINDS[kind].coverage(points)
 
 
 class TestGap:

@@ -2,29 +2,33 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from collections.abc import Callable
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import fields, replace
+from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, Self, cast
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.vectors import dot, norm, normalized, tangents
-from simplexmesh.cloud.primitives import patch
+from simplexmesh.data.primitives import _kernels_profiles as kernels
+from simplexmesh.data.primitives import patch
+from simplexmesh.data.primitives.fits import Fit
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.mesh.duality import dual
 
 if TYPE_CHECKING:
     import pyvista as pv
 
-    from simplexmesh.cloud.validation.validation import Validation
     from simplexmesh.mesh.simplex_mesh import SimplexMesh
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
+
+PLACES, DIRECTIONS = ("point", "center"), ("axis", "normal", "direction")
+"""Names of points and of unit vectors; all others are of numbers above 0."""
+
+NO_WEIGHTS = np.zeros(0)
+"""All weights are 1."""
 
 NEWTON_STEPS = 12
 """Along a vertex' normal."""
@@ -36,50 +40,7 @@ ROUNDING = 1e-6
 """... in coordinates, of which distances are known to a millionth of a millionth."""
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Fit:
-    """How a primitive was fitted to points.
-
-    Attributes
-    ----------
-    rms : float
-        Root mean square distance of the points.
-    noise : float
-        Deviation of the points that the distances show: with as many points less as there are parameters.
-    covariance : (p, p) array of float
-        Of the parameters, in the order of the primitive's `parameter_names`.
-    extent : (2, 2) array of float
-        Ranges of the points' two surface coordinates; of an angle the second end is less than a turn after the first.
-    count : int
-        How many points were used.
-    tests : callable, optional
-        Returns the `validation`.
-    vertices : (m,) array of int, optional
-        Numbers of the points used, of a fit that leaves some out.
-    """
-
-    rms: float
-    noise: float
-    covariance: Array
-    extent: Array
-    count: int
-    tests: Callable[[], Validation] | None = None
-    vertices: Indices | None = None
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "covariance", checks.frozen(self.covariance))
-        object.__setattr__(self, "extent", checks.frozen(self.extent))
-
-    @cached_property
-    def validation(self) -> Validation | None:
-        """Whether the distances are those of noise, tested when first asked for; None of curves and few points."""
-        return self.tests() if self.tests else None
-
-    def __repr__(self) -> str:
-        return f"Fit({self.count:,} points, rms {self.rms:.3g})"
-
-
-class Primitive(ABC):
+class Primitive:
     """A surface or curve that a profile makes by turning about an axis.
 
     A point at the distance `rho` from the axis and the height `z` along it is as far from the primitive as (rho, z) is
@@ -96,39 +57,62 @@ class Primitive(ABC):
 
     kind: ClassVar[str]
     parameter_names: ClassVar[tuple[str, ...]]
-    periods: ClassVar[tuple[bool, bool]]
+    periods: ClassVar[tuple[bool, bool]] = (True, False)
     """Which of the two surface coordinates is an angle that comes around."""
 
-    _moves: ClassVar[tuple[int, ...]]
+    per_point: ClassVar[int] = 1
+    """How many distances a point has from it."""
+
+    _code: ClassVar[int]
+    """The kind as kernels know it."""
+
+    _moves: ClassVar[tuple[int, ...]] = (0, 1, 2, 3, 4)
     """Which of the five motions of a frame change it: two tilts of the axis, shifts across it twice, and along it."""
 
     fit: Fit | None
 
+    def __post_init__(self) -> None:
+        for name in self._names():
+            value = getattr(self, name)
+            if name in PLACES:
+                value = checks.frozen(checks.array(name, value, (3,)))
+            elif name in DIRECTIONS:
+                value = _direction(name, value)
+            else:
+                value = checks.number(name, value, 0.0, open_low=True)
+            object.__setattr__(self, name, value)
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({', '.join(f'{k} {_text(getattr(self, k))}' for k in self._names())})"
+
+    @classmethod
+    @cache
+    def _names(cls) -> tuple[str, ...]:
+        """Return the names of place, direction, and the measures of the shape."""
+        return tuple(each.name for each in fields(cast(Any, cls)) if each.name != "fit")
+
     @property
-    @abstractmethod
     def _pose(self) -> tuple[Array, Array]:
         """A point of the axis, and its direction."""
+        place, direction = self._names()[:2]
+        return getattr(self, place), getattr(self, direction)
 
     @property
-    @abstractmethod
     def _shape(self) -> tuple[float, ...]:
         """The measures besides the pose."""
+        return tuple(getattr(self, name) for name in self._names()[2:])
 
-    @abstractmethod
     def _with(self, origin: Array, axis: Array, *shape: Any) -> Self:
         """Return another one of this kind, without a fit."""
+        return cast(Any, type(self))(origin, axis, *shape)
 
-    @abstractmethod
-    def _profile(self, rho: Array, z: Array) -> tuple[Array, Array, Array, tuple[Array, ...]]:
-        """Return distances (n,) from the profile, their derivatives by rho and z, and by each measure of the shape."""
-
-    @abstractmethod
     def _coordinate(self, rho: Array, z: Array) -> Array:
         """Return the coordinate (n,) along the profile."""
+        raise NotImplementedError
 
-    @abstractmethod
     def _on_profile(self, v: Array) -> tuple[Array, Array]:
         """Return rho and z of points of the profile."""
+        raise NotImplementedError
 
     @property
     def n_parameters(self) -> int:
@@ -156,31 +140,39 @@ class Primitive(ABC):
         """Ranges (2, 2) of the surface coordinates of the points it was fitted to; without a fit it has no ends."""
         return self.fit.extent if self.fit else None
 
+    def as_dict(self) -> dict[str, Any]:
+        """Return kind and parameters as plain lists and numbers, angles in radians."""
+        return {"kind": self.kind} | {name: np.asarray(getattr(self, name)).tolist() for name in self._names()}
+
     def distance(self, points: ArrayLike) -> Array:
         """Return the signed distances (n,) of points (n, 3), positive outside."""
-        rho, z = self._cylindrical(self._local(points))
-        return self._profile(rho, z)[0]
+        return self.measured(points)[0]
 
     def gradient(self, points: ArrayLike) -> Array:
         """Return the unit vectors (n, 3) in which the distance grows; 0 across the axis where they are undefined."""
-        return self._profiled(self._local(points))[1] @ self.frame
+        return self.measured(points)[1]
+
+    def measured(self, points: ArrayLike) -> tuple[Array, Array]:
+        """Return distances (n,) and gradients (n, 3) of points (n, 3) at once."""
+        at = checks.array("points", points, (None, 3))
+        out = np.empty(len(at)), np.empty_like(at)
+        kernels.fill_distances(*self._surface, at, *out)
+        return out
 
     def projected(self, points: ArrayLike) -> Array:
         """Return the nearest points (n, 3) of the surface or curve; one of them where several are as near."""
-        local = self._local(points)
-        rho, z = self._cylindrical(local)
-        angle = np.arctan2(local[:, 1], local[:, 0])
-        return self._placed(angle, *self._on_profile(self._coordinate(rho, z)))
+        return self.at(self.coordinates(points))
 
     def coordinates(self, points: ArrayLike) -> Array:
         """Return the surface coordinates (n, 2) of the nearest points: the angle about the axis, then the other."""
-        local = self._local(points)
-        return np.stack([np.arctan2(local[:, 1], local[:, 0]), self._coordinate(*self._cylindrical(local))], axis=1)
+        x, y, z = self._local(points).T
+        return np.stack([np.arctan2(y, x), self._coordinate(np.hypot(x, y), z)], axis=1)
 
     def at(self, coordinates: ArrayLike) -> Array:
         """Return the points (n, 3) of surface coordinates (n, 2)."""
         u, v = checks.array("coordinates", coordinates, (None, 2)).T
-        return self._placed(u, *self._on_profile(v))
+        rho, z = self._on_profile(v)
+        return self._pose[0] + np.column_stack([rho * np.cos(u), rho * np.sin(u), z]) @ self.frame
 
     def transformed(self, T: ArrayLike) -> Self:
         """Return it moved, and scaled, by a similarity (4, 4), without its fit."""
@@ -194,7 +186,13 @@ class Primitive(ABC):
 
     def centered(self, points: ArrayLike) -> Self:
         """Return the same surface, where it has a choice with the point nearest to the middle of points (n, 3)."""
-        return self
+        free = [k for k in range(3) if k + 2 not in self._moves]
+        if not free:
+            return self
+        origin, axis = self._pose
+        along = self.frame[free]
+        to = checks.array("points", points, (None, 3)).mean(axis=0) - origin
+        return self._with(origin + (to @ along.T) @ along, axis, *self._shape)
 
     def with_fit(self, fit: Fit) -> Self:
         """Return it with how it was fitted."""
@@ -206,9 +204,33 @@ class Primitive(ABC):
         values = self.coordinates(points)
         return np.stack([patch.span(values[:, k], periodic=self.periods[k]) for k in range(2)])
 
+    def coverage(self, points: ArrayLike) -> float:
+        """Return the share of the turn about the axis that has some of the points (n, 3) near, from 0 to 1.
+
+        Gaps of three median gaps or ten degrees are covered.
+        """
+        turn = np.sort(self.coordinates(points)[:, 0])
+        arcs = np.diff(turn, append=turn[0] + 2 * np.pi)
+        gap = np.radians(10)
+        counted = np.where(arcs <= max(3 * float(np.median(arcs)), gap), arcs, gap)
+        return min(float(counted.sum()) / (2 * np.pi), 1.0)
+
     def derivatives(self, points: ArrayLike) -> Array:
         """Return the derivatives (n, p) of the distances of points (n, 3) by the parameters, for `stepped`."""
-        return self._linearized(checks.array("points", points, (None, 3)))[1]
+        at = checks.array("points", points, (None, 3))
+        rows = np.zeros((len(at), self.n_parameters))
+        kernels.fill_rows(*self._surface, self._columns, at, rows)
+        return rows
+
+    def normal_equations(
+        self, points: Array, weights: Array | None = None, loss_scale: float | None = None
+    ) -> tuple[Array, Array, float]:
+        """Return what a step of least squares needs, of the distances of points (n, 3) with weights (n,).
+
+        The normal matrix (p, p), the downhill vector (p,) and the cost: the sum of d^2, or with a scale s that of
+        d^2 / (1 + (d / s)^2). Nothing is checked.
+        """
+        return self._summed(self._code, points, NO_WEIGHTS if weights is None else weights, loss_scale or np.inf)
 
     def stepped(self, step: ArrayLike) -> Self:
         """Return it with its parameters moved by a step (p,): tilts of the axis, shifts, measures."""
@@ -284,37 +306,27 @@ class Primitive(ABC):
         at = checks.array("points", points, (None, 3))
         return (at - self._pose[0]) @ self.frame.T
 
-    def _cylindrical(self, local: Array) -> tuple[Array, Array]:
-        """Return distances from the axis, and heights along it."""
-        return np.hypot(local[:, 0], local[:, 1]), local[:, 2]
+    @cached_property
+    def _surface(self) -> tuple[int, Array, Array, Array]:
+        """Kind, origin, frame and measures as kernels read them."""
+        return self._code, self._pose[0], self.frame, np.array(self._shape, float)
 
-    def _placed(self, angle: Array, rho: Array, z: Array) -> Array:
-        """Return points (n, 3) of cylindrical coordinates."""
-        local = np.stack(np.broadcast_arrays(rho * np.cos(angle), rho * np.sin(angle), z), axis=1)
-        return self._pose[0] + local @ self.frame
+    @property
+    def _columns(self) -> Indices:
+        """(5,): the parameters that are the motions of the frame, -1 where there is none."""
+        columns = np.full(5, -1)
+        columns[list(self._moves)] = range(len(self._moves))
+        return columns
 
-    def _linearized(self, points: Array) -> tuple[Array, Array]:
-        """Return the distances (n,) of points (n, 3), not checked, and their derivatives (n, p) by the parameters."""
-        local = (points - self._pose[0]) @ self.frame.T
-        distance, gradient, shape = self._profiled(local)
-        return distance, self._by_parameters(local, gradient, shape)
-
-    def _by_parameters(self, local: Array, gradient: Array, shape: tuple[Array, ...]) -> Array:
-        """Return derivatives (n, p) by the parameters, from those by the place in the frame, and by the measures."""
-        x, y, z = local.T
-        gx, gy, gz = gradient.T
-        motions = (lambda: gz * x - gx * z, lambda: gz * y - gy * z, lambda: -gx, lambda: -gy, lambda: -gz)
-        return np.stack([*(motions[k]() for k in self._moves), *shape], axis=1)
-
-    def _profiled(self, local: Array) -> tuple[Array, Array, tuple[Array, ...]]:
-        """Return the distances of points in the frame, their gradients there, and derivatives by the measures."""
-        rho, z = self._cylindrical(local)
-        distance, by_rho, by_z, by_shape = self._profile(rho, z)
-        out = np.divide(by_rho, rho, out=np.zeros_like(rho), where=rho > 0)
-        return distance, np.stack([out * local[:, 0], out * local[:, 1], by_z], axis=1), by_shape
+    def _summed(self, code: int, points: Array, weights: Array, loss_scale: float) -> tuple[Array, Array, float]:
+        """Return the normal equations of distances of a kind in this chart."""
+        matrix, downhill = np.zeros((self.n_parameters,) * 2), np.zeros(self.n_parameters)
+        given = (np.ascontiguousarray(points), weights, loss_scale)
+        cost = kernels.normal_equations(code, *self._surface[1:], self._columns, *given, matrix, downhill)
+        return matrix, downhill, cost
 
 
-def checked_axis(name: str, value: ArrayLike) -> Array:
+def _direction(name: str, value: ArrayLike) -> Array:
     """Return a direction (3,) as a unit vector."""
     vector = checks.array(name, value, (3,))
     length = float(norm(vector))
@@ -323,6 +335,6 @@ def checked_axis(name: str, value: ArrayLike) -> Array:
     return checks.frozen(vector / length)
 
 
-def text(vector: Array) -> str:
-    """Return a vector as representations show it."""
-    return "(" + ", ".join(f"{x:.6g}" for x in vector) + ")"
+def _text(value: Any) -> str:
+    """Return a vector or a number as representations show it."""
+    return f"{value:.6g}" if np.ndim(value) == 0 else "(" + ", ".join(f"{x:.6g}" for x in value) + ")"

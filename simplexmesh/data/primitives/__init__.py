@@ -1,0 +1,14 @@
+"""Planes, spheres, cylinders, cones, tori, lines and circles: exact distances, coordinates, samples, meshes."""
+
+from simplexmesh.data.primitives.base import Primitive as Primitive
+from simplexmesh.data.primitives.circle import Circle as Circle
+from simplexmesh.data.primitives.cone import Cone as Cone
+from simplexmesh.data.primitives.cylinder import Cylinder as Cylinder
+from simplexmesh.data.primitives.fits import Fit as Fit
+from simplexmesh.data.primitives.fits import fit_of as fit_of
+from simplexmesh.data.primitives.line import Line as Line
+from simplexmesh.data.primitives.plane import Plane as Plane
+from simplexmesh.data.primitives.sphere import Sphere as Sphere
+from simplexmesh.data.primitives.torus import Torus as Torus
+
+__all__ = ["Circle", "Cone", "Cylinder", "Fit", "Line", "Plane", "Primitive", "Sphere", "Torus"]

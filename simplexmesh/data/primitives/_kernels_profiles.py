@@ -1,0 +1,126 @@
+"""Distances of points from surfaces of revolution, and their normal equations. Arrays in, arrays out; no checks."""
+
+# mypy: allow-untyped-defs
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from simplexmesh._base._kernels_both import FAST
+from simplexmesh._base._kernels_njit import LEAN, njit
+
+jit = njit(cache=True, error_model="numpy", fastmath=FAST)
+lean = njit(**LEAN)
+
+PLANE, SPHERE, CYLINDER, TAPER, CONE, TORUS, LINE, CIRCLE = range(8)
+"""Kinds of surfaces, and curves."""
+
+
+@lean
+def profile(kind, shape, rho, z):
+    """Return the distance from a profile, and its derivatives by rho, z and two measures."""
+    if kind == PLANE:
+        return z, 0.0, 1.0, 0.0, 0.0
+    if kind == CYLINDER:
+        return rho - shape[0], 1.0, 0.0, -1.0, 0.0
+    if kind == LINE:
+        return rho, 1.0, 0.0, 0.0, 0.0
+    if kind in (SPHERE, TORUS, CIRCLE):
+        out = rho if kind == SPHERE else rho - shape[0]
+        far = math.hypot(out, z)
+        some = max(far, 1e-300)
+        if kind == SPHERE:
+            return far - shape[0], out / some, z / some, -1.0, 0.0
+        return far - (shape[1] if kind == TORUS else 0.0), out / some, z / some, -out / some, -1.0
+    if kind == CONE:
+        cos, sin = math.cos(shape[0]), math.sin(shape[0])
+        if z * cos + rho * sin <= 0:  # behind the apex
+            far = math.hypot(rho, z)
+            some = max(far, 1e-300)
+            return far, rho / some, z / some, 0.0, 0.0
+        return cos * rho - sin * z, cos, -sin, -sin * rho - cos * z, 0.0
+    cos, sin = math.cos(shape[1]), math.sin(shape[1])
+    if (sin * z + cos * shape[0]) * cos + sin * sin * rho <= 0:
+        above = z + shape[0] * cos / sin
+        far = max(math.hypot(rho, above), 1e-300)
+        up = above / far
+        return far, rho / far, up, up * cos / sin, -up * shape[0] / (sin * sin)
+    out = rho - shape[0]
+    return cos * out - sin * z, cos, -sin, -cos, -sin * out - cos * z
+
+
+@lean
+def at_point(kind, origin, frame, shape, points, i):
+    """Return a point's place in the frame, its distance, the gradient in the frame, and derivatives by measures."""
+    dx, dy, dz = points[i, 0] - origin[0], points[i, 1] - origin[1], points[i, 2] - origin[2]
+    x = frame[0, 0] * dx + frame[0, 1] * dy + frame[0, 2] * dz
+    y = frame[1, 0] * dx + frame[1, 1] * dy + frame[1, 2] * dz
+    z = frame[2, 0] * dx + frame[2, 1] * dy + frame[2, 2] * dz
+    rho = math.sqrt(x * x + y * y)
+    distance, by_rho, gz, by_first, by_second = profile(kind, shape, rho, z)
+    out = by_rho / rho if rho > 0 else 0.0
+    return x, y, z, distance, out * x, out * y, gz, by_first, by_second
+
+
+@jit
+def fill_distances(kind, origin, frame, shape, points, distances, gradients):
+    """Fill signed distances (n,) and the directions (n, 3) in which they grow."""
+    for i in range(len(points)):
+        _, _, _, distances[i], gx, gy, gz, _, _ = at_point(kind, origin, frame, shape, points, i)
+        for k in range(3):
+            gradients[i, k] = gx * frame[0, k] + gy * frame[1, k] + gz * frame[2, k]
+
+
+@lean
+def fill_row(kind, origin, frame, shape, moves, points, i, row):
+    """Fill the derivatives (p,) of a point's distance by the parameters of a chart; return the distance."""
+    x, y, z, distance, gx, gy, gz, by_first, by_second = at_point(kind, origin, frame, shape, points, i)
+    first = len(row) - len(shape)
+    if moves[0] >= 0:
+        row[moves[0]], row[moves[1]] = gz * x - gx * z, gz * y - gy * z
+    if moves[2] >= 0:
+        row[moves[2]], row[moves[3]] = -gx, -gy
+    if moves[4] >= 0:
+        row[moves[4]] = -gz
+    if len(shape) > 0:
+        row[first] = by_first
+    if len(shape) > 1:
+        row[first + 1] = by_second
+    return distance
+
+
+@jit
+def fill_rows(kind, origin, frame, shape, moves, points, rows):
+    """Fill derivatives (n, p) of distances."""
+    for i in range(len(points)):
+        fill_row(kind, origin, frame, shape, moves, points, i, rows[i])
+
+
+@jit
+def normal_equations(kind, origin, frame, shape, moves, points, weights, loss_scale, matrix, downhill):
+    """Add to the normal matrix (p, p) and the downhill vector (p,) of the chart; return the cost.
+
+    `moves` (5,) are the columns of two tilts, two shifts across and one along the axis, -1 where there is none, and
+    those of the measures of the shape follow. No weights are all 1; an infinite scale is no loss.
+    """
+    p = len(downhill)
+    row = np.zeros(p)
+    cost = 0.0
+    for i in range(len(points)):
+        distance = fill_row(kind, origin, frame, shape, moves, points, i, row)
+        weight = weights[i] if len(weights) else 1.0
+        square = distance * distance
+        less = 1.0 / (1.0 + square / (loss_scale * loss_scale))
+        cost += weight * square * less
+        weight *= less * less
+        for k in range(p):
+            part = weight * row[k]
+            downhill[k] -= part * distance
+            for j in range(k + 1):
+                matrix[k, j] += part * row[j]
+    for k in range(p):
+        for j in range(k):
+            matrix[j, k] = matrix[k, j]
+    return cost
