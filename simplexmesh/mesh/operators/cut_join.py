@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from simplexmesh._base import checks
+from simplexmesh._base.errors import TopologyError
 from simplexmesh._base.named_arrays import joined, taken
 from simplexmesh._base.units import common_unit
 from simplexmesh.mesh.connectivity import Connectivity
@@ -59,14 +60,15 @@ def cut(mesh: SimplexMesh, contour: Contour | Sequence[int], *, holes: bool = Fa
     mesh : SimplexMesh
         The mesh.
     contour : Contour or sequence of int
-        A contour on this mesh, or its vertices in order.
+        A closed contour on this mesh, or its vertices in order.
     holes : bool
         Make the new faces holes.
 
     Raises
     ------
     TopologyError
-        When the contour bounds a single face, has fewer than three edges on a side, or meets a face twice on one side.
+        When the contour is open, bounds a single face, has fewer than three edges on a side, or meets a face twice on
+        one side.
 
     Examples
     --------
@@ -79,6 +81,8 @@ def cut(mesh: SimplexMesh, contour: Contour | Sequence[int], *, holes: bool = Fa
     """
     checks.instance("mesh", mesh, SimplexMesh)
     line = contour if isinstance(contour, Contour) else Contour(mesh, contour)  # type: ignore[arg-type]
+    if not line.closed:
+        raise TopologyError(f"contour must be closed to be cut along, not open from {line.vertices[0]} on")
     if line.mesh.connectivity is not mesh.connectivity:
         line = Contour(mesh, line.vertices)
     edit = EditableMesh(mesh)
