@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,7 +14,9 @@ from simplexmesh._base.arrays import Indices, Mask
 from simplexmesh._base.errors import TopologyError
 from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.mesh.paths import first_repeated, refusal_of_path
-from simplexmesh.mesh.simplex_mesh import SimplexMesh
+
+if TYPE_CHECKING:
+    from simplexmesh.mesh.simplex_mesh import SimplexMesh
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -56,7 +59,7 @@ class Contour:
     closed: bool = True
 
     def __post_init__(self) -> None:
-        c = checks.instance("mesh", self.mesh, SimplexMesh).connectivity
+        c = _connectivity(self.mesh)
         vertices = checks.frozen(checks.indices("contour", self.vertices, (None,), c.n_vertices))
         object.__setattr__(self, "vertices", vertices)
         closed = checks.flag("closed", self.closed)
@@ -74,14 +77,14 @@ class Contour:
     @classmethod
     def of_face(cls, mesh: SimplexMesh, face: int) -> Contour:
         """Return the boundary of a face or hole, with the face on its left."""
-        c = checks.instance("mesh", mesh, SimplexMesh).connectivity
+        c = _connectivity(mesh)
         f = checks.integer("face", face, 0, len(c.face_sizes) - 1)
         return cls(mesh, c.face_vertices[c.face_offsets[f] : c.face_offsets[f + 1]].astype(np.int64))
 
     @classmethod
     def of_holes(cls, mesh: SimplexMesh) -> tuple[Contour, ...]:
         """Return the boundary of each hole, with the hole on its left."""
-        c = checks.instance("mesh", mesh, SimplexMesh).connectivity
+        c = _connectivity(mesh)
         return tuple(cls.of_face(mesh, int(f)) for f in np.flatnonzero(c.face_is_hole))
 
     @classmethod
@@ -102,7 +105,7 @@ class Contour:
         >>> Contour.of_faces(ball, ball.connectivity.vertex_faces[0])
         (Contour(11 vertices),)
         """
-        c = checks.instance("mesh", mesh, SimplexMesh).connectivity
+        c = _connectivity(mesh)
         inside = np.zeros(len(c.face_sizes), bool)
         inside[checks.selection("faces", faces, len(inside))] = True
         if not inside.any():
@@ -137,7 +140,7 @@ class Contour:
         >>> Contour.through(ring, [x.argmax(), y.argmax()], closed=False)
         Contour(8 vertices, open)
         """
-        n_vertices = checks.instance("mesh", mesh, SimplexMesh).n_vertices
+        n_vertices = _connectivity(mesh).n_vertices
         stops = checks.indices("picked", picked, (None,), n_vertices)
         if len(stops) < 2 or first_repeated(stops) >= 0:
             raise ValueError(f"picked must be at least 2 different vertices, not {stops.tolist()}")
@@ -196,6 +199,13 @@ class Contour:
     def reversed(self) -> Contour:
         """Return the contour in the opposite direction."""
         return Contour(self.mesh, self.vertices[::-1], self.closed)
+
+
+def _connectivity(mesh: SimplexMesh) -> Connectivity:
+    """Return the connectivity of what must be a simplex mesh."""
+    if not isinstance(c := getattr(mesh, "connectivity", None), Connectivity):
+        raise TypeError(f"mesh must be a SimplexMesh, not {checks.type_name(mesh)}")
+    return c
 
 
 def _boundary_loops(connectivity: Connectivity, inside: Mask) -> list[Indices]:

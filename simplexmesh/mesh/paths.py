@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from simplexmesh._base.arrays import Indices, Indices32
 
-Darts = Mapping[str, NDArray[np.integer[Any]]]
+Named = Mapping[str, NDArray[np.integer[Any]]]
+"""Contours by name, each as its darts in order."""
 
 
 def first_repeated(values: NDArray[np.integer[Any]]) -> int:
@@ -46,13 +47,15 @@ def path_vertices(darts: NDArray[np.integer[Any]], twin: Indices32) -> tuple[Ind
 
 def refusal_of_darts(darts: NDArray[np.integer[Any]], twin: Indices32) -> str:
     """Return why the contour along some darts (k,) is none, "" if it is one."""
+    if not len(darts):
+        return "must have at least one edge"
     vertices, closed = path_vertices(darts, twin)
     if (jump := twin.reshape(-1)[darts[:-1]] // 3 != darts[1:] // 3).any():
         return f"must run along edges; dart {darts[:-1][jump][0]} does not lead to the next one"
     return refusal_of_path(vertices, twin[vertices] // 3, closed=closed)
 
 
-def marked_darts(contours: Darts, twin: Indices32) -> Indices32:
+def marked_darts(contours: Named, twin: Indices32) -> Indices32:
     """Return (3n,) for each dart the number of the contour along it, from 1 on, negative against it; else 0.
 
     Without contours, an array of no length.
@@ -63,7 +66,7 @@ def marked_darts(contours: Darts, twin: Indices32) -> Indices32:
     return marks
 
 
-def followed(marks: Indices32, twin: Indices32, number: int, first: Indices) -> Indices | None:
+def followed(marks: Indices32, twin: Indices32, number: int, first: NDArray[np.integer[Any]]) -> Indices | None:
     """Return the darts of the contour with a number in marks (3n,), or None if these are no longer one path.
 
     A closed one starts at the first vertex of `first` that is on it.

@@ -11,10 +11,12 @@ import numpy as np
 
 from simplexmesh._base._kernels_njit import njit
 from simplexmesh._base.arrays import Array, Indices, Indices32, Mask
+from simplexmesh.mesh.operators._kernels_contours import breaks_contour, is_on_contour, is_on_same_contour
 
 REMOVE, INSERT, CUT, JOIN, REMOVE_FACE, REFINE_FACE, SWAP = range(1, 8)
 DONE, TOUCHED, OPPOSITE_TRIANGLE, SHARED, SAME_EDGE, NO_FACE, BESIDE_TRIANGLE, SAME_OPPOSITE, NEIGHBORS = range(9)
 HOLE, BESIDE_HOLE = 9, 10  # of T5 and T6
+ON_CONTOUR = 11
 VERTICES, FACES, EDITS = range(3)
 
 
@@ -29,6 +31,7 @@ class Darts(NamedTuple):
     face_dart: Indices32  # (g,) a dart of each face, -1 for removed faces
     face_size: Indices32  # (g,) the number of its vertices
     face_hole: Mask  # (g,) whether it is a hole
+    contour: Indices32  # (3c,) the contour along each dart, see `paths.marked_darts`; of no length without contours
     log: Indices32  # (l, 6) operator, dart, side, face kept, face removed or new, hole labels of these two
     log_values: Array  # (l, 2, k) the values that a swap replaced
     used: Indices  # (3,) vertices, faces, edits
@@ -65,6 +68,8 @@ def adjacent(d: Darts, one: int, other: int) -> bool:
 @njit(cache=True)
 def refuse_remove(d: Darts, dart: int) -> tuple[int, int]:
     """Return the status of T1 on an edge and the face that makes it illegal, (DONE, -1) if it is legal."""
+    if breaks_contour(d.contour, d.twin, dart):
+        return ON_CONTOUR, d.face[dart]
     back = d.twin[dart]
     left, right = d.face[dart], d.face[back]
     near, far = d.face[rotate(dart)], d.face[rotate(back)]
@@ -88,6 +93,8 @@ def refuse_remove(d: Darts, dart: int) -> tuple[int, int]:
 def refuse_swap(d: Darts, dart: int) -> tuple[int, int]:
     """Return the status of T7 on an edge and the face that makes it illegal, (DONE, -1) if it is legal."""
     back = d.twin[dart]
+    if is_on_contour(d.contour, dart // 3) or is_on_contour(d.contour, back // 3):
+        return ON_CONTOUR, d.face[dart]
     left, right = d.face[dart], d.face[back]
     near, far = d.face[rotate(dart)], d.face[rotate(back)]
     if d.face_size[left] <= 3:
@@ -108,6 +115,8 @@ def refuse_insert(d: Darts, one: int, other: int) -> tuple[int, int]:
         return SAME_EDGE, d.face[one]
     if d.face[one] != d.face[other]:
         return NO_FACE, d.face[other]
+    if is_on_same_contour(d.contour, one, other):
+        return ON_CONTOUR, d.face[one]
     return DONE, -1
 
 
@@ -208,6 +217,9 @@ def insert(d: Darts, one: int, other: int, at: float, at_other: float, side: int
         d.origin[vertex] = d.origin[start] if part <= 0.5 else d.origin[end]
         d.twin[3 * vertex] = d.twin[dart]
         d.twin[3 * vertex + 2] = dart
+        if d.contour.size > 0:
+            d.contour[3 * vertex], d.contour[3 * vertex + 1] = d.contour[dart], 0
+            d.contour[3 * vertex + 2] = -d.contour[dart]
     d.twin[p + 1], d.twin[q + 1] = q + 1, p + 1
     kept = d.face[one]
     side = relink(d, p + 1, side, kept, new)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from simplexmesh._base import checks
 from simplexmesh._base.errors import TopologyError
@@ -16,6 +17,7 @@ from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.mesh.contours import Contour
 from simplexmesh.mesh.operators.editable_mesh import EditableMesh
 from simplexmesh.mesh.operators.results import Edited
+from simplexmesh.mesh.paths import Named
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 
 
@@ -147,10 +149,20 @@ def together(*meshes: SimplexMesh) -> SimplexMesh:
     holes = [mesh.connectivity.hole_darts.astype(np.int64) + at for mesh, at in zip(meshes, starts, strict=True)]
     return SimplexMesh(
         np.concatenate([mesh.vertices for mesh in meshes]),
-        Connectivity(np.concatenate(twin), np.concatenate(holes)),
+        Connectivity(np.concatenate(twin), np.concatenate(holes), _joined_contours(meshes, starts)),
         joined([mesh.data for mesh in meshes]),
         common_unit("meshes", meshes),
     )
+
+
+def _joined_contours(meshes: Sequence[SimplexMesh], starts: NDArray[np.integer[Any]]) -> Named:
+    """Return the contours of meshes whose darts start at `starts`; two of one name are refused."""
+    out: dict[str, NDArray[Any]] = {}
+    for mesh, at in zip(meshes, starts, strict=True):
+        if both := sorted(out.keys() & mesh.connectivity.contour_darts.keys()):
+            raise ValueError(f"meshes must have contours of different names, but two have one named {both[0]!r}")
+        out |= {name: darts + at for name, darts in mesh.connectivity.contour_darts.items()}
+    return out
 
 
 def parts(mesh: SimplexMesh) -> tuple[Edited, ...]:
@@ -172,7 +184,10 @@ def parts(mesh: SimplexMesh) -> tuple[Edited, ...]:
         inside = c.components == label
         number = np.where(inside, np.cumsum(inside) - 1, -1).astype(np.int32)
         twin, holes = c.twin[inside], c.hole_darts[inside[c.hole_darts // 3]]
-        connectivity = Connectivity(3 * number[twin // 3] + twin % 3, 3 * number[holes // 3] + holes % 3)
+        contours = {
+            name: 3 * number[darts // 3] + darts % 3 for name, darts in c.contour_darts.items() if inside[darts[0] // 3]
+        }
+        connectivity = Connectivity(3 * number[twin // 3] + twin % 3, 3 * number[holes // 3] + holes % 3, contours)
         kept = inside[first // 3]
         face_map = np.full(len(first), -1, np.int32)
         face_map[kept] = connectivity.face.reshape(-1)[3 * number[first[kept] // 3] + first[kept] % 3]
