@@ -14,7 +14,7 @@ from simplexmesh.numerics._kernels_vectors import row
 @njit(cache=True)
 def is_fixed(d: Darts, c: Corners, vertex: int) -> bool:
     """Return whether a vertex is on a hole, a contour or a fixed face."""
-    out = is_on_contour(d.contour, vertex)
+    out = is_on_contour(d, vertex)
     for dart in range(3 * vertex, 3 * vertex + 3):
         out |= d.face_hole[d.face[dart]] or c.max_extent[d.face[dart]] == 0
     return out

@@ -11,7 +11,6 @@ import numpy as np
 
 from simplexmesh._base._kernels_njit import njit
 from simplexmesh._base.arrays import Array, Indices, Indices32, Mask
-from simplexmesh.mesh.operators._kernels_contours import breaks_contour, is_on_contour, is_on_same_contour
 
 REMOVE, INSERT, CUT, JOIN, REMOVE_FACE, REFINE_FACE, SWAP = range(1, 8)
 DONE, TOUCHED, OPPOSITE_TRIANGLE, SHARED, SAME_EDGE, NO_FACE, BESIDE_TRIANGLE, SAME_OPPOSITE, NEIGHBORS = range(9)
@@ -68,8 +67,6 @@ def adjacent(d: Darts, one: int, other: int) -> bool:
 @njit(cache=True)
 def refuse_remove(d: Darts, dart: int) -> tuple[int, int]:
     """Return the status of T1 on an edge and the face that makes it illegal, (DONE, -1) if it is legal."""
-    if breaks_contour(d.contour, d.twin, dart):
-        return ON_CONTOUR, d.face[dart]
     back = d.twin[dart]
     left, right = d.face[dart], d.face[back]
     near, far = d.face[rotate(dart)], d.face[rotate(back)]
@@ -93,8 +90,6 @@ def refuse_remove(d: Darts, dart: int) -> tuple[int, int]:
 def refuse_swap(d: Darts, dart: int) -> tuple[int, int]:
     """Return the status of T7 on an edge and the face that makes it illegal, (DONE, -1) if it is legal."""
     back = d.twin[dart]
-    if is_on_contour(d.contour, dart // 3) or is_on_contour(d.contour, back // 3):
-        return ON_CONTOUR, d.face[dart]
     left, right = d.face[dart], d.face[back]
     near, far = d.face[rotate(dart)], d.face[rotate(back)]
     if d.face_size[left] <= 3:
@@ -115,8 +110,6 @@ def refuse_insert(d: Darts, one: int, other: int) -> tuple[int, int]:
         return SAME_EDGE, d.face[one]
     if d.face[one] != d.face[other]:
         return NO_FACE, d.face[other]
-    if is_on_same_contour(d.contour, one, other):
-        return ON_CONTOUR, d.face[one]
     return DONE, -1
 
 

@@ -122,6 +122,14 @@ class TestShape:
         straight = at_rest(mesh, alpha=free, contours=smooth(line, continuity="normal")).vertices[line.vertices]
         assert_allclose(np.diff(straight[1:-1], n=2, axis=0), 0, atol=1e-9)
 
+    @pytest.mark.parametrize("turn", [0.1, 1.2])  # of the second, edges two apart turn by more than a half
+    @pytest.mark.parametrize("how", [{}, {"torsion": 0.0}, {"plane": [0, 0, 1]}])
+    def test_an_arc_is_at_rest_up_to_its_ends(self, turn, how):
+        s = turn * np.arange(5 if turn > 1 else 20)
+        mesh, line, free = with_line(np.stack([np.cos(s), np.sin(s), 0 * s], axis=1))
+        out = at_rest(mesh, 20, alpha=free, contours=smooth(line, **how)).vertices[line.vertices]
+        assert_allclose(out, mesh.vertices[line.vertices], atol=1e-12)
+
     def test_free_keeps_the_bends(self):
         mesh, line, free = with_line(np.stack([np.arange(15.0), np.abs(np.arange(15) - 7.0), np.zeros(15)], axis=1))
         before = mesh.vertices[line.vertices]
