@@ -136,6 +136,24 @@ class TestShape:
         out = at_rest(mesh, 50, alpha=free, contours=smooth(line, continuity="free")).vertices[line.vertices]
         assert_allclose(out, before, atol=1e-9)
 
+    def test_ends_of_an_open_contour_move_with_the_surface(self):
+        mesh, line, _ = with_line(np.stack([np.arange(14.0) / 14, np.zeros(14), np.ones(14)], axis=1))
+        with_contour, without = DeformableModel(mesh, contours=smooth(line)), DeformableModel(mesh)
+        with_contour.step(), without.step()
+        moved, alone = (model.mesh.vertices[line.vertices] for model in (with_contour, without))
+        assert_array_equal(moved[[0, -1]], alone[[0, -1]])
+        assert (moved[1:-1] != alone[1:-1]).any(axis=1).all()
+
+    def test_several_conditions_act_in_any_order(self):
+        x = np.linspace(0.5, -0.5, 14)
+        mesh, line, free = with_line(np.stack([x, 0.25 - x**2, 0 * x], axis=1))
+        bend = smooth(line, curvature=0.5, plane=[0, 0, 1])
+        for other in (crease(line), pinned(line, [[1, 1, 1], [2, 2, 2]], vertices=line.vertices[:1])):
+            one, two = (at_rest(mesh, 20, alpha=free, contours=both) for both in ([bend, other], [other, bend]))
+            assert_array_equal(one.vertices, two.vertices)
+            only = at_rest(mesh, 20, alpha=free, contours=other)
+            assert (only.vertices[line.vertices[3:-3]] != one.vertices[line.vertices[3:-3]]).any()
+
 
 class TestPlace:
     def test_a_contour_goes_to_a_line_and_spaces_itself_evenly(self):
