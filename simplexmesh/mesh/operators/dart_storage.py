@@ -164,15 +164,16 @@ class EditableDarts:
         return Edited(mesh, checks.frozen(number[:n_before]), checks.frozen(face_map[:f_before]))
 
     def _contours(self, twin: Indices32, number: Indices32) -> Named:
-        """Return the contours along the darts of the edited mesh; those broken by a cut or join are dropped."""
+        """Return the contours of the edited mesh; those broken by a cut, a join, or an undo within T6 are dropped."""
         out: dict[str, NDArray[Any]] = {}
         if not (before := self._mesh.connectivity.contour_darts):
             return out
         marks = self._darts.contour[: 3 * len(number)].reshape(-1, 3)[number >= 0].reshape(-1)
         for k, (name, darts) in enumerate(before.items(), 1):
             found = followed(marks, twin, k, number[darts // 3])
-            if found is None or refusal_of_darts(found, twin):
-                warn(f"contour {name!r} was dropped: a cut or join took some of its edges")
+            reason = "it lost edges to a cut or join" if found is None else refusal_of_darts(found, twin)
+            if found is None or reason:
+                warn(f"contour {name!r} was dropped: {reason}")
             else:
                 out[name] = found
         return out
