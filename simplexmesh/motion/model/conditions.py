@@ -29,14 +29,21 @@ FREE_SHAPE = Shapes(np.array(np.nan), np.array(np.nan), np.zeros(3))
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Condition:
-    """A condition on a contour, made by `pinned`, `crease` or `smooth`."""
+    """A condition on a contour, made by `pinned`, `crease` or `smooth`.
+
+    Examples
+    --------
+    >>> import simplexmesh as sm
+    >>> sm.pinned(sm.Contour.of_face(sm.sphere(4), 0))
+    pinned(Contour(6 vertices))
+    """
 
     contour: Contour | str
     shape: Shapes | None = None  # None if it does not move by a force of its own
     sharp: bool = False
     continuity: str | None = None
     pinned: bool = False
-    vertices: Indices | None = None  # those pinned, if not all
+    picked: Indices | None = None  # those pinned, if not all
     curve: Surface | None = None  # where they are pinned, if not where they start
     tangent: Array | None = None
     mean_curvature: Array | None = None
@@ -58,8 +65,8 @@ class Condition:
             found = named[self.contour]
         else:
             found = Contour(mesh, self.contour.vertices, self.contour.closed)
-        if self.vertices is not None and (other := np.setdiff1d(self.vertices, found.vertices)).size:
-            raise ValueError(f"vertices must be on the contour; {other[0]} is not")
+        if self.picked is not None and (other := np.setdiff1d(self.picked, found.vertices)).size:
+            raise ValueError(f"picked must be vertices of the contour; {other[0]} is not on it")
         shape = FREE_SHAPE if self.shape is None else self.shape
         given = {"curvature": shape.curvature, "torsion": shape.torsion}
         for name, values in {**given, "tangent": self.tangent, "mean_curvature": self.mean_curvature}.items():
@@ -102,21 +109,21 @@ class Condition:
         known = (outward != 0).any(axis=1)
         return np.where(known, np.where(left, sine, -sine) * frames.inverse_radius[rows], frames.curvature[rows])
 
-    def place(self, moving: Moving, out: Step) -> None:
+    def place(self, motion: Moving, out: Step) -> None:
         """Put what is pinned in its place, or on its curve: by at most half the way to its neighbors in a step."""
         if not self.pinned:
             return
-        rows = self.line.vertices if self.vertices is None else self.vertices
+        rows = self.line.vertices if self.picked is None else self.picked
         goals = self.line.mesh.vertices[rows] if self.curve is None else self.curve.closest(out.positions[rows])[1]
-        step = goals - moving.vertices[rows]
-        edges = moving.vertices[moving.neighbors[rows]] - moving.vertices[rows][:, None]
+        step = goals - motion.vertices[rows]
+        edges = motion.vertices[motion.neighbors[rows]] - motion.vertices[rows][:, None]
         reach = 0.5 * np.sqrt((edges**2).sum(axis=(1, 2)) / 3)
         step *= np.minimum(1.0, reach / np.maximum(norm(step), np.finfo(float).tiny))[:, None]
-        out.positions[rows] = moving.vertices[rows] + step
+        out.positions[rows] = motion.vertices[rows] + step
         out.moves[rows] = dot(step, step)
 
 
-def pinned(contour: Contour | str, curve: Any = None, *, vertices: ArrayLike | None = None) -> Condition:
+def pinned(contour: Contour | str, curve: Any = None, *, picked: ArrayLike | None = None) -> Condition:
     """Return the condition that a contour of a model, or some of its vertices, are in a place.
 
     Parameters
@@ -126,8 +133,8 @@ def pinned(contour: Contour | str, curve: Any = None, *, vertices: ArrayLike | N
     curve : (k, 3) array, or object with `points` and `closed`, optional
         The polyline to which the contour is drawn, and on which its vertices space themselves evenly; an array is of a
         closed one if its last point is the first. Default: every vertex stays where it is at the start.
-    vertices : (m,) array of int, optional
-        The vertices that are pinned; default: all of the contour.
+    picked : (m,) array of int, optional
+        The vertices of the mesh that are pinned; default: all of the contour.
 
     Examples
     --------
@@ -142,9 +149,9 @@ def pinned(contour: Contour | str, curve: Any = None, *, vertices: ArrayLike | N
     >>> bool(abs(np.linalg.norm(model.mesh.vertices[top.vertices, :2], axis=1) - 2).max() < 1e-3)
     True
     """
-    rows = None if vertices is None else checks.indices("vertices", vertices, (None,), MAX_VERTICES)
+    rows = None if picked is None else checks.indices("picked", picked, (None,), MAX_VERTICES)
     if curve is None:
-        return Condition(_contour(contour), pinned=True, vertices=rows)
+        return Condition(_contour(contour), pinned=True, picked=rows)
     points = checks.array("curve", getattr(curve, "points", curve), (None, 3))
     if len(points) < 2:
         raise ValueError(f"curve must have at least 2 points, not {len(points)}")
@@ -152,7 +159,7 @@ def pinned(contour: Contour | str, curve: Any = None, *, vertices: ArrayLike | N
         points = np.concatenate([points, points[:1]])
     at = np.arange(len(points) - 1)
     segments = Surface(points, np.stack([at, at + 1, at + 1], axis=1))
-    return Condition(_contour(contour), FREE_SHAPE, pinned=True, vertices=rows, curve=segments)
+    return Condition(_contour(contour), FREE_SHAPE, pinned=True, picked=rows, curve=segments)
 
 
 def crease(contour: Contour | str) -> Condition:

@@ -148,7 +148,7 @@ class TestShape:
         x = np.linspace(0.5, -0.5, 14)
         mesh, line, free = with_line(np.stack([x, 0.25 - x**2, 0 * x], axis=1))
         bend = smooth(line, curvature=0.5, plane=[0, 0, 1])
-        for other in (crease(line), pinned(line, [[1, 1, 1], [2, 2, 2]], vertices=line.vertices[:1])):
+        for other in (crease(line), pinned(line, [[1, 1, 1], [2, 2, 2]], picked=line.vertices[:1])):
             one, two = (at_rest(mesh, 20, alpha=free, contours=both) for both in ([bend, other], [other, bend]))
             assert_array_equal(one.vertices, two.vertices)
             only = at_rest(mesh, 20, alpha=free, contours=other)
@@ -173,7 +173,7 @@ class TestPlace:
 
     def test_without_a_curve_it_stays(self):
         some = RIM.vertices[::5]
-        shrinking = {"constraint": "orientation", "contours": pinned(RIM, vertices=some)}
+        shrinking = {"constraint": "orientation", "contours": pinned(RIM, picked=some)}
         out = at_rest(DISK, 100, **shrinking)
         assert_array_equal(out.vertices[some], DISK.vertices[some])
         assert (out.vertices[RIM.vertices[2::5]] != DISK.vertices[RIM.vertices[2::5]]).any()
@@ -282,8 +282,8 @@ class TestSurface:
         (lambda: DeformableModel(DISK, contours=pinned("rim")), r"contours must be those of the mesh, \[\], not 'rim'"),
         (lambda: DeformableModel(BALL, contours=pinned(RIM)), "contour"),
         (
-            lambda: DeformableModel(DISK, contours=pinned(RIM, vertices=[RIM.mesh.n_vertices // 2])),
-            "vertices must be on the contour",
+            lambda: DeformableModel(DISK, contours=pinned(RIM, picked=[RIM.mesh.n_vertices // 2])),
+            "picked must be vertices of the contour",
         ),
         (lambda: pinned([1, 2, 3]), "contour must be a Contour"),
         (lambda: DeformableModel(DISK, contours=[RIM]), "contours must be a Condition"),
