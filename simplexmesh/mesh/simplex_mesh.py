@@ -232,8 +232,8 @@ class SimplexMesh(Located):
         >>> x, y, z = ball.vertices.T
         >>> equator = sm.Contour.through(ball, [x.argmax(), y.argmax(), x.argmin(), y.argmin()])
         >>> named = ball.with_contours(equator=equator)
-        >>> len(equator), len(sm.decimate(named, vertices=300).mesh.contours["equator"]) < len(equator)
-        (44, True)
+        >>> 3 < len(sm.decimate(named, vertices=300).mesh.contours["equator"]) < len(equator)
+        True
         """
         kept: dict[str, NDArray[Any]] = {k: v for k, v in self.connectivity.contour_darts.items() if k not in contours}
         for name, contour in contours.items():
