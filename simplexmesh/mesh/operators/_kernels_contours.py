@@ -19,12 +19,6 @@ def is_on_contour(d: Darts, vertex: int) -> bool:
 
 
 @njit(cache=True)
-def are_on_one_contour(d: Darts, dart: int, other: int) -> bool:
-    """Return whether two darts are on the same contour, in whatever direction."""
-    return d.contour[dart] != 0 and abs(d.contour[dart]) == abs(d.contour[other])
-
-
-@njit(cache=True)
 def breaks_contour(d: Darts, kind: int, dart: int, other: int) -> bool:
     """Return whether T1 or T7 of the edge of a dart, or T2 between two, would break a contour of the mesh.
 
@@ -32,17 +26,20 @@ def breaks_contour(d: Darts, kind: int, dart: int, other: int) -> bool:
     """
     marks, back = d.contour, np.int64(d.twin[dart])
     if kind == INSERT:
-        return are_on_one_contour(d, dart, other)
-    if kind != REMOVE:
-        return is_on_contour(d, dart // 3) or is_on_contour(d, back // 3)
+        return marks[dart] != 0 and abs(marks[dart]) == abs(marks[other])
     if marks[dart] != 0:
         return True
     for end in (np.int64(dart), back):
         at = 3 * (end // 3)
-        if marks[at] + marks[at + 1] + marks[at + 2] != 0:  # a contour that passes enters and leaves
+        on = marks[at] != 0 or marks[at + 1] != 0 or marks[at + 2] != 0
+        ends = marks[at] + marks[at + 1] + marks[at + 2] != 0  # one that passes enters and leaves
+        if on and (ends or kind != REMOVE):
             return True
-        one, two = d.twin[at + (end + 1) % 3] // 3, d.twin[at + (end + 2) % 3] // 3
-        for i in range(0 if is_on_contour(d, end // 3) else 9):
-            if are_on_one_contour(d, 3 * one + i // 3, 3 * two + i % 3):
-                return True
+        if on or kind != REMOVE:
+            continue
+        one, two = 3 * (d.twin[at + (end + 1) % 3] // 3), 3 * (d.twin[at + (end + 2) % 3] // 3)
+        for i in range(one, one + 3):
+            for j in range(two, two + 3):
+                if marks[i] != 0 and abs(marks[i]) == abs(marks[j]):
+                    return True
     return False
