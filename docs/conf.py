@@ -33,6 +33,7 @@ napoleon_use_ivar = True
 
 ORDER = [
     *("frog", "shapes", "curvature", "dented", "noisy_scan", "sphere_to_face", "sphere_to_torus", "refinement"),
+    *("saddle", "vase", "stabilizers"),
     *("decimated", "simplified", "features", "sharp", "plant", "recognition", "saliency", "occlusion"),
 ]
 

@@ -48,6 +48,7 @@ _HOME = {
     "data.cutting.boolean": ["boolean"],
     # III  the motion
     "motion.model.deform": ["DeformableModel"],
+    "motion.model.conditions": ["Condition", "pinned", "crease", "smooth"],
     "recognition.scans.reconstruct": ["reconstruct"],  # `motion.reconstruct.pipeline`, with the poses of scans
     "motion.reconstruct.result": ["Reconstruction", "Distance", "Summary"],
     "motion.density.refine": ["refine"],
@@ -166,6 +167,10 @@ if TYPE_CHECKING:  # the same list once more, for type checkers and editors; a t
     from simplexmesh.motion.density.refine import refine as refine
     from simplexmesh.motion.density.refinement import Refined as Refined
     from simplexmesh.motion.density.refinement import Round as Round
+    from simplexmesh.motion.model.conditions import Condition as Condition
+    from simplexmesh.motion.model.conditions import crease as crease
+    from simplexmesh.motion.model.conditions import pinned as pinned
+    from simplexmesh.motion.model.conditions import smooth as smooth
     from simplexmesh.motion.model.deform import DeformableModel as DeformableModel
     from simplexmesh.motion.model.state import State as State
     from simplexmesh.motion.reconstruct.deviation import Deviation as Deviation

@@ -273,6 +273,44 @@ def test_the_plant_has_its_primitives_and_its_pipes(ran):
     assert line.elements[0].radius == pytest.approx(0.07, rel=0.01)
 
 
+def test_films_have_no_mean_curvature_and_the_wire_no_corners(ran):
+    _, out = ran("saddle")
+    corners, wire, angled = out["meshes"].values()
+    assert out["curvature"]["corners"] < 0.01
+    assert out["curvature"]["a smooth wire"] < 0.01
+    sharpest = [turned(mesh.vertices[mesh.contours["rim"].vertices]).max() for mesh in (corners, wire)]
+    assert sharpest[0] > 1.0 > 2 * sharpest[1]
+    assert np.array_equal(wire.vertices[wire.contours["rim"].vertices], angled.vertices[wire.contours["rim"].vertices])
+    assert out["curvature"]["at an angle"] > 0.3
+
+
+def turned(points):
+    """Return the angle by which a closed polygon turns at each vertex."""
+    ahead = np.roll(points, -1, axis=0) - points
+    ahead /= np.linalg.norm(ahead, axis=1)[:, None]
+    return np.arccos(np.clip((ahead * np.roll(ahead, 1, axis=0)).sum(axis=1), -1, 1))
+
+
+def test_a_vase_has_its_contours_and_nearly_its_angles(ran):
+    _, out = ran("vase")
+    vase = out["meshes"]["a vase"]
+    assert list(vase.contours) == list(out["meshes"]["a cylinder"].contours)
+    assert vase.bounds[0, 2] == pytest.approx(0, abs=1e-9)
+    for name, angle in {"stem": -np.pi / 4, "neck": np.pi / 4}.items():
+        assert out["angles"][name] == pytest.approx(angle, abs=np.radians(10))  # to the order of an edge
+    belly = vase.vertices[vase.contours["belly"].vertices]
+    assert np.allclose(np.linalg.norm(belly[:, :2], axis=1), 1.15)
+
+
+def test_intrinsic_stabilizers_keep_circles_and_even_out_curvature(ran):
+    _, out = ran("stabilizers")
+    assert out["bends"]["IPS of order two"] < 1e-6  # piecewise linear
+    assert out["bends"]["thin rod"] > 5 * out["bends"]["IPS of order three"]
+    assert [out["radii"][f"ips {order}"] for order in (0, 2, 3)] == pytest.approx([1.0, 1.0, 1.0])
+    assert out["radii"]["rod 1"] == pytest.approx((1 - 0.5 * (1 - np.cos(np.pi / 20))) ** 200)
+    assert out["radii"]["rod 2"] < 1 - 1e-3
+
+
 def test_a_nut_gets_its_edges(ran):
     _, out = ran("sharp")
     found, true = out["lengths"]

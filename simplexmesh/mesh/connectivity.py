@@ -5,8 +5,10 @@ Dart `3 * i + j` is the directed edge from vertex `i` to its neighbor number `j`
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -16,6 +18,7 @@ from simplexmesh._base import checks
 from simplexmesh._base.arrays import Indices, Indices32, Mask
 from simplexmesh._base.errors import TopologyError
 from simplexmesh.mesh import _kernels
+from simplexmesh.mesh.paths import Named, refusal_of_darts
 
 MAX_VERTICES = 2**31 // 3
 
@@ -50,6 +53,21 @@ def _checked_twin(twin: ArrayLike) -> Indices32:
     return _read_only(flat.reshape(-1, 3).astype(np.int32))
 
 
+def _checked_contours(given: Mapping[str, ArrayLike], twin: Indices32) -> Named:
+    """Return named contours as read-only arrays of darts, or raise `TopologyError` naming one that is none."""
+    out = {}
+    used = np.zeros(twin.size, bool)
+    for name, darts in given.items():
+        chosen = checks.indices(f"contour {name!r}", darts, (None,), twin.size)
+        if reason := refusal_of_darts(chosen, twin):
+            raise TopologyError(f"contour {name!r} {reason}")
+        if used[chosen].any():
+            raise TopologyError(f"contour {name!r} must share no edge with another contour")
+        used[chosen] = used[twin.reshape(-1)[chosen]] = True
+        out[str(name)] = _read_only(chosen.astype(np.int32))
+    return MappingProxyType(out)
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Connectivity:
     """The topology of a 2-simplex mesh: computed once, read-only, shared by meshes that differ in positions only.
@@ -65,11 +83,13 @@ class Connectivity:
         every vertex three different neighbors, none of them itself.
     hole_darts : sequence of int
         Darts whose left face is a hole; kept as the smallest dart of each hole, sorted.
+    contour_darts : mapping of str to sequence of int, optional
+        Named contours: the darts along each, in order. They have no edges in common.
 
     Raises
     ------
     TopologyError
-        When `twin` is not that of a simplex mesh; the message names a vertex.
+        When `twin` is not that of a simplex mesh, or some darts are not those of a contour; the message names a vertex.
 
     References
     ----------
@@ -87,6 +107,7 @@ class Connectivity:
 
     twin: Indices32
     hole_darts: Indices32 = ()  # type: ignore[assignment]
+    contour_darts: Named = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "twin", _checked_twin(self.twin))
@@ -94,6 +115,7 @@ class Connectivity:
         darts = checks.indices("hole_darts", given if given.size else np.zeros(0, np.int64), (None,), self.twin.size)
         holes = np.unique(self.face.ravel()[darts]) if len(darts) else darts
         object.__setattr__(self, "hole_darts", _read_only(self.face_darts[self.face_offsets[holes]].copy()))
+        object.__setattr__(self, "contour_darts", _checked_contours(self.contour_darts, self.twin))
 
     @classmethod
     def from_neighbors(cls, neighbors: ArrayLike, hole_darts: ArrayLike = ()) -> Connectivity:
@@ -129,7 +151,7 @@ class Connectivity:
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle and copy the arguments only, not the cached arrays."""
-        return Connectivity, (self.twin, self.hole_darts)
+        return Connectivity, (self.twin, self.hole_darts, dict(self.contour_darts))
 
     @property
     def n_vertices(self) -> int:

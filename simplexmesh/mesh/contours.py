@@ -1,9 +1,10 @@
-"""Contours: simple closed paths along the edges of a mesh, around holes or sets of faces, or through given vertices."""
+"""Contours: simple paths along the edges of a mesh, around holes or sets of faces, or through given vertices."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,16 +13,19 @@ from simplexmesh._base import checks
 from simplexmesh._base.arrays import Indices, Mask
 from simplexmesh._base.errors import TopologyError
 from simplexmesh.mesh.connectivity import Connectivity
-from simplexmesh.mesh.operators import seams
-from simplexmesh.mesh.simplex_mesh import SimplexMesh
+from simplexmesh.mesh.paths import first_repeated, refusal_of_path
+
+if TYPE_CHECKING:
+    from simplexmesh.mesh.simplex_mesh import SimplexMesh
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Contour:
-    """A simple closed path along the edges of a mesh.
+    """A simple path along the edges of a mesh, closed or open.
 
     Consecutive vertices are neighbors, no vertex is repeated, and none has all three neighbors on the contour. It is
-    directed; left and right are as seen from outside the surface.
+    directed; left and right are as seen from outside the surface. A mesh keeps contours through edits: see
+    `SimplexMesh.with_contours`.
 
     Parameters
     ----------
@@ -29,6 +33,8 @@ class Contour:
         The mesh it is on.
     vertices : (k,) array of int
         Its vertices in order, the first one not repeated at the end.
+    closed : bool
+        Whether the last vertex is joined to the first.
 
     Raises
     ------
@@ -50,16 +56,18 @@ class Contour:
 
     mesh: SimplexMesh
     vertices: Indices
+    closed: bool = True
 
     def __post_init__(self) -> None:
-        c = checks.instance("mesh", self.mesh, SimplexMesh).connectivity
+        c = _connectivity(self.mesh)
         vertices = checks.frozen(checks.indices("contour", self.vertices, (None,), c.n_vertices))
         object.__setattr__(self, "vertices", vertices)
-        if reason := seams.refusal_of_path(vertices, c.neighbors[vertices]):
+        closed = checks.flag("closed", self.closed)
+        if reason := refusal_of_path(vertices, c.neighbors[vertices], closed=closed):
             raise TopologyError(f"contour {reason}")
 
     def __repr__(self) -> str:
-        return f"Contour({len(self)} vertices)"
+        return f"Contour({len(self)} vertices{'' if self.closed else ', open'})"
 
     def __len__(self) -> int:
         return len(self.vertices)
@@ -69,14 +77,14 @@ class Contour:
     @classmethod
     def of_face(cls, mesh: SimplexMesh, face: int) -> Contour:
         """Return the boundary of a face or hole, with the face on its left."""
-        c = checks.instance("mesh", mesh, SimplexMesh).connectivity
+        c = _connectivity(mesh)
         f = checks.integer("face", face, 0, len(c.face_sizes) - 1)
         return cls(mesh, c.face_vertices[c.face_offsets[f] : c.face_offsets[f + 1]].astype(np.int64))
 
     @classmethod
     def of_holes(cls, mesh: SimplexMesh) -> tuple[Contour, ...]:
         """Return the boundary of each hole, with the hole on its left."""
-        c = checks.instance("mesh", mesh, SimplexMesh).connectivity
+        c = _connectivity(mesh)
         return tuple(cls.of_face(mesh, int(f)) for f in np.flatnonzero(c.face_is_hole))
 
     @classmethod
@@ -97,7 +105,7 @@ class Contour:
         >>> Contour.of_faces(ball, ball.connectivity.vertex_faces[0])
         (Contour(11 vertices),)
         """
-        c = checks.instance("mesh", mesh, SimplexMesh).connectivity
+        c = _connectivity(mesh)
         inside = np.zeros(len(c.face_sizes), bool)
         inside[checks.selection("faces", faces, len(inside))] = True
         if not inside.any():
@@ -105,8 +113,22 @@ class Contour:
         return tuple(cls(mesh, loop) for loop in _boundary_loops(c, inside))
 
     @classmethod
-    def through(cls, mesh: SimplexMesh, picked: ArrayLike) -> Contour:
+    def through(cls, mesh: SimplexMesh, picked: ArrayLike, *, closed: bool = True) -> Contour:
         """Return the contour through given vertices in order, joined by shortest paths that do not touch each other.
+
+        Parameters
+        ----------
+        mesh : SimplexMesh
+            The mesh.
+        picked : (m,) array of int
+            Two or more different vertices.
+        closed : bool
+            Whether to return from the last to the first; else these are the ends of an open contour.
+
+        Raises
+        ------
+        TopologyError
+            When there is no such path.
 
         Examples
         --------
@@ -115,30 +137,39 @@ class Contour:
         >>> x, y, _ = ring.vertices.T
         >>> Contour.through(ring, [x.argmax(), y.argmax(), x.argmin(), y.argmin()]).separates
         False
+        >>> Contour.through(ring, [x.argmax(), y.argmax()], closed=False)
+        Contour(8 vertices, open)
         """
-        n_vertices = checks.instance("mesh", mesh, SimplexMesh).n_vertices
+        n_vertices = _connectivity(mesh).n_vertices
         stops = checks.indices("picked", picked, (None,), n_vertices)
-        if len(stops) < 2 or seams.first_repeated(stops) >= 0:
+        if len(stops) < 2 or first_repeated(stops) >= 0:
             raise ValueError(f"picked must be at least 2 different vertices, not {stops.tolist()}")
-        return cls(mesh, _shortest_closed_path(mesh, stops))
+        return cls(mesh, _shortest_path(mesh, stops, closed=checks.flag("closed", closed)), closed)
 
     # ---- properties
 
+    @property
+    def steps(self) -> Indices:
+        """(k, 2) each vertex and the next one; of an open contour (k - 1, 2)."""
+        return np.stack([self.vertices, np.roll(self.vertices, -1)], axis=1)[: None if self.closed else -1]
+
     @cached_property
     def darts(self) -> Indices:
-        """(k,) the dart from each vertex to the next one."""
-        at = (self.mesh.neighbors[self.vertices] == np.roll(self.vertices, -1)[:, None]).argmax(axis=1)
-        return 3 * self.vertices + at
+        """(k,) the dart from each vertex to the next one; of an open contour (k - 1,)."""
+        tails, heads = self.steps.T
+        return 3 * tails + (self.mesh.neighbors[tails] == heads[:, None]).argmax(axis=1)
 
     @property
     def length(self) -> float:
         """Total length of the edges, in the unit of the mesh."""
-        points = self.mesh.vertices[self.vertices]
-        return float(np.linalg.norm(points - np.roll(points, -1, axis=0), axis=1).sum())
+        ends = self.mesh.vertices[self.steps]
+        return float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).sum())
 
     @property
     def is_face(self) -> bool:
         """Whether it bounds a single face, on either side; a cut along such a contour is impossible."""
+        if not self.closed:
+            return False
         face, twin = self.mesh.connectivity.face.reshape(-1), self.mesh.connectivity.twin.reshape(-1)
         return bool(np.ptp(face[self.darts]) == 0 or np.ptp(face[twin[self.darts]]) == 0)
 
@@ -161,13 +192,20 @@ class Contour:
 
     @property
     def separates(self) -> bool:
-        """Whether it divides its component of the mesh in two; if not, a cut along it opens a handle."""
+        """Whether it divides its component of the mesh in two; if not, it is open, or a cut along it opens a handle."""
         c = self.mesh.connectivity
         return not self.left_faces[c.face.reshape(-1)[c.twin.reshape(-1)[self.darts[0]]]]
 
     def reversed(self) -> Contour:
         """Return the contour in the opposite direction."""
-        return Contour(self.mesh, self.vertices[::-1])
+        return Contour(self.mesh, self.vertices[::-1], self.closed)
+
+
+def _connectivity(mesh: SimplexMesh) -> Connectivity:
+    """Return the connectivity of what must be a simplex mesh."""
+    if not isinstance(c := getattr(mesh, "connectivity", None), Connectivity):
+        raise TypeError(f"mesh must be a SimplexMesh, not {checks.type_name(mesh)}")
+    return c
 
 
 def _boundary_loops(connectivity: Connectivity, inside: Mask) -> list[Indices]:
@@ -194,8 +232,8 @@ def _boundary_loops(connectivity: Connectivity, inside: Mask) -> list[Indices]:
     return loops
 
 
-def _shortest_closed_path(mesh: SimplexMesh, stops: Indices) -> Indices:
-    """Return the vertices of a closed path through `stops`, each leg the shortest that avoids the earlier ones."""
+def _shortest_path(mesh: SimplexMesh, stops: Indices, *, closed: bool) -> Indices:
+    """Return the vertices of a path through `stops`, each leg the shortest that avoids the earlier ones."""
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import dijkstra
 
@@ -205,7 +243,7 @@ def _shortest_closed_path(mesh: SimplexMesh, stops: Indices) -> Indices:
     free = np.ones(c.n_vertices, bool)
     free[stops] = False
     path: list[int] = []
-    for start, end in zip(stops.tolist(), np.roll(stops, -1).tolist(), strict=True):
+    for start, end in np.stack([stops, np.roll(stops, -1)], axis=1)[: None if closed else -1].tolist():
         usable = free.copy()
         usable[[start, end]] = True
         legal = usable[a] & usable[b]
@@ -221,4 +259,4 @@ def _shortest_closed_path(mesh: SimplexMesh, stops: Indices) -> Indices:
         path += leg[:0:-1]
         free[leg] = False
         free[c.neighbors[leg[1:-1]]] = False  # otherwise the path could run alongside itself around a face
-    return np.array(path)
+    return np.array(path if closed else [*path, int(stops[-1])])

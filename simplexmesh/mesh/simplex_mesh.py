@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -19,6 +19,8 @@ from simplexmesh._base.units import unit_or_none
 from simplexmesh.mesh import face_geometry, geometry, triangulation
 from simplexmesh.mesh.check import Report, check, creased_vertices
 from simplexmesh.mesh.connectivity import Connectivity
+from simplexmesh.mesh.contours import Contour
+from simplexmesh.mesh.paths import path_vertices
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -83,6 +85,7 @@ class SimplexMesh(Located):
             "size": size,
             "area, volume": f"{self.area:.4g}, {self.volume:.4g}",
             **({"arrays": ", ".join(self.data)} if self.data else {}),
+            **({"contours": ", ".join(self.connectivity.contour_darts)} if self.connectivity.contour_darts else {}),
         }
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -194,6 +197,50 @@ class SimplexMesh(Located):
         """
         crossings = checks.flag("self_intersections", self_intersections)
         return check(self._measured, self.connectivity, crossings=crossings, creased=creased_vertices(self))
+
+    # ---- contours
+
+    @property
+    def contours(self) -> dict[str, Contour]:
+        """The named contours of the mesh, each a `Contour`; see `with_contours`."""
+        c = self.connectivity
+        return {name: Contour(self, *path_vertices(darts, c.twin)) for name, darts in c.contour_darts.items()}
+
+    def with_contours(self, **contours: Contour | None) -> SimplexMesh:
+        """Return the mesh with named contours added or replaced; None removes one.
+
+        They are part of its connectivity: they move with it, go through edits, batches of edits, `refine`,
+        `redistribute`, `decimate` and `regularize`, and are saved with it (VTP). Edits insert vertices on them and
+        remove some, but refuse what would break one: removing an edge of it or an end, swapping an edge at one of its
+        vertices, an edge between two of its edges. Only a cut or join drops contours that lose edges, with a warning.
+        Decimation keeps the vertices that are left on contours in place.
+
+        Parameters
+        ----------
+        **contours : Contour, or None
+            Contours of this mesh, or of one with the same connectivity, that have no edges in common.
+
+        Raises
+        ------
+        TopologyError
+            When one is not on this mesh, or two have an edge in common.
+
+        Examples
+        --------
+        >>> import simplexmesh as sm
+        >>> ball = sm.sphere(6)
+        >>> x, y, z = ball.vertices.T
+        >>> equator = sm.Contour.through(ball, [x.argmax(), y.argmax(), x.argmin(), y.argmin()])
+        >>> named = ball.with_contours(equator=equator)
+        >>> 3 < len(sm.decimate(named, vertices=300).mesh.contours["equator"]) < len(equator)
+        True
+        """
+        kept: dict[str, NDArray[Any]] = {k: v for k, v in self.connectivity.contour_darts.items() if k not in contours}
+        for name, contour in contours.items():
+            if contour is not None:
+                given = checks.instance(f"contour {name!r}", contour, Contour)
+                kept[name] = Contour(self, given.vertices, given.closed).darts
+        return replace(self, connectivity=replace(self.connectivity, contour_darts=kept))
 
     # ---- new objects
 

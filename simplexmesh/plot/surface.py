@@ -28,6 +28,10 @@ from simplexmesh.surface.features.zoning.result import Zones
 
 CLAY = "#c9d3dc"
 DATA = "#d9c3a5"
+LINES = ("#c23b22", "#1f6fb2", "#2e8b57", "#8e44ad", "#d98c00", "#0e8a8a")
+CONTOUR = 0.004
+"""Radius of contours, in diagonals of the mesh."""
+
 MOST_EDGES = 25_000
 """With more vertices, edges of polygons would only darken the surface."""
 
@@ -40,6 +44,7 @@ def surface(
     level: float | None = None,
     label: int | None = None,
     edges: bool | None = None,
+    contours: bool = False,
     color: str = CLAY,
     opacity: float = 1.0,
     title: str | None = None,
@@ -71,6 +76,8 @@ def surface(
         Isovalue, or region, where `mesh` or `data` is a volume.
     edges : bool, optional
         Whether edges are drawn; by default up to 25,000 vertices.
+    contours : bool
+        Whether the contours of a simplex mesh are drawn, each as a tube in a color of its own.
     color : str
         Color without scalars.
     opacity : float
@@ -95,7 +102,7 @@ def surface(
     ------
     ValueError
         An unknown name, a wrong number of scalars, "distance" without data or such an array; `level`, `label` or
-        `inside` without a volume.
+        `inside` without a volume; `contours` of what has none.
 
     Examples
     --------
@@ -132,8 +139,20 @@ def surface(
     if wanted and lines is not None:
         strong = np.clip(3000 / max(1, len(polydata.points)), 0.15, 0.6)
         plotter.add_mesh(lines, color=INK, line_width=1.0, opacity=float(strong) * opacity, lighting=False)
+    if checks.flag("contours", contours):
+        _add_contours(plotter, shown)
     headline(plotter, title)
     return looked_at(plotter, view, up=upright(shown, up), window=True) if alone else plotter
+
+
+def _add_contours(plotter: pv.Plotter, shown: Any) -> None:
+    """Add a tube for each contour of a mesh."""
+    if not isinstance(shown, SimplexMesh):
+        raise ValueError(f"contours are those of a SimplexMesh; {type(shown).__name__} has none")
+    for k, contour in enumerate(shown.contours.values()):
+        line = pv.lines_from_points(shown.vertices[contour.vertices], close=contour.closed)
+        tube = line.strip().tube(radius=CONTOUR * shown.diagonal, n_sides=12, capping=True)
+        plotter.add_mesh(tube, color=LINES[k % len(LINES)], specular=0.2)
 
 
 def thumbnail(*shown: Any, values: ArrayLike | None = None) -> bytes:

@@ -103,6 +103,38 @@ class TestThrough:
         assert Contour.through(BALL, [a, b]).separates
 
 
+class TestOpen:
+    ENDS = int(BALL.vertices[:, 0].argmax()), int(BALL.vertices[:, 1].argmax())
+
+    def test_goes_from_end_to_end_the_shortest_way(self):
+        contour = Contour.through(BALL, self.ENDS, closed=False)
+        assert (contour.vertices[0], contour.vertices[-1], contour.closed) == (*self.ENDS, False)
+        assert np.pi / 2 * 0.95 < contour.length < np.pi / 2 * 1.4  # along hexagons at most 4/3 of a great circle
+        assert len(contour.darts) == len(contour.steps) == len(contour) - 1
+        assert_array_equal(BALL.connectivity.twin.reshape(-1)[contour.darts] // 3, contour.vertices[1:])
+
+    def test_has_no_sides(self):
+        contour = Contour.through(BALL, self.ENDS, closed=False)
+        assert not contour.separates
+        assert not contour.is_face
+        assert contour.left_faces.all()
+        assert not Contour(BALL, BALL.faces[0][:-1], closed=False).is_face
+
+    def test_reversed_it_has_the_opposite_darts(self):
+        contour = Contour.through(BALL, self.ENDS, closed=False)
+        assert_array_equal(contour.reversed().darts, BALL.connectivity.twin.reshape(-1)[contour.darts][::-1])
+        assert not contour.reversed().closed
+
+    def test_is_not_cut_along(self):
+        with pytest.raises(TopologyError, match="contour must be closed to be cut along, not open"):
+            cut(BALL, Contour.through(BALL, self.ENDS, closed=False))
+
+    def test_one_edge_is_enough(self):
+        assert len(Contour(BALL, [7, int(BALL.neighbors[7, 0])], closed=False)) == 2
+        with pytest.raises(TopologyError, match="must have at least 2 vertices, not 1"):
+            Contour(BALL, [7], closed=False)
+
+
 @given(seed=seeds)
 def test_what_a_cut_separates_is_what_the_contour_says(seed):
     rng = np.random.default_rng(seed)

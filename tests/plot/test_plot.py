@@ -364,6 +364,23 @@ class TestPicture:
         assert (np.abs(bare - empty).max(axis=1) > 20).mean() > 0.1
         assert (np.abs(drawn - bare).max(axis=1) > 20).mean() > 0.005
 
+    def test_draws_contours_in_colors_of_their_own(self, ball, tmp_path):
+        x, y, z = ball.vertices.T
+        ring = sm.Contour.through(ball, [x.argmax(), y.argmax(), x.argmin(), y.argmin()])
+        arc = sm.Contour.through(ball, [z.argmax(), (z + 0.5 * x).argmax()], closed=False)
+        named = ball.with_contours(ring=ring, arc=arc)
+        plotter = sm.plot.surface(named, contours=True, edges=False)
+        drawn = [actor for actor in plotter.actors.values() if hasattr(actor, "prop")]
+        assert len(drawn) == 3
+        assert len({tuple(actor.prop.color.float_rgb) for actor in drawn}) == 3
+        for actor, contour in zip(drawn[1:], (ring, arc), strict=True):
+            assert np.allclose(
+                actor.bounds[::2], ball.vertices[contour.vertices].min(axis=0), atol=0.01 * ball.diagonal
+            )
+        plotter.close()
+        with pytest.raises(ValueError, match="contours are those of a SimplexMesh; TriangleMesh has none"):
+            sm.plot.surface(ball.triangulated(), contours=True)
+
     def test_has_every_kind_of_object(self, ball, tmp_path):
         things = {
             "points": ball.vertices,

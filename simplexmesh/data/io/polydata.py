@@ -21,6 +21,7 @@ from simplexmesh._base.arrays import Array
 from simplexmesh.mesh.connectivity import Connectivity
 
 TWIN, HOLES, TYPES = "simplexmesh_twin", "simplexmesh_hole_darts", "simplexmesh_types"
+CONTOURS = "simplexmesh_contours"
 UNIT = "unit"
 
 
@@ -52,6 +53,9 @@ def polydata(
         out.GetFieldData().AddArray(_text_array(TYPES, types))
         out.GetFieldData().AddArray(vtk_array(TWIN, topology.twin))
         out.GetFieldData().AddArray(vtk_array(HOLES, topology.hole_darts))
+        if topology.contour_darts:
+            contours = {name: darts.tolist() for name, darts in topology.contour_darts.items()}
+            out.GetFieldData().AddArray(_text_array(CONTOURS, json.dumps(contours)))
     return out
 
 

@@ -24,7 +24,17 @@ from simplexmesh._base.named_arrays import is_color
 from simplexmesh._base.units import known_unit
 from simplexmesh.data.columns import as_colors
 from simplexmesh.data.io.integrity import apart, obj, xml
-from simplexmesh.data.io.polydata import HOLES, TWIN, TYPES, UNIT, captured_output, polydata, vtk_array, vtk_reason
+from simplexmesh.data.io.polydata import (
+    CONTOURS,
+    HOLES,
+    TWIN,
+    TYPES,
+    UNIT,
+    captured_output,
+    polydata,
+    vtk_array,
+    vtk_reason,
+)
 from simplexmesh.data.points import PointCloud, cloud_of_file
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.data.volume import Volume
@@ -222,9 +232,11 @@ def _topology(dataset: Any, name: str) -> tuple[Connectivity, dict[str, Any]]:
         twin = np.array(vtk_to_numpy(fields.GetArray(TWIN))).reshape(-1, 3)
         holes = fields.GetArray(HOLES)
         hole_darts: Indices32 = np.array([] if holes is None else vtk_to_numpy(holes), np.int32).reshape(-1)
+        found = fields.GetAbstractArray(CONTOURS)
+        contours = {} if found is None else dict(json.loads(found.GetValue(0)))
     except (AttributeError, ValueError, TypeError):
         raise OSError(f"{name} is a simplex mesh with damaged topology or arrays") from None
-    return Connectivity(twin, hole_darts), types
+    return Connectivity(twin, hole_darts, contours), types
 
 
 def _has_polygons(dataset: Any, topology: Connectivity) -> bool:

@@ -18,8 +18,10 @@ from simplexmesh.mesh.decimation._kernels_regions import (
     exceeds_limits,
     merge,
 )
+from simplexmesh.mesh.operators._kernels_contours import breaks_contour
 from simplexmesh.mesh.operators._kernels_edit import (
     DONE,
+    REMOVE,
     VERTICES,
     Darts,
     adjacent,
@@ -117,7 +119,7 @@ def collapse_degrades(d: Darts, c: Corners, dart: int, p: Vector, w: Weights) ->
 
 @njit(cache=True)
 def is_excluded(d: Darts, c: Corners, dart: int, w: Weights) -> bool:
-    """Return whether T1 on an edge is illegal, changes a fixed face, or violates a limit on sizes or necks."""
+    """Return whether T1 on an edge is illegal, breaks a contour, changes a fixed face, or violates a limit."""
     back = d.twin[dart]
     left, right = d.face[dart], d.face[back]
     if c.max_extent[left] == 0 or c.max_extent[right] == 0:
@@ -128,6 +130,8 @@ def is_excluded(d: Darts, c: Corners, dart: int, w: Weights) -> bool:
             return True
     merged = d.face_size[left] + d.face_size[right] - 4
     if merged < w.min_size or merged > w.max_size or c.n_left[c.component[dart // 3]] - 2 < w.min_component:
+        return True
+    if d.contour.size > 0 and breaks_contour(d, REMOVE, dart, dart):
         return True
     return refuse_remove(d, dart)[0] != DONE or (not w.necks and makes_neck(d, dart))
 

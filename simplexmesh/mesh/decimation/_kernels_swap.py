@@ -6,14 +6,15 @@ from simplexmesh._base._kernels_njit import njit
 from simplexmesh.mesh.decimation._kernels_collapse import triangle_normal, triangle_quality, turns
 from simplexmesh.mesh.decimation._kernels_regions import Corners, Weights
 from simplexmesh.mesh.operators._kernels_batch import imbalance
+from simplexmesh.mesh.operators._kernels_contours import is_on_contour
 from simplexmesh.mesh.operators._kernels_edit import DONE, EDITS, VERTICES, Darts, refuse_swap, rotate, rotate_edge
 from simplexmesh.numerics._kernels_vectors import row
 
 
 @njit(cache=True)
 def is_fixed(d: Darts, c: Corners, vertex: int) -> bool:
-    """Return whether a vertex is on a hole or on a fixed face."""
-    out = False
+    """Return whether a vertex is on a hole, a contour or a fixed face."""
+    out = is_on_contour(d, vertex)
     for dart in range(3 * vertex, 3 * vertex + 3):
         out |= d.face_hole[d.face[dart]] or c.max_extent[d.face[dart]] == 0
     return out

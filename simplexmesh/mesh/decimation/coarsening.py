@@ -13,6 +13,7 @@ from simplexmesh.mesh.decimation import _kernels_regions as regions
 from simplexmesh.mesh.decimation.fitting import Fit, SurfaceSamples
 from simplexmesh.mesh.operators.editable_mesh import EditableMesh
 from simplexmesh.mesh.operators.results import Edited
+from simplexmesh.mesh.paths import path_vertices
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 
 COST = {"normals": 0.3, "extent": 4e-3, "rim": 1.0, "imbalance": 0.05}
@@ -73,7 +74,10 @@ def _targets(corners: regions.Corners, out: Edited) -> tuple[Array, Mask]:
     normals, free = np.zeros((len(c.face_sizes), 3)), np.ones(len(c.face_sizes), bool)
     normals[out.face_map[kept]] = normalized(rows[kept, regions.VECTOR_AREA : regions.VECTOR_AREA + 3])
     free[out.face_map[kept]] = corners.max_extent[kept] > 0
-    return normals, np.asarray(free[c.vertex_faces].all(axis=1))
+    movable: Mask = np.array(free[c.vertex_faces].all(axis=1))
+    for darts in c.contour_darts.values():
+        movable[path_vertices(darts, c.twin)[0]] = False
+    return normals, movable
 
 
 def _collapsed(

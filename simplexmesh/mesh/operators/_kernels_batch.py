@@ -7,11 +7,13 @@ from numpy.typing import NDArray
 
 from simplexmesh._base._kernels_njit import njit
 from simplexmesh._base.arrays import Array, Indices32
+from simplexmesh.mesh.operators._kernels_contours import breaks_contour
 from simplexmesh.mesh.operators._kernels_edit import (
     DONE,
     EDITS,
     FACES,
     INSERT,
+    ON_CONTOUR,
     REMOVE,
     SWAP,
     TOUCHED,
@@ -48,7 +50,9 @@ def apply(
         status[i], witness[i] = TOUCHED, -1
         if not intact:
             continue
-        if kind[i] == REMOVE:
+        if d.contour.size > 0 and breaks_contour(d, kind[i], one, other):
+            status[i], witness[i] = ON_CONTOUR, d.face[one]
+        elif kind[i] == REMOVE:
             status[i], witness[i] = refuse_remove(d, one)
             if status[i] == DONE:
                 remove(d, one)
@@ -174,7 +178,7 @@ def even_out(d: Darts, limit: int) -> int:
         if c != top:  # a hole at its end has grown
             enqueue(edge, c if c >= 2 else 0, head, after, before, queued)
             continue
-        if refuse_swap(d, edge)[0] != DONE:
+        if refuse_swap(d, edge)[0] != DONE or (d.contour.size > 0 and breaks_contour(d, SWAP, edge, edge)):
             continue
         back = d.twin[edge]
         faces = (d.face[edge], d.face[back], d.face[rotate(edge)], d.face[rotate(back)])

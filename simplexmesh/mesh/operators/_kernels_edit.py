@@ -15,6 +15,7 @@ from simplexmesh._base.arrays import Array, Indices, Indices32, Mask
 REMOVE, INSERT, CUT, JOIN, REMOVE_FACE, REFINE_FACE, SWAP = range(1, 8)
 DONE, TOUCHED, OPPOSITE_TRIANGLE, SHARED, SAME_EDGE, NO_FACE, BESIDE_TRIANGLE, SAME_OPPOSITE, NEIGHBORS = range(9)
 HOLE, BESIDE_HOLE = 9, 10  # of T5 and T6
+ON_CONTOUR = 11
 VERTICES, FACES, EDITS = range(3)
 
 
@@ -29,6 +30,7 @@ class Darts(NamedTuple):
     face_dart: Indices32  # (g,) a dart of each face, -1 for removed faces
     face_size: Indices32  # (g,) the number of its vertices
     face_hole: Mask  # (g,) whether it is a hole
+    contour: Indices32  # (3c,) the contour along each dart, see `paths.marked_darts`; of no length without contours
     log: Indices32  # (l, 6) operator, dart, side, face kept, face removed or new, hole labels of these two
     log_values: Array  # (l, 2, k) the values that a swap replaced
     used: Indices  # (3,) vertices, faces, edits
@@ -208,6 +210,9 @@ def insert(d: Darts, one: int, other: int, at: float, at_other: float, side: int
         d.origin[vertex] = d.origin[start] if part <= 0.5 else d.origin[end]
         d.twin[3 * vertex] = d.twin[dart]
         d.twin[3 * vertex + 2] = dart
+        if d.contour.size > 0:
+            d.contour[3 * vertex], d.contour[3 * vertex + 1] = d.contour[dart], 0
+            d.contour[3 * vertex + 2] = -d.contour[dart]
     d.twin[p + 1], d.twin[q + 1] = q + 1, p + 1
     kept = d.face[one]
     side = relink(d, p + 1, side, kept, new)

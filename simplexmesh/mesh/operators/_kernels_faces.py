@@ -7,12 +7,15 @@ import numpy as np
 from simplexmesh._base._kernels_njit import njit
 from simplexmesh._base.arrays import Indices32, Mask
 from simplexmesh.mesh.operators._kernels_batch import undo
+from simplexmesh.mesh.operators._kernels_contours import breaks_contour
 from simplexmesh.mesh.operators._kernels_edit import (
     BESIDE_HOLE,
     DONE,
     EDITS,
     HOLE,
+    ON_CONTOUR,
     REFINE_FACE,
+    REMOVE,
     TOUCHED,
     VERTICES,
     Darts,
@@ -70,6 +73,8 @@ def remove_face(d: Darts, face: int, touched: Mask) -> tuple[int, int]:
         while d.face[d.twin[dart]] != merged:
             dart = next_dart(d.twin, dart)
         status, witness = refuse_remove(d, dart)
+        if d.contour.size > 0 and breaks_contour(d, REMOVE, dart, dart):
+            status, witness = ON_CONTOUR, merged
         if status != DONE:
             undo(d, i)
             return status, witness

@@ -7,14 +7,17 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.errors import TopologyError
 from simplexmesh._base.named_arrays import joined, taken
 from simplexmesh._base.units import common_unit
 from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.mesh.contours import Contour
 from simplexmesh.mesh.operators.editable_mesh import EditableMesh
 from simplexmesh.mesh.operators.results import Edited
+from simplexmesh.mesh.paths import Named
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 
 
@@ -59,14 +62,15 @@ def cut(mesh: SimplexMesh, contour: Contour | Sequence[int], *, holes: bool = Fa
     mesh : SimplexMesh
         The mesh.
     contour : Contour or sequence of int
-        A contour on this mesh, or its vertices in order.
+        A closed contour on this mesh, or its vertices in order.
     holes : bool
         Make the new faces holes.
 
     Raises
     ------
     TopologyError
-        When the contour bounds a single face, has fewer than three edges on a side, or meets a face twice on one side.
+        When the contour is open, bounds a single face, has fewer than three edges on a side, or meets a face twice on
+        one side.
 
     Examples
     --------
@@ -79,6 +83,8 @@ def cut(mesh: SimplexMesh, contour: Contour | Sequence[int], *, holes: bool = Fa
     """
     checks.instance("mesh", mesh, SimplexMesh)
     line = contour if isinstance(contour, Contour) else Contour(mesh, contour)  # type: ignore[arg-type]
+    if not line.closed:
+        raise TopologyError(f"contour must be closed to be cut along, not open from {line.vertices[0]} on")
     if line.mesh.connectivity is not mesh.connectivity:
         line = Contour(mesh, line.vertices)
     edit = EditableMesh(mesh)
@@ -143,10 +149,20 @@ def together(*meshes: SimplexMesh) -> SimplexMesh:
     holes = [mesh.connectivity.hole_darts.astype(np.int64) + at for mesh, at in zip(meshes, starts, strict=True)]
     return SimplexMesh(
         np.concatenate([mesh.vertices for mesh in meshes]),
-        Connectivity(np.concatenate(twin), np.concatenate(holes)),
+        Connectivity(np.concatenate(twin), np.concatenate(holes), _joined_contours(meshes, starts)),
         joined([mesh.data for mesh in meshes]),
         common_unit("meshes", meshes),
     )
+
+
+def _joined_contours(meshes: Sequence[SimplexMesh], starts: NDArray[np.integer[Any]]) -> Named:
+    """Return the contours of meshes whose darts start at `starts`; two of one name are refused."""
+    out: dict[str, NDArray[Any]] = {}
+    for mesh, at in zip(meshes, starts, strict=True):
+        if both := sorted(out.keys() & mesh.connectivity.contour_darts.keys()):
+            raise ValueError(f"meshes must have contours of different names, but two have one named {both[0]!r}")
+        out |= {name: darts + at for name, darts in mesh.connectivity.contour_darts.items()}
+    return out
 
 
 def parts(mesh: SimplexMesh) -> tuple[Edited, ...]:
@@ -168,7 +184,10 @@ def parts(mesh: SimplexMesh) -> tuple[Edited, ...]:
         inside = c.components == label
         number = np.where(inside, np.cumsum(inside) - 1, -1).astype(np.int32)
         twin, holes = c.twin[inside], c.hole_darts[inside[c.hole_darts // 3]]
-        connectivity = Connectivity(3 * number[twin // 3] + twin % 3, 3 * number[holes // 3] + holes % 3)
+        contours = {
+            name: 3 * number[darts // 3] + darts % 3 for name, darts in c.contour_darts.items() if inside[darts[0] // 3]
+        }
+        connectivity = Connectivity(3 * number[twin // 3] + twin % 3, 3 * number[holes // 3] + holes % 3, contours)
         kept = inside[first // 3]
         face_map = np.full(len(first), -1, np.int32)
         face_map[kept] = connectivity.face.reshape(-1)[3 * number[first[kept] // 3] + first[kept] % 3]

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array, Indices, Indices32
-from simplexmesh._base.errors import TopologyError
+from simplexmesh._base.errors import TopologyError, warn
 from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.mesh.operators import _kernels_batch
 from simplexmesh.mesh.operators import _kernels_edit as kernels
 from simplexmesh.mesh.operators.results import Edited
+from simplexmesh.mesh.paths import Named, followed, marked_darts, refusal_of_darts
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 
 
@@ -50,6 +52,7 @@ class EditableDarts:
             c.face_darts[c.face_offsets[:-1]],
             c.face_sizes.copy(),
             c.face_is_hole.copy(),
+            marked_darts(c.contour_darts, c.twin),
             np.zeros((16, 6), np.int32),
             np.zeros((16, 2, sum(column.shape[1] for column in columns))),
             np.array([n, n_faces, 0]),
@@ -72,7 +75,8 @@ class EditableDarts:
         """Ensure capacity for this many more edits, vertices and faces."""
         n, f, rows = self._used
         needed = dict.fromkeys(("alive", "values", "origin"), n + vertices)
-        needed |= dict.fromkeys(("twin", "face"), 3 * (n + vertices))
+        both = ("twin", "face", "contour") if len(self._darts.contour) else ("twin", "face")
+        needed |= dict.fromkeys(both, 3 * (n + vertices))
         needed |= dict.fromkeys(("face_dart", "face_size", "face_hole"), f + faces)
         needed |= dict.fromkeys(("log", "log_values"), rows + edits)
         self._darts = self._darts._replace(**{k: _grown(getattr(self._darts, k), m) for k, m in needed.items()})
@@ -151,11 +155,28 @@ class EditableDarts:
         old = d.twin[: 3 * n].reshape(-1, 3)[alive]
         faces = d.face_dart[:n_faces]
         moved = np.where(faces >= 0, 3 * number[faces // 3] + faces % 3, -1)
-        connectivity = Connectivity(3 * number[old // 3] + old % 3, moved[d.face_hole[:n_faces] & (faces >= 0)])
+        twin = 3 * number[old // 3] + old % 3
+        holes = moved[d.face_hole[:n_faces] & (faces >= 0)]
+        connectivity = Connectivity(twin, holes, self._contours(twin, number))
         face_map = np.where(moved >= 0, connectivity.face.reshape(-1)[moved], -1).astype(np.int32)
         n_before, f_before = self._mesh.n_vertices, len(self._mesh.connectivity.face_sizes)
         mesh = self._with_data(d.values[:n][alive], d.origin[:n][alive], connectivity)
         return Edited(mesh, checks.frozen(number[:n_before]), checks.frozen(face_map[:f_before]))
+
+    def _contours(self, twin: Indices32, number: Indices32) -> Named:
+        """Return the contours of the edited mesh; those broken by a cut, a join, or an undo within T6 are dropped."""
+        out: dict[str, NDArray[Any]] = {}
+        if not (before := self._mesh.connectivity.contour_darts):
+            return out
+        marks = self._darts.contour[: 3 * len(number)].reshape(-1, 3)[number >= 0].reshape(-1)
+        for k, (name, darts) in enumerate(before.items(), 1):
+            found = followed(marks, twin, k, number[darts // 3])
+            reason = "it lost edges to a cut or join" if found is None else refusal_of_darts(found, twin)
+            if found is None or reason:
+                warn(f"contour {name!r} was dropped: {reason}")
+            else:
+                out[name] = found
+        return out
 
     def _with_data(self, values: Array, origin: Indices32, connectivity: Connectivity) -> SimplexMesh:
         """Return the mesh with its vertex data: floats interpolated, the rest copied from the vertices of origin."""

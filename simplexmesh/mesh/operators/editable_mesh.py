@@ -15,6 +15,7 @@ from simplexmesh.mesh.operators import _kernels_edit as kernels
 from simplexmesh.mesh.operators.dart_storage import EditableDarts
 from simplexmesh.mesh.operators.results import REASONS, Batch
 from simplexmesh.mesh.operators.seams import Seam
+from simplexmesh.mesh.paths import refusal_of_path
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 
 
@@ -164,7 +165,7 @@ class EditableMesh(EditableDarts):
             i = int(apart.argmax())
             where = f"dart {path[i]} does not lead to the vertex of the next one, {path[(i + 1) % len(path)]}"
             raise TopologyError(f"contour cannot be cut: {where}")
-        if reason := seams.refusal_of_path(vertices, d.twin[3 * vertices[:, None] + np.arange(3)] // 3):
+        if reason := refusal_of_path(vertices, d.twin[3 * vertices[:, None] + np.arange(3)] // 3):
             raise TopologyError(f"contour {reason}")
         seam = seams.along(d.twin, path)
         if reason := seams.refusal_to_cut(seam, d.face):

@@ -23,6 +23,7 @@ REASONS = {
     kernels.NEIGHBORS: "opposite faces are adjacent",
     kernels.HOLE: "the face is a hole",
     kernels.BESIDE_HOLE: "a neighbor is a hole",
+    kernels.ON_CONTOUR: "it would break a contour",
 }
 
 

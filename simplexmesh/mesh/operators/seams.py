@@ -7,13 +7,12 @@ vertices of each side separately, those whose third edge is there. H. Delingette
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base.arrays import Indices, Indices32, Mask
 from simplexmesh.mesh.operators._kernels_edit import Darts, adjacent
+from simplexmesh.mesh.paths import first_repeated
 
 
 @dataclass(frozen=True)
@@ -72,13 +71,6 @@ def _rotated(darts: Indices) -> Indices:
     return 3 * (darts // 3) + (darts + 1) % 3
 
 
-def first_repeated(values: NDArray[np.integer[Any]]) -> int:
-    """Return the smallest value that occurs more than once in an array, -1 when all differ."""
-    ordered = np.sort(values)
-    repeated = ordered[1:][ordered[1:] == ordered[:-1]]
-    return int(repeated[0]) if len(repeated) else -1
-
-
 def sewn_faces(seam: Seam, face: Indices32) -> tuple[Indices32, Indices32]:
     """Return the faces on the left and right of each edge of a seam after sewing, given those before."""
     k = len(seam.onward)
@@ -86,22 +78,6 @@ def sewn_faces(seam: Seam, face: Indices32) -> tuple[Indices32, Indices32]:
     last_left = np.maximum.accumulate(np.where(seam.left[vertices], np.arange(2 * k), -1))[k:]
     next_right = np.minimum.accumulate(np.where(seam.left[vertices], 2 * k, np.arange(2 * k))[::-1])[::-1][1 : k + 1]
     return face[seam.onward[last_left % k]], face[seam.back[next_right % k]]
-
-
-def refusal_of_path(vertices: Indices, neighbors: NDArray[np.integer]) -> str:
-    """Return what is wrong with a contour of vertices (k,) with these neighbors (k, 3), "" if it is one."""
-    if len(vertices) < 3:
-        return f"must have at least 3 vertices, not {len(vertices)}"
-    if (repeated := first_repeated(vertices)) >= 0:
-        return f"must not touch itself, but visits vertex {repeated} twice"
-    ahead = np.roll(vertices, -1)
-    if (apart := (neighbors != ahead[:, None]).all(axis=1)).any():
-        i = int(apart.argmax())
-        where = "is not closed:" if i == len(vertices) - 1 else "must run along edges;"
-        return f"{where} vertices {vertices[i]} and {ahead[i]} are not neighbors"
-    if (full := np.isin(neighbors, vertices).all(axis=1)).any():
-        return f"vertex {vertices[full.argmax()]} has all three neighbors on the contour"
-    return ""
 
 
 def refusal_to_cut(seam: Seam, face: Indices32) -> str:

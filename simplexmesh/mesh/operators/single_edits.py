@@ -98,7 +98,8 @@ def insert_edge(
         where = "have no face in common" if face is None else f"are not both on face {face}"
         raise TopologyError(f"edges {names} {where}")
     along = [at if dart == given else 1 - at for at, dart, given in zip(fractions, common[0], darts, strict=True)]
-    edit.insert_edges(common[0][:1], common[0][1:], [along])
+    if not edit.insert_edges(common[0][:1], common[0][1:], [along]).done[0]:
+        raise TopologyError(f"edges {names} are on one contour, which an edge between them would make touch itself")
     return edit.result()
 
 
@@ -180,6 +181,8 @@ def _raise_refused_edge(edit: EditableMesh, dart: int, batch: Batch, done: str) 
     status, witness = int(batch.status[0]), int(batch.witness[0])
     if status == kernels.DONE:
         return
+    if status == kernels.ON_CONTOUR:
+        raise TopologyError(f"edge {_edge_name(edit, dart)} cannot be {done}: it would break a contour")
     left, right = edit.faces_beside(dart)
     reason = {
         kernels.OPPOSITE_TRIANGLE: f"face {witness}, opposite to it, is a triangle",
@@ -200,5 +203,6 @@ def _raise_refused_face(face: int, batch: Batch, done: str) -> None:
             kernels.BESIDE_HOLE: f"its neighbor, face {witness}, is a hole",
             kernels.OPPOSITE_TRIANGLE: f"face {witness}, at the end of an edge to be removed, is a triangle",
             kernels.SHARED: f"face {witness} is adjacent to both sides of an edge to be removed",
+            kernels.ON_CONTOUR: "it would break a contour",
         }[status]
         raise TopologyError(f"face {face} cannot be {done}: {reason}")

@@ -27,7 +27,9 @@ from simplexmesh.motion.model._kernels_step import (
     Wanted,
 )
 from simplexmesh.motion.model.averages import FLAT, Averages, adapted_metric, curvedness
-from simplexmesh.motion.model.boundary import BorderAttraction, Boundary
+from simplexmesh.motion.model.boundary import BorderAttraction
+from simplexmesh.motion.model.conditions import CONTINUITIES, Condition, conditions_on
+from simplexmesh.motion.model.contours import Contours
 from simplexmesh.motion.model.forces import CONSTRAINTS, Force, Frame, total_displacement
 from simplexmesh.motion.model.parameters import (
     MOST_RIGID,
@@ -38,7 +40,7 @@ from simplexmesh.motion.model.parameters import (
     references,
     whole_per_vertex,
 )
-from simplexmesh.motion.model.state import Confines, Release, State, warn_of_end
+from simplexmesh.motion.model.state import Confines, Release, State, mean_edge, warn_of_end
 from simplexmesh.motion.targets.protocol import Target, check_target, checked_reach, read_only, target_gaps
 
 MAX_STEP = 10.0
@@ -53,7 +55,7 @@ class DeformableModel:
     most the root mean square distance to them, and a step at most half of that; a vertex whose normal is opposed to its
     neighbors' gets no data force, and with the part without data around it no curvature, so that it unfolds or
     contracts until it finds data; no vertex leaves the start and the data (a target's `bounds`) by 5 % of their
-    diagonal or two edges, unless `forces` move it.
+    diagonal or two edges, unless `forces` move it or contours are pinned.
 
     Parameters
     ----------
@@ -84,6 +86,8 @@ class DeformableModel:
         Weight, 0 to 1, with which vertices on holes are attracted to the border of the data, if the target has one.
     forces : callable or sequence of callables
         Functions from a `Frame` to displacements (n, 3), added in every iteration.
+    contours : Condition or sequence of Condition
+        What `pinned`, `crease` and `smooth` prescribe of contours.
 
     Raises
     ------
@@ -119,6 +123,7 @@ class DeformableModel:
         adaptation: float = 0.0,
         seeking: float = 0.8,
         forces: Force | Sequence[Force] = (),
+        contours: Condition | Sequence[Condition] = (),
     ) -> None:
         checks.instance("mesh", mesh, SimplexMesh)
         checks.size("mesh", mesh.bounds)
@@ -144,17 +149,21 @@ class DeformableModel:
         self._creased = None if creased is None else np.asarray(creased, bool)
         if creased is not None and constraint is None and "constraint" not in mesh.data:
             self.constraint[self._creased] = FREE
+        conditions = conditions_on(mesh, contours)
+        for condition in conditions:
+            if condition.continuity is not None:
+                self.constraint[condition.line.vertices] = CONSTRAINTS.index(CONTINUITIES[condition.continuity])
         self.constraint.setflags(write=False)
         self.metric, self._reference_angle, self._prescribed = references(
             mesh, self.constraint, metric=metric, curvature=curvature, reference=reference
         )
         self._allocate(mesh.vertices)
         self._release, self._confines = Release(n), Confines(mesh.vertices, self._neighbors, target)
-        self._boundary: Boundary | None = None
-        if mesh.n_holes:
-            ends = mesh.vertices[mesh.connectivity.edge_vertices]
-            attraction = BorderAttraction.of(target, float(norm(ends[:, 0] - ends[:, 1]).mean()), seeking)
-            self._boundary = Boundary(mesh, mesh if reference is None else reference, attraction)
+        self._contours: Contours | None = None
+        self._pinned = any(condition.pinned for condition in conditions)
+        if mesh.n_holes or conditions:
+            attraction = BorderAttraction.of(target if mesh.n_holes else None, mean_edge(mesh), seeking)
+            self._contours = Contours(mesh, mesh if reference is None else reference, attraction, conditions)
 
     def _allocate(self, vertices: Array) -> None:
         n = len(vertices)
@@ -228,6 +237,8 @@ class DeformableModel:
         _kernels_step.frames(self._vertices, self._neighbors, *self._frames)
         if self._creased is not None:
             self._frames.area[self._creased] = 0.0
+        if self._contours is not None:
+            self._contours.prescribe(self._vertices, self._frames)
         metric, following, normals = self._adapted_metric(), self._next, self._frames.normals
         gaps = self._no_gap
         if self.target is not None:
@@ -237,12 +248,12 @@ class DeformableModel:
         moving = Moving(self._vertices, self._previous, self._neighbors, metric)
         forces, out = Forces(self.alpha, self.beta, self.damping, gaps), Step(following, self._moves, self._energy)
         self._step_surface(moving, extra, forces, out)
-        if self._boundary is not None:
-            self._boundary.step(moving, normals, self.constraint, extra, self.reach, forces, out)
+        if self._contours is not None:
+            self._contours.step(moving, normals, self.constraint, extra, self.reach, forces, out)
         if self._confines.target is not self.target:
             self._confines = Confines(self._start.vertices, self._neighbors, self.target)
             self._release = Release(len(following))
-        stray = -1 if self.forces else self._confines.stray(following)
+        stray = -1 if self.forces or self._pinned else self._confines.stray(following)
         if stray >= 0 or not self._moves.max() <= self._max_move2:
             raise self._diverged(gaps, stray)
         # one assignment, so that an interrupt leaves the model either before this step or after it

@@ -10,10 +10,10 @@ from numpy.testing import assert_allclose, assert_array_equal
 from scipy.spatial.transform import Rotation
 
 import simplexmesh as sm
-from simplexmesh.motion.model import _kernels_averages, _kernels_boundary, _kernels_step
-from simplexmesh.motion.model._kernels_boundary import Outlines
+from simplexmesh.motion.model import _kernels_averages, _kernels_contours, _kernels_step
+from simplexmesh.motion.model._kernels_contours import Courses, Shapes
 from simplexmesh.motion.model._kernels_step import Forces, Frames, Moving, Step, Wanted
-from simplexmesh.motion.model.boundary import BoundaryShape
+from simplexmesh.motion.model.contours import ContourShape
 from tests.motion import reference as reference
 from tests.motion.meshes import hole_places, open_tube
 
@@ -213,13 +213,19 @@ def wavy_boundary(seed, count):
     places = np.arange(count)
     inner = 1.3 * line + 0.1 * rng.normal(size=line.shape)
     neighbors = np.stack([np.roll(places, 1), places + count, np.roll(places, -1)], axis=1)
-    return np.concatenate([line, inner]), neighbors, Outlines(places, np.roll(places, 1), np.roll(places, -1))
+    return np.concatenate([line, inner]), neighbors, Courses(places, np.roll(places, 1), np.roll(places, -1))
+
+
+def unshaped(count):
+    """Return that nothing is prescribed of the shape of contours."""
+    return Shapes(np.full(count, np.nan), np.full(count, np.nan), np.zeros((count, 3)))
 
 
 def boundary_goals(vertices, rows, name, restored=None):
     out = np.zeros((len(rows.vertices), 3))
     codes = np.full(len(vertices), reference.NAMES.index(name), np.int8)
-    _kernels_boundary.boundary_goals(vertices, rows, codes, out if restored is None else restored, out)
+    restored = out if restored is None else restored
+    _kernels_contours.contour_goals(vertices, rows, unshaped(len(rows.vertices)), codes, restored, out)
     return out
 
 
@@ -257,7 +263,7 @@ def test_restored_positions_are_those_of_the_best_similarity(seed):
     rng = np.random.default_rng(seed)
     kept = open_tube(8, 5)
     row = np.unique(kept.connectivity.face_vertices[hole_places(kept)])
-    shape = BoundaryShape(row, kept.vertices, kept.neighbors)
+    shape = ContourShape(row, kept.vertices, kept.neighbors)
     Q = Rotation.random(random_state=seed).as_matrix()
     moved = 2.5 * kept.vertices @ Q.T + [1, 2, 3]
     assert_allclose(shape.positions(moved), moved[row], atol=1e-9)
@@ -287,7 +293,7 @@ def test_a_step_of_a_boundary_is_the_law_of_motion(seed):
     alpha, beta, damping = rng.uniform(0, 0.5, n), rng.uniform(0, 1, n), rng.uniform(0.01, 1, n)
     out, moves, energy = step = Step(np.zeros((n, 3)), np.zeros(n), np.zeros(n))
     moving, forces = Moving(vertices, previous, neighbors, previous), Forces(alpha, beta, damping, gaps)
-    _kernels_boundary.boundary_step(rows.vertices, moving, normals, goals, extra, forces, step)
+    _kernels_contours.contour_step(rows, moving, normals, goals, extra, forces, step)
     for i in range(8):
         upright = normals[i] @ normals[neighbors[i]].sum(axis=0) > 0
         gap = gaps[i] if upright and not np.isnan(gaps[i]) else 0.0

@@ -118,14 +118,14 @@ def test_an_interrupted_run_keeps_the_last_whole_iteration():
 
 
 @pytest.mark.parametrize("mesh", [noisy_sphere(frequency=3), open_tube()], ids=["closed", "open"])
-@pytest.mark.parametrize("late", ["_step_surface", "_boundary", "_user_displacement", "_adapted_metric"])
+@pytest.mark.parametrize("late", ["_step_surface", "_contours", "_user_displacement", "_adapted_metric"])
 def test_an_interrupt_at_any_place_leaves_the_model_as_before_the_step(monkeypatch, mesh, late):
     options = {"forces": lambda frame: 0.01 * frame.normals, "adaptation": 0.1, "damping": 0.3}
     model = sm.DeformableModel(mesh, Everywhere(0.01), **options)
-    if not mesh.n_holes and late == "_boundary":
+    if not mesh.n_holes and late == "_contours":
         return
     list(model.run(10))
-    owner, late = (model._boundary, "step") if late == "_boundary" else (model, late)
+    owner, late = (model._contours, "step") if late == "_contours" else (model, late)
     done = getattr(owner, late)
 
     def and_out(*arguments):

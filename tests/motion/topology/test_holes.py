@@ -14,7 +14,8 @@ from scipy.spatial import cKDTree
 import simplexmesh as sm
 from simplexmesh.cli import app
 from simplexmesh.motion.density.face_edits import divided_boundary
-from simplexmesh.motion.model.boundary import BorderAttraction, outlines_of, unfolded_boundary
+from simplexmesh.motion.model.boundary import BorderAttraction, unfolded_boundary
+from simplexmesh.motion.model.contours import rims_of
 from simplexmesh.motion.model.state import mean_edge
 from simplexmesh.motion.reconstruct.conversion import as_input
 from simplexmesh.motion.targets import _kernels_borders
@@ -354,7 +355,7 @@ class TestRims:
 
     def test_the_pull_is_across_the_rim(self):
         tube = sm.cylinder(24, 8)
-        rim = outlines_of(tube.connectivity)
+        rim = rims_of(tube.connectivity)
         turn = np.linspace(0, 2 * np.pi, 500)
         z = tube.vertices[:, 2].max() + 0.3
         ring = np.column_stack([np.cos(turn), np.sin(turn), np.full(500, z)])
@@ -368,7 +369,7 @@ class TestRims:
 
     def test_corners_of_the_border_draw_the_nearest_vertex(self):
         tube = sm.cylinder(6, 8)
-        rim = outlines_of(tube.connectivity)
+        rim = rims_of(tube.connectivity)
         places = tube.vertices[rim.vertices]
         one = int(places[:, 2].argmax())
         up = np.array([0.0, 0.0, 1.0])

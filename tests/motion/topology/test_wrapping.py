@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import simplexmesh as sm
-from simplexmesh.motion.model.boundary import outlines_of
+from simplexmesh.motion.model.contours import rims_of
 from simplexmesh.motion.reconstruct.measure import genus_message
 from simplexmesh.motion.start.primitives import primitive_around
 from simplexmesh.motion.topology.wrapping import Wrapping, contacts, wrapped
@@ -240,6 +240,6 @@ class TestTubesCutOffAslant:
 
     def test_it_ends_where_they_end(self):
         start = primitive_around(self.tube(np.radians(35.0), np.radians(-35.0)), "cylinder", 1000)
-        rim = start.vertices[np.isin(np.arange(start.n_vertices), outlines_of(start.connectivity).vertices)]
+        rim = start.vertices[np.isin(np.arange(start.n_vertices), rims_of(start.connectivity).vertices)]
         ends = np.sign(rim[:, 2]) * (3 - np.tan(np.radians(35.0)) * rim[:, 0])
         assert np.abs(rim[:, 2] - ends).max() < 0.15
