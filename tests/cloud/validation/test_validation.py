@@ -31,6 +31,8 @@ RELIEFS = {  # relief in deviations of the noise, and what share of 1332 points 
     "bump": (lambda a, z: 3 * np.exp(-(((z / LENGTH - 0.5) / 0.08) ** 2) - (a / 0.2) ** 2), 0.9),
 }
 
+NIGHTLY, PROMPT = pytest.mark.nightly, ("cone", "step", "ripples")
+
 
 def verdict(fit, rng=0, derivatives=True, **options) -> Validation:
     J = fit.derivatives if derivatives else None
@@ -104,7 +106,9 @@ class TestLevel:
         assert is_rate(wrong(found), trials, 0.05)
         assert (normal / trials > 0.9) == (name == "normal")
 
-    @pytest.mark.parametrize(("count", "arc"), [(40, 160.0), (120, 40.0), (120, 360.0), (1332, 160.0)])
+    @pytest.mark.parametrize(
+        ("count", "arc"), [(40, 160.0), (120, 40.0), (120, 360.0), pytest.param(1332, 160.0, marks=NIGHTLY)]
+    )
     def test_of_any_cloud(self, count, arc):
         trials = 300 if count < 1000 else 100
         found = []
@@ -135,7 +139,9 @@ class TestLevel:
 
 
 class TestPower:
-    @pytest.mark.parametrize("name", RELIEFS)
+    @pytest.mark.parametrize(
+        "name", [each if each in PROMPT else pytest.param(each, marks=NIGHTLY) for each in RELIEFS]
+    )
     def test_relief_is_found(self, name):
         relief, share = RELIEFS[name]
         found = []
