@@ -17,6 +17,7 @@ from simplexmesh.mesh.check import tangled_with
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.mesh.triangles.self_intersection import self_intersections
 from simplexmesh.motion.model.deform import DeformableModel
+from simplexmesh.motion.model.excerpt import excerpt
 from simplexmesh.motion.targets.protocol import Target
 from simplexmesh.motion.topology.face_regions import dilated
 
@@ -126,8 +127,9 @@ def _smoothed(tangles: Tangles, target: Target, reach: float, attempts: Iterable
         if not tangles.count:
             break
         marked = dilated(tangles.vertices, tangles.mesh.neighbors, 2 + attempt)
-        free = marked.astype(float)
-        relaxing = DeformableModel(tangles.mesh, alpha=0.5 * free, damping=1.0, constraint="orientation")
+        part, rows = excerpt(tangles.mesh, dilated(marked, tangles.mesh.neighbors, 3 + attempt))
+        free = marked[rows].astype(float)
+        relaxing = DeformableModel(part, alpha=0.5 * free, damping=1.0, constraint="orientation")
         try:
             for _ in relaxing.run(5 + 5 * attempt, warnings=False):
                 pass
@@ -146,8 +148,15 @@ def _smoothed(tangles: Tangles, target: Target, reach: float, attempts: Iterable
         except DivergedError as error:  # a mesh too coarse for its topology has no smooth shape
             warn(f"untangling ended early: {error}")
             break
-        tangles = tangles.improved(refitting.mesh, marked)
+        tangles = tangles.improved(_with_rows(tangles.mesh, rows, refitting.mesh), marked)
     return tangles
+
+
+def _with_rows(mesh: SimplexMesh, rows: Indices, part: SimplexMesh) -> SimplexMesh:
+    """Return the mesh with the positions of an excerpt."""
+    vertices = mesh.vertices.copy()
+    vertices[rows] = part.vertices
+    return mesh.moved(vertices)
 
 
 def _blended_with_start(tangles: Tangles, start: SimplexMesh | None) -> Tangles:
@@ -169,18 +178,20 @@ def _refitted(tangles: Tangles, before: SimplexMesh, target: Target, reach: floa
     neighbors = tangles.mesh.neighbors
     marked = dilated((tangles.mesh.vertices != before.vertices).any(axis=1), neighbors, 1)
     for _ in range(4):
-        free = marked.astype(float)
-        model = DeformableModel(tangles.mesh, target, alpha=0.4 * free, beta=0.4 * free, damping=1.0, reach=reach)
+        part, rows = excerpt(tangles.mesh, dilated(marked, neighbors, 1))
+        free = marked[rows].astype(float)
+        model = DeformableModel(part, target, alpha=0.4 * free, beta=0.4 * free, damping=1.0, reach=reach, rigidity=1)
         try:
             for _ in model.run(10, warnings=False):
                 pass
         except DivergedError as error:
             warn(f"parts that were untangled are not fitted to the data again: {error}")
             break
-        refitted = tangles.with_positions(model.mesh, marked)
+        fitted = _with_rows(tangles.mesh, rows, model.mesh)
+        refitted = tangles.with_positions(fitted, marked)
         region = tangles.regions(refitted, marked | refitted.vertices)
         worse = (np.bincount(region, refitted.vertices) > np.bincount(region, tangles.vertices))[region]
-        back = tangles.with_positions(model.mesh, marked & ~worse) if worse.any() else refitted
+        back = tangles.with_positions(fitted, marked & ~worse) if worse.any() else refitted
         if back.count <= tangles.count:
             tangles = back
         marked = marked & worse & ~dilated(refitted.vertices, neighbors, 2)

@@ -148,16 +148,17 @@ def measure(run: Run) -> None:
     mesh, reach, points = run.mesh, run.stages[-1].reach, drawn_points(run.data)
     gaps = run.target.gap(np.ascontiguousarray(mesh.vertices), np.ascontiguousarray(mesh.normals), reach)
     away, unseen = np.abs(gaps), np.isnan(gaps)
-    away[unseen] = cKDTree(points).query(mesh.vertices[unseen], workers=-1)[0]
+    if unseen.any():
+        away[unseen] = cKDTree(points).query(mesh.vertices[unseen], workers=-1)[0]
     surface = fan(mesh.vertices, mesh.connectivity)
     missing = surface_distance(points, *surface)
+    limit = max(reach, FAR * float(np.linalg.norm(np.ptp(points, axis=0))))
     enclosed = np.zeros(len(points), bool)
     if not mesh.n_holes:
-        far = np.flatnonzero(missing > reach)
+        far = np.flatnonzero(missing > (reach if run.data.layered else limit))  # of points, noise is farther than reach
         enclosed[far[inside_surface(points[far], *surface)]] = True
     run.distance = Distance(Summary.of(away), Summary.of(missing), Summary.of(missing[enclosed]))
     run.mesh = mesh.with_data(distance=away)
-    limit = max(reach, FAR * float(np.linalg.norm(np.ptp(points, axis=0))))
     run.bare = share_of_area(mesh, away > 2 * reach)
     lid = run.options.closes and has_lid(run.target, mesh, run.bare)
     if lid:
