@@ -99,8 +99,9 @@ def is_at_rest(states: Sequence[State], edge: float) -> bool:
         return False
     if max(state.move for state in states[-10:]) <= STILL * edge:
         return True
-    now, then = (float(np.mean([state.energy for state in part])) for part in (states[-10:], states[-20:-10]))
-    return now <= 0.2 * (STILL * edge) ** 2 or abs(now - then) <= LEVEL * then
+    last, before = np.array([state.energy for state in states[-20:]]).reshape(2, 10)[::-1]
+    now, then = float(last.mean()), float(before.mean())
+    return now <= 0.2 * (STILL * edge) ** 2 or abs(now - then) <= max(LEVEL * then, float(last.std()))
 
 
 class Release:

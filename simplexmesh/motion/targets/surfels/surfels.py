@@ -43,7 +43,7 @@ def centers_and_radii(cloud: Cloud) -> tuple[Indices, Array]:
     cell, near = float(np.quantile(chosen, 0.1)) / 4, kd_tree(points[pilots])
     centers = thinned(points, cell)
     index = near.order[nearest(near, points[centers], min(4, len(pilots)))[1]]
-    apart = thinned(_without_noise(cloud, centers, pilots[index[:, 0]], chosen[index[:, 0]]), 0.8 * cell)
+    apart = thinned(_without_noise(cloud, centers, pilots[index[:, 0]], chosen[index[:, 0]]), cell)
     apart = apart[np.linspace(0, len(apart) - 1, min(len(apart), MAX_SURFELS)).astype(np.int64)]
     centers, index = centers[apart], index[apart]
     radii = np.exp(np.log(chosen[index]).mean(axis=1))
