@@ -14,6 +14,7 @@ from scipy.sparse.linalg import spsolve
 from simplexmesh._base.arrays import Array, Indices, Indices32, Mask
 from simplexmesh._base.errors import DivergedError, warn
 from simplexmesh.mesh.check import tangled_with
+from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.mesh.triangles.self_intersection import self_intersections
 from simplexmesh.motion.model.deform import DeformableModel
@@ -27,10 +28,10 @@ PATIENCE = 3
 
 @dataclass(frozen=True, eq=False)
 class Tangles:
-    """A mesh and its tangled vertices; `known` are positions (n, 3) and the pairs of faces that intersect there."""
+    """A mesh and its tangled vertices; of another one, only what moved since is searched."""
 
     mesh: SimplexMesh
-    known: tuple[Array, Indices] | None = None
+    known: tuple[Array, Indices, Mask] | None = None  # positions (n, 3), and `pairs` and `bent` there
 
     @cached_property
     def pairs(self) -> Indices:
@@ -44,9 +45,24 @@ class Tangles:
         return np.unique(np.concatenate([kept, self_intersections(vertices, c, changed)]), axis=0)
 
     @cached_property
+    def bent(self) -> Mask:
+        """(n,) mask of the vertices inverted, degenerate, or on a face folded or flat."""
+        none = np.zeros((0, 2), np.int64)
+        if self.known is None:
+            return tangled_with(self.mesh, none)
+        c, moved = self.mesh.connectivity, (self.mesh.vertices != self.known[0]).any(axis=1)
+        near = _on_faces_of(c, dilated(moved, c.neighbors, 1))  # whose normals changed
+        part, rows = excerpt(self.mesh, _on_faces_of(c, near))
+        out, here = self.known[2].copy(), near[rows]
+        out[rows[here]] = tangled_with(part, none)[here]
+        return out
+
+    @cached_property
     def vertices(self) -> Mask:
         """(n,) mask of the tangled vertices."""
-        return tangled_with(self.mesh, self.pairs)
+        faces = np.zeros(len(self.mesh.connectivity.face_sizes), bool)
+        faces[self.pairs.ravel()] = True
+        return np.asarray(self.bent | faces[self.mesh.connectivity.vertex_faces].any(axis=1))
 
     @property
     def count(self) -> int:
@@ -64,7 +80,7 @@ class Tangles:
     def with_positions(self, moved: SimplexMesh, free: Mask) -> Tangles:
         """Return the mesh with the positions of some vertices from another."""
         mixed = self.mesh.moved(np.where(free[:, None], moved.vertices, self.mesh.vertices))
-        return Tangles(mixed, (self.mesh.vertices, self.pairs))
+        return Tangles(mixed, (self.mesh.vertices, self.pairs, self.bent))
 
     def regions(self, other: Tangles, marked: Mask) -> Indices32:
         """Return (n,) labels of regions: marked vertices connected by edges or by an intersection in either mesh."""
@@ -74,6 +90,13 @@ class Tangles:
         rows, columns = np.concatenate([edges, first[self.pairs], first[other.pairs]]).T
         graph = coo_array((np.ones(len(rows), bool), (rows, columns)), shape=(c.n_vertices, c.n_vertices))
         return np.asarray(connected_components(graph, directed=False)[1])
+
+
+def _on_faces_of(connectivity: Connectivity, marked: Mask) -> Mask:
+    """Return the vertices (n,) on faces, but holes, of those marked."""
+    faces = np.zeros(len(connectivity.face_sizes), bool)
+    faces[connectivity.vertex_faces[marked]] = True
+    return np.asarray((faces & ~connectivity.face_is_hole)[connectivity.vertex_faces].any(axis=1))
 
 
 def untangled(
