@@ -109,13 +109,22 @@ def untangled(
     does not help. Remaining tangles are blended with `start`, the same mesh at untangled positions near the data. In
     the end all moved vertices are fitted to the data again, less stiffly, where that tangles nothing.
     """
-    tangles = _smoothed(Tangles(mesh), target, reach, range(min(PATIENCE, rounds)))
+    tangles = untangled_from(Tangles(mesh), target, reach=reach, start=start, rounds=rounds)
+    return tangles.mesh, tangles.count
+
+
+def untangled_from(
+    tangles: Tangles, target: Target, *, reach: float, start: SimplexMesh | None = None, rounds: int = 10
+) -> Tangles:
+    """Return what `untangled` does, from tangles of which some may be known, with those that are left."""
+    mesh = tangles.mesh
+    tangles = _smoothed(tangles, target, reach, range(min(PATIENCE, rounds)))
     tangles = _blended_with_start(tangles, start)
     if rounds > PATIENCE and tangles.count:
         tangles = _blended_with_start(_smoothed(tangles, target, reach, range(PATIENCE, rounds)), start)
     if tangles.mesh is not mesh:
         tangles = _refitted(tangles, mesh, target, reach)
-    return tangles.mesh, tangles.count
+    return tangles
 
 
 def filmed(mesh: SimplexMesh, zone: Mask) -> SimplexMesh:

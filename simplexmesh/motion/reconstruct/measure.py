@@ -15,7 +15,7 @@ from simplexmesh.mesh.face_geometry import face_centroids
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.mesh.triangulation import fan
 from simplexmesh.motion.model.state import mean_edge
-from simplexmesh.motion.model.untangle import Tangles, filmed, untangled
+from simplexmesh.motion.model.untangle import Tangles, filmed, untangled_from
 from simplexmesh.motion.reconstruct.inputs import Input
 from simplexmesh.motion.reconstruct.open_data import border_width
 from simplexmesh.motion.reconstruct.result import LEAST_BARE, Distance, Summary
@@ -94,7 +94,8 @@ def restore(run: Run) -> None:
     """Put back places of a model begun near the data that strayed, if that tangles nothing; warn of the rest."""
     if run.options.init in PRIMITIVES or not run.stages[-1].iterations:
         return
-    strays = Strays(run.start, drawn_points(run.data), mean_edge(run.mesh))
+    scatter = max(run.data.resolution, getattr(run.target, "noise", 0.0))  # of the distances of a surface to its samples
+    strays = Strays(run.start, drawn_points(run.data), max(mean_edge(run.mesh), 2 * scatter))
     if not strays.among(run.mesh).any():
         return
     tangles = restored(Tangles(run.mesh), strays, run.target)
@@ -116,9 +117,9 @@ def restored(tangles: Tangles, strays: Strays, target: Target) -> Tangles:
             zone = strays.around(mesh, strayed, rings)
             film = filmed(mesh, zone)
             if laid:
-                film = mesh.moved(np.where(zone[:, None], strays.places(film.vertices), mesh.vertices))
-            moved, _ = untangled(film, target, reach=strays.edge, rounds=3)
-            tangles = _improved(tangles, moved, strays)
+                film = film.moved(strays.places(film.vertices))
+            mended = untangled_from(tangles.with_positions(film, zone), target, reach=strays.edge, rounds=3)
+            tangles = _improved(tangles, mended.mesh, strays)
     return tangles
 
 
