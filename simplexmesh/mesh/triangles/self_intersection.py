@@ -44,13 +44,12 @@ def self_intersections(vertices: Array, connectivity: Connectivity, among: Mask 
 
     With `among` (f,) the pairs of these faces and their surroundings: not all, but all with one of these.
     """
-    points, triangles = triangulation.fan(vertices, connectivity)
     faces = np.flatnonzero(~connectivity.face_is_hole)
-    owner = np.repeat(faces, connectivity.face_sizes[faces])
     if among is not None:
-        beside = np.zeros_like(among)
-        beside[faces] = _beside(vertices[connectivity.face_vertices], connectivity.face_offsets, faces, among[faces])
-        triangles, owner = triangles[beside[owner]], owner[beside[owner]]
+        corners = vertices[connectivity.face_vertices]
+        faces = faces[_beside(corners, connectivity.face_offsets, faces, among[faces])]
+    points, triangles = triangulation.fan(vertices, connectivity, faces)
+    owner = np.repeat(faces, connectivity.face_sizes[faces])
     pairs = np.unique(np.sort(owner[crossing_triangles(points, triangles)], axis=1), axis=0)
     own = pairs[pairs[:, 0] == pairs[:, 1], 0]  # flat ones, whose triangles touch, seem to within rounding
     corners = (connectivity.face_vertices[slice(*connectivity.face_offsets[f : f + 2])] for f in own)
