@@ -46,8 +46,8 @@ def self_intersections(vertices: Array, connectivity: Connectivity, among: Mask 
     """
     faces = np.flatnonzero(~connectivity.face_is_hole)
     if among is not None:
-        corners = vertices[connectivity.face_vertices]
-        faces = faces[_beside(corners, connectivity.face_offsets, faces, among[faces])]
+        places = vertices[connectivity.face_vertices]
+        faces = faces[_beside(places, connectivity.face_offsets, faces, among[faces])]
     points, triangles = triangulation.fan(vertices, connectivity, faces)
     owner = np.repeat(faces, connectivity.face_sizes[faces])
     pairs = np.unique(np.sort(owner[crossing_triangles(points, triangles)], axis=1), axis=0)

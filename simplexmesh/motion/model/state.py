@@ -92,8 +92,9 @@ def mean_edge(mesh: SimplexMesh) -> float:
 def is_at_rest(states: Sequence[State], edge: float) -> bool:
     """Return whether in the last ten of a stage's states no vertex moved by much of an `edge`, or the energy rests.
 
-    It also rests where it is that of vertices that are all so near to their goals (``alpha / 2`` is 0.2): on clean data
-    it goes on falling as they slide along the surface.
+    It rests where it changes no more than it fluctuates with a few that swing, and where it is that of vertices
+    that are all so near to their goals (``alpha / 2`` is 0.2): on clean data it goes on falling as they slide along the
+    surface.
     """
     if len(states) < 20 or len(states) % 10:
         return False

@@ -44,7 +44,7 @@ class Strays:
     """The start of a motion and the points of its data, which tell where a mesh has strayed.
 
     A vertex strayed when it, or the center of one of its faces, is farther from the data than the start is at the place
-    nearest to it, by an edge; the mesh strayed from a point of the data that the start was nearer to, by an edge.
+    nearest to it, by `edge`; the mesh strayed from a point of the data that the start was nearer to, by as much.
     """
 
     start: SimplexMesh
@@ -94,7 +94,7 @@ def restore(run: Run) -> None:
     """Put back places of a model begun near the data that strayed, if that tangles nothing; warn of the rest."""
     if run.options.init in PRIMITIVES or not run.stages[-1].iterations:
         return
-    scatter = max(run.data.resolution, getattr(run.target, "noise", 0.0))  # of the distances of a surface to its samples
+    scatter = max(run.data.resolution, getattr(run.target, "noise", 0.0))  # of the distances of places to the data
     strays = Strays(run.start, drawn_points(run.data), max(mean_edge(run.mesh), 2 * scatter))
     if not strays.among(run.mesh).any():
         return

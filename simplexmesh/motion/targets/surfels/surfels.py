@@ -43,7 +43,7 @@ def centers_and_radii(cloud: Cloud) -> tuple[Indices, Array]:
     cell, near = float(np.quantile(chosen, 0.1)) / 4, kd_tree(points[pilots])
     centers = thinned(points, cell)
     index = near.order[nearest(near, points[centers], min(4, len(pilots)))[1]]
-    apart = thinned(_without_noise(cloud, centers, pilots[index[:, 0]], chosen[index[:, 0]]), cell)
+    apart = thinned(_without_noise(cloud, centers, pilots[index[:, 0]], chosen[index[:, 0]]), 0.6 * cell)
     apart = apart[np.linspace(0, len(apart) - 1, min(len(apart), MAX_SURFELS)).astype(np.int64)]
     centers, index = centers[apart], index[apart]
     radii = np.exp(np.log(chosen[index]).mean(axis=1))
@@ -51,17 +51,17 @@ def centers_and_radii(cloud: Cloud) -> tuple[Indices, Array]:
 
 
 def _without_noise(cloud: Cloud, centers: Indices, pilots: Indices, radii: Array) -> Array:
-    """Return points (m, 3) on the planes of pilots near them: noise spreads them over layers of cells, fits over one."""
+    """Return points (m, 3) on the planes of pilots: noise spreads them over layers of cells, and fits over one."""
     pilots, first, of = np.unique(pilots, return_index=True, return_inverse=True)
     table, report = _fits(cloud, pilots, radii[first])
     points, near = cloud.points[centers], table[of]
     offset = dot(points - near[:, :3], near[:, 3:6])
-    noisy = np.abs(offset) < 4.0 * np.asarray(report.noise)[of]
+    noisy = np.abs(offset) < 2.0 * np.asarray(report.noise)[of]
     return points - np.where(noisy, offset, 0.0)[:, None] * np.nan_to_num(near[:, 3:6])
 
 
 def _fits(cloud: Cloud, centers: Indices, radii: Array) -> tuple[Array, Report]:
-    """Return the fits (m, 12) around points, and their report; reduce the radii (m,) where the surface is too curved."""
+    """Return the fits (m, 12) around points, and their report; `radii` (m,) are reduced as by `fit_all`."""
     table, reports = np.zeros((len(centers), 12)), np.zeros((len(centers), len(Report._fields)))
     kernels.fit_all(cloud, centers, radii, not len(cloud.spread), table, reports)
     return table, Report(*reports.T)
