@@ -9,7 +9,6 @@ from scipy.spatial import cKDTree
 
 from simplexmesh._base.arrays import Array, Indices
 from simplexmesh.numerics import _kernels_local_fits
-from simplexmesh.numerics.kd_tree import Tree, kd_tree, nearest
 
 FEW_NEIGHBORS, MANY_NEIGHBORS = 16, 40
 NOISE_RATIO = 0.45
@@ -26,10 +25,10 @@ class Planes:
 
 def planes(points: Array) -> Planes:
     """Return the planes through the nearest neighbors of each point: 16, or 40 if the noise exceeds 0.45 spacings."""
-    tree = kd_tree(points)
-    out = _fit(tree, min(FEW_NEIGHBORS, len(points)))
+    tree = cKDTree(points)
+    out = _fit(points, tree, min(FEW_NEIGHBORS, len(points)))
     if out.noise > NOISE_RATIO * out.spacing and len(points) > 2 * MANY_NEIGHBORS:
-        out = _fit(tree, MANY_NEIGHBORS)
+        out = _fit(points, tree, MANY_NEIGHBORS)
     return out
 
 
@@ -53,9 +52,7 @@ def spacing_within(farthest: Array, count: int) -> float:
     return float(np.median(farthest)) * np.sqrt(np.pi / count)
 
 
-def _fit(tree: Tree, count: int) -> Planes:
-    distance, near = nearest(tree, tree.points, count)
-    found, variance, _ = fitted(tree.points, near)
-    normals = np.empty_like(found)
-    normals[tree.order] = found
+def _fit(points: Array, tree: cKDTree, count: int) -> Planes:
+    distance, near = tree.query(points, k=count, workers=-1)
+    normals, variance, _ = fitted(points, near)
     return Planes(normals, spacing_within(distance[:, -1], count), float(np.sqrt(np.median(variance))))

@@ -102,7 +102,8 @@ def is_at_rest(states: Sequence[State], edge: float) -> bool:
         return True
     last, before = np.array([state.energy for state in states[-20:]]).reshape(2, 10)[::-1]
     now, then = float(last.mean()), float(before.mean())
-    return now <= 0.2 * (STILL * edge) ** 2 or abs(now - then) <= max(LEVEL * then, float(last.std()))
+    chance = float(last.std()) * (2 / len(last)) ** 0.5  # standard error of the change
+    return now <= 0.2 * (STILL * edge) ** 2 or abs(now - then) <= max(LEVEL * then, chance)
 
 
 class Release:
